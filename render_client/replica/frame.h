@@ -1,0 +1,52 @@
+// What there is to draw: the state of one step, whole, on the topology of its own revision. Made by the replica, read
+// by draw/; knows neither DDS nor GL.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/math/types.h"
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+struct BodyFrame {
+  std::string name;
+  std::uint64_t revision = 0;
+  Vec3 skin_colour = Vec3::Constant(0.6);
+  Vec3 wall_colour = Vec3::Constant(0.5);
+  // One entry a slot; dead triangles have v[0] == kNone. The revision tells a renderer when its index buffers are old.
+  std::vector<Vec3f> rest_body_m;
+  std::vector<Vec3f> positions_world_m;
+  std::vector<Triangle> triangles;
+};
+
+struct ToolFrame {
+  std::string name;
+  std::string kind;  // scalpel | cautery_hook
+  bool present = false;
+  Pose pose_world;
+  std::array<Vec3, 4> abcd_tool_m;  // A, B, C, D of paper B, figure 3
+};
+
+struct CameraView {
+  Vec3 eye_world_m{0.0, -0.4, 0.3};
+  Vec3 target_world_m = Vec3::Zero();
+  Vec3 up_world = Vec3::UnitZ();
+  double field_of_view_deg = 35;
+};
+
+struct Frame {
+  std::string session;
+  std::uint64_t step = 0;
+  double sim_time_s = 0;
+  double step_wall_time_s = 0;  // as the server measured it
+  bool in_contact = false;
+  CameraView camera;
+  std::vector<BodyFrame> bodies;
+  std::vector<ToolFrame> tools;
+};
+
+}  // namespace sectio

@@ -1,0 +1,102 @@
+// A scene as plain values: what the YAML file says, with units in every name. See load_scene() for the file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/math/types.h"
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+struct Camera {
+  Vec3 eye_world_m{0.0, -0.4, 0.3};
+  Vec3 target_world_m = Vec3::Zero();
+  Vec3 up_world = Vec3::UnitZ();
+  double field_of_view_deg = 35;
+};
+
+// Elastic constants; springs (M1) are calibrated from them, never set by hand.
+struct MaterialSpec {
+  double young_pa = 6000;
+  double poisson = 0.45;
+  double density_kg_per_m3 = 1060;
+  double skin_thickness_m = 0.002;      // of the membrane that the mesh springs stand for
+  double foundation_radius_m = 0.008;   // indenter radius a_ref of the home springs, K_w = 2 E*/(pi a_ref)
+  double pretension = 0.06;             // mesh springs' rest length is (1 - pretension) times the edge
+  double damping_per_s = 25;            // mass-proportional
+  double toughness_j_per_m2 = 200;      // cutting work per area, J_c
+};
+
+struct CuttingSpec {
+  std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
+  std::optional<double> threshold_displacement_m;
+  double hysteresis = 0.7;          // a cut goes on while the measure is above hysteresis x threshold
+  double join_tolerance_m = 0.002;  // an instrument this close to the end of a cut joins it (paper B, 5.2)
+  double groove_min_depth_m = 0.0003;
+  bool loops_free_islands = true;   // closing a loop parts the island from the body
+};
+
+struct Box {
+  Vec3 min_world_m = Vec3::Zero();
+  Vec3 max_world_m = Vec3::Zero();
+};
+
+struct BodySpec {
+  std::string name;
+  std::string mesh_file;  // resolved path
+  double mesh_unit_m = 1;  // length of the file's unit
+  TriangleSoup mesh;      // in metres, body frame, checked
+  Pose pose;
+  std::string model = "surface_springs";
+  MaterialSpec material;
+  CuttingSpec cutting;
+  std::optional<Box> fixed;  // vertices inside stay where they are
+  Vec3 skin_colour{0.62, 0.20, 0.16};
+  Vec3 wall_colour{0.78, 0.33, 0.27};
+};
+
+// Corner points of the instrument in its own frame (paper B, figure 3): A the tip, AC the sharp edge, AB the shaft's
+// axis, BD the top and CD the blunt front above the edge. For a cautery hook AC is the probe and CD the virtual tip.
+struct ToolGeometry {
+  Vec3 a_tool_m = Vec3::Zero();
+  Vec3 b_tool_m = Vec3(0, 0, 0.03);
+  Vec3 c_tool_m = Vec3(0.006, 0, 0.012);
+  Vec3 d_tool_m = Vec3(0.006, 0, 0.03);
+};
+
+struct TracePoint {
+  double time_s = 0;
+  Pose pose_world;
+  bool operator==(const TracePoint& o) const {
+    return time_s == o.time_s && pose_world.position_m == o.pose_world.position_m &&
+           pose_world.orientation.coeffs() == o.pose_world.orientation.coeffs();
+  }
+};
+
+struct ToolSpec {
+  std::string name;
+  std::string kind = "scalpel";  // scalpel | cautery_hook
+  ToolGeometry geometry;
+  double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
+  std::string trace_file;
+  std::vector<TracePoint> trace;  // ascending in time; may be empty
+};
+
+struct Scene {
+  std::string session = "session";
+  std::string file;  // where it came from, for messages
+  double step_s = 0.001;
+  double duration_s = 5;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
+  Camera camera;
+  std::vector<BodySpec> bodies;
+  std::vector<ToolSpec> tools;
+};
+
+// Throws InputError: "FILE:LINE: KEY: what is wrong". Unknown keys are errors.
+Scene load_scene(const std::string& path);
+
+}  // namespace sectio

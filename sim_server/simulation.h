@@ -1,0 +1,36 @@
+// The order of a step; the only file that knows all rooms. Same input, same output, bit for bit.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "sim_server/scene/scene.h"
+#include "sim_server/step_io.h"
+
+namespace sectio {
+
+class Simulation {
+ public:
+  // Throws InputError when the scene can't be simulated, e.g. a step beyond the stable one.
+  explicit Simulation(const Scene& scene);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  // sweep > collide > plan cut > apply > deform > fit contact model. The result is valid until the next call.
+  const StepOutput& step(const StepInput& input);
+
+  std::uint32_t body_count() const;
+  const TriangleMesh& mesh(std::uint32_t body_id) const;
+  // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
+  std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
+  // The pose of each tool in the newest sample used; nothing before the first sample.
+  const std::optional<Pose>& tool_pose_world(std::uint32_t tool_id) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,74 @@
+// What goes into a step of the simulation and what comes out: plain values, no socket, clock or file.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/delta/topology_delta.h"
+#include "common/math/contact_model.h"
+#include "common/math/types.h"
+
+namespace sectio {
+
+// One pose of an instrument as its device measured it.
+struct ToolSample {
+  std::uint32_t tool_id = 0;  // index into Scene::tools
+  std::uint64_t sequence = 0;
+  double tool_time_s = 0;
+  Pose pose_world;
+};
+
+struct StepInput {
+  // All samples since the last step, in order of sequence for each tool. The instrument is swept through all of them.
+  std::vector<ToolSample> samples;
+};
+
+struct BodyDelta {
+  std::uint32_t body_id = 0;  // index into Scene::bodies
+  TopologyDelta delta;
+};
+
+enum class EventKind : std::uint8_t {
+  contact_began,
+  contact_ended,
+  penetrated,   // contact -> penetration: the cut began
+  cut_ended,    // the instrument was lifted
+  joined,       // a cut ran into the end of another, or of itself
+  island_freed, // a loop was closed and its inside parted
+  cut_refused,  // the mesh is as before
+  step_overrun, // a step took longer than its time
+  body_frozen,  // numerics failed in this body
+};
+const char* to_string(EventKind kind);
+
+struct Event {
+  std::uint64_t step = 0;
+  EventKind kind = EventKind::contact_began;
+  std::uint32_t body_id = 0;
+  std::uint32_t tool_id = 0;
+  std::string text;  // for a person; may be empty
+};
+
+// Numbers of one step, for ServerStatus and report.json.
+struct StepReport {
+  double stability_margin = 1;     // largest stable step over the step taken, least over the bodies
+  double added_mass_fraction = 0;  // by selective mass scaling
+  std::uint64_t cuts_made = 0;     // deltas so far
+  std::uint64_t cuts_refused = 0;
+  double contact_time_s = 0;       // simulated time with any instrument in contact, so far
+  std::uint64_t global_searches = 0;
+  std::uint64_t local_searches = 0;
+};
+
+struct StepOutput {
+  std::uint64_t step = 0;
+  double sim_time_s = 0;
+  std::vector<BodyDelta> deltas;       // in the order in which they were applied
+  std::vector<ContactModel> contacts;  // one a tool that has a device
+  std::vector<Event> events;
+  bool publish_now = false;  // contact just began: viewers must not wait for the frame rhythm (paper A, 2.1)
+  StepReport report;
+};
+
+}  // namespace sectio
