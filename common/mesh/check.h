@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct SurfaceReport {
   std::uint32_t components = 0;
   std::int64_t euler_characteristic = 0;  // V - E + F over all components
   double volume_m3 = 0;                   // signed, by the divergence theorem, of the positions given
+  std::uint32_t defects = 0;              // edges, vertices and triangles that break a rule
   std::string first_defect;               // empty when valid: what and where, for a person
 
   bool valid() const { return finite && closed && manifold; }
@@ -25,7 +27,9 @@ struct SurfaceReport {
 
 // positions_m has one entry a slot (rest or current); adjacency stored in the mesh is checked against the triangles.
 SurfaceReport check(const TriangleMesh& mesh, std::span<const Vec3> positions_m);
-inline SurfaceReport check(const TriangleMesh& mesh) { return check(mesh, mesh.rest_body_m()); }
+inline SurfaceReport check(const TriangleMesh& mesh) {
+  return check(mesh, mesh.rest_body_m());
+}
 
 // For triangles from a file, before a mesh is made of them.
 SurfaceReport check_soup(const TriangleSoup& soup);
