@@ -1,0 +1,84 @@
+#include "common/core/log.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+
+namespace sectio {
+namespace {
+
+struct Loggers {
+  std::string program = "sectio";
+  spdlog::logger out{"out", std::make_shared<spdlog::sinks::stdout_sink_mt>()};
+  spdlog::logger err{"err", std::make_shared<spdlog::sinks::stderr_sink_mt>()};
+  std::mutex limit_mutex;
+  RateLimit limit{1.0};
+
+  Loggers() {
+    out.set_pattern("%v");
+    err.set_pattern("%v");
+  }
+};
+
+Loggers& loggers() {
+  static Loggers instance;
+  return instance;
+}
+
+double steady_now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+void set_log_program(std::string_view program) {
+  loggers().program = program;
+}
+
+void log(LogLevel level, std::string_view text) {
+  Loggers& to = loggers();
+  std::string line = to.program;
+  line += level == LogLevel::info ? ": " : level == LogLevel::warning ? ": warning: " : ": error: ";
+  line += text;
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  if (level == LogLevel::info) {
+    to.out.info(spdlog::string_view_t(line));
+  } else {
+    to.err.error(spdlog::string_view_t(line));
+  }
+}
+
+void log_limited(LogLevel level, std::string_view key, std::string_view text) {
+  std::optional<std::uint64_t> held_back;
+  {
+    const std::lock_guard lock(loggers().limit_mutex);
+    held_back = loggers().limit.pass(key, steady_now_s());
+  }
+  if (!held_back) return;
+  std::string line(text);
+  if (*held_back > 0) line += " (and " + std::to_string(*held_back) + " more like this)";
+  log(level, line);
+}
+
+std::optional<std::uint64_t> RateLimit::pass(std::string_view key, double now_s) {
+  const auto found = entries_.find(key);
+  if (found == entries_.end()) {
+    entries_.emplace(std::string(key), Entry{now_s, 0});
+    return 0;
+  }
+  Entry& entry = found->second;
+  if (now_s - entry.passed_s < interval_s_) {
+    ++entry.held_back;
+    return std::nullopt;
+  }
+  const std::uint64_t held_back = entry.held_back;
+  entry = {now_s, 0};
+  return held_back;
+}
+
+}  // namespace sectio

@@ -1,0 +1,95 @@
+#include "common/core/arguments.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+struct Command {
+  std::string scene;
+  double duration_s = 5;
+  std::uint32_t tool_id = 0;
+  std::vector<std::string> peers;
+  std::string device = "scripted";
+  bool quiet = false;
+
+  bool parse(std::vector<const char*> argv) {
+    Arguments arguments("tester", "Tests the command line");
+    arguments.option("--scene", scene, "the scene", Need::required);
+    arguments.option("--duration-s", duration_s, "time to run");
+    arguments.option("--tool-id", tool_id, "index of the tool");
+    arguments.option("--peer", peers, "address of a peer; may be repeated");
+    arguments.choice("--device", device, {"scripted", "virtual_hand"}, "device");
+    arguments.toggle("--quiet", quiet, "no progress");
+    argv.insert(argv.begin(), "tester");
+    return arguments.parse(static_cast<int>(argv.size()), argv.data());
+  }
+};
+
+TEST(Arguments, FillsEveryKind) {
+  Command c;
+  ASSERT_TRUE(c.parse({"--scene", "a.yaml", "--duration-s", "2.5", "--tool-id", "3", "--peer", "x", "--peer", "y",
+                       "--device", "virtual_hand", "--quiet"}));
+  EXPECT_EQ(c.scene, "a.yaml");
+  EXPECT_EQ(c.duration_s, 2.5);
+  EXPECT_EQ(c.tool_id, 3U);
+  EXPECT_EQ(c.peers, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(c.device, "virtual_hand");
+  EXPECT_TRUE(c.quiet);
+}
+
+TEST(Arguments, DefaultsStay) {
+  Command c;
+  ASSERT_TRUE(c.parse({"--scene", "a.yaml"}));
+  EXPECT_EQ(c.duration_s, 5);
+  EXPECT_EQ(c.device, "scripted");
+  EXPECT_TRUE(c.peers.empty());
+}
+
+TEST(Arguments, BadFlagsThrowOneLineThatNamesThem) {
+  const std::vector<std::pair<std::vector<const char*>, std::string>> cases{
+      {{}, "--scene"},
+      {{"--scene", "a", "--sceen", "b"}, "--sceen"},
+      {{"--scene", "a", "--duration-s", "soon"}, "--duration-s"},
+      {{"--scene", "a", "--duration-s", "nan"}, "--duration-s"},
+      {{"--scene", "a", "--tool-id", "-1"}, "--tool-id"},
+      {{"--scene", "a", "--device", "mouse"}, "--device"},
+  };
+  for (const auto& [argv, flag] : cases) {
+    Command c;
+    try {
+      (void)c.parse(argv);
+      ADD_FAILURE() << flag << " was accepted";
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find(flag), std::string::npos) << text;
+      EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    }
+  }
+}
+
+TEST(Arguments, HelpAndVersionEndTheProgramWell) {
+  Command c;
+  testing::internal::CaptureStdout();
+  EXPECT_FALSE(c.parse({"--help"}));
+  EXPECT_FALSE(c.parse({"--version"}));
+  const std::string text = testing::internal::GetCapturedStdout();
+  EXPECT_NE(text.find("--duration-s"), std::string::npos) << text;
+  EXPECT_NE(text.find("tester 0."), std::string::npos) << text;
+}
+
+TEST(Arguments, ExitCodes) {
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_program("tester", [] { return 0; }), 0);
+  EXPECT_EQ(run_program("tester", []() -> int { throw InputError("a.yaml:3: step_s: too long"); }), kExitBadInput);
+  EXPECT_EQ(run_program("tester", []() -> int { throw std::runtime_error("no socket"); }), 1);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "tester: error: a.yaml:3: step_s: too long\ntester: error: no socket\n");
+}
+
+}  // namespace
+}  // namespace sectio

@@ -1,0 +1,39 @@
+#include "common/core/log.h"
+
+#include <gtest/gtest.h>
+
+namespace sectio {
+namespace {
+
+TEST(Log, OneLineAMessageWithTheProgramsName) {
+  set_log_program("tester");
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  log_info("ready");
+  log_warning("two\nlines {} %v");
+  log_error("bad");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "tester: ready\n");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "tester: warning: two lines {} %v\ntester: error: bad\n");
+}
+
+TEST(Log, LimitedLinesPassOncePerKey) {
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 3; ++i) log_limited(LogLevel::warning, "test.a", "again");
+  log_limited(LogLevel::warning, "test.b", "other");
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_NE(text.find("other"), std::string::npos);
+  EXPECT_EQ(text.find("again"), text.rfind("again")) << text;
+}
+
+TEST(RateLimit, CountsWhatItHoldsBack) {
+  RateLimit limit(1.0);
+  EXPECT_EQ(limit.pass("a", 10.0), 0U);
+  EXPECT_EQ(limit.pass("a", 10.5), std::nullopt);
+  EXPECT_EQ(limit.pass("b", 10.5), 0U);
+  EXPECT_EQ(limit.pass("a", 10.9), std::nullopt);
+  EXPECT_EQ(limit.pass("a", 11.0), 2U);
+  EXPECT_EQ(limit.pass("a", 12.5), 0U);
+}
+
+}  // namespace
+}  // namespace sectio
