@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/math/trace.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 
@@ -65,15 +66,6 @@ struct ToolGeometry {
   Vec3 b_tool_m = Vec3(0, 0, 0.03);
   Vec3 c_tool_m = Vec3(0.006, 0, 0.012);
   Vec3 d_tool_m = Vec3(0.006, 0, 0.03);
-};
-
-struct TracePoint {
-  double time_s = 0;
-  Pose pose_world;
-  bool operator==(const TracePoint& o) const {
-    return time_s == o.time_s && pose_world.position_m == o.pose_world.position_m &&
-           pose_world.orientation.coeffs() == o.pose_world.orientation.coeffs();
-  }
 };
 
 struct ToolSpec {

@@ -1,0 +1,117 @@
+#include "common/math/trace.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <string_view>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+constexpr std::array<std::string_view, 8> kColumns{"time_s", "x_world_m", "y_world_m", "z_world_m",
+                                                   "qw",     "qx",        "qy",        "qz"};
+constexpr double kUnitTolerance = 1e-3;  // of a quaternion: beyond it the file means something else
+
+struct Place {
+  const std::string& file;
+  std::size_t line = 0;
+
+  [[noreturn]] void fail(std::string_view column, const std::string& what) const {
+    throw InputError(file + ":" + std::to_string(line) + ": " + std::string(column) + ": " + what);
+  }
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (;;) {
+    const auto comma = line.find(',');
+    fields.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+std::array<std::size_t, kColumns.size()> find_columns(const std::vector<std::string_view>& names, const Place& at) {
+  std::array<std::size_t, kColumns.size()> columns{};
+  for (std::size_t k = 0; k < kColumns.size(); ++k) {
+    const auto found = std::find(names.begin(), names.end(), kColumns[k]);
+    if (found == names.end()) at.fail(kColumns[k], "column missing");
+    columns[k] = static_cast<std::size_t>(found - names.begin());
+  }
+  return columns;
+}
+
+double number(std::string_view text, std::string_view column, const Place& at) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+    at.fail(column, "expected a finite number, got \"" + std::string(text.substr(0, 40)) + "\"");
+  }
+  return value;
+}
+
+TracePoint parse_point(const std::array<double, kColumns.size()>& v, const Place& at) {
+  TracePoint point;
+  point.time_s = v[0];
+  point.pose_world.position_m = Vec3(v[1], v[2], v[3]);
+  const Eigen::Quaterniond q(v[4], v[5], v[6], v[7]);
+  if (std::abs(q.norm() - 1) > kUnitTolerance) {
+    at.fail("qw", "expected a unit quaternion, got norm " + std::to_string(q.norm()));
+  }
+  point.pose_world.orientation = q.normalized();
+  return point;
+}
+
+}  // namespace
+
+std::vector<TracePoint> load_trace(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw InputError(path + ": can't be opened");
+  std::vector<TracePoint> trace;
+  std::array<std::size_t, kColumns.size()> columns{};
+  std::size_t width = 0;
+  Place at{path};
+  for (std::string line; std::getline(in, line);) {
+    ++at.line;
+    const std::string_view text = trimmed(line);
+    if (text.empty() || text.front() == '#') continue;
+    const auto fields = split(text);
+    if (width == 0) {
+      columns = find_columns(fields, at);
+      width = fields.size();
+      continue;
+    }
+    if (fields.size() != width) {
+      at.fail("row", "expected " + std::to_string(width) + " columns, got " + std::to_string(fields.size()));
+    }
+    std::array<double, kColumns.size()> values{};
+    for (std::size_t k = 0; k < kColumns.size(); ++k) values[k] = number(fields[columns[k]], kColumns[k], at);
+    const TracePoint point = parse_point(values, at);
+    if (!trace.empty() && point.time_s <= trace.back().time_s) at.fail("time_s", "times must ascend");
+    trace.push_back(point);
+  }
+  if (trace.empty()) throw InputError(path + ": no point in this trace");
+  return trace;
+}
+
+Pose pose_at(std::span<const TracePoint> trace, double time_s) {
+  SECTIO_ASSERT(!trace.empty(), "a pose needs at least one point");
+  const auto after = std::upper_bound(trace.begin(), trace.end(), time_s,
+                                      [](double t, const TracePoint& point) { return t < point.time_s; });
+  if (after == trace.begin()) return trace.front().pose_world;
+  if (after == trace.end()) return trace.back().pose_world;
+  const TracePoint& a = *(after - 1);
+  return interpolate(a.pose_world, after->pose_world, (time_s - a.time_s) / (after->time_s - a.time_s));
+}
+
+}  // namespace sectio

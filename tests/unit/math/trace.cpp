@@ -1,0 +1,70 @@
+#include "common/math/trace.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+class Trace : public testing::Test {
+ protected:
+  std::string write(const std::string& text) const {
+    std::ofstream(path_) << text;
+    return path_;
+  }
+  void TearDown() override { std::filesystem::remove(path_); }
+
+  std::string path_ = testing::TempDir() + "trace_" + std::to_string(getpid()) + ".csv";
+};
+
+const std::string kHeader = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
+
+TEST_F(Trace, ReadsColumnsByNameInAnyOrder) {
+  const auto trace =
+      load_trace(write("# a comment\nqw,qx,qy,qz,force_n,time_s,x_world_m,y_world_m,z_world_m\r\n"
+                       "1,0,0,0,9,0.5,1,2,3\r\n\r\n0,1,0,0,9,1.5,3,2,1\n"));
+  ASSERT_EQ(trace.size(), 2U);
+  EXPECT_EQ(trace[0].time_s, 0.5);
+  EXPECT_EQ(trace[1].pose_world.position_m, Vec3(3, 2, 1));
+  EXPECT_EQ(trace[1].pose_world.orientation.x(), 1);
+}
+
+TEST_F(Trace, InterpolatesAndRestsAtTheEnds) {
+  const auto trace = load_trace(write(kHeader + "1,0,0,0,1,0,0,0\n3,2,4,6,0,0,0,1\n"));
+  EXPECT_EQ(pose_at(trace, 0).position_m, Vec3(0, 0, 0));
+  EXPECT_TRUE(pose_at(trace, 2).position_m.isApprox(Vec3(1, 2, 3)));
+  EXPECT_NEAR(pose_at(trace, 2).orientation.z(), std::sqrt(0.5), 1e-12);
+  EXPECT_EQ(pose_at(trace, 3).position_m, Vec3(2, 4, 6));
+  EXPECT_EQ(pose_at(trace, 9).position_m, Vec3(2, 4, 6));
+}
+
+TEST_F(Trace, ErrorsNameFileLineAndColumn) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing"},
+      {kHeader + "0,0,0,0,1,0,0,0\n1,0,oops,0,1,0,0,0\n", ":3: y_world_m: expected a finite number, got \"oops\""},
+      {kHeader + "0,0,0,nan,1,0,0,0\n", ":2: z_world_m: "},
+      {kHeader + "0,0,0,,1,0,0,0\n", ":2: z_world_m: "},
+      {kHeader + "0,0,0,0,1,0,0\n", ":2: row: expected 8 columns, got 7"},
+      {kHeader + "0,0,0,0,0,0,0,0\n", ":2: qw: expected a unit quaternion"},
+      {kHeader + "1,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", ":3: time_s: times must ascend"},
+      {kHeader, ": no point"},
+      {"", ": no point"},
+  };
+  for (const auto& [text, expected] : cases) {
+    try {
+      load_trace(write(text));
+      ADD_FAILURE() << "accepted, instead of " << expected;
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find(path_ + expected), 0U) << error.what();
+    }
+  }
+  EXPECT_THROW(load_trace("/nowhere/trace.csv"), InputError);
+}
+
+}  // namespace
+}  // namespace sectio
