@@ -1,6 +1,5 @@
-// The local contact model: what the server tells the hand. Between two of these, the bridge evaluates force =
-// model(pose) at 1 kHz by itself. (Intermediate representation: Adachi 1995, Mark 1996.) See evaluate() for the
-// formula.
+// The local contact model: what the server tells the hand. Between two of these, the bridge evaluates force = model(pose)
+// at 1 kHz by itself. (Intermediate representation: Adachi 1995, Mark 1996.) See evaluate() for the formula.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +14,7 @@ struct ContactModel {
   std::uint32_t tool_id = 0;
   std::uint64_t sequence = 0;
   double sim_time_s = 0;
-  double tool_time_s = 0;  // time stamp of the newest tool sample that the server had used
+  double tool_time_s = 0;  // time stamp of the newest tool sample that the server had used: the bridge's own clock
   ContactState state = ContactState::free;
   Vec3 point_world_m = Vec3::Zero();           // on the plane
   Vec3 normal_world = Vec3::UnitZ();           // unit, out of the tissue
@@ -25,10 +24,41 @@ struct ContactModel {
   double stiffness_n_per_m = 0;                // along the normal
   double tangential_stiffness_n_per_m = 0;
   double damping_n_s_per_m = 0;
-  double friction = 0;                      // Coulomb's coefficient; sideways force sticks up to friction x normal force
+  double friction = 0;        // Coulomb's coefficient; sideways force sticks up to friction x normal force
   double yield_n = 0;         // the force never exceeds this (rupture or saturation)
   double valid_radius_m = 0;  // past this distance from tip_world_m the force is held, then decays
   double time_to_live_s = 0.05;
+};
+
+// The force on the tool for a tip at x with velocity v, at a time of the bridge's clock. With n the normal, v_p the
+// plane's velocity, (f0, x0) the force and the tip at the fit, k, k_t, c and mu as named above:
+//
+//   age = min(now - tool_time, time_to_live)          d   = x - v_p age - x0     (the tip, seen from the moving tissue)
+//   F_n = max(0, n.f0 - k n.d - c n.(v - v_p))        F_t = f0_t - k_t d_t, |F_t| <= max(mu F_n, |f0_t|)
+//
+// and |F| <= yield. F_t fades with F_n where the fit had n.f0 > 0, so that a lifted tool feels nothing.
+// Pure: neither holds nor decays; ContactModelFollower does. No allocation, no lock.
+Vec3 evaluate(const ContactModel& model, const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
+
+// What the 1 kHz loop asks: evaluate() with memory. It
+//  - goes over to a new model within kBlend_s without a jump in force, and lets stiffness rise by at most 20 % in 10 ms
+//    (a rise at fixed penetration hands the user energy), while it may fall at once;
+//  - sticks and slips sideways: the spring's anchor is dragged along once the friction bound is reached;
+//  - outside valid_radius holds the last force, then fades it within kDecay_s;
+//  - when the model has outlived kSilence_s without a successor, fades the force within kDecay_s (the watchdog).
+// Deterministic; one thread; no allocation, no lock.
+class ContactModelFollower {
+ public:
+  static constexpr double kBlend_s = 0.008;
+  static constexpr double kDecay_s = 0.1;
+  static constexpr double kSilence_s = 0.1;
+  static constexpr double kStiffnessRisePer10ms = 0.2;
+
+  // The newest model; takes effect with the next tick().
+  void receive(const ContactModel& model);
+
+  // The force at this tick. `now_s` ascends; no model yet: no force.
+  Vec3 tick(const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
 };
 
 }  // namespace sectio

@@ -15,7 +15,9 @@ constexpr std::uint64_t mix64(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-constexpr std::uint64_t hash_combine(std::uint64_t seed, std::uint64_t value) { return mix64(seed ^ mix64(value)); }
+constexpr std::uint64_t hash_combine(std::uint64_t seed, std::uint64_t value) {
+  return mix64(seed ^ mix64(value));
+}
 
 inline std::uint64_t hash_combine(std::uint64_t seed, double value) {
   return hash_combine(seed, std::bit_cast<std::uint64_t>(value));

@@ -8,6 +8,7 @@ namespace sectio {
 
 using Vec3 = Eigen::Vector3d;
 using Vec3f = Eigen::Vector3f;
+using Vec4f = Eigen::Vector4f;
 using Mat3 = Eigen::Matrix3d;
 
 // A rigid transform from a local frame to the world.

@@ -53,9 +53,7 @@ class TriangleMesh {
   std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(rest_.size()); }
   std::uint32_t triangle_slots() const { return static_cast<std::uint32_t>(triangles_.size()); }
   std::uint32_t vertex_count() const { return vertex_slots() - static_cast<std::uint32_t>(free_vertices_.size()); }
-  std::uint32_t triangle_count() const {
-    return triangle_slots() - static_cast<std::uint32_t>(free_triangles_.size());
-  }
+  std::uint32_t triangle_count() const { return triangle_slots() - static_cast<std::uint32_t>(free_triangles_.size()); }
 
   bool vertex_alive(VertexId v) const { return incident_[v] != kNone; }
   const Vec3& rest_body_m(VertexId v) const { return rest_[v]; }
