@@ -8,16 +8,9 @@
 #include "common/delta/topology_delta.h"
 #include "common/math/contact_model.h"
 #include "common/math/types.h"
+#include "common/messages/tool.h"
 
 namespace sectio {
-
-// One pose of an instrument as its device measured it.
-struct ToolSample {
-  std::uint32_t tool_id = 0;  // index into Scene::tools
-  std::uint64_t sequence = 0;
-  double tool_time_s = 0;
-  Pose pose_world;
-};
 
 struct StepInput {
   // All samples since the last step, in order of sequence for each tool. The instrument is swept through all of them.

@@ -1,0 +1,81 @@
+// What there is in a session, how it goes and how it ended, as plain values (idl/session.idl).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+constexpr std::size_t kMaxBodies = 256;
+constexpr std::size_t kMaxTools = 16;
+constexpr std::size_t kMaxNameBytes = 64;
+constexpr std::size_t kMaxEventTextBytes = 256;
+
+struct BodyInfo {
+  std::string name;
+  Vec3 skin_colour = Vec3::Constant(0.6);  // red, green, blue; 0 to 1
+  Vec3 wall_colour = Vec3::Constant(0.5);
+};
+
+struct ToolInfo {
+  std::string name;
+  std::string kind = "scalpel";
+  std::array<Vec3, 4> abcd_tool_m{Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};  // paper B, figure 3
+};
+
+struct CameraInfo {
+  Vec3 eye_world_m{0.0, -0.4, 0.3};
+  Vec3 target_world_m = Vec3::Zero();
+  Vec3 up_world = Vec3::UnitZ();
+  double field_of_view_deg = 35;
+};
+
+struct SceneInfo {
+  std::uint64_t epoch = 0;  // grows with every start of a server; messages of an older one are ghosts
+  std::string session;
+  double step_s = 0.001;
+  CameraInfo camera;
+  std::vector<BodyInfo> bodies;  // body_id is the index
+  std::vector<ToolInfo> tools;   // tool_id is the index
+};
+
+struct SessionEvent {
+  std::uint64_t epoch = 0;
+  std::uint64_t step = 0;
+  std::uint8_t kind = 0;  // EventKind of sim_server/step_io.h
+  std::uint32_t body_id = 0;
+  std::uint32_t tool_id = 0;
+  std::string text;
+};
+
+struct BodyVersion {
+  std::uint64_t revision = 0;
+  std::uint64_t topology_hash = 0;
+  bool operator==(const BodyVersion&) const = default;
+};
+
+struct ServerStatus {
+  std::uint64_t epoch = 0;
+  std::uint64_t step = 0;
+  double sim_time_s = 0;
+  double step_wall_time_s = 0;  // median since the last status
+  double stability_margin = 1;
+  std::uint64_t cuts_made = 0;
+  std::uint64_t cuts_refused = 0;
+  std::uint64_t samples_refused = 0;
+  std::uint32_t viewers = 0;
+  std::vector<BodyVersion> bodies;
+};
+
+struct SessionEnd {
+  std::uint64_t epoch = 0;
+  std::uint64_t step = 0;
+  std::string reason;
+  std::vector<BodyVersion> bodies;  // final: what every replica must reach
+};
+
+}  // namespace sectio

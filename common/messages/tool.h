@@ -1,0 +1,31 @@
+// The hand's side of the wire as plain values (idl/tool.idl).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+// One pose of an instrument as its device measured it.
+struct ToolSample {
+  std::uint32_t tool_id = 0;  // index into the scene's tools
+  std::uint64_t sequence = 0;
+  double tool_time_s = 0;
+  Pose pose_world;
+};
+
+// Poses that a packet carries: at 1 kHz, four packets in a row must be lost before one pose is.
+constexpr std::size_t kPosesPerPacket = 4;
+constexpr std::size_t kMaxPosesPerPacket = 8;
+
+// The newest samples of one instrument, in ascending order of sequence.
+struct ToolPacket {
+  std::uint64_t source = 0;  // grows with every start of a bridge, so that a new one may count from 1 again
+  std::uint32_t tool_id = 0;
+  std::vector<ToolSample> samples;
+};
+
+}  // namespace sectio
