@@ -1,0 +1,135 @@
+#include "common/delta/journal.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "common/core/error.h"
+#include "common/delta/bytes.h"
+#include "common/math/hash.h"
+
+namespace sectio {
+
+namespace {
+
+constexpr std::string_view kMagic = "SECTIOJ1";
+constexpr std::uint32_t kMaxBodiesInFile = 4096;
+constexpr std::uint32_t kMaxNameInFile_bytes = 4096;
+
+std::span<const std::uint8_t> as_bytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+std::uint64_t checksum(std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
+  std::uint64_t h = hash_combine(mix64(body_id), std::uint64_t{bytes.size()});
+  for (std::size_t i = 0; i < bytes.size(); i += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + i, std::min<std::size_t>(8, bytes.size() - i));
+    h = hash_combine(h, word);
+  }
+  return h;
+}
+
+}  // namespace
+
+JournalWriter::JournalWriter(const std::string& path, std::span<const JournalBody> bodies)
+    : path_(path), file_(path, std::ios::binary | std::ios::trunc) {
+  if (!file_) throw InputError(path + ": can't be written");
+  ByteWriter out;
+  out.put_bytes(as_bytes(kMagic));
+  out.put(static_cast<std::uint32_t>(bodies.size()));
+  for (const JournalBody& body : bodies) {
+    out.put(static_cast<std::uint32_t>(body.name.size()));
+    out.put_bytes(as_bytes(body.name));
+    const std::vector<std::uint8_t> keyframe = to_bytes(keyframe_of(body.mesh));
+    out.put(static_cast<std::uint64_t>(keyframe.size()));
+    out.put_bytes(keyframe);
+  }
+  write(out.bytes());
+}
+
+void JournalWriter::append(std::uint32_t body_id, const TopologyDelta& delta) {
+  const std::vector<std::uint8_t> bytes = to_bytes(delta);
+  ByteWriter out;
+  out.put(body_id);
+  out.put(static_cast<std::uint32_t>(bytes.size()));
+  out.put(checksum(body_id, bytes));
+  out.put_bytes(bytes);
+  write(out.bytes());
+}
+
+// Flushed each time: what was appended survives the program.
+void JournalWriter::write(std::span<const std::uint8_t> bytes) {
+  file_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file_.flush();
+  if (!file_) throw InputError(path_ + ": can't be written: is the disk full?");
+}
+
+JournalReader::JournalReader(const std::string& path) : path_(path), file_(path, std::ios::binary | std::ios::ate) {
+  if (!file_ || file_.tellg() < 0) throw InputError(path + ": can't be read");
+  size_ = static_cast<std::uint64_t>(file_.tellg());
+  file_.seekg(0);
+  if (size_ < kMagic.size() || !std::ranges::equal(read(kMagic.size(), "header"), as_bytes(kMagic)))
+    fail(0, "not a journal");
+  const std::vector<std::uint8_t> count_bytes = read(4, "number of bodies");
+  const auto count = ByteReader(count_bytes).get<std::uint32_t>();
+  if (count > kMaxBodiesInFile) fail(at_ - 4, "too many bodies: " + std::to_string(count));
+  for (std::uint32_t i = 0; i < count; ++i) bodies_.push_back(read_body());
+}
+
+JournalBody JournalReader::read_body() {
+  const std::vector<std::uint8_t> name_size_bytes = read(4, "length of a name");
+  const auto name_size = ByteReader(name_size_bytes).get<std::uint32_t>();
+  if (name_size > kMaxNameInFile_bytes) fail(at_ - 4, "a name can't be so long");
+  const std::vector<std::uint8_t> name = read(name_size, "name");
+  const std::vector<std::uint8_t> size_bytes = read(8, "length of a keyframe");
+  const auto size = ByteReader(size_bytes).get<std::uint64_t>();
+  const std::uint64_t begin = at_;
+  std::optional<Keyframe> keyframe = keyframe_from_bytes(read(size, "keyframe"));
+  std::optional<TriangleMesh> mesh;
+  if (keyframe) mesh = mesh_of(std::move(*keyframe));
+  if (!mesh) fail(begin, "damaged keyframe");
+  return {std::string(name.begin(), name.end()), std::move(*mesh)};
+}
+
+std::optional<JournalEntry> JournalReader::next() {
+  if (at_ == size_) return std::nullopt;
+  const std::uint64_t begin = at_;
+  const std::vector<std::uint8_t> header = read(16, "record");
+  ByteReader in(header);
+  const auto body_id = in.get<std::uint32_t>();
+  const auto length = in.get<std::uint32_t>();
+  const auto sum = in.get<std::uint64_t>();
+  const std::vector<std::uint8_t> bytes = read(length, "record");
+  if (checksum(body_id, bytes) != sum) fail(begin, "damaged record");
+  std::optional<TopologyDelta> delta = delta_from_bytes(bytes);
+  if (!delta || body_id >= bodies_.size()) fail(begin, "record that no journal holds");
+  return JournalEntry{body_id, std::move(*delta)};
+}
+
+std::vector<std::uint8_t> JournalReader::read(std::uint64_t size, const std::string& what) {
+  if (size > size_ - at_) fail(at_, "truncated " + what);
+  std::vector<std::uint8_t> bytes(size);
+  if (!file_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+    fail(at_, "can't be read");
+  at_ += size;
+  return bytes;
+}
+
+void JournalReader::fail(std::uint64_t byte, const std::string& what) const {
+  throw InputError(path_ + ": byte " + std::to_string(byte) + ": " + what);
+}
+
+std::vector<JournalBody> read_journal(const std::string& path) {
+  JournalReader reader(path);
+  std::vector<JournalBody> bodies = reader.bodies();
+  std::uint64_t number = 0;
+  while (const std::optional<JournalEntry> entry = reader.next()) {
+    ++number;
+    const ApplyStatus status = apply(entry->delta, bodies[entry->body_id].mesh);
+    if (status != ApplyStatus::applied)
+      throw InputError(path + ": delta " + std::to_string(number) + ": " + to_string(status));
+  }
+  return bodies;
+}
+
+}  // namespace sectio

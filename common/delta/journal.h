@@ -1,0 +1,71 @@
+// A journal is a session's topology on disk: the keyframe of every body, then every delta in order. Replaying it gives
+// the final meshes, hash for hash.
+//
+// File: "SECTIOJ1", bodies (u32), then for each body: name length (u32), name, keyframe length (u64), keyframe; then
+// records until the end: body_id (u32), length (u32), checksum of the bytes (u64), delta. Little-endian.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/delta/keyframe.h"
+
+namespace sectio {
+
+struct JournalBody {
+  std::string name;
+  TriangleMesh mesh;
+};
+
+class JournalWriter {
+ public:
+  // Creates the file, with every body as it is now. Throws InputError when it can't be written.
+  JournalWriter(const std::string& path, std::span<const JournalBody> bodies);
+
+  // Throws InputError when the disk is full.
+  void append(std::uint32_t body_id, const TopologyDelta& delta);
+
+ private:
+  void write(std::span<const std::uint8_t> bytes);
+
+  std::string path_;
+  std::ofstream file_;
+};
+
+struct JournalEntry {
+  std::uint32_t body_id = 0;
+  TopologyDelta delta;
+};
+
+// Reads one entry at a time; never holds more than one record beside the bodies. Truncated or damaged files throw
+// InputError "FILE: byte N: what is wrong"; entries before the damage have been delivered by then.
+class JournalReader {
+ public:
+  explicit JournalReader(const std::string& path);
+
+  // As they were at the beginning.
+  const std::vector<JournalBody>& bodies() const { return bodies_; }
+
+  // Nothing at the end of the file.
+  std::optional<JournalEntry> next();
+
+ private:
+  [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
+  std::vector<std::uint8_t> read(std::uint64_t size, const std::string& what);
+  JournalBody read_body();
+
+  std::string path_;
+  std::ifstream file_;
+  std::uint64_t size_ = 0;
+  std::uint64_t at_ = 0;
+  std::vector<JournalBody> bodies_;
+};
+
+// The bodies after all deltas. Throws InputError as JournalReader does, and when a delta doesn't fit its body.
+std::vector<JournalBody> read_journal(const std::string& path);
+
+}  // namespace sectio
