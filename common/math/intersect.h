@@ -1,0 +1,64 @@
+// Where segments, rays and triangles meet. Double precision, exact decisions, pure functions.
+//
+// Watertight: what belongs to the instrument counts as shifted by (e, e^2, e^3) with an infinitely small e > 0
+// (simulation of simplicity, Edelsbrunner & Muecke 1990). So a segment through a shared edge or vertex of a closed
+// surface crosses exactly one of the triangles there, a path p0 p1 p2 crosses a surface at p1 exactly once, a segment
+// that only grazes crosses nothing or an even number of times, and crossings alternate between in and out.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+using Corners = std::array<Vec3, 3>;
+using Box3 = Eigen::AlignedBox3d;
+
+// Which of the two belongs to the instrument, and so is the one shifted.
+enum class Instrument { segment, triangle };
+
+struct Crossing {
+  double parameter = 0;  // 0 at p, 1 at q
+  Vec3 bary = Vec3::Zero();
+  Vec3 point = Vec3::Zero();  // bary applied to the corners
+  bool entering = false;      // against the normal (b - a) x (c - a)
+};
+
+std::optional<Crossing> cross_segment(const Vec3& p, const Vec3& q, const Corners& triangle,
+                                      Instrument instrument = Instrument::segment);
+
+// From origin without end; parameter counts in lengths of direction.
+std::optional<Crossing> cross_ray(const Vec3& origin, const Vec3& direction, const Corners& triangle);
+
+// A segment that moved from a0 b0 to a1 b1 sweeps the triangles a0 b0 b1 and a0 b1 a1.
+struct SweptSegment {
+  Vec3 a0, b0, a1, b1;
+};
+
+struct SweptCrossing {
+  double edge_parameter = 0;  // on the fixed segment, 0 at p
+  double time = 0;            // 0 at a0 b0, 1 at a1 b1
+  double along = 0;           // on the moving segment, 0 at a
+  Vec3 point = Vec3::Zero();  // on the fixed segment
+};
+
+// Crossings of a fixed segment by the sweep, in order of time: none, one or, as the sweep is bent, two.
+struct SweptCrossings {
+  int count = 0;
+  std::array<SweptCrossing, 2> at;
+};
+SweptCrossings cross_swept(const Vec3& p, const Vec3& q, const SweptSegment& sweep);
+
+struct ClosestPoint {
+  Vec3 point = Vec3::Zero();
+  Vec3 bary = Vec3::Zero();
+  double squared_distance = 0;
+};
+ClosestPoint closest_on_triangle(const Vec3& p, const Corners& triangle);
+
+// Conservative by rounding: may be true for a segment some 1e-15 beside the box.
+bool overlaps(const Vec3& p, const Vec3& q, const Box3& box);
+
+}  // namespace sectio
