@@ -157,10 +157,12 @@ TEST(Intersect, crossings_alternate) {
     int depth = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
       depth += found[i].entering ? 1 : -1;
-      const bool last = i + 1 == found.size();
-      if (last) EXPECT_EQ(depth, 0) << k;
-      // Crossings at one vertex have the same parameter but for rounding, and come in any order.
-      if (!last && found[i + 1].parameter - found[i].parameter > 1e-9) EXPECT_TRUE(depth == 0 || depth == 1) << k;
+      if (i + 1 == found.size()) {
+        EXPECT_EQ(depth, 0) << k;
+      } else if (found[i + 1].parameter - found[i].parameter > 1e-9) {
+        // Crossings at one vertex have the same parameter but for rounding, and come in any order.
+        EXPECT_TRUE(depth == 0 || depth == 1) << k;
+      }
     }
   }
 }
