@@ -24,11 +24,11 @@ struct MaterialSpec {
   double young_pa = 6000;
   double poisson = 0.45;
   double density_kg_per_m3 = 1060;
-  double skin_thickness_m = 0.002;      // of the membrane that the mesh springs stand for
-  double foundation_radius_m = 0.008;   // indenter radius a_ref of the home springs, K_w = 2 E*/(pi a_ref)
-  double pretension = 0.06;             // mesh springs' rest length is (1 - pretension) times the edge
-  double damping_per_s = 25;            // mass-proportional
-  double toughness_j_per_m2 = 200;      // cutting work per area, J_c
+  double skin_thickness_m = 0.002;     // of the membrane that the mesh springs stand for
+  double foundation_radius_m = 0.008;  // indenter radius a_ref of the home springs, K_w = 2 E*/(pi a_ref)
+  double pretension = 0.06;            // mesh springs' rest length is (1 - pretension) times the edge
+  double damping_per_s = 25;           // mass-proportional
+  double toughness_j_per_m2 = 200;     // cutting work per area, J_c
 };
 
 struct CuttingSpec {
@@ -37,7 +37,7 @@ struct CuttingSpec {
   double hysteresis = 0.7;          // a cut goes on while the measure is above hysteresis x threshold
   double join_tolerance_m = 0.002;  // an instrument this close to the end of a cut joins it (paper B, 5.2)
   double groove_min_depth_m = 0.0003;
-  bool loops_free_islands = true;   // closing a loop parts the island from the body
+  bool loops_free_islands = true;  // closing a loop parts the island from the body
 };
 
 struct Box {
@@ -47,9 +47,10 @@ struct Box {
 
 struct BodySpec {
   std::string name;
-  std::string mesh_file;  // resolved path
-  double mesh_unit_m = 1;  // length of the file's unit
-  TriangleSoup mesh;      // in metres, body frame, checked
+  std::string mesh_file;                // resolved path
+  double mesh_unit_m = 1;               // length of the file's unit
+  TriangleSoup mesh;                    // in metres, body frame, checked
+  std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
   std::string model = "surface_springs";
   MaterialSpec material;
@@ -67,6 +68,11 @@ struct ToolGeometry {
   Vec3 c_tool_m = Vec3(0.006, 0, 0.012);
   Vec3 d_tool_m = Vec3(0.006, 0, 0.03);
 };
+
+// The probe AC hangs from the shaft, its end C in the origin; the virtual tip CD goes on in its direction.
+inline ToolGeometry cautery_hook_geometry() {
+  return {Vec3(0, 0, 0.008), Vec3(0, 0, 0.04), Vec3::Zero(), Vec3(0, 0, -0.005)};
+}
 
 struct ToolSpec {
   std::string name;
@@ -88,7 +94,24 @@ struct Scene {
   std::vector<ToolSpec> tools;
 };
 
-// Throws InputError: "FILE:LINE: KEY: what is wrong". Unknown keys are errors.
+// Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
+// own. Throws InputError "FILE:LINE: KEY: what is wrong"; unknown, duplicate and missing keys, empty lists, wrong types
+// and numbers that are not finite or out of range are errors. Any thread. Everything but the keys marked * has a
+// default:
+//
+//   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]
+//   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
+//   bodies*:   a list of
+//     name*, model: surface_springs
+//     mesh*:     file*, unit*: m | cm | mm
+//     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
+//     material:  the members of MaterialSpec
+//     cutting:   the members of CuttingSpec; threshold_force_n or threshold_displacement_m
+//     fixed:     min_world_m*, max_world_m*
+//     colours:   skin, wall: [red, green, blue] in [0, 1]
+//   tools:     a list of
+//     name*, kind*: scalpel | cautery_hook, intensity, trace: file
+//     geometry:  a_tool_m, b_tool_m, c_tool_m, d_tool_m
 Scene load_scene(const std::string& path);
 
 }  // namespace sectio

@@ -1,0 +1,74 @@
+#include "sim_server/scene/mesh_import.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+
+#include "common/core/error.h"
+#include "sim_server/scene/mesh_mend.h"
+#include "sim_server/scene/mesh_process.h"
+#include "sim_server/scene/self_intersection.h"
+
+namespace sectio {
+namespace {
+
+bool is_gltf(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".gltf" || extension == ".glb";
+}
+
+std::string not_a_surface(const SurfaceReport& report) {
+  std::string text = report.manifold ? "not closed: " : "not a manifold surface: ";
+  text += report.first_defect;
+  if (report.defects > 1) text += ", and " + std::to_string(report.defects - 1) + " more such places";
+  return text;
+}
+
+// The first triangle without a plane of its own: thinner than rounding can tell.
+void refuse_slivers(const TriangleSoup& soup, const std::string& path) {
+  constexpr double kThinnest = 1e-7;  // height over longest edge
+  for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+    const Vec3& a = soup.vertices_body_m[soup.triangles[t][0]];
+    const Vec3 u = soup.vertices_body_m[soup.triangles[t][1]] - a, v = soup.vertices_body_m[soup.triangles[t][2]] - a;
+    const double longest2 = std::max({u.squaredNorm(), v.squaredNorm(), (u - v).squaredNorm()});
+    if (u.cross(v).norm() > kThinnest * longest2) continue;
+    char text[160];
+    std::snprintf(text, sizeof text, ": triangle %zu at (%.6g, %.6g, %.6g) m has no area", t, a.x(), a.y(), a.z());
+    throw InputError(path + text);
+  }
+}
+
+std::string goes_through_itself(const SelfIntersections& found) {
+  if (found.pairs.empty()) return "triangles crowd so closely that self-intersections can't be searched for";
+  const TrianglePair& first = found.pairs.front();
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "goes through itself: %s%zu pairs of triangles, the first %u and %u at (%.6g, %.6g, %.6g) m",
+                found.complete ? "" : "at least ", found.pairs.size(), first.a, first.b, first.point.x(),
+                first.point.y(), first.point.z());
+  return text;
+}
+
+}  // namespace
+
+ImportedMesh import_mesh(const std::string& path, double unit_m, const ImportLimits& limits) {
+  const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };
+  if (is_gltf(path) && unit_m != 1) refuse("glTF files are in metres: the unit must be m");
+
+  ImportedMesh mesh;
+  mesh.soup = read_mesh_file(path, limits);
+  for (Vec3& p : mesh.soup.vertices_body_m) p *= unit_m;
+  mesh.mended = mend(mesh.soup);
+  if (mesh.soup.triangles.empty()) refuse("all triangles are degenerate");
+  mesh.report = check_soup(mesh.soup);
+  if (!mesh.report.valid()) refuse(not_a_surface(mesh.report));
+  refuse_slivers(mesh.soup, path);
+  if (const SelfIntersections found = find_self_intersections(mesh.soup); !found.pairs.empty() || !found.complete) {
+    refuse(goes_through_itself(found));
+  }
+  return mesh;
+}
+
+}  // namespace sectio

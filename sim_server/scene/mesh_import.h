@@ -1,0 +1,33 @@
+// Surfaces from files: Wavefront OBJ, STL, PLY, glTF and GLB. What can be mended without guessing is mended (duplicate
+// vertices, degenerate and duplicate triangles, orientation); what can't serve is refused with the reason and the
+// place.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/mesh/check.h"
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+// The file is read by a child process within these limits: some readers crash or never end on damaged files.
+struct ImportLimits {
+  double time_s = 60;
+  std::uint64_t memory_bytes = 3'000'000'000;  // of the child
+  std::uint64_t file_bytes = 1'000'000'000;
+  std::uint32_t triangles = 5'000'000;
+};
+
+struct ImportedMesh {
+  TriangleSoup soup;                // in metres; a closed, oriented manifold without self-intersection, outside outward
+  SurfaceReport report;             // of soup
+  std::vector<std::string> mended;  // what had to be done to the file's triangles, for a person; often empty
+};
+
+// unit_m: the length in metres of the file's unit. glTF is in metres by its definition: then unit_m must be 1.
+// Throws InputError "FILE: reason, place". Any thread.
+ImportedMesh import_mesh(const std::string& path, double unit_m, const ImportLimits& limits = {});
+
+}  // namespace sectio

@@ -1,0 +1,187 @@
+#include "sim_server/scene/mesh_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct Descriptor {
+  int fd = -1;
+  ~Descriptor() { close(); }
+  void close() {
+    if (fd >= 0) ::close(fd);
+    fd = -1;
+  }
+};
+
+// mesh_reader lies beside the program that runs.
+std::string reader_path() {
+  std::error_code error;
+  const fs::path self = fs::read_symlink("/proc/self/exe", error);
+  const fs::path reader = self.parent_path() / "mesh_reader";
+  if (error || ::access(reader.c_str(), X_OK) != 0) {
+    throw std::runtime_error("program mesh_reader not found beside " + self.string());
+  }
+  return reader.string();
+}
+
+class Child {
+ public:
+  Child(const std::string& path, const ImportLimits& limits) {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+    pipe_.fd = ends[0];
+    Descriptor write_end{ends[1]};
+
+    std::array<std::string, 5> words{reader_path(), path, std::to_string(limits.triangles),
+                                     std::to_string(limits.memory_bytes),
+                                     std::to_string(static_cast<long>(std::ceil(limits.time_s)) + 1)};
+    std::array<char*, 6> argv{};
+    std::transform(words.begin(), words.end(), argv.begin(), [](std::string& word) { return word.data(); });
+
+    // dup2 of a descriptor onto itself would leave it close-on-exec, hence the way over a spare number.
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, write_end.fd, kMeshPipe + 1);
+    posix_spawn_file_actions_adddup2(&actions, kMeshPipe + 1, kMeshPipe);
+    for (const int standard : {0, 1, 2}) {
+      posix_spawn_file_actions_addopen(&actions, standard, "/dev/null", standard == 0 ? O_RDONLY : O_WRONLY, 0);
+    }
+    posix_spawn_file_actions_addclosefrom_np(&actions, kMeshPipe + 1);
+    const int error = ::posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0) throw std::runtime_error(words[0] + ": " + std::strerror(error));
+  }
+
+  ~Child() {
+    if (pid_ > 0) ::kill(pid_, SIGKILL);
+    wait();
+  }
+
+  int pipe() const { return pipe_.fd; }
+
+  // How it ended, for a person; call at the end of the pipe.
+  std::string wait() {
+    int status = 0;
+    pid_t done = 0;
+    if (pid_ > 0) {
+      do done = ::waitpid(pid_, &status, 0);
+      while (done < 0 && errno == EINTR);
+    }
+    pid_ = -1;
+    if (done <= 0) return "its reader is gone";
+    if (WIFSIGNALED(status)) return std::string("its reader crashed (") + ::strsignal(WTERMSIG(status)) + ")";
+    return "its reader ended with code " + std::to_string(WEXITSTATUS(status));
+  }
+
+ private:
+  Descriptor pipe_;
+  pid_t pid_ = -1;
+};
+
+class PipeReader {
+ public:
+  PipeReader(Child& child, const std::string& path, const ImportLimits& limits)
+      : child_(child),
+        path_(path),
+        limits_(limits),
+        deadline_(Clock::now() +
+                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limits.time_s))) {}
+
+  [[noreturn]] void refuse(const std::string& why) const { throw InputError(path_ + ": " + why); }
+
+  void read(void* target, std::size_t bytes) {
+    auto* to = static_cast<char*>(target);
+    while (bytes > 0) {
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
+      pollfd poll_fd{child_.pipe(), POLLIN, 0};
+      const int ready = left > 0 ? ::poll(&poll_fd, 1, static_cast<int>(std::min<long>(left, 60'000))) : 0;
+      if (ready < 0 && errno == EINTR) continue;
+      if (ready == 0 && Clock::now() < deadline_) continue;
+      if (ready == 0) {
+        char text[80];
+        std::snprintf(text, sizeof text, "damaged file: not read within %g s", limits_.time_s);
+        refuse(text);
+      }
+      const ssize_t got = ::read(child_.pipe(), to, bytes);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) refuse("damaged file, or one that needs more than the memory allowed: " + child_.wait());
+      to += got;
+      bytes -= static_cast<std::size_t>(got);
+    }
+  }
+
+ private:
+  Child& child_;
+  const std::string& path_;
+  const ImportLimits& limits_;
+  Clock::time_point deadline_;
+};
+
+void check_file(const std::string& path, const ImportLimits& limits) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(path + ": no such file");
+  if (!fs::is_regular_file(status)) throw InputError(path + ": not a file");
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error || ::access(path.c_str(), R_OK) != 0) throw InputError(path + ": can't be read");
+  if (size == 0) throw InputError(path + ": the file is empty");
+  if (size > limits.file_bytes)
+    throw InputError(path + ": larger than " + std::to_string(limits.file_bytes) + " bytes");
+}
+
+}  // namespace
+
+TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits) {
+  check_file(path, limits);
+  Child child(path, limits);
+  PipeReader pipe(child, path, limits);
+
+  MeshPipeHeader header;
+  pipe.read(&header, sizeof header);
+  if (header.magic != MeshPipeHeader{}.magic) pipe.refuse("damaged file: its reader went astray");
+  if (header.status != 0) {
+    std::string why(static_cast<std::size_t>(std::min<std::uint64_t>(header.vertices, 1000)), ' ');
+    pipe.read(why.data(), why.size());
+    pipe.refuse(why);
+  }
+  if (header.triangles > limits.triangles || header.vertices > 3 * std::uint64_t{limits.triangles}) {
+    pipe.refuse("more than " + std::to_string(limits.triangles) + " triangles");
+  }
+  TriangleSoup soup;
+  soup.vertices_body_m.resize(static_cast<std::size_t>(header.vertices));
+  soup.triangles.resize(static_cast<std::size_t>(header.triangles));
+  static_assert(sizeof(Vec3) == 3 * sizeof(double));
+  pipe.read(soup.vertices_body_m.data(), soup.vertices_body_m.size() * sizeof(Vec3));
+  pipe.read(soup.triangles.data(), soup.triangles.size() * sizeof(soup.triangles[0]));
+
+  for (std::size_t v = 0; v < soup.vertices_body_m.size(); ++v) {
+    if (!soup.vertices_body_m[v].allFinite()) pipe.refuse("vertex " + std::to_string(v) + " is not finite");
+  }
+  for (const auto& triangle : soup.triangles) {
+    for (const VertexId v : triangle) {
+      if (v >= header.vertices) pipe.refuse("damaged file: its reader went astray");
+    }
+  }
+  return soup;
+}
+
+}  // namespace sectio

@@ -1,0 +1,221 @@
+#include "sim_server/scene/scene.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+
+#include "common/core/error.h"
+#include "sim_server/scene/mesh_import.h"
+#include "sim_server/scene/yaml_reader.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+// No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
+constexpr double kSmallestBody_m = 1e-3;
+constexpr double kLargestBody_m = 5;
+
+std::string resolved(const YamlValue& file, const std::string& scene_file) {
+  return (fs::path(scene_file).parent_path() / file.text()).lexically_normal().string();
+}
+
+// A name that is safe in topic partitions and file names.
+std::string name_of(const YamlValue& value) {
+  const std::string name = value.text();
+  const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
+  if (name.size() > 64 || !std::all_of(name.begin(), name.end(), allowed) || name.front() == '.') {
+    value.fail("expected a name of at most 64 letters, digits, _, - and ., got " + name.substr(0, 64));
+  }
+  return name;
+}
+
+template <class Named>
+void unique_name(const YamlValue& value, const std::vector<Named>& others, const std::string& name) {
+  for (const Named& other : others) {
+    if (other.name == name) value.fail("the name " + name + " is used twice");
+  }
+}
+
+Camera read_camera(YamlMap& map) {
+  Camera camera;
+  map.read("eye_world_m", camera.eye_world_m);
+  map.read("target_world_m", camera.target_world_m);
+  map.read("up_world", camera.up_world);
+  map.read("field_of_view_deg", camera.field_of_view_deg, between(1, 150));
+  const Vec3 view = camera.target_world_m - camera.eye_world_m;
+  if (view.norm() < 1e-6) map.value().fail("eye_world_m and target_world_m are the same point");
+  if (view.cross(camera.up_world).norm() < 1e-6 * view.norm()) map.value().fail("up_world points along the view");
+  return camera;
+}
+
+// Turns about the world's x, then y, then z axis.
+Pose read_pose(YamlMap& map) {
+  Pose pose;
+  Vec3 rotation_deg = Vec3::Zero();
+  map.read("position_world_m", pose.position_m);
+  map.read("rotation_deg", rotation_deg);
+  const Vec3 angle = rotation_deg * (M_PI / 180);
+  pose.orientation = Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
+                     Eigen::AngleAxisd(angle.x(), Vec3::UnitX());
+  return pose;
+}
+
+MaterialSpec read_material(YamlMap& map) {
+  MaterialSpec material;
+  map.read("young_pa", material.young_pa, above(0));
+  map.read("poisson", material.poisson, from_to_below(0, 0.5));
+  map.read("density_kg_per_m3", material.density_kg_per_m3, above(0));
+  map.read("skin_thickness_m", material.skin_thickness_m, above(0));
+  map.read("foundation_radius_m", material.foundation_radius_m, above(0));
+  map.read("pretension", material.pretension, between(0, 0.5));
+  map.read("damping_per_s", material.damping_per_s, at_least(0));
+  map.read("toughness_j_per_m2", material.toughness_j_per_m2, at_least(0));
+  return material;
+}
+
+CuttingSpec read_cutting(YamlMap& map) {
+  CuttingSpec cutting;
+  const auto force = map.find("threshold_force_n"), displacement = map.find("threshold_displacement_m");
+  if (force && displacement) displacement->fail("give threshold_force_n or threshold_displacement_m, not both");
+  if (force) cutting.threshold_force_n = force->number(at_least(0));
+  if (displacement) {
+    cutting.threshold_displacement_m = displacement->number(at_least(0));
+    cutting.threshold_force_n.reset();
+  }
+  map.read("hysteresis", cutting.hysteresis, above_to(0, 1));
+  map.read("join_tolerance_m", cutting.join_tolerance_m, at_least(0));
+  map.read("groove_min_depth_m", cutting.groove_min_depth_m, above(0));
+  map.read("loops_free_islands", cutting.loops_free_islands);
+  return cutting;
+}
+
+Box read_box(YamlMap& map) {
+  const Box box{map.require("min_world_m").vector3(), map.require("max_world_m").vector3()};
+  if (!(box.min_world_m.array() < box.max_world_m.array()).all()) {
+    map.value().fail("each number of min_world_m must be below that of max_world_m");
+  }
+  return box;
+}
+
+void read_mesh(YamlMap& map, const std::string& scene_file, BodySpec& body) {
+  const YamlValue file = map.require("file"), unit = map.require("unit");
+  const std::string unit_name = unit.choice({"m", "cm", "mm"});
+  body.mesh_unit_m = unit_name == "m" ? 1 : unit_name == "cm" ? 0.01 : 0.001;
+  body.mesh_file = resolved(file, scene_file);
+  ImportedMesh mesh;
+  try {
+    mesh = import_mesh(body.mesh_file, body.mesh_unit_m);
+  } catch (const InputError& error) {
+    file.fail(error.what());
+  }
+  body.mesh = std::move(mesh.soup);
+  body.mesh_notes = std::move(mesh.mended);
+  if (mesh.report.components > 1) {
+    body.mesh_notes.push_back(std::to_string(mesh.report.components) + " separate parts");
+  }
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : body.mesh.vertices_body_m) box.extend(p);
+  const double size_m = box.diagonal().norm();
+  if (size_m < kSmallestBody_m || size_m > kLargestBody_m) {
+    unit.fail("the mesh would be " + std::to_string(size_m) + " m across; is its unit another one?");
+  }
+}
+
+BodySpec read_body(YamlMap& map, const std::string& scene_file) {
+  BodySpec body;
+  body.name = name_of(map.require("name"));
+  map.read("model", body.model, {"surface_springs"});
+  map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
+  map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
+  map.part("cutting", [&](YamlMap& part) { body.cutting = read_cutting(part); });
+  map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
+  map.part("colours", [&](YamlMap& part) {
+    part.read("skin", body.skin_colour, between(0, 1));
+    part.read("wall", body.wall_colour, between(0, 1));
+  });
+  YamlMap mesh(map.require("mesh"));
+  map.finish();
+  read_mesh(mesh, scene_file, body);
+  mesh.finish();
+  return body;
+}
+
+ToolGeometry read_geometry(YamlMap& map, ToolGeometry geometry) {
+  map.read("a_tool_m", geometry.a_tool_m);
+  map.read("b_tool_m", geometry.b_tool_m);
+  map.read("c_tool_m", geometry.c_tool_m);
+  map.read("d_tool_m", geometry.d_tool_m);
+  return geometry;
+}
+
+void check_geometry(const YamlMap& tool, const ToolSpec& spec) {
+  constexpr double kShortest_m = 1e-4;
+  const ToolGeometry& g = spec.geometry;
+  const auto need = [&](const Vec3& p, const Vec3& q, const char* name) {
+    if ((q - p).norm() < kShortest_m) tool.value().fail(std::string("geometry: ") + name + " is shorter than 0.1 mm");
+  };
+  need(g.a_tool_m, g.b_tool_m, "AB");
+  need(g.a_tool_m, g.c_tool_m, "AC");
+  need(g.c_tool_m, g.d_tool_m, "CD");
+  const Vec3 shaft = (g.b_tool_m - g.a_tool_m).normalized(), edge = (g.c_tool_m - g.a_tool_m).normalized();
+  if (spec.kind == "scalpel" && shaft.cross(edge).norm() < 1e-3) {
+    tool.value().fail("geometry: the sharp edge AC lies along the shaft AB, so the blade has no direction");
+  }
+}
+
+ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
+  ToolSpec tool;
+  tool.name = name_of(map.require("name"));
+  tool.kind = map.require("kind").choice({"scalpel", "cautery_hook"});
+  if (tool.kind == "cautery_hook") tool.geometry = cautery_hook_geometry();
+  map.part("geometry", [&](YamlMap& part) { tool.geometry = read_geometry(part, tool.geometry); });
+  map.read("intensity", tool.intensity, above_to(0, 10));
+  check_geometry(map, tool);
+  const auto trace = map.find("trace");
+  map.finish();
+  if (!trace) return tool;
+  tool.trace_file = resolved(*trace, scene_file);
+  try {
+    tool.trace = load_trace(tool.trace_file);
+  } catch (const InputError& error) {
+    trace->fail(error.what());
+  }
+  return tool;
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& path) {
+  Scene scene;
+  scene.file = path;
+  YamlMap map = load_yaml(path);
+  scene.session = name_of(map.require("session"));
+  map.read("step_s", scene.step_s, above_to(0, 0.1));
+  map.read("duration_s", scene.duration_s, above_to(0, 86400));
+  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-1000, 1000));
+  map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
+  const YamlValue bodies = map.require("bodies");
+  const auto tools = map.find("tools");
+  map.finish();
+
+  if (tools) {
+    for (const YamlValue& value : tools->list()) {
+      YamlMap entry(value);
+      ToolSpec tool = read_tool(entry, path);
+      unique_name(value, scene.tools, tool.name);
+      scene.tools.push_back(std::move(tool));
+    }
+  }
+  for (const YamlValue& value : bodies.list()) {
+    YamlMap entry(value);
+    BodySpec body = read_body(entry, path);
+    unique_name(value, scene.bodies, body.name);
+    scene.bodies.push_back(std::move(body));
+  }
+  return scene;
+}
+
+}  // namespace sectio
