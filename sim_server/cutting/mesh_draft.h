@@ -1,0 +1,114 @@
+// A draft of changes to a mesh: reads fall through to the mesh, writes stay in the draft until delta() says what they
+// amount to. Planning a cut is therefore a pure function, and a refused cut is a draft that is dropped.
+//
+// The draft also holds the state (world position and velocity) of vertices that it adds or moves, because what comes
+// next in the same step has to see them.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "common/delta/topology_delta.h"
+
+namespace sectio {
+
+// State of a body's particles, four floats (x, y, z, unused) a vertex slot.
+struct ParticleView {
+  const float* position_world_m = nullptr;
+  const float* velocity_world_m_per_s = nullptr;
+
+  Vec3 position(VertexId v) const { return at(position_world_m, v); }
+  Vec3 velocity(VertexId v) const { return at(velocity_world_m_per_s, v); }
+
+ private:
+  static Vec3 at(const float* xyzw, VertexId v) { return {xyzw[4 * v], xyzw[4 * v + 1], xyzw[4 * v + 2]}; }
+};
+
+struct VertexState {
+  Vec3 rest_body_m = Vec3::Zero();
+  Vec3 position_world_m = Vec3::Zero();
+  Vec3 velocity_world_m_per_s = Vec3::Zero();
+
+  // The same linear combination of all three.
+  static VertexState mix(const VertexState& a, const VertexState& b, double s);
+  static VertexState mix(const std::array<VertexState, 3>& corners, const Vec3& bary);
+};
+
+class MeshDraft {
+ public:
+  MeshDraft(const TriangleMesh& base, ParticleView particles) : base_(base), particles_(particles) {
+    vertex_slots_ = base.vertex_slots();
+    triangle_slots_ = base.triangle_slots();
+  }
+
+  Triangle triangle(TriangleId t) const;
+  TriangleId neighbour(TriangleId t, int i) const;
+  TriangleId incident(VertexId v) const;  // kNone: dead
+  VertexState state(VertexId v) const;
+  Vec3 position(VertexId v) const { return state(v).position_world_m; }
+
+  // Triangles around v, counter-clockwise; begins anywhere. Empty if v is dead.
+  std::vector<TriangleId> fan(VertexId v) const;
+  // The triangle on whose rim the directed edge from -> to lies; kNone if there is none.
+  TriangleId triangle_of_edge(VertexId from, VertexId to) const;
+  // The triangle with these corners in this cyclic order; kNone if there is none.
+  TriangleId find_triangle(VertexId a, VertexId b, VertexId c) const;
+
+  // The lowest free slot. A vertex that comes back to its slot with its rest position keeps the state that it had.
+  VertexId add_vertex(const VertexState& state);
+  void move_vertex(VertexId v, const VertexState& state);
+
+  // Exchanges triangles; the new ones take the slots of the old, then free ones. Vertices that lose their last triangle
+  // die. False, and the draft is not to be used any more, when the hole is not filled exactly.
+  [[nodiscard]] bool replace(std::span<const TriangleId> removed, std::span<const Triangle> added);
+
+  // Takes back an earlier delta, given its inverse.
+  [[nodiscard]] bool undo(const TopologyDelta& inverse);
+
+  // From here on the draft remembers what it overwrites; inverse_since_mark() takes it all back.
+  void mark();
+  TopologyDelta inverse_since_mark() const;
+
+  // What has changed against the mesh; empty() if nothing.
+  TopologyDelta delta() const;
+  // Vertices whose state has to be set once the delta is applied, in ascending order of slot.
+  std::vector<std::pair<VertexId, VertexState>> seeds() const;
+
+ private:
+  struct TriangleRecord {
+    Triangle triangle;
+    std::array<TriangleId, 3> neighbours{kNone, kNone, kNone};
+  };
+  struct VertexRecord {
+    VertexState state;
+    TriangleId incident = kNone;
+    bool set = false;  // rest position or state were set here
+  };
+
+  TriangleRecord& edit_triangle(TriangleId t);
+  VertexRecord& edit_vertex(VertexId v);
+  std::uint32_t take_slot(std::set<std::uint32_t>& freed, std::size_t& cursor, std::span<const std::uint32_t> base_free,
+                          std::uint32_t& slots);
+  void remember(VertexId v);
+  bool exchange(const std::map<TriangleId, Triangle>& after);
+
+  const TriangleMesh& base_;
+  ParticleView particles_;
+  std::uint32_t vertex_slots_ = 0;
+  std::uint32_t triangle_slots_ = 0;
+  std::map<TriangleId, TriangleRecord> triangles_;
+  std::map<VertexId, VertexRecord> vertices_;
+  std::set<std::uint32_t> freed_vertices_, freed_triangles_;
+  std::size_t vertex_cursor_ = 0, triangle_cursor_ = 0;
+
+  bool marked_ = false;
+  std::uint32_t vertex_slots_at_mark_ = 0, triangle_slots_at_mark_ = 0;
+  std::map<VertexId, std::optional<Vec3>> vertices_at_mark_;  // rest position; nothing: the slot was dead
+  std::map<TriangleId, Triangle> triangles_at_mark_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,106 @@
+#include "sim_server/cutting/plan_cut.h"
+
+#include <algorithm>
+
+namespace sectio {
+
+const Stroke* BodyCuts::stroke_of(std::uint32_t tool_id) const {
+  const auto it = std::find_if(strokes.begin(), strokes.end(), [&](const Stroke& s) { return s.tool_id == tool_id; });
+  return it != strokes.end() ? &*it : nullptr;
+}
+
+namespace {
+
+const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id) {
+  const auto it =
+      std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.tool_id == tool_id; });
+  return it != motions.end() ? &*it : nullptr;
+}
+
+StrokeEnd follow(MeshDraft& draft, Stroke& stroke, const BladeMotion* motion, GrooveDraft& grooves,
+                 const StrokeSettings& settings) {
+  if (!motion) return StrokeEnd::going;
+  double advanced_m = 0;
+  for (const Blade& blade : motion->path) {
+    const StrokeEnd end = advance(draft, stroke, blade, grooves, settings);
+    advanced_m += stroke.advanced_m;
+    if (end != StrokeEnd::going) return end;
+    stroke.blade = blade;
+  }
+  stroke.advanced_m = advanced_m;
+  return motion->lift ? StrokeEnd::lifted : StrokeEnd::going;
+}
+
+// All strokes of a body at once; one that can't be continued validly makes the whole attempt fail.
+bool attempt(MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts, std::span<const Entry> entries,
+             std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
+  std::vector<Stroke> strokes = cuts.strokes;
+  for (auto it = strokes.rbegin(); it != strokes.rend(); ++it)
+    if (it->temporary_inverse && !draft.undo(*it->temporary_inverse)) return false;
+  for (const Entry& e : entries) {
+    Stroke s;
+    s.tool_id = e.tool_id;
+    s.touched = e.triangle;
+    s.bary = e.bary;
+    strokes.push_back(s);
+  }
+
+  std::vector<Stroke> ended;
+  for (Stroke& s : strokes) {
+    const StrokeEnd end = follow(draft, s, motion_of(motions, s.tool_id), plan.grooves, settings);
+    if (end == StrokeEnd::refused) return false;
+    if (end == StrokeEnd::going) {
+      plan.strokes.push_back(s);
+      continue;
+    }
+    plan.outcomes.push_back({s.tool_id, end});
+    s.temporary_inverse.reset();
+    if (end == StrokeEnd::lifted && s.blade && !open_temporarily(draft, s, *s.blade, settings)) return false;
+    if (end != StrokeEnd::joined && !finish(draft, s, plan.grooves)) return false;
+    ended.push_back(s);
+  }
+  if (loops_free_islands)
+    for (const Stroke& s : ended)
+      if (s.joined_twin != kNone)
+        if (const auto island = free_island(draft, plan.grooves, s.cell.apex, s.joined_twin))
+          plan.islands.push_back(*island);
+  for (Stroke& s : plan.strokes)
+    if (s.blade && !open_temporarily(draft, s, *s.blade, settings)) return false;
+  return true;
+}
+
+}  // namespace
+
+CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
+                 std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
+  CutPlan plan{{}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
+  MeshDraft draft(mesh, particles);
+  if (attempt(draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
+    plan.delta = draft.delta();
+    plan.seeds = draft.seeds();
+    return plan;
+  }
+  // Refused whole: the mesh stays; cuts that were under way end with what is open now.
+  CutPlan refusal{{}, {}, {}, {}, {}, 1, GrooveDraft(cuts.grooves)};
+  for (Stroke s : cuts.strokes) {
+    keep_what_is_open(s, refusal.grooves);
+    refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused});
+  }
+  for (const Entry& e : entries) refusal.outcomes.push_back({e.tool_id, StrokeEnd::refused});
+  return refusal;
+}
+
+bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts) {
+  if (!plan.delta.empty() && apply(plan.delta, mesh) != ApplyStatus::applied) {
+    GrooveDraft grooves(cuts.grooves);
+    for (Stroke& s : cuts.strokes) keep_what_is_open(s, grooves);
+    grooves.commit(cuts.grooves);
+    cuts.strokes.clear();
+    return false;
+  }
+  plan.grooves.commit(cuts.grooves);
+  cuts.strokes = plan.strokes;
+  return true;
+}
+
+}  // namespace sectio

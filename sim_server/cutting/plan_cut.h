@@ -1,0 +1,58 @@
+// Planning a step's cuts in one body: a pure function from the mesh, the state and the instruments' motion to a delta.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim_server/cutting/islands.h"
+#include "sim_server/cutting/stroke.h"
+
+namespace sectio {
+
+// What one instrument does in this body in this step.
+struct BladeMotion {
+  std::uint32_t tool_id = 0;
+  std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
+  bool lift = false;        // the cut ends here, whatever the path
+};
+
+// Where an instrument breaks the surface: as the collision engine found it, used as it is.
+struct Entry {
+  std::uint32_t tool_id = 0;
+  TriangleId triangle = kNone;
+  Vec3 bary = Vec3::Constant(1.0 / 3);
+};
+
+// The cuts of one body: changed only by accepting a plan.
+struct BodyCuts {
+  Grooves grooves;
+  std::vector<Stroke> strokes;  // one an instrument that is in the tissue
+
+  const Stroke* stroke_of(std::uint32_t tool_id) const;
+};
+
+struct StrokeOutcome {
+  std::uint32_t tool_id = 0;
+  StrokeEnd end = StrokeEnd::going;
+};
+
+struct CutPlan {
+  TopologyDelta delta;                                  // empty(): the topology stays
+  std::vector<std::pair<VertexId, VertexState>> seeds;  // state to set once the delta is applied
+  std::vector<StrokeOutcome> outcomes;                  // of strokes that ended
+  std::vector<Island> islands;
+  std::vector<Stroke> strokes;  // those that go on
+  std::uint32_t refused = 0;    // cuts for which there was no valid subdivision
+  GrooveDraft grooves;
+};
+
+// `entries` begin new strokes. Every temporary subdivision is undone, the cuts advance, what goes on is opened again.
+CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
+                 std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands);
+
+// Applies the plan's delta and takes over its strokes. When the delta can't be applied the mesh is as before, and the
+// strokes end where they are: true or false.
+bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts);
+
+}  // namespace sectio

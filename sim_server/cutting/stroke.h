@@ -1,0 +1,82 @@
+// One instrument's cut in one body while it lasts: progressive cutting with temporary subdivision (paper B, 5.1).
+//
+// The permanent part of the cut ends at the apex of the cell in which the instrument is. Inside that cell the cut
+// follows the instrument by a temporary subdivision, which is undone before anything else is planned. On leaving the
+// cell the cut goes straight from where it entered to where it leaves (figure 1).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "sim_server/cutting/grooves.h"
+#include "sim_server/cutting/templates.h"
+
+namespace sectio {
+
+// The line that cuts, at one pose: from the tip upwards along the sharp edge (paper B, figure 3: A to C; cautery: D to
+// C).
+struct Blade {
+  Vec3 tip_world_m = Vec3::Zero();
+  Vec3 up_world = Vec3::UnitZ();  // unit
+  double max_depth_m = 1e9;       // of the groove here: what the tissue's thickness leaves
+};
+
+struct StrokeSettings {
+  double snap_ratio = 0.08;   // a crossing this close to a corner of its edge (ratio of its length) goes through it
+  double inset = 0.04;        // least barycentric coordinate of a vertex inside a triangle
+  double min_step_m = 1e-4;   // the instrument moves this far before a cut opens
+  double min_depth_m = 3e-4;  // of a groove
+  double release_depth_m = -2e-4;  // depth of the tip below which the instrument is lifted
+  double join_tolerance_m = 2e-3;
+};
+
+enum class StrokeEnd : std::uint8_t {
+  going,    // nothing ended
+  lifted,   // the tip is out of the tissue
+  joined,   // ran into the end of a cut
+  lost,     // the surface does not lead to where the instrument is: search anew
+  refused,  // no valid subdivision
+};
+
+struct Stroke {
+  std::uint32_t tool_id = 0;
+  Cell cell;                   // apex == kNone: only touched so far
+  TriangleId touched = kNone;  // where it began
+  Vec3 bary{1, 0, 0};          // where the instrument is, in cell.corners() (or in `touched`)
+  VertexId start = kNone;      // of a cut that is scored but not yet open: apex and start are its two points
+  VertexId bottom = kNone;     // beneath the apex; kNone: not open yet
+  std::optional<VertexState> start_bottom, apex_bottom;  // of points that are not open yet
+  VertexId first = kNone;                                // where the cut began, for closing a loop
+  std::uint32_t points = 0;                              // permanent points so far
+  double depth_m = 0;                                    // of the tip below the surface
+  double advanced_m = 0;                                 // length of surface cut in the last step
+  std::optional<Blade> blade;                            // the newest pose at which it cut
+  VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
+
+  // The temporary subdivision.
+  std::optional<TopologyDelta> temporary_inverse;
+  VertexId temporary_tip = kNone;
+  std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
+};
+
+// Where the instrument is now, by the draft's state of the cell.
+Vec3 position_of(const MeshDraft& draft, const Stroke& stroke);
+// Unit normal of the surface there, out of the tissue.
+Vec3 normal_of(const MeshDraft& draft, const Stroke& stroke);
+
+// Takes the instrument to `blade`, cutting all that lies on the way; the draft must be without the stroke's temporary
+// subdivision. Walks over the surface in the plane of the motion, triangle by triangle: nothing is jumped over.
+StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves,
+                  const StrokeSettings& settings);
+
+// Opens the cut up to where the instrument is, temporarily. False when there is no valid subdivision.
+bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, const StrokeSettings& settings);
+
+// The instrument was lifted: what is open stays (figure 10, P4), and the ends can be joined by later cuts.
+// Takes a draft without the temporary subdivision unless the stroke still has it.
+bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves);
+
+// The same where the mesh must not change any more. False when nothing of the cut is open.
+bool keep_what_is_open(Stroke& stroke, GrooveDraft& grooves);
+
+}  // namespace sectio

@@ -1,0 +1,146 @@
+// Whatever an instrument does, the surface stays closed, oriented and manifold.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/scalpel_on_mesh.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+namespace {
+
+Vec3 rest_normal(const TriangleMesh& mesh, TriangleId t) {
+  const auto& v = mesh.triangle(t).v;
+  return (mesh.rest_body_m(v[1]) - mesh.rest_body_m(v[0]))
+      .cross(mesh.rest_body_m(v[2]) - mesh.rest_body_m(v[0]))
+      .stableNormalized();
+}
+
+TriangleId random_triangle(const TriangleMesh& mesh, std::mt19937_64& random) {
+  std::uniform_int_distribution<TriangleId> any(0, mesh.triangle_slots() - 1);
+  TriangleId t = any(random);
+  while (!mesh.triangle(t).alive()) t = any(random);
+  return t;
+}
+
+// Barycentric coordinates that are often degenerate: corners, edges, near edges.
+Vec3 random_bary(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> u(0, 1);
+  Vec3 b(u(random), u(random), u(random));
+  switch (std::uniform_int_distribution<int>(0, 5)(random)) {
+    case 0:
+      b = Vec3::UnitY();
+      break;
+    case 1:
+      b[0] = 0;
+      break;
+    case 2:
+      b[2] *= 1e-6;
+      break;
+    default:
+      break;
+  }
+  return b / b.sum();
+}
+
+struct Storm {
+  std::uint32_t strokes = 0, cuts = 0, refused = 0, islands = 0, joins = 0;
+};
+
+Storm storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double step_m) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> gauss(0, 1);
+  std::uniform_real_distribution<double> u(0, 1);
+  StrokeSettings settings;
+  settings.join_tolerance_m = step_m;
+  settings.min_step_m = 0.02 * step_m;
+  settings.min_depth_m = 0.05 * step_m;
+  settings.release_depth_m = -1;
+  Storm result;
+  ScalpelOnMesh scalpel(soup, settings);
+  const std::uint32_t triangles_at_first = scalpel.mesh.triangle_count();
+  for (int k = 0; k < strokes; ++k) {
+    if (scalpel.mesh.triangle_count() > 12 * triangles_at_first) scalpel = ScalpelOnMesh(soup, settings);
+    const TriangleId t = random_triangle(scalpel.mesh, random);
+    Vec3 bary = random_bary(random);
+    const auto& v = scalpel.mesh.triangle(t).v;
+    Vec3 x = bary[0] * scalpel.mesh.rest_body_m(v[0]) + bary[1] * scalpel.mesh.rest_body_m(v[1]) +
+             bary[2] * scalpel.mesh.rest_body_m(v[2]);
+    Vec3 up = rest_normal(scalpel.mesh, t);
+    if (!(up.norm() > 0.5)) continue;
+    up = (up + 0.3 * Vec3(gauss(random), gauss(random), gauss(random))).normalized();
+    Vec3 ahead = up.unitOrthogonal();
+    ahead = Eigen::AngleAxisd(2 * M_PI * u(random), up) * ahead;
+    const double turn = 0.4 * gauss(random);
+    const int steps = std::uniform_int_distribution<int>(1, 40)(random);
+    scalpel.enter(t, bary);
+    for (int i = 0; i < steps; ++i) {
+      if (i > 0 && !scalpel.going()) break;
+      if (i > 0) {
+        const Stroke& s = *scalpel.stroke();
+        const MeshDraft at(scalpel.mesh, {scalpel.positions.data(), scalpel.velocities.data()});
+        const Vec3 n = normal_of(at, s);
+        if (n.dot(up) > 0.2) up = (0.8 * up + 0.2 * n).normalized();  // the hand follows the surface
+      }
+      ahead = Eigen::AngleAxisd(turn, up) * ahead;
+      ahead = (ahead - ahead.dot(up) * up).normalized();
+      x += step_m * (0.2 + u(random)) * ahead;
+      const CutPlan plan = scalpel.to(x, up, step_m * (0.2 + 2 * u(random)));
+      result.islands += static_cast<std::uint32_t>(plan.islands.size());
+      for (const StrokeOutcome& o : plan.outcomes) result.joins += o.end == StrokeEnd::joined;
+      const SurfaceReport report = check(scalpel.mesh);
+      EXPECT_TRUE(report.valid()) << "stroke " << k << " step " << i << ": " << report.first_defect;
+      if (!report.valid()) return result;
+    }
+    if (scalpel.going()) scalpel.lift();
+    EXPECT_FALSE(scalpel.going());
+    const SurfaceReport report = check(scalpel.mesh);
+    EXPECT_TRUE(report.valid()) << "stroke " << k << " lifted: " << report.first_defect;
+    if (!report.valid()) return result;
+    ++result.strokes;
+  }
+  result.cuts = scalpel.made;
+  result.refused = scalpel.refused + scalpel.rejected_deltas;
+  return result;
+}
+
+void expect_storm(const TriangleSoup& soup, double step_m) {
+  Storm sum;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const Storm s = storm(soup, seed, 90, step_m);
+    if (testing::Test::HasFailure()) return;
+    sum.strokes += s.strokes;
+    sum.refused += s.refused;
+    sum.joins += s.joins;
+    sum.islands += s.islands;
+  }
+  std::printf("%u strokes, %u refused, %u joins, %u islands\n", sum.strokes, sum.refused, sum.joins, sum.islands);
+  EXPECT_GT(sum.strokes, 600u);
+  EXPECT_LT(sum.refused, sum.strokes / 5) << "refusals are for the exception";
+}
+
+TEST(RandomStrokes, ball) {
+  expect_storm(ellipsoid(2, Vec3::Constant(0.05)), 0.012);
+}
+TEST(RandomStrokes, ball_with_small_steps) {
+  expect_storm(ellipsoid(2, Vec3::Constant(0.05)), 0.003);
+}
+TEST(RandomStrokes, box_with_sharp_edges) {
+  expect_storm(box(4, 3, 2, Vec3(0.08, 0.06, 0.04)), 0.012);
+}
+TEST(RandomStrokes, flat_lens) {
+  expect_storm(ellipsoid(2, Vec3(0.05, 0.05, 0.004)), 0.01);
+}
+TEST(RandomStrokes, torus) {
+  expect_storm(torus(16, 8, 0.05, 0.02), 0.01);
+}
+TEST(RandomStrokes, slivers) {
+  expect_storm(ellipsoid(2, Vec3(0.2, 0.01, 0.01)), 0.004);
+}
+TEST(RandomStrokes, one_tetrahedron) {
+  expect_storm({{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}},
+               0.01);
+}
+
+}  // namespace
+}  // namespace sectio::test
