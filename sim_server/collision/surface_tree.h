@@ -1,0 +1,68 @@
+// A dynamic hierarchy of boxes over the triangles of one body, for global queries.
+//
+// Each leaf is a triangle slot in a fat box: the box of its corners' anchors, grown by a margin. The anchor of a vertex
+// is where it was when it last left the margin; until then the tree need not know that it moves. Cost: a query
+// O(log n + found), a delta of k triangles O(k log n), a scan of all vertices O(n).
+//
+// After the mesh or the positions change, the matching update must come before the next query. Positions must be
+// finite. Queries are const, safe in several threads at once, and their results come in an order that does not depend
+// on the shape of the tree.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim_server/collision/surface_view.h"
+
+namespace sectio {
+
+struct ClosestSurfacePoint {
+  TriangleId triangle = kNone;
+  Vec3 bary = Vec3::Zero();
+  Vec3 point_world_m = Vec3::Zero();
+  double distance_m = 0;
+};
+
+class SurfaceTree {
+ public:
+  static constexpr double kDefaultMarginM = 0.0005;
+
+  explicit SurfaceTree(const SurfaceView& view, double margin_m = kDefaultMarginM);
+  ~SurfaceTree();
+  SurfaceTree(SurfaceTree&&) noexcept;
+  SurfaceTree& operator=(SurfaceTree&&) noexcept;
+
+  // Positions changed: of all vertices, or only of those named. Returns the number of vertices that left their margin.
+  std::size_t update_moved(const SurfaceView& view);
+  std::size_t update_moved(const SurfaceView& view, std::span<const VertexId> moved);
+  // The slots of a delta: added, changed or removed triangles, in any order.
+  void update_changed(const SurfaceView& view, std::span<const TriangleId> changed);
+
+  std::size_t size() const;   // live triangles
+  std::size_t depth() const;  // O(n); for tests
+  Box3 bounds_world_m() const;
+
+  // Every crossing of the segment p q, in order of parameter.
+  std::vector<SurfaceHit> hits(const SurfaceView& view, const Vec3& p, const Vec3& q) const;
+  std::optional<SurfaceHit> first_hit(const SurfaceView& view, const Vec3& p, const Vec3& q) const;
+  // Is the point inside the closed surface? Parity of the crossings of a ray, which is exact.
+  bool inside(const SurfaceView& view, const Vec3& point) const;
+  std::optional<ClosestSurfacePoint> closest(const SurfaceView& view, const Vec3& point, double within_m) const;
+  // Whatever a moving segment sweeps over.
+  std::vector<EdgeCrossing> swept(const SurfaceView& view, const SweptSegment& sweep) const;
+
+  // Triangles whose current box, grown by reach_m, meets one of the segments between the points given; ascending.
+  void near_segments(const SurfaceView& view, std::span<const Vec3> points,
+                     std::span<const std::array<std::size_t, 2>> segments, double reach_m,
+                     std::vector<TriangleId>& out) const;
+  // Triangles whose current box overlaps the box given; ascending.
+  void in_box(const SurfaceView& view, const Box3& box, std::vector<TriangleId>& out) const;
+
+ private:
+  struct Hierarchy;  // FCL's, not seen from outside
+  std::unique_ptr<Hierarchy> hierarchy_;
+};
+
+}  // namespace sectio
