@@ -1,5 +1,6 @@
-// The local contact model: what the server tells the hand. Between two of these, the bridge evaluates force = model(pose)
-// at 1 kHz by itself. (Intermediate representation: Adachi 1995, Mark 1996.) See evaluate() for the formula.
+// The local contact model: what the server tells the hand. Between two of these, the bridge evaluates force =
+// model(pose) at 1 kHz by itself. (Intermediate representation: Adachi 1995, Mark 1996.) See evaluate() for the
+// formula.
 #pragma once
 
 #include <cstdint>
@@ -36,16 +37,19 @@ struct ContactModel {
 //   age = min(now - tool_time, time_to_live)          d   = x - v_p age - x0     (the tip, seen from the moving tissue)
 //   F_n = max(0, n.f0 - k n.d - c n.(v - v_p))        F_t = f0_t - k_t d_t, |F_t| <= max(mu F_n, |f0_t|)
 //
-// and |F| <= yield. F_t fades with F_n where the fit had n.f0 > 0, so that a lifted tool feels nothing.
+// and |F| <= yield. The bound |f0_t| fades with F_n where the fit had n.f0 > 0: a lifted tool feels nothing.
 // Pure: neither holds nor decays; ContactModelFollower does. No allocation, no lock.
 Vec3 evaluate(const ContactModel& model, const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
 
+// A point carried back to the time of the fit with the plane's velocity: x - v_p age.
+Vec3 seen_from_tissue(const ContactModel& model, const Vec3& world_m, double now_s);
+
 // What the 1 kHz loop asks: evaluate() with memory. It
 //  - goes over to a new model within kBlend_s without a jump in force, and lets stiffness rise by at most 20 % in 10 ms
-//    (a rise at fixed penetration hands the user energy), while it may fall at once;
+//    (a rise at fixed penetration hands energy to the user), while it may fall at once;
 //  - sticks and slips sideways: the spring's anchor is dragged along once the friction bound is reached;
-//  - outside valid_radius holds the last force, then fades it within kDecay_s;
-//  - when the model has outlived kSilence_s without a successor, fades the force within kDecay_s (the watchdog).
+//  - outside valid_radius_m keeps the last force and fades it within kDecay_s;
+//  - when no model has come for kSilence_s, fades the force within kDecay_s (the watchdog).
 // Deterministic; one thread; no allocation, no lock.
 class ContactModelFollower {
  public:
@@ -57,8 +61,40 @@ class ContactModelFollower {
   // The newest model; takes effect with the next tick().
   void receive(const ContactModel& model);
 
-  // The force at this tick. `now_s` ascends; no model yet: no force.
+  // The force at this tick. `now_s` ascends. No model yet: no force.
   Vec3 tick(const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
+
+  // Nothing before the first model has taken effect.
+  const ContactModel* model() const { return has_model_ ? &model_ : nullptr; }
+  bool silent(double now_s) const { return has_model_ && now_s - received_s_ > kSilence_s; }
+
+ private:
+  struct Motion {
+    Vec3 tip_m;
+    Vec3 velocity_m_per_s;
+    double now_s;
+    double dt_s;
+  };
+  void adopt(const Motion& motion);
+  void blend_from(const Vec3& before_n, const Motion& motion);
+  void raise_stiffness(double dt_s);
+  void watch_radius(const Motion& motion);
+  Vec3 output(const Motion& motion);
+
+  ContactModel next_;
+  ContactModel model_;
+  bool fresh_ = false;
+  bool has_model_ = false;
+  bool outside_ = false;
+  double last_tick_s_ = 0;
+  double received_s_ = 0;
+  double left_s_ = 0;  // when the tip left valid_radius_m
+  double gap_began_s_ = 0;
+  double stiffness_n_per_m_ = 0;  // follows the model's, limited in its rise
+  Vec3 slip_m_ = Vec3::Zero();    // how far the sideways spring's anchor was dragged since the fit
+  Vec3 gap_n_ = Vec3::Zero();     // force before the last change less force after it
+  Vec3 held_n_ = Vec3::Zero();
+  Vec3 force_n_ = Vec3::Zero();
 };
 
 }  // namespace sectio
