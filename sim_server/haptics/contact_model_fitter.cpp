@@ -1,0 +1,101 @@
+#include "sim_server/haptics/contact_model_fitter.h"
+
+#include <algorithm>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kLeastOfPrior = 0.2;  // stiffness stays within these multiples of the prior
+constexpr double kMostOfPrior = 3;
+constexpr double kShareOfBound = 0.7;  // of 2 b / T, beyond which a sampled spring feeds energy to the hand
+// Weight of the estimate so far: as much as a window in which the tip moved 5 um a step.
+constexpr double kMemory_m2 = 32 * 25e-12;
+
+}  // namespace
+
+ContactModelFitter::ContactModelFitter(std::uint32_t tool_id, const FitterSpec& spec)
+    : tool_id_(tool_id), spec_(spec), stiffness_n_per_m_(spec.prior_stiffness_n_per_m) {
+  fit_stiffness();
+}
+
+ContactModel ContactModelFitter::fit(const ContactStep& step) {
+  SECTIO_ASSERT(step.reaction_world_n.allFinite() && step.tip_world_m.allFinite(), "a contact must be finite");
+  if (step.state != ContactState::free) {
+    follow(step);
+    fit_stiffness();
+  }
+  touching_ = step.state != ContactState::free;
+  last_ = step;
+
+  ContactModel model;
+  model.tool_id = tool_id_;
+  model.sequence = ++sequence_;
+  model.sim_time_s = step.sim_time_s;
+  model.tool_time_s = step.tool_time_s;
+  model.state = step.state;
+  model.point_world_m = step.point_world_m;
+  model.normal_world = step.normal_world;
+  model.velocity_world_m_per_s = step.surface_velocity_world_m_per_s;
+  model.stiffness_n_per_m = stiffness_n_per_m_;
+  model.tangential_stiffness_n_per_m = spec_.tangential_fraction * stiffness_n_per_m_;
+  model.damping_n_s_per_m = spec_.contact_damping_n_s_per_m;
+  model.friction = spec_.friction;
+  model.yield_n = spec_.yield_n;
+  model.valid_radius_m = spec_.valid_radius_m;
+  model.time_to_live_s = spec_.time_to_live_s;
+  if (!touching_) return free_model(model, step);
+
+  // Force and tip went through the same filter, so they belong together; the tissue has moved on by v_p tau since.
+  model.force_world_n = smooth_force_n_;
+  model.tip_world_m = smooth_tip_m_ + spec_.force_filter_s * step.surface_velocity_world_m_per_s;
+  return model;
+}
+
+// Takes one step of a contact into the filters and into the window.
+void ContactModelFitter::follow(const ContactStep& step) {
+  if (!touching_) {
+    window_ = {};
+    smooth_force_n_ = step.reaction_world_n;
+    smooth_tip_m_ = step.tip_world_m;
+    return;
+  }
+  const double dt = step.sim_time_s - last_.sim_time_s;
+  const double share = dt / (dt + spec_.force_filter_s);
+  smooth_force_n_ += share * (step.reaction_world_n - smooth_force_n_);
+  smooth_tip_m_ += share * (step.tip_world_m - smooth_tip_m_);
+
+  const Vec3 moved_m = step.tip_world_m - last_.tip_world_m - dt * step.surface_velocity_world_m_per_s;
+  newest_ = (newest_ + 1) % kWindow;
+  window_[newest_] = {step.normal_world.dot(step.reaction_world_n - last_.reaction_world_n),
+                      step.normal_world.dot(moved_m)};
+}
+
+// Least squares for df = -k dx over the window, drawn towards the estimate so far: a resting tip teaches nothing.
+void ContactModelFitter::fit_stiffness() {
+  double xx = kMemory_m2;
+  double xf = -kMemory_m2 * stiffness_n_per_m_;
+  for (const Change& change : window_) {
+    xx += change.distance_m * change.distance_m;
+    xf += change.distance_m * change.force_n;
+  }
+  const double prior = spec_.prior_stiffness_n_per_m;
+  const double passive = kShareOfBound * 2 * spec_.device_damping_n_s_per_m / spec_.servo_period_s;
+  stiffness_n_per_m_ = std::min(std::clamp(-xf / xx, kLeastOfPrior * prior, kMostOfPrior * prior), passive);
+}
+
+// No force here; where the surface is known, a plane to be met.
+ContactModel ContactModelFitter::free_model(ContactModel model, const ContactStep& step) const {
+  model.tip_world_m = step.tip_world_m;
+  if (step.surface_known) {
+    const double gap_m = std::max(0.0, step.normal_world.dot(step.tip_world_m - step.point_world_m));
+    model.tip_world_m -= gap_m * step.normal_world;
+  } else {
+    model.stiffness_n_per_m = 0;
+    model.tangential_stiffness_n_per_m = 0;
+  }
+  return model;
+}
+
+}  // namespace sectio
