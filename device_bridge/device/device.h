@@ -1,0 +1,23 @@
+// What a hand holds: it says where it is and takes a force. One file pair a device.
+#pragma once
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+// Used by the servo thread only; neither call allocates, locks or waits.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  // The instrument's pose at a time since the loop began; times ascend.
+  virtual Pose pose_world(double now_s) = 0;
+
+  // The force on the hand from now on, until the next call.
+  virtual void apply(const Vec3& force_world_n) = 0;
+
+  // True when there is nothing more to play; a real device never finishes.
+  virtual bool finished(double now_s) const = 0;
+};
+
+}  // namespace sectio

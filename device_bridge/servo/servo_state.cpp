@@ -1,0 +1,39 @@
+#include "device_bridge/servo/servo_state.h"
+
+#include <cmath>
+
+namespace sectio {
+
+ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const ContactModel* model) {
+  if (model != nullptr) follower_.receive(*model);
+  const Vec3 velocity = filtered_velocity(now_s, pose_world.position_m);
+
+  ServoRecord record;
+  record.sample = {++sequence_, now_s, pose_world};
+  record.force_world_n = follower_.tick(pose_world.position_m, velocity, now_s);
+  const double length_n = record.force_world_n.norm();
+  if (!std::isfinite(length_n)) {
+    record.force_world_n = Vec3::Zero();
+  } else if (length_n > spec_.max_force_n) {
+    record.force_world_n *= spec_.max_force_n / length_n;
+  }
+  if (const ContactModel* used = follower_.model()) {
+    record.model_age_s = now_s - used->tool_time_s;
+    record.state = used->state;
+    record.server_silent = follower_.silent(now_s);
+  }
+  return record;
+}
+
+Vec3 ServoState::filtered_velocity(double now_s, const Vec3& position_world_m) {
+  const double dt = now_s - last_s_;
+  if (sequence_ > 0 && dt > 0) {
+    const Vec3 raw = (position_world_m - last_position_m_) / dt;
+    velocity_m_per_s_ += (raw - velocity_m_per_s_) * (dt / (dt + spec_.velocity_filter_s));
+  }
+  last_s_ = now_s;
+  last_position_m_ = position_world_m;
+  return velocity_m_per_s_;
+}
+
+}  // namespace sectio

@@ -1,0 +1,52 @@
+// One tick of the haptic loop as plain arithmetic: pose in, force out. No clock, thread, device or wire.
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/contact_model.h"
+#include "common/math/types.h"
+
+namespace sectio {
+
+// What the server is told about the instrument, once a tick.
+struct PoseSample {
+  std::uint64_t sequence = 0;  // from 1, without holes
+  double tool_time_s = 0;      // since the loop began
+  Pose pose_world;
+};
+
+// What the log keeps of a tick.
+struct ServoRecord {
+  PoseSample sample;
+  Vec3 force_world_n = Vec3::Zero();
+  double model_age_s = -1;  // now - the model's tool time; negative: no model yet
+  ContactState state = ContactState::free;
+  bool server_silent = false;  // the watchdog has the force
+  std::uint64_t overruns = 0;  // ticks missed so far
+};
+
+struct ServoSpec {
+  double max_force_n = 10;           // whatever the wire says, the hand never gets more
+  double velocity_filter_s = 0.003;  // time constant of the velocity's low-pass
+};
+
+class ServoState {
+ public:
+  explicit ServoState(const ServoSpec& spec = {}) : spec_(spec) {}
+
+  // `model`: the newest model if one has come since the last tick, else null. The tip is the origin of the tool's
+  // frame. A result that isn't finite becomes no force.
+  ServoRecord tick(double now_s, const Pose& pose_world, const ContactModel* model);
+
+ private:
+  Vec3 filtered_velocity(double now_s, const Vec3& position_world_m);
+
+  ServoSpec spec_;
+  ContactModelFollower follower_;
+  std::uint64_t sequence_ = 0;
+  double last_s_ = 0;
+  Vec3 last_position_m_ = Vec3::Zero();
+  Vec3 velocity_m_per_s_ = Vec3::Zero();
+};
+
+}  // namespace sectio

@@ -1,0 +1,96 @@
+// Between hand and tissue with the wire in between, in simulated time: how true and how stable the force is.
+#include <gtest/gtest.h>
+
+#include "tests/unit/servo/haptic_bench.h"
+
+namespace sectio {
+namespace {
+
+// The wire that the simulator must live with: 60 Hz, 25 ms there and back, 5 ms jitter, 2 % lost.
+BenchSpec usual_wire(double tissue_n_per_m) {
+  BenchSpec spec;
+  spec.tissue_n_per_m = tissue_n_per_m;
+  spec.jitter_s = 0.005;
+  spec.loss = 0.02;
+  spec.fitter.prior_stiffness_n_per_m = tissue_n_per_m;
+  spec.fitter.device_damping_n_s_per_m = 1;
+  spec.fitter.yield_n = 100;
+  spec.fitter.friction = 0;
+  return spec;
+}
+
+BenchSpec free_hold(double tissue_n_per_m) {
+  BenchSpec spec = usual_wire(tissue_n_per_m);
+  spec.organ_amplitude_m = 0;
+  spec.hand_amplitude_m = 0;
+  spec.hand.tremor_m = 0;
+  return spec;
+}
+
+class Passivity : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Tissues, Passivity, testing::Values(200.0, 1000.0));
+
+TEST_P(Passivity, ForceIsTrueOverAWireWithDelayAndLoss) {
+  const BenchResult result = HapticBench(usual_wire(GetParam())).run();
+  EXPECT_LT(result.rms_error, 0.05);
+  EXPECT_LT(result.energy_to_hand_w, 1e-3);
+}
+
+TEST_P(Passivity, ForceIsTrueWhenTheToolComesAndGoes) {
+  BenchSpec spec = usual_wire(GetParam());
+  spec.hand_amplitude_m = 0.012;
+  spec.depth_m = 0.002;
+  EXPECT_LT(HapticBench(spec).run().rms_error, 0.05);
+}
+
+TEST_P(Passivity, RawForceIsWorse) {
+  BenchSpec spec = usual_wire(GetParam());
+  const double modelled = HapticBench(spec).run().rms_error;
+  spec.raw_force = true;
+  const double raw = HapticBench(spec).run().rms_error;
+  EXPECT_GT(raw, 5 * modelled);
+  EXPECT_GT(raw, 0.05);
+}
+
+TEST_P(Passivity, PlanesVelocityPays) {
+  BenchSpec spec = usual_wire(GetParam());
+  const double moving = HapticBench(spec).run().rms_error;
+  spec.surface_velocity_known = false;
+  EXPECT_GT(HapticBench(spec).run().rms_error, 1.5 * moving);
+}
+
+TEST_P(Passivity, NoLimitCycleInFreeHold) {
+  const BenchResult result = HapticBench(free_hold(GetParam())).run();
+  EXPECT_LT(result.force_ripple_n, 0.05);
+  EXPECT_LT(result.energy_to_hand_w, 1e-3);
+}
+
+// Control: the same hold trembles for good on stiff tissue when forces are only passed on.
+TEST(PassivityControl, RawForceTremblesOnStiffTissue) {
+  BenchSpec spec = free_hold(1000);
+  spec.raw_force = true;
+  EXPECT_GT(HapticBench(spec).run().force_ripple_n, 0.5);
+}
+
+TEST_P(Passivity, AWrongPriorIsCorrectedByTheFit) {
+  for (const double factor : {0.5, 2.0}) {
+    BenchSpec spec = usual_wire(GetParam());
+    spec.fitter.prior_stiffness_n_per_m *= factor;
+    EXPECT_LT(HapticBench(spec).run().rms_error, 0.05) << factor;
+  }
+}
+
+// The stiffness wrong by two and staying so: less true, but no limit cycle.
+TEST_P(Passivity, WrongStiffnessStaysStable) {
+  for (const double factor : {0.5, 2.0}) {
+    BenchSpec spec = usual_wire(GetParam());
+    spec.model_stiffness_n_per_m = factor * GetParam();
+    EXPECT_LT(HapticBench(spec).run().rms_error, 0.15) << factor;
+    spec = free_hold(GetParam());
+    spec.model_stiffness_n_per_m = factor * GetParam();
+    EXPECT_LT(HapticBench(spec).run().force_ripple_n, 0.05) << factor;
+  }
+}
+
+}  // namespace
+}  // namespace sectio
