@@ -141,8 +141,7 @@ std::optional<TopologyDelta> delta_from_bytes(std::span<const std::uint8_t> byte
   delta.triangle_slots_after = in.get<std::uint32_t>();
   const std::uint64_t vertices = in.get<std::uint32_t>();
   const std::uint64_t triangles = in.get<std::uint32_t>();
-  if (!in.ok() ||
-      in.remaining() != vertices * (kSlotBytes + kVertexBytes) + triangles * (kSlotBytes + kTriangleBytes))
+  if (!in.ok() || in.remaining() != vertices * (kSlotBytes + kVertexBytes) + triangles * (kSlotBytes + kTriangleBytes))
     return std::nullopt;
 
   delta.vertices.resize(vertices);

@@ -11,8 +11,8 @@
 
 namespace sectio {
 
-constexpr std::uint32_t kChunkBytes = 1 << 15;            // loopback: half of a datagram
-constexpr std::uint32_t kChunkBytesOffHost = 1200;        // one packet
+constexpr std::uint32_t kChunkBytes = 1 << 15;      // loopback: half of a datagram
+constexpr std::uint32_t kChunkBytesOffHost = 1200;  // one packet
 constexpr std::uint64_t kMaxKeyframeBytes = 1ull << 28;
 
 // `bytes` must not be empty.

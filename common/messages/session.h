@@ -62,7 +62,7 @@ struct ServerStatus {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
   double sim_time_s = 0;
-  double step_wall_time_s = 0;  // median since the last status
+  double step_wall_time_s = 0;  // of the newest state sent
   double stability_margin = 1;
   std::uint64_t cuts_made = 0;
   std::uint64_t cuts_refused = 0;

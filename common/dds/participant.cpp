@@ -1,0 +1,121 @@
+#include "common/dds/participant.h"
+
+#include <arpa/inet.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+
+#include <algorithm>
+#include <cctype>
+#include <mutex>
+
+#include "common/core/error.h"
+#include "common/dds/parts.h"
+#include "common/dds/qos.h"
+
+namespace sectio {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+
+namespace {
+
+constexpr std::size_t kMaxSessionBytes = 64;
+constexpr std::uint32_t kParticipantsPerHost = 16;  // whose discovery ports are tried on each peer
+
+void check_address(const std::string& flag, const std::string& address) {
+  in_addr parsed{};
+  if (inet_pton(AF_INET, address.c_str(), &parsed) != 1)
+    throw InputError(flag + ": expected an IPv4 address, got " + address);
+}
+
+// Samples between participants of one process would otherwise bypass the network that tests are about.
+void prepare_process() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    dds::Log::SetVerbosity(dds::Log::Kind::Error);
+  });
+}
+
+dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& program) {
+  dds::DomainParticipantQos qos;
+  qos.name(program.c_str());
+
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->receiveBufferSize = kSocketBufferBytes;
+  udp->sendBufferSize = kSocketBufferBytes;
+  udp->maxInitialPeersRange = kParticipantsPerHost;
+  udp->interfaceWhiteList = options.interfaces;
+  if (!options.off_host()) udp->interfaceWhiteList = {"127.0.0.1"};
+  if (options.off_host()) udp->maxMessageSize = kMaxDatagramOffHostBytes;
+  qos.transport().use_builtin_transports = false;
+  qos.transport().user_transports.push_back(udp);
+  qos.transport().listen_socket_buffer_size = kSocketBufferBytes;
+  qos.transport().send_socket_buffer_size = kSocketBufferBytes;
+
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.discovery_config.leaseDuration = duration(kParticipantLease_s);
+  builtin.discovery_config.leaseDuration_announcementperiod = duration(kAnnouncement_s);
+  builtin.discovery_config.initial_announcements.count = 10;
+  builtin.discovery_config.initial_announcements.period = duration(0.05);
+  std::vector<std::string> peers = options.peers;
+  if (peers.empty() && !options.off_host()) peers = {"127.0.0.1"};
+  for (const std::string& address : peers) {
+    rtps::Locator_t locator;
+    rtps::IPLocator::setIPv4(locator, address);
+    builtin.initialPeersList.push_back(locator);
+  }
+  // An empty unicast locator in the list: listen on the well-known ports, but join no multicast group.
+  if (!peers.empty()) builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());
+  return qos;
+}
+
+}  // namespace
+
+void check_network_options(const NetworkOptions& options) {
+  if (options.domain > kMaxDomain)
+    throw InputError("--domain: expected 0 to " + std::to_string(kMaxDomain) + ", got " +
+                     std::to_string(options.domain));
+  // A partition with * ? [ would match other sessions.
+  const bool plain = std::ranges::all_of(
+      options.session, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; });
+  if (options.session.empty() || options.session.size() > kMaxSessionBytes || !plain)
+    throw InputError("--session: expected 1 to 64 letters, digits, - _ or ., got '" + options.session + "'");
+  for (const std::string& peer : options.peers) check_address("--peer", peer);
+  for (const std::string& interface : options.interfaces) check_address("--interface", interface);
+}
+
+Participant::Participant(const NetworkOptions& options, const std::string& program)
+    : parts_(std::make_unique<Parts>()) {
+  check_network_options(options);
+  prepare_process();
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  parts_->off_host = options.off_host();
+  parts_->participant = factory->create_participant(options.domain, participant_qos(options, program));
+  if (parts_->participant == nullptr)
+    throw InputError("--domain " + std::to_string(options.domain) + ": no DDS participant can be opened on it");
+  dds::PublisherQos publisher_qos;
+  publisher_qos.partition().push_back(options.session.c_str());
+  parts_->publisher = parts_->participant->create_publisher(publisher_qos);
+  dds::SubscriberQos subscriber_qos;
+  subscriber_qos.partition().push_back(options.session.c_str());
+  parts_->subscriber = parts_->participant->create_subscriber(subscriber_qos);
+  if (parts_->publisher == nullptr || parts_->subscriber == nullptr)
+    throw InputError("--session " + options.session + ": DDS refuses it");
+}
+
+Participant::~Participant() {
+  parts_->participant->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(parts_->participant);
+}
+
+bool Participant::off_host() const {
+  return parts_->off_host;
+}
+
+}  // namespace sectio

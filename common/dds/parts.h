@@ -1,0 +1,23 @@
+// What a Participant is made of. Only for the sources of common/dds: this header costs seconds.
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+
+#include "common/dds/participant.h"
+
+namespace sectio {
+
+struct Participant::Parts {
+  eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
+  eprosima::fastdds::dds::Publisher* publisher = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
+  bool off_host = false;
+};
+
+inline eprosima::fastrtps::Duration_t duration(double seconds) {
+  return eprosima::fastrtps::Duration_t(static_cast<long double>(seconds));
+}
+
+}  // namespace sectio
