@@ -1,0 +1,157 @@
+#include "render_client/replica/replica.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+
+void Replica::reset(const SceneInfo& scene) {
+  *this = Replica();
+  scene_ = scene;
+  bodies_.resize(scene.bodies.size());
+  asking_.resize(scene.bodies.size());
+}
+
+void Replica::feed(DeltaMessage message) {
+  if (!ours(message.epoch) || message.body_id >= bodies_.size()) return;
+  bodies_[message.body_id].feed(std::move(message.delta), counts_);
+}
+
+void Replica::feed_keyframe(std::uint64_t epoch, std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
+  if (!ours(epoch) || body_id >= bodies_.size()) return;
+  std::optional<Keyframe> keyframe = keyframe_from_bytes(bytes);
+  if (!keyframe) return;
+  const ReplicaBody& body = bodies_[body_id];
+  if (body.known() && keyframe->revision <= body.mesh().revision()) return;  // for somebody else
+  std::optional<TriangleMesh> mesh = mesh_of(std::move(*keyframe));
+  if (mesh) bodies_[body_id].feed(std::move(*mesh), counts_);
+}
+
+void Replica::feed(StateHeader header) {
+  if (!ours(header.epoch) || header.bodies.size() != bodies_.size() || header.tools.size() != scene_->tools.size())
+    return;
+  // A damaged step would hide all that follow.
+  const double expected_s = static_cast<double>(header.step) * scene_->step_s;
+  if (std::abs(header.sim_time_s - expected_s) > scene_->step_s) return;
+  if (settled_step_ && header.step <= *settled_step_) return;
+  const bool newest = headers_.empty() || header.step > headers_.rbegin()->first;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    bodies_[b].expect(header.bodies[b], header.step);
+    if (newest) asking_[b].wanted_revision = header.bodies[b].revision;
+  }
+  const std::uint64_t step = header.step;
+  headers_.emplace(step, std::move(header));
+  if (headers_.size() > kMaxHeaders) headers_.erase(headers_.begin());
+}
+
+void Replica::feed(StatePiece piece) {
+  if (ours(piece.epoch) && piece.body_id < bodies_.size()) bodies_[piece.body_id].feed(std::move(piece));
+}
+
+void Replica::feed(const SessionEnd& end) {
+  if (!ours(end.epoch) || end.bodies.size() != bodies_.size()) return;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) asking_[b].wanted_revision = end.bodies[b].revision;
+}
+
+bool Replica::reachable(const StateHeader& header) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (!bodies_[b].can_reach(header.bodies[b].revision)) return false;
+  return true;
+}
+
+bool Replica::complete(const StateHeader& header) const {
+  return std::ranges::all_of(bodies_, [&](const ReplicaBody& body) { return body.complete(header.step); });
+}
+
+bool Replica::frame(double now_s, Frame& frame) {
+  if (headers_.empty()) return false;
+  if (!waiting_since_s_) waiting_since_s_ = now_s;
+  const bool patient = now_s - *waiting_since_s_ < kPatience_s;
+  const StateHeader* chosen = nullptr;
+  const StateHeader* newest_reachable = nullptr;
+  for (auto it = headers_.rbegin(); it != headers_.rend() && chosen == nullptr; ++it) {
+    if (!reachable(it->second)) continue;
+    if (newest_reachable == nullptr) newest_reachable = &it->second;
+    if (complete(it->second)) chosen = &it->second;
+  }
+  const bool patched = chosen == nullptr;
+  if (patched && !patient) chosen = newest_reachable;
+  if (chosen == nullptr || !prepare(*chosen)) return false;
+
+  fill(*chosen, frame);
+  ++counts_.frames;
+  if (patched) ++counts_.patched_frames;
+  headers_.erase(headers_.begin());  // the chosen one: prepare() has dropped all before it
+  waiting_since_s_.reset();
+  return true;
+}
+
+// Brings meshes and positions to the header's step. After that no older state can be drawn any more.
+bool Replica::prepare(const StateHeader& header) {
+  bool arrived = true;
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    arrived = bodies_[b].advance(header.bodies[b].revision, counts_) && arrived;
+  if (!arrived) return false;
+  for (ReplicaBody& body : bodies_) body.settle(header.step);
+  settled_step_ = header.step;
+  headers_.erase(headers_.begin(), headers_.find(header.step));
+  return std::ranges::all_of(bodies_, [](const ReplicaBody& body) { return body.placed(); });
+}
+
+void Replica::fill(const StateHeader& header, Frame& frame) {
+  frame.session = scene_->session;
+  frame.step = header.step;
+  frame.sim_time_s = header.sim_time_s;
+  frame.step_wall_time_s = header.step_wall_time_s;
+  frame.in_contact = header.in_contact;
+  frame.camera = {scene_->camera.eye_world_m, scene_->camera.target_world_m, scene_->camera.up_world,
+                  scene_->camera.field_of_view_deg};
+  frame.bodies.resize(bodies_.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    frame.bodies[b].name = scene_->bodies[b].name;
+    frame.bodies[b].skin_colour = scene_->bodies[b].skin_colour;
+    frame.bodies[b].wall_colour = scene_->bodies[b].wall_colour;
+    bodies_[b].fill(frame.bodies[b]);
+  }
+  frame.tools.resize(header.tools.size());
+  for (std::size_t t = 0; t < header.tools.size(); ++t) {
+    const ToolInfo& info = scene_->tools[t];
+    frame.tools[t] = {info.name, info.kind, header.tools[t].present, header.tools[t].pose_world, info.abcd_tool_m};
+  }
+}
+
+std::vector<KeyframeRequest> Replica::take_requests(double now_s) {
+  std::vector<KeyframeRequest> requests;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const ReplicaBody& body = bodies_[b];
+    Asking& asking = asking_[b];
+    const bool behind = body.known() && asking.wanted_revision > body.mesh().revision();
+    const bool starved = body.stuck() || (behind && !body.can_reach(asking.wanted_revision));
+    if (!starved) {
+      asking.starved_since_s.reset();
+      asking.interval_s = kRequestInterval_s;
+      continue;
+    }
+    if (!asking.starved_since_s) asking.starved_since_s = now_s;
+    const bool at_once = !body.known();
+    const bool late = now_s - *asking.starved_since_s >= kPatience_s;
+    if (!(at_once || late) || now_s < asking.next_s) continue;
+    asking.next_s = now_s + asking.interval_s;
+    asking.interval_s = std::min(2 * asking.interval_s, kMaxRequestInterval_s);
+    requests.push_back(
+        {scene_->epoch, static_cast<std::uint32_t>(b), body.known() ? body.mesh().revision() : kNoRevision, 0});
+    ++counts_.requests;
+  }
+  return requests;
+}
+
+std::vector<BodyVersion> Replica::catch_up() {
+  std::vector<BodyVersion> versions;
+  for (ReplicaBody& body : bodies_) {
+    body.catch_up(counts_);
+    versions.push_back({body.mesh().revision(), body.mesh().hash()});
+  }
+  return versions;
+}
+
+}  // namespace sectio

@@ -1,0 +1,225 @@
+#include "render_client/replica/replica_body.h"
+
+#include <algorithm>
+
+namespace sectio {
+
+namespace {
+
+std::size_t edits(const TopologyDelta& delta) {
+  return delta.vertices.size() + delta.triangles.size();
+}
+
+// A state names a piece at most once a step, and a viewer looks several times a second.
+constexpr std::size_t kMaxExpectedSteps = 64;
+
+}  // namespace
+
+void ReplicaBody::feed(TopologyDelta delta, ReplicaCounts& counts) {
+  if (known_ && delta.revision <= mesh_.revision()) return;
+  const bool full = deltas_.size() >= kMaxQueuedDeltas || queued_edits_ + edits(delta) > kMaxQueuedEdits;
+  if (full) {  // A keyframe will bring more than these could.
+    counts.deltas_dropped += deltas_.size() + 1;
+    deltas_.clear();
+    queued_edits_ = 0;
+    return;
+  }
+  const std::size_t added = edits(delta);
+  const std::uint64_t revision = delta.revision;
+  if (deltas_.emplace(revision, std::move(delta)).second) queued_edits_ += added;
+}
+
+void ReplicaBody::feed(TriangleMesh keyframe, ReplicaCounts& counts) {
+  if (known_ && keyframe.revision() <= mesh_.revision()) return;
+  if (keyframe_ && keyframe.revision() <= keyframe_->revision()) return;
+  keyframe_ = std::move(keyframe);
+  if (!known_) adopt_keyframe(counts);
+}
+
+void ReplicaBody::feed(StatePiece piece) {
+  const auto settled = settled_.find(piece.piece);
+  if (settled != settled_.end() && piece.step <= settled->second) return;
+  if (pieces_.size() >= pieces_until_cleaning_) drop_superseded();
+  if (pieces_.size() >= kMaxPieces) return;
+  const std::pair key(piece.piece, piece.step);
+  pieces_.emplace(key, std::move(piece));
+}
+
+// Keeps the newest of each piece. Called at most once in kMaxPieces / 4 pieces.
+void ReplicaBody::drop_superseded() {
+  for (auto it = pieces_.begin(); it != pieces_.end();) {
+    const auto next = std::next(it);
+    it = next != pieces_.end() && next->first.first == it->first.first ? pieces_.erase(it) : next;
+  }
+  pieces_until_cleaning_ = std::max(kMaxPieces, pieces_.size() + kMaxPieces / 4);
+}
+
+// All deltas in (from, to] are at hand.
+bool ReplicaBody::linked(std::uint64_t from, std::uint64_t to) const {
+  if (from >= to) return from == to;
+  if (to - from > deltas_.size()) return false;
+  const auto count = std::distance(deltas_.upper_bound(from), deltas_.upper_bound(to));
+  return static_cast<std::uint64_t>(count) == to - from;
+}
+
+bool ReplicaBody::can_reach(std::uint64_t revision) const {
+  if (!known_) return false;
+  return linked(mesh_.revision(), revision) || (keyframe_ && linked(keyframe_->revision(), revision));
+}
+
+bool ReplicaBody::advance(std::uint64_t revision, ReplicaCounts& counts) {
+  if (!known_) return false;
+  while (mesh_.revision() < revision) {
+    const std::uint64_t before = mesh_.revision();
+    if (!linked(before, revision) && keyframe_ && keyframe_->revision() <= revision)
+      adopt_keyframe(counts);
+    else
+      apply_next(counts);
+    if (mesh_.revision() == before && !(keyframe_ && keyframe_->revision() <= revision)) return false;
+  }
+  return mesh_.revision() == revision;
+}
+
+void ReplicaBody::catch_up(ReplicaCounts& counts) {
+  if (!known_) return;
+  for (std::uint64_t before = mesh_.revision();; before = mesh_.revision()) {
+    apply_next(counts);
+    if (mesh_.revision() == before && keyframe_) adopt_keyframe(counts);
+    if (mesh_.revision() == before) return;
+  }
+}
+
+bool ReplicaBody::stuck() const {
+  if (!known_) return true;
+  if (deltas_.empty() || keyframe_) return false;
+  return deltas_.begin()->first != mesh_.revision() + 1;
+}
+
+void ReplicaBody::apply_next(ReplicaCounts& counts) {
+  const auto next = deltas_.find(mesh_.revision() + 1);
+  if (next == deltas_.end()) return;
+  const ApplyStatus status = apply(next->second, mesh_);
+  if (status == ApplyStatus::applied) {
+    ++counts.deltas_applied;
+    follow(next->second);
+  } else {
+    ++(status == ApplyStatus::hash_mismatch ? counts.hash_mismatches : counts.deltas_dropped);
+  }
+  queued_edits_ -= edits(next->second);
+  deltas_.erase(next);
+  forget_old();
+}
+
+void ReplicaBody::adopt_keyframe(ReplicaCounts& counts) {
+  if (known_) ++counts.resyncs;
+  known_ = true;
+  mesh_ = std::move(*keyframe_);
+  keyframe_.reset();
+  // Which slots changed on the way here is unknown: all of them wait for positions of this revision.
+  const std::uint32_t slots = mesh_.vertex_slots();
+  positions_world_m_.resize(slots, Vec3f::Zero());
+  changed_at_.assign(slots, mesh_.revision());
+  slots_.assign(slots, Slot::dead);
+  for (VertexId v = 0; v < slots; ++v)
+    if (mesh_.vertex_alive(v)) slots_[v] = Slot::waiting;
+  waiting_ = mesh_.vertex_count();
+  settled_.clear();
+  forget_old();
+}
+
+void ReplicaBody::forget_old() {
+  const auto newer = deltas_.upper_bound(mesh_.revision());
+  for (auto it = deltas_.begin(); it != newer; it = deltas_.erase(it)) queued_edits_ -= edits(it->second);
+  if (keyframe_ && keyframe_->revision() <= mesh_.revision()) keyframe_.reset();
+}
+
+// What the delta changed waits for a position of its revision.
+void ReplicaBody::follow(const TopologyDelta& delta) {
+  for (const VertexEdit& edit : delta.vertices)
+    if (edit.id < slots_.size() && slots_[edit.id] == Slot::waiting) --waiting_;
+  const std::uint32_t slots = mesh_.vertex_slots();
+  positions_world_m_.resize(slots, Vec3f::Zero());
+  changed_at_.resize(slots, delta.revision);
+  slots_.resize(slots, Slot::dead);
+  for (const VertexEdit& edit : delta.vertices) {
+    if (edit.id >= slots) continue;
+    changed_at_[edit.id] = delta.revision;
+    slots_[edit.id] = edit.alive ? Slot::waiting : Slot::dead;
+    if (edit.alive) ++waiting_;
+  }
+}
+
+void ReplicaBody::expect(const BodyState& state, std::uint64_t step) {
+  for (std::uint32_t p = 0; p < piece_count(state.vertex_slots); ++p) {
+    if (!state.sent(p)) continue;
+    std::vector<std::uint64_t>& steps = expected_[p];
+    const auto at = std::lower_bound(steps.begin(), steps.end(), step);
+    if (at == steps.end() || *at != step) steps.insert(at, step);
+    if (steps.size() > kMaxExpectedSteps) steps.erase(steps.begin());
+  }
+}
+
+bool ReplicaBody::complete(std::uint64_t step) const {
+  const std::uint32_t pieces = piece_count(mesh_.vertex_slots());
+  for (const auto& [piece, steps] : expected_) {
+    const auto after = std::upper_bound(steps.begin(), steps.end(), step);
+    if (after == steps.begin() || piece >= pieces) continue;
+    const std::uint64_t needed = *std::prev(after);
+    const auto settled = settled_.find(piece);
+    if (settled != settled_.end() && settled->second >= needed) continue;
+    const auto found = pieces_.lower_bound({piece, needed});
+    if (found == pieces_.end() || found->first.first != piece || found->first.second > step) return false;
+  }
+  return true;
+}
+
+void ReplicaBody::settle(std::uint64_t step) {
+  for (auto it = pieces_.begin(); it != pieces_.end();) {
+    if (it->first.second > step) {
+      ++it;
+      continue;
+    }
+    const auto next = std::next(it);
+    const bool superseded = next != pieces_.end() && next->first.first == it->first.first && next->first.second <= step;
+    if (!superseded) {
+      place(it->second);
+      settled_[it->first.first] = it->first.second;
+    }
+    it = pieces_.erase(it);
+  }
+  // Keep what is still to come, and of the past the newest that was named.
+  for (auto it = expected_.begin(); it != expected_.end();) {
+    std::vector<std::uint64_t>& steps = it->second;
+    const auto after = std::upper_bound(steps.begin(), steps.end(), step);
+    const auto settled = settled_.find(it->first);
+    const bool satisfied = after != steps.begin() && settled != settled_.end() && settled->second >= *std::prev(after);
+    if (after != steps.begin()) steps.erase(steps.begin(), satisfied ? after : std::prev(after));
+    it = steps.empty() ? expected_.erase(it) : std::next(it);
+  }
+}
+
+void ReplicaBody::place(const StatePiece& piece) {
+  const std::uint32_t first = piece.piece * kVerticesPerPiece;
+  for (std::uint32_t i = 0; i < piece.vertices() && first + i < slots_.size(); ++i) {
+    const VertexId v = first + i;
+    if (slots_[v] == Slot::dead || piece.revision < changed_at_[v]) continue;
+    positions_world_m_[v] = piece.position_m(i);
+    if (slots_[v] == Slot::waiting) {
+      slots_[v] = Slot::placed;
+      --waiting_;
+    }
+  }
+}
+
+void ReplicaBody::fill(BodyFrame& frame) const {
+  if (frame.revision != mesh_.revision() || frame.triangles.size() != mesh_.triangle_slots() ||
+      frame.rest_body_m.size() != mesh_.vertex_slots()) {
+    frame.revision = mesh_.revision();
+    frame.triangles.assign(mesh_.triangles().begin(), mesh_.triangles().end());
+    frame.rest_body_m.resize(mesh_.vertex_slots());
+    for (VertexId v = 0; v < mesh_.vertex_slots(); ++v) frame.rest_body_m[v] = mesh_.rest_body_m(v).cast<float>();
+  }
+  frame.positions_world_m = positions_world_m_;
+}
+
+}  // namespace sectio
