@@ -1,0 +1,64 @@
+// The server's end of the wire. The simulation never waits for it: publish() copies what is due into a bounded outbox,
+// and one thread writes that to DDS, serves keyframes from its own copy of the topology, and answers late joiners.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/dds/participant.h"
+#include "common/messages/session.h"
+#include "sim_server/step_io.h"
+
+namespace sectio {
+
+// What the outbox may copy of the simulation's world. Spans are read during publish() only.
+struct WorldView {
+  struct Body {
+    const TriangleMesh* mesh = nullptr;
+    std::span<const Vec3f> positions_world_m;  // one entry a vertex slot
+  };
+  std::vector<Body> bodies;
+  std::vector<std::optional<Pose>> tool_poses_world;
+};
+
+struct ServerNetOptions {
+  NetworkOptions network;
+  double state_rate_hz = 60;
+  std::uint64_t epoch = 0;  // 0: microseconds since 1970, so that a server started later has a higher one
+};
+
+class ServerNet {
+ public:
+  // Announces the scene. `meshes`: the bodies as they are now. Throws InputError for options and names that won't do.
+  ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes);
+  ~ServerNet();
+
+  // Appends the samples that have arrived since the last call, each once, in order of sequence for each tool. Damaged
+  // ones are dropped and counted. Simulation's thread; never blocks.
+  void take_samples(std::vector<ToolSample>& samples);
+
+  // Simulation's thread; never waits for the network. Deltas, events and contact models always; the state at the
+  // state's rate, or at once with publish_now.
+  void publish(const StepOutput& output, const WorldView& world, double step_wall_time_s);
+
+  // Sends all that is left, then the final versions of the bodies, which it returns.
+  SessionEnd end_session(const std::string& reason);
+
+  // Viewers that are connected now.
+  std::uint32_t viewers() const;
+  // Serves them until the last one has left or the time is over; true for the former.
+  bool wait_for_viewers_to_leave(double timeout_s);
+
+  std::uint64_t epoch() const;
+  std::uint64_t writes_refused() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,84 @@
+#include "sim_server/net/state_encoder.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace sectio {
+
+void StateEncoder::changed(std::uint32_t body_id, const TopologyDelta& delta) {
+  Body::Change change{delta.revision, {}};
+  for (const VertexEdit& edit : delta.vertices) {
+    const std::uint32_t piece = edit.id / kVerticesPerPiece;
+    if (edit.alive && (change.pieces.empty() || change.pieces.back() != piece)) change.pieces.push_back(piece);
+  }
+  if (!change.pieces.empty()) bodies_[body_id].changes.push_back(std::move(change));
+}
+
+void StateEncoder::refresh(std::uint32_t body_id) {
+  for (std::uint8_t& repeat : bodies_[body_id].repeat) repeat = std::max<std::uint8_t>(repeat, 1);
+}
+
+void StateEncoder::encode(const StateSnapshot& snapshot) {
+  ++frame_;
+  used_ = 0;
+  header_.epoch = epoch_;
+  header_.step = snapshot.step;
+  header_.sim_time_s = static_cast<double>(snapshot.step) * step_s_;
+  header_.step_wall_time_s = snapshot.step_wall_time_s;
+  header_.in_contact = snapshot.in_contact;
+  header_.tools = snapshot.tools;
+  header_.bodies.resize(bodies_.size());
+  for (std::uint32_t b = 0; b < bodies_.size(); ++b) encode_body(b, snapshot);
+}
+
+void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snapshot) {
+  Body& body = bodies_[body_id];
+  const StateSnapshot::Body& state = snapshot.bodies[body_id];
+  const auto slots = static_cast<std::uint32_t>(state.positions_world_m.size());
+  const std::uint32_t pieces = piece_count(slots);
+  BodyState& named = header_.bodies[body_id];
+  named.revision = state.revision;
+  named.vertex_slots = slots;
+  named.pieces_sent.assign((pieces + 7) / 8, 0);
+
+  body.repeat.resize(pieces, 1);
+  body.sent.resize(slots, GridPoint{});
+  for (; !body.changes.empty() && body.changes.front().revision <= state.revision; body.changes.pop_front())
+    for (const std::uint32_t piece : body.changes.front().pieces)
+      if (piece < pieces) body.repeat[piece] = kRepeats;
+
+  for (std::uint32_t p = 0; p < pieces; ++p) {
+    const std::uint32_t first = p * kVerticesPerPiece;
+    const std::uint32_t count = std::min(kVerticesPerPiece, slots - first);
+    now_.assign(body.sent.begin() + first, body.sent.begin() + first + count);
+    for (std::uint32_t i = 0; i < count; ++i)
+      if (!to_grid(state.positions_world_m[first + i], now_[i])) continue;  // stays where it was last sent
+    const bool turn = (frame_ + p) % kFramesPerRefresh == 0;
+    if (body.repeat[p] == 0 && !turn && !moved(body, first)) continue;
+
+    if (body.repeat[p] > 0) --body.repeat[p];
+    std::copy(now_.begin(), now_.end(), body.sent.begin() + first);
+    named.mark_sent(p);
+    StatePiece& piece = next_piece();
+    piece.epoch = epoch_;
+    piece.step = snapshot.step;
+    piece.revision = state.revision;
+    piece.body_id = body_id;
+    piece.piece = p;
+    encode_positions(now_, piece);
+  }
+}
+
+bool StateEncoder::moved(const Body& body, std::uint32_t first) const {
+  for (std::uint32_t i = 0; i < now_.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (std::abs(now_[i][k] - body.sent[first + i][k]) > 1) return true;
+  return false;
+}
+
+StatePiece& StateEncoder::next_piece() {
+  if (used_ == pieces_.size()) pieces_.emplace_back();
+  return pieces_[used_++];
+}
+
+}  // namespace sectio

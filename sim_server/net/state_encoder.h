@@ -1,0 +1,72 @@
+// Decides which pieces of a state are worth sending: those in which a vertex moved by more than the quantum since it
+// was last sent, or whose slots changed, and in turn all the others, so that a lost piece heals within a second.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/messages/state.h"
+#include "common/messages/topology.h"
+
+namespace sectio {
+
+// The state of one step, copied out of the simulation.
+struct StateSnapshot {
+  struct Body {
+    std::uint64_t revision = 0;
+    std::vector<Vec3f> positions_world_m;  // one a vertex slot
+  };
+  std::uint64_t step = 0;
+  double step_wall_time_s = 0;
+  bool in_contact = false;
+  std::vector<Body> bodies;
+  std::vector<ToolState> tools;
+};
+
+class StateEncoder {
+ public:
+  static constexpr std::uint32_t kFramesPerRefresh = 60;
+  static constexpr std::uint8_t kRepeats = 3;  // of a piece whose slots changed: its loss would be seen most
+
+  StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies)
+      : epoch_(epoch), step_s_(step_s), bodies_(bodies) {}
+
+  // The slots that a delta changed are sent with the first state of its revision or later.
+  void changed(std::uint32_t body_id, const TopologyDelta& delta);
+  // All pieces with the next state: somebody begins from a keyframe.
+  void refresh(std::uint32_t body_id);
+
+  // The header, and the pieces that it names. Results are valid until the next call.
+  void encode(const StateSnapshot& snapshot);
+  const StateHeader& header() const { return header_; }
+  std::span<const StatePiece> pieces() const { return {pieces_.data(), used_}; }
+
+ private:
+  struct Body {
+    struct Change {
+      std::uint64_t revision = 0;
+      std::vector<std::uint32_t> pieces;
+    };
+    std::deque<Change> changes;        // not sent yet, ascending in revision
+    std::vector<std::uint8_t> repeat;  // by piece: how often still to be sent whatever moved
+    std::vector<GridPoint> sent;       // by vertex slot
+  };
+
+  void encode_body(std::uint32_t body_id, const StateSnapshot& snapshot);
+  bool moved(const Body& body, std::uint32_t first) const;
+  StatePiece& next_piece();
+
+  std::uint64_t epoch_;
+  double step_s_;
+  std::vector<Body> bodies_;
+  std::uint32_t frame_ = 0;
+  StateHeader header_;
+  std::vector<StatePiece> pieces_;  // the first used_ of them; the rest keep their memory
+  std::size_t used_ = 0;
+  std::vector<GridPoint> now_;  // the piece at hand
+};
+
+}  // namespace sectio

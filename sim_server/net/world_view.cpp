@@ -1,0 +1,27 @@
+#include "sim_server/net/world_view.h"
+
+namespace sectio {
+
+void view_world(const Simulation& simulation, std::size_t tools, WorldView& view) {
+  view.bodies.resize(simulation.body_count());
+  for (std::uint32_t b = 0; b < simulation.body_count(); ++b)
+    view.bodies[b] = {&simulation.mesh(b), simulation.positions_world_m(b)};
+  view.tool_poses_world.resize(tools);
+  for (std::uint32_t t = 0; t < tools; ++t) view.tool_poses_world[t] = simulation.tool_pose_world(t);
+}
+
+SceneInfo scene_info(const Scene& scene) {
+  SceneInfo info;
+  info.session = scene.session;
+  info.step_s = scene.step_s;
+  info.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
+                 scene.camera.field_of_view_deg};
+  for (const BodySpec& body : scene.bodies) info.bodies.push_back({body.name, body.skin_colour, body.wall_colour});
+  for (const ToolSpec& tool : scene.tools) {
+    const ToolGeometry& g = tool.geometry;
+    info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}});
+  }
+  return info;
+}
+
+}  // namespace sectio
