@@ -1,0 +1,235 @@
+// make_meshes DIR [NAME...]: writes organ-like surfaces as NAME.obj in millimetres (all of the table below, or those
+// named). make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
+//
+// A geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and back to
+// the surface, and edges flip to Delaunay's, until triangles are even.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "common/mesh/check.h"
+#include "deploy/meshes/shapes.h"
+
+namespace sectio {
+namespace {
+
+struct Recipe {
+  const char* name;
+  double (*shape)(const Vec3&);
+  int frequency;  // of the geodesic sphere: 20 frequency^2 triangles
+  int rounds;
+};
+constexpr std::array<Recipe, 7> kRecipes{{{"liver_2k", liver, 10, 400},
+                                          {"liver_10k", liver, 22, 1200},
+                                          {"liver_40k", liver, 45, 1500},
+                                          {"kidney_2k", kidney, 10, 400},
+                                          {"kidney_10k", kidney, 22, 1200},
+                                          {"kidney_40k", kidney, 45, 1500},
+                                          {"skin_pad", skin_pad, 18, 1200}}};
+
+using Corners = std::array<VertexId, 3>;
+
+TriangleSoup geodesic_sphere(int n) {
+  const double g = (1 + std::sqrt(5.0)) / 2;
+  const std::array<Vec3, 12> corner{{{-1, g, 0},
+                                     {1, g, 0},
+                                     {-1, -g, 0},
+                                     {1, -g, 0},
+                                     {0, -1, g},
+                                     {0, 1, g},
+                                     {0, -1, -g},
+                                     {0, 1, -g},
+                                     {g, 0, -1},
+                                     {g, 0, 1},
+                                     {-g, 0, -1},
+                                     {-g, 0, 1}}};
+  constexpr std::array<std::array<std::size_t, 3>, 20> kFaces{
+      {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+       {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+       {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
+  TriangleSoup soup;
+  std::map<std::array<long, 3>, VertexId> known;
+  const auto vertex = [&](const Vec3& p) {
+    const auto grid = [](double x) { return std::lround(x * 1e7); };
+    const auto [entry, is_new] =
+        known.try_emplace({grid(p.x()), grid(p.y()), grid(p.z())}, static_cast<VertexId>(soup.vertices_body_m.size()));
+    if (is_new) soup.vertices_body_m.push_back(p.normalized());
+    return entry->second;
+  };
+  for (const auto& face : kFaces) {
+    const auto at = [&](int i, int j) {
+      const Vec3 &a = corner[face[0]], &b = corner[face[1]], &c = corner[face[2]];
+      return vertex(a + (b - a) * (double(i) / n) + (c - a) * (double(j) / n));
+    };
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; i + j < n; ++j) {
+        soup.triangles.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+        if (i + j + 1 < n) soup.triangles.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+      }
+    }
+  }
+  return soup;
+}
+
+class Relaxation {
+ public:
+  Relaxation(TriangleSoup& soup, const ImplicitShape& shape)
+      : p_(soup.vertices_body_m), triangles_(soup.triangles), shape_(shape) {}
+
+  void put_on_shape() {
+    for (Vec3& p : p_) p = first_hit(shape_, 0.3 * p, Vec3::Zero());
+  }
+
+  // Each vertex goes to the mean of the centres of its triangles, weighted by area, which evens out areas.
+  void smooth() {
+    std::vector<Vec3> sum(p_.size(), Vec3::Zero()), normal(p_.size(), Vec3::Zero());
+    std::vector<double> weight(p_.size(), 0);
+    for (const Corners& t : triangles_) {
+      const Vec3 centre = (p_[t[0]] + p_[t[1]] + p_[t[2]]) / 3;
+      const Vec3 area = (p_[t[1]] - p_[t[0]]).cross(p_[t[2]] - p_[t[0]]);
+      for (const VertexId v : t) {
+        sum[v] += area.norm() * centre;
+        weight[v] += area.norm();
+        normal[v] += area;
+      }
+    }
+    for (VertexId v = 0; v < p_.size(); ++v) {
+      const Vec3 n = normal[v].normalized(), move = sum[v] / weight[v] - p_[v];
+      p_[v] = projected(shape_, p_[v] + 0.9 * (move - n * n.dot(move)));
+    }
+  }
+
+  // Flips each edge whose opposite angles add up to more than half a turn.
+  void flip() {
+    struct HalfEdge {
+      VertexId low, high;
+      std::uint32_t triangle;
+      std::size_t apex;
+    };
+    std::vector<HalfEdge> edges;
+    std::vector<int> valence(p_.size(), 0);
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const VertexId a = triangles_[t][i], b = triangles_[t][(i + 1) % 3];
+        edges.push_back({std::min(a, b), std::max(a, b), t, (i + 2) % 3});
+        ++valence[a];
+      }
+    }
+    std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+      return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+    });
+    const auto exists = [&](VertexId a, VertexId b) {
+      const std::pair key(std::min(a, b), std::max(a, b));
+      const auto at = std::lower_bound(edges.begin(), edges.end(), key,
+                                       [](const HalfEdge& e, const auto& k) { return std::pair(e.low, e.high) < k; });
+      return at != edges.end() && std::pair(at->low, at->high) == key;
+    };
+    std::vector<std::uint8_t> touched(p_.size(), 0);
+    for (std::size_t i = 0; i + 1 < edges.size(); i += 2) {
+      const std::uint32_t s = edges[i].triangle, t = edges[i + 1].triangle;
+      const VertexId c = triangles_[s][edges[i].apex], d = triangles_[t][edges[i + 1].apex];
+      const VertexId a = triangles_[s][(edges[i].apex + 1) % 3], b = triangles_[s][(edges[i].apex + 2) % 3];
+      if (touched[a] || touched[b] || touched[c] || touched[d]) continue;
+      if (valence[a] <= 4 || valence[b] <= 4 || cotangent(c, a, b) + cotangent(d, a, b) > -1e-9) continue;
+      if (exists(c, d) || normal(a, d, c).dot(normal(d, b, c)) <= 0) continue;
+      triangles_[s] = {a, d, c};
+      triangles_[t] = {d, b, c};
+      for (const VertexId v : {a, b, c, d}) touched[v] = 1;
+    }
+  }
+
+ private:
+  double cotangent(VertexId at, VertexId a, VertexId b) const {
+    const Vec3 u = p_[a] - p_[at], v = p_[b] - p_[at];
+    return u.dot(v) / std::max(u.cross(v).norm(), 1e-30);
+  }
+  Vec3 normal(VertexId a, VertexId b, VertexId c) const { return (p_[b] - p_[a]).cross(p_[c] - p_[a]); }
+
+  std::vector<Vec3>& p_;
+  std::vector<Corners>& triangles_;
+  const ImplicitShape& shape_;
+};
+
+double least_angle_deg(const TriangleSoup& soup) {
+  double greatest_cosine = -1;
+  for (const Corners& t : soup.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& a = soup.vertices_body_m[t[i]];
+      const Vec3 u = soup.vertices_body_m[t[(i + 1) % 3]] - a, v = soup.vertices_body_m[t[(i + 2) % 3]] - a;
+      greatest_cosine = std::max(greatest_cosine, u.dot(v) / (u.norm() * v.norm()));
+    }
+  }
+  return std::acos(greatest_cosine) * 180 / M_PI;
+}
+
+std::string obj(const TriangleSoup& soup, const Recipe& recipe) {
+  std::string text = std::string("# ") + recipe.name + ", made by make_meshes; unit: mm\n";
+  char line[96];
+  for (const Vec3& p : soup.vertices_body_m) {
+    std::snprintf(line, sizeof line, "v %.3f %.3f %.3f\n", 1000 * p.x(), 1000 * p.y(), 1000 * p.z());
+    text += line;
+  }
+  for (const Corners& t : soup.triangles) {
+    std::snprintf(line, sizeof line, "f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    text += line;
+  }
+  return text;
+}
+
+std::string make(const Recipe& recipe) {
+  const ImplicitShape shape = recipe.shape;
+  TriangleSoup soup = geodesic_sphere(recipe.frequency);
+  Relaxation relaxation(soup, shape);
+  relaxation.put_on_shape();
+  for (int round = 0; round < recipe.rounds; ++round) {
+    relaxation.smooth();
+    if (round % 4 == 0 || round + 1 == recipe.rounds) relaxation.flip();
+  }
+  const SurfaceReport report = check_soup(soup);
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : soup.vertices_body_m) box.extend(p);
+  const Vec3 size_mm = 1000 * box.sizes();
+  std::printf("%s: %u triangles, %.0f x %.0f x %.0f mm, %.4f L, least angle %.1f deg%s%s\n", recipe.name,
+              report.triangles, size_mm.x(), size_mm.y(), size_mm.z(), 1000 * report.volume_m3, least_angle_deg(soup),
+              report.valid() ? "" : ", BROKEN: ", report.first_defect.c_str());
+  return report.valid() ? obj(soup, recipe) : "";
+}
+
+int run(std::vector<std::string> words) {
+  const bool check_only = !words.empty() && words[0] == "--check";
+  if (check_only) words.erase(words.begin());
+  if (words.empty()) {
+    std::cerr << "usage: make_meshes [--check] DIR [NAME...]\n";
+    return 2;
+  }
+  int failures = 0;
+  for (const Recipe& recipe : kRecipes) {
+    if (words.size() > 1 && std::find(words.begin() + 1, words.end(), recipe.name) == words.end()) continue;
+    const std::string path = words[0] + "/" + recipe.name + ".obj", text = make(recipe);
+    bool good = !text.empty();
+    if (check_only) {
+      std::ostringstream content;
+      content << std::ifstream(path, std::ios::binary).rdbuf();
+      good = good && content.str() == text;
+    } else if (good) {
+      good = bool(std::ofstream(path, std::ios::binary) << text);
+    }
+    if (!good) std::cerr << path << (check_only ? ": is not what this program makes\n" : ": not written\n");
+    failures += !good;
+  }
+  return failures > 0;
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  return sectio::run({argv + 1, argv + argc});
+}

@@ -1,0 +1,221 @@
+// make_traces DIR: writes the instruments' motions of the scenes in deploy/scenes as CSV. All numbers that one would
+// tune stand in the table below.
+//
+// A motion: hover above the start of the stroke, press down to the depth, draw the blade along the stroke at constant
+// speed, lift. The blade stands upright on the surface, leans back a little, and its sharp edge (tool +x) leads.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "deploy/meshes/shapes.h"
+
+namespace sectio {
+namespace {
+
+using Path = std::vector<Vec3>;  // in the body frame, seen from above; only x and y count
+
+// Through all points, with even tangents (Catmull and Rom 1974); closed paths run over their start.
+Path curve(const Path& through, bool closed) {
+  constexpr int kPieces = 200;
+  const int n = static_cast<int>(through.size());
+  const auto point = [&](int i) {
+    return through[static_cast<std::size_t>(closed ? (i + n) % n : std::clamp(i, 0, n - 1))];
+  };
+  Path path;
+  for (int i = 0; i < (closed ? n : n - 1); ++i) {
+    const Vec3 a = point(i - 1), b = point(i), c = point(i + 1), d = point(i + 2);
+    for (int k = 0; k < kPieces; ++k) {
+      const double t = double(k) / kPieces;
+      path.push_back(b + 0.5 * t * ((c - a) + t * ((2 * a - 5 * b + 4 * c - d) + t * (3 * (b - c) + d - a))));
+    }
+  }
+  path.push_back(point(closed ? n : n - 1));
+  return path;
+}
+
+struct Stroke {
+  Path through;
+  bool closed = false;
+  double overlap_m = 0;  // closed: how far the blade goes on past the start
+};
+
+struct Motion {
+  const char* name;
+  double (*shape)(const Vec3&);
+  std::vector<Stroke> strokes;
+  double depth_m;           // of the tip below the skin while cutting; for a hook: its virtual tip reaches deeper
+  double speed_m_per_s;     // along the stroke
+  double lean_deg;          // of the shaft, back against the stroke
+  double height_m = 0.020;  // of the tip above the skin, before and after a stroke
+  double hover_s = 0.4;     // at rest before the first stroke
+  double press_s = 1.0;     // from the height to the depth, along the first press_run_m of the stroke
+  double press_run_m = 0.0;
+  double lift_s = 0.6;
+  double travel_s = 1.2;  // between two strokes
+};
+
+const std::array<Motion, 4> kMotions{{
+    {.name = "liver_incision",
+     .shape = liver,
+     .strokes = {{.through = {{-0.066, -0.018, 0}, {-0.040, -0.028, 0}, {-0.012, -0.022, 0}, {0.020, 0.000, 0}}}},
+     .depth_m = 0.008,
+     .speed_m_per_s = 0.025,
+     .lean_deg = 10},
+    {.name = "kidney_loop",
+     .shape = kidney,
+     .strokes = {{.through = {{0.016, 0.000, 0}, {0.000, 0.011, 0}, {-0.016, 0.000, 0}, {0.000, -0.011, 0}},
+                  .closed = true,
+                  .overlap_m = 0.006}},
+     .depth_m = 0.006,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 5},
+    {.name = "skin_cross",
+     .shape = skin_pad,
+     .strokes = {{.through = {{-0.035, 0.004, 0}, {0.000, 0.000, 0}, {0.035, -0.004, 0}}},
+                 {.through = {{0.003, -0.035, 0}, {0.0055, 0.000, 0}, {0.003, 0.035, 0}}}},
+     .depth_m = 0.006,
+     .speed_m_per_s = 0.030,
+     .lean_deg = 10},
+    // The probe glides on the skin; what cuts is its virtual tip, 5 mm below.
+    {.name = "cautery_liver",
+     .shape = liver,
+     .strokes = {{.through = {{-0.050, 0.030, 0}, {-0.020, 0.020, 0}, {0.012, 0.022, 0}}}},
+     .depth_m = -0.0005,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 0},
+}};
+
+double smooth_step(double s) {
+  return s * s * (3 - 2 * s);
+}
+
+class TraceWriter {
+ public:
+  explicit TraceWriter(const Motion& motion) : motion_(motion), shape_(motion.shape) {}
+
+  std::string run() {
+    text_ = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
+    for (std::size_t i = 0; i < motion_.strokes.size(); ++i) {
+      path_ = curve(motion_.strokes[i].through, motion_.strokes[i].closed);
+      if (motion_.strokes[i].closed) path_.insert(path_.end(), path_.begin() + 1, path_.end());
+      measure();
+      const double last_m = motion_.strokes[i].closed ? length_m_ / 2 + motion_.strokes[i].overlap_m : length_m_;
+      if (i == 0) {
+        hold(at(0, motion_.height_m), motion_.hover_s);
+      } else {
+        travel(at(0, motion_.height_m));
+      }
+      stroke(last_m);
+    }
+    hold(now_, motion_.hover_s);
+    return text_;
+  }
+
+ private:
+  static constexpr double kStep_s = 0.01;
+
+  void measure() {
+    arc_m_.assign(1, 0);
+    for (std::size_t i = 1; i < path_.size(); ++i) {
+      arc_m_.push_back(arc_m_.back() + (skin(path_[i]) - skin(path_[i - 1])).norm());
+    }
+    length_m_ = arc_m_.back();
+  }
+  Vec3 skin(const Vec3& p) const { return first_hit(shape_, Vec3(p.x(), p.y(), 0.1), Vec3(p.x(), p.y(), 0)); }
+  Vec3 path_at(double s_m) const {
+    const auto above = std::upper_bound(arc_m_.begin(), arc_m_.end(), std::clamp(s_m, 0.0, length_m_));
+    const auto i = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(above - arc_m_.begin(), 1, std::ptrdiff_t(arc_m_.size()) - 1));
+    const double t = (std::clamp(s_m, 0.0, length_m_) - arc_m_[i - 1]) / (arc_m_[i] - arc_m_[i - 1]);
+    return path_[i - 1] + t * (path_[i] - path_[i - 1]);
+  }
+
+  // The tool's pose with its tip at `height_m` over the skin, s along the stroke.
+  Pose at(double s_m, double height_m) const {
+    constexpr double kLook_m = 0.002;
+    const Vec3 on_skin = skin(path_at(s_m));
+    const Vec3 normal = gradient(shape_, on_skin).normalized();
+    const double before = std::max(s_m - kLook_m, 0.0), after = std::min(before + 2 * kLook_m, length_m_);
+    Vec3 along = skin(path_at(after)) - skin(path_at(before));
+    along = (along - normal * normal.dot(along)).normalized();
+    const double lean = motion_.lean_deg * M_PI / 180;
+    const Vec3 shaft = std::cos(lean) * normal - std::sin(lean) * along;
+    Mat3 axes;
+    axes.col(2) = shaft;
+    axes.col(1) = shaft.cross(along).normalized();
+    axes.col(0) = axes.col(1).cross(shaft);
+    return {on_skin + height_m * normal, Eigen::Quaterniond(axes)};
+  }
+
+  void stroke(double last_m) {
+    const auto timed = [&](double duration_s, auto&& pose) {
+      const int steps = std::max(1, static_cast<int>(std::lround(duration_s / kStep_s)));
+      for (int i = 1; i <= steps; ++i) add(pose(double(i) / steps));
+    };
+    const double run_m = motion_.press_run_m, high = motion_.height_m, low = -motion_.depth_m;
+    timed(motion_.press_s, [&](double t) { return at(t * run_m, high + smooth_step(t) * (low - high)); });
+    timed((last_m - run_m) / motion_.speed_m_per_s, [&](double t) { return at(run_m + t * (last_m - run_m), low); });
+    timed(motion_.lift_s, [&](double t) { return at(last_m, low + smooth_step(t) * (high - low)); });
+  }
+
+  void hold(const Pose& pose, double duration_s) {
+    add(pose);
+    time_s_ += duration_s - kStep_s;
+    add(pose);
+  }
+  void travel(const Pose& to) {
+    const Pose from = now_;
+    const int steps = static_cast<int>(std::lround(motion_.travel_s / kStep_s));
+    for (int i = 1; i <= steps; ++i) {
+      const double t = double(i) / steps;
+      Pose pose = interpolate(from, to, smooth_step(t));
+      pose.position_m.z() += 4 * t * (1 - t) * motion_.height_m;
+      add(pose);
+    }
+  }
+
+  void add(const Pose& pose) {
+    now_ = pose;
+    Eigen::Quaterniond q = pose.orientation;
+    if (q.coeffs().dot(last_.coeffs()) < 0) q.coeffs() = -q.coeffs();
+    last_ = q;
+    char line[160];
+    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s_, pose.position_m.x(),
+                  pose.position_m.y(), pose.position_m.z(), q.w(), q.x(), q.y(), q.z());
+    text_ += line;
+    time_s_ += kStep_s;
+  }
+
+  const Motion& motion_;
+  ImplicitShape shape_;
+  Path path_;
+  std::vector<double> arc_m_;
+  double length_m_ = 0;
+  double time_s_ = 0;
+  Pose now_;
+  Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity();
+  std::string text_;
+};
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: make_traces DIR\n";
+    return 2;
+  }
+  for (const sectio::Motion& motion : sectio::kMotions) {
+    const std::string path = std::string(argv[1]) + "/" + motion.name + ".csv";
+    if (!(std::ofstream(path, std::ios::binary) << sectio::TraceWriter(motion).run())) {
+      std::cerr << path << ": not written\n";
+      return 1;
+    }
+  }
+  return 0;
+}
