@@ -193,7 +193,10 @@ std::optional<YamlValue> YamlMap::find(const std::string& key) {
 YamlValue YamlMap::require(const std::string& key) {
   if (auto found = find(key)) return *found;
   std::vector<std::string> present;
-  for (const auto& entry : value_.node_) present.push_back(entry.first.Scalar());
+  for (const auto& entry : value_.node_) {
+    const std::string& word = entry.first.Scalar();
+    if (std::find(asked_.begin(), asked_.end(), word) == asked_.end()) present.push_back(word);
+  }
   const std::string meant = nearest_word(key, present);
   YamlValue(value_.node_, value_.file_, path_of(key))
       .fail("missing" + (meant.empty() ? "" : "; is \"" + meant + "\" meant to be it?"));

@@ -1,0 +1,226 @@
+#include "sim_server/scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kScene = R"(session: test
+step_s: 0.002
+duration_s: 3
+gravity_m_per_s2: [0, 0, -1]
+camera: {eye_world_m: [0, -1, 1], target_world_m: [0, 0, 0], up_world: [0, 0, 1], field_of_view_deg: 40}
+bodies:
+  - name: cube
+    mesh: {file: cube.obj, unit: cm}
+    pose: {position_world_m: [1, 2, 3], rotation_deg: [0, 0, 90]}
+    model: surface_springs
+    material: {young_pa: 7000, poisson: 0.4}
+    cutting: {threshold_force_n: 0.3, hysteresis: 0.5}
+    fixed: {min_world_m: [0, 0, 0], max_world_m: [1, 1, 1]}
+    colours: {skin: [1, 0, 0], wall: [0, 1, 0]}
+tools:
+  - {name: knife, kind: scalpel, trace: knife.csv}
+  - {name: hook, kind: cautery_hook, intensity: 0.5}
+)";
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "sectio_scene_XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    write("cube.obj",
+          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
+          "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n");
+    write("knife.csv", "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n0,0,0,0.1,1,0,0,0\n1,0,0,0,1,0,0,0\n");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  Scene load(const std::string& text) const {
+    write("s.yaml", text);
+    return load_scene((folder_ / "s.yaml").string());
+  }
+
+  // The message for kScene with `from` replaced by `to`, less the file's folder; "" when it loads.
+  std::string refusal(const std::string& from, const std::string& to) const {
+    std::string text = kScene;
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    try {
+      load(text.replace(at, from.size(), to));
+    } catch (const InputError& error) {
+      std::string message = error.what();
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+      for (std::size_t i; (i = message.find(folder_.string() + "/")) != std::string::npos;) {
+        message.erase(i, folder_.string().size() + 1);
+      }
+      return message;
+    }
+    return "";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(SceneFile, every_key_arrives) {
+  const Scene scene = load(kScene);
+  EXPECT_EQ(scene.session, "test");
+  EXPECT_EQ(scene.step_s, 0.002);
+  EXPECT_EQ(scene.duration_s, 3);
+  EXPECT_EQ(scene.gravity_m_per_s2, Vec3(0, 0, -1));
+  EXPECT_EQ(scene.camera.eye_world_m, Vec3(0, -1, 1));
+  EXPECT_EQ(scene.camera.field_of_view_deg, 40);
+  ASSERT_EQ(scene.bodies.size(), 1u);
+  const BodySpec& body = scene.bodies[0];
+  EXPECT_EQ(body.name, "cube");
+  EXPECT_EQ(body.mesh.triangles.size(), 12u);
+  EXPECT_EQ(body.mesh_unit_m, 0.01);
+  EXPECT_TRUE(body.pose.to_world(Vec3(0.01, 0, 0)).isApprox(Vec3(1, 2.01, 3), 1e-12));
+  EXPECT_EQ(body.material.young_pa, 7000);
+  EXPECT_EQ(body.material.density_kg_per_m3, MaterialSpec().density_kg_per_m3);
+  EXPECT_EQ(body.cutting.threshold_force_n, 0.3);
+  EXPECT_EQ(body.cutting.hysteresis, 0.5);
+  ASSERT_TRUE(body.fixed.has_value());
+  EXPECT_EQ(body.fixed->max_world_m, Vec3(1, 1, 1));
+  EXPECT_EQ(body.skin_colour, Vec3(1, 0, 0));
+  ASSERT_EQ(scene.tools.size(), 2u);
+  EXPECT_EQ(scene.tools[0].trace.size(), 2u);
+  EXPECT_EQ(scene.tools[1].kind, "cautery_hook");
+  EXPECT_EQ(scene.tools[1].intensity, 0.5);
+  EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
+}
+
+TEST_F(SceneFile, rotation_is_about_the_worlds_x_then_y_then_z_axis) {
+  std::string text = kScene;
+  text.replace(text.find("[0, 0, 90]"), 10, "[90, 0, 90]");
+  const Pose pose = load(text).bodies[0].pose;
+  EXPECT_TRUE((pose.orientation * Vec3::UnitY()).isApprox(Vec3::UnitZ(), 1e-12));
+  EXPECT_TRUE((pose.orientation * Vec3::UnitX()).isApprox(Vec3::UnitY(), 1e-12));
+}
+
+TEST_F(SceneFile, threshold_by_displacement_replaces_the_default_force) {
+  std::string text = kScene;
+  text.replace(text.find("threshold_force_n: 0.3"), 22, "threshold_displacement_m: 0.002");
+  const CuttingSpec cutting = load(text).bodies[0].cutting;
+  EXPECT_FALSE(cutting.threshold_force_n.has_value());
+  EXPECT_EQ(cutting.threshold_displacement_m, 0.002);
+}
+
+TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
+  EXPECT_EQ(refusal("young_pa: 7000", "young_pa: -5"), "s.yaml:11: bodies[0].material.young_pa: expected > 0, got -5");
+  EXPECT_EQ(refusal("poisson: 0.4", "poisson: 0.5"),
+            "s.yaml:11: bodies[0].material.poisson: expected in [0, 0.5), got 0.5");
+  EXPECT_EQ(refusal("step_s: 0.002", "step_s: fast"), "s.yaml:2: step_s: expected a finite number, got fast");
+  for (const char* bad : {".nan", "nan", ".inf", "1e999", "\"1\"", "1,5", "0x10", "", "[1]", "{a: 1}", "1 2", "~"}) {
+    const std::string message = refusal("step_s: 0.002", std::string("step_s: ") + bad);
+    EXPECT_EQ(message.rfind("s.yaml:", 0), 0u) << bad << message;
+    EXPECT_NE(message.find(": step_s: expected a finite number"), std::string::npos) << bad << message;
+  }
+  EXPECT_EQ(refusal("[0, 0, -1]", "[0, 0]"),
+            "s.yaml:4: gravity_m_per_s2: expected three numbers [x, y, z], got a list of 2");
+  EXPECT_EQ(refusal("[0, 0, -1]", "[0, zero, -1]"),
+            "s.yaml:4: gravity_m_per_s2[1]: expected a finite number, got zero");
+  EXPECT_EQ(refusal("unit: cm", "unit: inch"), "s.yaml:8: bodies[0].mesh.unit: expected one of m, cm, mm, got inch");
+  EXPECT_EQ(refusal("model: surface_springs", "model: jelly"),
+            "s.yaml:10: bodies[0].model: expected surface_springs, got jelly");
+  EXPECT_EQ(refusal("[1, 0, 0], wall", "[1, 0, 255], wall"),
+            "s.yaml:14: bodies[0].colours.skin[2]: expected in [0, 1], got 255");
+  EXPECT_EQ(refusal("hysteresis: 0.5", "loops_free_islands: 1"),
+            "s.yaml:12: bodies[0].cutting.loops_free_islands: expected true or false, got 1");
+}
+
+TEST_F(SceneFile, unknown_keys_are_errors_with_the_nearest_known) {
+  EXPECT_EQ(refusal("poisson: 0.4", "poison: 0.4"),
+            "s.yaml:11: bodies[0].material.poison: unknown key; did you mean poisson?");
+  EXPECT_EQ(refusal("step_s", "step_ms"), "s.yaml:2: step_ms: unknown key; did you mean step_s?");
+  EXPECT_EQ(refusal("step_s: 0.002", "xyzzy_plugh: 1").substr(0, 43), "s.yaml:2: xyzzy_plugh: unknown key; known a");
+  EXPECT_EQ(refusal("unit: cm", "unit: cm, files: x"),
+            "s.yaml:8: bodies[0].mesh.files: unknown key; did you mean file?");
+  EXPECT_EQ(refusal("intensity: 0.5", "intensty: 0.5"),
+            "s.yaml:17: tools[1].intensty: unknown key; did you mean intensity?");
+}
+
+TEST_F(SceneFile, missing_and_duplicate_keys_are_errors) {
+  EXPECT_EQ(refusal("session: test", "sesion: test"), "s.yaml:1: session: missing; is \"sesion\" meant to be it?");
+  EXPECT_EQ(refusal("    mesh: {file: cube.obj, unit: cm}\n", ""), "s.yaml:7: bodies[0].mesh: missing");
+  EXPECT_EQ(refusal(", unit: cm", ""), "s.yaml:8: bodies[0].mesh.unit: missing");
+  EXPECT_EQ(refusal("duration_s: 3", "step_s: 3"), "s.yaml:3: step_s: the key stands here for the second time");
+  EXPECT_EQ(refusal(", max_world_m: [1, 1, 1]", ""), "s.yaml:13: bodies[0].fixed.max_world_m: missing");
+}
+
+TEST_F(SceneFile, lists_and_names) {
+  const std::string text = kScene;
+  const std::string bodies = text.substr(text.find("bodies:"), text.find("tools:") - text.find("bodies:"));
+  EXPECT_EQ(refusal(bodies, "bodies: []\n"), "s.yaml:6: bodies: expected at least one entry, the list is empty");
+  EXPECT_EQ(refusal(bodies, "bodies: cube\n"), "s.yaml:6: bodies: expected a list, got cube");
+  EXPECT_EQ(refusal(bodies, "bodies: [cube]\n"), "s.yaml:6: bodies[0]: expected keys with values, got cube");
+  EXPECT_EQ(refusal("name: hook", "name: knife"), "s.yaml:17: tools[1]: the name knife is used twice");
+  EXPECT_EQ(refusal("session: test", "session: a/b").substr(0, 18), "s.yaml:1: session:");
+  EXPECT_EQ(refusal("session: test", "session: \"\""), "s.yaml:1: session: expected a text, got \"\"");
+}
+
+TEST_F(SceneFile, files_are_named_where_they_are_asked_for) {
+  EXPECT_EQ(refusal("cube.obj", "absent.obj"), "s.yaml:8: bodies[0].mesh.file: absent.obj: no such file");
+  EXPECT_EQ(refusal("knife.csv", "absent.csv").substr(0, 35), "s.yaml:16: tools[0].trace: absent.c");
+  std::ofstream(folder_ / "knife.csv") << "time_s\n";
+  EXPECT_EQ(refusal("hysteresis: 0.5", "hysteresis: 0.6").substr(0, 26), "s.yaml:16: tools[0].trace:");
+}
+
+TEST_F(SceneFile, sizes_and_shapes_that_make_no_sense_are_refused) {
+  write("cube.obj", "v 0 0 0\nv 900 0 0\nv 0 900 0\nv 0 0 900\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_NE(refusal("hysteresis: 0.5", "hysteresis: 0.6").find("s.yaml:8: bodies[0].mesh.unit: the mesh would be 15"),
+            std::string::npos);
+  EXPECT_NE(refusal("max_world_m: [1, 1, 1]", "max_world_m: [1, -1, 1]").find("bodies[0].fixed: each number"),
+            std::string::npos);
+  EXPECT_NE(refusal("eye_world_m: [0, -1, 1]", "eye_world_m: [0, 0, 1]").find("camera: up_world points along the view"),
+            std::string::npos);
+  EXPECT_NE(refusal("hysteresis: 0.5", "threshold_displacement_m: 1").find("not both"), std::string::npos);
+  EXPECT_NE(refusal("kind: scalpel", "kind: scalpel, geometry: {c_tool_m: [0, 0, 0.01]}").find("no direction"),
+            std::string::npos);
+}
+
+TEST_F(SceneFile, text_that_is_no_scene_is_refused) {
+  for (const std::string& text :
+       {std::string(), std::string("just text"), std::string("[1, 2"), std::string("a: b: c"),
+        std::string("session: x\n---\nsession: y\n"), std::string("&a [*a]"), std::string(100'000, '['),
+        std::string("\xff\xfe\x00\x01", 4), std::string("? {a: b}\n: c\n"),
+        std::string("session: !!binary x\nbodies: &b [*b]\n")}) {
+    EXPECT_THROW(load(text), InputError) << text.substr(0, 40);
+  }
+  EXPECT_THROW(load_scene((folder_ / "absent.yaml").string()), InputError);
+  EXPECT_THROW(load_scene(folder_.string()), InputError);
+}
+
+TEST(Scenes, scenes_of_the_project_load_and_their_traces_begin_and_end_clear_of_the_body) {
+  int count = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(SECTIO_SOURCE_DIR) / "deploy" / "scenes")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++count;
+    const Scene scene = load_scene(entry.path().string());
+    for (const ToolSpec& tool : scene.tools) {
+      ASSERT_GT(tool.trace.size(), 1u) << entry.path();
+      EXPECT_LE(tool.trace.back().time_s, scene.duration_s) << entry.path();
+      for (const TracePoint& point : {tool.trace.front(), tool.trace.back()}) {
+        double nearest_m = 1;
+        for (const Vec3& p : scene.bodies[0].mesh.vertices_body_m) {
+          nearest_m = std::min(nearest_m, (scene.bodies[0].pose.to_world(p) - point.pose_world.position_m).norm());
+        }
+        EXPECT_GT(nearest_m, 0.015) << entry.path();
+      }
+    }
+  }
+  EXPECT_GE(count, 4);
+}
+
+}  // namespace
+}  // namespace sectio
