@@ -1,0 +1,39 @@
+// The bridge's end of the wire. The 1 kHz loop must neither lock nor allocate, which writing to DDS does: it hands its
+// samples to a thread through a ring and gets the newest contact model out of a slot.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "common/dds/participant.h"
+#include "common/math/contact_model.h"
+#include "device_bridge/servo/servo_state.h"
+
+namespace sectio {
+
+class BridgeNet {
+ public:
+  // Throws InputError for options that won't do, or a tool that no scene can have.
+  BridgeNet(const NetworkOptions& options, std::uint32_t tool_id);
+  ~BridgeNet();
+
+  // Servo thread. No lock, no allocation; wakes the thread that sends. Samples ascend in sequence. When the thread
+  // couldn't run for 64 ms the sample is dropped.
+  void publish(const PoseSample& sample);
+
+  // Servo thread. True when a newer model of this tool has come since the last call.
+  bool latest_model(ContactModel& model);
+
+  // Any thread. Servers that listen now; a session that has ended stays ended.
+  std::uint32_t servers() const;
+  bool session_ended() const;
+
+  std::uint64_t packets_sent() const;
+  std::uint64_t samples_dropped() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,44 @@
+// A viewer's end of the wire: takes what has arrived, validates it, feeds the replica, and asks for keyframes.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+
+#include "common/dds/participant.h"
+#include "common/messages/session.h"
+#include "render_client/replica/replica.h"
+
+namespace sectio {
+
+struct ClientNetCounts {
+  std::uint64_t messages = 0;
+  std::uint64_t damaged = 0;  // dropped by validation
+};
+
+// One thread; nothing blocks.
+class ClientNet {
+ public:
+  static constexpr std::size_t kMaxEvents = 64;
+
+  // Throws InputError for options that won't do.
+  explicit ClientNet(const NetworkOptions& options);
+  ~ClientNet();
+
+  // Everything that has arrived since the last call. A server with a higher epoch than the last resets the replica.
+  void poll(double now_s, Replica& replica);
+
+  bool connected() const;
+  const std::optional<ServerStatus>& status() const;
+  // Of this server; final versions that the replica must reach.
+  const std::optional<SessionEnd>& session_end() const;
+  const std::deque<SessionEvent>& events() const;  // the newest kMaxEvents
+  const ClientNetCounts& counts() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio
