@@ -1,0 +1,92 @@
+#include "render_client/draw/body_mesh.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace sectio {
+
+void compute_normals(std::span<CanvasVertex> vertices, std::span<const std::uint32_t> indices) {
+  for (CanvasVertex& vertex : vertices) vertex.normal.setZero();
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    CanvasVertex &a = vertices[indices[i]], &b = vertices[indices[i + 1]], &c = vertices[indices[i + 2]];
+    const Vec3f n = (b.position_m - a.position_m).cross(c.position_m - a.position_m);
+    a.normal += n;
+    b.normal += n;
+    c.normal += n;
+  }
+  for (CanvasVertex& vertex : vertices) {
+    const float length = vertex.normal.norm();
+    constexpr float kHuge = std::numeric_limits<float>::max();
+    if (length > 1e-30f && length < kHuge) {
+      vertex.normal /= length;
+    } else {
+      vertex.normal = Vec3f::UnitZ();
+    }
+  }
+}
+
+void BodyMesh::add_surface(const BodyFrame& body, Surface surface, std::vector<std::uint32_t>& drawn_vertex) {
+  std::fill(drawn_vertex.begin(), drawn_vertex.end(), kNone);
+  for (const Triangle& triangle : body.triangles) {
+    if (!triangle.alive() || triangle.surface != surface) continue;
+    for (const VertexId v : triangle.v) {
+      if (drawn_vertex[v] == kNone) {
+        drawn_vertex[v] = static_cast<std::uint32_t>(source_.size());
+        source_.push_back(v);
+      }
+      indices_.push_back(drawn_vertex[v]);
+    }
+  }
+}
+
+void BodyMesh::arrange(const BodyFrame& body) {
+  indices_.clear();
+  source_.clear();
+  std::vector<std::uint32_t> drawn_vertex(body.rest_body_m.size());
+  add_surface(body, Surface::skin, drawn_vertex);
+  skin_index_count_ = static_cast<std::uint32_t>(indices_.size());
+  const auto skin_vertex_count = static_cast<std::uint32_t>(source_.size());
+  add_surface(body, Surface::wall, drawn_vertex);
+  vertices_.assign(source_.size(), {});
+  for (std::size_t i = 0; i < source_.size(); ++i) vertices_[i].rest_m = body.rest_body_m[source_[i]];
+  measure_depth(body, skin_vertex_count);
+}
+
+// Shortest way along wall edges to the skin, at rest: relaxation until nothing changes. Walls are a few triangles deep,
+// so it takes a few sweeps; the limit only bounds the work on a strange mesh.
+void BodyMesh::measure_depth(const BodyFrame& body, std::uint32_t skin_vertex_count) {
+  constexpr float kDeep_m = 0.03f;
+  constexpr int kMaxSweeps = 24;
+  std::vector<std::uint8_t> on_skin(body.rest_body_m.size(), 0);
+  for (std::uint32_t i = 0; i < skin_vertex_count; ++i) on_skin[source_[i]] = 1;
+  for (std::size_t i = skin_vertex_count; i < source_.size(); ++i) {
+    vertices_[i].depth_m = on_skin[source_[i]] ? 0.0f : kDeep_m;
+  }
+  bool changed = true;
+  for (int sweep = 0; changed && sweep < kMaxSweeps; ++sweep) {
+    changed = false;
+    for (std::size_t i = skin_index_count_; i + 2 < indices_.size(); i += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        CanvasVertex &a = vertices_[indices_[i + k]], &b = vertices_[indices_[i + (k + 1) % 3]];
+        const float length_m = (a.rest_m - b.rest_m).norm();
+        if (a.depth_m + length_m < b.depth_m) b.depth_m = a.depth_m + length_m, changed = true;
+        if (b.depth_m + length_m < a.depth_m) a.depth_m = b.depth_m + length_m, changed = true;
+      }
+    }
+  }
+}
+
+bool BodyMesh::move(const BodyFrame& body) {
+  if (body.positions_world_m.size() < body.rest_body_m.size()) return false;
+  bool finite = true;
+  for (std::size_t i = 0; i < source_.size(); ++i) {
+    const Vec3f& p = body.positions_world_m[source_[i]];
+    finite = finite && p.allFinite();
+    vertices_[i].position_m = p;
+  }
+  if (!finite) return false;
+  compute_normals(vertices_, indices_);
+  return true;
+}
+
+}  // namespace sectio

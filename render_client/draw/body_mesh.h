@@ -1,0 +1,42 @@
+// A body's triangles arranged for drawing: skin first, then walls, with a normal for each (vertex, surface), so that
+// the lip between skin and wall is a crisp crease while both sides are smooth.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render_client/draw/canvas.h"
+#include "render_client/replica/frame.h"
+
+namespace sectio {
+
+class BodyMesh {
+ public:
+  // For a new revision: which vertices and triangles there are. O(triangles).
+  void arrange(const BodyFrame& body);
+  // For every frame on the same triangles: positions and normals. False, and nothing to draw, when a position in use
+  // is missing or not finite.
+  [[nodiscard]] bool move(const BodyFrame& body);
+
+  std::span<const CanvasVertex> vertices() const { return vertices_; }
+  std::span<const std::uint32_t> indices() const { return indices_; }
+  IndexRange skin() const { return {0, skin_index_count_}; }
+  IndexRange walls() const {
+    return {skin_index_count_, static_cast<std::uint32_t>(indices_.size()) - skin_index_count_};
+  }
+
+ private:
+  void add_surface(const BodyFrame& body, Surface surface, std::vector<std::uint32_t>& drawn_vertex);
+  void measure_depth(const BodyFrame& body, std::uint32_t skin_vertex_count);
+
+  std::vector<CanvasVertex> vertices_;
+  std::vector<VertexId> source_;  // slot of each drawn vertex
+  std::vector<std::uint32_t> indices_;
+  std::uint32_t skin_index_count_ = 0;
+};
+
+// Area-weighted unit normals of the triangles.
+void compute_normals(std::span<CanvasVertex> vertices, std::span<const std::uint32_t> indices);
+
+}  // namespace sectio

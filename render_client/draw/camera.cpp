@@ -1,0 +1,91 @@
+#include "render_client/draw/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace sectio {
+
+namespace {
+
+// Rows: right, up and backward in the world.
+Mat3 view_axes(const CameraView& camera) {
+  Vec3 backward = camera.eye_world_m - camera.target_world_m;
+  if (!(backward.norm() > 1e-9)) backward = Vec3::UnitZ();
+  backward.normalize();
+  Vec3 right = camera.up_world.cross(backward);
+  if (!(right.norm() > 1e-6 * std::max(camera.up_world.norm(), 1e-30))) {
+    right = backward.unitOrthogonal();
+  }
+  right.normalize();
+  Mat3 axes;
+  axes.row(0) = right;
+  axes.row(1) = backward.cross(right);
+  axes.row(2) = backward;
+  return axes;
+}
+
+double tangent_of_half_angle(const CameraView& camera) {
+  return std::tan(0.5 * std::clamp(camera.field_of_view_deg, 1.0, 150.0) * std::numbers::pi / 180.0);
+}
+
+}  // namespace
+
+Eigen::Matrix4f view_from_world(const CameraView& camera) {
+  const Mat3 axes = view_axes(camera);
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = axes;
+  m.topRightCorner<3, 1>() = -(axes * camera.eye_world_m);
+  return m.cast<float>();
+}
+
+Eigen::Matrix4f projection(const CameraView& camera, double aspect) {
+  // 24 bits of depth resolve about 2e-6 of the distance at this ratio of planes.
+  const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
+  const double near_m = 0.05 * distance_m, far_m = 20 * distance_m;
+  const double t = tangent_of_half_angle(camera);
+  Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
+  m(0, 0) = 1 / (t * aspect);
+  m(1, 1) = 1 / t;
+  m(2, 2) = -(far_m + near_m) / (far_m - near_m);
+  m(2, 3) = -2 * far_m * near_m / (far_m - near_m);
+  m(3, 2) = -1;
+  return m.cast<float>();
+}
+
+CameraView fit_camera(const Frame& frame, double aspect) {
+  constexpr double kMargin = 1.08;
+  CameraView fitted = frame.camera;
+  const Mat3 axes = view_axes(frame.camera);
+  const Vec3 slope(1 / (tangent_of_half_angle(frame.camera) * aspect), 1 / tangent_of_half_angle(frame.camera), 0);
+  // A point (x, y, z) in view axes is inside the pyramid of an eye (ex, ey, ez) when slope |x - ex| + z <= ez. So for
+  // each of two directions the bounds of z + slope x and z - slope x fix ex and ez.
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Eigen::Array2d highest = Eigen::Array2d::Constant(-kInfinity), lowest = highest;
+  double nearest = -kInfinity, farthest = kInfinity;
+  for (const BodyFrame& body : frame.bodies) {
+    for (const Triangle& triangle : body.triangles) {
+      if (!triangle.alive()) continue;
+      for (const VertexId v : triangle.v) {
+        if (v >= body.positions_world_m.size() || !body.positions_world_m[v].allFinite()) continue;
+        const Vec3 p = axes * body.positions_world_m[v].cast<double>();
+        const Eigen::Array2d across = slope.head<2>().array() * p.head<2>().array();
+        highest = highest.max(p.z() + across);
+        lowest = lowest.max(p.z() - across);
+        nearest = std::max(nearest, p.z());
+        farthest = std::min(farthest, p.z());
+      }
+    }
+  }
+  if (!std::isfinite(nearest)) return fitted;
+  const Eigen::Array2d across = (highest - lowest) / (2 * slope.head<2>().array());
+  const double centre_z = 0.5 * (nearest + farthest);
+  const double eye_z = std::max(((highest + lowest) / 2).maxCoeff(), nearest + 1e-3);
+  const double distance_m = kMargin * (eye_z - centre_z);
+  fitted.target_world_m = axes.transpose() * Vec3(across.x(), across.y(), centre_z);
+  fitted.eye_world_m = fitted.target_world_m + distance_m * axes.row(2).transpose();
+  return fitted;
+}
+
+}  // namespace sectio

@@ -1,0 +1,89 @@
+// What drawing needs from a graphics system, and no more. Names no type of it; canvas_osmesa.cpp is the software one.
+// A canvas belongs to the thread that made it. Several may live at once, also in several threads.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "common/math/types.h"
+#include "render_client/draw/image.h"
+
+namespace sectio {
+
+// Uploaded as it is. Procedural materials read rest_m, so their pattern stays with the tissue while it moves.
+struct CanvasVertex {
+  Vec3f position_m = Vec3f::Zero();
+  Vec3f normal = Vec3f::UnitZ();  // unit
+  Vec3f rest_m = Vec3f::Zero();
+  float depth_m = 0;  // of a wall vertex below the lip of its cut, along the surface
+};
+static_assert(sizeof(CanvasVertex) == 40);
+
+struct IndexRange {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+enum class Shading : std::uint8_t {
+  skin,     // moist organ surface; back faces are not drawn
+  wall,     // cut tissue, lit from both sides
+  metal,    // bare steel
+  polymer,  // insulation
+  glow,     // hot tip
+};
+inline constexpr std::array kAllShadings{Shading::skin, Shading::wall, Shading::metal, Shading::polymer, Shading::glow};
+
+struct Material {
+  Shading shading = Shading::skin;
+  Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0..1
+};
+
+// Throws a soft shadow on skin and walls: a cone between two spheres.
+struct Occluder {
+  Vec3f from_world_m = Vec3f::Zero();
+  Vec3f to_world_m = Vec3f::Zero();
+  float from_radius_m = 0;
+  float to_radius_m = 0;
+};
+
+struct CanvasView {
+  Eigen::Matrix4f view_from_world = Eigen::Matrix4f::Identity();  // rigid
+  Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+  std::array<Occluder, 2> occluders;
+  int occluder_count = 0;
+};
+
+using MeshId = std::uint32_t;
+
+class Canvas {
+ public:
+  virtual ~Canvas() = default;
+
+  virtual int width_px() const = 0;
+  virtual int height_px() const = 0;
+
+  virtual MeshId add_mesh() = 0;
+  virtual void remove_mesh(MeshId mesh) = 0;
+  virtual void set_vertices(MeshId mesh, std::span<const CanvasVertex> vertices) = 0;
+  virtual void set_indices(MeshId mesh, std::span<const std::uint32_t> indices) = 0;
+
+  // Lamps hang at the camera: the picture depends on where things are to the camera, not in the world.
+  virtual void begin(const CanvasView& view) = 0;
+  virtual void draw(MeshId mesh, IndexRange range, const Material& material,
+                    const Eigen::Matrix4f& world_from_mesh) = 0;
+  // The edges of triangles that have been drawn already.
+  virtual void draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Matrix4f& world_from_mesh) = 0;
+  // Fills what is left with the background. The picture is valid until the next begin() and may be drawn over.
+  virtual Image& finish() = 0;
+};
+
+// samples_per_pixel: 1 (live) or 4 (stills and videos: smooth edges for about twice the time). Compiles and warms up
+// all shaders, which takes up to about a second. Rasterises on one thread unless the environment variable
+// LP_NUM_THREADS says otherwise. Throws InputError when there can be no such canvas.
+std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samples_per_pixel = 1);
+
+}  // namespace sectio

@@ -1,0 +1,146 @@
+#include "render_client/draw/draw_frame.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "render_client/draw/camera.h"
+
+namespace sectio {
+
+namespace {
+
+Eigen::Matrix4f matrix_of(const Pose& pose) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = pose.orientation.normalized().toRotationMatrix();
+  m.topRightCorner<3, 1>() = pose.position_m;
+  return m.cast<float>();
+}
+
+bool is_drawable(const ToolFrame& tool) {
+  return tool.present && tool.pose_world.position_m.allFinite() && tool.pose_world.orientation.coeffs().allFinite();
+}
+
+Occluder to_world(const Occluder& tool, const Pose& pose) {
+  return {pose.to_world(tool.from_world_m.cast<double>()).cast<float>(),
+          pose.to_world(tool.to_world_m.cast<double>()).cast<float>(), tool.from_radius_m, tool.to_radius_m};
+}
+
+std::string format(const char* pattern, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), pattern, value);
+  return text.data();
+}
+
+// The text follows the picture: 14 pixels high at 720 lines.
+int text_size_px(int height_px) {
+  return std::clamp(height_px / 50, 10, 40);
+}
+
+}  // namespace
+
+FramePainter::FramePainter(Canvas& canvas) : canvas_(canvas), text_(text_size_px(canvas.height_px())) {}
+
+FramePainter::~FramePainter() {
+  for (const DrawnBody& body : bodies_) canvas_.remove_mesh(body.canvas_mesh);
+  for (const DrawnTool& tool : tools_) canvas_.remove_mesh(tool.canvas_mesh);
+}
+
+void FramePainter::update_bodies(const Frame& frame) {
+  while (bodies_.size() > frame.bodies.size()) {
+    canvas_.remove_mesh(bodies_.back().canvas_mesh);
+    bodies_.pop_back();
+  }
+  for (std::size_t i = 0; i < frame.bodies.size(); ++i) {
+    const BodyFrame& body = frame.bodies[i];
+    bool arranged = i < bodies_.size() && session_ == frame.session;
+    if (i == bodies_.size()) bodies_.emplace_back().canvas_mesh = canvas_.add_mesh();
+    DrawnBody& drawn = bodies_[i];
+    arranged = arranged && drawn.revision == body.revision && drawn.name == body.name &&
+               drawn.vertex_slots == body.rest_body_m.size() && drawn.triangle_slots == body.triangles.size();
+    if (!arranged) {
+      drawn.mesh.arrange(body);
+      drawn.name = body.name;
+      drawn.revision = body.revision;
+      drawn.vertex_slots = body.rest_body_m.size();
+      drawn.triangle_slots = body.triangles.size();
+      canvas_.set_indices(drawn.canvas_mesh, drawn.mesh.indices());
+    }
+    drawn.visible = drawn.mesh.move(body);
+    if (drawn.visible) canvas_.set_vertices(drawn.canvas_mesh, drawn.mesh.vertices());
+  }
+  session_ = frame.session;
+}
+
+void FramePainter::update_tools(const Frame& frame) {
+  while (tools_.size() > frame.tools.size()) {
+    canvas_.remove_mesh(tools_.back().canvas_mesh);
+    tools_.pop_back();
+  }
+  for (std::size_t i = 0; i < frame.tools.size(); ++i) {
+    const ToolFrame& tool = frame.tools[i];
+    const bool is_new = i == tools_.size();
+    if (is_new) tools_.emplace_back().canvas_mesh = canvas_.add_mesh();
+    DrawnTool& drawn = tools_[i];
+    if (!is_new && drawn.kind == tool.kind && drawn.abcd_tool_m == tool.abcd_tool_m) continue;
+    drawn.kind = tool.kind;
+    drawn.abcd_tool_m = tool.abcd_tool_m;
+    drawn.mesh = make_tool_mesh(tool);
+    canvas_.set_indices(drawn.canvas_mesh, drawn.mesh.indices);
+    canvas_.set_vertices(drawn.canvas_mesh, drawn.mesh.vertices);
+  }
+}
+
+const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& options) {
+  update_bodies(frame);
+  update_tools(frame);
+  const double aspect = static_cast<double>(canvas_.width_px()) / canvas_.height_px();
+  const CameraView camera = options.fit_camera ? fit_camera(frame, aspect) : frame.camera;
+  CanvasView view;
+  view.view_from_world = view_from_world(camera);
+  view.projection = projection(camera, aspect);
+  for (std::size_t i = 0; i < tools_.size() && view.occluder_count < 2; ++i) {
+    if (!is_drawable(frame.tools[i])) continue;
+    view.occluders[static_cast<std::size_t>(view.occluder_count++)] =
+        to_world(tools_[i].mesh.shadow, frame.tools[i].pose_world);
+  }
+
+  canvas_.begin(view);
+  const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const DrawnBody& drawn = bodies_[i];
+    if (!drawn.visible) continue;
+    const BodyFrame& body = frame.bodies[i];
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), {Shading::skin, body.skin_colour.cast<float>()}, in_world);
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>()}, in_world);
+    if (options.wireframe) {
+      const auto all = static_cast<std::uint32_t>(drawn.mesh.indices().size());
+      canvas_.draw_wireframe(drawn.canvas_mesh, {0, all}, in_world);
+    }
+  }
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    if (!is_drawable(frame.tools[i])) continue;
+    const Eigen::Matrix4f world_from_tool = matrix_of(frame.tools[i].pose_world);
+    for (const ToolPart& part : tools_[i].mesh.parts) {
+      canvas_.draw(tools_[i].canvas_mesh, part.range, part.material, world_from_tool);
+    }
+  }
+  Image& image = canvas_.finish();
+  if (options.overlay) draw_panel(image, text_, overlay_lines(frame, options));
+  return image;
+}
+
+std::vector<std::string> FramePainter::overlay_lines(const Frame& frame, const DrawOptions& options) const {
+  std::string title = frame.session.empty() ? "no session" : frame.session;
+  for (const BodyFrame& body : frame.bodies) title += "   " + body.name + " r" + std::to_string(body.revision);
+  std::string numbers = "step " + std::to_string(frame.step) + "   " + format("%.3f s", frame.sim_time_s) +
+                        format("   %.2f ms/step", 1e3 * frame.step_wall_time_s);
+  if (options.frames_per_s > 0) numbers += format("   %.0f frames/s", options.frames_per_s);
+  std::vector<std::string> lines{title, numbers};
+  if (frame.in_contact) lines.emplace_back("in contact");
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (!bodies_[i].visible) lines.push_back(frame.bodies[i].name + ": not drawn, positions are not finite");
+  }
+  return lines;
+}
+
+}  // namespace sectio

@@ -1,0 +1,39 @@
+// Text on pictures (FreeType stays inside overlay.cpp) and the small panel of numbers over a frame.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render_client/draw/image.h"
+
+namespace sectio {
+
+// One typeface at one size. Not for use by two threads at once. Text is UTF-8; unknown characters show as a box.
+class Text {
+ public:
+  // Throws InputError when the font is not installed.
+  explicit Text(int size_px);
+  ~Text();
+  Text(Text&&) noexcept;
+  Text& operator=(Text&&) noexcept;
+
+  int line_height_px() const;
+  int ascent_px() const;
+  int width_px(std::string_view text) const;
+
+  // y_px is the top of the line.
+  void draw(Image& image, int x_px, int y_px, std::string_view text, Colour colour) const;
+
+ private:
+  struct Face;
+  std::unique_ptr<Face> face_;
+};
+
+// The rectangle that draw_panel() changes for these lines.
+Rect panel_rect(const Text& text, const std::vector<std::string>& lines);
+// Lines of text on a dark translucent panel in the top left corner.
+void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines);
+
+}  // namespace sectio

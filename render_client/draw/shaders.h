@@ -1,0 +1,234 @@
+// GLSL 3.30. One program for each shading: software rasterisers run both branches of an `if`, so materials are not
+// switched inside a program. All lighting is in view space, in linear light, with lamps fixed to the camera.
+#pragma once
+
+namespace sectio::shaders {
+
+constexpr const char* kVersion = "#version 330 core\n";
+
+constexpr const char* kVertex = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 rest_depth;
+uniform mat4 view_from_mesh;
+uniform mat4 projection;
+invariant gl_Position;
+out vec3 p_view;
+out vec3 n_view;
+out vec4 rest;
+void main() {
+  vec4 p = view_from_mesh * vec4(position, 1.0);
+  p_view = p.xyz;
+  n_view = mat3(view_from_mesh) * normal;
+  rest = rest_depth;
+  gl_Position = projection * p;
+})";
+
+constexpr const char* kLighting = R"(
+in vec3 p_view;
+in vec3 n_view;
+in vec4 rest;
+uniform vec3 base_colour;
+uniform sampler3D noise;
+uniform sampler3D relief;
+uniform vec4 occluder_from[2];
+uniform vec4 occluder_to[2];
+uniform int occluder_count;
+out vec4 fragment;
+
+const vec3 kKey = vec3(-0.4082, 0.8165, 0.4082);
+const vec3 kFill = vec3(0.7682, 0.0960, 0.6330);
+const vec3 kRim = vec3(0.3015, 0.6030, -0.7385);
+
+// Share of the key light that passes the instruments. The penumbra widens with the distance of what throws it.
+float key_light_at(vec3 p) {
+  float light = 1.0;
+  for (int i = 0; i < occluder_count; ++i) {
+    vec3 ab = occluder_to[i].xyz - occluder_from[i].xyz;
+    vec3 ap = p - occluder_from[i].xyz;
+    float along = dot(ab, kKey);
+    float height = dot(ap, kKey);
+    float s = clamp((dot(ap, ab) - height * along) / max(dot(ab, ab) - along * along, 1e-10), 0.0, 1.0);
+    float t = max(s * along - height, 0.0);
+    float gap = length(ap + t * kKey - s * ab);
+    float radius = mix(occluder_from[i].w, occluder_to[i].w, s);
+    float soft = 0.0008 + 0.12 * t;
+    light -= min(radius / soft, 1.0) * (1.0 - smoothstep(radius - soft, radius + soft, gap));
+  }
+  return max(light, 0.0);
+}
+
+// A room with a bright square lamp above left and a grey floor, as a mirror direction sees it.
+vec3 surroundings(vec3 r) {
+  float sky = smoothstep(-0.3, 1.0, r.y);
+  float lamp = smoothstep(0.86, 0.97, dot(r, kKey));
+  float window = smoothstep(0.80, 0.95, dot(r, kFill));
+  return mix(vec3(0.06, 0.055, 0.05), vec3(0.42, 0.45, 0.50), sky) + lamp * vec3(3.2, 3.1, 2.9) +
+         window * vec3(0.55, 0.60, 0.70);
+}
+
+float lobe(float cosine, float sharpness) { return exp2(sharpness * (cosine - 1.0)); }
+
+// The normal of a surface that a height field has been added to, given its gradient over rest coordinates. Slopes are
+// taken on the screen, so no tangent frame is needed. Mikkelsen 2010, Bump mapping unparametrized surfaces on the GPU.
+vec3 bumped(vec3 n, vec3 gradient) {
+  vec3 dx = dFdx(p_view), dy = dFdy(p_view);
+  vec3 rx = cross(dy, n), ry = cross(n, dx);
+  float area = dot(dx, rx);
+  vec3 slope = sign(area) * (dot(gradient, dFdx(rest.xyz)) * rx + dot(gradient, dFdy(rest.xyz)) * ry);
+  return normalize(max(abs(area), 1e-12) * n - slope);
+}
+
+// Filmic curve: Narkowicz 2015, ACES filmic tone mapping. Display gamma is taken as 2.
+void emit(vec3 light) {
+  light *= 0.85;
+  vec3 c = clamp(light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14), 0.0, 1.0);
+  fragment = vec4(sqrt(c), 1.0);
+}
+
+// Diffuse light under a moist film. Red travels farther in tissue, so it wraps farther round the terminator.
+void emit_tissue(vec3 n, vec3 film_n, vec3 albedo, float ambient, float wetness) {
+  vec3 v = normalize(-p_view);
+  float key = key_light_at(p_view);
+  const vec3 wrap = vec3(0.30, 0.12, 0.08);
+  vec3 diffuse = key * 0.95 * vec3(1.0, 0.98, 0.95) * max((dot(n, kKey) + wrap) / (1.0 + wrap), 0.0);
+  diffuse += 0.22 * vec3(0.85, 0.92, 1.0) * max((dot(n, kFill) + wrap) / (1.0 + wrap), 0.0);
+  diffuse += ambient * mix(vec3(0.17, 0.14, 0.13), vec3(0.23, 0.24, 0.27), 0.5 + 0.5 * n.y);
+  vec3 colour = albedo * diffuse * mix(0.55, 1.0, ambient);
+
+  float facing = max(dot(film_n, v), 0.0);
+  float fresnel = 0.03 + 0.5 * exp2(-8.5 * facing);
+  vec3 mirror = reflect(-v, film_n);
+  float key_part = mix(0.25, 1.0, key);
+  colour += wetness * ambient * fresnel * 0.7 * surroundings(mirror) * key_part;
+  colour += wetness * key * (1.1 * lobe(dot(mirror, kKey), 260.0) + 0.10 * lobe(dot(mirror, kKey), 14.0));
+  colour += wetness * 0.22 * lobe(dot(mirror, kFill), 90.0);
+  colour += albedo * 0.5 * max(dot(n, kRim), 0.0) * (1.0 - facing);
+  emit(colour);
+}
+)";
+
+constexpr const char* kSkin = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  vec4 broad = texture(noise, rest.xyz * 9.0 + 0.37);
+  vec4 fine = texture(relief, rest.xyz * 41.0);
+  vec3 albedo = base_colour * base_colour;
+  albedo *= (0.66 + 0.68 * broad.r) * (0.80 + 0.34 * fine.a);
+  albedo = mix(albedo, albedo * vec3(0.60, 0.42, 0.48), 0.55 * smoothstep(0.45, 0.95, broad.a));
+  albedo = mix(albedo, vec3(dot(albedo, vec3(0.35))), 0.10 + 0.10 * broad.b);
+  vec3 film = bumped(n, 0.24 * (fine.rgb - 0.5));
+  emit_tissue(mix(n, film, 0.5), film, albedo, 1.0, 0.75 + 0.4 * broad.b);
+})";
+
+// Parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood that gathers
+// towards the bottom, where little light comes.
+constexpr const char* kWall = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  if (!gl_FrontFacing) n = -n;
+  float depth = rest.w;
+  vec4 coarse = texture(noise, rest.xyz * 23.0 + 0.11);
+  vec4 fine = texture(relief, rest.xyz * 79.0);
+  vec3 albedo = base_colour * base_colour;
+  albedo *= (0.50 + 0.62 * coarse.r) * (0.66 + 0.60 * fine.a);
+  albedo = mix(albedo, vec3(0.50, 0.25, 0.20), 0.28 * smoothstep(0.50, 0.9, coarse.g));
+  albedo = mix(albedo, vec3(0.09, 0.007, 0.009), 0.85 * smoothstep(0.50, 0.85, coarse.a));
+  float low = depth + 0.004 * (coarse.r - 0.5);
+  albedo = mix(albedo, vec3(0.15, 0.010, 0.010), 0.75 * smoothstep(0.001, 0.010, low));
+  albedo = mix(vec3(0.55, 0.33, 0.28), albedo, smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5)));
+  float openness = 0.36 + 0.64 * exp2(-170.0 * depth);
+  vec3 film = bumped(n, 0.34 * (fine.rgb - 0.5));
+  emit_tissue(mix(n, film, 0.7), film, albedo, openness, 1.0);
+})";
+
+constexpr const char* kMetal = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  vec3 v = normalize(-p_view);
+  float brush = texture(noise, vec3(rest.xy * 130.0, rest.z * 9.0)).b;
+  vec3 film = normalize(n + 0.06 * (brush - 0.5));
+  vec3 mirror = reflect(-v, film);
+  vec3 f0 = base_colour * base_colour;
+  vec3 fresnel = f0 + (1.0 - f0) * exp2(-8.0 * max(dot(film, v), 0.0));
+  // Steel shows its surroundings: some dark and bright bands make it read as metal.
+  float band = 0.5 + 0.5 * sin(5.0 * mirror.x + 3.5 * mirror.y + 0.6);
+  vec3 light = surroundings(mirror) * 0.8 + mix(vec3(0.05), vec3(0.62, 0.63, 0.66), band * band);
+  light += 0.9 * lobe(dot(mirror, kKey), 30.0);
+  emit(fresnel * light + 0.05 * f0);
+})";
+
+constexpr const char* kPolymer = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  vec3 v = normalize(-p_view);
+  vec3 mirror = reflect(-v, n);
+  vec3 albedo = base_colour * base_colour;
+  vec3 light = albedo * (1.4 * max(dot(n, kKey), 0.0) + 0.4 * max(dot(n, kFill), 0.0) + 0.25);
+  light += (0.03 + 0.4 * exp2(-8.0 * max(dot(n, v), 0.0))) * surroundings(mirror) * 0.6;
+  emit(light + 0.12 * lobe(dot(mirror, kKey), 50.0));
+})";
+
+constexpr const char* kGlow = R"(
+void main() {
+  float facing = max(dot(normalize(n_view), normalize(-p_view)), 0.0);
+  vec3 hot = base_colour * base_colour;
+  emit(mix(hot * 0.9, hot * 2.2 + vec3(1.2, 0.9, 0.5), facing * facing));
+})";
+
+// A triangle over the whole picture, at the far plane.
+constexpr const char* kBackgroundVertex = R"(
+out vec2 screen;
+void main() {
+  screen = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(screen, 1.0, 1.0);
+})";
+
+constexpr const char* kBackground = R"(
+in vec2 screen;
+out vec4 fragment;
+void main() {
+  vec2 d = screen * vec2(0.62, 0.55) - vec2(-0.06, 0.18);
+  float light = max(1.0 - dot(d, d), 0.0);
+  vec3 c = mix(vec3(0.085, 0.10, 0.115), vec3(0.36, 0.40, 0.43), light * light);
+  // Half a grey level of fixed grain: no bands.
+  float grain = fract(dot(gl_FragCoord.xy, vec2(0.7548777, 0.5698403))) - 0.5;
+  fragment = vec4(c + grain / 255.0, 1.0);
+})";
+
+// Wireframe: corners carry their distance to the opposite edge in pixels. Baerentzen et al. 2008.
+constexpr const char* kWireGeometry = R"(
+layout(triangles) in;
+layout(triangle_strip, max_vertices = 3) out;
+uniform vec2 half_size_px;
+invariant gl_Position;
+noperspective out vec3 edge_px;
+void main() {
+  vec2 p[3];
+  for (int i = 0; i < 3; ++i) {
+    if (gl_in[i].gl_Position.w <= 0.0) return;
+    p[i] = gl_in[i].gl_Position.xy / gl_in[i].gl_Position.w * half_size_px;
+  }
+  vec2 a = p[2] - p[1], b = p[0] - p[2], c = p[1] - p[0];
+  float area = abs(a.x * b.y - a.y * b.x);
+  vec3 height = area / max(vec3(length(a), length(b), length(c)), vec3(1e-6));
+  for (int i = 0; i < 3; ++i) {
+    edge_px = vec3(0.0);
+    edge_px[i] = height[i];
+    gl_Position = gl_in[i].gl_Position;
+    EmitVertex();
+  }
+  EndPrimitive();
+})";
+
+constexpr const char* kWire = R"(
+noperspective in vec3 edge_px;
+out vec4 fragment;
+void main() {
+  float nearest = min(edge_px.x, min(edge_px.y, edge_px.z));
+  float line = 0.75 * (1.0 - smoothstep(0.4, 1.2, nearest));
+  if (line < 0.02) discard;
+  fragment = vec4(0.02, 0.03, 0.05, line);
+})";
+
+}  // namespace sectio::shaders

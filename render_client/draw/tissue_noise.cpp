@@ -1,0 +1,95 @@
+#include "render_client/draw/tissue_noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/math/hash.h"
+#include "common/math/types.h"
+
+namespace sectio {
+
+namespace {
+
+// In [0, 1), a function of the lattice point modulo the period.
+float lattice_value(int x, int y, int z, int period, std::uint64_t seed) {
+  const auto wrap = [period](int i) { return static_cast<std::uint64_t>((i % period + period) % period); };
+  const std::uint64_t bits = hash_combine(hash_combine(hash_combine(seed, wrap(x)), wrap(y)), wrap(z));
+  return static_cast<float>(bits >> 40) * 0x1p-24f;
+}
+
+// Value noise with smooth interpolation, `period` lattice cells along the unit cube.
+float value_noise(const Vec3f& p, int period, std::uint64_t seed) {
+  const Vec3f scaled = p * static_cast<float>(period);
+  const Vec3f base = scaled.array().floor();
+  Vec3f f = scaled - base;
+  f = f.array() * f.array() * (3.0f - 2.0f * f.array());
+  float sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner & 1, j = (corner >> 1) & 1, k = corner >> 2;
+    const float weight = (i ? f.x() : 1 - f.x()) * (j ? f.y() : 1 - f.y()) * (k ? f.z() : 1 - f.z());
+    sum += weight * lattice_value(static_cast<int>(base.x()) + i, static_cast<int>(base.y()) + j,
+                                  static_cast<int>(base.z()) + k, period, seed);
+  }
+  return sum;
+}
+
+float clouds(const Vec3f& p, int period, std::uint64_t seed) {
+  return (4 * value_noise(p, period, seed) + 2 * value_noise(p, 2 * period, seed + 1) +
+          value_noise(p, 4 * period, seed + 2)) /
+         7;
+}
+
+// Distance to the nearest of one random point a cell, in cells.
+float cell_distance(const Vec3f& p, int period, std::uint64_t seed) {
+  const Vec3f scaled = p * static_cast<float>(period);
+  const Eigen::Vector3i base = scaled.array().floor().cast<int>();
+  float nearest2 = 9;
+  for (int n = 0; n < 27; ++n) {
+    const Eigen::Vector3i c = base + Eigen::Vector3i(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    const Vec3f centre = c.cast<float>() + Vec3f(lattice_value(c.x(), c.y(), c.z(), period, seed),
+                                                 lattice_value(c.x(), c.y(), c.z(), period, seed + 1),
+                                                 lattice_value(c.x(), c.y(), c.z(), period, seed + 2));
+    nearest2 = std::min(nearest2, (centre - scaled).squaredNorm());
+  }
+  return std::sqrt(nearest2);
+}
+
+std::uint8_t to_byte(float value) {
+  return static_cast<std::uint8_t>(std::clamp(value, 0.0f, 1.0f) * 255.0f + 0.5f);
+}
+
+float bump_height(const Vec3f& p) {
+  return 0.65f * value_noise(p, 5, 60) + 0.35f * value_noise(p, 13, 61);
+}
+
+}  // namespace
+
+TissueNoise make_tissue_noise() {
+  constexpr int n = kTissueNoiseSize;
+  constexpr float kStep = 1.0f / n;
+  constexpr float kSteepest = 10;  // slopes beyond it are cut; few are
+  TissueNoise volumes;
+  volumes.noise.reserve(4 * n * n * n);
+  volumes.relief.reserve(4 * n * n * n);
+  for (int i = 0; i < n * n * n; ++i) {
+    const Vec3f p =
+        kStep * Vec3f(static_cast<float>(i % n), static_cast<float>(i / n % n), static_cast<float>(i / (n * n)));
+    // Vessels lie where two independent fields are both near their mean: thin tubes.
+    const float u = clouds(p, 3, 40) - 0.5f, v = clouds(p, 3, 50) - 0.5f;
+    const float grain = 0.5f * value_noise(p, 16, 30) + 0.5f * value_noise(p, 28, 31);
+    const float cell = cell_distance(p, 10, 20);
+    volumes.noise.push_back(to_byte(clouds(p, 4, 10)));
+    volumes.noise.push_back(to_byte(cell));
+    volumes.noise.push_back(to_byte(grain));
+    volumes.noise.push_back(to_byte(1 - 9 * std::sqrt(u * u + v * v)));
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3f step = kStep * Vec3f::Unit(axis);
+      const float slope = (bump_height(p + step) - bump_height(p - step)) / (2 * kStep);
+      volumes.relief.push_back(to_byte(0.5f + 0.5f * slope / kSteepest));
+    }
+    volumes.relief.push_back(to_byte(0.7f * (1 - cell * cell) + 0.3f * grain));
+  }
+  return volumes;
+}
+
+}  // namespace sectio

@@ -1,0 +1,215 @@
+#include "render_client/draw/draw_frame.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "render_client/draw/camera.h"
+#include "tests/unit/draw/test_organ.h"
+
+namespace sectio {
+namespace {
+
+constexpr int kWidth = 480, kHeight = 270;
+
+Canvas& shared_canvas() {
+  static const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(kWidth, kHeight);
+  return *canvas;
+}
+
+Image drawn(const Frame& frame, DrawOptions options = {.overlay = false}) {
+  FramePainter painter(shared_canvas());
+  return painter.draw_frame(frame, options);
+}
+
+int difference(const Image& a, const Image& b, int x, int y) {
+  int d = 0;
+  for (int k = 0; k < 3; ++k) d = std::max(d, std::abs(a.pixel(x, y)[k] - b.pixel(x, y)[k]));
+  return d;
+}
+
+int pixels_that_differ(const Image& a, const Image& b, int by_more_than) {
+  int count = 0;
+  for (int y = 0; y < a.height_px; ++y) {
+    for (int x = 0; x < a.width_px; ++x) count += difference(a, b, x, y) > by_more_than;
+  }
+  return count;
+}
+
+// Where a point of the world is in the picture.
+std::pair<int, int> pixel_of(const CameraView& camera, const Vec3& p_world_m) {
+  const Eigen::Vector4f clip = projection(camera, static_cast<double>(kWidth) / kHeight) * view_from_world(camera) *
+                               p_world_m.cast<float>().homogeneous();
+  const Eigen::Vector2f ndc = clip.head<2>() / clip.w();
+  return {static_cast<int>((ndc.x() + 1) * 0.5f * kWidth), static_cast<int>((1 - ndc.y()) * 0.5f * kHeight)};
+}
+
+Frame seen_from_above() {
+  Frame frame = test::make_frame();
+  frame.camera.eye_world_m = Vec3(0, -0.02, 0.25);
+  frame.camera.target_world_m = Vec3(0, 0, 0.03);
+  return frame;
+}
+
+TEST(TestOrgan, is_closed_and_oriented) {
+  std::map<std::pair<VertexId, VertexId>, int> edges;
+  for (const Triangle& t : test::make_organ().triangles) {
+    for (std::size_t i = 0; i < 3; ++i) ++edges[{t.v[i], t.v[(i + 1) % 3]}];
+  }
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_TRUE(edges.contains({edge.second, edge.first}));
+  }
+}
+
+TEST(DrawFrame, skin_wall_and_background_look_different) {
+  const Frame frame = seen_from_above();
+  const Image image = drawn(frame);
+  const auto [wall_x, wall_y] = pixel_of(frame.camera, Vec3(0, 0.003, 0.028));
+  const auto [skin_x, skin_y] = pixel_of(frame.camera, Vec3(-0.06, 0, 0.024));
+  const std::uint8_t* wall = image.pixel(wall_x, wall_y);
+  const std::uint8_t* skin = image.pixel(skin_x, skin_y);
+  const std::uint8_t* background = image.pixel(3, kHeight / 2);
+  EXPECT_GT(skin[0], skin[1] + 20) << "skin is red";
+  EXPECT_GT(wall[0], wall[1] + 20) << "walls are red";
+  EXPECT_LT(std::abs(background[0] - background[1]), 20) << "the background is neutral";
+  EXPECT_LT(wall[1] + wall[0], skin[1] + skin[0] - 20) << "walls get less light than skin";
+}
+
+TEST(DrawFrame, moved_rigidly_with_the_camera_it_looks_the_same) {
+  const Frame before = seen_from_above();
+  Frame after = before;
+  Pose motion;
+  motion.position_m = Vec3(0.3, -0.2, 0.1);
+  motion.orientation = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized());
+  for (Vec3f& p : after.bodies[0].positions_world_m) p = motion.to_world(p.cast<double>()).cast<float>();
+  after.camera.eye_world_m = motion.to_world(before.camera.eye_world_m);
+  after.camera.target_world_m = motion.to_world(before.camera.target_world_m);
+  after.camera.up_world = motion.orientation * before.camera.up_world;
+  const Image a = drawn(before), b = drawn(after);
+  // Rounding moves outlines by a pixel here and there; the pattern of skin and walls must not move.
+  EXPECT_LT(pixels_that_differ(a, b, 6), kWidth * kHeight / 200);
+  const auto [x, y] = pixel_of(before.camera, Vec3(0, 0.003, 0.028));
+  EXPECT_LE(difference(a, b, x, y), 4);
+}
+
+TEST(DrawFrame, pattern_sticks_to_rest_coordinates) {
+  const Frame before = seen_from_above();
+  Frame after = before;
+  for (Vec3f& p : after.bodies[0].rest_body_m) p += Vec3f(0.013f, 0.007f, 0.004f);
+  EXPECT_GT(pixels_that_differ(drawn(before), drawn(after), 6), 500);
+}
+
+TEST(DrawFrame, overlay_changes_its_panel_only) {
+  const Frame frame = test::make_frame();
+  const Image plain = drawn(frame), labelled = drawn(frame, {.frames_per_s = 30});
+  int changed = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (difference(plain, labelled, x, y) == 0) continue;
+      ++changed;
+      ASSERT_TRUE(x < 400 && y < 60) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(changed, 500);
+}
+
+TEST(DrawFrame, empty_frame_is_background) {
+  const Image image = drawn(Frame{});
+  for (int x = 0; x < kWidth; x += 20) {
+    const std::uint8_t* p = image.pixel(x, kHeight / 2);
+    EXPECT_GT(p[0], 10);
+    EXPECT_LT(std::abs(p[0] - p[2]), 40);
+    EXPECT_EQ(p[3], 255);
+  }
+}
+
+TEST(DrawFrame, bodies_that_are_not_finite_are_left_out) {
+  Frame frame = test::make_frame();
+  frame.bodies[0].positions_world_m[100].x() = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(pixels_that_differ(drawn(frame), drawn(Frame{}), 0), 0);
+  frame = test::make_frame();
+  frame.bodies[0].positions_world_m.resize(10);
+  EXPECT_EQ(pixels_that_differ(drawn(frame), drawn(Frame{}), 0), 0);
+  frame = test::make_frame();
+  frame.bodies[0].positions_world_m[100] *= 1e30f;
+  drawn(frame);
+  frame.camera.eye_world_m = frame.camera.target_world_m;
+  drawn(frame);
+}
+
+TEST(DrawFrame, same_frame_twice_is_the_same_picture) {
+  Frame frame = test::make_frame();
+  frame.tools.push_back(test::make_scalpel_at(Vec3(0, 0, 0.03)));
+  FramePainter painter(shared_canvas());
+  const Image first = painter.draw_frame(frame), second = painter.draw_frame(frame);
+  EXPECT_EQ(first.rgba, second.rgba);
+}
+
+TEST(DrawFrame, new_revision_brings_new_triangles) {
+  Frame frame = seen_from_above();
+  FramePainter painter(shared_canvas());
+  const Image open = painter.draw_frame(frame, {.overlay = false});
+  frame.bodies[0] = test::make_organ({.opening_m = 0});
+  frame.bodies[0].revision = 2;
+  const Image closed = painter.draw_frame(frame, {.overlay = false});
+  EXPECT_GT(pixels_that_differ(open, closed, 10), 500);
+  EXPECT_EQ(pixels_that_differ(closed, drawn(frame), 0), 0) << "the same as a fresh painter draws";
+}
+
+TEST(DrawFrame, instruments_are_drawn_when_present) {
+  Frame frame = test::make_frame();
+  const Image without = drawn(frame);
+  for (const char* kind : {"scalpel", "cautery_hook", "something else"}) {
+    frame.tools = {test::make_scalpel_at(Vec3(0, 0, 0.03))};
+    frame.tools[0].kind = kind;
+    EXPECT_GT(pixels_that_differ(without, drawn(frame), 10), 400) << kind;
+    frame.tools[0].abcd_tool_m.fill(Vec3::Zero());
+    drawn(frame);
+    frame.tools[0].present = false;
+    EXPECT_EQ(pixels_that_differ(without, drawn(frame), 0), 0) << kind;
+  }
+}
+
+TEST(DrawFrame, wireframe_adds_dark_lines) {
+  const Frame frame = test::make_frame();
+  EXPECT_GT(pixels_that_differ(drawn(frame), drawn(frame, {.wireframe = true, .overlay = false}), 10), 2000);
+}
+
+TEST(DrawFrame, four_samples_smooth_the_outline) {
+  const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(kWidth, kHeight, 4);
+  FramePainter painter(*canvas);
+  const Frame frame = test::make_frame();
+  const Image smooth = painter.draw_frame(frame, {.overlay = false});
+  const int changed = pixels_that_differ(smooth, drawn(frame), 10);
+  EXPECT_GT(changed, 100);
+  EXPECT_LT(changed, kWidth * kHeight / 15);
+}
+
+TEST(Camera, fit_shows_all_of_the_body) {
+  Frame frame = test::make_frame();
+  frame.camera.eye_world_m = Vec3(2, 1, 3);
+  frame.camera.target_world_m = Vec3(1, 1, 1);
+  const CameraView camera = fit_camera(frame, static_cast<double>(kWidth) / kHeight);
+  int low_x = kWidth, high_x = 0, low_y = kHeight, high_y = 0;
+  for (const Vec3f& p : frame.bodies[0].positions_world_m) {
+    const auto [x, y] = pixel_of(camera, p.cast<double>());
+    low_x = std::min(low_x, x), high_x = std::max(high_x, x), low_y = std::min(low_y, y), high_y = std::max(high_y, y);
+  }
+  EXPECT_GE(low_x, 0);
+  EXPECT_LT(high_x, kWidth);
+  EXPECT_GE(low_y, 0);
+  EXPECT_LT(high_y, kHeight);
+  EXPECT_TRUE(high_x - low_x > 0.8 * kWidth || high_y - low_y > 0.8 * kHeight);
+}
+
+TEST(Canvas, impossible_sizes_are_refused) {
+  EXPECT_THROW(make_osmesa_canvas(0, 100), std::runtime_error);
+  EXPECT_THROW(make_osmesa_canvas(100, 100, 3), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace sectio
