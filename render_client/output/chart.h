@@ -1,0 +1,29 @@
+// A line chart as a picture: axes with round ticks, units in the labels, a legend.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "render_client/draw/image.h"
+
+namespace sectio {
+
+struct Series {
+  std::string name;       // for the legend
+  std::vector<double> x;  // same length as y; a pair that is not finite breaks the line
+  std::vector<double> y;
+};
+
+struct ChartLabels {
+  std::string title;
+  std::string x;  // with the unit: "time / s"
+  std::string y;  // "force / N"
+};
+
+// Without any finite point the axes run from 0 to 1. Throws InputError when a series has x and y of unequal length.
+Image plot(const ChartLabels& labels, const std::vector<Series>& series, int width_px = 960, int height_px = 480);
+
+// Steps of 1, 2 or 5 times a power of ten: all multiples within [low, high], about `wanted` of them.
+std::vector<double> round_ticks(double low, double high, int wanted);
+
+}  // namespace sectio

@@ -1,0 +1,81 @@
+#include "render_client/output/png.h"
+
+#include <png.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+
+#include "common/core/error.h"
+
+namespace sectio {
+
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+// libpng calls back on an error and must not return; an exception unwinds through it as Debian's libpng is built
+// with unwind tables.
+[[noreturn]] void fail(png_structp png, png_const_charp message) {
+  throw InputError(*static_cast<const std::string*>(png_get_error_ptr(png)) + ": " + message);
+}
+
+void ignore_warning(png_structp, png_const_charp) {}
+
+struct Writer {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  ~Writer() { png_destroy_write_struct(&png, &info); }
+};
+
+}  // namespace
+
+void write_png(const std::string& path, const Image& image) {
+  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "wb"));
+  if (!file) throw InputError(path + ": can't be written: " + std::strerror(errno));
+  std::string place = path;
+  Writer writer;
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &place, fail, ignore_warning);
+  if (!writer.png) throw InputError(path + ": libpng can't start");
+  writer.info = png_create_info_struct(writer.png);
+  png_init_io(writer.png, file.get());
+  png_set_compression_level(writer.png, 1);
+  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(image.width_px),
+               static_cast<png_uint_32>(image.height_px), 8, PNG_COLOR_TYPE_RGBA, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(writer.png, writer.info);
+  for (int y = 0; y < image.height_px; ++y) png_write_row(writer.png, image.pixel(0, y));
+  png_write_end(writer.png, nullptr);
+  if (std::fflush(file.get()) != 0) throw InputError(path + ": can't be written: " + std::strerror(errno));
+}
+
+void prepare_output_directory(const std::string& directory) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (!std::filesystem::is_directory(directory)) {
+    throw InputError(directory + ": can't be made a directory" + (error ? ": " + error.message() : ""));
+  }
+  if (::access(directory.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(directory + ": can't be written: " + std::strerror(errno));
+  }
+}
+
+PngSequence::PngSequence(std::string directory) : directory_(std::move(directory)) {
+  prepare_output_directory(directory_);
+}
+
+void PngSequence::write(const Image& image) {
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "/frame_%06zu.png", count_);
+  write_png(directory_ + name.data(), image);
+  ++count_;
+}
+
+}  // namespace sectio

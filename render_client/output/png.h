@@ -1,0 +1,30 @@
+// Pictures as PNG files. Fast rather than small: zlib level 1, no row filter.
+#pragma once
+
+#include <string>
+
+#include "render_client/draw/image.h"
+
+namespace sectio {
+
+// Throws InputError when the file can't be written.
+void write_png(const std::string& path, const Image& image);
+
+// Makes the directory (and its parents) if need be; throws InputError unless files can be written there.
+void prepare_output_directory(const std::string& directory);
+
+// frame_000000.png, frame_000001.png, ... in a directory that is made if need be.
+class PngSequence {
+ public:
+  // Throws InputError when the directory can't be written.
+  explicit PngSequence(std::string directory);
+
+  void write(const Image& image);
+  std::size_t count() const { return count_; }
+
+ private:
+  std::string directory_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace sectio
