@@ -25,13 +25,13 @@ struct BodyDelta {
 enum class EventKind : std::uint8_t {
   contact_began,
   contact_ended,
-  penetrated,   // contact -> penetration: the cut began
-  cut_ended,    // the instrument was lifted
-  joined,       // a cut ran into the end of another, or of itself
-  island_freed, // a loop was closed and its inside parted
-  cut_refused,  // the mesh is as before
-  step_overrun, // a step took longer than its time
-  body_frozen,  // numerics failed in this body
+  penetrated,    // contact -> penetration: the cut began
+  cut_ended,     // the instrument was lifted
+  joined,        // a cut ran into the end of another, or of itself
+  island_freed,  // a loop was closed and its inside parted
+  cut_refused,   // the mesh is as before
+  step_overrun,  // a step took longer than its time
+  body_frozen,   // numerics failed in this body
 };
 const char* to_string(EventKind kind);
 
@@ -49,7 +49,8 @@ struct StepReport {
   double added_mass_fraction = 0;  // by selective mass scaling
   std::uint64_t cuts_made = 0;     // deltas so far
   std::uint64_t cuts_refused = 0;
-  double contact_time_s = 0;       // simulated time with any instrument in contact, so far
+  double penetration_m = 0;   // of pressing instruments beneath the surface, after this step
+  double contact_time_s = 0;  // simulated time with any instrument in contact, so far
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
 };

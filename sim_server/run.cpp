@@ -1,0 +1,219 @@
+#include "sim_server/run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "common/delta/journal.h"
+#include "common/mesh/check.h"
+
+namespace sectio {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+std::string hex(std::uint64_t x) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, x);
+  return text;
+}
+
+// The value below which a fraction q of the samples lies.
+double quantile(std::vector<float>& samples, double q) {
+  if (samples.empty()) return 0;
+  const auto at = samples.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(samples.size() - 1));
+  std::nth_element(samples.begin(), at, samples.end());
+  return static_cast<double>(*at);
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  if (!(file << text).flush()) throw InputError(path + ": can't be written");
+}
+
+void make_directory(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw InputError(path + ": can't be made: " + error.message());
+}
+
+std::string file_of(const std::string& directory, const std::string& body) {
+  std::string name = body;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return directory + "/" + name + ".obj";
+}
+
+}  // namespace
+
+struct RunReport::State {
+  explicit State(const Scene& s) : scene(s) {}
+  const Scene& scene;
+  std::vector<float> step_times_s;
+  StepReport last;
+  std::uint64_t steps = 0;
+  std::map<std::string, std::uint64_t> events;
+  double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
+};
+
+RunReport::RunReport(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+RunReport::~RunReport() = default;
+
+void RunReport::add(const StepOutput& output, double step_wall_time_s) {
+  State& s = *state_;
+  s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
+  s.last = output.report;
+  s.steps = output.step;
+  for (const Event& e : output.events) ++s.events[to_string(e.kind)];
+  s.least_margin = std::min(s.least_margin, output.report.stability_margin);
+  s.largest_penetration_m = std::max(s.largest_penetration_m, output.report.penetration_m);
+  s.largest_added_mass = std::max(s.largest_added_mass, output.report.added_mass_fraction);
+  for (const ContactModel& c : output.contacts) s.largest_force_n = std::max(s.largest_force_n, c.force_world_n.norm());
+}
+
+std::string RunReport::json(const Simulation& simulation) const {
+  State& s = *state_;
+  nlohmann::ordered_json report;
+  report["session"] = s.scene.session;
+  report["scene"] = std::filesystem::path(s.scene.file).filename().string();
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i) {
+    const TriangleMesh& mesh = simulation.mesh(i);
+    const SurfaceReport rest = check(mesh);
+    std::vector<Vec3> now;
+    for (const Vec3f& x : simulation.positions_world_m(i)) now.push_back(x.cast<double>());
+    nlohmann::ordered_json body;
+    body["name"] = s.scene.bodies[i].name;
+    body["vertices"] = rest.vertices;
+    body["triangles"] = rest.triangles;
+    body["components"] = rest.components;
+    body["euler_characteristic"] = rest.euler_characteristic;
+    body["closed"] = rest.closed;
+    body["manifold"] = rest.manifold;
+    body["enclosed_volume_m3"] = check(mesh, now).volume_m3;
+    body["rest_volume_m3"] = rest.volume_m3;
+    body["revision"] = mesh.revision();
+    body["topology_hash"] = hex(mesh.hash());
+    report["bodies"].push_back(body);
+  }
+  nlohmann::ordered_json run;
+  run["steps"] = s.steps;
+  run["simulated_s"] = static_cast<double>(s.steps) * s.scene.step_s;
+  run["cuts_made"] = s.last.cuts_made;
+  run["cuts_refused"] = s.last.cuts_refused;
+  run["contact_time_s"] = s.last.contact_time_s;
+  run["step_time_median_s"] = quantile(s.step_times_s, 0.5);
+  run["step_time_p99_s"] = quantile(s.step_times_s, 0.99);
+  run["stability_margin"] = s.least_margin;
+  run["added_mass_fraction"] = s.largest_added_mass;
+  run["largest_force_n"] = s.largest_force_n;
+  run["largest_penetration_m"] = s.largest_penetration_m;
+  run["local_searches"] = s.last.local_searches;
+  run["global_searches"] = s.last.global_searches;
+  run["events"] = s.events;
+  report["run"] = run;
+  return report.dump(2) + "\n";
+}
+
+std::vector<ToolSample> samples_of_traces(const Scene& scene, std::uint64_t step) {
+  constexpr double kSamplePeriodS = 0.001;
+  const auto index_at = [](double time_s) {
+    return static_cast<std::uint64_t>(std::floor(time_s / kSamplePeriodS + 1e-9));
+  };
+  const std::uint64_t first = step == 1 ? 0 : index_at(static_cast<double>(step - 1) * scene.step_s) + 1;
+  const std::uint64_t last = index_at(static_cast<double>(step) * scene.step_s);
+  std::vector<ToolSample> samples;
+  for (std::uint32_t tool = 0; tool < scene.tools.size(); ++tool) {
+    if (scene.tools[tool].trace.empty()) continue;
+    for (std::uint64_t i = first; i <= last; ++i) {
+      const double time_s = static_cast<double>(i) * kSamplePeriodS;
+      samples.push_back({tool, i + 1, time_s, pose_at(scene.tools[tool].trace, time_s)});
+    }
+  }
+  return samples;
+}
+
+void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<const Vec3f> positions_world_m) {
+  std::ofstream file(path);
+  std::vector<std::uint32_t> number(mesh.vertex_slots(), 0);
+  std::uint32_t next = 1;
+  char line[96];
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    if (!mesh.vertex_alive(v)) continue;
+    number[v] = next++;
+    const Vec3f& x = positions_world_m[v];
+    std::snprintf(line, sizeof line, "v %.9g %.9g %.9g\n", double(x[0]), double(x[1]), double(x[2]));
+    file << line;
+  }
+  for (const Surface surface : {Surface::skin, Surface::wall}) {
+    file << (surface == Surface::skin ? "g skin\n" : "g wall\n");
+    for (const Triangle& t : mesh.triangles())
+      if (t.alive() && t.surface == surface)
+        file << "f " << number[t.v[0]] << ' ' << number[t.v[1]] << ' ' << number[t.v[2]] << '\n';
+  }
+  if (!file.flush()) throw InputError(path + ": can't be written");
+}
+
+std::string run_offline(const Scene& scene, const OfflineOptions& options) {
+  const std::string& directory = options.export_directory;
+  if (!directory.empty()) make_directory(directory);
+  Simulation simulation(scene);
+  std::unique_ptr<JournalWriter> journal;
+  if (!directory.empty()) {
+    std::vector<JournalBody> bodies;
+    for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+      bodies.push_back({scene.bodies[i].name, simulation.mesh(i)});
+    journal = std::make_unique<JournalWriter>(directory + "/journal", bodies);
+  }
+  RunReport report(scene);
+  const std::uint64_t steps =
+      options.steps > 0 ? options.steps : static_cast<std::uint64_t>(std::llround(scene.duration_s / scene.step_s));
+  auto progress = Clock::now();
+  StepInput input;
+  for (std::uint64_t k = 1; k <= steps; ++k) {
+    input.samples = samples_of_traces(scene, k);
+    const auto start = Clock::now();
+    const StepOutput& output = simulation.step(input);
+    report.add(output, seconds_since(start));
+    if (journal)
+      for (const BodyDelta& d : output.deltas) journal->append(d.body_id, d.delta);
+    if (seconds_since(progress) >= 1 || k == steps) {
+      progress = Clock::now();
+      char text[128];
+      std::snprintf(text, sizeof text, "step %" PRIu64 " of %" PRIu64 ", %.2f s simulated, %" PRIu64 " cuts", k, steps,
+                    output.sim_time_s, output.report.cuts_made);
+      log_info(text);
+    }
+  }
+  const std::string json = report.json(simulation);
+  if (!directory.empty()) {
+    for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+      write_obj(file_of(directory, scene.bodies[i].name), simulation.mesh(i), simulation.positions_world_m(i));
+    write_text(directory + "/report.json", json);
+  }
+  return json;
+}
+
+void replay(const std::string& journal, const std::string& export_directory) {
+  if (!export_directory.empty()) make_directory(export_directory);
+  for (const JournalBody& body : read_journal(journal)) {
+    log_info(body.name + ": revision " + std::to_string(body.mesh.revision()) + ", topology hash " +
+             hex(body.mesh.hash()));
+    if (export_directory.empty()) continue;
+    std::vector<Vec3f> rest;
+    for (const Vec3& x : body.mesh.rest_body_m()) rest.push_back(x.cast<float>());
+    write_obj(file_of(export_directory, body.name), body.mesh, rest);
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,246 @@
+#include "sim_server/simulation.h"
+
+#include <algorithm>
+
+#include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/simulation_touch.h"
+
+namespace sectio {
+
+const char* to_string(EventKind kind) {
+  switch (kind) {
+    case EventKind::contact_began:
+      return "contact began";
+    case EventKind::contact_ended:
+      return "contact ended";
+    case EventKind::penetrated:
+      return "penetrated";
+    case EventKind::cut_ended:
+      return "cut ended";
+    case EventKind::joined:
+      return "joined";
+    case EventKind::island_freed:
+      return "island freed";
+    case EventKind::cut_refused:
+      return "cut refused";
+    case EventKind::step_overrun:
+      return "step overrun";
+    case EventKind::body_frozen:
+      return "body frozen";
+  }
+  return "?";
+}
+
+namespace {
+
+InstrumentShape shape_of(const ToolSpec& spec) {
+  InstrumentShape s{spec.geometry.a_tool_m, spec.geometry.b_tool_m, spec.geometry.c_tool_m, spec.geometry.d_tool_m,
+                    spec.kind == "cautery_hook"};
+  if (s.cautery) s.d_tool_m = s.c_tool_m + spec.intensity * (s.d_tool_m - s.c_tool_m);
+  return s;
+}
+
+FitterSpec fitter_spec(const Scene& scene) {
+  FitterSpec f;
+  if (scene.bodies.empty()) return f;
+  const MaterialSpec& m = scene.bodies.front().material;
+  f.prior_stiffness_n_per_m = 2 * m.young_pa / (1 - m.poisson * m.poisson) * m.foundation_radius_m;
+  return f;
+}
+
+// What the simulation knows of an instrument.
+struct Tool {
+  Tool(std::uint32_t id, const Scene& scene) : shape(shape_of(scene.tools[id])), fitter(id, fitter_spec(scene)) {}
+
+  InstrumentShape shape;
+  ContactModelFitter fitter;
+  std::optional<Pose> pose;  // of the newest sample
+  double time_s = 0;         // its time stamp
+  std::uint64_t sequence = 0;
+  Vec3 velocity_m_per_s = Vec3::Zero();
+
+  // Of this step.
+  std::optional<Pose> before;
+  std::vector<Pose> poses;
+  bool continuous = true;
+};
+
+}  // namespace
+
+struct Simulation::State {
+  explicit State(const Scene& s) : scene(s) {
+    for (std::uint32_t i = 0; i < scene.bodies.size(); ++i)
+      bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i));
+    for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
+    for (auto& body : bodies)
+      for (std::uint32_t i = 0; i < tools.size(); ++i) touches.emplace_back(i, tools[i].shape, *body);
+  }
+
+  void take(const StepInput& input);
+  void step_body(std::uint32_t body_id);
+  void fit_contact_models();
+  void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
+    output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
+  }
+  SimulationTouch& touch(std::uint32_t body_id, std::uint32_t tool_id) {
+    return touches[body_id * tools.size() + tool_id];
+  }
+
+  Scene scene;
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  std::vector<Tool> tools;
+  std::vector<SimulationTouch> touches;  // a row a body, a column a tool
+  StepOutput output;
+
+  // Scratch.
+  std::vector<Entry> entries;
+  std::vector<BladeMotion> motions;
+  std::vector<TriangleId> changed;
+  std::vector<PointConstraint> constraints;
+  std::vector<Reaction> reactions;
+};
+
+void Simulation::State::take(const StepInput& input) {
+  for (Tool& tool : tools) {
+    tool.before = tool.pose;
+    tool.poses.clear();
+    tool.continuous = true;
+  }
+  for (const ToolSample& sample : input.samples) {
+    if (sample.tool_id >= tools.size()) continue;
+    Tool& tool = tools[sample.tool_id];
+    if (tool.pose && sample.sequence <= tool.sequence) continue;
+    if (tool.pose && sample.sequence != tool.sequence + 1) tool.continuous = false;
+    if (tool.pose && sample.tool_time_s > tool.time_s)
+      tool.velocity_m_per_s =
+          (sample.pose_world.position_m - tool.pose->position_m) / (sample.tool_time_s - tool.time_s);
+    tool.pose = sample.pose_world;
+    tool.sequence = sample.sequence;
+    tool.time_s = sample.tool_time_s;
+    if (tool.before || !tool.poses.empty())
+      tool.poses.push_back(sample.pose_world);
+    else
+      tool.before = sample.pose_world;  // the first one of all: it has not moved yet
+  }
+}
+
+void Simulation::State::step_body(std::uint32_t body_id) {
+  SimulationBody& body = *bodies[body_id];
+  entries.clear();
+  motions.clear();
+  for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    const Tool& tool = tools[i];
+    if (!tool.pose) continue;
+    touch(body_id, i).approach(tool.before, tool.poses, tool.continuous);
+    touch(body_id, i).plan(tool.poses, entries, motions);
+  }
+
+  if (!entries.empty() || !motions.empty()) {
+    const CutPlan plan = plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings,
+                                  body.spec.cutting.loops_free_islands);
+    const bool accepted = body.accept_plan(plan, changed);
+    if (accepted && !plan.delta.empty()) {
+      output.deltas.push_back({body_id, plan.delta});
+      ++output.report.cuts_made;
+    }
+    output.report.cuts_refused += plan.refused + (accepted ? 0u : 1u);
+    for (std::uint32_t i = 0; i < tools.size(); ++i) touch(body_id, i).planned(plan, accepted, changed);
+    if (accepted)
+      for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
+  }
+
+  constraints.clear();
+  for (std::uint32_t i = 0; i < tools.size(); ++i)
+    if (const auto c = touch(body_id, i).constraint(); c && tools[i].pose) constraints.push_back(*c);
+  reactions.assign(constraints.size(), {});
+  body.deform(constraints, reactions);
+  std::size_t next = 0;
+  for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    if (!tools[i].pose) continue;
+    SimulationTouch& t = touch(body_id, i);
+    t.deformed(t.constraint() ? reactions[next++] : Reaction{}, scene.step_s);
+    for (const EventKind kind : t.take_events()) {
+      say(kind, body_id, i);
+      output.publish_now |= kind == EventKind::contact_began;
+    }
+  }
+  if (!body.frozen && body.springs.first_bad_vertex() != kNone) {
+    body.frozen = true;
+    say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(body.springs.first_bad_vertex()));
+  }
+}
+
+void Simulation::State::fit_contact_models() {
+  bool in_contact = false;
+  for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    const Tool& tool = tools[i];
+    if (!tool.pose) continue;
+    ContactStep step;
+    step.sim_time_s = output.sim_time_s;
+    step.tool_time_s = tool.time_s;
+    step.tip_world_m = tool.pose->position_m;
+    step.tip_velocity_world_m_per_s = tool.velocity_m_per_s;
+    for (std::uint32_t b = 0; b < bodies.size(); ++b) {
+      const SimulationTouch& t = touch(b, i);
+      step.reaction_world_n += t.force_on_tool_n();
+      if (t.state() <= step.state) continue;
+      step.state = t.state();
+      step.surface_known = t.surface_known();
+      step.point_world_m = t.point_world_m();
+      step.normal_world = t.normal_world();
+    }
+    in_contact |= step.state != ContactState::free;
+    output.contacts.push_back(tools[i].fitter.fit(step));
+  }
+  if (in_contact) output.report.contact_time_s += scene.step_s;
+}
+
+Simulation::Simulation(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const StepOutput& Simulation::step(const StepInput& input) {
+  State& s = *state_;
+  StepOutput& out = s.output;
+  ++out.step;
+  out.sim_time_s = static_cast<double>(out.step) * s.scene.step_s;
+  out.deltas.clear();
+  out.contacts.clear();
+  out.events.clear();
+  out.publish_now = false;
+  s.take(input);
+  for (std::uint32_t b = 0; b < s.bodies.size(); ++b) s.step_body(b);
+  s.fit_contact_models();
+
+  out.report.stability_margin = 1e9;
+  out.report.added_mass_fraction = 0;
+  out.report.local_searches = out.report.global_searches = 0;
+  out.report.penetration_m = 0;
+  for (const auto& body : s.bodies) {
+    out.report.stability_margin =
+        std::min(out.report.stability_margin, body->springs.largest_stable_step_s() / s.scene.step_s);
+    out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, body->springs.added_mass_fraction());
+  }
+  for (const SimulationTouch& t : s.touches) {
+    out.report.local_searches += t.local_searches();
+    out.report.global_searches += t.global_searches();
+    out.report.penetration_m = std::max(out.report.penetration_m, t.penetration_m());
+  }
+  return out;
+}
+
+std::uint32_t Simulation::body_count() const {
+  return static_cast<std::uint32_t>(state_->bodies.size());
+}
+const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->mesh;
+}
+std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->positions_world_m();
+}
+const std::optional<Pose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
+  return state_->tools[tool_id].pose;
+}
+
+}  // namespace sectio

@@ -1,0 +1,160 @@
+#include "sim_server/simulation_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "common/core/error.h"
+#include "sim_server/bodies/touched_vertices.h"
+
+namespace sectio {
+namespace {
+
+SurfaceSpringMaterial spring_material(const MaterialSpec& m) {
+  SurfaceSpringMaterial s;
+  s.young_pa = m.young_pa;
+  s.poisson = m.poisson;
+  s.density_kg_per_m3 = m.density_kg_per_m3;
+  s.skin_thickness_m = m.skin_thickness_m;
+  s.foundation_radius_m = m.foundation_radius_m;
+  s.pretension = m.pretension;
+  s.damping_per_s = m.damping_per_s;
+  return s;
+}
+
+SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) {
+  SurfaceSpringSettings s;
+  s.step_s = scene.step_s;
+  s.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  if (spec.fixed)
+    s.fixed = [box = *spec.fixed](const Vec3& x) {
+      return (x.array() >= box.min_world_m.array()).all() && (x.array() <= box.max_world_m.array()).all();
+    };
+  return s;
+}
+
+StrokeSettings stroke_settings_of(const CuttingSpec& cutting) {
+  StrokeSettings s;
+  s.join_tolerance_m = cutting.join_tolerance_m;
+  s.min_depth_m = cutting.groove_min_depth_m;
+  return s;
+}
+
+constexpr double kThicknessUsed = 0.8;       // of the tissue under a groove, at most
+constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not the other side
+
+}  // namespace
+
+SimulationBody::SimulationBody(const BodySpec& body, const Scene& scene, std::uint32_t body_id)
+    : spec(body),
+      id(body_id),
+      mesh(body.mesh),
+      particles(particles_at_rest(mesh.rest_body_m(), body.pose)),
+      springs(mesh, body.pose, spring_material(body.material), spring_settings(body, scene)),
+      stroke_settings(stroke_settings_of(body.cutting)),
+      tree_(SurfaceView{mesh, compact_.of(particles), body_id}) {
+  const double largest_s = springs.largest_stable_step_s();
+  if (scene.step_s > largest_s) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "%s: step_s: %g s is beyond the stable step of body '%s'; the largest that would do is %.3g s",
+                  scene.file.c_str(), scene.step_s, body.name.c_str(), std::floor(largest_s * 1e6) * 1e-6);
+    throw InputError(text);
+  }
+}
+
+const SurfaceTree& SimulationBody::tree() {
+  if (tree_stale_) tree_.update_moved(view());
+  tree_stale_ = false;
+  return tree_;
+}
+
+Vec3 SimulationBody::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
+  Vec3 rest = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
+  return springs.frame_world(springs.component_of(v[0])).to_world(rest);
+}
+
+Vec3 SimulationBody::home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const {
+  const MeshDraft reader(mesh, particle_view());
+  Vec3 normal_body = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vec3 area = Vec3::Zero();
+    for (const TriangleId t : reader.fan(v[i])) {
+      const auto& c = mesh.triangle(t).v;
+      const Vec3& a = mesh.rest_body_m(c[0]);
+      area += (mesh.rest_body_m(c[1]) - a).cross(mesh.rest_body_m(c[2]) - a);
+    }
+    normal_body += bary[static_cast<int>(i)] * area.stableNormalized();
+  }
+  return springs.frame_world(springs.component_of(v[0])).orientation * normal_body.stableNormalized();
+}
+
+double SimulationBody::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {
+  const Vec3 down = tip_world_m - surface_world_m;
+  const double depth_m = down.norm();
+  if (depth_m <= kSkipBelowSurfaceM) return 1e9;
+  const Vec3 from = surface_world_m + kSkipBelowSurfaceM / depth_m * down;
+  const Vec3 to = surface_world_m + (1 / kThicknessUsed) * down;
+  for (const SurfaceHit& hit : tree().hits(view(), from, to))
+    if (!hit.entering && mesh.triangle(hit.triangle).surface == Surface::skin)
+      return kThicknessUsed * (hit.point_world_m - surface_world_m).norm();
+  return 1e9;
+}
+
+bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed) {
+  changed.clear();
+  std::vector<VertexId> touched = touched_vertices(plan.delta, mesh);
+  if (!accept(plan, mesh, cuts)) return false;
+  if (plan.delta.empty()) return true;
+
+  particles.resize(mesh.vertex_slots());
+  for (const auto& [v, state] : plan.seeds) particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
+  compact_.invalidate();
+
+  for (const TriangleEdit& e : plan.delta.triangles) changed.push_back(e.id);
+  // A vertex that moved changes the springs and triangles around it, too.
+  const MeshDraft after(mesh, particle_view());
+  for (const VertexEdit& e : plan.delta.vertices) {
+    if (!e.alive) continue;
+    for (const TriangleId t : after.fan(e.id)) {
+      changed.push_back(t);
+      touched.insert(touched.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
+    }
+  }
+  for (auto* list : {&touched, &changed}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+  springs.update(mesh, touched);
+  tree_.update_changed(view(), changed);
+  tree_stale_ = true;
+  free_islands(plan);
+  return true;
+}
+
+void SimulationBody::free_islands(const CutPlan& plan) {
+  for (const Island& island : plan.islands) {
+    std::set<VertexId> members{island.any_vertex};
+    std::vector<VertexId> order{island.any_vertex};
+    const MeshDraft reader(mesh, particle_view());
+    for (std::size_t k = 0; k < order.size(); ++k)
+      for (const TriangleId t : reader.fan(order[k]))
+        for (const VertexId v : mesh.triangle(t).v)
+          if (members.insert(v).second) order.push_back(v);
+    std::sort(order.begin(), order.end());
+    springs.set_component(components_, order, false);
+    springs.set_bed(components_, island.bed_point_world_m, island.bed_normal_world);
+    ++components_;
+  }
+}
+
+void SimulationBody::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  if (frozen) return;
+  springs.step(particles.position_world_m, particles.velocity_world_m_per_s, constraints, reactions);
+  compact_.invalidate();
+  tree_stale_ = true;
+}
+
+}  // namespace sectio

@@ -1,0 +1,61 @@
+// One deformable body of a simulation: what its rooms (bodies, deformation, collision, cutting) hold about it, kept in
+// step with each other. Part of simulation.*.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim_server/bodies/particle_state.h"
+#include "sim_server/collision/surface_tree.h"
+#include "sim_server/cutting/plan_cut.h"
+#include "sim_server/deformation/surface_springs.h"
+#include "sim_server/scene/scene.h"
+
+namespace sectio {
+
+class SimulationBody {
+ public:
+  // Throws InputError when step_s is beyond the stable step.
+  SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id);
+
+  SurfaceView view() { return {mesh, compact_.of(particles), id}; }
+  std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
+  ParticleView particle_view() const {
+    return {particles.position_world_m.front().data(), particles.velocity_world_m_per_s.front().data()};
+  }
+  // Of the current surface, within the margin of the tree.
+  Box3 bounds_world_m() const { return tree_.bounds_world_m(); }
+  // The tree as of the current positions.
+  const SurfaceTree& tree();
+
+  // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
+  Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  Vec3 home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
+  double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
+
+  // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
+  bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
+
+  void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
+
+  const BodySpec& spec;
+  const std::uint32_t id;
+  TriangleMesh mesh;
+  ParticleState particles;
+  SurfaceSprings springs;
+  BodyCuts cuts;
+  StrokeSettings stroke_settings;
+  bool frozen = false;  // numerics failed: it stays as it was
+
+ private:
+  void free_islands(const CutPlan& plan);
+
+  CompactPositions compact_;
+  SurfaceTree tree_;
+  bool tree_stale_ = false;
+  std::uint32_t components_ = 1;
+};
+
+}  // namespace sectio

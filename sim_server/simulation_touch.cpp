@@ -1,0 +1,334 @@
+#include "sim_server/simulation_touch.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/math/intersect.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
+constexpr double kLetGoM = 1e-4;         // this far above the surface a contact ends
+constexpr double kForceFilterS = 0.005;  // low-pass of the pushing force, as long as a device's own
+constexpr double kCauteryDrag = 0.05;    // of a blade's cutting force: tissue gives way before the hook
+constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
+constexpr int kMaxSlides = 64;           // triangles that a pressing point crosses in one step
+
+RuptureThreshold threshold_of(const CuttingSpec& cutting) {
+  return {cutting.threshold_force_n, cutting.threshold_displacement_m, cutting.hysteresis};
+}
+
+Vec3 normal_of_triangle(const SurfaceView& view, TriangleId t) {
+  return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
+}
+
+const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
+  const auto it = std::find_if(hits.begin(), hits.end(), [](const SurfaceHit& h) { return h.entering; });
+  return it != hits.end() ? &*it : nullptr;
+}
+
+}  // namespace
+
+SimulationTouch::SimulationTouch(std::uint32_t tool_id, const InstrumentShape& shape, SimulationBody& body)
+    : tool_id_(tool_id), shape_(shape), body_(body), threshold_(threshold_of(body.spec.cutting)) {}
+
+ContactState SimulationTouch::state() const {
+  switch (phase_) {
+    case Phase::free:
+      return ContactState::free;
+    case Phase::pressing:
+      return ContactState::contact;
+    default:
+      return ContactState::penetration;
+  }
+}
+
+std::vector<EventKind> SimulationTouch::take_events() {
+  return std::exchange(events_, {});
+}
+
+ToolCorners SimulationTouch::corners_at(const Pose& pose) const {
+  return {{pose.to_world(shape_.a_tool_m), pose.to_world(shape_.b_tool_m), pose.to_world(shape_.c_tool_m),
+           pose.to_world(shape_.d_tool_m)}};
+}
+
+bool SimulationTouch::near_body(const std::optional<Pose>& before, std::span<const Pose> poses) const {
+  Box3 box = body_.bounds_world_m();
+  box.min() -= Vec3::Constant(kNearM);
+  box.max() += Vec3::Constant(kNearM);
+  Box3 tool;
+  const auto extend = [&](const Pose& pose) {
+    for (const Vec3& corner : corners_at(pose).at_world_m) tool.extend(corner);
+  };
+  if (before) extend(*before);
+  for (const Pose& pose : poses) extend(pose);
+  return !tool.isEmpty() && box.intersects(tool);
+}
+
+void SimulationTouch::set_free() {
+  if (phase_ == Phase::pressing) events_.push_back(EventKind::contact_ended);
+  if (phase_ == Phase::cutting || phase_ == Phase::searching) events_.push_back(EventKind::cut_ended);
+  phase_ = Phase::free;
+  force_n_.setZero();
+  smooth_force_n_ = 0;
+}
+
+void SimulationTouch::approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous) {
+  constraint_.reset();
+  penetration_m_ = 0;
+  if (!poses.empty()) pose_ = poses.back();
+  const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
+  if (looks && !near_body(before, poses)) {
+    tracker_.reset();
+    has_just_cut_ = false;
+    if (phase_ == Phase::pressing) set_free();
+    return;
+  }
+  if (looks && before) {
+    Pose from = *before;
+    for (const Pose& to : poses) {
+      const SurfaceTree& tree = body_.tree();
+      look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
+      from = to;
+      if (phase_ != Phase::free) break;
+    }
+  }
+  if (phase_ == Phase::pressing) press();
+}
+
+void SimulationTouch::look_for_contact(const ToolContact& contact) {
+  if (shape_.cautery) {
+    const SurfaceHit* hit = first_entering(contact[ToolSegment::cd].after);
+    if (!hit) hit = first_entering(contact.path(ToolCorner::d));
+    if (hit) return enter_tissue(*hit);
+  }
+  const ToolCorner tip = shape_.cautery ? ToolCorner::c : ToolCorner::a;
+  if (const SurfaceHit* hit = first_entering(contact.path(tip)))
+    return press_at(*hit, shape_.probe_tool_m(), !shape_.cautery);
+  if (phase_ == Phase::pressing) return;
+
+  // The side of the instrument: the middle of what is inside.
+  for (const ToolSegment segment : {ToolSegment::ab, ToolSegment::ac, ToolSegment::cd}) {
+    const std::vector<SurfaceHit>& hits = contact[segment].after;
+    if (hits.empty() || (shape_.cautery && segment == ToolSegment::cd)) continue;
+    const double from = hits.front().entering ? hits.front().parameter : 0;
+    const double to = !hits.front().entering ? hits.front().parameter : hits.size() > 1 ? hits[1].parameter : 1;
+    const std::array corners{shape_.a_tool_m, shape_.b_tool_m, shape_.c_tool_m, shape_.d_tool_m};
+    const auto [p, q] = kSegmentCorners[static_cast<std::size_t>(segment)];
+    return press_at(hits.front(), corners[p] + 0.5 * (from + to) * (corners[q] - corners[p]), false);
+  }
+}
+
+void SimulationTouch::press_at(const SurfaceHit& hit, const Vec3& contact_tool_m, bool at_tip) {
+  if (phase_ == Phase::free) events_.push_back(EventKind::contact_began);
+  phase_ = Phase::pressing;
+  contact_tool_m_ = contact_tool_m;
+  at_tip_ = at_tip;
+  triangle_ = hit.triangle;
+  bary_ = hit.bary;
+}
+
+void SimulationTouch::press() {
+  const Vec3 contact = pose_.to_world(contact_tool_m_);
+  slide_to(contact);
+  normal_ = body_.home_normal_world(body_.mesh.triangle(triangle_).v, bary_);
+  PointConstraint c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    c.v[i] = body_.mesh.triangle(triangle_).v[i];
+    c.w[i] = bary_[static_cast<int>(i)];
+  }
+  c.target_world_m = contact;
+  c.unilateral = true;
+  c.normal = normal_;
+  constraint_ = c;
+}
+
+// Downhill over neighbours to the point of the surface that is nearest to the instrument.
+void SimulationTouch::slide_to(const Vec3& contact_world_m) {
+  const SurfaceView view = body_.view();
+  if (!view.alive(triangle_)) {
+    ++searches_;
+    const auto closest = body_.tree().closest(view, contact_world_m, kNearM);
+    if (!closest) return;
+    triangle_ = closest->triangle;
+  }
+  const MeshDraft reader(view.mesh, body_.particle_view());
+  double best = 1e300;
+  for (int i = 0; i < kMaxSlides; ++i) {
+    const Triangle at = view.mesh.triangle(triangle_);
+    TriangleId next = kNone;
+    for (const VertexId v : at.v)
+      for (const TriangleId t : reader.fan(v)) {
+        const ClosestPoint c = closest_on_triangle(contact_world_m, view.corners(t));
+        const double distance_m = (c.point - contact_world_m).norm();
+        if (distance_m >= best) continue;
+        best = distance_m;
+        bary_ = c.bary;
+        next = t;
+      }
+    if (next == kNone || next == triangle_) return;
+    triangle_ = next;
+  }
+}
+
+void SimulationTouch::enter_tissue(const SurfaceHit& hit) {
+  phase_ = Phase::cutting;
+  entry_ = Entry{tool_id_, hit.triangle, hit.bary};
+  events_.push_back(EventKind::penetrated);
+}
+
+Blade SimulationTouch::limited_blade(const Pose& pose, const Vec3& surface_world_m) const {
+  Blade blade = blade_at(shape_, pose);
+  const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);
+  if (depth_m > 0)
+    blade.max_depth_m = body_.depth_limit_m(blade.tip_world_m + depth_m * blade.up_world, blade.tip_world_m);
+  return blade;
+}
+
+void SimulationTouch::plan(std::span<const Pose> poses, std::vector<Entry>& entries,
+                           std::vector<BladeMotion>& motions) {
+  cutting_force_n_.setZero();
+  if (phase_ == Phase::spent) rest_in_groove();
+  if (phase_ == Phase::searching) search();
+  if (entry_) return begin_stroke(entries, motions);
+  if (phase_ != Phase::cutting) return;
+  if (const Stroke* stroke = body_.cuts.stroke_of(tool_id_)) follow_stroke(*stroke, poses, motions);
+}
+
+void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions) {
+  const SurfaceView view = body_.view();
+  const Corners c = view.corners(entry_->triangle);
+  point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
+  normal_ = normal_of_triangle(view, entry_->triangle);
+  entries.push_back(*entry_);
+  motions.push_back({tool_id_, {limited_blade(pose_, point_)}, false});
+  entry_.reset();
+}
+
+// The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
+void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> poses,
+                                    std::vector<BladeMotion>& motions) {
+  const MeshDraft now(body_.mesh, body_.particle_view());
+  point_ = position_of(now, stroke);
+  if (const Vec3 n = normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = n;
+  BladeMotion motion{tool_id_, {}, false};
+  const std::array resting{pose_};
+  Vec3 from = point_;
+  for (const Pose& pose : poses.empty() ? std::span<const Pose>(resting) : poses) {
+    const Blade blade = limited_blade(pose, point_);
+    if (shape_.cautery) {
+      motion.path.push_back(blade);
+      continue;
+    }
+    const double height_m = (point_ - blade.tip_world_m).dot(normal_) / std::max(0.1, blade.up_world.dot(normal_));
+    const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
+    const Vec3 step = at_surface - from;
+    const Crossings crossings = crossings_at(shape_, pose, point_, normal_);
+    const Leaf leaf = decide(crossings, correct_direction(shape_, pose, step, normal_));
+    if (leaf == Leaf::cut) {
+      motion.path.push_back(blade);
+      if (step.norm() > 1e-9)
+        cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * std::max(0.0, height_m) * step.normalized();
+      from = at_surface;
+      continue;
+    }
+    if (leaf == Leaf::detect_again) {
+      motion.lift = height_m < 0 || !crossings.ac;
+      break;
+    }
+    if (leaf == Leaf::push_out) {
+      const double sunk_m = (point_ - pose.to_world(shape_.c_tool_m)).dot(normal_);
+      const double e_star = body_.spec.material.young_pa / (1 - std::pow(body_.spec.material.poisson, 2));
+      const double half_length_m = 0.5 * (shape_.c_tool_m - shape_.a_tool_m).norm();
+      cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
+    }
+    const VertexId end = stroke.temporary_tip != kNone ? stroke.temporary_tip : stroke.cell.apex;
+    if (end != kNone && (at_surface - now.position(end)).norm() > kStillM) constraint_ = hold(end, at_surface);
+    break;
+  }
+  motions.push_back(std::move(motion));
+}
+
+void SimulationTouch::search() {
+  ++searches_;
+  const Vec3 tip = pose_.to_world(shape_.blade_tip_tool_m());
+  const Vec3 heel = pose_.to_world(shape_.cautery ? shape_.a_tool_m : shape_.c_tool_m);
+  const auto hit = body_.tree().first_hit(body_.view(), heel, tip);
+  if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.stroke_settings.min_step_m) {
+    entry_ = Entry{tool_id_, hit->triangle, hit->bary};
+    phase_ = Phase::cutting;
+  } else if (hit) {
+    phase_ = Phase::spent;
+  } else {
+    set_free();
+  }
+}
+
+// A new cut at the end of the old one would go along its walls.
+void SimulationTouch::rest_in_groove() {
+  const Vec3 tip = pose_.to_world(shape_.blade_tip_tool_m());
+  if ((tip - ended_at_).dot(normal_) > 0) return set_free();
+  const Vec3 away = tip - ended_at_;
+  if ((away - away.dot(normal_) * normal_).norm() > 3 * body_.stroke_settings.join_tolerance_m)
+    phase_ = body_.tree().inside(body_.view(), tip) ? Phase::searching : Phase::free;
+}
+
+void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed) {
+  if (!changed.empty()) tracker_.topology_changed(body_.view(), changed);
+  StrokeEnd end = StrokeEnd::going;
+  for (const StrokeOutcome& o : plan.outcomes)
+    if (o.tool_id == tool_id_) end = o.end;
+  if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused;
+  if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
+  has_just_cut_ = true;
+  ended_at_ = point_;
+  cutting_force_n_.setZero();
+  constraint_.reset();
+  switch (end) {
+    case StrokeEnd::lifted:
+      set_free();
+      break;
+    case StrokeEnd::lost:
+      phase_ = Phase::searching;
+      break;
+    case StrokeEnd::joined:
+      phase_ = Phase::spent;
+      events_.push_back(EventKind::joined);
+      break;
+    default:
+      phase_ = Phase::spent;
+      events_.push_back(EventKind::cut_refused);
+  }
+}
+
+void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
+  if (phase_ == Phase::cutting) {
+    const Stroke* stroke = body_.cuts.stroke_of(tool_id_);
+    const bool advanced = stroke && stroke->advanced_m > 0;
+    force_n_ = reaction.force_on_tool_n;
+    if (advanced || constraint_) force_n_ += (shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_;
+    return;
+  }
+  if (phase_ != Phase::pressing || !constraint_) return force_n_.setZero(), void();
+  force_n_ = reaction.force_on_tool_n;
+  const double push_n = std::max(0.0, force_n_.dot(normal_));
+  smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
+  const SurfaceView view = body_.view();
+  const Corners c = view.corners(triangle_);
+  point_ = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
+  const double above_m = (constraint_->target_world_m - point_).dot(normal_);
+  penetration_m_ = std::max(0.0, -above_m);
+  if (!reaction.active && above_m > kLetGoM) return set_free();
+  const Vec3 home = body_.home_world_m(constraint_->v, bary_);
+  const double displacement_m = (home - constraint_->target_world_m).dot(normal_);
+  if (at_tip_ && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
+    entry_ = Entry{tool_id_, triangle_, bary_};
+    phase_ = Phase::cutting;
+    smooth_force_n_ = 0;
+    events_.push_back(EventKind::penetrated);
+  }
+}
+
+}  // namespace sectio

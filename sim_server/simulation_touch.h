@@ -1,0 +1,92 @@
+// One instrument at one body: from free motion over contact to penetration and back (paper B, section 2: contact,
+// penetration and termination states). Part of simulation.*.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim_server/collision/front_tracker.h"
+#include "sim_server/cutting/instrument.h"
+#include "sim_server/simulation_body.h"
+#include "sim_server/step_io.h"
+
+namespace sectio {
+
+class SimulationTouch {
+ public:
+  SimulationTouch(std::uint32_t tool_id, const InstrumentShape& shape, SimulationBody& body);
+
+  // Before planning: where the poses since the last step lead. `poses` may be empty: the instrument rests.
+  void approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous);
+  // What this instrument wants of plan_cut().
+  void plan(std::span<const Pose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
+  // What became of it.
+  void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
+  // What holds or presses the surface in this step; nothing while free or cutting.
+  std::optional<PointConstraint> constraint() const { return constraint_; }
+  // After the step: the reaction of that constraint.
+  void deformed(const Reaction& reaction, double step_s);
+
+  ContactState state() const;
+  const Vec3& force_on_tool_n() const { return force_n_; }
+  // The surface point that the instrument is at, and the normal there; nothing while free.
+  bool surface_known() const { return phase_ != Phase::free; }
+  const Vec3& point_world_m() const { return point_; }
+  const Vec3& normal_world() const { return normal_; }
+  double penetration_m() const { return penetration_m_; }  // of the pressing tip beneath the surface, after the step
+  std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
+  std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
+
+  // Since the last call.
+  std::vector<EventKind> take_events();
+
+ private:
+  enum class Phase : std::uint8_t {
+    free,
+    pressing,   // a point of the instrument dents the surface
+    cutting,    // a stroke follows the blade
+    searching,  // in the tissue, but the surface led elsewhere: where does the blade enter?
+    spent,      // a cut has just ended here; no new one until the instrument has gone on
+  };
+
+  bool near_body(const std::optional<Pose>& before, std::span<const Pose> poses) const;
+  void look_for_contact(const ToolContact& contact);
+  void press_at(const SurfaceHit& hit, const Vec3& contact_tool_m, bool at_tip);
+  void press();
+  void slide_to(const Vec3& contact_world_m);
+  void enter_tissue(const SurfaceHit& hit);
+  void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
+  void follow_stroke(const Stroke& stroke, std::span<const Pose> poses, std::vector<BladeMotion>& motions);
+  void search();
+  void rest_in_groove();
+  Blade limited_blade(const Pose& pose, const Vec3& surface_world_m) const;
+  ToolCorners corners_at(const Pose& pose) const;
+  void set_free();
+
+  std::uint32_t tool_id_;
+  InstrumentShape shape_;
+  SimulationBody& body_;
+  RuptureThreshold threshold_;
+  FrontTracker tracker_;
+
+  Phase phase_ = Phase::free;
+  Pose pose_;
+  Vec3 contact_tool_m_ = Vec3::Zero();  // the point that presses
+  bool at_tip_ = false;                 // only the tip breaks the surface
+  TriangleId triangle_ = kNone;         // under that point
+  Vec3 bary_ = Vec3::Zero();
+  Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
+  std::optional<PointConstraint> constraint_;
+  std::optional<Entry> entry_;
+  Vec3 force_n_ = Vec3::Zero();
+  Vec3 cutting_force_n_ = Vec3::Zero();
+  double smooth_force_n_ = 0;
+  double penetration_m_ = 0;
+  Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
+  std::uint64_t searches_ = 0;
+  bool has_just_cut_ = false;
+  std::vector<EventKind> events_;
+};
+
+}  // namespace sectio
