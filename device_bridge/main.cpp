@@ -1,1 +1,174 @@
-int main() {}
+#include <signal.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "common/core/arguments.h"
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "device_bridge/device/scripted_device.h"
+#include "device_bridge/device/virtual_hand.h"
+#include "device_bridge/net/bridge_net.h"
+#include "device_bridge/servo/record_writer.h"
+#include "device_bridge/servo/servo_loop.h"
+
+namespace sectio {
+namespace {
+
+struct Options {
+  std::string trace_file;
+  std::string device = "scripted";
+  std::uint32_t tool_id = 0;
+  NetworkOptions network;
+  std::string log_file;
+  double duration_s = 0;
+  bool wait_for_server = false;
+};
+
+bool parse(int argc, char** argv, Options& o) {
+  Arguments arguments("device_bridge",
+                      "Turns a hand-held instrument into tool poses and gives the hand its force, at 1 kHz.");
+  arguments.option("--trace", o.trace_file, "motion to play: CSV with time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz",
+                   Need::required);
+  arguments.choice(
+      "--device", o.device, {"scripted", "virtual_hand"},
+      "scripted: exactly the trace; virtual_hand: a simulated person who wants to follow it and gives way");
+  arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
+  arguments.option("--session", o.network.session, "session to join");
+  arguments.option("--domain", o.network.domain, "DDS domain");
+  arguments.option("--peer", o.network.peers, "address of another host; may be repeated");
+  arguments.option("--interface", o.network.interfaces, "address of a network interface to use; may be repeated");
+  arguments.option("--log", o.log_file, "CSV file for pose, force, age of the model and overruns of every tick");
+  arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: as long as the trace");
+  arguments.toggle("--wait-for-server", o.wait_for_server, "begin the motion when a server listens");
+  if (!arguments.parse(argc, argv)) return false;
+  if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
+  return true;
+}
+
+std::unique_ptr<Device> make_device(const Options& o) {
+  std::vector<TracePoint> trace = load_trace(o.trace_file);
+  if (o.device == "virtual_hand") return std::make_unique<VirtualHand>(std::move(trace));
+  return std::make_unique<ScriptedDevice>(std::move(trace));
+}
+
+// SIGINT and SIGTERM are taken here and nowhere else: blocked before any thread is made, waited for by main.
+class Signals {
+ public:
+  Signals() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGINT);
+    sigaddset(&set_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &set_, nullptr);
+  }
+  // True when one came; false after the time.
+  bool wait(std::chrono::milliseconds time) const {
+    const timespec limit{time.count() / 1000, time.count() % 1000 * 1'000'000};
+    return sigtimedwait(&set_, nullptr, &limit) > 0;
+  }
+
+ private:
+  sigset_t set_;
+};
+
+class NetLink : public ServoLink {
+ public:
+  explicit NetLink(BridgeNet& net) : net_(net) {}
+  void publish(const PoseSample& sample) override { net_.publish(sample); }
+  bool latest_model(ContactModel& model) override { return net_.latest_model(model); }
+
+ private:
+  BridgeNet& net_;
+};
+
+void log_progress(ServoLog& log, const BridgeNet& net) {
+  ServoRecord r;
+  if (!log.newest.load(r)) return;
+  std::array<char, 160> line;
+  std::snprintf(line.data(), line.size(), "%.1f s, force %.2f N, model %s%.0f ms old, %llu overruns, %u server%s",
+                r.sample.tool_time_s, r.force_world_n.norm(), r.model_age_s < 0 ? "none, " : "",
+                1000 * std::max(0.0, r.model_age_s), static_cast<unsigned long long>(r.overruns), net.servers(),
+                net.servers() == 1 ? "" : "s");
+  log_info(line.data());
+}
+
+constexpr std::chrono::milliseconds kPoll{50};
+constexpr std::chrono::milliseconds kProgress{1000};
+
+// False when a signal came first.
+bool wait_for_server(const BridgeNet& net, const Signals& signals) {
+  while (net.servers() == 0) {
+    log_limited(LogLevel::info, "waiting", "waiting for a server");
+    if (signals.wait(kPoll)) return false;
+  }
+  return true;
+}
+
+int run(const Options& o) {
+  const Signals signals;
+  const std::unique_ptr<Device> device = make_device(o);
+  RecordWriter writer(o.log_file);
+  BridgeNet net(o.network, o.tool_id);
+  if (o.wait_for_server && !wait_for_server(net, signals)) return 0;
+
+  NetLink link(net);
+  ServoLog log;
+  ServoState state;
+  std::atomic<bool> stop = false;
+  std::atomic<bool> servo_done = false;
+  ServoTiming timing;
+  if (o.duration_s > 0) timing.duration_s = o.duration_s;
+
+  std::thread servo([&] {
+    if (!request_real_time()) {
+      log_warning("no permission for real-time priority (SCHED_FIFO): expect overruns on a busy machine");
+    }
+    run_servo(*device, link, state, log, timing, stop);
+    servo_done = true;
+  });
+  std::thread scribe([&] {
+    while (!servo_done) {
+      writer.drain(log.records);
+      std::this_thread::sleep_for(kPoll);
+    }
+    writer.drain(log.records);
+  });
+
+  auto next_line = std::chrono::steady_clock::now() + kProgress;
+  while (!servo_done) {
+    if (signals.wait(kPoll)) {
+      log_info("stopping");
+      stop = true;
+      break;
+    }
+    if (net.session_ended()) {
+      log_info("the session has ended");
+      stop = true;
+      break;
+    }
+    if (std::chrono::steady_clock::now() >= next_line) {
+      log_progress(log, net);
+      next_line += kProgress;
+    }
+  }
+  servo.join();
+  scribe.join();
+  writer.finish();
+  log_info(std::to_string(writer.written()) + " ticks, " + std::to_string(net.packets_sent()) + " packets sent, " +
+           std::to_string(log.dropped_records) + " records and " + std::to_string(net.samples_dropped()) +
+           " samples dropped");
+  return 0;
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  return sectio::run_program("device_bridge", [&] {
+    sectio::Options options;
+    return sectio::parse(argc, argv, options) ? sectio::run(options) : 0;
+  });
+}

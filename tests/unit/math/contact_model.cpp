@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace sectio {
 namespace {
@@ -132,7 +133,7 @@ TEST(ContactModelFollower, StiffnessRisesSlowlyAndFallsAtOnce) {
   ContactModel stiffer = pressed();
   stiffer.stiffness_n_per_m = 400;
   f.live(stiffer, 10, 100);
-  EXPECT_NEAR(stiffness_felt(f), 200 * 1.2, 8);
+  EXPECT_NEAR(stiffness_felt(f), 200 * std::pow(1.2, 1.2), 0.1);  // 12 ms on
   f.live(stiffer, 100, 16);
   EXPECT_NEAR(stiffness_felt(f), 400, 1);
   f.live(pressed(), 12, 100);

@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "device_bridge/device/scripted_device.h"
+#include "device_bridge/device/virtual_hand.h"
+
+namespace sectio {
+namespace {
+
+// One stroke, as devices of different kinds would record it.
+Pose stroke(double t) {
+  const double s = std::clamp(t, 0.0, 1.0);
+  const double way = s * s * s * (10 + s * (6 * s - 15));  // minimum jerk
+  const Vec3 tip(0.05 * way, 0.01 * std::sin(std::numbers::pi * way), 0.02 - 0.03 * way);
+  return {tip, Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * way, Vec3::UnitY()))};
+}
+
+std::vector<TracePoint> recorded(double rate_hz, double resolution_m) {
+  std::vector<TracePoint> trace;
+  for (int i = 0; i <= static_cast<int>(rate_hz); ++i) {
+    Pose pose = stroke(i / rate_hz);
+    if (resolution_m > 0) {
+      for (double& x : pose.position_m) x = std::round(x / resolution_m) * resolution_m;
+    }
+    trace.push_back({i / rate_hz, pose});
+  }
+  return trace;
+}
+
+// The bridge's part of the row: whatever was recorded, the server gets the same stream of poses at the servo's rate,
+// within the device's own resolution and what passes between two of its samples.
+TEST(B_IN, B_IN_1_haptic_device_joystick_and_mouse_give_the_same_path) {
+  struct Kind {
+    const char* name;
+    double rate_hz;
+    double resolution_m;
+    double tolerance_m;
+  };
+  for (const Kind& kind :
+       {Kind{"haptic device", 1000, 0, 1e-6}, Kind{"joystick", 120, 0, 3e-5}, Kind{"mouse", 60, 1e-4, 2.5e-4}}) {
+    ScriptedDevice device(recorded(kind.rate_hz, kind.resolution_m));
+    double worst_m = 0;
+    double worst_rad = 0;
+    int samples = 0;
+    for (; !device.finished(samples * 0.001); ++samples) {
+      const Pose pose = device.pose_world(samples * 0.001);
+      const Pose ideal = stroke(samples * 0.001);
+      worst_m = std::max(worst_m, (pose.position_m - ideal.position_m).norm());
+      worst_rad = std::max(worst_rad, pose.orientation.angularDistance(ideal.orientation));
+    }
+    EXPECT_EQ(samples, 1001) << kind.name;
+    EXPECT_LT(worst_m, kind.tolerance_m) << kind.name;
+    EXPECT_LT(worst_rad, 1e-3) << kind.name;
+  }
+}
+
+TEST(ScriptedDevice, ForcesDontMoveIt) {
+  ScriptedDevice device(recorded(100, 0));
+  device.apply(Vec3(0, 0, 100));
+  EXPECT_TRUE(device.pose_world(0.5).position_m.isApprox(stroke(0.5).position_m, 1e-9));
+}
+
+VirtualHand resting(const HandSpec& spec) {
+  return VirtualHand({{0, Pose{}}, {10, Pose{}}}, spec);
+}
+
+TEST(VirtualHand, FollowsItsWish) {
+  VirtualHand hand(recorded(1000, 0), {.tremor_m = 0});
+  for (int i = 0; i <= 1000; ++i) hand.pose_world(i * 0.001);
+  EXPECT_LT((hand.pose_world(1.2).position_m - stroke(1).position_m).norm(), 1e-3);
+}
+
+TEST(VirtualHand, ForcesMoveItByHookesLaw) {
+  VirtualHand hand = resting({.hand_stiffness_n_per_m = 400, .tremor_m = 0});
+  hand.apply(Vec3(0, 0, 2));
+  EXPECT_NEAR(hand.pose_world(3).position_m.z(), 2.0 / 400, 1e-6);
+  hand.apply(Vec3::Zero());
+  EXPECT_NEAR(hand.pose_world(6).position_m.z(), 0, 1e-6);
+}
+
+TEST(VirtualHand, TremblesBetween8And12HzByATenthOfAMillimetre) {
+  VirtualHand hand = resting({.device_mass_kg = 1e-4, .device_damping_n_s_per_m = 0});  // so light that it shows all
+  double squares = 0;
+  int crossings = 0;
+  double last = 0;
+  for (int i = 1; i <= 8000; ++i) {
+    const double x = hand.pose_world(i * 0.001).position_m.x();
+    squares += x * x;
+    crossings += (x > 0) != (last > 0);
+    last = x;
+  }
+  EXPECT_NEAR(std::sqrt(squares / 8000), 1e-4, 3e-5);
+  EXPECT_GT(crossings, 8 * 2 * 8 - 8);
+  EXPECT_LT(crossings, 8 * 2 * 12 + 8);
+}
+
+TEST(VirtualHand, SameSeedSameMotionWhateverTheCallRate) {
+  VirtualHand often = resting({});
+  VirtualHand seldom = resting({});
+  VirtualHand other = resting({.seed = 2});
+  for (int i = 0; i < 500; ++i) often.pose_world(i * 0.001);
+  EXPECT_EQ(often.pose_world(0.5).position_m, seldom.pose_world(0.5).position_m);
+  EXPECT_NE(often.pose_world(0.5).position_m, other.pose_world(0.5).position_m);
+}
+
+}  // namespace
+}  // namespace sectio

@@ -1,0 +1,203 @@
+#include "device_bridge/servo/servo_loop.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <thread>
+
+#include "common/math/trace.h"
+#include "device_bridge/servo/record_writer.h"
+#include "tests/unit/servo/allocation_count.h"
+
+namespace sectio {
+namespace {
+
+// Rests at one place for a number of ticks, and remembers what it felt and what was allocated between them.
+class CountingDevice : public Device {
+ public:
+  explicit CountingDevice(std::uint64_t ticks) : ticks_left_(ticks) {}
+
+  Pose pose_world(double) override {
+    if (!began_) at_begin_ = allocations_of_this_thread();
+    began_ = true;
+    return {Vec3(0, 0, -0.001), Eigen::Quaterniond::Identity()};
+  }
+  void apply(const Vec3& force_world_n) override {
+    force_n = force_world_n;
+    largest_n = std::max(largest_n, force_world_n.norm());
+    allocated = allocations_of_this_thread() - at_begin_;
+    if (ticks_left_ > 0) --ticks_left_;
+  }
+  bool finished(double) const override { return ticks_left_ == 0; }
+
+  Vec3 force_n = Vec3::Zero();
+  double largest_n = 0;
+  std::uint64_t allocated = 0;
+
+ private:
+  std::uint64_t ticks_left_;
+  std::uint64_t at_begin_ = 0;
+  bool began_ = false;
+};
+
+ContactModel pushing() {
+  ContactModel model;
+  model.force_world_n = Vec3(0, 0, 1);
+  model.tip_world_m = Vec3(0, 0, -0.001);
+  model.stiffness_n_per_m = 200;
+  model.yield_n = 5;
+  model.valid_radius_m = 0.01;
+  return model;
+}
+
+// A server that sent one model, and takes what comes.
+class TestLink : public ServoLink {
+ public:
+  TestLink() { samples.reserve(1000); }
+  void publish(const PoseSample& sample) override {
+    if (samples.size() < samples.capacity()) samples.push_back(sample);
+    published.store(true);
+  }
+  bool latest_model(ContactModel& model) override { return models.load(model); }
+
+  LatestValue<ContactModel> models;
+  std::vector<PoseSample> samples;
+  std::atomic<bool> published = false;
+};
+
+struct Loop {
+  TestLink link;
+  ServoState state;
+  ServoLog log;
+  std::atomic<bool> stop = false;
+
+  void run(Device& device, const ServoTiming& timing = {}) { run_servo(device, link, state, log, timing, stop); }
+  ServoRecord last() {
+    ServoRecord record;
+    EXPECT_TRUE(log.newest.load(record));
+    return record;
+  }
+};
+
+TEST(ServoLoop, NeitherAllocatesNorLosesATick) {
+  CountingDevice device(100);
+  Loop loop;
+  loop.link.models.store(pushing());
+  loop.run(device);
+
+  EXPECT_EQ(device.allocated, 0U);
+  EXPECT_GT(device.largest_n, 0.9);
+  EXPECT_EQ(device.force_n, Vec3::Zero()) << "the hand must be left without force";
+  ASSERT_EQ(loop.link.samples.size(), 100U);
+  double last_s = -1;
+  for (std::uint64_t i = 1; i <= 100; ++i) {
+    const PoseSample& sample = loop.link.samples[i - 1];
+    ServoRecord record;
+    ASSERT_TRUE(loop.log.records.pop(record));
+    EXPECT_EQ(sample.sequence, i);
+    EXPECT_EQ(record.sample.sequence, i);
+    EXPECT_GT(sample.tool_time_s, last_s);
+    last_s = sample.tool_time_s;
+    // A tick is either made or counted as missed.
+    EXPECT_EQ(std::llround(sample.tool_time_s * 1000), static_cast<long long>(i - 1 + record.overruns));
+  }
+}
+
+// A device that needs longer than the period: ticks are left out and counted, time does not fall behind.
+class SlowDevice : public CountingDevice {
+ public:
+  using CountingDevice::CountingDevice;
+  Pose pose_world(double now_s) override {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::microseconds(2500);
+    while (std::chrono::steady_clock::now() < until) {
+    }
+    return CountingDevice::pose_world(now_s);
+  }
+};
+
+TEST(ServoLoop, CountsOverruns) {
+  SlowDevice device(10);
+  Loop loop;
+  loop.run(device);
+  EXPECT_GE(loop.last().overruns, 9U);
+}
+
+TEST(ServoLoop, StopsWhenTold) {
+  CountingDevice device(1'000'000);
+  Loop loop;
+  std::thread thread([&] { loop.run(device); });
+  while (!loop.link.published) std::this_thread::yield();
+  loop.stop = true;
+  thread.join();
+  EXPECT_EQ(device.force_n, Vec3::Zero());
+}
+
+TEST(ServoLoop, EndsWithItsDuration) {
+  CountingDevice device(1'000'000);
+  Loop loop;
+  loop.run(device, {.duration_s = 0.02});
+  EXPECT_LE(loop.last().sample.tool_time_s, 0.02);
+}
+
+TEST(ServoLoop, AFullLogIsCountedAndDelaysNothing) {
+  CountingDevice device(4);
+  Loop loop;
+  while (loop.log.records.push({})) {
+  }
+  loop.run(device);
+  EXPECT_EQ(loop.log.dropped_records, 4U);
+  EXPECT_EQ(loop.link.samples.size(), 4U);
+}
+
+TEST(Ring, KeepsOrderBetweenThreads) {
+  Ring<std::uint64_t> ring(7);
+  constexpr std::uint64_t kLast = 100'000;
+  std::thread producer([&] {
+    for (std::uint64_t i = 1; i <= kLast;) i += ring.push(i);
+  });
+  std::uint64_t value = 0;
+  std::uint64_t wrong = 0;
+  for (std::uint64_t expected = 1; expected <= kLast;) {
+    if (!ring.pop(value)) continue;
+    wrong += value != expected++;
+  }
+  producer.join();
+  EXPECT_EQ(wrong, 0U);
+}
+
+TEST(RecordWriter, LogIsATraceAgain) {
+  const std::string path = testing::TempDir() + "servo_" + std::to_string(getpid()) + ".csv";
+  Ring<ServoRecord> records(8);
+  std::vector<TracePoint> expected;
+  for (int i = 0; i < 5; ++i) {
+    ServoRecord record;
+    record.sample.tool_time_s = i * 0.001;
+    record.sample.pose_world = {Vec3(0.1 * i, 1.0 / 3, -1e-9), Eigen::Quaterniond(0.6, 0, 0.8, 0)};
+    record.server_silent = i == 3;
+    records.push(record);
+    expected.push_back({record.sample.tool_time_s, record.sample.pose_world});
+  }
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  RecordWriter writer(path);
+  writer.drain(records);
+  writer.finish();
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_NE(testing::internal::GetCapturedStdout().find("back"), std::string::npos);
+  EXPECT_NE(said.find("silent"), std::string::npos);
+  EXPECT_EQ(said.find("silent"), said.rfind("silent")) << "once";
+  EXPECT_EQ(writer.written(), 5U);
+  const auto trace = load_trace(path);
+  ASSERT_EQ(trace.size(), 5U);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(trace[i].pose_world.position_m, expected[i].pose_world.position_m);
+    EXPECT_TRUE(trace[i].pose_world.orientation.isApprox(expected[i].pose_world.orientation, 1e-15));
+  }
+  std::filesystem::remove(path);
+}
+
+}  // namespace
+}  // namespace sectio

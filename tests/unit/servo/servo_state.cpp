@@ -1,0 +1,66 @@
+#include "device_bridge/servo/servo_state.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace sectio {
+namespace {
+
+ContactModel pushing(double force_n) {
+  ContactModel model;
+  model.state = ContactState::contact;
+  model.force_world_n = Vec3(0, 0, force_n);
+  model.yield_n = 1e9;
+  model.valid_radius_m = 1;
+  return model;
+}
+
+// Ticks at 1 kHz; the server sends at 60 Hz until it falls silent.
+ServoRecord run(ServoState& state, ContactModel model, double from_s, double to_s, bool server_alive) {
+  ServoRecord record;
+  for (int i = static_cast<int>(std::lround(from_s * 1000)); i < static_cast<int>(std::lround(to_s * 1000)); ++i) {
+    const double now_s = i * 0.001;
+    model.tool_time_s = now_s - 0.02;
+    record = state.tick(now_s, Pose{}, server_alive && i % 16 == 0 ? &model : nullptr);
+  }
+  return record;
+}
+
+TEST(ServoState, TellsAgeAndState) {
+  ServoState state;
+  EXPECT_LT(state.tick(0, Pose{}, nullptr).model_age_s, 0);
+  const ServoRecord record = run(state, pushing(1), 0.001, 0.1, true);
+  EXPECT_EQ(record.state, ContactState::contact);
+  EXPECT_GE(record.model_age_s, 0.02);
+  EXPECT_LE(record.model_age_s, 0.037);
+  EXPECT_NEAR(record.force_world_n.z(), 1, 1e-9);
+  EXPECT_EQ(record.sample.sequence, 100U);
+}
+
+TEST(ServoState, WatchdogRampsTheForceToZeroAndLetsGoAgain) {
+  ServoState state;
+  run(state, pushing(1), 0, 0.5, true);
+  EXPECT_FALSE(run(state, pushing(1), 0.5, 0.58, false).server_silent);
+  const ServoRecord half = run(state, pushing(1), 0.58, 0.65, false);
+  EXPECT_TRUE(half.server_silent);
+  EXPECT_GT(half.force_world_n.z(), 0.2);
+  EXPECT_LT(half.force_world_n.z(), 0.8);
+  EXPECT_EQ(run(state, pushing(1), 0.65, 1, false).force_world_n.norm(), 0);
+  const ServoRecord back = run(state, pushing(1), 1, 1.1, true);
+  EXPECT_FALSE(back.server_silent);
+  EXPECT_NEAR(back.force_world_n.z(), 1, 1e-9);
+}
+
+TEST(ServoState, TheHandNeverGetsMoreThanTheDevicesForce) {
+  ServoState state{{.max_force_n = 3}};
+  EXPECT_NEAR(run(state, pushing(1000), 0, 0.1, true).force_world_n.norm(), 3, 1e-9);
+}
+
+TEST(ServoState, ABrokenModelGivesNoForce) {
+  ServoState state;
+  EXPECT_EQ(run(state, pushing(std::numeric_limits<double>::quiet_NaN()), 0, 0.1, true).force_world_n, Vec3::Zero());
+}
+
+}  // namespace
+}  // namespace sectio
