@@ -1,0 +1,60 @@
+// Where a body's vertices are and how fast they move: the state, apart from the topology (common/mesh/triangle_mesh.h).
+// One entry a vertex slot; entries of dead slots are stale but finite. Masses belong to the deformation model.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+// Entries are 16 bytes {x, y, z, 0}, so that a kernel fetches one with one aligned load. w must stay 0.
+struct ParticleState {
+  std::vector<Vec4f> position_world_m;
+  std::vector<Vec4f> velocity_world_m_per_s;
+
+  std::size_t size() const { return position_world_m.size(); }
+
+  // New entries are at rest at the origin until they are placed.
+  void resize(std::size_t vertex_slots) {
+    position_world_m.resize(vertex_slots, Vec4f::Zero());
+    velocity_world_m_per_s.resize(vertex_slots, Vec4f::Zero());
+  }
+
+  void place(std::size_t v, const Vec3& at_world_m, const Vec3& velocity_m_per_s = Vec3::Zero()) {
+    position_world_m[v] << at_world_m.cast<float>(), 0.0f;
+    velocity_world_m_per_s[v] << velocity_m_per_s.cast<float>(), 0.0f;
+  }
+};
+
+// At rest, at the pose given.
+inline ParticleState particles_at_rest(std::span<const Vec3> rest_body_m, const Pose& pose) {
+  ParticleState state;
+  state.resize(rest_body_m.size());
+  for (std::size_t v = 0; v < rest_body_m.size(); ++v) state.place(v, pose.to_world(rest_body_m[v]));
+  return state;
+}
+
+// The positions as tight triples for viewers, copied only when somebody asks.
+class CompactPositions {
+ public:
+  // Call whenever the state may have changed.
+  void invalidate() { stale_ = true; }
+
+  // Valid until the next call after an invalidate().
+  std::span<const Vec3f> of(const ParticleState& state) {
+    if (stale_ || copy_.size() != state.size()) {
+      copy_.resize(state.size());
+      for (std::size_t v = 0; v < copy_.size(); ++v) copy_[v] = state.position_world_m[v].head<3>();
+      stale_ = false;
+    }
+    return copy_;
+  }
+
+ private:
+  std::vector<Vec3f> copy_;
+  bool stale_ = true;
+};
+
+}  // namespace sectio

@@ -1,0 +1,23 @@
+#include "sim_server/bodies/touched_vertices.h"
+
+#include <algorithm>
+
+namespace sectio {
+
+std::vector<VertexId> touched_vertices(const TopologyDelta& delta, const TriangleMesh& before) {
+  std::vector<VertexId> touched;
+  touched.reserve(delta.vertices.size() + 6 * delta.triangles.size());
+  const auto add_corners = [&](const Triangle& triangle) {
+    if (triangle.alive()) touched.insert(touched.end(), triangle.v.begin(), triangle.v.end());
+  };
+  for (const VertexEdit& edit : delta.vertices) touched.push_back(edit.id);
+  for (const TriangleEdit& edit : delta.triangles) {
+    if (edit.id < before.triangle_slots()) add_corners(before.triangle(edit.id));
+    add_corners(edit.triangle);
+  }
+  std::sort(touched.begin(), touched.end());
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  return touched;
+}
+
+}  // namespace sectio
