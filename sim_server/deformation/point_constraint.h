@@ -1,0 +1,44 @@
+// An instrument that holds or presses a point of the surface. Projection, not a penalty: the point is put where the
+// tool has it, and the force comes from the momentum that this took (methods: exact in equilibrium and stable at any
+// step).
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "common/math/types.h"
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+// The point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
+// Two-sided: it is at target_world_m after the step. Unilateral: it is not further out along `normal` (unit, out of the
+// tissue) than the target; only motion along the normal is constrained, and the tissue is never pulled.
+struct PointConstraint {
+  std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
+  std::array<double, 3> w{0, 0, 0};
+  Vec3 target_world_m = Vec3::Zero();
+  bool unilateral = false;
+  Vec3 normal = Vec3::UnitZ();
+};
+
+// One vertex, put at one place for one step.
+inline PointConstraint hold(VertexId v, const Vec3& at_world_m) {
+  PointConstraint constraint;
+  constraint.v[0] = v;
+  constraint.w[0] = 1;
+  constraint.target_world_m = at_world_m;
+  return constraint;
+}
+
+struct Reaction {
+  Vec3 force_on_tool_n = Vec3::Zero();  // - sum m_i dx_i / h^2
+  bool active = false;                  // the constraint moved something
+};
+
+// Gauss-Seidel over the constraints in their order, kSweeps times; inverse masses per vertex, 0 for one that is held.
+// Writes positions, velocities (+ dx / h) and one reaction a constraint. No allocation.
+void project(std::span<const PointConstraint> constraints, std::span<const double> inverse_mass, double step_s,
+             std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions);
+
+}  // namespace sectio

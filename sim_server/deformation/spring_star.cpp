@@ -1,0 +1,64 @@
+#include "sim_server/deformation/spring_star.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+// Of (A_1 + A_2) / l^2, 0.87 for two equilateral triangles. A short edge between slivers is stiffer without limit; past
+// this it is rigid for every purpose, and only costs added mass.
+constexpr double kMaxShape = 25;
+
+double area_m2(const TriangleMesh& mesh, const Triangle& t) {
+  const Vec3& a = mesh.rest_body_m(t.v[0]);
+  return 0.5 * (mesh.rest_body_m(t.v[1]) - a).cross(mesh.rest_body_m(t.v[2]) - a).norm();
+}
+
+}  // namespace
+
+void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& membrane, SpringStar& star) {
+  star.half_edges.clear();
+  star.area_m2 = 0;
+  Mat3 stiffness = Mat3::Zero();
+  const TriangleId first = mesh.incident(v);
+  TriangleId t = first;
+  do {
+    const Triangle& triangle = mesh.triangle(t);
+    const int corner = triangle.corner_of(v);
+    SECTIO_ASSERT(corner >= 0, "the triangles around a vertex name it");
+    // Edge v -> to lies between this triangle and the one across it; the walk leaves across the other edge at v.
+    const VertexId to = triangle.v[static_cast<std::size_t>((corner + 1) % 3)];
+    const Triangle& across = mesh.triangle(mesh.neighbour(t, corner));
+    const double area = area_m2(mesh, triangle);
+    const double skin_share = 0.5 * ((triangle.surface == Surface::skin) + (across.surface == Surface::skin));
+    const Vec3 edge = mesh.rest_body_m(to) - mesh.rest_body_m(v);
+    const double l2 = edge.squaredNorm();
+    const double shape = (area + area_m2(mesh, across)) / std::max(l2, 1e-30);
+    const double k = membrane.young_n_per_m * std::min(shape, kMaxShape);
+    const double strain = membrane.pretension * skin_share;
+    star.half_edges.push_back({to, static_cast<float>(k), static_cast<float>(k * (1 - strain) * std::sqrt(l2))});
+    star.area_m2 += area / 3;
+    // K_ij = k [n n^T + (1 - l0/l)(I - n n^T)]
+    stiffness += k * (strain * Mat3::Identity() + (1 - strain) / std::max(l2, 1e-30) * edge * edge.transpose());
+    t = mesh.neighbour(t, (corner + 2) % 3);
+    SECTIO_ASSERT(star.half_edges.size() <= mesh.triangle_slots(), "the walk around a vertex closes");
+  } while (t != first);
+  std::sort(star.half_edges.begin(), star.half_edges.end(),
+            [](const HalfEdge& a, const HalfEdge& b) { return a.to < b.to; });
+  star.stiffness_n_per_m = largest_eigenvalue_bound(stiffness);
+}
+
+double largest_eigenvalue_bound(const Mat3& a) {
+  const double trace = a.trace();
+  if (!(trace > 0)) return 0;
+  Mat3 power = a / trace;
+  for (int n = 0; n < 5; ++n) power = (power * power).eval();
+  double bound = power.trace();
+  for (int n = 0; n < 5; ++n) bound = std::sqrt(bound);
+  return trace * bound;
+}
+
+}  // namespace sectio

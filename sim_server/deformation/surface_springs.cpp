@@ -1,0 +1,208 @@
+#include "sim_server/deformation/surface_springs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+// A vertex is given at least this share of the mean area: crumbs left by a cut must not be almost massless.
+constexpr double kLeastAreaShare = 1e-4;
+
+// How far beyond the bound at rest a row is made stable after a cut: folding turns springs towards one direction, which
+// raises lambda_max from sum k / 2 (a flat ring) towards sum k, and cuts are where instruments fold the surface.
+constexpr double kMassMargin = 1.5;
+
+}  // namespace
+
+SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
+                               const SurfaceSpringSettings& settings)
+    : material_(material), settings_(settings), body_(body) {
+  SECTIO_ASSERT(material.young_pa > 0 && material.density_kg_per_m3 > 0, "elastic constants are positive");
+  SECTIO_ASSERT(material.skin_thickness_m > 0 && material.foundation_radius_m > 0, "lengths are positive");
+  SECTIO_ASSERT(std::abs(material.poisson) < 1 && settings.step_s > 0, "Poisson's ratio and step are in range");
+  membrane_ = {material.young_pa * material.skin_thickness_m, material.pretension};
+  const double contact_modulus_pa = material.young_pa / (1 - material.poisson * material.poisson);
+  foundation_pa_per_m_ = 2 * contact_modulus_pa / (std::numbers::pi * material.foundation_radius_m);
+  area_density_kg_per_m2_ = material.density_kg_per_m3 * material.foundation_radius_m;
+  components_.push_back({});
+  components_.front().frame = body;
+  forces_.reserve(256);
+
+  std::vector<std::uint32_t> degrees(mesh.vertex_slots(), kNone);
+  double area_m2 = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    if (!mesh.vertex_alive(v)) continue;
+    gather_star(mesh, v, membrane_, star_);
+    degrees[v] = static_cast<std::uint32_t>(star_.half_edges.size());
+    area_m2 += star_.area_m2;
+  }
+  least_area_m2_ = kLeastAreaShare * area_m2 / std::max(1u, mesh.vertex_count());
+  rows_.layout(degrees);
+  resize(mesh.vertex_slots());
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    if (!mesh.vertex_alive(v)) continue;
+    component_of_[v] = 0;
+    set_row(mesh, v, false);
+  }
+}
+
+void SurfaceSprings::resize(std::uint32_t vertex_slots) {
+  home_body_m_.resize(vertex_slots, Vec3::Zero());
+  physical_mass_.resize(vertex_slots, 0);
+  added_mass_.resize(vertex_slots, 0);
+  inverse_mass_.resize(vertex_slots, 0);
+  fixed_.resize(vertex_slots, 0);
+  component_of_.resize(vertex_slots, kNone);
+  place_in_component_.resize(vertex_slots, kNone);
+}
+
+double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {
+  // omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega)  <=>  omega^2 h^2 + 2 alpha h <= 4
+  const double h = settings_.step_s;
+  const double budget = 4 - 2 * material_.damping_per_s * h;
+  SECTIO_ASSERT(budget > 0, "the step is beyond what damping allows");
+  return stiffness_n_per_m * h * h / budget;
+}
+
+void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v, bool scale_mass) {
+  forget_mass(v);
+  gather_star(mesh, v, membrane_, star_);
+  const double area_m2 = std::max(star_.area_m2, least_area_m2_);
+  const double k_home = material_.home_springs ? foundation_pa_per_m_ * area_m2 : 0;
+  const double stiffness = 2 * star_.stiffness_n_per_m + k_home;
+  const double physical = area_density_kg_per_m2_ * area_m2;
+  home_body_m_[v] = mesh.rest_body_m(v);
+  fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(home_body_m_[v]));
+  double effective = physical;
+  if (scale_mass && !fixed_[v] && stable_mass_kg(stiffness) > physical) {
+    effective = std::max(physical, kMassMargin * stable_mass_kg(stiffness));
+  }
+  physical_mass_[v] = physical;
+  added_mass_[v] = effective - physical;
+  inverse_mass_[v] = fixed_[v] ? 0 : 1 / effective;
+  physical_mass_kg_ += physical;
+  added_mass_kg_ += added_mass_[v];
+  omega2_.set(v, stiffness * inverse_mass_[v]);
+
+  VertexRow row;
+  row.home_world_m = components_[component_of_[v]].frame.to_world(home_body_m_[v]).cast<float>();
+  row.k_home = static_cast<float>(k_home);
+  row.step_over_mass = static_cast<float>(settings_.step_s * inverse_mass_[v]);
+  row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
+  rows_.set(v, row, star_.half_edges);
+}
+
+void SurfaceSprings::forget_mass(VertexId v) {
+  physical_mass_kg_ -= physical_mass_[v];
+  added_mass_kg_ -= added_mass_[v];
+  physical_mass_[v] = added_mass_[v] = inverse_mass_[v] = 0;
+}
+
+void SurfaceSprings::remove_row(VertexId v) {
+  forget_mass(v);
+  omega2_.set(v, 0);
+  fixed_[v] = 0;
+  rows_.remove(v);
+  move_to_component(v, kNone);
+}
+
+void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> touched) {
+  resize(mesh.vertex_slots());
+  for (const VertexId v : touched) {
+    if (!mesh.vertex_alive(v)) remove_row(v);
+  }
+  adopt_new_vertices(mesh, touched);
+  for (const VertexId v : touched) {
+    if (mesh.vertex_alive(v)) set_row(mesh, v, true);
+  }
+  if (rows_.wants_compaction()) rows_.compact();
+}
+
+// From neighbour to neighbour: a vertex deep in a groove may have new neighbours only.
+void SurfaceSprings::adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched) {
+  std::vector<VertexId> orphans;
+  for (const VertexId v : touched) {
+    if (mesh.vertex_alive(v) && component_of_[v] == kNone) orphans.push_back(v);
+  }
+  while (!orphans.empty()) {
+    std::vector<VertexId> left;
+    for (const VertexId v : orphans) {
+      gather_star(mesh, v, membrane_, star_);
+      const auto next = std::find_if(star_.half_edges.begin(), star_.half_edges.end(),
+                                     [&](const HalfEdge& e) { return component_of_[e.to] != kNone; });
+      if (next == star_.half_edges.end()) {
+        left.push_back(v);
+      } else {
+        move_to_component(v, component_of_[next->to]);
+      }
+    }
+    // Nobody has a known neighbour: a whole new piece, which starts as part of the body.
+    if (left.size() == orphans.size()) move_to_component(left.front(), 0);
+    if (left.size() == orphans.size()) left.erase(left.begin());
+    orphans = std::move(left);
+  }
+}
+
+void SurfaceSprings::move_to_component(VertexId v, std::uint32_t component) {
+  const std::uint32_t old = component_of_[v];
+  if (old != kNone && components_[old].free) {
+    std::vector<VertexId>& members = components_[old].vertices;
+    members[place_in_component_[v]] = members.back();
+    place_in_component_[members.back()] = place_in_component_[v];
+    members.pop_back();
+  }
+  component_of_[v] = component;
+  if (component == kNone || !components_[component].free) return;
+  place_in_component_[v] = static_cast<std::uint32_t>(components_[component].vertices.size());
+  components_[component].vertices.push_back(v);
+}
+
+void SurfaceSprings::set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored) {
+  if (vertices.empty()) return;
+  SECTIO_ASSERT(std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) { return rows_.contains(v); }),
+                "a component is made of living vertices");
+  const bool is_new = component >= components_.size();
+  const Pose parent = components_[component_of_[vertices.front()]].frame;
+  if (is_new) components_.resize(component + 1, Component{false, body_, {}, {}, Vec3::UnitZ()});
+  const bool free =
+      !anchored && std::none_of(vertices.begin(), vertices.end(), [&](VertexId v) { return fixed_[v] != 0; });
+  // Take the vertices out of lists kept under the old state before the state changes.
+  for (const VertexId v : vertices) move_to_component(v, kNone);
+  Component& c = components_[component];
+  if (!free) c.frame = body_;
+  if (free && !c.free) c.frame = parent;
+  c.free = free;
+  for (const VertexId v : vertices) {
+    move_to_component(v, component);
+    rows_.set_home(v, c.frame.to_world(home_body_m_[v]).cast<float>());
+  }
+  matched_.reserve(c.vertices.size());
+}
+
+void SurfaceSprings::set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal) {
+  components_[component].bed_point_m = point_world_m;
+  components_[component].bed_normal = normal.normalized();
+}
+
+void SurfaceSprings::add_force(VertexId v, const Vec3& force_world_n) {
+  forces_.push_back({v, force_world_n});
+}
+
+Vec3 SurfaceSprings::displace(VertexId v, const Vec3& by_m, std::span<Vec4f> position_world_m,
+                              std::span<Vec4f> velocity_m_per_s) {
+  if (inverse_mass_[v] == 0) return Vec3::Zero();
+  position_world_m[v].head<3>() += by_m.cast<float>();
+  velocity_m_per_s[v].head<3>() += (by_m / settings_.step_s).cast<float>();
+  return -by_m / (inverse_mass_[v] * settings_.step_s * settings_.step_s);
+}
+
+double SurfaceSprings::largest_stable_step_s() const {
+  const double alpha = material_.damping_per_s;
+  return 4 / (alpha + std::sqrt(alpha * alpha + 4 * omega2_.max()));
+}
+
+}  // namespace sectio

@@ -1,0 +1,147 @@
+// Model M1, the surface mass-spring body with home springs (paper B, 2.1): every edge is a mesh spring, every vertex
+// has a home spring to its place in a rigid kernel, damping is proportional to velocity, symplectic Euler at a fixed
+// step.
+//
+//   m_i a_i = sum_j k_ij (1 - l0_ij / l)(x_j - x_i) + k_h,i (R h_i + t - x_i) - alpha m_i v_i + m_i g + external
+//
+// Constants come from elasticity, none is set by hand:
+//   k_ij   membrane of thickness t_skin, see gather_star()
+//   k_h,i  K_w A_i, K_w = 2 E* / (pi a_ref), E* = E / (1 - nu^2): the stiffness of a half-space under a flat punch of
+//          radius a_ref (Winkler's bed), A_i a third of the area of the triangles around i, at rest
+//   m_i    rho A_i a_ref: the tissue that moves with the surface reaches about as deep as the punch is wide, the depth
+//          in which a half-space's displacement dies away
+// Gravity: home positions are the mesh's own. The body sags by rho g a_ref / K_w as a whole (0.14 mm for 6 kPa and
+// 8 mm) and keeps its volume; nothing is compensated, so a piece that falls or turns needs no second rule.
+//
+// Components: (R, t) is the body's pose for an anchored component and found by shape matching for a free one.
+// Deterministic, one thread; step() does not allocate.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/math/types.h"
+#include "common/mesh/triangle_mesh.h"
+#include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/max_tree.h"
+#include "sim_server/deformation/point_constraint.h"
+#include "sim_server/deformation/spring_rows.h"
+#include "sim_server/deformation/spring_star.h"
+
+namespace sectio {
+
+struct SurfaceSpringMaterial {
+  double young_pa = 6000;
+  double poisson = 0.45;
+  double density_kg_per_m3 = 1060;
+  double skin_thickness_m = 0.002;
+  double foundation_radius_m = 0.008;  // a_ref
+  double pretension = 0.06;
+  double damping_per_s = 25;
+  bool home_springs = true;  // without them the body has no inside: a control for tests
+};
+
+struct SurfaceSpringSettings {
+  double step_s = 0.001;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
+  // Vertices whose home this accepts never move; empty: none.
+  std::function<bool(const Vec3& home_world_m)> fixed;
+};
+
+class SurfaceSprings {
+ public:
+  // All vertices form component 0, anchored. Takes any step; ask largest_stable_step_s() before using it.
+  SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
+                 const SurfaceSpringSettings& settings);
+
+  // Positions and velocities {x, y, z, 0}, one a vertex slot of the mesh. reactions: empty, or one a constraint.
+  void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+            std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
+
+  // After a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles, before and
+  // after, each once. New slots' positions and velocities must have been set. A new vertex joins the component of a
+  // neighbour. Mass is added where a row would not be stable at step_s. O(touched), compaction aside.
+  void update(const TriangleMesh& mesh, std::span<const VertexId> touched);
+
+  // A free component moves rigidly apart from its deformation; one with a fixed vertex is anchored whatever is asked.
+  // Calling it again for the same id keeps the frame. O(vertices).
+  void set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored);
+  // Vertices of this component that get below the plane are put onto it and stop: a floor with high friction.
+  void set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal);
+  std::uint32_t component_of(VertexId v) const { return component_of_[v]; }
+  bool anchored(std::uint32_t component) const { return !components_[component].free; }
+  const Pose& frame_world(std::uint32_t component) const { return components_[component].frame; }
+
+  // For the next step only.
+  void add_force(VertexId v, const Vec3& force_world_n);
+  // Moves a vertex now, velocity included; returns the force on whatever pushed it, - m dx / h^2.
+  Vec3 displace(VertexId v, const Vec3& by_m, std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
+
+  // From the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex (methods 3.1), with
+  // omega h <= 2 (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
+  double largest_stable_step_s() const;
+  double added_mass_fraction() const { return added_mass_kg_ / physical_mass_kg_; }
+
+  double mass_kg(VertexId v) const { return physical_mass_[v]; }  // without added mass
+  bool fixed(VertexId v) const { return fixed_[v] != 0; }
+  std::uint64_t clamped() const { return clamped_; }               // velocities cut back to 5 m/s, so far
+  VertexId first_bad_vertex() const { return first_bad_vertex_; }  // kNone while all is finite
+  const SpringRows& rows() const { return rows_; }
+
+  // Kinetic, elastic and gravitational; with the frames of the last step. O(all), for tests and reports.
+  double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
+
+ private:
+  struct Component {
+    bool free = false;
+    Pose frame;
+    std::vector<VertexId> vertices;  // of free components only
+    std::optional<Vec3> bed_point_m;
+    Vec3 bed_normal = Vec3::UnitZ();
+  };
+  struct Force {
+    VertexId v;
+    Vec3 force_n;
+  };
+
+  void resize(std::uint32_t vertex_slots);
+  void set_row(const TriangleMesh& mesh, VertexId v, bool scale_mass);
+  void remove_row(VertexId v);
+  void forget_mass(VertexId v);
+  void adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched);
+  void move_to_component(VertexId v, std::uint32_t component);
+  void follow_free_components(std::span<const Vec4f> position_world_m);
+  void stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
+  double stable_mass_kg(double stiffness_n_per_m) const;
+
+  SurfaceSpringMaterial material_;
+  SurfaceSpringSettings settings_;
+  Pose body_;
+  MembraneConstants membrane_;
+  double foundation_pa_per_m_ = 0;  // K_w
+  double area_density_kg_per_m2_ = 0;
+  double least_area_m2_ = 0;
+
+  SpringRows rows_;
+  std::vector<Vec3> home_body_m_;
+  std::vector<double> physical_mass_;
+  std::vector<double> added_mass_;
+  std::vector<double> inverse_mass_;  // of the effective mass; 0 when fixed
+  std::vector<std::uint8_t> fixed_;
+  std::vector<std::uint32_t> component_of_;
+  std::vector<std::uint32_t> place_in_component_;  // index into Component::vertices when that is free
+  std::vector<Component> components_;
+  MaxTree omega2_;  // per vertex, 1/s^2
+  double physical_mass_kg_ = 0;
+  double added_mass_kg_ = 0;
+
+  std::vector<Force> forces_;
+  std::vector<MatchedPoint> matched_;
+  SpringStar star_;
+  std::uint64_t clamped_ = 0;
+  VertexId first_bad_vertex_ = kNone;
+};
+
+}  // namespace sectio

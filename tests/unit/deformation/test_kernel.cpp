@@ -1,0 +1,122 @@
+// The kernel against a plain loop over edges in double precision, and against itself in another layout.
+#include <gtest/gtest.h>
+
+#include "sim_server/deformation/spring_kernel.h"
+#include "tests/unit/deformation/shapes.h"
+
+namespace sectio {
+namespace {
+
+using test::Particles;
+
+void shake(Particles& p, std::mt19937& random, float length_m, float speed) {
+  std::uniform_real_distribution<float> unit(-1, 1);
+  for (Vec4f& x : p.x) x.head<3>() += length_m * Vec3f(unit(random), unit(random), unit(random));
+  for (Vec4f& v : p.v) v.head<3>() += speed * Vec3f(unit(random), unit(random), unit(random));
+}
+
+// The equation of surface_springs.h, written down a second time from the mesh alone.
+std::vector<Vec3> plain_velocities(const TriangleMesh& mesh, const Particles& p, const SurfaceSpringMaterial& m,
+                                   const SurfaceSpringSettings& s) {
+  std::vector<double> area(mesh.vertex_slots(), 0);
+  std::map<std::pair<VertexId, VertexId>, double> edge_area;
+  for (const Triangle& t : mesh.triangles()) {
+    const Vec3 e = mesh.rest_body_m(t.v[1]) - mesh.rest_body_m(t.v[0]);
+    const double a = 0.5 * e.cross(mesh.rest_body_m(t.v[2]) - mesh.rest_body_m(t.v[0])).norm();
+    for (std::size_t i = 0; i < 3; ++i) {
+      area[t.v[i]] += a / 3;
+      edge_area[std::minmax(t.v[i], t.v[(i + 1) % 3])] += a;
+    }
+  }
+  std::vector<Vec3> force(mesh.vertex_slots(), Vec3::Zero());
+  for (const auto& [edge, a] : edge_area) {
+    const auto [i, j] = edge;
+    const double l_rest = (mesh.rest_body_m(i) - mesh.rest_body_m(j)).norm();
+    const double k = m.young_pa * m.skin_thickness_m * a / (l_rest * l_rest);
+    const Vec3 d = p.at(j) - p.at(i);
+    const Vec3 f = k * (1 - (1 - m.pretension) * l_rest / d.norm()) * d;
+    force[i] += f;
+    force[j] -= f;
+  }
+  const double k_w = 2 * m.young_pa / (1 - m.poisson * m.poisson) / (M_PI * m.foundation_radius_m);
+  std::vector<Vec3> result;
+  for (VertexId i = 0; i < mesh.vertex_slots(); ++i) {
+    const double mass = m.density_kg_per_m3 * area[i] * m.foundation_radius_m;
+    const Vec3 v = p.v[i].head<3>().cast<double>();
+    const Vec3 f = force[i] + k_w * area[i] * (mesh.rest_body_m(i) - p.at(i)) - m.damping_per_s * mass * v;
+    result.push_back(v + s.step_s * (f / mass + s.gravity_m_per_s2));
+  }
+  return result;
+}
+
+TEST(SpringKernel, agrees_with_the_plain_loop_to_float_accuracy) {
+  const TriangleMesh mesh = test::organ();
+  const SurfaceSpringMaterial material;
+  const SurfaceSpringSettings settings;
+  SurfaceSprings springs(mesh, {}, material, settings);
+  Particles p(mesh, {});
+  std::mt19937 random(1);
+  shake(p, random, 0.0005f, 0.1f);
+  const std::vector<Vec3> expected = plain_velocities(mesh, p, material, settings);
+  const Particles before = p;
+  springs.step(p.x, p.v);
+  double scale = 0;
+  for (VertexId i = 0; i < mesh.vertex_slots(); ++i) {
+    scale = std::max(scale, (expected[i] - before.v[i].head<3>().cast<double>()).norm());
+  }
+  for (VertexId i = 0; i < mesh.vertex_slots(); ++i) {
+    EXPECT_LT((p.v[i].head<3>().cast<double>() - expected[i]).norm(), 2e-5 * scale) << i;
+    EXPECT_LT((p.at(i) - before.at(i) - settings.step_s * expected[i]).norm(), 1e-7) << i;
+    EXPECT_EQ(p.v[i].w(), 0);
+    EXPECT_EQ(p.x[i].w(), 0);
+  }
+}
+
+TEST(SpringKernel, does_not_depend_on_the_layout) {
+  const TriangleMesh mesh = test::organ();
+  SurfaceSprings springs(mesh, {}, {}, {});
+  SpringRows spread = springs.rows();  // the same rows, half of them through overflow slices
+  std::vector<HalfEdge> half_edges;
+  for (VertexId v = 0; v < mesh.vertex_slots(); v += 2) {
+    const VertexRow row = spread.row(v);
+    half_edges.clear();
+    for (std::uint32_t n = 0; n < spread.degree(v); ++n) half_edges.push_back(spread.half_edge(v, n));
+    spread.remove(v);
+    spread.set(v, row, half_edges);
+  }
+  ASSERT_GT(spread.overflow_row_count(), 200u);
+  Particles a(mesh, {});
+  std::mt19937 random(2);
+  shake(a, random, 0.0005f, 0.1f);
+  Particles b = a;
+  const VelocityUpdate update{0.975f, Vec3f(0, 0, -0.00981f), 5.0f};
+  update_velocities(springs.rows(), update, a.x, a.v);
+  update_velocities(spread, update, b.x, b.v);
+  EXPECT_EQ(a.v, b.v);
+}
+
+TEST(SpringKernel, cuts_speed_back_and_counts) {
+  const TriangleMesh mesh = test::organ(1);
+  SurfaceSprings springs(mesh, {}, {}, test::no_gravity());
+  Particles p(mesh, {});
+  p.run(springs, 10);
+  EXPECT_EQ(springs.clamped(), 0u);
+  p.v[7].head<3>() = Vec3f(300, 400, 0);
+  springs.step(p.x, p.v);
+  EXPECT_EQ(springs.clamped(), 1u);
+  EXPECT_NEAR(p.v[7].norm(), 5, 1e-3);
+  EXPECT_EQ(springs.first_bad_vertex(), kNone);
+}
+
+TEST(SpringKernel, names_a_vertex_that_is_not_finite_and_stays_finite) {
+  const TriangleMesh mesh = test::organ(1);
+  SurfaceSprings springs(mesh, {}, {}, test::no_gravity());
+  Particles p(mesh, {});
+  p.v[11].y() = std::numeric_limits<float>::quiet_NaN();
+  p.run(springs, 3);
+  EXPECT_EQ(springs.first_bad_vertex(), 11u);
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) EXPECT_TRUE(p.x[v].allFinite() && p.v[v].allFinite()) << v;
+}
+
+}  // namespace
+}  // namespace sectio

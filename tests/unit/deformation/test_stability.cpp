@@ -1,0 +1,129 @@
+// The bound on the step, and what keeps a body stable after a cut.
+#include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+
+#include "sim_server/deformation/spring_star.h"
+#include "tests/unit/deformation/shapes.h"
+
+namespace sectio {
+namespace {
+
+using test::MeshEditor;
+using test::Particles;
+
+bool stays_bounded(const TriangleMesh& mesh, const SurfaceSpringMaterial& material, double step_s) {
+  SurfaceSprings springs(mesh, {}, material, test::no_gravity(step_s));
+  Particles p(mesh, {});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> unit(-1e-5f, 1e-5f);
+  for (Vec4f& x : p.x) x.head<3>() += Vec3f(unit(random), unit(random), unit(random));
+  p.run(springs, 3000);
+  return springs.clamped() == 0 && springs.first_bad_vertex() == kNone && p.speed() < 0.05;
+}
+
+TEST(StableStep, bound_holds_and_is_within_a_factor_of_two) {
+  for (const double damping : {0.0, 25.0, 400.0}) {
+    for (const double radius : {0.004, 0.008, 0.05}) {
+      SurfaceSpringMaterial material;
+      material.damping_per_s = damping;
+      material.foundation_radius_m = radius;
+      const TriangleMesh mesh = test::organ();
+      const double bound = SurfaceSprings(mesh, {}, material, test::no_gravity()).largest_stable_step_s();
+      for (const double rung : {0.5, 0.8, 0.95, 1.0}) {
+        EXPECT_TRUE(stays_bounded(mesh, material, rung * bound)) << damping << " " << radius << " " << rung;
+      }
+      EXPECT_FALSE(stays_bounded(mesh, material, 2.0 * bound)) << damping << " " << radius;
+    }
+  }
+}
+
+TEST(StableStep, follows_the_inverse_root_of_youngs_modulus) {
+  SurfaceSpringMaterial material;
+  material.damping_per_s = 0;
+  const TriangleMesh mesh = test::organ(2);
+  const double soft = SurfaceSprings(mesh, {}, material, {}).largest_stable_step_s();
+  material.young_pa *= 100;
+  EXPECT_NEAR(SurfaceSprings(mesh, {}, material, {}).largest_stable_step_s() / soft, 0.1, 1e-9);
+}
+
+TEST(StableStep, is_infinite_for_a_body_that_cannot_move_and_limited_by_damping_alone) {
+  SurfaceSpringMaterial material;
+  material.damping_per_s = 0;
+  SurfaceSpringSettings settings;
+  settings.fixed = [](const Vec3&) { return true; };
+  const TriangleMesh mesh = test::organ(1);
+  EXPECT_TRUE(std::isinf(SurfaceSprings(mesh, {}, material, settings).largest_stable_step_s()));
+  material.damping_per_s = 50;
+  EXPECT_NEAR(SurfaceSprings(mesh, {}, material, settings).largest_stable_step_s(), 2.0 / 50, 1e-12);
+}
+
+TEST(StableStep, eigenvalue_bound_is_tight_from_above) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  for (int n = 0; n < 200; ++n) {
+    Mat3 b;
+    for (int i = 0; i < 9; ++i) b(i) = normal(random);
+    const Mat3 a = b * b.transpose() * std::pow(10.0, n % 20 - 10);
+    const double exact = Eigen::SelfAdjointEigenSolver<Mat3>(a).eigenvalues().maxCoeff();
+    EXPECT_GE(largest_eigenvalue_bound(a), exact * (1 - 1e-12));
+    EXPECT_LE(largest_eigenvalue_bound(a), exact * 1.036);
+  }
+  EXPECT_EQ(largest_eigenvalue_bound(Mat3::Zero()), 0);
+}
+
+constexpr double kEnd = 0.05;
+
+// Splits next to an end of an edge leave slivers that no longer stand the step; added mass keeps it.
+TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
+  std::mt19937 random(7);
+  TriangleMesh mesh = test::organ();
+  MeshEditor editor(mesh);
+  SurfaceSpringSettings settings;
+  settings.step_s = 0.9 * SurfaceSprings(mesh, {}, {}, settings).largest_stable_step_s();
+  SurfaceSprings springs(mesh, {}, {}, settings);
+  Particles p(mesh, {});
+  for (int n = 0; n < 60; ++n) {
+    const auto t = static_cast<TriangleId>(random() % mesh.triangle_slots());
+    const std::vector<VertexId> touched = editor.split_edge(mesh, t, static_cast<int>(random() % 3), kEnd);
+    mesh = editor.mesh();
+    p.grow(mesh);
+    p.x[touched.back()] = static_cast<float>(1 - kEnd) * p.x[touched[0]] + static_cast<float>(kEnd) * p.x[touched[1]];
+    springs.update(mesh, touched);
+    EXPECT_GE(springs.largest_stable_step_s(), settings.step_s);
+    p.run(springs, 20);
+  }
+  const SurfaceSprings unscaled(mesh, {}, {}, settings);
+  EXPECT_LT(unscaled.largest_stable_step_s(), 0.5 * settings.step_s);
+  EXPECT_GT(springs.added_mass_fraction(), 0);
+  EXPECT_LT(springs.added_mass_fraction(), 1);
+  p.run(springs, 3000);
+  EXPECT_EQ(springs.clamped(), 0u);
+  EXPECT_EQ(springs.first_bad_vertex(), kNone);
+  EXPECT_LT(p.speed(), 1e-4);
+  // Weight is that of the physical mass: the sag is what it was.
+  double sag = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    sag -= springs.mass_kg(v) * (p.at(v) - mesh.rest_body_m(v)).z();
+    EXPECT_LT((p.at(v) - mesh.rest_body_m(v)).norm(), 0.001);
+  }
+  double mass = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) mass += springs.mass_kg(v);
+  const double k_w = 2 * 6000 / (1 - 0.45 * 0.45) / (M_PI * 0.008);
+  EXPECT_NEAR(sag / mass, 1060 * 9.81 * 0.008 / k_w, 5e-6);
+}
+
+TEST(MassScaling, control_the_same_slivers_blow_up_without_it) {
+  std::mt19937 random(7);
+  TriangleMesh mesh = test::organ();
+  MeshEditor editor(mesh);
+  const double step = 0.9 * SurfaceSprings(mesh, {}, {}, {}).largest_stable_step_s();
+  for (int n = 0; n < 60; ++n) {
+    const auto t = static_cast<TriangleId>(random() % mesh.triangle_slots());
+    editor.split_edge(mesh, t, static_cast<int>(random() % 3), kEnd);
+    mesh = editor.mesh();
+  }
+  EXPECT_FALSE(stays_bounded(mesh, {}, step));
+}
+
+}  // namespace
+}  // namespace sectio
