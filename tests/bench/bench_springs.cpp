@@ -1,0 +1,193 @@
+// The spring kernel against a plain array-of-structures loop over edges: the same springs, home springs, gravity,
+// damping and integration, in one run. Counter ns_per_spring_step; the last lines give the ratios.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/mesh/triangle_mesh.h"
+#include "sim_server/deformation/surface_springs.h"
+
+namespace {
+
+using namespace sectio;
+
+// An icosahedron, each triangle split in four until there are enough: closed, any size, and numbered as meshes from
+// files are: neighbours are often, but not always, near in memory.
+TriangleMesh organ_of(std::int64_t triangles) {
+  const double g = 0.5 * (1 + std::sqrt(5.0));
+  TriangleSoup soup;
+  soup.vertices_body_m = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                          {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  soup.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  while (static_cast<std::int64_t>(soup.triangles.size()) < triangles) {
+    std::map<std::pair<VertexId, VertexId>, VertexId> middles;
+    const auto middle = [&](VertexId a, VertexId b) {
+      const auto [at, is_new] =
+          middles.try_emplace(std::minmax(a, b), static_cast<VertexId>(soup.vertices_body_m.size()));
+      if (is_new) {
+        soup.vertices_body_m.push_back((soup.vertices_body_m[a] + soup.vertices_body_m[b]).normalized());
+      }
+      return at->second;
+    };
+    std::vector<std::array<VertexId, 3>> finer;
+    for (const auto& [a, b, c] : soup.triangles) {
+      const VertexId ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    soup.triangles = finer;
+  }
+  for (Vec3& v : soup.vertices_body_m) v = v.normalized().cwiseProduct(Vec3(0.09, 0.06, 0.05));
+  return TriangleMesh(soup);
+}
+
+struct Particle {
+  Vec3 x, v, f, home;
+  double m, k_home;
+};
+
+struct Spring {
+  int a, b;
+  double k, l0;
+};
+
+struct PlainBody {
+  std::vector<Particle> particles;
+  std::vector<Spring> springs;
+};
+
+// Springs in the order in which a program that walks the triangles meets the edges.
+PlainBody plain_body(const TriangleMesh& mesh, const SurfaceSprings& body) {
+  PlainBody plain;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    const Vec3 x = mesh.rest_body_m(v);
+    plain.particles.push_back({x, Vec3::Zero(), Vec3::Zero(), x, body.mass_kg(v), double{body.rows().row(v).k_home}});
+  }
+  for (const Triangle& t : mesh.triangles()) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const VertexId a = t.v[i], b = t.v[(i + 1) % 3];
+      if (a > b) continue;  // met from the other side
+      for (std::uint32_t n = 0; n < body.rows().degree(a); ++n) {
+        const HalfEdge e = body.rows().half_edge(a, n);
+        if (e.to != b) continue;
+        plain.springs.push_back({static_cast<int>(a), static_cast<int>(b), double{e.k}, double{e.k_l0} / double{e.k}});
+      }
+    }
+  }
+  return plain;
+}
+
+void plain_step(PlainBody& body, double h, double alpha, const Vec3& g) {
+  for (Particle& p : body.particles) p.f = p.k_home * (p.home - p.x) - alpha * p.m * p.v + p.m * g;
+  for (const Spring& s : body.springs) {
+    Particle& a = body.particles[static_cast<std::size_t>(s.a)];
+    Particle& b = body.particles[static_cast<std::size_t>(s.b)];
+    const Vec3 d = b.x - a.x;
+    const Vec3 f = s.k * (1 - s.l0 / d.norm()) * d;
+    a.f += f;
+    b.f -= f;
+  }
+  for (Particle& p : body.particles) {
+    p.v += h / p.m * p.f;
+    p.x += h * p.v;
+  }
+}
+
+constexpr double kStep = 1e-4;
+
+SurfaceSprings make_body(const TriangleMesh& mesh) {
+  SurfaceSpringSettings settings;
+  settings.step_s = kStep;
+  return SurfaceSprings(mesh, {}, {}, settings);
+}
+
+void report(benchmark::State& state, std::size_t springs) {
+  state.counters["springs"] = static_cast<double>(springs);
+  state.counters["ns_per_spring_step"] = benchmark::Counter(
+      1e-9 * static_cast<double>(springs), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void plain_loop(benchmark::State& state) {
+  const TriangleMesh mesh = organ_of(state.range(0));
+  PlainBody body = plain_body(mesh, make_body(mesh));
+  for (auto _ : state) plain_step(body, kStep, 25, Vec3(0, 0, -9.81));
+  report(state, body.springs.size());
+}
+
+void sell_kernel(benchmark::State& state) {
+  const TriangleMesh mesh = organ_of(state.range(0));
+  SurfaceSprings body = make_body(mesh);
+  std::vector<Vec4f> x(mesh.vertex_slots(), Vec4f::Zero()), v(mesh.vertex_slots(), Vec4f::Zero());
+  for (VertexId i = 0; i < mesh.vertex_slots(); ++i) x[i].head<3>() = mesh.rest_body_m(i).cast<float>();
+  for (auto _ : state) body.step(x, v);
+  report(state, mesh.triangle_count() * 3 / 2);
+}
+
+// One changed star in meshes of all sizes: the cost must not depend on the mesh.
+void local_update(benchmark::State& state) {
+  const TriangleMesh mesh = organ_of(state.range(0));
+  SurfaceSprings body = make_body(mesh);
+  const Triangle& t = mesh.triangle(mesh.triangle_count() / 2);
+  const std::vector<VertexId> touched(t.v.begin(), t.v.end());
+  for (auto _ : state) body.update(mesh, touched);
+  state.counters["triangles"] = static_cast<double>(mesh.triangle_count());
+}
+
+BENCHMARK(plain_loop)->Arg(1280)->Arg(20480)->Arg(81920);
+BENCHMARK(sell_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
+BENCHMARK(local_update)->Arg(1280)->Arg(20480)->Arg(327680);
+
+// Passes everything on, and keeps the best time of each benchmark for the summary.
+template <class Base>
+class Summary : public Base {
+ public:
+  void ReportRuns(const std::vector<benchmark::BenchmarkReporter::Run>& runs) override {
+    for (const auto& run : runs) {
+      const double t = run.GetAdjustedRealTime();
+      const auto [at, is_new] = best_.try_emplace(run.run_name.function_name + "/" + run.run_name.args, t);
+      if (!is_new) at->second = std::min(at->second, t);
+    }
+    Base::ReportRuns(runs);
+  }
+  // To stderr: the report proper stays readable by machines.
+  void print_ratios() const {
+    for (const auto& [name, t] : best_) {
+      const std::string prefix = "plain_loop/";
+      if (!name.starts_with(prefix)) continue;
+      const auto kernel = best_.find("sell_kernel/" + name.substr(prefix.size()));
+      if (kernel == best_.end()) continue;
+      std::fprintf(stderr, "speed-up over the plain loop, %s triangles: %.1f\n", name.c_str() + prefix.size(),
+                   t / kernel->second);
+    }
+  }
+
+ private:
+  std::map<std::string, double> best_;
+};
+
+template <class Base>
+int run_all() {
+  Summary<Base> summary;
+  benchmark::RunSpecifiedBenchmarks(&summary);
+  summary.print_ratios();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool json = false;
+  for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--benchmark_format=json";
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  return json ? run_all<benchmark::JSONReporter>() : run_all<benchmark::ConsoleReporter>();
+}
