@@ -1,0 +1,20 @@
+// A domain and a session of its own for each test, on loopback: tests of one machine may run at the same time.
+#pragma once
+
+#include <unistd.h>
+
+#include <string>
+
+#include "common/dds/participant.h"
+
+namespace sectio::test {
+
+inline NetworkOptions own_session() {
+  static std::uint32_t count = 0;
+  NetworkOptions options;
+  options.domain = 1 + (static_cast<std::uint32_t>(getpid()) * 7 + count) % 200;
+  options.session = "test-" + std::to_string(getpid()) + "-" + std::to_string(count++);
+  return options;
+}
+
+}  // namespace sectio::test
