@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include "common/core/error.h"
 
@@ -199,6 +200,37 @@ TEST_F(SceneFile, text_that_is_no_scene_is_refused) {
   }
   EXPECT_THROW(load_scene((folder_ / "absent.yaml").string()), InputError);
   EXPECT_THROW(load_scene(folder_.string()), InputError);
+}
+
+TEST_F(SceneFile, damaged_text_is_read_or_refused_and_nothing_else) {
+  std::mt19937 random(7);
+  const std::string good = kScene;
+  int refused = 0;
+  for (int i = 0; i < 400; ++i) {
+    std::string text = good;
+    for (unsigned k = 1 + random() % 4; k > 0; --k) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 4) {
+        case 0:
+          text[at] = static_cast<char>(random());
+          break;
+        case 1:
+          text.erase(at, 1 + random() % 30);
+          break;
+        case 2:
+          text.insert(at, 1, "{}[]:,&*!|>#'\"%@`?-~\n\t"[random() % 23]);
+          break;
+        default:
+          text.insert(at, text.substr(random() % text.size(), random() % 60));
+      }
+    }
+    try {
+      load(text);
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 200);
 }
 
 TEST(Scenes, scenes_of_the_project_load_and_their_traces_begin_and_end_clear_of_the_body) {
