@@ -81,8 +81,8 @@ class Canvas {
   virtual Image& finish() = 0;
 };
 
-// samples_per_pixel: 1 (live) or 4 (stills and videos: smooth edges for about twice the time). Compiles and warms up
-// all shaders, which takes up to about a second. Rasterises on one thread unless the environment variable
+// samples_per_pixel: 1 (live) or 4 (stills and videos: smooth edges for about three times the time). Compiles and warms
+// up all shaders, which takes up to about a second. Rasterises on one thread unless the environment variable
 // LP_NUM_THREADS says otherwise. Throws InputError when there can be no such canvas.
 std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samples_per_pixel = 1);
 
