@@ -1,0 +1,142 @@
+#include "common/delta/journal.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "common/core/error.h"
+#include "tests/support/moving_world.h"
+
+namespace sectio {
+namespace {
+
+using test::MovingWorld;
+
+std::string path_of(const std::string& name) {
+  return (std::filesystem::path(testing::TempDir()) / (name + std::to_string(getpid()))).string();
+}
+
+std::vector<char> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_file(const std::string& path, const std::vector<char>& bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+// A journal of 50 changes; the world is left at their end.
+void record(MovingWorld& world, const std::string& path) {
+  JournalWriter writer(path, std::vector<JournalBody>{{"liver", world.mesh()}});
+  for (int i = 0; i < 50; ++i)
+    for (const BodyDelta& delta : world.step(true).deltas) writer.append(delta.body_id, delta.delta);
+}
+
+TEST(Keyframe, comes_back_bit_for_bit) {
+  MovingWorld world;
+  for (int i = 0; i < 20; ++i) world.step(true);
+  const Keyframe keyframe = keyframe_of(world.mesh());
+  const std::optional<Keyframe> back = keyframe_from_bytes(to_bytes(keyframe));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(*back, keyframe);
+  const std::optional<TriangleMesh> mesh = mesh_of(*back);
+  ASSERT_TRUE(mesh);
+  EXPECT_TRUE(mesh->same_database(world.mesh()));
+  EXPECT_EQ(mesh->revision(), world.mesh().revision());
+}
+
+TEST(Keyframe, damaged_ones_are_refused) {
+  MovingWorld world(0);
+  const std::vector<std::uint8_t> whole = to_bytes(keyframe_of(world.mesh()));
+  std::mt19937 random(5);
+  for (int i = 0; i < 5000; ++i) {
+    std::vector<std::uint8_t> bytes = whole;
+    std::uint8_t& byte = bytes[random() % bytes.size()];
+    byte = static_cast<std::uint8_t>(byte ^ (1 + random() % 255));
+    if (random() % 5 == 0) bytes.resize(random() % bytes.size());
+    std::optional<Keyframe> keyframe = keyframe_from_bytes(bytes);
+    if (!keyframe) continue;
+    const std::uint64_t revision = keyframe->revision;
+    const std::optional<TriangleMesh> mesh = mesh_of(std::move(*keyframe));
+    // Only the revision isn't covered by the hash.
+    EXPECT_TRUE(!mesh || (mesh->hash() == world.mesh().hash() && revision != world.mesh().revision()));
+  }
+}
+
+TEST(Keyframe, sizes_that_lie_allocate_nothing) {
+  std::vector<std::uint8_t> bytes = to_bytes(keyframe_of(MovingWorld(0).mesh()));
+  for (std::size_t i = 8; i < 16; ++i) bytes[i] = 0xff;
+  EXPECT_FALSE(keyframe_from_bytes(bytes));
+}
+
+TEST(Delta, comes_back_bit_for_bit) {
+  MovingWorld world;
+  for (int i = 0; i < 20; ++i)
+    for (const BodyDelta& delta : world.step(true).deltas)
+      EXPECT_EQ(delta_from_bytes(to_bytes(delta.delta)), delta.delta);
+}
+
+TEST(Journal, replays_to_the_same_hash) {
+  MovingWorld world;
+  const std::string path = path_of("journal");
+  record(world, path);
+  const std::vector<JournalBody> bodies = read_journal(path);
+  ASSERT_EQ(bodies.size(), 1u);
+  EXPECT_EQ(bodies[0].name, "liver");
+  EXPECT_EQ(bodies[0].mesh.hash(), world.mesh().hash());
+  EXPECT_EQ(bodies[0].mesh.revision(), world.mesh().revision());
+  EXPECT_TRUE(bodies[0].mesh.same_database(world.mesh()));
+  std::remove(path.c_str());
+}
+
+TEST(Journal, truncated_anywhere_is_an_input_error_that_names_the_byte_or_a_shorter_journal) {
+  MovingWorld world(0);
+  const std::string path = path_of("truncated");
+  record(world, path);
+  const std::vector<char> whole = read_file(path);
+  int shorter = 0;
+  for (std::size_t size = 0; size < whole.size(); size += 41) {
+    write_file(path, {whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)});
+    try {
+      read_journal(path);
+      ++shorter;  // cut between two records
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("byte "), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_LT(shorter, 51);
+  std::remove(path.c_str());
+}
+
+TEST(Journal, damaged_anywhere_is_an_input_error_that_names_the_place) {
+  MovingWorld world(0);
+  const std::string path = path_of("damaged");
+  record(world, path);
+  const std::vector<char> whole = read_file(path);
+  const std::uint64_t hash = world.mesh().hash();
+  std::mt19937 random(11);
+  for (int i = 0; i < 200; ++i) {
+    std::vector<char> bytes = whole;
+    char& byte = bytes[random() % bytes.size()];
+    byte = static_cast<char>(byte ^ static_cast<char>(1 + random() % 255));
+    write_file(path, bytes);
+    try {
+      const std::vector<JournalBody> bodies = read_journal(path);
+      EXPECT_EQ(bodies.at(0).mesh.hash(), hash);  // the name was damaged
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).rfind(path + ": ", 0), 0u) << error.what();
+    }
+  }
+  std::remove(path.c_str());
+}
+
+TEST(Journal, without_a_file_is_an_input_error) {
+  EXPECT_THROW(read_journal("/nonexistent/journal"), InputError);
+  EXPECT_THROW(JournalWriter("/nonexistent/journal", {}), InputError);
+}
+
+}  // namespace
+}  // namespace sectio

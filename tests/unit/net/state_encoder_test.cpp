@@ -1,0 +1,144 @@
+#include "sim_server/net/state_encoder.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "sim_server/net/sample_gate.h"
+
+namespace sectio {
+namespace {
+
+constexpr std::uint32_t kSlots = 1000;  // six pieces
+
+StateSnapshot snapshot_of(std::uint64_t step, const std::vector<Vec3f>& positions, std::uint64_t revision = 0) {
+  StateSnapshot snapshot;
+  snapshot.step = step;
+  snapshot.bodies = {{revision, positions}};
+  return snapshot;
+}
+
+std::vector<Vec3f> line() {
+  std::vector<Vec3f> positions;
+  for (std::uint32_t i = 0; i < kSlots; ++i) positions.emplace_back(0.0002f * static_cast<float>(i), 0.01f, -0.02f);
+  return positions;
+}
+
+TEST(StateEncoder, all_pieces_first_and_each_within_half_a_quantum) {
+  StateEncoder encoder(7, 0.001, 1);
+  const std::vector<Vec3f> positions = line();
+  encoder.encode(snapshot_of(5, positions));
+  ASSERT_EQ(encoder.pieces().size(), piece_count(kSlots));
+  EXPECT_DOUBLE_EQ(encoder.header().sim_time_s, 0.005);
+  for (const StatePiece& piece : encoder.pieces())
+    for (std::uint32_t i = 0; i < piece.vertices(); ++i)
+      EXPECT_LE((piece.position_m(i) - positions[piece.piece * kVerticesPerPiece + i]).cwiseAbs().maxCoeff(),
+                0.51 * kQuantum_m);
+}
+
+TEST(StateEncoder, a_piece_that_spans_more_than_16_bits_gets_coarser) {
+  StateEncoder encoder(7, 0.001, 1);
+  std::vector<Vec3f> positions = {Vec3f(-3, 0, 0), Vec3f(4, 0, 0)};
+  encoder.encode(snapshot_of(1, positions));
+  ASSERT_EQ(encoder.pieces().size(), 1u);
+  EXPECT_GT(encoder.pieces()[0].quantum_m, kQuantum_m);
+  EXPECT_NEAR(encoder.pieces()[0].position_m(1).x(), 4, encoder.pieces()[0].quantum_m);
+}
+
+TEST(StateEncoder, at_rest_only_whose_turn_it_is_is_sent_and_everybodys_comes_within_a_second) {
+  StateEncoder encoder(7, 0.001, 1);
+  const std::vector<Vec3f> positions = line();
+  encoder.encode(snapshot_of(0, positions));
+  std::vector<int> sent(piece_count(kSlots));
+  for (std::uint32_t frame = 1; frame <= StateEncoder::kFramesPerRefresh; ++frame) {
+    encoder.encode(snapshot_of(frame, positions));
+    EXPECT_LE(encoder.pieces().size(), 1u);
+    for (const StatePiece& piece : encoder.pieces()) {
+      ++sent[piece.piece];
+      EXPECT_TRUE(encoder.header().bodies[0].sent(piece.piece));
+    }
+  }
+  EXPECT_EQ(sent, std::vector<int>(piece_count(kSlots), 1));
+}
+
+TEST(StateEncoder, what_moved_is_sent_and_slow_drift_adds_up) {
+  StateEncoder encoder(7, 0.001, 1);
+  std::vector<Vec3f> positions = line();
+  encoder.encode(snapshot_of(0, positions));
+  int sent = 0;
+  for (std::uint32_t frame = 1; frame <= 20; ++frame) {  // a fifth of a quantum a frame, four quanta in all
+    positions[200].x() += static_cast<float>(kQuantum_m / 5);
+    encoder.encode(snapshot_of(frame, positions));
+    for (const StatePiece& piece : encoder.pieces()) sent += piece.piece == 1;
+  }
+  EXPECT_GE(sent, 2);
+  EXPECT_LE(sent, 4);
+}
+
+TEST(StateEncoder, changed_slots_are_sent_with_the_first_state_of_their_revision_and_repeated) {
+  StateEncoder encoder(7, 0.001, 1);
+  const std::vector<Vec3f> positions = line();
+  encoder.encode(snapshot_of(0, positions, 4));
+  TopologyDelta delta;
+  delta.revision = 5;
+  delta.vertices = {{900, true, Vec3::Zero()}};
+  encoder.changed(0, delta);
+  encoder.encode(snapshot_of(1, positions, 4));
+  EXPECT_FALSE(encoder.header().bodies[0].sent(4));  // that state is older than the change
+  for (std::uint64_t step = 2; step < 2 + StateEncoder::kRepeats; ++step) {
+    encoder.encode(snapshot_of(step, positions, 5));
+    EXPECT_TRUE(encoder.header().bodies[0].sent(4)) << step;
+  }
+  encoder.encode(snapshot_of(9, positions, 5));
+  EXPECT_FALSE(encoder.header().bodies[0].sent(4));
+}
+
+TEST(StateEncoder, positions_that_are_no_numbers_stay_where_they_were) {
+  StateEncoder encoder(7, 0.001, 1);
+  std::vector<Vec3f> positions = line();
+  encoder.encode(snapshot_of(0, positions));
+  const Vec3f before = encoder.pieces()[0].position_m(3);
+  positions[3].y() = std::numeric_limits<float>::quiet_NaN();
+  positions[4].y() += 1;
+  encoder.encode(snapshot_of(1, positions));
+  ASSERT_GE(encoder.pieces().size(), 1u);
+  EXPECT_EQ(encoder.pieces()[0].piece, 0u);
+  EXPECT_LE((encoder.pieces()[0].position_m(3) - before).norm(), 2 * encoder.pieces()[0].quantum_m);
+}
+
+ToolPacket packet_of(std::uint64_t source, std::initializer_list<std::uint64_t> sequences) {
+  ToolPacket packet{source, 0, {}};
+  for (const std::uint64_t sequence : sequences) packet.samples.push_back({0, sequence, 0, {}});
+  return packet;
+}
+
+TEST(SampleGate, each_pose_once_in_order_though_packets_repeat_and_get_lost) {
+  SampleGate gate(1);
+  std::vector<ToolSample> samples;
+  gate.accept(packet_of(1, {1}), samples);
+  gate.accept(packet_of(1, {1, 2}), samples);
+  gate.accept(packet_of(1, {2, 3, 4, 5}), samples);  // two packets were lost, no pose
+  gate.accept(packet_of(1, {2, 3, 4}), samples);     // late
+  gate.accept(packet_of(1, {8, 9}), samples);
+  std::vector<std::uint64_t> sequences;
+  for (const ToolSample& sample : samples) sequences.push_back(sample.sequence);
+  EXPECT_EQ(sequences, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 8, 9}));
+  EXPECT_EQ(gate.lost(), 2u);
+}
+
+TEST(SampleGate, a_restarted_bridge_replaces_the_old_one) {
+  SampleGate gate(1);
+  std::vector<ToolSample> samples;
+  gate.accept(packet_of(1, {100}), samples);
+  gate.accept(packet_of(2, {1}), samples);
+  gate.accept(packet_of(1, {101}), samples);
+  EXPECT_EQ(samples.size(), 2u);
+  EXPECT_EQ(gate.refused(), 1u);
+  ToolPacket unknown = packet_of(2, {2});
+  unknown.tool_id = 1;
+  gate.accept(unknown, samples);
+  EXPECT_EQ(gate.refused(), 2u);
+}
+
+}  // namespace
+}  // namespace sectio
