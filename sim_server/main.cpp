@@ -1,22 +1,57 @@
 #include <cstdio>
+#include <string_view>
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "sim_server/net/serve.h"
 #include "sim_server/run.h"
 
+namespace {
+
+using namespace sectio;
+
+int run_replay(int argc, char** argv) {
+  std::string journal, directory;
+  Arguments arguments("sim_server replay", "rebuilds the bodies of a session from its journal and says their hashes");
+  arguments.option("JOURNAL", journal, "journal of an earlier run", Need::required);
+  arguments.option("--export", directory, "directory for the surfaces (OBJ, at rest)");
+  if (!arguments.parse(argc, argv)) return 0;
+  replay(journal, directory);
+  return 0;
+}
+
+int run_session(int argc, char** argv) {
+  std::string scene_file;
+  ServeOptions options;
+  options.network.session.clear();
+  bool offline = false;
+  Arguments arguments("sim_server", "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL)");
+  arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
+  arguments.option("--steps", options.steps, "steps to simulate; 0: the scene's duration");
+  arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
+  arguments.toggle("--offline", offline, "no network: the scene's own traces, as fast as it goes");
+  arguments.toggle("--endless", options.endless, "until it is stopped");
+  arguments.option("--session", options.network.session, "name of the session; empty: the scene's");
+  arguments.option("--domain", options.network.domain, "DDS domain, 0 to 232");
+  arguments.option("--peer", options.network.peers, "IPv4 address of another host; may be repeated");
+  arguments.option("--interface", options.network.interfaces, "IPv4 address of a network interface to use");
+  arguments.option("--wait-for-viewers", options.wait_for_viewers, "the clock starts when so many are there");
+  arguments.toggle("--wait-for-tools", options.wait_for_tools, "the clock starts when every tool has been heard of");
+  arguments.option("--stall-at-s", options.stall_at_s, "for tests: simulated time at which the simulation stops once");
+  arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
+  if (!arguments.parse(argc, argv)) return 0;
+
+  const Scene scene = load_scene(scene_file);
+  if (options.network.session.empty()) options.network.session = scene.session;
+  const std::string report = offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
+  std::fputs(report.c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  return sectio::run_program("sim_server", [&] {
-    std::string scene_file, export_directory;
-    bool offline = false;
-    std::uint64_t steps = 0;
-    sectio::Arguments arguments("sim_server", "owns the bodies of a scene and cuts them");
-    arguments.option("--scene", scene_file, "scene file (YAML)", sectio::Need::required);
-    arguments.toggle("--offline", offline, "no network: the scene's own traces, as fast as it goes");
-    arguments.option("--steps", steps, "steps to simulate; 0: the scene's duration");
-    arguments.option("--export", export_directory, "directory for surfaces (OBJ), journal and report.json");
-    if (!arguments.parse(argc, argv)) return 0;
-    const sectio::Scene scene = sectio::load_scene(scene_file);
-    std::fputs(sectio::run_offline(scene, {steps, export_directory}).c_str(), stdout);
-    return 0;
-  });
+  const bool is_replay = argc > 1 && std::string_view(argv[1]) == "replay";
+  return run_program("sim_server",
+                     [&] { return is_replay ? run_replay(argc - 1, argv + 1) : run_session(argc, argv); });
 }

@@ -57,9 +57,16 @@ std::string file_of(const std::string& directory, const std::string& body) {
 
 }  // namespace
 
-struct RunReport::State {
-  explicit State(const Scene& s) : scene(s) {}
+struct RunRecord::State {
+  State(const Scene& s, const std::string& d) : scene(s), directory(d) {}
+
+  void write(const Simulation& simulation, const std::string& json) const;
+  nlohmann::ordered_json body(const Simulation& simulation, std::uint32_t id) const;
+  nlohmann::ordered_json run();
+
   const Scene& scene;
+  std::string directory;
+  std::unique_ptr<JournalWriter> journal;
   std::vector<float> step_times_s;
   StepReport last;
   std::uint64_t steps = 0;
@@ -67,11 +74,22 @@ struct RunReport::State {
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
 };
 
-RunReport::RunReport(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
-RunReport::~RunReport() = default;
+RunRecord::RunRecord(const Scene& scene, const Simulation& simulation, const std::string& directory)
+    : state_(std::make_unique<State>(scene, directory)) {
+  if (directory.empty()) return;
+  make_directory(directory);
+  std::vector<JournalBody> bodies;
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+    bodies.push_back({scene.bodies[i].name, simulation.mesh(i)});
+  state_->journal = std::make_unique<JournalWriter>(directory + "/journal", bodies);
+}
 
-void RunReport::add(const StepOutput& output, double step_wall_time_s) {
+RunRecord::~RunRecord() = default;
+
+void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
   State& s = *state_;
+  if (s.journal)
+    for (const BodyDelta& d : output.deltas) s.journal->append(d.body_id, d.delta);
   s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
   s.last = output.report;
   s.steps = output.step;
@@ -82,47 +100,76 @@ void RunReport::add(const StepOutput& output, double step_wall_time_s) {
   for (const ContactModel& c : output.contacts) s.largest_force_n = std::max(s.largest_force_n, c.force_world_n.norm());
 }
 
-std::string RunReport::json(const Simulation& simulation) const {
+nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std::uint32_t id) const {
+  const TriangleMesh& mesh = simulation.mesh(id);
+  const SurfaceReport rest = check(mesh);
+  std::vector<Vec3> now;
+  for (const Vec3f& x : simulation.positions_world_m(id)) now.push_back(x.cast<double>());
+  nlohmann::ordered_json body;
+  body["name"] = scene.bodies[id].name;
+  body["vertices"] = rest.vertices;
+  body["triangles"] = rest.triangles;
+  body["components"] = rest.components;
+  body["euler_characteristic"] = rest.euler_characteristic;
+  body["closed"] = rest.closed;
+  body["manifold"] = rest.manifold;
+  body["enclosed_volume_m3"] = check(mesh, now).volume_m3;
+  body["rest_volume_m3"] = rest.volume_m3;
+  body["revision"] = mesh.revision();
+  body["topology_hash"] = hex(mesh.hash());
+  return body;
+}
+
+nlohmann::ordered_json RunRecord::State::run() {
+  nlohmann::ordered_json run;
+  run["steps"] = steps;
+  run["simulated_s"] = static_cast<double>(steps) * scene.step_s;
+  run["cuts_made"] = last.cuts_made;
+  run["cuts_refused"] = last.cuts_refused;
+  run["contact_time_s"] = last.contact_time_s;
+  run["step_time_median_s"] = quantile(step_times_s, 0.5);
+  run["step_time_p99_s"] = quantile(step_times_s, 0.99);
+  run["stability_margin"] = least_margin;
+  run["added_mass_fraction"] = largest_added_mass;
+  run["largest_force_n"] = largest_force_n;
+  run["largest_penetration_m"] = largest_penetration_m;
+  run["local_searches"] = last.local_searches;
+  run["global_searches"] = last.global_searches;
+  run["events"] = events;
+  return run;
+}
+
+void RunRecord::State::write(const Simulation& simulation, const std::string& json) const {
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+    write_obj(file_of(directory, scene.bodies[i].name), simulation.mesh(i), simulation.positions_world_m(i));
+  write_text(directory + "/report.json", json);
+}
+
+std::string RunRecord::finish(const Simulation& simulation) {
   State& s = *state_;
   nlohmann::ordered_json report;
   report["session"] = s.scene.session;
   report["scene"] = std::filesystem::path(s.scene.file).filename().string();
-  for (std::uint32_t i = 0; i < simulation.body_count(); ++i) {
-    const TriangleMesh& mesh = simulation.mesh(i);
-    const SurfaceReport rest = check(mesh);
-    std::vector<Vec3> now;
-    for (const Vec3f& x : simulation.positions_world_m(i)) now.push_back(x.cast<double>());
-    nlohmann::ordered_json body;
-    body["name"] = s.scene.bodies[i].name;
-    body["vertices"] = rest.vertices;
-    body["triangles"] = rest.triangles;
-    body["components"] = rest.components;
-    body["euler_characteristic"] = rest.euler_characteristic;
-    body["closed"] = rest.closed;
-    body["manifold"] = rest.manifold;
-    body["enclosed_volume_m3"] = check(mesh, now).volume_m3;
-    body["rest_volume_m3"] = rest.volume_m3;
-    body["revision"] = mesh.revision();
-    body["topology_hash"] = hex(mesh.hash());
-    report["bodies"].push_back(body);
-  }
-  nlohmann::ordered_json run;
-  run["steps"] = s.steps;
-  run["simulated_s"] = static_cast<double>(s.steps) * s.scene.step_s;
-  run["cuts_made"] = s.last.cuts_made;
-  run["cuts_refused"] = s.last.cuts_refused;
-  run["contact_time_s"] = s.last.contact_time_s;
-  run["step_time_median_s"] = quantile(s.step_times_s, 0.5);
-  run["step_time_p99_s"] = quantile(s.step_times_s, 0.99);
-  run["stability_margin"] = s.least_margin;
-  run["added_mass_fraction"] = s.largest_added_mass;
-  run["largest_force_n"] = s.largest_force_n;
-  run["largest_penetration_m"] = s.largest_penetration_m;
-  run["local_searches"] = s.last.local_searches;
-  run["global_searches"] = s.last.global_searches;
-  run["events"] = s.events;
-  report["run"] = run;
-  return report.dump(2) + "\n";
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i) report["bodies"].push_back(s.body(simulation, i));
+  report["run"] = s.run();
+  const std::string json = report.dump(2) + "\n";
+  s.journal.reset();  // closes the file
+  if (!s.directory.empty()) s.write(simulation, json);
+  return json;
+}
+
+void Progress::show(const StepOutput& output) {
+  const auto now = Clock::now();
+  if (shown_ && now - *shown_ < std::chrono::seconds(1) && output.step != steps_) return;
+  shown_ = now;
+  char text[128];
+  std::snprintf(text, sizeof text, "step %" PRIu64 " of %" PRIu64 ", %.2f s simulated, %" PRIu64 " cuts", output.step,
+                steps_, output.sim_time_s, output.report.cuts_made);
+  log_info(text);
+}
+
+std::uint64_t steps_of(const Scene& scene, std::uint64_t steps) {
+  return steps > 0 ? steps : static_cast<std::uint64_t>(std::llround(scene.duration_s / scene.step_s));
 }
 
 std::vector<ToolSample> samples_of_traces(const Scene& scene, std::uint64_t step) {
@@ -164,44 +211,19 @@ void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<cons
   if (!file.flush()) throw InputError(path + ": can't be written");
 }
 
-std::string run_offline(const Scene& scene, const OfflineOptions& options) {
-  const std::string& directory = options.export_directory;
-  if (!directory.empty()) make_directory(directory);
+std::string run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
   Simulation simulation(scene);
-  std::unique_ptr<JournalWriter> journal;
-  if (!directory.empty()) {
-    std::vector<JournalBody> bodies;
-    for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
-      bodies.push_back({scene.bodies[i].name, simulation.mesh(i)});
-    journal = std::make_unique<JournalWriter>(directory + "/journal", bodies);
-  }
-  RunReport report(scene);
-  const std::uint64_t steps =
-      options.steps > 0 ? options.steps : static_cast<std::uint64_t>(std::llround(scene.duration_s / scene.step_s));
-  auto progress = Clock::now();
+  RunRecord record(scene, simulation, directory);
+  Progress progress(steps_of(scene, steps));
   StepInput input;
-  for (std::uint64_t k = 1; k <= steps; ++k) {
+  for (std::uint64_t k = 1; k <= steps_of(scene, steps); ++k) {
     input.samples = samples_of_traces(scene, k);
     const auto start = Clock::now();
     const StepOutput& output = simulation.step(input);
-    report.add(output, seconds_since(start));
-    if (journal)
-      for (const BodyDelta& d : output.deltas) journal->append(d.body_id, d.delta);
-    if (seconds_since(progress) >= 1 || k == steps) {
-      progress = Clock::now();
-      char text[128];
-      std::snprintf(text, sizeof text, "step %" PRIu64 " of %" PRIu64 ", %.2f s simulated, %" PRIu64 " cuts", k, steps,
-                    output.sim_time_s, output.report.cuts_made);
-      log_info(text);
-    }
+    record.add(output, seconds_since(start));
+    progress.show(output);
   }
-  const std::string json = report.json(simulation);
-  if (!directory.empty()) {
-    for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
-      write_obj(file_of(directory, scene.bodies[i].name), simulation.mesh(i), simulation.positions_world_m(i));
-    write_text(directory + "/report.json", json);
-  }
-  return json;
+  return record.finish(simulation);
 }
 
 void replay(const std::string& journal, const std::string& export_directory) {

@@ -1,7 +1,9 @@
 // A session around the simulation: the run without network, and what every run leaves behind.
 #pragma once
 
+#include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,16 +11,20 @@
 
 namespace sectio {
 
-// Collects what report.json says. Step times are the only numbers in it that differ between two runs.
-class RunReport {
+// What a run leaves behind: with a directory, BODY.obj of every final surface, journal (all deltas) and report.json.
+// Step times are the only numbers in the report that differ between two runs on the same samples.
+class RunRecord {
  public:
-  explicit RunReport(const Scene& scene);
-  ~RunReport();
+  // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. The scene must outlive
+  // the record.
+  RunRecord(const Scene& scene, const Simulation& simulation, const std::string& directory);
+  ~RunRecord();
 
   void add(const StepOutput& output, double step_wall_time_s);
-  // The report as JSON text: per body vertices, triangles, components, Euler characteristic, closed and manifold flags,
-  // volume at rest and now, revision and hash; for the run steps, cuts, contact time, step times, stability margin.
-  std::string json(const Simulation& simulation) const;
+  // Writes what there is to write. Returns the report as JSON text: per body vertices, triangles, components, Euler
+  // characteristic, closed and manifold flags, volume now and at rest, revision and hash; for the run steps, cuts,
+  // contact time, step times, stability margin.
+  std::string finish(const Simulation& simulation);
 
  private:
   struct State;
@@ -31,12 +37,22 @@ std::vector<ToolSample> samples_of_traces(const Scene& scene, std::uint64_t step
 // Wavefront OBJ of the live surface, skin and wall as groups, in metres. Throws InputError when it can't be written.
 void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<const Vec3f> positions_world_m);
 
-struct OfflineOptions {
-  std::uint64_t steps = 0;       // 0: the scene's duration
-  std::string export_directory;  // empty: nothing is written
+// "step 120 of 6500, ...", at most once a second unless it is the last step.
+class Progress {
+ public:
+  explicit Progress(std::uint64_t steps) : steps_(steps) {}
+  void show(const StepOutput& output);
+
+ private:
+  std::uint64_t steps_;
+  std::optional<std::chrono::steady_clock::time_point> shown_;
 };
-// As fast as it goes, with a line of progress a second. Writes BODY.obj, journal and report.json. Returns the report.
-std::string run_offline(const Scene& scene, const OfflineOptions& options);
+
+// Steps of a run: `steps`, or the scene's duration when that is 0.
+std::uint64_t steps_of(const Scene& scene, std::uint64_t steps);
+
+// As fast as it goes, on the scene's own traces. Returns the report.
+std::string run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory);
 
 // Rebuilds the bodies from a journal and says their hashes; with a directory, writes them as OBJ (at rest).
 void replay(const std::string& journal, const std::string& export_directory);

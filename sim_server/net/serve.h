@@ -1,0 +1,26 @@
+// A live session: take, step, publish, in real time.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "sim_server/net/server_net.h"
+#include "sim_server/scene/scene.h"
+
+namespace sectio {
+
+struct ServeOptions {
+  NetworkOptions network;
+  std::uint64_t steps = 0;  // 0: the scene's duration; without end when `endless`
+  bool endless = false;
+  std::string directory;               // for what the run leaves behind; empty: nothing
+  std::uint32_t wait_for_viewers = 0;  // the clock starts when so many are there
+  bool wait_for_tools = false;         // and when every tool of the scene has sent a sample
+  double stall_at_s = -1;              // for tests: the simulation stops once, at this simulated time ...
+  double stall_s = 0;                  // ... for so long
+};
+
+// Returns the report. SIGINT and SIGTERM end the session in order; nothing is lost.
+std::string serve(const Scene& scene, const ServeOptions& options);
+
+}  // namespace sectio
