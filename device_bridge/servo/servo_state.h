@@ -5,6 +5,7 @@
 
 #include "common/math/contact_model.h"
 #include "common/math/types.h"
+#include "device_bridge/servo/passivity_guard.h"
 
 namespace sectio {
 
@@ -28,14 +29,15 @@ struct ServoRecord {
 struct ServoSpec {
   double max_force_n = 10;           // whatever the wire says, the hand never gets more
   double velocity_filter_s = 0.003;  // time constant of the velocity's low-pass
+  GuardSpec guard = {};
 };
 
 class ServoState {
  public:
-  explicit ServoState(const ServoSpec& spec = {}) : spec_(spec) {}
+  explicit ServoState(const ServoSpec& spec = {}) : spec_(spec), guard_(spec.guard) {}
 
   // `model`: the newest model if one has come since the last tick, else null. The tip is the origin of the tool's
-  // frame. A result that isn't finite becomes no force.
+  // frame. A result that isn't finite becomes no force, and the model is forgotten.
   ServoRecord tick(double now_s, const Pose& pose_world, const ContactModel* model);
 
  private:
@@ -43,6 +45,7 @@ class ServoState {
 
   ServoSpec spec_;
   ContactModelFollower follower_;
+  PassivityGuard guard_;
   std::uint64_t sequence_ = 0;
   double last_s_ = 0;
   Vec3 last_position_m_ = Vec3::Zero();

@@ -45,7 +45,10 @@ TEST(LatestValue, TwoThreadsNeverSeeATornOrOlderValue) {
   std::uint64_t backwards = 0;
   Wide value{};
   while (newest < kLast) {
-    if (!slot.load(value)) continue;
+    if (!slot.load(value)) {
+      std::this_thread::yield();
+      continue;
+    }
     for (const std::uint64_t field : value) torn += field != value[0];
     backwards += value[0] <= newest;
     newest = value[0];

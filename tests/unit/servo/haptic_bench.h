@@ -30,6 +30,7 @@ struct BenchSpec {
   bool surface_velocity_known = true;
   HandSpec hand;
   FitterSpec fitter;
+  ServoSpec servo{.max_force_n = 100};
   double duration_s = 10;
   std::uint64_t seed = 7;
 };
@@ -43,7 +44,8 @@ struct BenchResult {
 
 class HapticBench {
  public:
-  explicit HapticBench(const BenchSpec& spec) : spec_(spec), hand_(wish(), spec.hand), fitter_(0, spec.fitter) {}
+  explicit HapticBench(const BenchSpec& spec)
+      : spec_(spec), hand_(wish(), spec.hand), fitter_(0, spec.fitter), servo_(spec.servo) {}
 
   BenchResult run() {
     const auto ticks = static_cast<std::int64_t>(spec_.duration_s * 1000);
@@ -134,7 +136,7 @@ class HapticBench {
   BenchSpec spec_;
   VirtualHand hand_;
   ContactModelFitter fitter_;
-  ServoState servo_{{.max_force_n = 100}};
+  ServoState servo_;
   std::deque<PoseSample> poses_;
   std::deque<Packet> wire_;
   ContactModel newest_;

@@ -92,5 +92,39 @@ TEST_P(Passivity, WrongStiffnessStaysStable) {
   }
 }
 
+// A light device in a light hand on stiff tissue, the stiffness wrong by two: more than the loop's own damping can
+// take.
+BenchSpec light_hand(BenchSpec spec, double factor) {
+  spec.hand.hand_stiffness_n_per_m = 200;
+  spec.hand.hand_damping_n_s_per_m = 2;
+  spec.hand.device_damping_n_s_per_m = 0.1;
+  spec.model_stiffness_n_per_m = factor * spec.tissue_n_per_m;
+  return spec;
+}
+
+TEST(PassivityGuard, KeepsALightHandFromTremblingOnAWrongStiffness) {
+  for (const double factor : {0.5, 2.0}) {
+    EXPECT_LT(HapticBench(light_hand(free_hold(1000), factor)).run().force_ripple_n, 0.05) << factor;
+    EXPECT_LT(HapticBench(light_hand(usual_wire(1000), factor)).run().rms_error, 0.2) << factor;
+  }
+}
+
+TEST(PassivityGuardControl, WithoutItTheSameHandTrembles) {
+  for (const double factor : {0.5, 2.0}) {
+    BenchSpec spec = light_hand(free_hold(1000), factor);
+    spec.servo.guard.damping_n_s_per_m = 0;
+    EXPECT_GT(HapticBench(spec).run().force_ripple_n, 0.5) << factor;
+  }
+}
+
+TEST(PassivityGuard, ATrueModelIsLeftAlone) {
+  for (const double tissue_n_per_m : {200.0, 1000.0}) {
+    BenchSpec spec = usual_wire(tissue_n_per_m);
+    const double guarded = HapticBench(spec).run().rms_error;
+    spec.servo.guard.damping_n_s_per_m = 0;
+    EXPECT_DOUBLE_EQ(HapticBench(spec).run().rms_error, guarded);
+  }
+}
+
 }  // namespace
 }  // namespace sectio

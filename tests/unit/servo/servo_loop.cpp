@@ -156,12 +156,21 @@ TEST(Ring, KeepsOrderBetweenThreads) {
   Ring<std::uint64_t> ring(7);
   constexpr std::uint64_t kLast = 100'000;
   std::thread producer([&] {
-    for (std::uint64_t i = 1; i <= kLast;) i += ring.push(i);
+    for (std::uint64_t i = 1; i <= kLast;) {
+      if (ring.push(i)) {
+        ++i;
+      } else {
+        std::this_thread::yield();
+      }
+    }
   });
   std::uint64_t value = 0;
   std::uint64_t wrong = 0;
   for (std::uint64_t expected = 1; expected <= kLast;) {
-    if (!ring.pop(value)) continue;
+    if (!ring.pop(value)) {
+      std::this_thread::yield();
+      continue;
+    }
     wrong += value != expected++;
   }
   producer.join();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 namespace sectio {
@@ -57,9 +58,10 @@ TEST(ServoState, TheHandNeverGetsMoreThanTheDevicesForce) {
   EXPECT_NEAR(run(state, pushing(1000), 0, 0.1, true).force_world_n.norm(), 3, 1e-9);
 }
 
-TEST(ServoState, ABrokenModelGivesNoForce) {
+TEST(ServoState, ABrokenModelGivesNoForceAndIsForgotten) {
   ServoState state;
   EXPECT_EQ(run(state, pushing(std::numeric_limits<double>::quiet_NaN()), 0, 0.1, true).force_world_n, Vec3::Zero());
+  EXPECT_NEAR(run(state, pushing(1), 0.1, 0.2, true).force_world_n.z(), 1, 1e-9);
 }
 
 }  // namespace
