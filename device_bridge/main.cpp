@@ -2,6 +2,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <thread>
@@ -87,11 +88,12 @@ class NetLink : public ServoLink {
 void log_progress(ServoLog& log, const BridgeNet& net) {
   ServoRecord r;
   if (!log.newest.load(r)) return;
+  const std::string age =
+      r.model_age_s < 0 ? "no model yet" : std::to_string(std::lround(1000 * r.model_age_s)) + " ms";
   std::array<char, 160> line;
-  std::snprintf(line.data(), line.size(), "%.1f s, force %.2f N, model %s%.0f ms old, %llu overruns, %u server%s",
-                r.sample.tool_time_s, r.force_world_n.norm(), r.model_age_s < 0 ? "none, " : "",
-                1000 * std::max(0.0, r.model_age_s), static_cast<unsigned long long>(r.overruns), net.servers(),
-                net.servers() == 1 ? "" : "s");
+  std::snprintf(line.data(), line.size(), "%.1f s, force %.2f N, age of model: %s, overruns: %llu, servers: %u",
+                r.sample.tool_time_s, r.force_world_n.norm(), age.c_str(), static_cast<unsigned long long>(r.overruns),
+                net.servers());
   log_info(line.data());
 }
 
@@ -100,8 +102,8 @@ constexpr std::chrono::milliseconds kProgress{1000};
 
 // False when a signal came first.
 bool wait_for_server(const BridgeNet& net, const Signals& signals) {
+  if (net.servers() == 0) log_info("waiting for a server");
   while (net.servers() == 0) {
-    log_limited(LogLevel::info, "waiting", "waiting for a server");
     if (signals.wait(kPoll)) return false;
   }
   return true;
