@@ -115,11 +115,11 @@ bool overlaps(const Vec3& p, const Vec3& q, const Box3& box) {
   const Vec3 extent = half_segment.cwiseAbs();
   const double slack = 1e-15 * (p.cwiseAbs() + q.cwiseAbs() + box.max().cwiseAbs() + box.min().cwiseAbs()).maxCoeff();
   for (int i = 0; i < 3; ++i)
-    if (std::abs(middle[i]) > half[i] + extent[i] + slack) return false;
+    if (!(std::abs(middle[i]) <= half[i] + extent[i] + slack)) return false;
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     const double distance = std::abs(middle[j] * half_segment[k] - middle[k] * half_segment[j]);
-    if (distance > half[j] * extent[k] + half[k] * extent[j] + slack * (extent[j] + extent[k])) return false;
+    if (!(distance <= half[j] * extent[k] + half[k] * extent[j] + slack * (extent[j] + extent[k]))) return false;
   }
   return true;
 }

@@ -58,7 +58,7 @@ struct ClosestPoint {
 };
 ClosestPoint closest_on_triangle(const Vec3& p, const Corners& triangle);
 
-// Conservative by rounding: may be true for a segment some 1e-15 beside the box.
+// Conservative by rounding: may be true for a segment some 1e-15 beside the box. False for what is not a number.
 bool overlaps(const Vec3& p, const Vec3& q, const Box3& box);
 
 }  // namespace sectio

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -255,6 +256,8 @@ TEST(Intersect, segment_against_box_agrees_with_clipping) {
     hits += low <= high;
   }
   EXPECT_GT(hits, 300);
+  EXPECT_FALSE(overlaps({std::nan(""), 0, 0}, {1, 1, 1}, Box3(Vec3(-1, -1, -1), Vec3(1, 1, 1))));
+  EXPECT_FALSE(overlaps({0, 0, 0}, {1, 1, 1}, Box3()));
 }
 
 }  // namespace
