@@ -143,5 +143,3 @@ BENCHMARK(refit_of_moved_body)->Apply(sizes);
 
 }  // namespace
 }  // namespace sectio::collision_test
-
-BENCHMARK_MAIN();
