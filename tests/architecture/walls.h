@@ -1,0 +1,188 @@
+// The walls between the rooms as one table, and what a source file may not hold. Pure functions of a path and a text.
+#pragma once
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sectio {
+
+struct Room {
+  std::string_view path;                    // of its files: the longest row that a file's path begins with is its own
+  std::vector<std::string_view> project;    // beginnings of the headers of ours that it may include
+  std::vector<std::string_view> libraries;  // it may see beside the standard library and the system's headers
+};
+
+inline const std::vector<Room>& rooms() {
+  static const std::vector<Room> table = {
+      {"common/core/", {"common/core/"}, {"Eigen/"}},
+      {"common/core/log.cpp", {"common/core/"}, {"spdlog/"}},
+      {"common/core/arguments.cpp", {"common/core/"}, {"CLI/"}},
+      {"common/math/", {"common/core/", "common/math/"}, {"Eigen/"}},
+      {"common/mesh/", {"common/core/", "common/math/", "common/mesh/"}, {"Eigen/"}},
+      {"common/delta/", {"common/core/", "common/math/", "common/mesh/", "common/delta/"}, {"Eigen/"}},
+      {"common/messages/",
+       {"common/core/", "common/math/", "common/mesh/", "common/delta/", "common/messages/"},
+       {"Eigen/"}},
+      {"common/dds/", {"common/", "idl/"}, {"Eigen/", "fastdds/", "fastrtps/", "fastcdr/"}},
+
+      {"sim_server/step_io.h", {"common/core/", "common/math/", "common/delta/", "common/messages/"}, {"Eigen/"}},
+      {"sim_server/scene/scene.h", {"common/core/", "common/math/", "common/mesh/"}, {"Eigen/"}},
+      {"sim_server/scene/",
+       {"common/core/", "common/math/", "common/mesh/", "sim_server/scene/", "sim_server/step_io.h"},
+       {"Eigen/", "yaml-cpp/", "assimp/"}},
+      {"sim_server/bodies/",
+       {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/bodies/", "sim_server/step_io.h"},
+       {"Eigen/"}},
+      {"sim_server/deformation/",
+       {"common/core/", "common/math/", "common/mesh/", "sim_server/deformation/", "sim_server/step_io.h"},
+       {"Eigen/"}},
+      {"sim_server/collision/",
+       {"common/core/", "common/math/", "common/mesh/", "sim_server/collision/", "sim_server/step_io.h"},
+       {"Eigen/", "fcl/"}},
+      {"sim_server/cutting/",
+       {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/cutting/", "sim_server/step_io.h"},
+       {"Eigen/"}},
+      {"sim_server/haptics/",
+       {"common/core/", "common/math/", "sim_server/haptics/", "sim_server/step_io.h"},
+       {"Eigen/"}},
+      {"sim_server/net/",
+       {"common/", "idl/", "sim_server/net/", "sim_server/scene/scene.h", "sim_server/step_io.h",
+        "sim_server/simulation.h", "sim_server/run.h"},
+       {"Eigen/", "fastdds/", "fastrtps/", "fastcdr/"}},
+      {"sim_server/simulation",
+       {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/simulation",
+        "sim_server/step_io.h", "sim_server/scene/scene.h", "sim_server/bodies/", "sim_server/deformation/",
+        "sim_server/collision/", "sim_server/cutting/", "sim_server/haptics/"},
+       {"Eigen/"}},
+      {"sim_server/run",
+       {"common/core/", "common/math/", "common/mesh/", "common/delta/", "common/messages/", "sim_server/run",
+        "sim_server/simulation.h", "sim_server/scene/scene.h", "sim_server/step_io.h"},
+       {"Eigen/", "nlohmann/"}},
+      {"sim_server/main.cpp", {"common/", "sim_server/"}, {}},
+
+      {"render_client/replica/",
+       {"common/core/", "common/math/", "common/mesh/", "common/delta/", "common/messages/", "render_client/replica/"},
+       {"Eigen/"}},
+      {"render_client/draw/",
+       {"common/core/", "common/math/", "common/mesh/", "render_client/draw/", "render_client/replica/frame.h"},
+       {"Eigen/", "ft2build.h"}},
+      {"render_client/draw/canvas_osmesa.cpp",
+       {"common/core/", "common/math/", "render_client/draw/"},
+       {"Eigen/", "GL/"}},
+      {"render_client/output/",
+       {"common/core/", "render_client/draw/image.h", "render_client/draw/overlay.h", "render_client/output/"},
+       {"Eigen/"}},
+      {"render_client/output/png.cpp",
+       {"common/core/", "render_client/draw/image.h", "render_client/output/"},
+       {"png.h"}},
+      {"render_client/net/",
+       {"common/", "idl/", "render_client/net/", "render_client/replica/"},
+       {"Eigen/", "fastdds/", "fastrtps/", "fastcdr/"}},
+      {"render_client/", {"common/", "render_client/"}, {"Eigen/", "nlohmann/"}},
+
+      {"device_bridge/device/", {"common/core/", "common/math/", "device_bridge/device/"}, {"Eigen/"}},
+      {"device_bridge/servo/",
+       {"common/core/", "common/math/", "device_bridge/device/", "device_bridge/servo/"},
+       {"Eigen/"}},
+      {"device_bridge/net/",
+       {"common/", "idl/", "device_bridge/net/", "device_bridge/servo/"},
+       {"Eigen/", "fastdds/", "fastrtps/", "fastcdr/"}},
+      {"device_bridge/", {"common/", "device_bridge/"}, {"Eigen/"}},
+
+      {"deploy/", {"common/", "deploy/"}, {"Eigen/"}},
+      // Tests look into every room; they stay out of the libraries that a room hides.
+      {"tests/",
+       {"common/", "idl/", "sim_server/", "render_client/", "device_bridge/", "tests/"},
+       {"Eigen/", "gtest/", "benchmark/", "nlohmann/"}},
+      {"tests/unit/output/", {"common/", "render_client/", "tests/"}, {"Eigen/", "gtest/", "png.h"}},
+  };
+  return table;
+}
+
+inline const Room* room_of(std::string_view path) {
+  const Room* found = nullptr;
+  for (const Room& room : rooms())
+    if (path.starts_with(room.path) && (!found || room.path.size() > found->path.size())) found = &room;
+  return found;
+}
+
+// Headers of the language and of the system: a single word, or below one of these folders.
+inline bool is_system_header(std::string_view header) {
+  for (const std::string_view folder : {"sys/", "arpa/", "netinet/", "linux/"})
+    if (header.starts_with(folder)) return true;
+  return header.find('/') == std::string_view::npos && header != "png.h" && header != "ft2build.h";
+}
+
+inline bool begins_with_one_of(std::string_view text, const std::vector<std::string_view>& beginnings) {
+  return std::any_of(beginnings.begin(), beginnings.end(), [&](std::string_view b) { return text.starts_with(b); });
+}
+
+// "png.h" of #include <png.h>; empty when the line includes nothing by name.
+inline std::string_view included(std::string_view line) {
+  const auto skip_blanks = [&] { line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size())); };
+  skip_blanks();
+  if (!line.starts_with('#')) return {};
+  line.remove_prefix(1);
+  skip_blanks();
+  if (!line.starts_with("include")) return {};
+  line.remove_prefix(7);
+  skip_blanks();
+  if (line.empty() || (line[0] != '<' && line[0] != '"')) return {};
+  const char closing = line[0] == '<' ? '>' : '"';
+  line.remove_prefix(1);
+  return line.substr(0, line.find(closing));
+}
+
+// "FILE:LINE: what is wrong" for each include that goes through a wall.
+inline std::vector<std::string> walls_broken(std::string_view path, const std::string& text) {
+  const Room* room = room_of(path);
+  if (!room) return {std::string(path) + ": belongs to no room of the table"};
+  std::vector<std::string> broken;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::string_view header = included(line);
+    if (header.empty()) continue;
+    const bool is_ours = line.find('"') != std::string::npos;
+    const bool allowed = is_ours ? begins_with_one_of(header, room->project)
+                                 : is_system_header(header) || begins_with_one_of(header, room->libraries);
+    if (allowed) continue;
+    broken.push_back(std::string(path) + ":" + std::to_string(number) + ": " + std::string(room->path) +
+                     " may not include " + std::string(header));
+  }
+  return broken;
+}
+
+constexpr std::size_t kMaxLines = 500;
+
+// What no file of ours may hold: work left undone, paths of one machine; and more lines than a reader can keep in mind.
+inline std::vector<std::string> untidy(std::string_view path, const std::string& text) {
+  static const std::vector<std::string> forbidden = {
+      "TO"
+      "DO",
+      "FIX"
+      "ME",
+      "/wo"
+      "rk/",
+      "/tm"
+      "p/",
+      "/ho"
+      "me/"};
+  std::vector<std::string> found;
+  std::istringstream lines(text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    for (const std::string& word : forbidden)
+      if (line.find(word) != std::string::npos)
+        found.push_back(std::string(path) + ":" + std::to_string(number) + ": holds " + word);
+  }
+  if (number > kMaxLines) found.push_back(std::string(path) + ": has " + std::to_string(number) + " lines");
+  return found;
+}
+
+}  // namespace sectio

@@ -1,0 +1,141 @@
+// Debian puts every library on one include path, so linking can't keep rooms apart: this reads the #includes.
+#include "tests/architecture/walls.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Path from the root of the sources -> text, of all files with one of these endings (scripts have none).
+std::map<std::string, std::string> files(const std::set<std::string>& endings) {
+  std::map<std::string, std::string> texts;
+  const fs::path root = SECTIO_SOURCE_DIR;
+  for (const char* top : {"common", "idl", "sim_server", "render_client", "device_bridge", "tests", "deploy", ".ci"}) {
+    if (!fs::exists(root / top)) continue;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / top)) {
+      if (!entry.is_regular_file() || !endings.contains(entry.path().extension().string())) continue;
+      std::ifstream in(entry.path());
+      texts[fs::relative(entry.path(), root).generic_string()] = {std::istreambuf_iterator<char>(in), {}};
+    }
+  }
+  return texts;
+}
+
+std::string join(const std::vector<std::string>& lines) {
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  return all;
+}
+
+TEST(Walls, every_include_stays_inside_its_rooms_walls) {
+  const auto sources = files({".h", ".cpp"});
+  ASSERT_GT(sources.size(), 100u);
+  for (const auto& [path, text] : sources) EXPECT_EQ(join(walls_broken(path, text)), "");
+}
+
+TEST(Walls, every_file_is_tidy_and_short) {
+  const auto texts = files({".h", ".cpp", ".idl", ".txt", ".yaml", ".xml", ".supp", ""});
+  for (const auto& [path, text] : texts) EXPECT_EQ(join(untidy(path, text)), "");
+}
+
+TEST(Walls, every_row_of_the_table_stands_for_files) {
+  const auto sources = files({".h", ".cpp"});
+  for (const Room& room : rooms()) {
+    const bool used =
+        std::any_of(sources.begin(), sources.end(), [&](const auto& s) { return room_of(s.first) == &room; });
+    EXPECT_TRUE(used) << room.path;
+  }
+}
+
+struct Breach {
+  const char* path;
+  const char* line;
+};
+
+TEST(Walls, breaches_are_seen) {
+  const Breach breaches[] = {
+      {"common/mesh/check.cpp", "#include <spdlog/spdlog.h>"},
+      {"common/mesh/check.cpp", "#include \"common/delta/apply.h\""},
+      {"common/delta/apply.cpp", "#include \"common/dds/qos.h\""},
+      {"sim_server/cutting/stroke.cpp", "#include \"sim_server/collision/contact.h\""},
+      {"sim_server/cutting/stroke.cpp", "#include \"sim_server/scene/scene.h\""},
+      {"sim_server/deformation/springs.cpp", "  #  include <fcl/fcl.h>"},
+      {"sim_server/simulation.cpp", "#include \"common/dds/participant.h\""},
+      {"sim_server/simulation.cpp", "#include \"sim_server/net/server_net.h\""},
+      {"sim_server/net/server_net.cpp", "#include \"render_client/replica/replica.h\""},
+      {"sim_server/main.cpp", "#include <yaml-cpp/yaml.h>"},
+      {"render_client/replica/replica.cpp", "#include \"common/dds/endpoint.h\""},
+      {"render_client/replica/replica.cpp", "#include <GL/osmesa.h>"},
+      {"render_client/draw/draw_frame.cpp", "#include <GL/gl.h>"},
+      {"render_client/main.cpp", "#include \"sim_server/step_io.h\""},
+      {"render_client/main.cpp", "#include <fastdds/dds/topic/Topic.hpp>"},
+      {"render_client/output/video.cpp", "#include <png.h>"},
+      {"device_bridge/servo/servo_loop.cpp", "#include \"device_bridge/net/bridge_net.h\""},
+      {"tests/unit/scene/scene_test.cpp", "#include <assimp/scene.h>"},
+      {"elsewhere/new_room.cpp", "#include <vector>"},
+  };
+  for (const Breach& b : breaches) EXPECT_EQ(walls_broken(b.path, b.line).size(), 1u) << b.path << " " << b.line;
+}
+
+TEST(Walls, what_is_allowed_passes) {
+  const Breach allowed[] = {
+      {"common/core/log.cpp", "#include <spdlog/spdlog.h>"},
+      {"common/core/error.cpp", "#include <cstdio>"},
+      {"sim_server/collision/surface_tree.cpp", "#include <fcl/fcl.h>"},
+      {"sim_server/scene/yaml_reader.cpp", "#include <yaml-cpp/yaml.h>"},
+      {"sim_server/haptics/fitter.h", "#include \"sim_server/step_io.h\""},
+      {"render_client/draw/canvas_osmesa.cpp", "#include <GL/osmesa.h>"},
+      {"render_client/output/video.cpp", "#include <sys/socket.h>"},
+      {"common/dds/convert.cpp", "#include \"idl/tool.h\""},
+      {"common/math/types.h", "// see #include <GL/gl.h>"},
+  };
+  for (const Breach& a : allowed) EXPECT_EQ(join(walls_broken(a.path, a.line)), "");
+}
+
+TEST(Walls, headers_of_libraries_stay_out_of_headers_of_ours) {
+  // A library lives behind a header that names none of its types.
+  const std::set<std::string> hidden = {"fcl/", "yaml-cpp/", "assimp/", "spdlog/",
+                                        "CLI/", "GL/",       "png.h",   "ft2build.h"};
+  for (const auto& [path, text] : files({".h"})) {
+    if (path == "sim_server/scene/yaml_reader.h") continue;  // of use to scene.cpp only, which the next test checks
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      for (const std::string& library : hidden)
+        EXPECT_FALSE(included(line).starts_with(library)) << path << ": " << line;
+  }
+}
+
+TEST(Walls, the_reader_of_yaml_is_private_to_scene) {
+  for (const auto& [path, text] : files({".h", ".cpp"})) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+      if (included(line) == "sim_server/scene/yaml_reader.h")
+        EXPECT_TRUE(path.starts_with("sim_server/scene/") && path.ends_with(".cpp")) << path;
+  }
+}
+
+TEST(Walls, untidy_text_is_seen) {
+  EXPECT_EQ(untidy("a.cpp",
+                   "// TO"
+                   "DO: later\n")
+                .size(),
+            1u);
+  EXPECT_EQ(untidy("a.cpp",
+                   "open(\"/tm"
+                   "p/x\");\n")
+                .size(),
+            1u);
+  EXPECT_EQ(untidy("a.cpp", std::string(kMaxLines, '\n')).size(), 0u);
+  EXPECT_EQ(untidy("a.cpp", std::string(kMaxLines + 1, '\n')).size(), 1u);
+}
+
+}  // namespace
+}  // namespace sectio
