@@ -116,9 +116,10 @@ TEST(Walls, headers_of_libraries_stay_out_of_headers_of_ours) {
 TEST(Walls, the_reader_of_yaml_is_private_to_scene) {
   for (const auto& [path, text] : files({".h", ".cpp"})) {
     std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);)
-      if (included(line) == "sim_server/scene/yaml_reader.h")
-        EXPECT_TRUE(path.starts_with("sim_server/scene/") && path.ends_with(".cpp")) << path;
+    for (std::string line; std::getline(lines, line);) {
+      if (included(line) != "sim_server/scene/yaml_reader.h") continue;
+      EXPECT_TRUE(path.starts_with("sim_server/scene/") && path.ends_with(".cpp")) << path;
+    }
   }
 }
 
