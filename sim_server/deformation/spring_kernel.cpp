@@ -77,7 +77,8 @@ constexpr float kNoDivisionByZero = 1e-20f;
     const __m256 l2 = _mm256_fmadd_ps(dx, dx, _mm256_fmadd_ps(dy, dy, _mm256_fmadd_ps(dz, dz, tiny)));
     const __m256 k = _mm256_load_ps(column.k.data() + first_lane);
     const __m256 k_l0 = _mm256_load_ps(column.k_l0.data() + first_lane);
-    const __m256 c = _mm256_sub_ps(k, _mm256_div_ps(k_l0, _mm256_sqrt_ps(l2)));
+    // k - k l0 / l as k - l (k l0 / l^2): the root and the quotient then do not wait for each other.
+    const __m256 c = _mm256_fnmadd_ps(_mm256_sqrt_ps(l2), _mm256_div_ps(k_l0, l2), k);
     force.x = _mm256_fmadd_ps(c, dx, force.x);
     force.y = _mm256_fmadd_ps(c, dy, force.y);
     force.z = _mm256_fmadd_ps(c, dz, force.z);
