@@ -189,10 +189,19 @@ class Walk {
     return enter_at(s);
   }
 
+  // The nearest end of a cut, in the triangle or those around it: the instrument may come down beside the end triangle.
   VertexId end_within_reach(const Triangle& face, const Vec3& point) const {
-    for (const VertexId v : face.v)
-      if (grooves_.end_at(v) != kNone && (draft_.position(v) - point).norm() < settings_.join_tolerance_m) return v;
-    return kNone;
+    VertexId nearest = kNone;
+    double least_m = settings_.join_tolerance_m;
+    for (const VertexId corner : face.v)
+      for (const TriangleId t : draft_.fan(corner))
+        for (const VertexId v : draft_.triangle(t).v) {
+          const double distance_m = (draft_.position(v) - point).norm();
+          if (distance_m >= least_m || grooves_.end_at(v) == kNone) continue;
+          least_m = distance_m;
+          nearest = v;
+        }
+    return nearest;
   }
 
   bool enter_at(VertexId apex) {
