@@ -32,7 +32,7 @@ VertexId of_pair_at(const std::vector<VertexId>& pair, const std::vector<Corners
 
 TEST(B_STATE, B_STATE_4_first_and_last_are_end_triangles_the_others_midway) {
   PadUnderScalpel pad;
-  pad.stroke(kSevenFaces);
+  pad.draw(kSevenFaces);
   const std::vector<std::pair<Face, std::size_t>> expected{
       {{1, 1, true}, 4},                                                                                 // T1
       {{1, 1, false}, 3},                                                                                // T2 ... T6
@@ -82,7 +82,7 @@ TEST(B_STATE, B_STATE_5_a_curved_path_in_a_triangle_becomes_straight) {
 class Opened : public testing::Test {
  protected:
   Opened() {
-    pad.stroke({{0.012, 0.016}, {0.013, 0.015}, {0.0145, 0.0135}, {0.017, 0.011}}, kDepth_m);
+    pad.draw({{0.012, 0.016}, {0.013, 0.015}, {0.0145, 0.0135}, {0.017, 0.011}}, kDepth_m);
     a = pad.only_vertex_at(pad.top(0.010, 0.020));
     b = pad.only_vertex_at(pad.top(0.010, 0.010));
     c = pad.only_vertex_at(pad.top(0.020, 0.020));
@@ -124,7 +124,7 @@ class Midway : public testing::Test {
  protected:
   // In the face below the diagonal of cell 2, 1: in over A B (its diagonal) at (24, 14), out over A C at (30, 14).
   Midway() {
-    pad.stroke(kSevenFaces, kDepth_m);
+    pad.draw(kSevenFaces, kDepth_m);
     faces = pad.skin().at({2, 1, false});
     a = pad.only_vertex_at(pad.top(0.030, 0.020));
     b = pad.only_vertex_at(pad.top(0.020, 0.010));

@@ -62,7 +62,7 @@ class PadUnderScalpel : public ScalpelOnMesh {
   CutPlan go(double x_m, double y_m, double depth_m = 0.004) { return to(top(x_m, y_m), Vec3::UnitZ(), depth_m); }
 
   // In over the first point, along the others, out; every step leaves a valid surface.
-  void stroke(const std::vector<std::array<double, 2>>& path, double depth_m = 0.004) {
+  void draw(const std::vector<std::array<double, 2>>& path, double depth_m = 0.004) {
     enter_at(path[0][0], path[0][1]);
     for (const auto& [x, y] : path) {
       go(x, y, depth_m);
