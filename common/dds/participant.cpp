@@ -8,6 +8,7 @@
 #include <fastdds/dds/log/Log.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <mutex>
 
@@ -42,9 +43,17 @@ void prepare_process() {
   });
 }
 
+// Fast DDS counts the participants of a process up and derives the discovery port from the count, which would leave the
+// range that peers try once a process (a test) has made many.
+std::int32_t next_participant_id() {
+  static std::atomic<std::uint32_t> count{0};
+  return static_cast<std::int32_t>(count++ % kParticipantsPerHost);
+}
+
 dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& program) {
   dds::DomainParticipantQos qos;
   qos.name(program.c_str());
+  qos.wire_protocol().participant_id = next_participant_id();
 
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->receiveBufferSize = kSocketBufferBytes;

@@ -46,7 +46,8 @@ struct Outbox {
   std::vector<Event> events;
   std::vector<ContactModel> contacts;  // the newest of each tool
   StateSnapshot snapshot;
-  bool snapshot_due = false;
+  bool snapshot_fresh = false;
+  bool snapshot_due = false;  // now, out of the rhythm or in it; otherwise with the next one
   StepReport report;
   std::uint64_t step = 0;
   std::uint64_t samples_refused = 0;
@@ -143,6 +144,8 @@ struct ServerNet::State {
   StateEncoder encoder;
   StateSnapshot last_snapshot;
   bool any_snapshot = false;
+  bool unsent_snapshot = false;
+  Clock::time_point state_sent{};
   std::deque<KeyframeChunk> chunks;
   Clock::time_point next_status{};
   std::uint64_t refused_here = 0;
@@ -214,7 +217,7 @@ void ServerNet::State::run() {
     batch.meshes.reset();
     batch.events.clear();
     batch.contacts.clear();
-    batch.snapshot_due = false;
+    batch.snapshot_fresh = batch.snapshot_due = false;
     batch.end_reason.reset();
   }
 }
@@ -225,11 +228,12 @@ void ServerNet::State::send(Outbox& batch) {
   if (batch.meshes)
     for (std::size_t b = 0; b < shadows.size(); ++b) shadows[b] = {std::move((*batch.meshes)[b]), true, {}};
   for (const BodyDelta& delta : batch.deltas) send_delta(delta);
-  if (batch.snapshot_due) {
+  if (batch.snapshot_fresh) {
     std::swap(last_snapshot, batch.snapshot);
-    any_snapshot = true;
-    send_state();
+    any_snapshot = unsent_snapshot = true;
   }
+  const bool in_rhythm = Seconds(Clock::now() - state_sent).count() >= state_interval_s;
+  if (batch.snapshot_due || (unsent_snapshot && in_rhythm)) send_state();
   for (const Event& event : batch.events)
     write(event_writer, to_wire(SessionEvent{scene.epoch, event.step, static_cast<std::uint8_t>(event.kind),
                                              event.body_id, event.tool_id, event.text}));
@@ -251,6 +255,8 @@ void ServerNet::State::send_delta(const BodyDelta& delta) {
 }
 
 void ServerNet::State::send_state() {
+  unsent_snapshot = false;
+  state_sent = Clock::now();
   encoder.encode(last_snapshot);
   write(header_writer, to_wire(encoder.header()));
   for (const StatePiece& piece : encoder.pieces()) write(piece_writer, to_wire(piece));
@@ -374,7 +380,11 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     if (box.events.size() < kMaxOutboxEvents)
       box.events.insert(box.events.end(), output.events.begin(), output.events.end());
     for (const ContactModel& model : output.contacts) keep_newest(box.contacts, model);
-    if (due) copy_state(output, world, step_wall_time_s, box.snapshot);
+    // Topology that changed needs a state of its revision, should this be the last step for a while.
+    if (due || !output.deltas.empty()) {
+      copy_state(output, world, step_wall_time_s, box.snapshot);
+      box.snapshot_fresh = true;
+    }
     box.snapshot_due = box.snapshot_due || due;
     box.report = output.report;
     box.step = output.step;

@@ -1,0 +1,278 @@
+// Server, viewers and bridge in one process, over DDS on loopback.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include "common/core/error.h"
+#include "device_bridge/net/bridge_net.h"
+#include "render_client/net/client_net.h"
+#include "sim_server/net/server_net.h"
+#include "tests/support/dds_session.h"
+#include "tests/support/moving_world.h"
+
+namespace sectio {
+namespace {
+
+using test::MovingWorld;
+using test::own_session;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kGiveUp{30};
+
+double now_s() {
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+// A render client without a renderer.
+struct Viewer {
+  explicit Viewer(const NetworkOptions& network) : net(network) {}
+
+  void look() {
+    net.poll(now_s(), replica);
+    if (replica.frame(now_s(), frame)) ++frames;
+  }
+  bool agrees_with(const TriangleMesh& mesh) {
+    look();
+    if (replica.bodies().empty() || !replica.bodies()[0].known()) return false;
+    const BodyVersion version = replica.catch_up().at(0);
+    return version.revision == mesh.revision() && version.topology_hash == mesh.hash();
+  }
+
+  ClientNet net;
+  Replica replica;
+  Frame frame;
+  int frames = 0;
+};
+
+class Replication : public testing::Test {
+ protected:
+  void open(const NetworkOptions& options, int levels = 3) {
+    network = options;
+    world = std::make_unique<MovingWorld>(levels);
+    ServerNetOptions server_options{network, 1000, ++epoch};
+    server = std::make_unique<ServerNet>(server_options, world->scene(network.session), std::vector{world->mesh()});
+  }
+
+  void step(bool cut) {
+    const StepOutput output = world->step(cut);
+    server->publish(output, world->view(), 0.001);
+  }
+
+  // Steps of the world until the condition holds; at the pace of a simulation.
+  bool run_until(const std::function<bool()>& condition, bool cut = false) {
+    const auto end = Clock::now() + kGiveUp;
+    while (!condition()) {
+      if (Clock::now() > end) return false;
+      step(cut);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+  }
+
+  NetworkOptions network;
+  std::uint64_t epoch = 1;
+  std::unique_ptr<MovingWorld> world;
+  std::unique_ptr<ServerNet> server;
+};
+
+TEST_F(Replication, D_1_two_viewers_follow_and_end_with_the_servers_hash) {
+  open(own_session());
+  Viewer a(network), b(network);
+  ASSERT_TRUE(run_until([&] {
+    a.look(), b.look();
+    return a.frames > 0 && b.frames > 0;
+  }));
+  for (int i = 0; i < 500; ++i) {
+    step(i % 3 == 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    a.look(), b.look();
+  }
+  EXPECT_TRUE(run_until([&] { return a.agrees_with(world->mesh()) && b.agrees_with(world->mesh()); }));
+  EXPECT_GT(world->mesh().revision(), 150u);
+  EXPECT_GT(a.frames, 20);
+  EXPECT_EQ(a.net.counts().damaged, 0u);
+  EXPECT_EQ(server->writes_refused(), 0u);
+}
+
+TEST_F(Replication, D_2_a_viewer_that_joins_in_mid_cut_ends_with_the_servers_hash) {
+  open(own_session());
+  for (int i = 0; i < 3000; ++i) step(i % 2 == 0);  // more deltas than a late joiner is given
+  Viewer late(network);
+  ASSERT_TRUE(run_until([&] { return late.agrees_with(world->mesh()) && late.frames > 0; }, false));
+  for (int i = 0; i < 100; ++i) {
+    step(true);
+    late.look();
+  }
+  EXPECT_TRUE(run_until([&] { return late.agrees_with(world->mesh()); }));
+  EXPECT_GT(late.frame.bodies.at(0).revision, 1000u);
+}
+
+TEST_F(Replication, D_2_a_viewer_that_joins_a_server_at_rest_sees_the_last_state) {
+  open(own_session());
+  for (int i = 0; i < 20; ++i) step(i % 2 == 0);
+  const std::uint64_t last = world->steps();
+  Viewer late(network);
+  const auto end = Clock::now() + kGiveUp;
+  while (late.frames == 0 && Clock::now() < end) late.look();
+  EXPECT_GT(late.frames, 0);
+  EXPECT_LE(late.frame.step, last);
+}
+
+TEST_F(Replication, a_viewer_that_sleeps_through_a_thousand_deltas_is_resynced_and_holds_nobody_up) {
+  open(own_session());
+  Viewer awake(network), sleeper(network);
+  ASSERT_TRUE(run_until([&] {
+    awake.look(), sleeper.look();
+    return awake.frames > 0 && sleeper.frames > 0;
+  }));
+  for (int i = 0; i < 1500; ++i) {
+    step(true);
+    awake.look();
+    if (i % 20 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(run_until([&] { return awake.agrees_with(world->mesh()); }));
+  EXPECT_TRUE(run_until([&] { return sleeper.agrees_with(world->mesh()); }));
+  EXPECT_EQ(server->writes_refused(), 0u);
+}
+
+TEST_F(Replication, A_ARCH_7_each_side_keeps_exactly_the_objects_of_the_scene) {
+  open(own_session());
+  Viewer viewer(network);
+  ASSERT_TRUE(run_until([&] {
+    viewer.look();
+    return viewer.frames > 0;
+  }));
+  EXPECT_EQ(viewer.replica.bodies().size(), 1u);
+  EXPECT_EQ(viewer.frame.bodies.at(0).name, "liver");
+  EXPECT_EQ(viewer.frame.tools.at(0).name, "scalpel");
+
+  // The same session, begun anew by a server with two bodies: the old objects are gone.
+  server.reset();
+  SceneInfo scene = world->scene(network.session);
+  scene.bodies.push_back({"kidney", Vec3(0.5, 0.1, 0.1), Vec3(0.6, 0.1, 0.1)});
+  server = std::make_unique<ServerNet>(ServerNetOptions{network, 1000, ++epoch}, scene,
+                                       std::vector{world->mesh(), world->mesh()});
+  const auto end = Clock::now() + kGiveUp;
+  while (viewer.frame.bodies.size() != 2 && Clock::now() < end) {
+    StepOutput output = world->step(false);
+    WorldView view = world->view();
+    view.bodies.push_back(view.bodies[0]);
+    server->publish(output, view, 0.001);
+    viewer.look();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_EQ(viewer.frame.bodies.size(), 2u);
+  EXPECT_EQ(viewer.frame.bodies[1].name, "kidney");
+  EXPECT_EQ(viewer.replica.bodies().size(), 2u);
+}
+
+TEST_F(Replication, A_ARCH_8_sessions_of_one_domain_do_not_see_each_other) {
+  open(own_session());
+  NetworkOptions other = network;
+  other.session += "-other";
+  Viewer stranger(other), viewer(network);
+  ASSERT_TRUE(run_until([&] {
+    viewer.look(), stranger.look();
+    return viewer.frames > 5;
+  }));
+  EXPECT_FALSE(stranger.replica.scene());
+  EXPECT_EQ(stranger.net.counts().messages, 0u);
+}
+
+TEST_F(Replication, in_packets_for_real_networks_all_ends_the_same) {
+  NetworkOptions options = own_session();
+  options.peers = {"127.0.0.1"};
+  options.interfaces = {"127.0.0.1"};
+  open(options, 4);
+  Viewer viewer(network);
+  ASSERT_TRUE(run_until([&] {
+    viewer.look();
+    return viewer.frames > 0;
+  }));
+  for (int i = 0; i < 200; ++i) {
+    step(true);
+    viewer.look();
+  }
+  EXPECT_TRUE(run_until([&] { return viewer.agrees_with(world->mesh()); }));
+  EXPECT_EQ(server->writes_refused(), 0u);
+}
+
+TEST_F(Replication, the_end_names_final_versions_and_is_served_until_viewers_have_left) {
+  open(own_session());
+  auto viewer = std::make_unique<Viewer>(network);
+  ASSERT_TRUE(run_until([&] {
+    viewer->look();
+    return viewer->frames > 0;
+  }));
+  for (int i = 0; i < 100; ++i) step(true);
+  const SessionEnd end = server->end_session("duration");
+  EXPECT_EQ(end.bodies.at(0), (BodyVersion{world->mesh().revision(), world->mesh().hash()}));
+  EXPECT_FALSE(server->wait_for_viewers_to_leave(0));
+
+  const auto give_up = Clock::now() + kGiveUp;
+  while (Clock::now() < give_up && !(viewer->net.session_end() && viewer->agrees_with(world->mesh()))) viewer->look();
+  ASSERT_TRUE(viewer->net.session_end());
+  EXPECT_EQ(viewer->net.session_end()->bodies, end.bodies);
+  EXPECT_EQ(viewer->replica.catch_up(), end.bodies);
+  // Who comes after the end still gets it.
+  Viewer late(network);
+  while (Clock::now() < give_up && !(late.net.session_end() && late.agrees_with(world->mesh()))) late.look();
+  EXPECT_TRUE(late.agrees_with(world->mesh()));
+  viewer.reset();
+  EXPECT_FALSE(server->wait_for_viewers_to_leave(0));  // the late one is still there
+}
+
+TEST_F(Replication, poses_reach_the_server_once_and_in_order_and_models_come_back) {
+  open(own_session());
+  BridgeNet bridge(network, 0);
+  const auto end = Clock::now() + kGiveUp;
+  std::vector<ToolSample> samples;
+  ContactModel model;
+  bool answered = false;
+  std::uint64_t sequence = 0;
+  StepOutput output;
+  output.contacts.resize(1);
+  while (Clock::now() < end && (samples.size() < 300 || !answered)) {
+    ++sequence;
+    bridge.publish({sequence, static_cast<double>(sequence) * 0.001, {}});
+    server->take_samples(samples);
+    output.step = sequence;
+    output.contacts[0].sequence = sequence;
+    output.contacts[0].force_world_n = Vec3(0, 0, 2);
+    server->publish(output, world->view(), 0.001);
+    answered = bridge.latest_model(model) || answered;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ASSERT_GE(samples.size(), 300u);
+  EXPECT_TRUE(answered);
+  EXPECT_EQ(model.force_world_n.z(), 2);
+  for (std::size_t i = 1; i < samples.size(); ++i) ASSERT_EQ(samples[i].sequence, samples[i - 1].sequence + 1);
+  EXPECT_EQ(bridge.samples_dropped(), 0u);
+  EXPECT_EQ(bridge.servers(), 1u);
+  server->end_session("test");
+  while (Clock::now() < end && !bridge.session_ended()) std::this_thread::yield();
+  EXPECT_TRUE(bridge.session_ended());
+}
+
+TEST(Network, options_that_will_not_do_name_their_flag) {
+  const auto message = [](const NetworkOptions& options) -> std::string {
+    try {
+      check_network_options(options);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({}), "");
+  EXPECT_NE(message({233, "s", {}, {}}).find("--domain"), std::string::npos);
+  EXPECT_NE(message({0, "a*", {}, {}}).find("--session"), std::string::npos);
+  EXPECT_NE(message({0, "", {}, {}}).find("--session"), std::string::npos);
+  EXPECT_NE(message({0, "s", {"host"}, {}}).find("--peer"), std::string::npos);
+  EXPECT_NE(message({0, "s", {}, {"1.2.3"}}).find("--interface"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sectio
