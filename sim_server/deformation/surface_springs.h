@@ -61,7 +61,8 @@ class SurfaceSprings {
             std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
 
   // After a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles, before and
-  // after, each once. New slots' positions and velocities must have been set. A new vertex joins the component of a
+  // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
+  // a short new edge would start inverted). A new vertex joins the component of a
   // neighbour. Mass is added where a row would not be stable at step_s. O(touched), compaction aside.
   void update(const TriangleMesh& mesh, std::span<const VertexId> touched);
 
