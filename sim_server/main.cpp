@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <filesystem>
 #include <string_view>
 
 #include "common/core/arguments.h"
@@ -20,12 +21,28 @@ int run_replay(int argc, char** argv) {
   return 0;
 }
 
+// One line a tool, for scripts that start a bridge for each: its number, a tab, and the absolute path of its trace.
+int list_traces(int argc, char** argv) {
+  std::string scene_file;
+  Arguments arguments("sim_server traces", "says which trace each tool of a scene follows: NUMBER<tab>FILE");
+  arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
+  if (!arguments.parse(argc, argv)) return 0;
+  const Scene scene = load_scene(scene_file);
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const std::string& trace = scene.tools[i].trace_file;
+    std::printf("%zu\t%s\n", i, trace.empty() ? "" : std::filesystem::absolute(trace).c_str());
+  }
+  return 0;
+}
+
 int run_session(int argc, char** argv) {
   std::string scene_file;
   ServeOptions options;
   options.network.session.clear();
   bool offline = false;
-  Arguments arguments("sim_server", "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL)");
+  Arguments arguments(
+      "sim_server",
+      "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, sim_server traces SCENE)");
   arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
   arguments.option("--steps", options.steps, "steps to simulate; 0: the scene's duration");
   arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
@@ -51,7 +68,10 @@ int run_session(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool is_replay = argc > 1 && std::string_view(argv[1]) == "replay";
-  return run_program("sim_server",
-                     [&] { return is_replay ? run_replay(argc - 1, argv + 1) : run_session(argc, argv); });
+  const std::string_view first = argc > 1 ? argv[1] : "";
+  return run_program("sim_server", [&] {
+    if (first == "replay") return run_replay(argc - 1, argv + 1);
+    if (first == "traces") return list_traces(argc - 1, argv + 1);
+    return run_session(argc, argv);
+  });
 }
