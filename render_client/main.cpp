@@ -1,1 +1,232 @@
-int main() {}
+// A viewer: replica, pictures, files. It draws at its own steady rate, whatever the server does.
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "common/core/arguments.h"
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "render_client/draw/canvas.h"
+#include "render_client/draw/draw_frame.h"
+#include "render_client/net/client_net.h"
+#include "render_client/output/png.h"
+#include "render_client/output/video.h"
+#include "render_client/view_record.h"
+
+namespace sectio {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Seconds = std::chrono::duration<double>;
+
+constexpr double kEndPatience_s = 5;     // for the final topology, after the server has said what it is
+constexpr double kFinalPicture_s = 0.5;  // how long the last state is shown
+constexpr double kMaxRepeat_s = 1;       // pictures that a video repeats for those that came too late
+
+struct Options {
+  NetworkOptions network;
+  std::string name = "viewer";
+  std::string directory, video_file, report_file;
+  std::string size = "1280x720", eye, target;
+  double frames_per_s = 25;
+  double field_of_view_deg = 0;
+  double duration_s = 0;
+  int samples = 1;
+  bool wireframe = false, no_overlay = false, fit_camera = false, no_pictures = false;
+  int width_px = 0, height_px = 0;
+  std::optional<Vec3> eye_world_m, target_world_m;
+};
+
+std::optional<Vec3> parse_point(const std::string& flag, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  Vec3 p;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &p.x(), &p.y(), &p.z(), &rest) != 3 || !p.allFinite())
+    throw InputError(flag + ": expected x,y,z in metres, got " + text);
+  return p;
+}
+
+void check(Options& o) {
+  char rest = 0;
+  if (std::sscanf(o.size.c_str(), "%dx%d%c", &o.width_px, &o.height_px, &rest) != 2 || o.width_px < 16 ||
+      o.height_px < 16 || o.width_px > 8192 || o.height_px > 8192)
+    throw InputError("--size: expected WIDTHxHEIGHT in pixels, 16 to 8192 each, got " + o.size);
+  if (!o.video_file.empty() && (o.width_px % 2 != 0 || o.height_px % 2 != 0))
+    throw InputError("--size: a video needs even numbers, got " + o.size);
+  if (!(o.frames_per_s >= 0.1 && o.frames_per_s <= 240))
+    throw InputError("--fps: expected 0.1 to 240, got " + std::to_string(o.frames_per_s));
+  if (o.field_of_view_deg != 0 && !(o.field_of_view_deg >= 1 && o.field_of_view_deg <= 170))
+    throw InputError("--fov: expected 1 to 170 degrees, got " + std::to_string(o.field_of_view_deg));
+  if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
+  if (o.no_pictures && !(o.directory.empty() && o.video_file.empty()))
+    throw InputError("--no-pictures: there is nothing for --out or --video to write");
+  o.eye_world_m = parse_point("--camera-eye", o.eye);
+  o.target_world_m = parse_point("--camera-target", o.target);
+  check_network_options(o.network);
+}
+
+bool parse(int argc, char** argv, Options& o) {
+  Arguments arguments("render_client", "Shows a session: holds a replica of its bodies and draws them.");
+  arguments.option("--session", o.network.session, "session to show");
+  arguments.option("--domain", o.network.domain, "DDS domain, 0 to 232");
+  arguments.option("--peer", o.network.peers, "IPv4 address of another host; may be repeated");
+  arguments.option("--interface", o.network.interfaces, "IPv4 address of a network interface to use; may be repeated");
+  arguments.option("--name", o.name, "name in the last line and in the report");
+  arguments.option("--out", o.directory, "directory for the pictures (PNG)");
+  arguments.option("--video", o.video_file, "file for a video (MP4)");
+  arguments.option("--report", o.report_file, "file for the numbers of this viewer (JSON)");
+  arguments.option("--fps", o.frames_per_s, "pictures per second");
+  arguments.option("--size", o.size, "width x height in pixels");
+  arguments.option("--samples", o.samples, "samples per pixel: 1 (live) or 4 (smooth edges)");
+  arguments.option("--camera-eye", o.eye, "x,y,z in metres; empty: the scene's");
+  arguments.option("--camera-target", o.target, "x,y,z in metres; empty: the scene's");
+  arguments.option("--fov", o.field_of_view_deg, "vertical field of view in degrees; 0: the scene's");
+  arguments.toggle("--fit-camera", o.fit_camera, "show all of all bodies");
+  arguments.toggle("--wireframe", o.wireframe, "edges of triangles");
+  arguments.toggle("--no-overlay", o.no_overlay, "no numbers in the picture");
+  arguments.toggle("--no-pictures", o.no_pictures, "follow the session without drawing");
+  arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: until the session ends");
+  if (!arguments.parse(argc, argv)) return false;
+  check(o);
+  return true;
+}
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+double now_s() {
+  return Seconds(Clock::now().time_since_epoch()).count();
+}
+
+// Frames to pictures to files; without a canvas it only counts.
+class Screen {
+ public:
+  explicit Screen(const Options& options) : options_(options) {
+    if (!options.directory.empty()) pngs_ = std::make_unique<PngSequence>(options.directory);
+    if (!options.video_file.empty())
+      video_ =
+          std::make_unique<VideoWriter>(options.video_file, options.width_px, options.height_px, options.frames_per_s);
+    if (options.no_pictures) return;
+    canvas_ = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
+    painter_ = std::make_unique<FramePainter>(*canvas_);
+  }
+
+  // `missed`: pictures before this one that came too late; a video shows this one in their place.
+  void show(Frame& frame, int missed, double frames_per_s) {
+    if (!painter_) return;
+    if (options_.eye_world_m) frame.camera.eye_world_m = *options_.eye_world_m;
+    if (options_.target_world_m) frame.camera.target_world_m = *options_.target_world_m;
+    if (options_.field_of_view_deg != 0) frame.camera.field_of_view_deg = options_.field_of_view_deg;
+    const Image& image =
+        painter_->draw_frame(frame, {options_.wireframe, !options_.no_overlay, options_.fit_camera, frames_per_s});
+    if (pngs_) pngs_->write(image);
+    for (int i = 0; video_ && i <= missed; ++i)
+      if (!video_->write(image)) {
+        log_error("the video encoder has died; no video from here on");
+        video_.reset();
+      }
+  }
+
+  void finish() {
+    if (video_ && !video_->finish()) log_error(options_.video_file + ": the video is not complete");
+  }
+
+ private:
+  const Options& options_;
+  std::unique_ptr<Canvas> canvas_;
+  std::unique_ptr<FramePainter> painter_;
+  std::unique_ptr<PngSequence> pngs_;
+  std::unique_ptr<VideoWriter> video_;
+};
+
+// When to stop looking: the session's end has been reached and shown, or the time is over.
+class Ending {
+ public:
+  Ending(double duration_s, double begun_s) : stop_s_(duration_s > 0 ? begun_s + duration_s : 1e300) {}
+
+  bool due(double time_s, const ClientNet& net, const Replica& replica) {
+    if (stop_requested || time_s >= stop_s_) return true;
+    const std::optional<SessionEnd>& end = net.session_end();
+    if (!end || !replica.scene()) return false;
+    if (!heard_) stop_s_ = std::min(stop_s_, time_s + kEndPatience_s);
+    heard_ = true;
+    if (!reached_ && at(*end, replica)) {
+      stop_s_ = std::min(stop_s_, time_s + kFinalPicture_s);
+      reached_ = true;
+    }
+    return false;
+  }
+
+ private:
+  static bool at(const SessionEnd& end, const Replica& replica) {
+    for (std::size_t b = 0; b < replica.bodies().size(); ++b)
+      if (replica.bodies()[b].mesh().revision() != end.bodies.at(b).revision) return false;
+    return true;
+  }
+
+  double stop_s_;
+  bool heard_ = false;
+  bool reached_ = false;
+};
+
+void write_report(const std::string& path, const std::string& text) {
+  if (path.empty()) return;
+  std::ofstream file(path);
+  file << text;
+  if (!file.flush()) throw InputError(path + ": can't be written");
+}
+
+int view(const Options& options) {
+  std::signal(SIGINT, [](int) { stop_requested = 1; });
+  std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  Screen screen(options);
+  ClientNet net(options.network);
+  Replica replica;
+  Frame frame;
+  ViewRecord record;
+  Ending ending(options.duration_s, now_s());
+  bool any = false;
+  log_info("waiting for session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
+
+  const double interval_s = 1 / options.frames_per_s;
+  double due_s = now_s();
+  while (!ending.due(now_s(), net, replica)) {
+    net.poll(now_s(), replica);
+    const bool is_new = replica.frame(now_s(), frame);
+    if (is_new && !any) log_info("session '" + frame.session + "' on the screen");
+    any = any || is_new;
+    const double begun_s = now_s();
+    const int missed = static_cast<int>(std::clamp((begun_s - due_s) / interval_s, 0.0, kMaxRepeat_s / interval_s));
+    if (any) {
+      screen.show(frame, missed, record.pictures_per_s());
+      record.add(now_s(), now_s() - begun_s, frame, is_new);
+    }
+    due_s += (1 + missed) * interval_s;
+    if (due_s < now_s() - kMaxRepeat_s) due_s = now_s();
+    std::this_thread::sleep_until(Clock::time_point(std::chrono::duration_cast<Clock::duration>(Seconds(due_s))));
+  }
+  screen.finish();
+
+  const std::vector<BodyVersion> versions = replica.catch_up();
+  write_report(options.report_file, record.json(options.name, replica, net.counts(), versions, net.session_end()));
+  for (std::size_t b = 0; b < versions.size(); ++b)
+    std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(),
+                replica.scene()->bodies[b].name.c_str(), static_cast<unsigned long long>(versions[b].revision),
+                hex(versions[b].topology_hash).c_str(), equals_server(b, versions, net.session_end()).c_str());
+  if (versions.empty()) std::printf("client %s: no session was seen\n", options.name.c_str());
+  return 0;
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  return sectio::run_program("render_client", [&] {
+    sectio::Options options;
+    return sectio::parse(argc, argv, options) ? sectio::view(options) : 0;
+  });
+}

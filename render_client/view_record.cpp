@@ -1,0 +1,91 @@
+#include "render_client/view_record.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "render_client/replica/tip_depth.h"
+
+namespace sectio {
+
+namespace {
+
+constexpr std::size_t kMaxTimes = 1u << 20;  // a long session keeps those of its beginning
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
+void ViewRecord::add(double now_s, double draw_time_s, const Frame& frame, bool is_new) {
+  if (pictures_ == 0) {
+    begun_s_ = now_s;
+    first_step_ = frame.step;
+  } else {
+    max_gap_s_ = std::max(max_gap_s_, now_s - last_s_);
+    if (intervals_s_.size() < kMaxTimes) intervals_s_.push_back(now_s - last_s_);
+  }
+  if (draw_times_s_.size() < kMaxTimes) draw_times_s_.push_back(draw_time_s);
+  last_s_ = now_s;
+  ++pictures_;
+  if (!is_new) return;
+  ++states_;
+  last_step_ = frame.step;
+  max_tip_depth_m_ = std::max(max_tip_depth_m_, visible_tip_depth_m(frame));
+}
+
+double ViewRecord::pictures_per_s() const {
+  return last_s_ > begun_s_ ? static_cast<double>(pictures_ - 1) / (last_s_ - begun_s_) : 0;
+}
+
+std::string ViewRecord::json(const std::string& name, const Replica& replica, const ClientNetCounts& net,
+                             const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end) const {
+  nlohmann::ordered_json report;
+  report["client"] = name;
+  report["session"] = replica.scene() ? replica.scene()->session : "";
+  report["bodies"] = nlohmann::ordered_json::array();
+  for (std::size_t b = 0; b < versions.size(); ++b)
+    report["bodies"].push_back({{"name", replica.scene()->bodies[b].name},
+                                {"revision", versions[b].revision},
+                                {"topology_hash", hex(versions[b].topology_hash)},
+                                {"equals_server", equals_server(b, versions, end)}});
+  report["frames_drawn"] = pictures_;
+  report["states_drawn"] = states_;
+  report["first_step"] = first_step_;
+  report["last_step"] = last_step_;
+  report["mean_frames_per_s"] = pictures_per_s();
+  report["median_frame_time_s"] = quantile(intervals_s_, 0.5);
+  report["p99_frame_time_s"] = quantile(intervals_s_, 0.99);
+  report["max_gap_s"] = max_gap_s_;
+  report["median_draw_time_s"] = quantile(draw_times_s_, 0.5);
+  report["p99_draw_time_s"] = quantile(draw_times_s_, 0.99);
+  report["max_visible_tip_depth_m"] = max_tip_depth_m_;
+  const ReplicaCounts& counts = replica.counts();
+  report["deltas_applied"] = counts.deltas_applied;
+  report["resyncs"] = counts.resyncs;
+  report["keyframes_requested"] = counts.requests;
+  report["hash_mismatches"] = counts.hash_mismatches;
+  report["frames_with_older_pieces"] = counts.patched_frames;
+  report["messages"] = net.messages;
+  report["messages_damaged"] = net.damaged;
+  return report.dump(2) + "\n";
+}
+
+std::string equals_server(std::size_t body, const std::vector<BodyVersion>& versions,
+                          const std::optional<SessionEnd>& end) {
+  if (!end || body >= end->bodies.size()) return "unknown";
+  return versions[body] == end->bodies[body] ? "yes" : "no";
+}
+
+std::string hex(std::uint64_t hash) {
+  std::array<char, 17> text;
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return text.data();
+}
+
+}  // namespace sectio
