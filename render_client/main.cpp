@@ -14,6 +14,7 @@
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/draw_frame.h"
 #include "render_client/net/client_net.h"
+#include "render_client/output/contact_sheet.h"
 #include "render_client/output/png.h"
 #include "render_client/output/video.h"
 #include "render_client/view_record.h"
@@ -26,12 +27,15 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kEndPatience_s = 5;     // for the final topology, after the server has said what it is
 constexpr double kFinalPicture_s = 0.5;  // how long the last state is shown
-constexpr double kMaxRepeat_s = 1;       // pictures that a video repeats for those that came too late
+constexpr std::size_t kSheetShots = 8;
+constexpr int kSheetColumns = 4;
+constexpr int kSheetTile_px = 480;
+constexpr double kMaxRepeat_s = 1;  // pictures that a video repeats for those that came too late
 
 struct Options {
   NetworkOptions network;
   std::string name = "viewer";
-  std::string directory, video_file, report_file;
+  std::string directory, video_file, sheet_file, report_file;
   std::string size = "1280x720", eye, target;
   double frames_per_s = 25;
   double field_of_view_deg = 0;
@@ -63,8 +67,8 @@ void check(Options& o) {
   if (o.field_of_view_deg != 0 && !(o.field_of_view_deg >= 1 && o.field_of_view_deg <= 170))
     throw InputError("--fov: expected 1 to 170 degrees, got " + std::to_string(o.field_of_view_deg));
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
-  if (o.no_pictures && !(o.directory.empty() && o.video_file.empty()))
-    throw InputError("--no-pictures: there is nothing for --out or --video to write");
+  if (o.no_pictures && !(o.directory.empty() && o.video_file.empty() && o.sheet_file.empty()))
+    throw InputError("--no-pictures: there is nothing for --out, --video or --contact-sheet to write");
   o.eye_world_m = parse_point("--camera-eye", o.eye);
   o.target_world_m = parse_point("--camera-target", o.target);
   check_network_options(o.network);
@@ -79,6 +83,7 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--name", o.name, "name in the last line and in the report");
   arguments.option("--out", o.directory, "directory for the pictures (PNG)");
   arguments.option("--video", o.video_file, "file for a video (MP4)");
+  arguments.option("--contact-sheet", o.sheet_file, "file for eight pictures of the session side by side (PNG)");
   arguments.option("--report", o.report_file, "file for the numbers of this viewer (JSON)");
   arguments.option("--fps", o.frames_per_s, "pictures per second");
   arguments.option("--size", o.size, "width x height in pixels");
@@ -124,6 +129,7 @@ class Screen {
     const Image& image =
         painter_->draw_frame(frame, {options_.wireframe, !options_.no_overlay, options_.fit_camera, frames_per_s});
     if (pngs_) pngs_->write(image);
+    if (!options_.sheet_file.empty()) shots_.offer(image, frame.sim_time_s);
     for (int i = 0; video_ && i <= missed; ++i)
       if (!video_->write(image)) {
         log_error("the video encoder has died; no video from here on");
@@ -133,6 +139,8 @@ class Screen {
 
   void finish() {
     if (video_ && !video_->finish()) log_error(options_.video_file + ": the video is not complete");
+    const std::vector<Shot> shots = shots_.shots();
+    if (!shots.empty()) write_png(options_.sheet_file, contact_sheet(shots, kSheetColumns, kSheetTile_px));
   }
 
  private:
@@ -141,6 +149,7 @@ class Screen {
   std::unique_ptr<FramePainter> painter_;
   std::unique_ptr<PngSequence> pngs_;
   std::unique_ptr<VideoWriter> video_;
+  EvenShots shots_{kSheetShots, kSheetTile_px};
 };
 
 // When to stop looking: the session's end has been reached and shown, or the time is over.
@@ -213,12 +222,16 @@ int view(const Options& options) {
 
   const std::vector<BodyVersion> versions = replica.catch_up();
   write_report(options.report_file, record.json(options.name, replica, net.counts(), versions, net.session_end()));
-  for (std::size_t b = 0; b < versions.size(); ++b)
+  bool differs = false;
+  for (std::size_t b = 0; b < versions.size(); ++b) {
+    const std::string equal = equals_server(b, versions, net.session_end());
+    differs = differs || equal == "no";
     std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(),
                 replica.scene()->bodies[b].name.c_str(), static_cast<unsigned long long>(versions[b].revision),
-                hex(versions[b].topology_hash).c_str(), equals_server(b, versions, net.session_end()).c_str());
+                hex(versions[b].topology_hash).c_str(), equal.c_str());
+  }
   if (versions.empty()) std::printf("client %s: no session was seen\n", options.name.c_str());
-  return 0;
+  return differs ? 1 : 0;
 }
 
 }  // namespace
