@@ -6,7 +6,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kForceEpsilon_n = 1e-3;  // below it a normal force gives no scale for the sideways one
+constexpr double kForceEpsilon_n = 1e-3;  // below it there is no contact to speak of
 
 Vec3 clamped(const Vec3& v, double longest) {
   const double length = v.norm();
@@ -24,12 +24,13 @@ Evaluation evaluate_with(const ContactModel& m, double stiffness_n_per_m, const 
   const Vec3& n = m.normal_world;
   const Vec3 d = seen_from_tissue(m, tip_world_m, now_s) - m.tip_world_m;
   const double normal_0 = n.dot(m.force_world_n);
-  const double normal =
-      std::max(0.0, normal_0 - stiffness_n_per_m * n.dot(d) -
-                        m.damping_n_s_per_m * n.dot(velocity_world_m_per_s - m.velocity_world_m_per_s));
+  const double risen =
+      -stiffness_n_per_m * n.dot(d) - m.damping_n_s_per_m * n.dot(velocity_world_m_per_s - m.velocity_world_m_per_s);
+  const double normal = std::max(0.0, normal_0 + risen);
 
   const Vec3 side_0 = m.force_world_n - normal_0 * n;
-  const double lifted = normal_0 > kForceEpsilon_n ? std::min(1.0, normal / normal_0) : 1.0;
+  const double scale = std::max({normal_0, side_0.norm(), kForceEpsilon_n});
+  const double lifted = std::clamp(1 + risen / scale, 0.0, 1.0);
   const Vec3 side = side_0 - m.tangential_stiffness_n_per_m * (d - n.dot(d) * n - slip_m);
   const Vec3 bounded = clamped(side, std::max(m.friction * normal, side_0.norm() * lifted));
   return {clamped(normal * n + bounded, m.yield_n), side - bounded};

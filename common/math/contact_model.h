@@ -37,7 +37,8 @@ struct ContactModel {
 //   age = min(now - tool_time, time_to_live)          d   = x - v_p age - x0     (the tip, seen from the moving tissue)
 //   F_n = max(0, n.f0 - k n.d - c n.(v - v_p))        F_t = f0_t - k_t d_t, |F_t| <= max(mu F_n, |f0_t|)
 //
-// and |F| <= yield. The bound |f0_t| fades with F_n where the fit had n.f0 > 0: a lifted tool feels nothing.
+// and |F| <= yield. The bound |f0_t| fades as lifting takes normal force away, and is zero when that comes to
+// the larger of n.f0 and |f0_t|: a lifted tool feels nothing, a blade pressed only sideways keeps its force.
 // Pure: neither holds nor decays; ContactModelFollower does. No allocation, no lock.
 Vec3 evaluate(const ContactModel& model, const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
 

@@ -67,6 +67,17 @@ TEST(ContactModel, SidewaysForceSticksUpToFrictionAndFadesWhenLifted) {
   EXPECT_EQ(evaluate(m, Vec3(0, 0, 0.001), Vec3::Zero(), 1).norm(), 0);
 }
 
+// A blade in a groove is pressed sideways; its normal force is next to nothing and must not switch the rest off.
+TEST(ContactModel, SidewaysForceDoesNotHangOnASmallNormalOne) {
+  ContactModel m = pressed();
+  m.force_world_n = Vec3(1, 0, 0.002);
+  const double before = evaluate(m, m.tip_world_m, Vec3::Zero(), 1).x();
+  const double after = evaluate(m, m.tip_world_m + Vec3(0, 0, 2e-5), Vec3::Zero(), 1).x();
+  EXPECT_NEAR(before, 1, 1e-12);
+  EXPECT_NEAR(after, before, 0.01);
+  EXPECT_NEAR(evaluate(m, m.tip_world_m + Vec3(0, 0, 0.006), Vec3::Zero(), 1).norm(), 0, 1e-12);
+}
+
 struct Follower {
   ContactModelFollower follower;
   double now_s = 1;
