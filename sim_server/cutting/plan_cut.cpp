@@ -31,16 +31,36 @@ StrokeEnd follow(MeshDraft& draft, Stroke& stroke, const BladeMotion* motion, Gr
   return motion->lift ? StrokeEnd::lifted : StrokeEnd::going;
 }
 
+// Carries an entry over to the surface without temporary subdivisions: they lie in the cells of the strokes.
+bool carry_over(Entry& e, const MeshDraft& with_temporaries, const MeshDraft& without,
+                std::span<const Stroke> strokes) {
+  const Triangle found = with_temporaries.triangle(e.triangle);
+  if (!found.alive()) return false;
+  if (without.triangle(e.triangle) == found) return true;
+  const Vec3 point = e.bary[0] * with_temporaries.position(found.v[0]) +
+                     e.bary[1] * with_temporaries.position(found.v[1]) +
+                     e.bary[2] * with_temporaries.position(found.v[2]);
+  std::vector<TriangleId> cells;
+  for (const Stroke& s : strokes)
+    for (const TriangleId t : triangles_of(without, s.cell)) cells.push_back(t);
+  const SurfacePoint at = nearest_on(without, cells, point);
+  e.triangle = at.triangle;
+  e.bary = at.bary;
+  return at.triangle != kNone;
+}
+
 // All strokes of a body at once; one that can't be continued validly makes the whole attempt fail.
-bool attempt(MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts, std::span<const Entry> entries,
-             std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
+bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts,
+             std::span<const Entry> entries, std::span<const BladeMotion> motions, const StrokeSettings& settings,
+             bool loops_free_islands) {
   std::vector<Stroke> strokes = cuts.strokes;
   for (auto it = strokes.rbegin(); it != strokes.rend(); ++it)
     if (it->temporary_inverse && !draft.undo(*it->temporary_inverse)) return false;
-  for (const Entry& e : entries) {
+  for (Entry e : entries) {
+    if (!carry_over(e, now, draft, cuts.strokes)) return false;
     Stroke s;
     s.tool_id = e.tool_id;
-    s.touched = e.triangle;
+    s.touched = draft.triangle(e.triangle).v;
     s.bary = e.bary;
     strokes.push_back(s);
   }
@@ -74,8 +94,9 @@ bool attempt(MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts, std::span<co
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
   CutPlan plan{{}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
-  MeshDraft draft(mesh, particles);
-  if (attempt(draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
+  const MeshDraft now(mesh, particles);
+  MeshDraft draft = now;
+  if (attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
     plan.delta = draft.delta();
     plan.seeds = draft.seeds();
     return plan;

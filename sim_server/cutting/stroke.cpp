@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/intersect.h"
+
 namespace sectio {
 namespace {
 
@@ -12,12 +14,12 @@ std::array<VertexState, 3> corner_states(const MeshDraft& draft, const std::arra
   return {draft.state(corners[0]), draft.state(corners[1]), draft.state(corners[2])};
 }
 
-std::array<VertexId, 3> corners_of(const MeshDraft& draft, const Stroke& stroke) {
-  return stroke.cell.apex == kNone ? draft.triangle(stroke.touched).v : stroke.cell.corners();
+std::array<VertexId, 3> corners_of(const Stroke& stroke) {
+  return stroke.cell.apex == kNone ? stroke.touched : stroke.cell.corners();
 }
 
 VertexState state_at(const MeshDraft& draft, const Stroke& stroke) {
-  return VertexState::mix(corner_states(draft, corners_of(draft, stroke)), stroke.bary);
+  return VertexState::mix(corner_states(draft, corners_of(stroke)), stroke.bary);
 }
 
 // Columns: along the first edge, across it, and the normal.
@@ -108,6 +110,24 @@ std::optional<Cell> cell_ahead(const MeshDraft& draft, VertexId apex, VertexId b
   return best;
 }
 
+// Finds the instrument's place again when another cut has changed the cell: as near as the fan of the apex allows.
+// False when nothing is left of the place.
+bool settle(const MeshDraft& draft, Stroke& stroke) {
+  const VertexId apex = stroke.cell.apex;
+  if (apex == kNone) return draft.find_triangle(stroke.touched[0], stroke.touched[1], stroke.touched[2]) != kNone;
+  if (!triangles_of(draft, stroke.cell).empty()) return true;
+  std::vector<TriangleId> around = draft.fan(apex);
+  std::erase_if(
+      around, [&](TriangleId t) { return stroke.bottom != kNone && draft.triangle(t).corner_of(stroke.bottom) >= 0; });
+  const SurfacePoint at = nearest_on(draft, around, position_of(draft, stroke));
+  if (at.triangle == kNone) return false;
+  const Triangle triangle = draft.triangle(at.triangle);
+  stroke.cell = cell_of_triangle(triangle, apex);
+  const int first = triangle.corner_of(apex);
+  stroke.bary = {at.bary[first], at.bary[(first + 1) % 3], at.bary[(first + 2) % 3]};
+  return true;
+}
+
 class Walk {
  public:
   Walk(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves, const StrokeSettings& settings)
@@ -120,10 +140,6 @@ class Walk {
 
   StrokeEnd run() {
     stroke_.advanced_m = 0;
-    if (stroke_.cell.apex != kNone && triangles_of(draft_, stroke_.cell).empty()) {
-      // Another cut has changed the cell: go on from the apex, if it is still there.
-      if (draft_.incident(stroke_.cell.apex) == kNone || !enter_at(stroke_.cell.apex)) return StrokeEnd::lost;
-    }
     if (stroke_.cell.apex == kNone) {
       if (plane_.distance_m < settings_.min_step_m) return ended_by_depth();
       if (!begin()) return StrokeEnd::refused;
@@ -161,8 +177,8 @@ class Walk {
   // The first point becomes a vertex: an existing one when it is close, else on an edge, else inside the face. At the
   // end of an older cut, that cut is continued.
   bool begin() {
-    const Triangle face = draft_.triangle(stroke_.touched);
-    if (!face.alive()) return false;
+    const TriangleId touched = draft_.find_triangle(stroke_.touched[0], stroke_.touched[1], stroke_.touched[2]);
+    const Triangle face{stroke_.touched, draft_.triangle(touched).surface};
     const VertexState state = state_at(draft_, stroke_);
     int nearest = 0, farthest = 0;
     stroke_.bary.maxCoeff(&nearest);
@@ -175,7 +191,7 @@ class Walk {
       const double b_u = stroke_.bary[(farthest + 1) % 3], b_w = stroke_.bary[(farthest + 2) % 3];
       s = insert_on_edge(draft_, u, w, VertexState::mix(draft_.state(u), draft_.state(w), b_w / (b_u + b_w)));
     }
-    if (s == kNone) s = insert_in_face(draft_, stroke_.touched, state);
+    if (s == kNone) s = insert_in_face(draft_, touched, state);
     if (s == kNone) return false;
     if (const VertexId bottom = grooves_.end_at(s); bottom != kNone) {
       stroke_.bottom = bottom;
@@ -351,14 +367,29 @@ Vec3 position_of(const MeshDraft& draft, const Stroke& stroke) {
 
 Vec3 normal_of(const MeshDraft& draft, const Stroke& stroke) {
   if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return Vec3::Zero();
-  const auto c = corner_states(draft, corners_of(draft, stroke));
+  const auto c = corner_states(draft, corners_of(stroke));
   return (c[1].position_world_m - c[0].position_world_m)
       .cross(c[2].position_world_m - c[0].position_world_m)
       .stableNormalized();
 }
 
+SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m) {
+  SurfacePoint nearest;
+  double least = 1e300;
+  for (const TriangleId t : triangles) {
+    const auto& v = draft.triangle(t).v;
+    const ClosestPoint c =
+        closest_on_triangle(point_world_m, {draft.position(v[0]), draft.position(v[1]), draft.position(v[2])});
+    if (c.squared_distance >= least) continue;
+    least = c.squared_distance;
+    nearest = {t, c.bary};
+  }
+  return nearest;
+}
+
 StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves,
                   const StrokeSettings& settings) {
+  if (!settle(draft, stroke)) return StrokeEnd::lost;
   return Walk(draft, stroke, blade, grooves, settings).run();
 }
 
@@ -368,11 +399,13 @@ bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, cons
   stroke.temporary_bottoms.clear();
   if (stroke.cell.apex == kNone || stroke.cell.rim.empty()) return true;
 
+  Stroke here = stroke;  // the temporary subdivision of another instrument may be in the same cell
+  if (!settle(draft, here)) return false;
   draft.mark();
-  const auto corners = stroke.cell.corners();
-  const VertexState tip = VertexState::mix(corner_states(draft, corners), inset(stroke.bary, settings.inset));
+  const auto corners = here.cell.corners();
+  const VertexState tip = VertexState::mix(corner_states(draft, corners), inset(here.bary, settings.inset));
   const VertexState bottom = bottom_under(draft, corners, tip, blade, settings);
-  const VertexId q = insert_in_cell(draft, stroke.cell, tip);
+  const VertexId q = insert_in_cell(draft, here.cell, tip);
   if (q == kNone) return false;
   if (stroke.bottom != kNone) {
     const auto extension = extend(draft, stroke.cell.apex, stroke.bottom, q, bottom);

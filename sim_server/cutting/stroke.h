@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "sim_server/cutting/grooves.h"
 #include "sim_server/cutting/templates.h"
@@ -40,11 +41,11 @@ enum class StrokeEnd : std::uint8_t {
 
 struct Stroke {
   std::uint32_t tool_id = 0;
-  Cell cell;                   // apex == kNone: only touched so far
-  TriangleId touched = kNone;  // where it began
-  Vec3 bary{1, 0, 0};          // where the instrument is, in cell.corners() (or in `touched`)
-  VertexId start = kNone;      // of a cut that is scored but not yet open: apex and start are its two points
-  VertexId bottom = kNone;     // beneath the apex; kNone: not open yet
+  Cell cell;                                             // apex == kNone: only touched so far
+  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle where it began
+  Vec3 bary{1, 0, 0};                                    // where the instrument is, in cell.corners() (or in `touched`)
+  VertexId start = kNone;   // of a cut that is scored but not yet open: apex and start are its two points
+  VertexId bottom = kNone;  // beneath the apex; kNone: not open yet
   std::optional<VertexState> start_bottom, apex_bottom;  // of points that are not open yet
   VertexId first = kNone;                                // where the cut began, for closing a loop
   std::uint32_t points = 0;                              // permanent points so far
@@ -63,6 +64,13 @@ struct Stroke {
 Vec3 position_of(const MeshDraft& draft, const Stroke& stroke);
 // Unit normal of the surface there, out of the tissue.
 Vec3 normal_of(const MeshDraft& draft, const Stroke& stroke);
+
+struct SurfacePoint {
+  TriangleId triangle = kNone;
+  Vec3 bary = Vec3::Zero();
+};
+// Of the triangles given, the point nearest to another; kNone if there are none.
+SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m);
 
 // Takes the instrument to `blade`, cutting all that lies on the way; the draft must be without the stroke's temporary
 // subdivision. Walks over the surface in the plane of the motion, triangle by triangle: nothing is jumped over.
