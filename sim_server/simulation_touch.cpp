@@ -99,7 +99,7 @@ void SimulationTouch::approach(const std::optional<Pose>& before, std::span<cons
 }
 
 void SimulationTouch::look_for_contact(const ToolContact& contact) {
-  if (shape_.cautery) {
+  if (shape_.cautery && shape_.c_tool_m != shape_.d_tool_m) {  // with no intensity there is no virtual tip
     const SurfaceHit* hit = first_entering(contact[ToolSegment::cd].after);
     if (!hit) hit = first_entering(contact.path(ToolCorner::d));
     if (hit) return enter_tissue(*hit);
