@@ -198,13 +198,15 @@ int view(const Options& options) {
   Frame frame;
   ViewRecord record;
   Ending ending(options.duration_s, now_s());
-  bool any = false;
+  bool connected = false, any = false;
   log_info("waiting for session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
 
   const double interval_s = 1 / options.frames_per_s;
   double due_s = now_s();
   while (!ending.due(now_s(), net, replica)) {
     net.poll(now_s(), replica);
+    if (!connected && net.connected()) log_info("connected");
+    connected = connected || net.connected();
     const bool is_new = replica.frame(now_s(), frame);
     if (is_new && !any) log_info("session '" + frame.session + "' on the screen");
     any = any || is_new;
