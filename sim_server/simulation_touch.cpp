@@ -10,7 +10,7 @@ namespace sectio {
 namespace {
 
 constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
-constexpr double kLetGoM = 1e-4;         // this far above the surface a contact ends
+constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of the pushing force, as long as a device's own
 constexpr double kCauteryDrag = 0.05;    // of a blade's cutting force: tissue gives way before the hook
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
@@ -78,7 +78,7 @@ void SimulationTouch::set_free() {
 void SimulationTouch::approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous) {
   constraint_.reset();
   penetration_m_ = 0;
-  if (!poses.empty()) pose_ = poses.back();
+  if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
   if (looks && !near_body(before, poses)) {
     tracker_.reset();
@@ -88,7 +88,8 @@ void SimulationTouch::approach(const std::optional<Pose>& before, std::span<cons
   }
   if (looks && before) {
     Pose from = *before;
-    for (const Pose& to : poses) {
+    const std::array resting{pose_};  // the surface may come to an instrument that rests
+    for (const Pose& to : poses.empty() ? std::span<const Pose>(resting) : poses) {
       const SurfaceTree& tree = body_.tree();
       look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
       from = to;
@@ -107,6 +108,10 @@ void SimulationTouch::look_for_contact(const ToolContact& contact) {
   const ToolCorner tip = shape_.cautery ? ToolCorner::c : ToolCorner::a;
   if (const SurfaceHit* hit = first_entering(contact.path(tip)))
     return press_at(*hit, shape_.probe_tool_m(), !shape_.cautery);
+  // The surface may have risen over a tip that rests: then the blade leaves the tissue before it enters it.
+  const std::vector<SurfaceHit>& shaft = contact[ToolSegment::ab].after;
+  if (!shape_.cautery && !shaft.empty() && !shaft.front().entering)
+    return press_at(shaft.front(), shape_.probe_tool_m(), true);
   if (phase_ == Phase::pressing) return;
 
   // The side of the instrument: the middle of what is inside.
@@ -212,7 +217,8 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
                                     std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
   point_ = position_of(now, stroke);
-  if (const Vec3 n = normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = n;
+  if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5)
+    normal_ = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex).orientation * n;
   BladeMotion motion{tool_id_, {}, false};
   const std::array resting{pose_};
   Vec3 from = point_;
@@ -269,7 +275,7 @@ void SimulationTouch::search() {
 // A new cut at the end of the old one would go along its walls.
 void SimulationTouch::rest_in_groove() {
   const Vec3 tip = pose_.to_world(shape_.blade_tip_tool_m());
-  if ((tip - ended_at_).dot(normal_) > 0) return set_free();
+  if ((tip - ended_at_).dot(normal_) > kLetGoM && !body_.tree().inside(body_.view(), tip)) return set_free();
   const Vec3 away = tip - ended_at_;
   if ((away - away.dot(normal_) * normal_).norm() > 3 * body_.stroke_settings.join_tolerance_m)
     phase_ = body_.tree().inside(body_.view(), tip) ? Phase::searching : Phase::free;
@@ -288,7 +294,8 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   constraint_.reset();
   switch (end) {
     case StrokeEnd::lifted:
-      set_free();
+      phase_ = Phase::spent;
+      events_.push_back(EventKind::cut_ended);
       break;
     case StrokeEnd::lost:
       phase_ = Phase::searching;
