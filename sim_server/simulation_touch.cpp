@@ -77,7 +77,6 @@ void SimulationTouch::set_free() {
 
 void SimulationTouch::approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous) {
   constraint_.reset();
-  penetration_m_ = 0;
   if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
   if (looks && !near_body(before, poses)) {
@@ -322,20 +321,28 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));
   smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
-  const SurfaceView view = body_.view();
-  const Corners c = view.corners(triangle_);
-  point_ = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
-  const double above_m = (constraint_->target_world_m - point_).dot(normal_);
-  penetration_m_ = std::max(0.0, -above_m);
+  const PointConstraint& c = *constraint_;
+  point_.setZero();
+  for (std::size_t i = 0; i < 3; ++i) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
+  const double above_m = (c.target_world_m - point_).dot(normal_);
   if (!reaction.active && above_m > kLetGoM) return set_free();
-  const Vec3 home = body_.home_world_m(constraint_->v, bary_);
-  const double displacement_m = (home - constraint_->target_world_m).dot(normal_);
+  const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
+  const double displacement_m = (home - c.target_world_m).dot(normal_);
   if (at_tip_ && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
     entry_ = Entry{tool_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;
     events_.push_back(EventKind::penetrated);
   }
+}
+
+double SimulationTouch::penetration_m() {
+  if (phase_ != Phase::pressing) return 0;
+  const Vec3 contact = pose_.to_world(contact_tool_m_);
+  slide_to(contact);
+  const Corners c = body_.view().corners(triangle_);
+  const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
+  return std::max(0.0, (nearest - contact).dot(normal_of_triangle(body_.view(), triangle_)));
 }
 
 }  // namespace sectio
