@@ -208,7 +208,6 @@ void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<Blad
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
   normal_ = normal_of_triangle(view, entry_->triangle);
   tip_before_ = blade_at(shape_, pose_).tip_world_m;
-  travel_.setZero();
   entries.push_back(*entry_);
   motions.push_back({tool_id_, {limited_blade(pose_, point_)}, false});
   entry_.reset();
@@ -227,22 +226,18 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
   Vec3 from = point_;
   for (const Pose& pose : poses.empty() ? std::span<const Pose>(resting) : poses) {
     const Blade blade = limited_blade(pose, point_);
-    if (shape_.cautery) {
-      motion.path.push_back(blade);
-      continue;
-    }
     const double height_m = (point_ - blade.tip_world_m).dot(normal_) / std::max(0.1, blade.up_world.dot(normal_));
     const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
     const Vec3 step = at_surface - from;
     const Crossings crossings = crossings_at(shape_, pose, point_, normal_);
-    const Leaf leaf = decide(crossings, correct_direction(shape_, pose, step, normal_));
+    const Leaf leaf = shape_.cautery ? Leaf::cut : decide(crossings, correct_direction(shape_, pose, step, normal_));
     if (leaf == Leaf::cut) {
       motion.path.push_back(blade);
       // The work is the toughness times the area at rest, against the motion of the blade.
       const Vec3 travel = blade.tip_world_m - tip_before_;
-      if (travel.norm() > kNoTravelM) travel_ = travel.normalized();
       const double depth_m = std::max(0.0, (home - blade.tip_world_m).dot(normal_));
-      cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * depth_m * travel_;
+      if (travel.norm() > kNoTravelM)
+        cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * depth_m * travel.normalized();
       tip_before_ = blade.tip_world_m;
       from = at_surface;
       continue;
@@ -319,10 +314,7 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
 
 void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   if (phase_ == Phase::cutting) {
-    const Stroke* stroke = body_.cuts.stroke_of(tool_id_);
-    const bool advanced = stroke && stroke->advanced_m > 0;
-    const Vec3 target_n =
-        advanced || constraint_ ? Vec3((shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_) : Vec3(Vec3::Zero());
+    const Vec3 target_n = (shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_;
     smooth_cutting_n_ += std::min(1.0, step_s / kForceFilterS) * (target_n - smooth_cutting_n_);
     force_n_ = reaction.force_on_tool_n + smooth_cutting_n_;
     return;
