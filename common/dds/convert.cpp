@@ -72,6 +72,7 @@ std::vector<wire::BodyVersion> versions_to_wire(const std::vector<BodyVersion>& 
 
 std::vector<BodyVersion> versions_from(const std::vector<wire::BodyVersion>& bodies) {
   std::vector<BodyVersion> result;
+  result.reserve(bodies.size());
   for (const wire::BodyVersion& body : bodies) result.push_back({body.revision(), body.topology_hash()});
   return result;
 }

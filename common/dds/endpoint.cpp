@@ -183,11 +183,13 @@ bool decode(std::span<const std::uint8_t> bytes, T& message) {
   return type.deserialize(&payload, &message);
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type.
 #define SECTIO_ENDPOINTS(T)                               \
   template class Writer<T>;                               \
   template class Reader<T>;                               \
   template std::vector<std::uint8_t> encode<T>(const T&); \
   template bool decode<T>(std::span<const std::uint8_t>, T&)
+// NOLINTEND(bugprone-macro-parentheses)
 
 SECTIO_ENDPOINTS(wire::ToolPacket);
 SECTIO_ENDPOINTS(wire::ContactModel);
