@@ -65,6 +65,7 @@ int run(int argc, char** argv) {
   arguments.option("--out", picture, "picture to write (PNG)");
   if (!arguments.parse(argc, argv)) return 0;
   std::vector<Series> series;
+  series.reserve(logs.size());
   for (const std::string& log : logs) series.push_back(read_force(log));
   write_png(picture, plot({"Force at the hand", "time / s", "force / N"}, series));
   return 0;

@@ -255,7 +255,7 @@ MeshId OsmesaCanvas::add_mesh() {
   const auto attribute = [](GLuint location, GLint size, std::size_t offset) {
     glEnableVertexAttribArray(location);
     glVertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(CanvasVertex),
-                          reinterpret_cast<const void*>(offset));
+                          reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr): GL's way
   };
   attribute(0, 3, offsetof(CanvasVertex, position_m));
   attribute(1, 3, offsetof(CanvasVertex, normal));
@@ -319,6 +319,7 @@ void OsmesaCanvas::draw_elements(MeshId mesh, IndexRange range) {
   SECTIO_ASSERT(range.first + range.count <= meshes_[mesh].index_count, "the range is within the index buffer");
   glBindVertexArray(meshes_[mesh].array);
   glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_INT,
+                 // NOLINTNEXTLINE(performance-no-int-to-ptr): GL's way
                  reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t{range.first}));
 }
 

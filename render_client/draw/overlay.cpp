@@ -96,7 +96,8 @@ void Text::draw(Image& image, int x_px, int y_px, std::string_view text, Colour 
     const Glyph& g = face_->glyph(next_character(text));
     for (int y = 0; y < g.height_px; ++y) {
       for (int x = 0; x < g.width_px; ++x) {
-        const std::uint8_t coverage = g.coverage[static_cast<std::size_t>(y * g.width_px + x)];
+        const std::uint8_t coverage = g.coverage[static_cast<std::size_t>(y) * static_cast<std::size_t>(g.width_px) +
+                                                 static_cast<std::size_t>(x)];
         if (coverage == 0) continue;
         blend(image, x_px + g.left_px + x, baseline - g.top_px + y, colour, static_cast<float>(coverage) / 255.0f);
       }

@@ -72,8 +72,7 @@ TissueNoise make_tissue_noise() {
   volumes.noise.reserve(4 * n * n * n);
   volumes.relief.reserve(4 * n * n * n);
   for (int i = 0; i < n * n * n; ++i) {
-    const Vec3f p =
-        kStep * Vec3f(static_cast<float>(i % n), static_cast<float>(i / n % n), static_cast<float>(i / (n * n)));
+    const Vec3f p = kStep * Eigen::Vector3i(i % n, i / n % n, i / (n * n)).cast<float>();
     // Vessels lie where two independent fields are both near their mean: thin tubes.
     const float u = clouds(p, 3, 40) - 0.5f, v = clouds(p, 3, 50) - 0.5f;
     const float grain = 0.5f * value_noise(p, 16, 30) + 0.5f * value_noise(p, 28, 31);
