@@ -1,6 +1,7 @@
 #include "sim_server/cutting/slit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -13,7 +14,8 @@ double twice_area(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-// Of a polygon of rim indices, clockwise: cut along the verticals first, then ear after ear, the roundest one first.
+// Of a polygon of rim indices, clockwise: cut along the verticals first, then ear after ear, the roundest one first. No
+// wall edge within joins two single vertices: both walls would have it.
 class WallDivision {
  public:
   explicit WallDivision(const Slit& slit) : slit_(slit) {}
@@ -50,10 +52,14 @@ class WallDivision {
   // How round: twice the area over the longest side squared; negative when it is not an ear.
   double quality(const std::vector<std::size_t>& p, std::size_t i) const {
     const std::size_t n = p.size(), h = p[(i + n - 1) % n], j = p[(i + 1) % n];
+    if (!slit_.rim[h].pair() && !slit_.rim[j].pair() && n > 3) return -1e9;
     const double area = -twice_area(at(h), at(p[i]), at(j));
     const double longest =
         std::max({(at(p[i]) - at(h)).squaredNorm(), (at(j) - at(p[i])).squaredNorm(), (at(h) - at(j)).squaredNorm()});
-    double q = longest > 0 ? area / longest : 0;
+    // Equal ones, as in a rectangle, are told apart by where they are: the same wherever the cut was interrupted.
+    const Vec2 aside = (at(p[i]) - at(p[(i + 1) % n]) + at(p[i]) - at(h)) / std::sqrt(std::max(longest, 1e-300));
+    double q = longest > 0 ? area / longest - 1e-3 * aside.x() + 1e-4 * aside.y() : 0;
+    if (area <= 0) q = std::min(q, 0.0);
     for (std::size_t k = 0; k < n && q > 0; ++k) {
       const std::size_t x = p[k];
       if (x == h || x == p[i] || x == j) continue;

@@ -24,10 +24,10 @@ struct SlitNode {
 };
 
 struct Slit {
-  std::vector<SlitNode> rim;                             // clockwise in the plane of the sweep
+  std::vector<SlitNode> rim;                                   // clockwise in the plane of the sweep
   std::vector<std::pair<std::size_t, std::size_t>> verticals;  // of the rim: edges that the walls must have
-  std::vector<Triangle> old_bottoms;                     // discarded
-  std::vector<Triangle> new_bottoms;                     // in their place, in ids after opening
+  std::vector<Triangle> old_bottoms;                           // discarded
+  std::vector<Triangle> new_bottoms;                           // in their place, in ids after opening
 };
 
 // Vertices are there already, the path along the surface is one of edges, and pairs have both halves. False, and the

@@ -8,7 +8,7 @@ namespace sectio {
 namespace {
 
 constexpr int kMaxFaces = 200000;
-constexpr double kShortestPieceM = 1e-8;  // shorter crossings of a face are none
+constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are none
 
 double cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -50,7 +50,8 @@ std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b) c
       !keep(tip_last_.x() - a.x(), tip_last_.x() - b.x(), SweepRim::last_pose) ||
       !keep(cross(trail, a - tip_first_), cross(trail, b - tip_first_), SweepRim::trail))
     return std::nullopt;
-  if ((c.to - c.from) * (b - a).norm() < kShortestPieceM) return std::nullopt;
+  const bool whole = c.rim_from == SweepRim::none && c.rim_to == SweepRim::none;
+  if (!whole && (c.to - c.from) * (b - a).norm() < kShortestPieceM) return std::nullopt;
   return c;
 }
 
@@ -102,6 +103,7 @@ class PathFinder {
     PathPoint entry, exit;
     BladeSweep::Clip clip;
     bool begins = false, ends = false;  // the path does
+    bool at_front = false;
   };
 
   PathPoint crossing(const Triangle& t, std::size_t edge, const std::array<double, 3>& sides) const {
@@ -177,8 +179,8 @@ class PathFinder {
     f.entry = id == first_ ? at_vertex(front_->top) : crossing(f.triangle, f.in, sides);
     f.exit = id == last_ ? at_vertex(front_->bottom) : crossing(f.triangle, f.out, sides);
     const auto clip = sweep_.clip(f.entry.at, f.exit.at);
-    const bool at_front = id == first_ || id == last_;
-    if (!clip && !at_front) return std::nullopt;
+    f.at_front = id == first_ || id == last_;
+    if (!clip && !f.at_front) return std::nullopt;
     if (clip) f.clip = *clip;
     if (id == first_) f.clip.from = 0, f.clip.rim_from = SweepRim::first_pose;
     if (id == last_) f.clip.to = 1, f.clip.rim_to = SweepRim::first_pose;
@@ -193,6 +195,9 @@ class PathFinder {
     if (visited_.contains(start) || (behind_.contains(start) && start != last_)) return true;
     const std::optional<Face> first = face_of(start);
     if (!first) return start != first_ && start != last_;
+    if (!first->at_front &&
+        (first->clip.to - first->clip.from) * (first->exit.at - first->entry.at).norm() < kShortestPieceM)
+      return true;  // a path that has more than this begins elsewhere
     std::deque<Face> faces{*first};
     visited_.insert(start);
     bool closed = false;

@@ -1,6 +1,6 @@
-// Where the plane region that a blade sweeps between two poses crosses a surface: paths over its active faces, each with
-// the points at which it passes from face to face (paper A, 2.3). Pure functions; reads active faces and, to begin at a
-// vertex, the triangles around it.
+// Where the plane region that a blade sweeps between two poses crosses a surface: paths over its active faces, each
+// with the points at which it passes from face to face (paper A, 2.3). Pure functions; reads active faces and, to begin
+// at a vertex, the triangles around it.
 #pragma once
 
 #include <array>
@@ -23,7 +23,8 @@ enum class SweepRim : std::uint8_t { none, first_pose, trail, last_pose };
 // The plane of a motion, and the region of it between two poses, above the trail of the tip and without end upwards.
 class BladeSweep {
  public:
-  // The plane contains `origin` and the tip of `last`. The first pose is the line from tip_first upwards to `above_first`.
+  // The plane contains `origin` and the tip of `last`. The first pose is the line from tip_first upwards to
+  // `above_first`.
   BladeSweep(const Vec3& origin, const Vec3& tip_first, const Vec3& above_first, const Blade& last);
 
   double length_m() const { return tip_last_.x() - tip_first_.x(); }  // along the motion
@@ -91,6 +92,7 @@ struct CutFront {
   bool bottom_on_surface = false;  // the blade came out on the other side
   // Before the bottom along the trail: a pair, or one vertex twice.
   VertexId before_left = kNone, before_right = kNone;
+  std::optional<VertexState> bottom_at_tip;  // where the bottom is going in the next step; nothing: it is there
 };
 
 // All paths through the faces given and those that they lead to. With a front, the first one begins at its top.

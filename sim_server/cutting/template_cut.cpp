@@ -12,7 +12,7 @@ namespace {
 
 using Kind = PathPoint::Kind;
 
-constexpr double kWidestOpening = 0.3;  // of the way to the nearest vertex beside the path: the rest stays beside it
+constexpr double kWidestOpening = 0.4;  // of the way to the nearest vertex beside the path: the rest stays beside it
 
 // A corner of the region inside the body, before it has vertices.
 struct RimItem {
@@ -41,7 +41,8 @@ struct PathFrame {
 
 class Step {
  public:
-  Step(MeshDraft& draft, const BladeSweep& sweep, const std::optional<CutFront>& front, const TemplateSettings& settings)
+  Step(MeshDraft& draft, const BladeSweep& sweep, const std::optional<CutFront>& front,
+       const TemplateSettings& settings)
       : draft_(draft), sweep_(sweep), front_(front), settings_(settings) {}
 
   // The order of the paper: templates, then the surface, then the structures inside.
@@ -121,8 +122,7 @@ class Step {
     std::size_t best = paths_.size();
     for (std::size_t p = 0; p < paths_.size(); ++p) {
       if (paths_[p].closed || paths_[p].points.front().rim_position >= rim_position) continue;
-      if (best == paths_.size() ||
-          paths_[p].points.front().rim_position > paths_[best].points.front().rim_position)
+      if (best == paths_.size() || paths_[p].points.front().rim_position > paths_[best].points.front().rim_position)
         best = p;
     }
     return best;
@@ -143,10 +143,9 @@ class Step {
           face.corners = f.corners;
           face.active_edges = f.active_edges;
           face.angle = angle_class(sweep_.up, normal_of(f), settings_.right_angle_tolerance_rad);
-          const bool tip_before = !path.closed && k == 0 && before.what != RimItem::What::path;
-          const bool tip_after = !path.closed && k + 1 == path.faces.size() && after.what != RimItem::What::path;
+          const bool tip_before = !path.closed && k == 0 && before.what == RimItem::What::tip_first;
+          const bool tip_after = !path.closed && k + 1 == path.faces.size() && after.what == RimItem::What::tip_last;
           face.vertices_inside = tip_before + tip_after;
-          if (tip_before && tip_after && before.what == after.what) face.vertices_inside = 1;
           face.chosen = &template_for(face.angle, face.active_edges, face.vertices_inside);
           faces.push_back(face);
         }
@@ -203,8 +202,8 @@ class Step {
   static void insert_on_trail(Rim& rim, const RimItem& bottom) {
     for (std::size_t i = 0; i < rim.size(); ++i) {
       const RimItem &a = rim[i], &b = rim[(i + 1) % rim.size()];
-      const bool gap = a.what != RimItem::What::path || b.what != RimItem::What::path || a.path != b.path ||
-                       b.point != a.point + 1;
+      const bool gap =
+          a.what != RimItem::What::path || b.what != RimItem::What::path || a.path != b.path || b.point != a.point + 1;
       if (!gap || !(a.rim_position > bottom.rim_position && b.rim_position < bottom.rim_position)) continue;
       rim.insert(rim.begin() + static_cast<std::ptrdiff_t>(i) + 1, bottom);
       return;
@@ -339,9 +338,14 @@ class Step {
     const Vec3 across = frames_[r.path][r.point].normal_world.cross(along).stableNormalized();
     const Vec3 here = draft_.position(v[r.point]);
     double half_m = settings_.open_top_m / 2;
-    for (const TriangleId t : draft_.fan(v[r.point]))
+    const std::vector<TriangleId> fan = draft_.fan(v[r.point]);
+    std::set<VertexId> lips;  // of the cut so far
+    for (const TriangleId t : fan)
+      if (const Triangle wall = draft_.triangle(t); at_front(path.points[r.point]) && wall.surface == Surface::wall)
+        lips.insert(wall.v.begin(), wall.v.end());
+    for (const TriangleId t : fan)
       for (const VertexId x : draft_.triangle(t).v) {
-        if (on_a_path(x)) continue;
+        if (on_a_path(x) || lips.contains(x)) continue;
         const double beside_m = std::abs((draft_.position(x) - here).dot(across));
         if (beside_m > 1e-9) half_m = std::min(half_m, kWidestOpening * beside_m);
       }
@@ -392,11 +396,16 @@ class Step {
       node.path_from = front_->before_right;
       node.path_to = front_->top;
       part(node, half, to_rest);
+      if (front_->bottom_at_tip) {
+        step.bottoms_at_tip.emplace_back(node.left, shifted(*front_->bottom_at_tip, half, to_rest));
+        step.bottoms_at_tip.emplace_back(node.right, shifted(*front_->bottom_at_tip, -half, to_rest));
+      }
       return node;
     }
     const Vec3 tip = sweep_.origin + r.at.x() * sweep_.ahead + r.at.y() * sweep_.up;
-    const Vec3 down = r.what == RimItem::What::bottom ? Vec3((r.at.y() - sweep_.in_plane(above.position_world_m).y()) * sweep_.up)
-                                                      : Vec3(tip - above.position_world_m);
+    const Vec3 down = r.what == RimItem::What::bottom
+                          ? Vec3((r.at.y() - sweep_.in_plane(above.position_world_m).y()) * sweep_.up)
+                          : Vec3(tip - above.position_world_m);
     const auto add = [&](const Vec3& beside) {
       const VertexId v = draft_.add_vertex(shifted(above, settings_.bottom_at_birth * down + beside, to_rest));
       step.bottoms_at_tip.emplace_back(v, shifted(above, down + beside, to_rest));
@@ -440,10 +449,12 @@ class Step {
       if (step.front && rim[i].rim_position < front_position_) continue;
       const std::size_t j = (i + 1) % n, k = (i + 2) % n;
       front_position_ = rim[i].rim_position;
-      step.front = CutFront{slit.rim[i].left, slit.rim[j].left, rim[j].what == RimItem::What::path, kNone, kNone};
+      step.front = CutFront{slit.rim[i].left, slit.rim[j].left, rim[j].what == RimItem::What::path, kNone, kNone, {}};
       if (rim[j].what != RimItem::What::path) {
         step.front->before_left = slit.rim[k].left;
         step.front->before_right = slit.rim[k].right;
+        for (const auto& [v, state] : step.bottoms_at_tip)
+          if (v == step.front->bottom) step.front->bottom_at_tip = state;
       }
     }
   }
@@ -454,16 +465,20 @@ class Step {
   const TemplateSettings& settings_;
   std::vector<SurfacePath> paths_;
   std::vector<Rim> rims_;
-  std::vector<std::size_t> first_face_;            // of each path among the active faces
-  std::vector<std::vector<VertexId>> vertices_;    // of each path
+  std::vector<std::size_t> first_face_;          // of each path among the active faces
+  std::vector<std::vector<VertexId>> vertices_;  // of each path
   std::vector<std::vector<PathFrame>> frames_;
   double front_position_ = 0;
 };
 
 BladeSweep sweep_of(const MeshDraft& draft, const Blade& first, const Blade& last,
                     const std::optional<CutFront>& front) {
-  const Vec3 top = front ? draft.position(front->top) : Vec3(first.tip_world_m + first.up_world);
-  return {front ? top : first.tip_world_m, first.tip_world_m, top, last};
+  if (!front) return {first.tip_world_m, first.tip_world_m, first.tip_world_m + first.up_world, last};
+  const Vec3 top = draft.position(front->top);
+  const Vec3 tip = front->bottom_on_surface ? first.tip_world_m
+                   : front->bottom_at_tip   ? front->bottom_at_tip->position_world_m
+                                            : draft.position(front->bottom);
+  return {top, tip, top, last};
 }
 
 }  // namespace
@@ -509,9 +524,9 @@ std::size_t deepen_groove(MeshDraft& draft, const Blade& first, const Blade& las
       reached = true;
       const double down_m = at.y() - sweep.trail_height(at.x());
       if (down_m <= 0 || !moved.insert(v).second) continue;
-      const Mat3 to_rest = frame_of(draft.state(t.v[0]).rest_body_m, draft.state(t.v[1]).rest_body_m,
-                                    draft.state(t.v[2]).rest_body_m) *
-                           frame_of(draft.position(t.v[0]), draft.position(t.v[1]), draft.position(t.v[2])).transpose();
+      const Mat3 to_rest =
+          frame_of(draft.state(t.v[0]).rest_body_m, draft.state(t.v[1]).rest_body_m, draft.state(t.v[2]).rest_body_m) *
+          frame_of(draft.position(t.v[0]), draft.position(t.v[1]), draft.position(t.v[2])).transpose();
       const VertexState s = draft.state(v);
       const Vec3 down = -down_m * sweep.up;
       draft.move_vertex(v, {s.rest_body_m + to_rest * down, s.position_world_m + down, s.velocity_world_m_per_s});
@@ -541,10 +556,10 @@ void take_bottoms_to_tip(MeshDraft& draft, TargetStates& targets) {
 // that is not inside a face.
 struct LastCrossing {
   bool blade_is_in = false;
-  bool opens = false;  // enough of the path lies before it to be opened
+  bool opens = false;  // there is a point behind it that becomes a pair
   Vec2 at = Vec2::Zero();
 };
-LastCrossing last_crossing(const std::vector<SurfacePath>& paths, bool from_front) {
+LastCrossing last_crossing(const std::vector<SurfacePath>& paths, bool from_front, double min_step_m) {
   const SurfacePath* top = nullptr;
   for (const SurfacePath& p : paths)
     if (!p.closed && p.points.back().rim == SweepRim::last_pose &&
@@ -555,8 +570,9 @@ LastCrossing last_crossing(const std::vector<SurfacePath>& paths, bool from_fron
   c.blade_is_in = true;
   std::size_t k = top->points.size() - 1;
   while (k > 0 && top->points[k].kind == Kind::in_face) --k;
-  c.opens = k >= (from_front && top == &paths.front() ? 1u : 2u);
   c.at = top->points[k].at;
+  for (std::size_t i = from_front && top == &paths.front() ? 0 : 1; i < k; ++i)
+    c.opens |= top->points[i].at.x() <= c.at.x() - min_step_m;
   return c;
 }
 
@@ -565,6 +581,13 @@ LastCrossing last_crossing(const std::vector<SurfacePath>& paths, bool from_fron
 bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke) {
   if (!stroke.temporary_inverse) return true;
   const bool undone = draft.undo(*stroke.temporary_inverse);
+  for (const auto& [v, by_world] : stroke.temporarily_moved) {
+    if (!undone) break;
+    VertexState state = draft.state(v);
+    state.position_world_m -= by_world;
+    draft.move_vertex(v, state);
+  }
+  stroke.temporarily_moved.clear();
   stroke.temporary_inverse.reset();
   stroke.temporary_bottoms_at_tip.clear();
   stroke.temporary_bottoms.clear();
@@ -575,6 +598,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade&
                           std::span<const TriangleId> active, GrooveBottoms& bottoms,
                           const TemplateSettings& settings) {
   take_bottoms_to_tip(draft, stroke.bottoms_at_tip);
+  if (stroke.front) stroke.front->bottom_at_tip.reset();
   stroke.faces.clear();
   stroke.newest = blade;
   if (!stroke.at_front) stroke.at_front = blade;
@@ -587,12 +611,12 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade&
   const auto paths = sweep_paths(draft, sweep, stroke.front, stroke.active, settings.snap_ratio, settings.inset);
   if (!paths) return TemplateStrokeEnd::refused;
   if (paths->empty()) return TemplateStrokeEnd::going;
-  const LastCrossing crossing = last_crossing(*paths, stroke.front.has_value());
+  const LastCrossing crossing = last_crossing(*paths, stroke.front.has_value(), settings.min_step_m);
   if (crossing.blade_is_in && !crossing.opens) return TemplateStrokeEnd::going;
   Blade at_crossing = blade;
   if (crossing.blade_is_in)
-    at_crossing.tip_world_m = sweep.origin + crossing.at.x() * sweep.ahead +
-                              sweep.trail_height(crossing.at.x()) * sweep.up;
+    at_crossing.tip_world_m =
+        sweep.origin + crossing.at.x() * sweep.ahead + sweep.trail_height(crossing.at.x()) * sweep.up;
   const TemplateStep step =
       cut_with_templates(draft, *stroke.at_front, at_crossing, stroke.front, stroke.active, settings);
   if (step.outcome == TemplateOutcome::refused) return TemplateStrokeEnd::refused;
@@ -608,11 +632,14 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade&
 
 void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSettings& settings) {
   if (!stroke.at_front || !stroke.newest) return;
+  const MeshDraft before = draft;
   draft.mark();
   const TemplateStep step =
       cut_with_templates(draft, *stroke.at_front, *stroke.newest, stroke.front, stroke.active, settings);
   if (step.outcome != TemplateOutcome::cut) return;
   stroke.temporary_inverse = draft.inverse_since_mark();
+  for (const VertexEdit& e : stroke.temporary_inverse->vertices)
+    if (e.alive) stroke.temporarily_moved.emplace_back(e.id, draft.position(e.id) - before.position(e.id));
   stroke.temporary_bottoms_at_tip = step.bottoms_at_tip;
   stroke.temporary_bottoms = step.bottoms;
 }
@@ -622,6 +649,7 @@ void finish(MeshDraft& draft, TemplateStroke& stroke, GrooveBottoms& bottoms) {
   take_bottoms_to_tip(draft, stroke.temporary_bottoms_at_tip);
   bottoms.insert(stroke.temporary_bottoms.begin(), stroke.temporary_bottoms.end());
   stroke.temporary_inverse.reset();
+  stroke.temporarily_moved.clear();
   stroke.temporary_bottoms.clear();
   stroke.front.reset();
   stroke.at_front.reset();

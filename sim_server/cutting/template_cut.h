@@ -78,13 +78,14 @@ std::size_t deepen_groove(MeshDraft& draft, const Blade& first, const Blade& las
 // subdivided once however many steps it takes to cross it.
 struct TemplateStroke {
   std::uint32_t tool_id = 0;
-  std::optional<CutFront> front;         // of what is permanent
-  std::optional<Blade> at_front;         // pose there, or where the stroke began
-  std::optional<Blade> newest;           // pose
-  std::vector<TriangleId> active;        // that the temporary part began with
-  TargetStates bottoms_at_tip;           // of permanent bottoms
-  std::vector<ActiveFace> faces;         // that became permanent in the last step
+  std::optional<CutFront> front;   // of what is permanent
+  std::optional<Blade> at_front;   // pose there, or where the stroke began
+  std::optional<Blade> newest;     // pose
+  std::vector<TriangleId> active;  // that the temporary part began with
+  TargetStates bottoms_at_tip;     // of permanent bottoms
+  std::vector<ActiveFace> faces;   // that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
+  std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // world, metres: back when it is undone
   TargetStates temporary_bottoms_at_tip;
   GrooveBottoms temporary_bottoms;
 };
@@ -94,8 +95,8 @@ enum class TemplateStrokeEnd : std::uint8_t { going, left_body, refused };
 // Takes back the temporary part. False when the mesh has changed under it.
 [[nodiscard]] bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke);
 
-// On a draft without temporary parts: the bottoms born in the step before go to where the tip was, then what lies between
-// the front and the last edge that the blade has crossed becomes permanent.
+// On a draft without temporary parts: the bottoms born in the step before go to where the tip was, then what lies
+// between the front and the last edge that the blade has crossed becomes permanent.
 TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade& blade,
                           std::span<const TriangleId> active, GrooveBottoms& bottoms, const TemplateSettings& settings);
 

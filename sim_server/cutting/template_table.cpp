@@ -13,8 +13,8 @@ using enum AngleClass;
 using Sub = Subdivision;
 using Under = Substructure;
 
-// Skin as seen from above (A, B, C: the face; e, f: active edges; = : the incision; P, T: ends of the path), substructure
-// from the side (lower case: bottoms).
+// Skin as seen from above (A, B, C: the face; e, f: active edges; = : the incision; P, T: ends of the path),
+// substructure from the side (lower case: bottoms).
 constexpr std::array kTemplates{
     // slit, 1 -> 7: both ends in the face, one pair m- m+ between them
     //
@@ -71,9 +71,7 @@ constexpr std::array kTemplates{
     //     | \   |   / |
     //     |   \ | /   |
     //     u-----u-----U
-    CutTemplate{beyond, 0, 0, 0, "13", Sub::slit, Under::none, 7, 4, 0, 0},
-    CutTemplate{beyond, 0, 1, 1, "14 left", Sub::slit, Under::cone, 7, 4, 4, 0},
-    CutTemplate{beyond, 0, 2, 2, "14 right", Sub::slit, Under::cone, 7, 4, 6, 0},
+    CutTemplate{beyond, 0, 0, 2, "13", Sub::slit, Under::none, 7, 4, 0, 0},
     CutTemplate{beyond, 1, 0, 2, "13", Sub::end, Under::none, 4, 3, 0, 0},
     CutTemplate{beyond, 2, 0, 2, "13", Sub::midway, Under::none, 3, 4, 0, 0},
 };

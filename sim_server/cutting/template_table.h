@@ -61,7 +61,7 @@ struct CutTemplate {
   const char* figure = "";
   Subdivision subdivision = Subdivision::slit;
   Substructure substructure = Substructure::none;
-  int faces = 0, new_vertices = 0;             // of the subdivision
+  int faces = 0, new_vertices = 0;              // of the subdivision
   int substructure_triangles = 0, bottoms = 0;  // bottoms are among the triangles
 };
 
