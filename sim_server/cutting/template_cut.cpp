@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "sim_server/cutting/slit.h"
 #include "sim_server/cutting/templates.h"
@@ -588,6 +589,7 @@ bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke) {
     draft.move_vertex(v, state);
   }
   stroke.temporarily_moved.clear();
+  stroke.temporary_front.reset();
   stroke.temporary_inverse.reset();
   stroke.temporary_bottoms_at_tip.clear();
   stroke.temporary_bottoms.clear();
@@ -600,7 +602,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade&
   take_bottoms_to_tip(draft, stroke.bottoms_at_tip);
   if (stroke.front) stroke.front->bottom_at_tip.reset();
   stroke.faces.clear();
-  stroke.newest = blade;
+  const std::optional<Blade> newest = std::exchange(stroke.newest, blade);
   if (!stroke.at_front) stroke.at_front = blade;
   stroke.active.insert(stroke.active.end(), active.begin(), active.end());
   std::sort(stroke.active.begin(), stroke.active.end());
@@ -609,7 +611,11 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade&
   const BladeSweep sweep = sweep_of(draft, *stroke.at_front, blade, stroke.front);
   if (!(sweep.length_m() >= settings.min_step_m)) return TemplateStrokeEnd::going;
   const auto paths = sweep_paths(draft, sweep, stroke.front, stroke.active, settings.snap_ratio, settings.inset);
-  if (!paths) return TemplateStrokeEnd::refused;
+  const auto refuse = [&] {
+    stroke.newest = newest;
+    return TemplateStrokeEnd::refused;
+  };
+  if (!paths) return refuse();
   if (paths->empty()) return TemplateStrokeEnd::going;
   const LastCrossing crossing = last_crossing(*paths, stroke.front.has_value(), settings.min_step_m);
   if (crossing.blade_is_in && !crossing.opens) return TemplateStrokeEnd::going;
@@ -619,7 +625,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const Blade&
         sweep.origin + crossing.at.x() * sweep.ahead + sweep.trail_height(crossing.at.x()) * sweep.up;
   const TemplateStep step =
       cut_with_templates(draft, *stroke.at_front, at_crossing, stroke.front, stroke.active, settings);
-  if (step.outcome == TemplateOutcome::refused) return TemplateStrokeEnd::refused;
+  if (step.outcome == TemplateOutcome::refused) return refuse();
   if (step.outcome == TemplateOutcome::nothing) return TemplateStrokeEnd::going;
   stroke.front = step.front;
   stroke.at_front = at_crossing;
@@ -638,6 +644,7 @@ void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSe
       cut_with_templates(draft, *stroke.at_front, *stroke.newest, stroke.front, stroke.active, settings);
   if (step.outcome != TemplateOutcome::cut) return;
   stroke.temporary_inverse = draft.inverse_since_mark();
+  stroke.temporary_front = step.front;
   for (const VertexEdit& e : stroke.temporary_inverse->vertices)
     if (e.alive) stroke.temporarily_moved.emplace_back(e.id, draft.position(e.id) - before.position(e.id));
   stroke.temporary_bottoms_at_tip = step.bottoms_at_tip;

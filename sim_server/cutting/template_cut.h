@@ -78,6 +78,8 @@ std::size_t deepen_groove(MeshDraft& draft, const Blade& first, const Blade& las
 // subdivided once however many steps it takes to cross it.
 struct TemplateStroke {
   std::uint32_t tool_id = 0;
+  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle where it began, and where in it
+  Vec3 bary = Vec3::UnitX();
   std::optional<CutFront> front;   // of what is permanent
   std::optional<Blade> at_front;   // pose there, or where the stroke began
   std::optional<Blade> newest;     // pose
@@ -86,6 +88,7 @@ struct TemplateStroke {
   std::vector<ActiveFace> faces;   // that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
   std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // world, metres: back when it is undone
+  std::optional<CutFront> temporary_front;
   TargetStates temporary_bottoms_at_tip;
   GrooveBottoms temporary_bottoms;
 };
