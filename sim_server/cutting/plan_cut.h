@@ -7,7 +7,7 @@
 
 #include "sim_server/cutting/islands.h"
 #include "sim_server/cutting/stroke.h"
-#include "sim_server/cutting/template_cut.h"
+#include "sim_server/cutting/template_stroke.h"
 
 namespace sectio {
 

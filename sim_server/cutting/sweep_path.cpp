@@ -10,6 +10,15 @@ namespace {
 constexpr int kMaxFaces = 200000;
 constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are none
 
+// Columns: along the first edge, across it, and the normal.
+Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 e = (b - a).stableNormalized();
+  const Vec3 n = (b - a).cross(c - a).stableNormalized();
+  Mat3 f;
+  f << e, n.cross(e), n;
+  return f;
+}
+
 double cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -313,6 +322,22 @@ class PathFinder {
 };
 
 }  // namespace
+
+BladeSweep sweep_between(const MeshDraft& draft, const Blade& first, const Blade& last,
+                         const std::optional<CutFront>& front) {
+  if (!front) return {first.tip_world_m, first.tip_world_m, first.tip_world_m + first.up_world, last};
+  const Vec3 top = draft.position(front->top);
+  const Vec3 tip = front->bottom_on_surface ? first.tip_world_m
+                   : front->bottom_at_tip   ? front->bottom_at_tip->position_world_m
+                                            : draft.position(front->bottom);
+  return {top, tip, top, last};
+}
+
+Mat3 rest_from_world(const MeshDraft& draft, const std::array<VertexId, 3>& corners) {
+  const VertexState a = draft.state(corners[0]), b = draft.state(corners[1]), c = draft.state(corners[2]);
+  return frame_of(a.rest_body_m, b.rest_body_m, c.rest_body_m) *
+         frame_of(a.position_world_m, b.position_world_m, c.position_world_m).transpose();
+}
 
 std::optional<std::vector<SurfacePath>> sweep_paths(const MeshDraft& draft, const BladeSweep& sweep,
                                                     const std::optional<CutFront>& front,

@@ -95,6 +95,13 @@ struct CutFront {
   std::optional<VertexState> bottom_at_tip;  // where the bottom is going in the next step; nothing: it is there
 };
 
+// Between two poses; with a front, from where the blade stands there.
+BladeSweep sweep_between(const MeshDraft& draft, const Blade& first, const Blade& last,
+                         const std::optional<CutFront>& front);
+
+// How a triangle has turned: takes directions back to the rest shape.
+Mat3 rest_from_world(const MeshDraft& draft, const std::array<VertexId, 3>& corners);
+
 // All paths through the faces given and those that they lead to. With a front, the first one begins at its top.
 // Nothing if the surface does not lead on from the front. Crossings closer to a corner of their edge than snap_ratio of
 // its length go through it; ends of a path are as far inside their faces as `inset`.

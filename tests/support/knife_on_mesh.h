@@ -6,7 +6,7 @@
 #include <set>
 
 #include "common/mesh/check.h"
-#include "sim_server/cutting/template_cut.h"
+#include "sim_server/cutting/template_stroke.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
