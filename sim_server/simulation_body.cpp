@@ -36,6 +36,9 @@ SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) 
 
 StrokeSettings stroke_settings_of(const CuttingSpec& cutting) {
   StrokeSettings s;
+  s.style = cutting.style == "templates" ? CutStyle::templates : CutStyle::progressive;
+  s.open_top_m = cutting.open_top_m;
+  s.open_bottom_m = cutting.open_bottom_m;
   s.join_tolerance_m = cutting.join_tolerance_m;
   s.min_depth_m = cutting.groove_min_depth_m;
   return s;

@@ -256,7 +256,27 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
     if (end != kNone && (at_surface - now.position(end)).norm() > kStillM) constraint_ = hold(end, at_surface);
     break;
   }
+  if (body_.stroke_settings.style == CutStyle::templates) sweep_over(stroke, motion);
   motions.push_back(std::move(motion));
+}
+
+// The triangles that the blade comes near from the pose before to the last one.
+void SimulationTouch::sweep_over(const Stroke& stroke, BladeMotion& motion) {
+  if (motion.path.empty()) return;
+  const double length_m = (shape_.blade_heel_tool_m() - shape_.blade_tip_tool_m()).norm();
+  const Blade first = stroke.blade.value_or(motion.path.front());
+  std::vector<Vec3> points{first.tip_world_m, first.tip_world_m + length_m * first.up_world};
+  std::vector<std::array<std::size_t, 2>> segments{{0, 1}};
+  double reach_m = 0;
+  for (const Blade& blade : motion.path) {
+    const std::size_t n = points.size();
+    reach_m = std::max(reach_m, (blade.tip_world_m - points[n - 2]).norm());
+    points.push_back(blade.tip_world_m);
+    points.push_back(blade.tip_world_m + length_m * blade.up_world);
+    segments.push_back({n, n + 1});
+    segments.push_back({n - 2, n});
+  }
+  body_.tree().near_segments(body_.view(), points, segments, reach_m, motion.active);
 }
 
 void SimulationTouch::search() {

@@ -59,6 +59,7 @@ class SimulationTouch {
   void enter_tissue(const SurfaceHit& hit);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const Pose> poses, std::vector<BladeMotion>& motions);
+  void sweep_over(const Stroke& stroke, BladeMotion& motion);
   void search();
   void rest_in_groove();
   Blade limited_blade(const Pose& pose, const Vec3& surface_world_m) const;

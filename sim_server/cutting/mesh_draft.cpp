@@ -24,24 +24,24 @@ VertexState VertexState::mix(const std::array<VertexState, 3>& c, const Vec3& ba
 Triangle MeshDraft::triangle(TriangleId t) const {
   const auto it = triangles_.find(t);
   if (it != triangles_.end()) return it->second.triangle;
-  return t < base_.triangle_slots() ? base_.triangle(t) : Triangle{};
+  return t < base_->triangle_slots() ? base_->triangle(t) : Triangle{};
 }
 
 TriangleId MeshDraft::neighbour(TriangleId t, int i) const {
   const auto it = triangles_.find(t);
-  return it != triangles_.end() ? it->second.neighbours[static_cast<std::size_t>(i)] : base_.neighbour(t, i);
+  return it != triangles_.end() ? it->second.neighbours[static_cast<std::size_t>(i)] : base_->neighbour(t, i);
 }
 
 TriangleId MeshDraft::incident(VertexId v) const {
   const auto it = vertices_.find(v);
   if (it != vertices_.end()) return it->second.incident;
-  return v < base_.vertex_slots() ? base_.incident(v) : kNone;
+  return v < base_->vertex_slots() ? base_->incident(v) : kNone;
 }
 
 VertexState MeshDraft::state(VertexId v) const {
   const auto it = vertices_.find(v);
   if (it != vertices_.end()) return it->second.state;
-  return {base_.rest_body_m(v), particles_.position(v), particles_.velocity(v)};
+  return {base_->rest_body_m(v), particles_.position(v), particles_.velocity(v)};
 }
 
 std::vector<TriangleId> MeshDraft::fan(VertexId v) const {
@@ -73,14 +73,14 @@ TriangleId MeshDraft::find_triangle(VertexId a, VertexId b, VertexId c) const {
 
 MeshDraft::TriangleRecord& MeshDraft::edit_triangle(TriangleId t) {
   const auto [it, is_new] = triangles_.try_emplace(t);
-  if (is_new && t < base_.triangle_slots()) it->second = {base_.triangle(t), base_.neighbours(t)};
+  if (is_new && t < base_->triangle_slots()) it->second = {base_->triangle(t), base_->neighbours(t)};
   return it->second;
 }
 
 MeshDraft::VertexRecord& MeshDraft::edit_vertex(VertexId v) {
   const auto [it, is_new] = vertices_.try_emplace(v);
-  if (is_new && v < base_.vertex_slots())
-    it->second = {{base_.rest_body_m(v), particles_.position(v), particles_.velocity(v)}, base_.incident(v), false};
+  if (is_new && v < base_->vertex_slots())
+    it->second = {{base_->rest_body_m(v), particles_.position(v), particles_.velocity(v)}, base_->incident(v), false};
   return it->second;
 }
 
@@ -100,11 +100,11 @@ std::uint32_t MeshDraft::take_slot(std::set<std::uint32_t>& freed, std::size_t& 
 }
 
 VertexId MeshDraft::add_vertex(const VertexState& state) {
-  const VertexId v = take_slot(freed_vertices_, vertex_cursor_, base_.free_vertices(), vertex_slots_);
+  const VertexId v = take_slot(freed_vertices_, vertex_cursor_, base_->free_vertices(), vertex_slots_);
   remember(v);
   VertexRecord& record = edit_vertex(v);
   record.incident = kNone;
-  if (v < base_.vertex_slots() && base_.vertex_alive(v) && base_.rest_body_m(v) == state.rest_body_m) {
+  if (v < base_->vertex_slots() && base_->vertex_alive(v) && base_->rest_body_m(v) == state.rest_body_m) {
     record.state = {state.rest_body_m, particles_.position(v), particles_.velocity(v)};
     record.set = false;
   } else {
@@ -186,7 +186,7 @@ bool MeshDraft::replace(std::span<const TriangleId> removed, std::span<const Tri
   for (std::size_t i = 0; i < added.size(); ++i) {
     const TriangleId t = i < removed.size()
                              ? removed[i]
-                             : take_slot(freed_triangles_, triangle_cursor_, base_.free_triangles(), triangle_slots_);
+                             : take_slot(freed_triangles_, triangle_cursor_, base_->free_triangles(), triangle_slots_);
     after[t] = added[i];
   }
   for (std::size_t i = added.size(); i < removed.size(); ++i) {
@@ -224,26 +224,26 @@ bool MeshDraft::undo(const TopologyDelta& inverse) {
 
 TopologyDelta MeshDraft::delta() const {
   TopologyDelta d;
-  d.base_revision = base_.revision();
+  d.base_revision = base_->revision();
   d.revision = d.base_revision + 1;
   d.vertex_slots_after = vertex_slots_;
   d.triangle_slots_after = triangle_slots_;
-  std::uint64_t hash = base_.hash() - slots_hash(base_.vertex_slots(), base_.triangle_slots()) +
+  std::uint64_t hash = base_->hash() - slots_hash(base_->vertex_slots(), base_->triangle_slots()) +
                        slots_hash(vertex_slots_, triangle_slots_);
   for (const auto& [v, record] : vertices_) {
     const bool alive = record.incident != kNone;
-    const bool was_alive = v < base_.vertex_slots() && base_.vertex_alive(v);
-    const bool new_slot = v >= base_.vertex_slots();
+    const bool was_alive = v < base_->vertex_slots() && base_->vertex_alive(v);
+    const bool new_slot = v >= base_->vertex_slots();
     if (new_slot && v >= vertex_slots_) continue;  // came and went within the draft
-    if (alive == was_alive && !new_slot && (!alive || record.state.rest_body_m == base_.rest_body_m(v))) continue;
+    if (alive == was_alive && !new_slot && (!alive || record.state.rest_body_m == base_->rest_body_m(v))) continue;
     d.vertices.push_back({v, alive, alive ? record.state.rest_body_m : Vec3::Zero()});
-    if (was_alive) hash -= vertex_hash(v, base_.rest_body_m(v));
+    if (was_alive) hash -= vertex_hash(v, base_->rest_body_m(v));
     if (alive) hash += vertex_hash(v, record.state.rest_body_m);
   }
   for (const auto& [t, record] : triangles_) {
-    const bool new_slot = t >= base_.triangle_slots();
+    const bool new_slot = t >= base_->triangle_slots();
     if (new_slot && t >= triangle_slots_) continue;
-    const Triangle before = new_slot ? Triangle{} : base_.triangle(t);
+    const Triangle before = new_slot ? Triangle{} : base_->triangle(t);
     if (!new_slot && before == record.triangle) continue;
     d.triangles.push_back({t, record.triangle});
     if (before.alive()) hash -= triangle_hash(t, before);

@@ -40,7 +40,7 @@ struct VertexState {
 
 class MeshDraft {
  public:
-  MeshDraft(const TriangleMesh& base, ParticleView particles) : base_(base), particles_(particles) {
+  MeshDraft(const TriangleMesh& base, ParticleView particles) : base_(&base), particles_(particles) {
     vertex_slots_ = base.vertex_slots();
     triangle_slots_ = base.triangle_slots();
   }
@@ -96,7 +96,7 @@ class MeshDraft {
   void remember(VertexId v);
   bool exchange(const std::map<TriangleId, Triangle>& after);
 
-  const TriangleMesh& base_;
+  const TriangleMesh* base_;
   ParticleView particles_;
   std::uint32_t vertex_slots_ = 0;
   std::uint32_t triangle_slots_ = 0;

@@ -93,7 +93,9 @@ bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCu
 
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
-  CutPlan plan{{}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
+  if (settings.style == CutStyle::templates)
+    return plan_with_templates(mesh, particles, cuts, entries, motions, settings);
+  CutPlan plan{{}, {}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
   if (attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
@@ -102,7 +104,7 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
     return plan;
   }
   // Refused whole: the mesh stays; cuts that were under way end with what is open now.
-  CutPlan refusal{{}, {}, {}, {}, {}, 1, GrooveDraft(cuts.grooves)};
+  CutPlan refusal{{}, {}, {}, {}, {}, {}, {}, 1, GrooveDraft(cuts.grooves)};
   for (Stroke s : cuts.strokes) {
     keep_what_is_open(s, refusal.grooves);
     refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused});
@@ -116,11 +118,16 @@ bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts) {
     GrooveDraft grooves(cuts.grooves);
     for (Stroke& s : cuts.strokes) keep_what_is_open(s, grooves);
     grooves.commit(cuts.grooves);
+    for (const TemplateStroke& s : cuts.template_strokes)
+      cuts.bottoms.insert(s.temporary_bottoms.begin(), s.temporary_bottoms.end());
     cuts.strokes.clear();
+    cuts.template_strokes.clear();
     return false;
   }
   plan.grooves.commit(cuts.grooves);
   cuts.strokes = plan.strokes;
+  cuts.template_strokes = plan.template_strokes;
+  cuts.bottoms.insert(plan.bottoms.begin(), plan.bottoms.end());
   return true;
 }
 

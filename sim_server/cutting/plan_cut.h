@@ -7,6 +7,7 @@
 
 #include "sim_server/cutting/islands.h"
 #include "sim_server/cutting/stroke.h"
+#include "sim_server/cutting/template_stroke.h"
 
 namespace sectio {
 
@@ -15,6 +16,8 @@ struct BladeMotion {
   std::uint32_t tool_id = 0;
   std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
   bool lift = false;        // the cut ends here, whatever the path
+  // Triangles that the blade sweeps over, as the collision engine found them: for cutting with templates.
+  std::vector<TriangleId> active = {};
 };
 
 // Where an instrument breaks the surface: as the collision engine found it, used as it is.
@@ -27,7 +30,9 @@ struct Entry {
 // The cuts of one body: changed only by accepting a plan.
 struct BodyCuts {
   Grooves grooves;
-  std::vector<Stroke> strokes;  // one an instrument that is in the tissue
+  std::vector<Stroke> strokes;                   // one an instrument that is in the tissue, in either style
+  std::vector<TemplateStroke> template_strokes;  // the same ones, when they cut with templates
+  GrooveBottoms bottoms;                         // that templates have made
 
   const Stroke* stroke_of(std::uint32_t tool_id) const;
 };
@@ -43,13 +48,22 @@ struct CutPlan {
   std::vector<StrokeOutcome> outcomes;                  // of strokes that ended
   std::vector<Island> islands;
   std::vector<Stroke> strokes;  // those that go on
-  std::uint32_t refused = 0;    // cuts for which there was no valid subdivision
+  std::vector<TemplateStroke> template_strokes;
+  GrooveBottoms bottoms;
+  std::uint32_t refused = 0;  // cuts for which there was no valid subdivision
   GrooveDraft grooves;
 };
 
 // `entries` begin new strokes. Every temporary subdivision is undone, the cuts advance, what goes on is opened again.
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands);
+
+// The same with templates (paper A); plan_cut() calls it when the settings say so. A stroke that is refused ends with
+// what is open; the others go on. A stroke of this style shows in CutPlan::strokes as one that only touches: where the
+// instrument is, in `touched` and `bary`.
+CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+                            std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                            const StrokeSettings& settings);
 
 // Applies the plan's delta and takes over its strokes. When the delta can't be applied the mesh is as before, and the
 // strokes end where they are: true or false.

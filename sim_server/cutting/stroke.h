@@ -22,7 +22,15 @@ struct Blade {
   double max_depth_m = 1e9;       // of the groove here: what the tissue's thickness leaves
 };
 
+// Two ways to cut a surface; a scene chooses.
+enum class CutStyle : std::uint8_t {
+  progressive,  // paper B: the groove follows the tip, its lips are together until springs part them
+  templates,    // paper A: openings with widths of their own, through the body if the blade is (template_cut.h)
+};
+
 struct StrokeSettings {
+  CutStyle style = CutStyle::progressive;
+  double open_top_m = 4e-4, open_bottom_m = 2e-4;  // templates only: widths of the opening
   double snap_ratio = 0.08;   // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;        // least barycentric coordinate of a vertex inside a triangle
   double min_step_m = 1e-4;   // the instrument moves this far before a cut opens

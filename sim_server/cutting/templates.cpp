@@ -21,9 +21,20 @@ VertexId corner_before(const Triangle& t, VertexId v) {
   return t.v[static_cast<std::size_t>((t.corner_of(v) + 2) % 3)];
 }
 
-// The triangles around v from the edge v - a counter-clockwise to the edge v - b: what lies to the right of the path
-// a - v - b, seen from outside. Empty when one of the edges is missing.
-std::vector<TriangleId> right_of(const MeshDraft& draft, VertexId a, VertexId v, VertexId b) {
+// Opens the path a - v - b: the right side gets `twin` in place of v, `fill` closes the hole a, twin, b, v.
+bool unzip(MeshDraft& draft, VertexId a, VertexId v, VertexId b, VertexId twin, std::span<const Triangle> fill) {
+  const std::vector<TriangleId> right = right_of_path(draft, a, v, b);
+  if (right.empty()) return false;
+  std::vector<Triangle> added;
+  added.reserve(right.size() + fill.size());
+  for (const TriangleId t : right) added.push_back(with(draft.triangle(t), v, twin));
+  added.insert(added.end(), fill.begin(), fill.end());
+  return draft.replace(right, added);
+}
+
+}  // namespace
+
+std::vector<TriangleId> right_of_path(const MeshDraft& draft, VertexId a, VertexId v, VertexId b) {
   std::vector<TriangleId> fan = draft.fan(v);
   const auto first =
       std::find_if(fan.begin(), fan.end(), [&](TriangleId t) { return corner_after(draft.triangle(t), v) == a; });
@@ -35,19 +46,6 @@ std::vector<TriangleId> right_of(const MeshDraft& draft, VertexId a, VertexId v,
   fan.erase(last + 1, fan.end());
   return fan;
 }
-
-// Opens the path a - v - b: the right side gets `twin` in place of v, `fill` closes the hole a, twin, b, v.
-bool unzip(MeshDraft& draft, VertexId a, VertexId v, VertexId b, VertexId twin, std::span<const Triangle> fill) {
-  const std::vector<TriangleId> right = right_of(draft, a, v, b);
-  if (right.empty()) return false;
-  std::vector<Triangle> added;
-  added.reserve(right.size() + fill.size());
-  for (const TriangleId t : right) added.push_back(with(draft.triangle(t), v, twin));
-  added.insert(added.end(), fill.begin(), fill.end());
-  return draft.replace(right, added);
-}
-
-}  // namespace
 
 std::vector<TriangleId> triangles_of(const MeshDraft& draft, const Cell& cell) {
   std::vector<TriangleId> result;

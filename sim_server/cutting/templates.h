@@ -46,6 +46,10 @@ VertexId insert_on_edge(MeshDraft& draft, VertexId from, VertexId to, const Vert
 // -> 3.
 VertexId insert_in_cell(MeshDraft& draft, const Cell& cell, const VertexState& state);
 
+// The triangles to the right of the path a - v - b along two edges, seen from outside: around v from the edge v - a
+// counter-clockwise to the edge v - b. Empty when one of the edges is missing.
+std::vector<TriangleId> right_of_path(const MeshDraft& draft, VertexId a, VertexId v, VertexId b);
+
 // The first opening of a cut (figure 5), along the path start - middle - tip of two edges. `middle` becomes a pair
 // (V2, V3 of the paper), and a groove of eight triangles closes the hole:
 //

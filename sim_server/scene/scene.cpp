@@ -85,6 +85,9 @@ CuttingSpec read_cutting(YamlMap& map) {
     cutting.threshold_displacement_m = displacement->number(at_least(0));
     cutting.threshold_force_n.reset();
   }
+  map.read("style", cutting.style, {"progressive", "templates"});
+  map.read("open_top_m", cutting.open_top_m, above(0));
+  map.read("open_bottom_m", cutting.open_bottom_m, above(0));
   map.read("hysteresis", cutting.hysteresis, above_to(0, 1));
   map.read("join_tolerance_m", cutting.join_tolerance_m, at_least(0));
   map.read("groove_min_depth_m", cutting.groove_min_depth_m, above(0));

@@ -1,0 +1,78 @@
+// Deformation templates (paper A, section 2.2, figures 2 and 3): while an instrument presses, the faces that it touches
+// hold new particles that follow its form; no original particle is moved. Pure functions on a draft.
+//
+// All of it is temporary. What is replaced stays in the inverse (inactive, not deleted); release() puts it back into
+// its slots bit for bit. Particles have their rest positions on the undeformed face, so springs pull them back.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sim_server/cutting/sweep_path.h"
+
+namespace sectio {
+
+// One face under the instrument.
+struct ContactTemplate {
+  int active_edges = 0;
+  int vertices_inside = 0;  // of the instrument
+  bool coincident = false;  // both new particles fall together: only one is made
+  const char* figure = "";
+  int particles = 0;
+  int triangles = 0;  // in place of the face
+  int springs = 0;    // between particles and corners within the face
+  int halved = 0;     // springs of active edges that become two
+};
+std::span<const ContactTemplate> contact_templates();
+// At most one tip with one active edge, none with two. With none, one or two.
+const ContactTemplate& contact_template_for(int active_edges, int vertices_inside, bool coincident);
+
+struct ContactSettings {
+  double least_ratio = 0.05;  // no particle is nearer to a corner (ratio of the edge) or to an edge (barycentric)
+  double coincidence = 0.08;  // particles closer than this ratio of the face's longest edge are one
+};
+
+// Where the instrument touches the original surface, and where it wants that point of the surface to be.
+struct ContactPoint {
+  PathPoint place;  // on_edge or in_face
+  Vec3 target_world_m = Vec3::Zero();
+};
+
+struct ContactParticle {
+  VertexId vertex = kNone;
+  Vec3 target_world_m = Vec3::Zero();
+};
+
+// One instrument's temporary elements in one body.
+struct TemporaryContact {
+  std::vector<ContactPoint> points;  // as made: after coincident ones have become one
+  std::vector<VertexId> particles;   // one each
+  std::optional<TopologyDelta> inverse;
+};
+
+enum class ContactChange : std::uint8_t {
+  displaced,  // the same templates: particles follow, nothing is added
+  exchanged,  // other templates than before, or the first
+  refused,    // no valid subdivision; nothing is changed
+};
+
+struct Press {
+  ContactChange change = ContactChange::displaced;
+  // To be held at their targets for one step; nothing remembers them beyond it.
+  std::vector<ContactParticle> held;
+};
+
+// The draft as it would be without the contact: what contact points refer to, so that touching the new faces counts as
+// touching the old. Nothing if the mesh has changed under it.
+std::optional<MeshDraft> without(const MeshDraft& draft, const TemporaryContact& contact);
+
+// Presses at the points given, in their order along the instrument.
+Press press(MeshDraft& draft, TemporaryContact& contact, std::span<const ContactPoint> points,
+            const ContactSettings& settings);
+
+// The face has its shape again. False when the mesh has changed under the contact.
+[[nodiscard]] bool release(MeshDraft& draft, TemporaryContact& contact);
+
+}  // namespace sectio

@@ -1,0 +1,142 @@
+#include <algorithm>
+
+#include "sim_server/cutting/plan_cut.h"
+
+namespace sectio {
+namespace {
+
+TemplateSettings template_settings(const StrokeSettings& s) {
+  TemplateSettings t;
+  t.open_top_m = s.open_top_m;
+  t.open_bottom_m = s.open_bottom_m;
+  t.min_step_m = s.min_step_m;
+  t.inset = s.inset;
+  return t;
+}
+
+// The triangles that there are of those named, and those around the corners of the first ones.
+std::vector<TriangleId> alive_around(const MeshDraft& draft, const Triangle& entry) {
+  std::vector<TriangleId> result;
+  for (const VertexId v : entry.v)
+    for (const TriangleId t : draft.fan(v)) result.push_back(t);
+  return result;
+}
+
+VertexId top_of(const TemplateStroke& s) {
+  return s.temporary_front ? s.temporary_front->top : s.front ? s.front->top : kNone;
+}
+
+Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
+  if (const VertexId top = top_of(s); top != kNone) return draft.position(top);
+  Vec3 x = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) x += s.bary[static_cast<int>(i)] * draft.position(s.touched[i]);
+  return x;
+}
+
+// How others see it.
+Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s, double advanced_m) {
+  Stroke seen;
+  seen.tool_id = s.tool_id;
+  seen.touched = s.touched;
+  seen.bary = s.bary;
+  seen.blade = s.newest;
+  seen.advanced_m = advanced_m;
+  if (s.newest) seen.depth_m = (surface_point(draft, s) - s.newest->tip_world_m).dot(s.newest->up_world);
+  const VertexId top = top_of(s);
+  if (top == kNone) return seen;
+  seen.temporary_tip = top;
+  for (const TriangleId t : draft.fan(top)) {
+    const Triangle triangle = draft.triangle(t);
+    seen.touched = triangle.v;
+    seen.bary = Vec3::Unit(triangle.corner_of(top));
+    if (triangle.surface == Surface::skin) break;
+  }
+  return seen;
+}
+
+struct Followed {
+  StrokeEnd end = StrokeEnd::going;
+  double advanced_m = 0;
+};
+
+Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveBottoms& bottoms,
+                const StrokeSettings& settings) {
+  Followed f;
+  for (const Blade& blade : motion.path) {
+    const std::optional<Blade> before = stroke.newest;
+    switch (advance(draft, stroke, blade, motion.active, bottoms, template_settings(settings))) {
+      case TemplateStrokeEnd::refused:
+        f.end = StrokeEnd::refused;
+        return f;
+      case TemplateStrokeEnd::left_body:
+        f.end = StrokeEnd::lifted;
+        return f;
+      default:
+        break;
+    }
+    if (before) f.advanced_m += (blade.tip_world_m - before->tip_world_m).cross(blade.up_world).norm();
+    if ((surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
+      stroke.newest = before;
+      f.end = StrokeEnd::lifted;
+      return f;
+    }
+  }
+  if (motion.lift) f.end = StrokeEnd::lifted;
+  return f;
+}
+
+}  // namespace
+
+CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+                            std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                            const StrokeSettings& settings) {
+  CutPlan plan{{}, {}, {}, {}, {}, {}, cuts.bottoms, 0, GrooveDraft(cuts.grooves)};
+  const MeshDraft now(mesh, particles);
+  MeshDraft draft = now;
+  std::vector<TemplateStroke> strokes = cuts.template_strokes;
+  for (auto it = strokes.rbegin(); it != strokes.rend(); ++it) {
+    if (undo_temporary(draft, *it)) continue;
+    for (const TemplateStroke& s : cuts.template_strokes) {
+      plan.outcomes.push_back({s.tool_id, StrokeEnd::refused});
+      plan.bottoms.insert(s.temporary_bottoms.begin(), s.temporary_bottoms.end());
+    }
+    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused});
+    ++plan.refused;
+    return plan;
+  }
+  for (const Entry& e : entries) {
+    TemplateStroke s;
+    s.tool_id = e.tool_id;
+    Triangle entry = now.triangle(e.triangle);
+    if (draft.triangle(e.triangle).alive()) entry = draft.triangle(e.triangle);
+    s.touched = entry.v;
+    s.bary = e.bary;
+    s.active = alive_around(draft, entry);
+    strokes.push_back(std::move(s));
+  }
+
+  std::vector<double> advanced_m;
+  for (TemplateStroke& s : strokes) {
+    const auto motion =
+        std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.tool_id == s.tool_id; });
+    const Followed f = motion != motions.end() ? follow(draft, s, *motion, plan.bottoms, settings) : Followed{};
+    if (f.end == StrokeEnd::going) {
+      plan.template_strokes.push_back(s);
+      advanced_m.push_back(f.advanced_m);
+      continue;
+    }
+    plan.refused += f.end == StrokeEnd::refused;
+    plan.outcomes.push_back({s.tool_id, f.end});
+    open_temporarily(draft, s, template_settings(settings));
+    finish(draft, s, plan.bottoms);
+  }
+  for (std::size_t i = 0; i < plan.template_strokes.size(); ++i) {
+    open_temporarily(draft, plan.template_strokes[i], template_settings(settings));
+    plan.strokes.push_back(as_stroke(draft, plan.template_strokes[i], advanced_m[i]));
+  }
+  plan.delta = draft.delta();
+  plan.seeds = draft.seeds();
+  return plan;
+}
+
+}  // namespace sectio

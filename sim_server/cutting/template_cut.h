@@ -1,0 +1,71 @@
+// Cutting with templates (paper A, section 2.3): what template_table.h describes, on a draft.
+//
+// A knife cut is a sequence of smaller ones (template_stroke.h). One step cuts from one pose of the blade to the next,
+// and hands on what the one after it needs: the front, where the blade stands, and the bottoms that follow it.
+//
+//   first step                       next step goes on from the front (T, G): both become pairs, the old bottom face
+//                                    (b- b+ G) is discarded, its sides adjusted
+//    P----e----T  <- front             P----e----T----f----U  <- front
+//    |    |    |                       |    |    |    |    |
+//    g----b----G                       g----b----G----b----H
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sim_server/cutting/sweep_path.h"
+#include "sim_server/cutting/template_table.h"
+
+namespace sectio {
+
+struct TemplateSettings {
+  double open_top_m = 4e-4;     // width of the opening at the surface
+  double open_bottom_m = 2e-4;  // and at the bottom
+  double right_angle_tolerance_rad = kRightAngleTolerance_rad;
+  // Bottoms are born at this ratio of the tip's depth, not beneath the tip; the next step takes them to where it was.
+  double bottom_at_birth = 0.75;
+  double snap_ratio = 0.05;  // a crossing this close to a corner of its edge (ratio of its length) goes through it
+  double inset = 0.04;       // least barycentric coordinate of a path's end inside a triangle
+  double min_step_m = 1e-4;  // shorter motions of the blade wait for more
+};
+
+// How a face was cut, and why so.
+struct ActiveFace {
+  std::array<VertexId, 3> corners{kNone, kNone, kNone};
+  AngleClass angle = AngleClass::normal;
+  int active_edges = 0;
+  int vertices_inside = 0;
+  const CutTemplate* chosen = nullptr;
+};
+
+// Bottom vertices of grooves and where they are opposite each other: how later steps find bottom faces again. A vertex
+// at the end of a bottom is its own partner.
+using GrooveBottoms = std::map<VertexId, VertexId>;
+
+using TargetStates = std::vector<std::pair<VertexId, VertexState>>;
+
+enum class TemplateOutcome : std::uint8_t {
+  cut,
+  nothing,  // no face is active, or the blade has not moved
+  refused,  // no valid subdivision; the draft is as before
+};
+
+struct TemplateStep {
+  TemplateOutcome outcome = TemplateOutcome::nothing;
+  std::vector<ActiveFace> faces;
+  std::optional<CutFront> front;  // nothing: the blade has left the body
+  TargetStates bottoms_at_tip;    // where the next step takes the bottoms that are new
+  GrooveBottoms bottoms;          // that are new
+};
+
+// One step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found them;
+// one of each path is enough. With a front, `first` is the pose there.
+TemplateStep cut_with_templates(MeshDraft& draft, const Blade& first, const Blade& last,
+                                const std::optional<CutFront>& front, std::span<const TriangleId> active,
+                                const TemplateSettings& settings);
+
+}  // namespace sectio

@@ -1,0 +1,120 @@
+// A knife that cuts a mesh at rest with templates, without simulation: for tests of that cutting style alone.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/mesh/check.h"
+#include "sim_server/cutting/template_stroke.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+
+class KnifeOnMesh {
+ public:
+  explicit KnifeOnMesh(const TriangleSoup& soup, TemplateSettings s = {}) : mesh(soup), settings(s) { place({}); }
+
+  ParticleView view() const { return {positions.data(), velocities.data()}; }
+
+  // All of them: those that the sweep does not cross drop out.
+  std::vector<TriangleId> all_triangles() const {
+    std::vector<TriangleId> all;
+    for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)
+      if (mesh.triangle(t).alive()) all.push_back(t);
+    return all;
+  }
+
+  // One step of its own, from pose to pose.
+  TemplateStep cut(const Blade& first, const Blade& last, const std::optional<CutFront>& front = {}) {
+    MeshDraft draft(mesh, view());
+    const TemplateStep step = cut_with_templates(draft, first, last, front, all_triangles(), settings);
+    EXPECT_TRUE(step.outcome == TemplateOutcome::cut || draft.delta().empty()) << "refused, but changed";
+    commit(draft);
+    return step;
+  }
+
+  // The next step of a stroke.
+  TemplateStrokeEnd follow(TemplateStroke& stroke, const Blade& blade) {
+    MeshDraft draft(mesh, view());
+    EXPECT_TRUE(undo_temporary(draft, stroke));
+    const TemplateStrokeEnd end = advance(draft, stroke, blade, all_triangles(), bottoms, settings);
+    faces.insert(faces.end(), stroke.faces.begin(), stroke.faces.end());
+    if (end == TemplateStrokeEnd::going) open_temporarily(draft, stroke, settings);
+    commit(draft);
+    return end;
+  }
+  void lift(TemplateStroke& stroke) {
+    MeshDraft draft(mesh, view());
+    finish(draft, stroke, bottoms);
+    commit(draft);
+  }
+
+  bool valid() const {
+    const SurfaceReport r = check(mesh);
+    if (!r.valid()) std::printf("%s\n", r.first_defect.c_str());
+    return r.valid();
+  }
+
+  bool commit(const MeshDraft& draft) {
+    const TopologyDelta delta = draft.delta();
+    if (delta.empty()) return true;
+    const ApplyStatus status = apply(delta, mesh);
+    EXPECT_EQ(status, ApplyStatus::applied) << to_string(status);
+    place(draft.seeds());
+    return status == ApplyStatus::applied;
+  }
+
+  TriangleMesh mesh;
+  TemplateSettings settings;
+  GrooveBottoms bottoms;
+  std::vector<ActiveFace> faces;
+  std::vector<float> positions, velocities;
+
+ private:
+  void place(const std::vector<std::pair<VertexId, VertexState>>& seeds) {
+    const std::size_t known = positions.size() / 4;
+    positions.resize(mesh.vertex_slots() * 4);
+    velocities.resize(mesh.vertex_slots() * 4);
+    for (std::size_t v = known; v < mesh.vertex_slots(); ++v) place(v, mesh.rest_body_m(static_cast<VertexId>(v)));
+    for (const auto& [v, state] : seeds) place(v, state.position_world_m);
+  }
+  void place(std::size_t v, const Vec3& x) {
+    for (int i = 0; i < 3; ++i) positions[4 * v + static_cast<std::size_t>(i)] = static_cast<float>(x[i]);
+  }
+};
+
+// A pad of 60 x 40 x 20 mm in cells of 10 mm: diagonals of the upper side go from lower left to upper right.
+class PadUnderKnife : public KnifeOnMesh {
+ public:
+  static constexpr double kTop_m = 0.02;
+  explicit PadUnderKnife(TemplateSettings s = {}) : KnifeOnMesh(box(6, 4, 2, Vec3(0.06, 0.04, kTop_m)), s) {}
+
+  // Upright, the tip so deep beneath the upper side.
+  static Blade at(double x_m, double y_m, double depth_m) {
+    return {Vec3(x_m, y_m, kTop_m - depth_m), Vec3::UnitZ(), 1e9};
+  }
+  std::vector<Triangle> walls() const {
+    std::vector<Triangle> result;
+    for (const Triangle& t : mesh.triangles())
+      if (t.alive() && t.surface == Surface::wall) result.push_back(t);
+    return result;
+  }
+  Vec3 x(VertexId v) const { return mesh.rest_body_m(v); }
+  Vec3 centre(const Triangle& t) const { return (x(t.v[0]) + x(t.v[1]) + x(t.v[2])) / 3; }
+  Vec3 normal(const Triangle& t) const {
+    return (x(t.v[1]) - x(t.v[0])).cross(x(t.v[2]) - x(t.v[0])).stableNormalized();
+  }
+  // Skin triangles of the upper side whose centre is in the cell triangle (column, row, above its diagonal).
+  std::vector<Triangle> upper(int column, int row, bool above) const {
+    std::vector<Triangle> result;
+    for (const Triangle& t : mesh.triangles()) {
+      if (!t.alive() || t.surface != Surface::skin || normal(t).z() < 0.99) continue;
+      const double u = 100 * centre(t).x() - column, w = 100 * centre(t).y() - row;
+      if (u >= 0 && u < 1 && w >= 0 && w < 1 && (w > u) == above) result.push_back(t);
+    }
+    return result;
+  }
+};
+
+}  // namespace sectio::test
