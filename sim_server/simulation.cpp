@@ -65,6 +65,18 @@ struct Tool {
   bool continuous = true;
 };
 
+// Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
+void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, BladeMotion& motion) {
+  VertexId at = kNone;
+  for (const Entry& e : entries)
+    if (e.tool_id == motion.tool_id) at = body.mesh.triangle(e.triangle).v[0];
+  if (const Stroke* stroke = body.cuts.stroke_of(motion.tool_id))
+    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
+  if (at == kNone) return;
+  const Eigen::Quaterniond to_body = body.frame_world(at).orientation.conjugate();
+  for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
+}
+
 }  // namespace
 
 struct Simulation::State {
@@ -136,6 +148,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   }
 
   if (!entries.empty() || !motions.empty()) {
+    for (BladeMotion& motion : motions) see_from_rest(body, entries, motion);
     const CutPlan plan = plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings,
                                   body.spec.cutting.loops_free_islands);
     const bool accepted = body.accept_plan(plan, changed);

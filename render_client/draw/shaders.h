@@ -117,7 +117,7 @@ void main() {
   albedo *= (0.66 + 0.68 * broad.r) * (0.80 + 0.34 * fine.a);
   albedo = mix(albedo, albedo * vec3(0.60, 0.42, 0.48), 0.55 * smoothstep(0.45, 0.95, broad.a));
   albedo = mix(albedo, vec3(dot(albedo, vec3(0.35))), 0.10 + 0.10 * broad.b);
-  vec3 film = bumped(n, 0.24 * (fine.rgb - 0.5));
+  vec3 film = bumped(n, 0.15 * (fine.rgb - 0.5));
   emit_tissue(mix(n, film, 0.5), film, albedo, 1.0, 0.75 + 0.4 * broad.b);
 })";
 

@@ -55,7 +55,7 @@ bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCu
              bool loops_free_islands) {
   std::vector<Stroke> strokes = cuts.strokes;
   for (auto it = strokes.rbegin(); it != strokes.rend(); ++it)
-    if (it->temporary_inverse && !draft.undo(*it->temporary_inverse)) return false;
+    if (!undo_temporary(draft, *it)) return false;
   for (Entry e : entries) {
     if (!carry_over(e, now, draft, cuts.strokes)) return false;
     Stroke s;

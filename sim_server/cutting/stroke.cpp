@@ -18,9 +18,25 @@ std::array<VertexId, 3> corners_of(const Stroke& stroke) {
   return stroke.cell.apex == kNone ? stroke.touched : stroke.cell.corners();
 }
 
+// The corners of where the instrument is. Lips that have drawn apart would shear the cell: its apex is between them.
+std::array<VertexState, 3> corner_states(const MeshDraft& draft, const Stroke& stroke) {
+  auto c = corner_states(draft, corners_of(stroke));
+  if (stroke.temporary_twin != kNone && stroke.cell.rim.size() == 2)
+    c[0] = VertexState::mix(c[0], draft.state(stroke.temporary_twin), 0.5);
+  return c;
+}
+
 VertexState state_at(const MeshDraft& draft, const Stroke& stroke) {
   if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return draft.state(stroke.cell.apex);
-  return VertexState::mix(corner_states(draft, corners_of(stroke)), stroke.bary);
+  return VertexState::mix(corner_states(draft, stroke), stroke.bary);
+}
+
+// The apex has been split: its halves go to where they were.
+void part_lips(MeshDraft& draft, Stroke& stroke, VertexId twin) {
+  if (!stroke.lips) return;
+  draft.move_vertex(stroke.cell.apex, (*stroke.lips)[0]);
+  draft.move_vertex(twin, (*stroke.lips)[1]);
+  stroke.lips.reset();
 }
 
 // Columns: along the first edge, across it, and the normal.
@@ -38,12 +54,15 @@ VertexState bottom_under(const MeshDraft& draft, const std::array<VertexId, 3>& 
                          const Blade& blade, const StrokeSettings& settings) {
   const double tip_depth_m = (surface.position_world_m - blade.tip_world_m).dot(blade.up_world);
   const double depth_m = std::max(settings.min_depth_m, std::min(tip_depth_m, blade.max_depth_m));
-  const auto c = corner_states(draft, corners);
-  const Mat3 world = frame_of(c[0].position_world_m, c[1].position_world_m, c[2].position_world_m);
-  const Mat3 rest = frame_of(c[0].rest_body_m, c[1].rest_body_m, c[2].rest_body_m);
   const Vec3 down_world = -depth_m * blade.up_world;
-  return {surface.rest_body_m + rest * (world.transpose() * down_world), surface.position_world_m + down_world,
-          surface.velocity_world_m_per_s};
+  Vec3 down_rest = -depth_m * blade.up_body;
+  if (blade.up_body.isZero()) {
+    const auto c = corner_states(draft, corners);
+    const Mat3 world = frame_of(c[0].position_world_m, c[1].position_world_m, c[2].position_world_m);
+    const Mat3 rest = frame_of(c[0].rest_body_m, c[1].rest_body_m, c[2].rest_body_m);
+    down_rest = rest * (world.transpose() * down_world);
+  }
+  return {surface.rest_body_m + down_rest, surface.position_world_m + down_world, surface.velocity_world_m_per_s};
 }
 
 // The vertical plane through where the instrument was and where it is, and how far it has come within that plane.
@@ -146,6 +165,10 @@ class Walk {
       if (!begin()) return StrokeEnd::refused;
     }
     if (plane_.distance_m < 1e-9) return ended_by_depth();
+    if (stroke_.cell.rim.size() == 2 && stroke_.bary[0] == 1 && !enter_at(stroke_.cell.apex)) {
+      // The cut went through a corner a little ahead of the instrument: it waits there.
+      return plane_.distance_m < settings_.join_tolerance_m ? ended_by_depth() : StrokeEnd::lost;
+    }
     Vec3 bary_in = stroke_.bary;
     for (int i = 0; i < kMaxCellsPerStep; ++i) {
       const auto corners = corner_states(draft_, stroke_.cell.corners());
@@ -307,6 +330,7 @@ class Walk {
       const auto opening = open_start(draft_, stroke_.start, stroke_.cell.apex, next,
                                       {*stroke_.start_bottom, *stroke_.apex_bottom, bottom});
       if (!opening) return StrokeEnd::refused;
+      part_lips(draft_, stroke_, opening->twin);
       grooves_.set_end(stroke_.start, opening->bottom[0]);
       for (const VertexId g : opening->bottom) grooves_.add_bottom(g);
       stroke_.bottom = opening->bottom[2];
@@ -314,6 +338,7 @@ class Walk {
     } else {
       const auto extension = extend(draft_, stroke_.cell.apex, stroke_.bottom, next, bottom);
       if (!extension) return StrokeEnd::refused;
+      part_lips(draft_, stroke_, extension->twin);
       if (grooves_.is_bottom(stroke_.cell.apex)) grooves_.add_bottom(extension->twin);
       grooves_.add_bottom(extension->bottom);
       stroke_.bottom = extension->bottom;
@@ -371,7 +396,7 @@ Vec3 rest_of(const MeshDraft& draft, const Stroke& stroke) {
 
 Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke) {
   if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return Vec3::Zero();
-  const auto c = corner_states(draft, corners_of(stroke));
+  const auto c = corner_states(draft, stroke);
   return (c[1].rest_body_m - c[0].rest_body_m).cross(c[2].rest_body_m - c[0].rest_body_m).stableNormalized();
 }
 
@@ -389,6 +414,16 @@ SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> tria
   return nearest;
 }
 
+bool undo_temporary(MeshDraft& draft, Stroke& stroke) {
+  if (!stroke.temporary_inverse) return true;
+  if (stroke.temporary_twin != kNone) {
+    stroke.lips = {draft.state(stroke.cell.apex), draft.state(stroke.temporary_twin)};
+    draft.move_vertex(stroke.cell.apex, VertexState::mix((*stroke.lips)[0], (*stroke.lips)[1], 0.5));
+  }
+  stroke.temporary_twin = kNone;
+  return draft.undo(*stroke.temporary_inverse);
+}
+
 StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves,
                   const StrokeSettings& settings) {
   if (!settle(draft, stroke)) return StrokeEnd::lost;
@@ -397,7 +432,7 @@ StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDr
 
 bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, const StrokeSettings& settings) {
   stroke.temporary_inverse.reset();
-  stroke.temporary_tip = kNone;
+  stroke.temporary_tip = stroke.temporary_twin = kNone;
   stroke.temporary_bottoms.clear();
   if (stroke.cell.apex == kNone || stroke.cell.rim.empty()) return true;
 
@@ -412,6 +447,7 @@ bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, cons
   if (stroke.bottom != kNone) {
     const auto extension = extend(draft, stroke.cell.apex, stroke.bottom, q, bottom);
     if (!extension) return false;
+    stroke.temporary_twin = extension->twin;
     stroke.temporary_bottoms = {extension->bottom};
   } else {
     VertexId start = stroke.start, middle = stroke.cell.apex;
@@ -426,43 +462,13 @@ bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, cons
     }
     const auto opening = open_start(draft, start, middle, q, {*stroke.start_bottom, middle_bottom, bottom});
     if (!opening) return false;
+    if (stroke.start != kNone) stroke.temporary_twin = opening->twin;
     stroke.temporary_bottoms.assign(opening->bottom.begin(), opening->bottom.end());
   }
+  if (stroke.temporary_twin != kNone) part_lips(draft, stroke, stroke.temporary_twin);
+  stroke.lips.reset();
   stroke.temporary_tip = q;
   stroke.temporary_inverse = draft.inverse_since_mark();
-  return true;
-}
-
-bool keep_what_is_open(Stroke& stroke, GrooveDraft& grooves) {
-  const VertexId apex = stroke.cell.apex;
-  if (stroke.temporary_inverse) {
-    stroke.temporary_inverse.reset();
-    if (stroke.bottom == kNone)
-      grooves.set_end(stroke.start != kNone ? stroke.start : apex, stroke.temporary_bottoms[0]);
-    grooves.set_end(stroke.temporary_tip, stroke.temporary_bottoms.back());
-    for (const VertexId g : stroke.temporary_bottoms) grooves.add_bottom(g);
-    return true;
-  }
-  if (stroke.bottom != kNone) grooves.set_end(apex, stroke.bottom);
-  return stroke.bottom != kNone;
-}
-
-bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves) {
-  if (keep_what_is_open(stroke, grooves)) return true;
-  const VertexId apex = stroke.cell.apex;
-  if (stroke.start == kNone) return true;  // touched, not cut
-
-  // Scored along one edge only: its middle makes the pair that an opening needs.
-  const VertexId middle =
-      insert_on_edge(draft, stroke.start, apex, VertexState::mix(draft.state(stroke.start), draft.state(apex), 0.5));
-  if (middle == kNone) return false;
-  const VertexState middle_bottom = VertexState::mix(*stroke.start_bottom, *stroke.apex_bottom, 0.5);
-  const auto opening =
-      open_start(draft, stroke.start, middle, apex, {*stroke.start_bottom, middle_bottom, *stroke.apex_bottom});
-  if (!opening) return false;
-  grooves.set_end(stroke.start, opening->bottom[0]);
-  grooves.set_end(apex, opening->bottom[2]);
-  for (const VertexId g : opening->bottom) grooves.add_bottom(g);
   return true;
 }
 

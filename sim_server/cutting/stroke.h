@@ -20,6 +20,7 @@ struct Blade {
   Vec3 tip_world_m = Vec3::Zero();
   Vec3 up_world = Vec3::UnitZ();  // unit
   double max_depth_m = 1e9;       // of the groove here: what the tissue's thickness leaves
+  Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
 };
 
 // Two ways to cut a surface; a scene chooses.
@@ -62,9 +63,13 @@ struct Stroke {
   std::optional<Blade> blade;                            // the newest pose at which it cut
   VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
 
+  // While the temporary subdivision is undone: where the halves of the apex were. The apex is between them as long.
+  std::optional<std::array<VertexState, 2>> lips;
+
   // The temporary subdivision.
   std::optional<TopologyDelta> temporary_inverse;
   VertexId temporary_tip = kNone;
+  VertexId temporary_twin = kNone;          // the other half of the apex; kNone: the apex is one
   std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
 };
 
@@ -81,6 +86,9 @@ struct SurfacePoint {
 };
 // Of the triangles given, the point nearest to another; kNone if there are none.
 SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m);
+
+// Takes back the temporary subdivision. False when it can't be.
+bool undo_temporary(MeshDraft& draft, Stroke& stroke);
 
 // Takes the instrument to `blade`, cutting all that lies on the way; the draft must be without the stroke's temporary
 // subdivision. Walks over the surface in the plane of the motion, triangle by triangle: nothing is jumped over.
