@@ -192,6 +192,7 @@ void write_report(const std::string& path, const std::string& text) {
 int view(const Options& options) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  write_report(options.report_file, "");  // better refused now than at the end
   Screen screen(options);
   ClientNet net(options.network);
   Replica replica;

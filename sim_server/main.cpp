@@ -58,8 +58,9 @@ int run_session(int argc, char** argv) {
   arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
   if (!arguments.parse(argc, argv)) return 0;
 
-  const Scene scene = load_scene(scene_file);
-  if (options.network.session.empty()) options.network.session = scene.session;
+  Scene scene = load_scene(scene_file);
+  if (!options.network.session.empty()) scene.session = options.network.session;
+  options.network.session = scene.session;
   const std::string report = offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
   std::fputs(report.c_str(), stdout);
   return 0;

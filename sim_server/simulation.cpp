@@ -222,7 +222,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
         std::min(out.report.stability_margin, body->springs.largest_stable_step_s() / s.scene.step_s);
     out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, body->springs.added_mass_fraction());
   }
-  for (const SimulationTouch& t : s.touches) {
+  for (SimulationTouch& t : s.touches) {
     out.report.local_searches += t.local_searches();
     out.report.global_searches += t.global_searches();
     out.report.penetration_m = std::max(out.report.penetration_m, t.penetration_m());

@@ -73,7 +73,7 @@ const SurfaceTree& SimulationBody::tree() {
 Vec3 SimulationBody::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
   Vec3 rest = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
-  return springs.frame_world(springs.component_of(v[0])).to_world(rest);
+  return frame_world(v[0]).to_world(rest);
 }
 
 Vec3 SimulationBody::home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const {
@@ -88,7 +88,7 @@ Vec3 SimulationBody::home_normal_world(const std::array<VertexId, 3>& v, const V
     }
     normal_body += bary[static_cast<int>(i)] * area.stableNormalized();
   }
-  return springs.frame_world(springs.component_of(v[0])).orientation * normal_body.stableNormalized();
+  return frame_world(v[0]).orientation * normal_body.stableNormalized();
 }
 
 double SimulationBody::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {

@@ -29,6 +29,8 @@ class SimulationBody {
   // The tree as of the current positions.
   const SurfaceTree& tree();
 
+  // Of the connected piece that a vertex belongs to.
+  const Pose& frame_world(VertexId v) const { return springs.frame_world(springs.component_of(v)); }
   // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const;

@@ -10,7 +10,7 @@ namespace sectio {
 namespace {
 
 constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
-constexpr double kLetGoM = 1e-4;         // this far above the surface a contact ends
+constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of the pushing force, as long as a device's own
 constexpr double kCauteryDrag = 0.05;    // of a blade's cutting force: tissue gives way before the hook
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
@@ -77,8 +77,7 @@ void SimulationTouch::set_free() {
 
 void SimulationTouch::approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous) {
   constraint_.reset();
-  penetration_m_ = 0;
-  if (!poses.empty()) pose_ = poses.back();
+  if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
   if (looks && !near_body(before, poses)) {
     tracker_.reset();
@@ -88,7 +87,8 @@ void SimulationTouch::approach(const std::optional<Pose>& before, std::span<cons
   }
   if (looks && before) {
     Pose from = *before;
-    for (const Pose& to : poses) {
+    const std::array resting{pose_};  // the surface may come to an instrument that rests
+    for (const Pose& to : poses.empty() ? std::span<const Pose>(resting) : poses) {
       const SurfaceTree& tree = body_.tree();
       look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
       from = to;
@@ -107,6 +107,10 @@ void SimulationTouch::look_for_contact(const ToolContact& contact) {
   const ToolCorner tip = shape_.cautery ? ToolCorner::c : ToolCorner::a;
   if (const SurfaceHit* hit = first_entering(contact.path(tip)))
     return press_at(*hit, shape_.probe_tool_m(), !shape_.cautery);
+  // The surface may have risen over a tip that rests: then the blade leaves the tissue before it enters it.
+  const std::vector<SurfaceHit>& shaft = contact[ToolSegment::ab].after;
+  if (!shape_.cautery && !shaft.empty() && !shaft.front().entering)
+    return press_at(shaft.front(), shape_.probe_tool_m(), true);
   if (phase_ == Phase::pressing) return;
 
   // The side of the instrument: the middle of what is inside.
@@ -212,7 +216,8 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
                                     std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
   point_ = position_of(now, stroke);
-  if (const Vec3 n = normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = n;
+  if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5)
+    normal_ = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex).orientation * n;
   BladeMotion motion{tool_id_, {}, false};
   const std::array resting{pose_};
   Vec3 from = point_;
@@ -269,7 +274,7 @@ void SimulationTouch::search() {
 // A new cut at the end of the old one would go along its walls.
 void SimulationTouch::rest_in_groove() {
   const Vec3 tip = pose_.to_world(shape_.blade_tip_tool_m());
-  if ((tip - ended_at_).dot(normal_) > 0) return set_free();
+  if ((tip - ended_at_).dot(normal_) > kLetGoM && !body_.tree().inside(body_.view(), tip)) return set_free();
   const Vec3 away = tip - ended_at_;
   if ((away - away.dot(normal_) * normal_).norm() > 3 * body_.stroke_settings.join_tolerance_m)
     phase_ = body_.tree().inside(body_.view(), tip) ? Phase::searching : Phase::free;
@@ -288,7 +293,8 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   constraint_.reset();
   switch (end) {
     case StrokeEnd::lifted:
-      set_free();
+      phase_ = Phase::spent;
+      events_.push_back(EventKind::cut_ended);
       break;
     case StrokeEnd::lost:
       phase_ = Phase::searching;
@@ -315,20 +321,28 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));
   smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
-  const SurfaceView view = body_.view();
-  const Corners c = view.corners(triangle_);
-  point_ = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
-  const double above_m = (constraint_->target_world_m - point_).dot(normal_);
-  penetration_m_ = std::max(0.0, -above_m);
+  const PointConstraint& c = *constraint_;
+  point_.setZero();
+  for (std::size_t i = 0; i < 3; ++i) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
+  const double above_m = (c.target_world_m - point_).dot(normal_);
   if (!reaction.active && above_m > kLetGoM) return set_free();
-  const Vec3 home = body_.home_world_m(constraint_->v, bary_);
-  const double displacement_m = (home - constraint_->target_world_m).dot(normal_);
+  const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
+  const double displacement_m = (home - c.target_world_m).dot(normal_);
   if (at_tip_ && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
     entry_ = Entry{tool_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;
     events_.push_back(EventKind::penetrated);
   }
+}
+
+double SimulationTouch::penetration_m() {
+  if (phase_ != Phase::pressing) return 0;
+  const Vec3 contact = pose_.to_world(contact_tool_m_);
+  slide_to(contact);
+  const Corners c = body_.view().corners(triangle_);
+  const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
+  return std::max(0.0, (nearest - contact).dot(normal_of_triangle(body_.view(), triangle_)));
 }
 
 }  // namespace sectio

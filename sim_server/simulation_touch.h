@@ -34,7 +34,8 @@ class SimulationTouch {
   bool surface_known() const { return phase_ != Phase::free; }
   const Vec3& point_world_m() const { return point_; }
   const Vec3& normal_world() const { return normal_; }
-  double penetration_m() const { return penetration_m_; }  // of the pressing tip beneath the surface, after the step
+  // Of what presses beneath the surface, after the step: to the nearest triangle, whatever the constraint was.
+  double penetration_m();
   std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 
@@ -82,7 +83,6 @@ class SimulationTouch {
   Vec3 force_n_ = Vec3::Zero();
   Vec3 cutting_force_n_ = Vec3::Zero();
   double smooth_force_n_ = 0;
-  double penetration_m_ = 0;
   Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
   std::uint64_t searches_ = 0;
   bool has_just_cut_ = false;

@@ -38,6 +38,11 @@ void Arguments::option(const std::string& flag, T& value, const std::string& wha
                                                                               : "expected a finite number, got " + text;
     });
   }
+  if constexpr (std::is_unsigned_v<T>) {  // strtoull, which is behind it, turns -1 into the greatest number of all
+    option->check([](const std::string& text) {
+      return text.find('-') == std::string::npos ? "" : "expected >= 0, got " + text;
+    });
+  }
 }
 
 template void Arguments::option(const std::string&, std::string&, const std::string&, Need);

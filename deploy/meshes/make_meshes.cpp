@@ -1,5 +1,5 @@
-// make_meshes DIR [NAME...]: writes organ-like surfaces as NAME.obj in millimetres (all of the table below, or those
-// named). make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
+// make_meshes DIR [NAME...]: writes organ-like surfaces as NAME.obj in metres (all of the table below, or those named).
+// make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
 //
 // A geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and back to
 // the surface, and edges flip to Delaunay's, until triangles are even.
@@ -170,10 +170,10 @@ double least_angle_deg(const TriangleSoup& soup) {
 }
 
 std::string obj(const TriangleSoup& soup, const Recipe& recipe) {
-  std::string text = std::string("# ") + recipe.name + ", made by make_meshes; unit: mm\n";
+  std::string text = std::string("# ") + recipe.name + ", made by make_meshes; unit: m\n";
   char line[96];
   for (const Vec3& p : soup.vertices_body_m) {
-    std::snprintf(line, sizeof line, "v %.3f %.3f %.3f\n", 1000 * p.x(), 1000 * p.y(), 1000 * p.z());
+    std::snprintf(line, sizeof line, "v %.7f %.7f %.7f\n", p.x(), p.y(), p.z());
     text += line;
   }
   for (const Corners& t : soup.triangles) {

@@ -365,12 +365,10 @@ Vec3 position_of(const MeshDraft& draft, const Stroke& stroke) {
   return state_at(draft, stroke).position_world_m;
 }
 
-Vec3 normal_of(const MeshDraft& draft, const Stroke& stroke) {
+Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke) {
   if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return Vec3::Zero();
   const auto c = corner_states(draft, corners_of(stroke));
-  return (c[1].position_world_m - c[0].position_world_m)
-      .cross(c[2].position_world_m - c[0].position_world_m)
-      .stableNormalized();
+  return (c[1].rest_body_m - c[0].rest_body_m).cross(c[2].rest_body_m - c[0].rest_body_m).stableNormalized();
 }
 
 SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m) {

@@ -169,7 +169,7 @@ TEST_F(Replication, A_ARCH_7_each_side_keeps_exactly_the_objects_of_the_scene) {
   EXPECT_EQ(viewer.replica.bodies().size(), 2u);
 }
 
-TEST_F(Replication, A_ARCH_8_sessions_of_one_domain_do_not_see_each_other) {
+TEST_F(Replication, sessions_of_one_domain_do_not_see_each_other) {
   open(own_session());
   NetworkOptions other = network;
   other.session += "-other";

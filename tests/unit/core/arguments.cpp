@@ -13,6 +13,7 @@ struct Command {
   std::string scene;
   double duration_s = 5;
   std::uint32_t tool_id = 0;
+  std::uint64_t steps = 0;
   std::vector<std::string> peers;
   std::string device = "scripted";
   bool quiet = false;
@@ -22,6 +23,7 @@ struct Command {
     arguments.option("--scene", scene, "the scene", Need::required);
     arguments.option("--duration-s", duration_s, "time to run");
     arguments.option("--tool-id", tool_id, "index of the tool");
+    arguments.option("--steps", steps, "how many");
     arguments.option("--peer", peers, "address of a peer; may be repeated");
     arguments.choice("--device", device, {"scripted", "virtual_hand"}, "device");
     arguments.toggle("--quiet", quiet, "no progress");
@@ -57,6 +59,7 @@ TEST(Arguments, BadFlagsThrowOneLineThatNamesThem) {
       {{"--scene", "a", "--duration-s", "soon"}, "--duration-s"},
       {{"--scene", "a", "--duration-s", "nan"}, "--duration-s"},
       {{"--scene", "a", "--tool-id", "-1"}, "--tool-id"},
+      {{"--scene", "a", "--steps", "-5"}, "--steps"},
       {{"--scene", "a", "--device", "mouse"}, "--device"},
   };
   for (const auto& [argv, flag] : cases) {

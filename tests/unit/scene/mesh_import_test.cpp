@@ -369,7 +369,7 @@ TEST(MeshImportOwn, organs_of_the_project_are_valid_and_even) {
   for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(SECTIO_SOURCE_DIR) / "deploy" / "meshes")) {
     if (entry.path().extension() != ".obj") continue;
     ++count;
-    const ImportedMesh mesh = import_mesh(entry.path().string(), 0.001);
+    const ImportedMesh mesh = import_mesh(entry.path().string(), 1);
     EXPECT_TRUE(mesh.mended.empty()) << entry.path() << ": " << mesh.mended[0];
     EXPECT_EQ(mesh.report.euler_characteristic, 2) << entry.path();
     EXPECT_EQ(mesh.report.components, 1u) << entry.path();

@@ -101,6 +101,18 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
 }
 
+TEST_F(SceneFile, a_file_in_metres_centimetres_or_millimetres_arrives_in_metres) {
+  for (const auto& [unit, length_m] : {std::pair("unit: m}", 1.0), {"unit: cm}", 0.01}, {"unit: mm}", 0.001}}) {
+    std::string text = kScene;
+    text.replace(text.find("unit: cm}"), 9, unit);
+    const BodySpec body = load(text).bodies[0];
+    EXPECT_EQ(body.mesh_unit_m, length_m);
+    double largest_m = 0;
+    for (const Vec3& x : body.mesh.vertices_body_m) largest_m = std::max(largest_m, x.maxCoeff());
+    EXPECT_DOUBLE_EQ(largest_m, length_m);
+  }
+}
+
 TEST_F(SceneFile, rotation_is_about_the_worlds_x_then_y_then_z_axis) {
   std::string text = kScene;
   text.replace(text.find("[0, 0, 90]"), 10, "[90, 0, 90]");
