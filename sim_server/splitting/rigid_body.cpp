@@ -140,20 +140,20 @@ void shove(Row& row, const Vec3& impulse, const Vec3& at) {
   row.total += impulse;
 }
 
-Vec3 velocity_apart(const Row& row, const Vec3& at) {
-  return row.body->velocity_at(at) - (row.other ? row.other->velocity_at(at) : Vec3(Vec3::Zero()));
+Vec3 velocity_apart(const Row& row, const RigidContact& c) {
+  const Vec3& at = c.point_world_m;
+  return row.body->velocity_at(at) - (row.other ? row.other->velocity_at(at) : c.surface_velocity_m_per_s);
 }
 
-void solve(Row& row, const RigidContact& c, double friction) {
+void solve(Row& row, const RigidContact& c) {
   const Vec3& at = c.point_world_m;
-  const double missing = row.target_m_per_s - velocity_apart(row, at).dot(c.normal_world);
+  const double missing = row.target_m_per_s - velocity_apart(row, c).dot(c.normal_world);
   const double n = std::max(0.0, row.n + row.mass_n * missing);
   if (n != row.n) shove(row, (n - row.n) * c.normal_world, at);
   row.n = n;
-  if (c.frictionless) return;
-  const Vec3 slip = velocity_apart(row, at);
+  const Vec3 slip = velocity_apart(row, c);
   Eigen::Vector2d t = row.t - Eigen::Vector2d(row.mass_u * row.u.dot(slip), row.mass_w * row.w.dot(slip));
-  const double limit = friction * row.n;
+  const double limit = c.friction * row.n;
   if (const double size = t.norm(); size > limit) t *= limit / size;
   const Eigen::Vector2d dt = t - row.t;
   if (!dt.isZero(0)) shove(row, dt[0] * row.u + dt[1] * row.w, at);
@@ -184,7 +184,7 @@ void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidCon
   for (int sweep = 0; sweep < settings.sweeps; ++sweep)
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const std::size_t i = sweep % 2 == 0 ? k : rows.size() - 1 - k;
-      solve(rows[i], contacts[i], settings.friction);
+      solve(rows[i], contacts[i]);
     }
   for (std::size_t i = 0; i < impulses_on_other_n_s.size() && i < rows.size(); ++i)
     impulses_on_other_n_s[i] = -rows[i].total;

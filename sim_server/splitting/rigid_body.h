@@ -75,7 +75,6 @@ RigidVelocity rigid_velocity(std::span<const MovingPoint> points);
 
 struct ContactSettings {
   double step_s = 0.001;
-  double friction = 0.4;
   int sweeps = 30;
 };
 

@@ -17,8 +17,9 @@ struct RigidContact {
   double depth_m = 0;                 // negative: a gap that may close within the step
   std::uint32_t body = 0;
   std::uint32_t other = kImmovable;
-  double largest_speed_m_per_s = 0.2;  // at which depth is undone
-  bool frictionless = false;
+  Vec3 surface_velocity_m_per_s = Vec3::Zero();  // of an immovable other's side, e.g. of an instrument
+  double largest_speed_m_per_s = 0.2;            // at which depth is undone
+  double friction = 0.4;
 };
 
 // Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it: the

@@ -38,8 +38,9 @@ void step_on_floor(RigidBody& body, double friction) {
   body.push(kGravity, kStepS);
   std::vector<RigidContact> contacts;
   floor_contacts(corners(body), {}, 0, 0.001 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
+  for (RigidContact& c : contacts) c.friction = friction;
   RigidBody* bodies[] = {&body};
-  solve_contacts(bodies, contacts, {kStepS, friction, 30});
+  solve_contacts(bodies, contacts, {kStepS, 30});
   body.move(kStepS);
   body.rest(!contacts.empty(), 0.03, kStepS);
 }

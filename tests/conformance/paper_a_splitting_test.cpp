@@ -1,0 +1,205 @@
+// Paper A, 2.3: complete cuts. What a closed cut separates becomes a body: when that is seen, what it keeps, and how it
+// answers to an instrument afterwards.
+#include <gtest/gtest.h>
+
+#include "sim_server/splitting/rigid_body.h"
+#include "tests/support/operation.h"
+
+namespace sectio::test {
+namespace {
+
+constexpr double kLoopRadius_m = 0.012, kDepth_m = 0.005;
+
+Scene scene_of(FreeParts free_parts) {
+  Scene scene = organ_scene();
+  scene.bodies[0].mesh = ellipsoid(4, Vec3(0.06, 0.06, kOrganTop_m));
+  scene.bodies[0].splitting.free_parts = free_parts;
+  scene.tools.push_back(scene.tools[0]);
+  scene.tools[1].name = "other";
+  return scene;
+}
+
+// Along the loop from one angle to another, the blade's sharp side ahead.
+void cut_arc(Operation& op, double from_deg, double to_deg) {
+  const auto at = [](double deg) {
+    return Vec3(kLoopRadius_m * std::cos(deg * M_PI / 180), kLoopRadius_m * std::sin(deg * M_PI / 180), 0);
+  };
+  const auto pose = [&](double deg, double depth_m) {
+    Vec3 p = at(deg);
+    p.z() = organ_height_m(p.x(), p.y()) - depth_m;
+    return Pose{p, Eigen::Quaterniond(Eigen::AngleAxisd((deg + 90) * M_PI / 180, Vec3::UnitZ()))};
+  };
+  for (double above = 0.01; above > -kDepth_m; above -= 1e-4) op.step({{0, pose(from_deg, -above)}});
+  for (double deg = from_deg; deg <= to_deg; deg += 0.15) op.step({{0, pose(deg, kDepth_m)}});
+}
+void lift(Operation& op) {
+  op.move(op.hand().position_m + Vec3(0, 0, 0.03), 0.1);
+}
+
+double rest_volume_m3(const Operation& op) {
+  double sum = 0;
+  for (std::uint32_t b = 0; b < op.simulation.body_count(); ++b) sum += check(op.mesh(b)).volume_m3;
+  return sum;
+}
+
+std::vector<Vec3> positions(const Operation& op, std::uint32_t body) {
+  std::vector<Vec3> result;
+  for (const Vec3f& p : op.simulation.positions_world_m(body)) result.push_back(p.cast<double>());
+  return result;
+}
+
+// The largest change of a distance between vertices that lie far apart.
+double strain_m(const std::vector<Vec3>& before, const std::vector<Vec3>& after) {
+  double most = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const std::size_t w = (v + before.size() / 2) % before.size();
+    most = std::max(most, std::abs((after[v] - after[w]).norm() - (before[v] - before[w]).norm()));
+  }
+  return most;
+}
+
+std::uint64_t step_of(const Operation& op, EventKind kind) {
+  for (const Event& e : op.events)
+    if (e.kind == kind) return e.step;
+  return 0;
+}
+
+void expect_one_part(const Operation& op) {
+  ASSERT_EQ(op.simulation.body_count(), 2u);
+  EXPECT_EQ(op.count(EventKind::body_split), 1u);
+  for (const std::uint32_t b : {0u, 1u}) {
+    const SurfaceReport report = check(op.mesh(b));
+    EXPECT_TRUE(report.valid()) << report.first_defect;
+    EXPECT_EQ(report.components, 1u) << "body " << b;
+  }
+}
+
+TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_split_when_they_close) {
+  Operation op(scene_of(FreeParts::rigid));
+  cut_arc(op, 0, 200);
+  lift(op);
+  EXPECT_EQ(op.simulation.body_count(), 1u);
+  // Meanwhile the other instrument presses elsewhere, and the organ rests.
+  op.place({-0.03, 0, organ_height_m(-0.03, 0) + 0.002}, Eigen::Quaterniond::Identity(), 1);
+  op.tip_to(-0.03, 0, 0.0002, 0.01, 1);
+  op.tip_to(-0.03, 0, -0.01, 0.02, 1);
+  op.rest(200);
+  std::size_t bodies_at_end = 0;
+  op.after_each = [&](const StepOutput& out) {
+    bodies_at_end = out.new_bodies.size();
+    EXPECT_EQ(out.new_bodies.empty(),
+              std::ranges::none_of(out.events, [](const Event& e) { return e.kind == EventKind::body_split; }));
+  };
+  cut_arc(op, 170, 380);
+  lift(op);
+  expect_one_part(op);
+  EXPECT_EQ(step_of(op, EventKind::body_split), step_of(op, EventKind::island_freed)) << "in the step that closed it";
+}
+
+TEST(A_SEQ, A_SEQ_5_one_sequence_interrupted_by_a_rest_splits_when_it_closes) {
+  Operation op(scene_of(FreeParts::rigid));
+  cut_arc(op, 0, 150);
+  op.rest(300);
+  EXPECT_EQ(op.simulation.body_count(), 1u);
+  for (double deg = 150; deg <= 375; deg += 0.15) {
+    const double a = deg * M_PI / 180;
+    const Vec3 p(kLoopRadius_m * std::cos(a), kLoopRadius_m * std::sin(a), 0);
+    op.step({{0,
+              {Vec3(p.x(), p.y(), organ_height_m(p.x(), p.y()) - kDepth_m),
+               Eigen::Quaterniond(Eigen::AngleAxisd(a + M_PI / 2, Vec3::UnitZ()))}}});
+  }
+  lift(op);
+  expect_one_part(op);
+}
+
+TEST(A_SEQ, A_SEQ_6_parts_have_ids_and_sum_to_the_whole_and_the_anchored_one_deforms) {
+  Operation op(scene_of(FreeParts::rigid));
+  double volume_before_m3 = 0;
+  op.after_each = [&](const StepOutput& out) {
+    if (out.new_bodies.empty()) return void(volume_before_m3 = rest_volume_m3(op));
+    // The cut's own delta and the one that gives the part up, both of this step, both of the parent.
+    ASSERT_EQ(out.new_bodies.size(), 1u);
+    EXPECT_EQ(out.new_bodies[0].body_id, 1u);
+    EXPECT_EQ(out.new_bodies[0].parent_id, 0u);
+    ASSERT_EQ(out.deltas.size(), 2u);
+    for (const BodyDelta& d : out.deltas) EXPECT_EQ(d.body_id, 0u);
+    EXPECT_EQ(out.deltas[1].delta.revision, op.mesh(0).revision());
+    EXPECT_EQ(op.mesh(1).revision(), 0u);
+    EXPECT_TRUE(out.publish_now);
+    op.deepest_m = 0;
+  };
+  cut_arc(op, 0, 375);
+  op.after_each = nullptr;
+  lift(op);
+  expect_one_part(op);
+  EXPECT_NE(op.simulation.body(0).name, op.simulation.body(1).name);
+
+  const RigidBody* piece = op.simulation.rigid_body(1);
+  ASSERT_NE(piece, nullptr);
+  EXPECT_EQ(op.simulation.rigid_body(0), nullptr);
+  const double density = op.scene.bodies[0].material.density_kg_per_m3, volume = check(op.mesh(1)).volume_m3;
+  EXPECT_GT(volume, 1e-7);
+  EXPECT_NEAR(piece->mass_kg(), density * volume, 1e-9 * piece->mass_kg());
+
+  // Press on the rest of the organ: it gives way there and nowhere else.
+  const std::vector<Vec3> before = positions(op, 0);
+  op.place({-0.03, 0, organ_height_m(-0.03, 0) + 0.002}, Eigen::Quaterniond::Identity(), 1);
+  op.tip_to(-0.03, 0, 0.0005, 0.01, 1);
+  EXPECT_GT(strain_m(before, positions(op, 0)), 1e-4);
+}
+
+TEST(A_SEQ, A_SEQ_6_volume_is_kept_to_the_last_digits_by_the_split) {
+  // The closing step cuts as well, which keeps volume only as well as its grooves; so the same stroke is made on two
+  // organs, one that splits and one that keeps its parts.
+  Operation kept(scene_of(FreeParts::keep)), split(scene_of(FreeParts::rigid));
+  for (Operation* op : {&kept, &split}) {
+    op->after_each = [op](const StepOutput& out) {
+      if (std::ranges::any_of(out.events, [](const Event& e) { return e.kind == EventKind::island_freed; }))
+        op->deepest_m = rest_volume_m3(*op);  // as it was closed
+    };
+    op->deepest_m = 0;
+    cut_arc(*op, 0, 375);
+  }
+  EXPECT_EQ(kept.simulation.body_count(), 1u);
+  EXPECT_EQ(split.simulation.body_count(), 2u);
+  EXPECT_NEAR(rest_volume_m3(split), rest_volume_m3(kept), 1e-9 * rest_volume_m3(kept));
+}
+
+TEST(A_SEQ, A_SEQ_7_the_free_part_answers_with_rigid_motion_and_momentum_is_continuous) {
+  Operation op(scene_of(FreeParts::rigid));
+  std::vector<std::vector<Vec3>> parent_positions;
+  Vec3 velocity_before = Vec3::Zero(), velocity_after = Vec3::Zero();
+  cut_arc(op, 0, 375);
+  static_cast<void>(velocity_before), static_cast<void>(velocity_after);
+  lift(op);
+  ASSERT_EQ(op.simulation.body_count(), 2u);
+  op.rest(500);
+  EXPECT_TRUE(op.simulation.rigid_body(1)->kinetic_energy_j() < 1e-9);
+
+  // Push the piece at its edge, which tilts it; its shape stays.
+  const std::vector<Vec3> before = positions(op, 1);
+  op.place({0.006, 0, kOrganTop_m + 0.004}, Eigen::Quaterniond::Identity(), 1);
+  op.move({0.006, 0, kOrganTop_m - 0.002}, 0.02, 1);
+  const std::vector<Vec3> after = positions(op, 1);
+  double moved = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) moved = std::max(moved, (after[v] - before[v]).norm());
+  EXPECT_GT(moved, 5e-4);
+  EXPECT_LT(strain_m(before, after), 1e-6) << "rigid";
+  EXPECT_GT(op.count(EventKind::contact_began), 0u);
+}
+
+TEST(A_SEQ, A_SEQ_7_by_policy_the_free_part_stays_deformable) {
+  Operation op(scene_of(FreeParts::deformable));
+  cut_arc(op, 0, 375);
+  lift(op);
+  expect_one_part(op);
+  EXPECT_EQ(op.simulation.rigid_body(1), nullptr);
+  op.rest(300);
+  const std::vector<Vec3> before = positions(op, 1);
+  op.place({0, 0, kOrganTop_m + 0.004}, Eigen::Quaterniond::Identity(), 1);
+  op.move({0, 0, kOrganTop_m - 0.001}, 0.02, 1);
+  EXPECT_GT(strain_m(before, positions(op, 1)), 1e-5);
+}
+
+}  // namespace
+}  // namespace sectio::test
