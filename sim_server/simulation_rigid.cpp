@@ -10,7 +10,10 @@ namespace {
 
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
-constexpr double kToolSpeedM_per_s = 1;       // at which a piece gives way to an instrument
+// A deformable surface carries a piece along; but single vertices that a cut has just let go are fast and weigh
+// nothing.
+constexpr double kCarryingSpeedM_per_s = 0.02;
+constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
 
 class RigidStep {
  public:
@@ -29,6 +32,7 @@ class RigidStep {
       if (is_awake(b)) find(b);
     std::vector<Vec3> impulses(contacts_.size(), Vec3::Zero());
     solve_contacts(dynamics_, contacts_, {scene_.step_s, 30}, impulses);
+    undo_depths(dynamics_, contacts_, {scene_.step_s, 10});
     for (std::size_t i = 0; i < touches.size(); ++i) {
       reactions[i].force_on_tool_n = impulses[i] / scene_.step_s;
       reactions[i].active = !impulses[i].isZero(0);
@@ -104,10 +108,12 @@ class RigidStep {
       c.normal_world = i < own ? f.normal_world : Vec3(-f.normal_world);
       c.depth_m = f.depth_m;
       c.body = b;
-      if (!dynamics_[other])
+      if (!dynamics_[other]) {
+        c.largest_speed_m_per_s = kCarryingSpeedM_per_s;
         c.surface_velocity_m_per_s = surface_velocity(*bodies_[other], f, i < own);
-      else if (wakes(b, other, c))
+      } else if (wakes(b, other, c)) {
         c.other = other;
+      }
       contacts_.push_back(c);
     }
   }
@@ -122,11 +128,10 @@ class RigidStep {
 
   static Vec3 surface_velocity(SimulationBody& soft, const BodyContact& f, bool on_its_triangle) {
     const ParticleView particles = soft.particle_view();
-    if (!on_its_triangle) return particles.velocity(f.vertex);
-    Vec3 velocity = Vec3::Zero();
-    for (std::size_t i = 0; i < 3; ++i)
+    Vec3 velocity = on_its_triangle ? Vec3(Vec3::Zero()) : particles.velocity(f.vertex);
+    for (std::size_t i = 0; on_its_triangle && i < 3; ++i)
       velocity += f.bary[static_cast<int>(i)] * particles.velocity(soft.mesh.triangle(f.triangle).v[i]);
-    return velocity;
+    return velocity / std::max(1.0, velocity.norm() / kCarryingSpeedM_per_s);
   }
 
   void move(std::uint32_t b) {

@@ -76,6 +76,11 @@ void RigidBody::move(double step_s) {
   turn_to(turned(start, angular_velocity_rad_per_s(), step_s));
 }
 
+void RigidBody::shift(const Vec3& by_m, const Vec3& turn_rad) {
+  pose_.position_m += by_m;
+  if (!turn_rad.isZero(0)) turn_to(turned(pose_.orientation, turn_rad, 1));
+}
+
 void RigidBody::rest(bool supported, double radius_m, double step_s) {
   const double fastest = velocity_m_per_s().norm() + radius_m * angular_velocity_rad_per_s().norm();
   still_s_ = supported && fastest < kStillM_per_s ? still_s_ + step_s : 0;
@@ -175,11 +180,7 @@ void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidCon
     row.mass_n = mass_along(row.body, row.other, c.point_world_m, c.normal_world);
     row.mass_u = mass_along(row.body, row.other, c.point_world_m, row.u);
     row.mass_w = mass_along(row.body, row.other, c.point_world_m, row.w);
-    const double h = settings.step_s;
-    // A gap may close, a depth is undone bit by bit.
-    row.target_m_per_s = c.depth_m < 0
-                             ? c.depth_m / h
-                             : std::min(c.largest_speed_m_per_s, kDepthUndone * std::max(0.0, c.depth_m - kSlopM) / h);
+    row.target_m_per_s = std::min(0.0, c.depth_m) / settings.step_s;  // a gap may close
   }
   for (int sweep = 0; sweep < settings.sweeps; ++sweep)
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -188,6 +189,48 @@ void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidCon
     }
   for (std::size_t i = 0; i < impulses_on_other_n_s.size() && i < rows.size(); ++i)
     impulses_on_other_n_s[i] = -rows[i].total;
+}
+
+namespace {
+
+// Velocities of a body that are only for undoing depths.
+struct Drift {
+  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
+};
+
+Vec3 drift_at(const Drift& drift, const RigidBody& body, const Vec3& at) {
+  return drift.velocity + drift.spin.cross(at - body.pose_world().position_m);
+}
+
+void shove(Drift& drift, const RigidBody& body, const Vec3& impulse, const Vec3& at) {
+  drift.velocity += impulse / body.mass_kg();
+  drift.spin += body.inverse_inertia_world() * (at - body.pose_world().position_m).cross(impulse);
+}
+
+}  // namespace
+
+void undo_depths(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
+                 const ContactSettings& settings) {
+  std::vector<Drift> drifts(bodies.size());
+  std::vector<double> impulses(contacts.size(), 0);
+  for (int sweep = 0; sweep < settings.sweeps; ++sweep)
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      const RigidContact& c = contacts[i];
+      if (c.depth_m <= kSlopM) continue;
+      const double wanted = std::min(c.largest_speed_m_per_s, kDepthUndone * (c.depth_m - kSlopM) / settings.step_s);
+      RigidBody* other = c.other == kImmovable ? nullptr : bodies[c.other];
+      Vec3 apart = drift_at(drifts[c.body], *bodies[c.body], c.point_world_m);
+      if (other) apart -= drift_at(drifts[c.other], *other, c.point_world_m);
+      const double mass = mass_along(bodies[c.body], other, c.point_world_m, c.normal_world);
+      const double impulse = std::max(0.0, impulses[i] + mass * (wanted - apart.dot(c.normal_world)));
+      const Vec3 added = (impulse - impulses[i]) * c.normal_world;
+      impulses[i] = impulse;
+      shove(drifts[c.body], *bodies[c.body], added, c.point_world_m);
+      if (other) shove(drifts[c.other], *other, -added, c.point_world_m);
+    }
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (bodies[b] && !bodies[b]->asleep())
+      bodies[b]->shift(settings.step_s * drifts[b].velocity, settings.step_s * drifts[b].spin);
 }
 
 }  // namespace sectio

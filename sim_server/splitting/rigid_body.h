@@ -36,6 +36,8 @@ class RigidBody {
   // A step: push(), then contacts, then move(). A body that nothing touches falls on the exact parabola.
   void push(const Vec3& acceleration_m_per_s2, double step_s);
   void move(double step_s);
+  // Puts it elsewhere without a velocity.
+  void shift(const Vec3& by_m, const Vec3& turn_rad);
 
   // Comes to rest: slower than a threshold at its rim for a while. A sleeping body doesn't move and costs nothing.
   bool asleep() const { return asleep_; }
@@ -81,5 +83,10 @@ struct ContactSettings {
 // `bodies` by the numbers that contacts use. `reactions`: empty, or one a contact: what it gave to `other`.
 void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
                     const ContactSettings& settings, std::span<Vec3> impulses_on_other_n_s = {});
+
+// Pushes apart what overlaps, a bit at a time, without changing any velocity: depth is an error of position, and to
+// undo it by an impulse would let bodies jump.
+void undo_depths(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
+                 const ContactSettings& settings);
 
 }  // namespace sectio

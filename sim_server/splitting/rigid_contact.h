@@ -18,7 +18,7 @@ struct RigidContact {
   std::uint32_t body = 0;
   std::uint32_t other = kImmovable;
   Vec3 surface_velocity_m_per_s = Vec3::Zero();  // of an immovable other's side, e.g. of an instrument
-  double largest_speed_m_per_s = 0.2;            // at which depth is undone
+  double largest_speed_m_per_s = 0.05;           // at which depth is undone
   double friction = 0.4;
 };
 

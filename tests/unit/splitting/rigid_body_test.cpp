@@ -41,6 +41,7 @@ void step_on_floor(RigidBody& body, double friction) {
   for (RigidContact& c : contacts) c.friction = friction;
   RigidBody* bodies[] = {&body};
   solve_contacts(bodies, contacts, {kStepS, 30});
+  undo_depths(bodies, contacts, {kStepS, 10});
   body.move(kStepS);
   body.rest(!contacts.empty(), 0.03, kStepS);
 }
@@ -153,6 +154,17 @@ TEST(RigidBody, without_friction_it_slides_on) {
   body.set_velocity(Vec3(0.5, 0, 0), Vec3::Zero());
   for (int i = 0; i < 1000; ++i) step_on_floor(body, 0);
   EXPECT_NEAR(body.pose_world().position_m.x(), 0.5, 1e-4);
+}
+
+TEST(RigidBody, depth_is_undone_without_a_jump) {
+  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBoxM.z() - 0.002));
+  double fastest = 0;
+  for (int i = 0; i < 300; ++i) {
+    step_on_floor(body, 0.3);
+    fastest = std::max(fastest, body.velocity_m_per_s().norm());
+  }
+  EXPECT_NEAR(lowest(body), 0, 1e-4);
+  EXPECT_LT(fastest, 0.011) << "no faster than a step of gravity makes it";
 }
 
 TEST(RigidBody, two_bodies_that_meet_keep_their_momentum) {
