@@ -8,38 +8,10 @@
 #include <utility>
 
 #include "sim_server/splitting/rigid_body.h"
-#include "tests/support/operation.h"
+#include "tests/support/loop_cut.h"
 
 namespace sectio::test {
 namespace {
-
-constexpr double kLoopRadius_m = 0.012, kDepth_m = 0.005;
-
-Scene scene_of(FreeParts free_parts) {
-  Scene scene = organ_scene();
-  scene.bodies[0].mesh = ellipsoid(4, Vec3(0.06, 0.06, kOrganTop_m));
-  scene.bodies[0].splitting.free_parts = free_parts;
-  scene.tools.push_back(scene.tools[0]);
-  scene.tools[1].name = "other";
-  return scene;
-}
-
-// Along the loop from one angle to another, the blade's sharp side ahead.
-void cut_arc(Operation& op, double from_deg, double to_deg) {
-  const auto at = [](double deg) {
-    return Vec3(kLoopRadius_m * std::cos(deg * M_PI / 180), kLoopRadius_m * std::sin(deg * M_PI / 180), 0);
-  };
-  const auto pose = [&](double deg, double depth_m) {
-    Vec3 p = at(deg);
-    p.z() = organ_height_m(p.x(), p.y()) - depth_m;
-    return Pose{p, Eigen::Quaterniond(Eigen::AngleAxisd((deg + 90) * M_PI / 180, Vec3::UnitZ()))};
-  };
-  for (double above = 0.01; above > -kDepth_m; above -= 1e-4) op.step({{0, pose(from_deg, -above)}});
-  for (double deg = from_deg; deg <= to_deg; deg += 0.15) op.step({{0, pose(deg, kDepth_m)}});
-}
-void lift(Operation& op) {
-  op.move(op.hand().position_m + Vec3(0, 0, 0.03), 0.1);
-}
 
 double rest_volume_m3(const Operation& op) {
   double sum = 0;
@@ -80,7 +52,7 @@ void expect_one_part(const Operation& op) {
 }
 
 TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_split_when_they_close) {
-  Operation op(scene_of(FreeParts::rigid));
+  Operation op(loop_scene(FreeParts::rigid));
   cut_arc(op, 0, 200);
   lift(op);
   EXPECT_EQ(op.simulation.body_count(), 1u);
@@ -89,9 +61,7 @@ TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_sp
   op.tip_to(-0.03, 0, 0.0002, 0.01, 1);
   op.tip_to(-0.03, 0, -0.01, 0.02, 1);
   op.rest(200);
-  std::size_t bodies_at_end = 0;
   op.after_each = [&](const StepOutput& out) {
-    bodies_at_end = out.new_bodies.size();
     EXPECT_EQ(out.new_bodies.empty(),
               std::ranges::none_of(out.events, [](const Event& e) { return e.kind == EventKind::body_split; }));
   };
@@ -102,26 +72,19 @@ TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_sp
 }
 
 TEST(A_SEQ, A_SEQ_5_one_sequence_interrupted_by_a_rest_splits_when_it_closes) {
-  Operation op(scene_of(FreeParts::rigid));
+  Operation op(loop_scene(FreeParts::rigid));
   cut_arc(op, 0, 150);
   op.rest(300);
   EXPECT_EQ(op.simulation.body_count(), 1u);
-  for (double deg = 150; deg <= 375; deg += 0.15) {
-    const double a = deg * M_PI / 180;
-    const Vec3 p(kLoopRadius_m * std::cos(a), kLoopRadius_m * std::sin(a), 0);
-    op.step({{0,
-              {Vec3(p.x(), p.y(), organ_height_m(p.x(), p.y()) - kDepth_m),
-               Eigen::Quaterniond(Eigen::AngleAxisd(a + M_PI / 2, Vec3::UnitZ()))}}});
-  }
+  cut_on(op, 150, 375);
   lift(op);
   expect_one_part(op);
 }
 
 TEST(A_SEQ, A_SEQ_6_parts_have_ids_and_sum_to_the_whole_and_the_anchored_one_deforms) {
-  Operation op(scene_of(FreeParts::rigid));
-  double volume_before_m3 = 0;
+  Operation op(loop_scene(FreeParts::rigid));
   op.after_each = [&](const StepOutput& out) {
-    if (out.new_bodies.empty()) return void(volume_before_m3 = rest_volume_m3(op));
+    if (out.new_bodies.empty()) return;
     // The cut's own delta and the one that gives the part up, both of this step, both of the parent.
     ASSERT_EQ(out.new_bodies.size(), 1u);
     EXPECT_EQ(out.new_bodies[0].body_id, 1u);
@@ -131,7 +94,6 @@ TEST(A_SEQ, A_SEQ_6_parts_have_ids_and_sum_to_the_whole_and_the_anchored_one_def
     EXPECT_EQ(out.deltas[1].delta.revision, op.mesh(0).revision());
     EXPECT_EQ(op.mesh(1).revision(), 0u);
     EXPECT_TRUE(out.publish_now);
-    op.deepest_m = 0;
   };
   cut_arc(op, 0, 375);
   op.after_each = nullptr;
@@ -154,17 +116,10 @@ TEST(A_SEQ, A_SEQ_6_parts_have_ids_and_sum_to_the_whole_and_the_anchored_one_def
 }
 
 TEST(A_SEQ, A_SEQ_6_volume_is_kept_to_the_last_digits_by_the_split) {
-  // The closing step cuts as well, which keeps volume only as well as its grooves; so the same stroke is made on two
-  // organs, one that splits and one that keeps its parts.
-  Operation kept(scene_of(FreeParts::keep)), split(scene_of(FreeParts::rigid));
-  for (Operation* op : {&kept, &split}) {
-    op->after_each = [op](const StepOutput& out) {
-      if (std::ranges::any_of(out.events, [](const Event& e) { return e.kind == EventKind::island_freed; }))
-        op->deepest_m = rest_volume_m3(*op);  // as it was closed
-    };
-    op->deepest_m = 0;
-    cut_arc(*op, 0, 375);
-  }
+  // The closing step cuts as well, which takes the volume of its grooves; so the same stroke is made on two organs, one
+  // that splits and one that keeps its parts.
+  Operation kept(loop_scene(FreeParts::keep)), split(loop_scene(FreeParts::rigid));
+  for (Operation* op : {&kept, &split}) cut_arc(*op, 0, 375);
   EXPECT_EQ(kept.simulation.body_count(), 1u);
   EXPECT_EQ(split.simulation.body_count(), 2u);
   EXPECT_NEAR(rest_volume_m3(split), rest_volume_m3(kept), 1e-9 * rest_volume_m3(kept));
@@ -201,7 +156,7 @@ Vec3 mean_motion(const Places& from, const Places& to, const Places& of) {
 }
 
 TEST(A_SEQ, A_SEQ_7_the_free_part_answers_with_rigid_motion_and_momentum_is_continuous) {
-  Scene scene = scene_of(FreeParts::rigid);
+  Scene scene = loop_scene(FreeParts::rigid);
   scene.gravity_m_per_s2 = Vec3(0, 0, -9.81);
   Operation op(scene);
   Places before_last, last;  // of the organ
@@ -243,7 +198,7 @@ TEST(A_SEQ, A_SEQ_7_the_free_part_answers_with_rigid_motion_and_momentum_is_cont
 }
 
 TEST(A_SEQ, A_SEQ_7_by_policy_the_free_part_stays_deformable) {
-  Operation op(scene_of(FreeParts::deformable));
+  Operation op(loop_scene(FreeParts::deformable));
   cut_arc(op, 0, 375);
   lift(op);
   expect_one_part(op);
