@@ -53,7 +53,7 @@ void expect_one_part(const Operation& op) {
 
 TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_split_when_they_close) {
   Operation op(loop_scene(FreeParts::rigid));
-  cut_arc(op, 0, 200);
+  cut_arc(op, 0, 250);
   lift(op);
   EXPECT_EQ(op.simulation.body_count(), 1u);
   // Meanwhile the other instrument presses elsewhere, and the organ rests.
@@ -65,7 +65,7 @@ TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_sp
     EXPECT_EQ(out.new_bodies.empty(),
               std::ranges::none_of(out.events, [](const Event& e) { return e.kind == EventKind::body_split; }));
   };
-  cut_arc(op, 170, 380);
+  cut_arc(op, 258, 370);  // begins beside the end of the first
   lift(op);
   expect_one_part(op);
   EXPECT_EQ(step_of(op, EventKind::body_split), step_of(op, EventKind::island_freed)) << "in the step that closed it";

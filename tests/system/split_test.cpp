@@ -22,14 +22,17 @@ struct Viewer {
   void look() {
     const double now_s = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
     net.poll(now_s, replica);
+    saw_split |= std::ranges::any_of(
+        net.events(), [](const SessionEvent& e) { return e.kind == static_cast<std::uint8_t>(EventKind::body_split); });
     if (!replica.frame(now_s, frame)) return;
     ++frames;
     std::size_t triangles = 0;
     for (const BodyFrame& body : frame.bodies)
       triangles += static_cast<std::size_t>(std::ranges::count_if(body.triangles, &Triangle::alive));
-    // A cut only ever adds triangles. Without the part there would be fewer, with it twice there would be more than
-    // the world has.
-    EXPECT_GE(triangles, last_triangles);
+    // Temporary subdivisions come and go by a few triangles; the part has hundreds.
+    if (frames > 1) {
+      EXPECT_NEAR(double(triangles), double(last_triangles), 60);
+    }
     last_triangles = triangles;
   }
   bool agrees_with(const Simulation& simulation) {
@@ -46,6 +49,7 @@ struct Viewer {
   Replica replica;
   Frame frame;
   int frames = 0;
+  bool saw_split = false;
   std::size_t last_triangles = 0;
 };
 
@@ -70,11 +74,8 @@ TEST(SplitOverDds, viewers_get_the_new_body_with_the_step_that_took_it_from_its_
     server.publish(out, world, 0.001);
     viewer.look();
   };
+  ASSERT_TRUE(wait_until([&] { return server.viewers() > 0; }));  // no step before: the cut is the same every time
   op.after_each = publish;
-  ASSERT_TRUE(wait_until([&] {
-    op.rest(1);
-    return viewer.frames > 0;
-  }));
   cut_arc(op, 0, 375);
   lift(op);
   ASSERT_EQ(op.simulation.body_count(), 2u);
@@ -83,9 +84,8 @@ TEST(SplitOverDds, viewers_get_the_new_body_with_the_step_that_took_it_from_its_
     return viewer.agrees_with(op.simulation);
   }));
   EXPECT_EQ(viewer.replica.scene()->bodies.at(1).name, op.simulation.body(1).name);
-  EXPECT_TRUE(std::ranges::any_of(viewer.net.events(), [](const SessionEvent& e) {
-    return e.kind == static_cast<std::uint8_t>(EventKind::body_split);
-  }));
+  EXPECT_TRUE(viewer.saw_split);
+  EXPECT_GT(op.mesh(1).triangle_count(), 200u);
 
   Viewer late(network);
   EXPECT_TRUE(wait_until([&] {
