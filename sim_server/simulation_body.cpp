@@ -128,8 +128,12 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   if (plan.delta.empty()) return true;
 
   particles.resize(mesh.vertex_slots());
-  for (const auto& [v, state] : plan.seeds) particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
-  compact_.invalidate();
+  std::vector<VertexId> placed;
+  for (const auto& [v, state] : plan.seeds) {
+    particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
+    compact_.changed(particles, v);
+    placed.push_back(v);
+  }
 
   for (const TriangleEdit& e : plan.delta.triangles) changed.push_back(e.id);
   // A vertex that moved changes the springs and triangles around it, too.
@@ -147,7 +151,7 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   }
   springs.update(mesh, touched);
   tree_.update_changed(view(), changed);
-  tree_stale_ = true;
+  tree_.update_moved(view(), placed);
   if (spec.splitting.free_parts == FreeParts::keep)
     free_islands(plan);
   else

@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
-constexpr double kForceFilterS = 0.005;  // low-pass of the pushing force, as long as a device's own
+constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
 constexpr double kCauteryDrag = 0.05;    // of a blade's cutting force: tissue gives way before the hook
+constexpr double kNoTravelM = 1e-7;      // a motion below this has no direction
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr int kMaxSlides = 64;           // triangles that a pressing point crosses in one step
 
@@ -206,6 +207,7 @@ void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<Blad
   const Corners c = view.corners(entry_->triangle);
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
   normal_ = normal_of_triangle(view, entry_->triangle);
+  tip_before_ = blade_at(shape_, pose_).tip_world_m;
   entries.push_back(*entry_);
   motions.push_back({tool_id_, {limited_blade(pose_, point_)}, false});
   entry_.reset();
@@ -216,26 +218,27 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
                                     std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
   point_ = position_of(now, stroke);
-  if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5)
-    normal_ = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex).orientation * n;
+  const Pose& frame = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex);
+  if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = frame.orientation * n;
+  const Vec3 home = frame.to_world(rest_of(now, stroke));
   BladeMotion motion{tool_id_, {}, false};
   const std::array resting{pose_};
   Vec3 from = point_;
   for (const Pose& pose : poses.empty() ? std::span<const Pose>(resting) : poses) {
     const Blade blade = limited_blade(pose, point_);
-    if (shape_.cautery) {
-      motion.path.push_back(blade);
-      continue;
-    }
     const double height_m = (point_ - blade.tip_world_m).dot(normal_) / std::max(0.1, blade.up_world.dot(normal_));
     const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
     const Vec3 step = at_surface - from;
     const Crossings crossings = crossings_at(shape_, pose, point_, normal_);
-    const Leaf leaf = decide(crossings, correct_direction(shape_, pose, step, normal_));
+    const Leaf leaf = shape_.cautery ? Leaf::cut : decide(crossings, correct_direction(shape_, pose, step, normal_));
     if (leaf == Leaf::cut) {
       motion.path.push_back(blade);
-      if (step.norm() > 1e-9)
-        cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * std::max(0.0, height_m) * step.normalized();
+      // The work is the toughness times the area at rest, against the motion of the blade.
+      const Vec3 travel = blade.tip_world_m - tip_before_;
+      const double depth_m = std::max(0.0, (home - blade.tip_world_m).dot(normal_));
+      if (travel.norm() > kNoTravelM)
+        cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * depth_m * travel.normalized();
+      tip_before_ = blade.tip_world_m;
       from = at_surface;
       continue;
     }
@@ -328,12 +331,12 @@ void SimulationTouch::part_left(std::span<const TriangleId> removed) {
 
 void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   if (phase_ == Phase::cutting) {
-    const Stroke* stroke = body_.cuts.stroke_of(tool_id_);
-    const bool advanced = stroke && stroke->advanced_m > 0;
-    force_n_ = reaction.force_on_tool_n;
-    if (advanced || constraint_) force_n_ += (shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_;
+    const Vec3 target_n = (shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_;
+    smooth_cutting_n_ += std::min(1.0, step_s / kForceFilterS) * (target_n - smooth_cutting_n_);
+    force_n_ = reaction.force_on_tool_n + smooth_cutting_n_;
     return;
   }
+  smooth_cutting_n_.setZero();
   if (phase_ != Phase::pressing || !constraint_) return force_n_.setZero(), void();
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));

@@ -83,7 +83,8 @@ class SimulationTouch {
   std::optional<PointConstraint> constraint_;
   std::optional<Entry> entry_;
   Vec3 force_n_ = Vec3::Zero();
-  Vec3 cutting_force_n_ = Vec3::Zero();
+  Vec3 cutting_force_n_ = Vec3::Zero(), smooth_cutting_n_ = Vec3::Zero();
+  Vec3 tip_before_ = Vec3::Zero();  // of the blade
   double smooth_force_n_ = 0;
   Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
   std::uint64_t searches_ = 0;

@@ -5,6 +5,7 @@
 #include "common/core/error.h"
 #include "common/math/hash.h"
 #include "common/mesh/check.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 
@@ -28,7 +29,7 @@ TriangleMesh::TriangleMesh(const TriangleSoup& soup) {
   const SurfaceReport report = check_soup(soup);
   if (!report.valid()) throw InputError(report.first_defect);
   rest_ = soup.vertices_body_m;
-  triangles_.reserve(soup.triangles.size());
+  triangles_.reserve(with_room(soup.triangles.size()));
   for (const auto& v : soup.triangles) triangles_.push_back({v, Surface::skin});
   incident_.assign(rest_.size(), 0);
   rebuild_derived();
@@ -58,6 +59,10 @@ void TriangleMesh::rebuild_derived() {
   };
   std::vector<HalfEdge> edges;
   edges.reserve(triangles_.size() * 3);
+  rest_.reserve(with_room(rest_.size()));
+  incident_.reserve(with_room(rest_.size()));
+  triangles_.reserve(with_room(triangles_.size()));
+  neighbours_.reserve(with_room(triangles_.size()));
   incident_.assign(rest_.size(), kNone);
   neighbours_.assign(triangles_.size(), {kNone, kNone, kNone});
   free_vertices_.clear();

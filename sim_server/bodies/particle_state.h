@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/math/types.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 
@@ -18,8 +19,8 @@ struct ParticleState {
 
   // New entries are at rest at the origin until they are placed.
   void resize(std::size_t vertex_slots) {
-    position_world_m.resize(vertex_slots, Vec4f::Zero());
-    velocity_world_m_per_s.resize(vertex_slots, Vec4f::Zero());
+    resize_slots<Vec4f>(position_world_m, vertex_slots, Vec4f::Zero());
+    resize_slots<Vec4f>(velocity_world_m_per_s, vertex_slots, Vec4f::Zero());
   }
 
   void place(std::size_t v, const Vec3& at_world_m, const Vec3& velocity_m_per_s = Vec3::Zero()) {
@@ -41,11 +42,17 @@ class CompactPositions {
  public:
   // Call whenever the state may have changed.
   void invalidate() { stale_ = true; }
+  // Instead, when only this entry has changed, or is new: O(1).
+  void changed(const ParticleState& state, std::size_t v) {
+    if (stale_) return;
+    resize_slots<Vec3f>(copy_, state.size(), Vec3f::Zero());
+    copy_[v] = state.position_world_m[v].head<3>();
+  }
 
   // Valid until the next call after an invalidate().
   std::span<const Vec3f> of(const ParticleState& state) {
     if (stale_ || copy_.size() != state.size()) {
-      copy_.resize(state.size());
+      resize_slots<Vec3f>(copy_, state.size(), Vec3f::Zero());
       for (std::size_t v = 0; v < copy_.size(); ++v) copy_[v] = state.position_world_m[v].head<3>();
       stale_ = false;
     }

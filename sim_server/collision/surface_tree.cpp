@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "common/core/error.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -144,9 +145,10 @@ struct SurfaceTree::Hierarchy {
   }
 
   void resize(const TriangleMesh& mesh) {
-    anchors.resize(mesh.vertex_slots(), Vec3f::Constant(std::numeric_limits<float>::infinity()));
-    leaves.resize(mesh.triangle_slots(), nullptr);
-    seen.resize(mesh.triangle_slots(), 0);
+    const float nowhere = std::numeric_limits<float>::infinity();
+    resize_slots<Vec3f>(anchors, mesh.vertex_slots(), Vec3f::Constant(nowhere));
+    resize_slots<Node*>(leaves, mesh.triangle_slots(), nullptr);
+    resize_slots(seen, mesh.triangle_slots(), 0u);
   }
 
   bool left_margin(VertexId v, const Vec3f& x) const {

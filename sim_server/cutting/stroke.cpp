@@ -19,6 +19,7 @@ std::array<VertexId, 3> corners_of(const Stroke& stroke) {
 }
 
 VertexState state_at(const MeshDraft& draft, const Stroke& stroke) {
+  if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return draft.state(stroke.cell.apex);
   return VertexState::mix(corner_states(draft, corners_of(stroke)), stroke.bary);
 }
 
@@ -361,8 +362,11 @@ Vec3 inset(const Vec3& bary, double least) {
 }  // namespace
 
 Vec3 position_of(const MeshDraft& draft, const Stroke& stroke) {
-  if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return draft.position(stroke.cell.apex);
   return state_at(draft, stroke).position_world_m;
+}
+
+Vec3 rest_of(const MeshDraft& draft, const Stroke& stroke) {
+  return state_at(draft, stroke).rest_body_m;
 }
 
 Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke) {

@@ -62,6 +62,8 @@ struct Stroke {
 
 // Where the instrument is now, by the draft's state of the cell.
 Vec3 position_of(const MeshDraft& draft, const Stroke& stroke);
+// The same point at rest.
+Vec3 rest_of(const MeshDraft& draft, const Stroke& stroke);
 // Unit normal of the surface there at rest, out of the tissue: a dent does not turn it. Zero when there is no cell.
 Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke);
 

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "common/core/error.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -40,8 +41,8 @@ void copy_lane(SpringSlice& slice, std::span<SpringColumn> columns, std::uint32_
 
 void SpringRows::layout(std::span<const std::uint32_t> degrees) {
   *this = SpringRows();
-  row_of_.assign(degrees.size(), kNone);
-  degree_.assign(degrees.size(), 0);
+  resize_slots(row_of_, degrees.size(), kNone);
+  resize_slots(degree_, degrees.size(), 0u);
   std::vector<VertexId> order;
   for (std::size_t begin = 0; begin < degrees.size(); begin += kWindow) {
     const std::size_t first = order.size();
@@ -64,6 +65,8 @@ void SpringRows::layout(std::span<const std::uint32_t> degrees) {
     row_of_[order[n]] = static_cast<std::uint32_t>(n);
   }
   base_slices_ = static_cast<std::uint32_t>(slices_.size());
+  slices_.reserve(with_room(slices_.size()));
+  columns_.reserve(with_room(columns_.size()));
   rows_ = static_cast<std::uint32_t>(order.size());
 }
 
@@ -108,8 +111,8 @@ void SpringRows::vacate(VertexId v) {
 
 void SpringRows::set(VertexId v, const VertexRow& row, std::span<const HalfEdge> half_edges) {
   if (v >= row_of_.size()) {
-    row_of_.resize(v + 1, kNone);
-    degree_.resize(v + 1, 0);
+    resize_slots(row_of_, v + 1, kNone);
+    resize_slots(degree_, v + 1, 0u);
   }
   const auto degree = static_cast<std::uint32_t>(half_edges.size());
   if (row_of_[v] != kNone && degree > slices_[row_of_[v] / kLanes].width) remove(v);

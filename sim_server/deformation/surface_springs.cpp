@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/core/error.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -42,6 +43,7 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
   }
   least_area_m2_ = kLeastAreaShare * area_m2 / std::max(1u, mesh.vertex_count());
   rows_.layout(degrees);
+  omega2_.set(with_room(mesh.vertex_slots()), 0);
   resize(mesh.vertex_slots());
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex_alive(v)) continue;
@@ -51,13 +53,10 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
 }
 
 void SurfaceSprings::resize(std::uint32_t vertex_slots) {
-  home_body_m_.resize(vertex_slots, Vec3::Zero());
-  physical_mass_.resize(vertex_slots, 0);
-  added_mass_.resize(vertex_slots, 0);
-  inverse_mass_.resize(vertex_slots, 0);
-  fixed_.resize(vertex_slots, 0);
-  component_of_.resize(vertex_slots, kNone);
-  place_in_component_.resize(vertex_slots, kNone);
+  resize_slots<Vec3>(home_body_m_, vertex_slots, Vec3::Zero());
+  for (auto* masses : {&physical_mass_, &added_mass_, &inverse_mass_}) resize_slots(*masses, vertex_slots, 0.0);
+  resize_slots<std::uint8_t>(fixed_, vertex_slots, 0);
+  for (auto* components : {&component_of_, &place_in_component_}) resize_slots(*components, vertex_slots, kNone);
 }
 
 double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/deformation/surface_springs.h"
+#include "tests/bench/best_times.h"
 
 namespace {
 
@@ -146,48 +146,20 @@ BENCHMARK(plain_loop)->Arg(1280)->Arg(20480)->Arg(81920);
 BENCHMARK(sell_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
 BENCHMARK(local_update)->Arg(1280)->Arg(20480)->Arg(327680);
 
-// Passes everything on, and keeps the best time of each benchmark for the summary.
-template <class Base>
-class Summary : public Base {
- public:
-  void ReportRuns(const std::vector<benchmark::BenchmarkReporter::Run>& runs) override {
-    for (const auto& run : runs) {
-      const double t = run.GetAdjustedRealTime();
-      const auto [at, is_new] = best_.try_emplace(run.run_name.function_name + "/" + run.run_name.args, t);
-      if (!is_new) at->second = std::min(at->second, t);
-    }
-    Base::ReportRuns(runs);
+// To stderr, as in "speed-up over the plain loop, 1280 triangles: 7.5".
+void print_ratios(const bench::BestTimes& best) {
+  for (const auto& [name, t] : best) {
+    const std::string prefix = "plain_loop/";
+    if (!name.starts_with(prefix)) continue;
+    const auto kernel = best.find("sell_kernel/" + name.substr(prefix.size()));
+    if (kernel == best.end()) continue;
+    std::fprintf(stderr, "speed-up over the plain loop, %s triangles: %.1f\n", name.c_str() + prefix.size(),
+                 t / kernel->second);
   }
-  // To stderr: the report proper stays readable by machines.
-  void print_ratios() const {
-    for (const auto& [name, t] : best_) {
-      const std::string prefix = "plain_loop/";
-      if (!name.starts_with(prefix)) continue;
-      const auto kernel = best_.find("sell_kernel/" + name.substr(prefix.size()));
-      if (kernel == best_.end()) continue;
-      std::fprintf(stderr, "speed-up over the plain loop, %s triangles: %.1f\n", name.c_str() + prefix.size(),
-                   t / kernel->second);
-    }
-  }
-
- private:
-  std::map<std::string, double> best_;
-};
-
-template <class Base>
-int run_all() {
-  Summary<Base> summary;
-  benchmark::RunSpecifiedBenchmarks(&summary);
-  summary.print_ratios();
-  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool json = false;
-  for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--benchmark_format=json";
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  return json ? run_all<benchmark::JSONReporter>() : run_all<benchmark::ConsoleReporter>();
+  return bench::run(argc, argv, print_ratios);
 }

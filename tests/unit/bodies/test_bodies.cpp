@@ -46,6 +46,23 @@ TEST(CompactPositions, copies_only_after_a_change) {
   EXPECT_EQ(compact.of(state).size(), 9u);
 }
 
+TEST(CompactPositions, follows_single_changes_and_growth_without_a_new_copy) {
+  ParticleState state = particles_at_rest(std::vector<Vec3>{Vec3(1, 2, 3), Vec3(4, 5, 6)}, Pose{});
+  CompactPositions compact;
+  compact.of(state);
+  state.resize(3);
+  state.place(2, Vec3(7, 8, 9));
+  compact.changed(state, 2);
+  state.place(0, Vec3(-1, 0, 0));  // not told: stays as it was
+  state.place(1, Vec3(5, 5, 5));
+  compact.changed(state, 1);
+  const auto now = compact.of(state);
+  ASSERT_EQ(now.size(), 3u);
+  EXPECT_EQ(now[0], Vec3f(1, 2, 3));
+  EXPECT_EQ(now[1], Vec3f(5, 5, 5));
+  EXPECT_EQ(now[2], Vec3f(7, 8, 9));
+}
+
 TEST(TouchedVertices, are_the_corners_before_and_after) {
   const TriangleMesh mesh(tetrahedron());
   TopologyDelta delta;  // puts vertex 4 into triangle 2 (corners 1, 2, 3)

@@ -7,22 +7,13 @@
 #include "common/dds/convert.h"
 #include "common/dds/endpoint.h"
 #include "common/messages/chunks.h"
+#include "tests/support/damage.h"
 #include "tests/unit/dds/messages.h"
 
 namespace sectio {
 namespace {
 
 using namespace test;
-
-std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, std::mt19937& random) {
-  const unsigned flips = 1 + random() % 4;
-  for (unsigned i = 0; i < flips && !bytes.empty(); ++i) {
-    std::uint8_t& byte = bytes[random() % bytes.size()];
-    byte = random() % 3 == 0 ? 0xff : static_cast<std::uint8_t>(random());
-  }
-  if (random() % 4 == 0) bytes.resize(random() % (bytes.size() + 16));
-  return bytes;
-}
 
 // How many of the damaged messages were taken for whole.
 template <class Wire>
@@ -43,6 +34,7 @@ TEST(Fuzz, damaged_messages_of_every_kind_are_refused_or_harmless) {
   EXPECT_LT(survivors(to_wire(some_model(), 7), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_delta()), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_chunk()), kCount), kCount);
+  EXPECT_LT(survivors(to_wire(KeyframeRequest{7, 1, 5, 9}), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_header()), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_piece()), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_scene()), kCount), kCount);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <map>
 #include <random>
 
 #include "sim_server/net/state_encoder.h"
@@ -226,6 +228,36 @@ TEST_F(ReplicaTest, lossy_states_are_drawn_ten_times_a_second_at_least_and_heal)
     last_s = now_s;
   }
   EXPECT_LT(longest_s, 0.25);
+}
+
+// Every message on its own: one in twenty is lost, the others take up to 50 ms, so that they overtake each other.
+TEST_F(ReplicaTest, D_4_loss_and_jitter_end_with_the_servers_hash) {
+  std::mt19937 random(20240904);
+  std::multimap<double, std::function<void()>> wire;
+  const auto send = [&](std::function<void()> arrive) {
+    if (random() % 20 != 0) wire.emplace(now_s + 0.05 * static_cast<double>(random() % 1000) / 1000, std::move(arrive));
+  };
+  const auto run = [&](int steps, bool cut) {
+    for (int i = 0; i < steps; ++i) {
+      Sent sent = step(cut && i % 3 == 0);
+      for (DeltaMessage& d : sent.deltas) send([this, d] { replica.feed(d); });
+      send([this, header = sent.header] { replica.feed(header); });
+      for (StatePiece& p : sent.pieces) send([this, p] { replica.feed(p); });
+      if (!replica.take_requests(now_s).empty()) {
+        send([this, bytes = to_bytes(keyframe_of(world.mesh()))] { replica.feed_keyframe(kEpoch, 0, bytes); });
+        encoder.refresh(0);
+      }
+      for (; !wire.empty() && wire.begin()->first <= now_s; wire.erase(wire.begin())) wire.begin()->second();
+      replica.frame(now_s, frame);
+    }
+  };
+  run(1500, true);
+  EXPECT_GT(frame.step, 1400u);
+  run(600, false);
+  replica.catch_up();
+  EXPECT_EQ(replica.bodies()[0].mesh().hash(), world.mesh().hash());
+  EXPECT_EQ(replica.counts().hash_mismatches, 0u);
+  EXPECT_GT(frame.step, world.steps() - 30);
 }
 
 TEST_F(ReplicaTest, D_1_a_hash_mismatch_asks_for_a_keyframe_and_leaves_the_mesh) {

@@ -1,0 +1,122 @@
+// Every scene of deploy/scenes, offline: two runs are alike to the last bit, the journal replays to the same bodies,
+// and both are what tests/regression/golden.json holds. Who changes what a scene does on purpose renews that file
+// (SECTIO_RENEW_GOLDEN=1 in the environment, or `ninja renew_golden`), and the commit shows it.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "common/delta/journal.h"
+#include "sim_server/run.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+const fs::path kScenes = SECTIO_SOURCE_DIR "/deploy/scenes";
+const fs::path kGolden = SECTIO_SOURCE_DIR "/tests/regression/golden.json";
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& file : fs::directory_iterator(kScenes))
+    if (file.path().extension() == ".yaml") names.push_back(file.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string read_file(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+bool renewing() {
+  const char* renew = std::getenv("SECTIO_RENEW_GOLDEN");
+  return renew != nullptr && std::string(renew) == "1";
+}
+
+ordered_json golden() {
+  const std::string text = read_file(kGolden);
+  return text.empty() ? ordered_json::object() : ordered_json::parse(text);
+}
+
+// What is to stay: of each body its revision and hash, and beside them numbers that say in words what has changed.
+ordered_json essence(const ordered_json& report) {
+  ordered_json e;
+  e["steps"] = report["run"]["steps"];
+  e["cuts_made"] = report["run"]["cuts_made"];
+  e["cuts_refused"] = report["run"]["cuts_refused"];
+  for (const ordered_json& body : report["bodies"])
+    e["bodies"].push_back({{"name", body["name"]},
+                           {"triangles", body["triangles"]},
+                           {"components", body["components"]},
+                           {"revision", body["revision"]},
+                           {"topology_hash", body["topology_hash"]}});
+  return e;
+}
+
+class Scenes : public testing::TestWithParam<std::string> {
+ protected:
+  Scenes() : directory(fs::path(testing::TempDir()) / ("sectio_regression_" + std::to_string(getpid()))) {}
+  ~Scenes() override { fs::remove_all(directory); }
+
+  // The report without the times that steps took.
+  ordered_json run(const std::string& name) const {
+    const Scene scene = load_scene((kScenes / (GetParam() + ".yaml")).string());
+    ordered_json report = ordered_json::parse(run_offline(scene, 0, (directory / name).string()));
+    report["run"].erase("step_time_median_s");
+    report["run"].erase("step_time_p99_s");
+    return report;
+  }
+
+  fs::path directory;
+};
+
+INSTANTIATE_TEST_SUITE_P(Deployed, Scenes, testing::ValuesIn(scene_names()),
+                         [](const auto& scene) { return scene.param; });
+
+TEST_P(Scenes, D_8_two_runs_and_the_replay_are_alike_and_as_they_were) {
+  const ordered_json first = run("first"), second = run("second");
+  EXPECT_EQ(first, second);
+  for (const fs::directory_entry& file : fs::directory_iterator(directory / "first")) {
+    if (file.path().filename() == "report.json") continue;
+    EXPECT_EQ(read_file(file.path()), read_file(directory / "second" / file.path().filename())) << file.path();
+  }
+
+  const std::vector<JournalBody> replayed = read_journal((directory / "first" / "journal").string());
+  ASSERT_EQ(replayed.size(), first["bodies"].size());
+  for (std::size_t b = 0; b < replayed.size(); ++b) {
+    const ordered_json& body = first["bodies"][b];
+    EXPECT_EQ(replayed[b].mesh.hash(), std::stoull(body["topology_hash"].get<std::string>(), nullptr, 16));
+    EXPECT_EQ(replayed[b].mesh.revision(), body["revision"].get<std::uint64_t>());
+    EXPECT_TRUE(body["closed"].get<bool>() && body["manifold"].get<bool>());
+  }
+  EXPECT_GT(first["run"]["cuts_made"], 0);
+
+  ordered_json known = golden();
+  if (renewing()) {
+    known[GetParam()] = essence(first);
+    std::ofstream(kGolden) << known.dump(2) << '\n';
+  } else {
+    ASSERT_TRUE(known.contains(GetParam())) << "not in golden.json";
+    EXPECT_EQ(essence(first), known[GetParam()]) << "on purpose? then: ninja renew_golden";
+  }
+}
+
+TEST(Golden, knows_no_scene_that_is_gone) {
+  const std::vector<std::string> names = scene_names();
+  const ordered_json known = golden();
+  ordered_json kept = ordered_json::object();
+  for (const std::string& name : names)
+    if (known.contains(name)) kept[name] = known[name];
+  if (renewing()) std::ofstream(kGolden) << kept.dump(2) << '\n';
+  EXPECT_EQ(golden().size(), kept.size());
+}
+
+}  // namespace
+}  // namespace sectio

@@ -1,0 +1,50 @@
+// Damaged tool packets on their way into the simulation: dropped, or poses that it survives.
+#include <gtest/gtest.h>
+
+#include "common/dds/convert.h"
+#include "common/dds/endpoint.h"
+#include "sim_server/net/sample_gate.h"
+#include "tests/support/damage.h"
+#include "tests/support/operation.h"
+
+namespace sectio {
+namespace {
+
+TEST(ToolFuzz, damaged_poses_leave_a_valid_finite_body) {
+  test::Operation op(test::organ_scene());
+  SampleGate gate(1);
+  std::mt19937 random(8);
+  StepInput input;
+  int damaged_ones = 0;
+  for (std::uint64_t i = 1; i <= 3000; ++i) {
+    // To and fro through the upper side, 15 mm deep at most.
+    const double phase = static_cast<double>(i) * 0.01;
+    const Pose pose{Vec3(0.03 * std::sin(phase), 0.01, test::kOrganTop_m - 0.015 * std::sin(0.37 * phase)),
+                    {1, 0, 0, 0}};
+    const ToolPacket packet{77, 0, {{0, i, static_cast<double>(i) * 0.001, pose}}};
+    std::vector<std::uint8_t> bytes = encode(to_wire(packet));
+    const bool damage = random() % 3 == 0;
+    if (damage) bytes = test::damaged(std::move(bytes), random);
+    wire::ToolPacket received;
+    input.samples.clear();
+    if (decode(bytes, received)) {
+      if (const auto valid = from_wire(received)) {
+        damaged_ones += damage;
+        gate.accept(*valid, input.samples);
+      }
+    }
+    ASSERT_LE(input.samples.size(), 64u);
+    op.step(input);
+    ASSERT_TRUE(op.force_n().allFinite()) << "step " << i;
+    if (i % 100 == 0) {
+      ASSERT_NO_FATAL_FAILURE(op.expect_valid());
+    }
+  }
+  EXPECT_GT(damaged_ones, 100);
+  EXPECT_GT(op.deltas, 100u);
+  op.expect_valid();
+  for (const Vec3f& x : op.simulation.positions_world_m(0)) ASSERT_TRUE(x.allFinite());
+}
+
+}  // namespace
+}  // namespace sectio
