@@ -172,6 +172,7 @@ class Ending {
 
  private:
   static bool at(const SessionEnd& end, const Replica& replica) {
+    if (replica.bodies().size() != end.bodies.size()) return false;
     for (std::size_t b = 0; b < replica.bodies().size(); ++b)
       if (replica.bodies()[b].mesh().revision() != end.bodies.at(b).revision) return false;
     return true;

@@ -58,13 +58,14 @@ std::string file_of(const std::string& directory, const std::string& body) {
 }  // namespace
 
 struct RunRecord::State {
-  State(const Scene& s, const std::string& d) : scene(s), directory(d) {}
+  State(const Scene& s, const Simulation& w, const std::string& d) : scene(s), world(w), directory(d) {}
 
   void write(const Simulation& simulation, const std::string& json) const;
   nlohmann::ordered_json body(const Simulation& simulation, std::uint32_t id) const;
   nlohmann::ordered_json run();
 
   const Scene& scene;
+  const Simulation& world;
   std::string directory;
   std::unique_ptr<JournalWriter> journal;
   std::vector<float> step_times_s;
@@ -75,12 +76,12 @@ struct RunRecord::State {
 };
 
 RunRecord::RunRecord(const Scene& scene, const Simulation& simulation, const std::string& directory)
-    : state_(std::make_unique<State>(scene, directory)) {
+    : state_(std::make_unique<State>(scene, simulation, directory)) {
   if (directory.empty()) return;
   make_directory(directory);
   std::vector<JournalBody> bodies;
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
-    bodies.push_back({scene.bodies[i].name, simulation.mesh(i)});
+    bodies.push_back({simulation.body(i).name, simulation.mesh(i)});
   state_->journal = std::make_unique<JournalWriter>(directory + "/journal", bodies);
 }
 
@@ -88,8 +89,10 @@ RunRecord::~RunRecord() = default;
 
 void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
   State& s = *state_;
-  if (s.journal)
+  if (s.journal) {
     for (const BodyDelta& d : output.deltas) s.journal->append(d.body_id, d.delta);
+    for (const NewBody& b : output.new_bodies) s.journal->append({b.name, s.world.mesh(b.body_id)});
+  }
   s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
   s.last = output.report;
   s.steps = output.step;
@@ -106,7 +109,7 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   std::vector<Vec3> now;
   for (const Vec3f& x : simulation.positions_world_m(id)) now.push_back(x.cast<double>());
   nlohmann::ordered_json body;
-  body["name"] = scene.bodies[id].name;
+  body["name"] = simulation.body(id).name;
   body["vertices"] = rest.vertices;
   body["triangles"] = rest.triangles;
   body["components"] = rest.components;
@@ -126,6 +129,7 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["simulated_s"] = static_cast<double>(steps) * scene.step_s;
   run["cuts_made"] = last.cuts_made;
   run["cuts_refused"] = last.cuts_refused;
+  run["removed_volume_m3"] = last.removed_volume_m3;
   run["contact_time_s"] = last.contact_time_s;
   run["step_time_median_s"] = quantile(step_times_s, 0.5);
   run["step_time_p99_s"] = quantile(step_times_s, 0.99);
@@ -141,7 +145,7 @@ nlohmann::ordered_json RunRecord::State::run() {
 
 void RunRecord::State::write(const Simulation& simulation, const std::string& json) const {
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
-    write_obj(file_of(directory, scene.bodies[i].name), simulation.mesh(i), simulation.positions_world_m(i));
+    write_obj(file_of(directory, simulation.body(i).name), simulation.mesh(i), simulation.positions_world_m(i));
   write_text(directory + "/report.json", json);
 }
 

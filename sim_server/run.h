@@ -15,8 +15,8 @@ namespace sectio {
 // Step times are the only numbers in the report that differ between two runs on the same samples.
 class RunRecord {
  public:
-  // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. The scene must outlive
-  // the record.
+  // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Scene and
+  // simulation must outlive the record; add() comes right after the step.
   RunRecord(const Scene& scene, const Simulation& simulation, const std::string& directory);
   ~RunRecord();
 

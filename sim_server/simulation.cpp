@@ -1,8 +1,12 @@
 #include "sim_server/simulation.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <deque>
 
 #include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/simulation_rigid.h"
+#include "sim_server/simulation_split.h"
 #include "sim_server/simulation_touch.h"
 
 namespace sectio {
@@ -27,11 +31,17 @@ const char* to_string(EventKind kind) {
       return "step overrun";
     case EventKind::body_frozen:
       return "body frozen";
+    case EventKind::body_split:
+      return "body split";
+    case EventKind::fragment_removed:
+      return "fragment removed";
   }
   return "?";
 }
 
 namespace {
+
+constexpr std::size_t kMostBodies = 256;  // that a session can announce
 
 InstrumentShape shape_of(const ToolSpec& spec) {
   InstrumentShape s{spec.geometry.a_tool_m, spec.geometry.b_tool_m, spec.geometry.c_tool_m, spec.geometry.d_tool_m,
@@ -90,6 +100,11 @@ struct Simulation::State {
 
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
+  void deform(std::uint32_t body_id);
+  void split(std::uint32_t body_id);
+  void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
+  void move_rigid_pieces();
+  void tell_touch(std::uint32_t body_id, std::uint32_t tool_id, const Reaction& reaction);
   void fit_contact_models();
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
     output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
@@ -100,6 +115,7 @@ struct Simulation::State {
 
   Scene scene;
   std::vector<std::unique_ptr<SimulationBody>> bodies;
+  std::deque<BodySpec> part_specs;
   std::vector<Tool> tools;
   std::vector<SimulationTouch> touches;  // a row a body, a column a tool
   StepOutput output;
@@ -110,6 +126,8 @@ struct Simulation::State {
   std::vector<TriangleId> changed;
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
+  std::vector<RigidTouch> rigid_touches;
+  std::vector<std::uint8_t> stirred;
 };
 
 void Simulation::State::take(const StepInput& input) {
@@ -147,6 +165,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
     touch(body_id, i).plan(tool.poses, entries, motions);
   }
 
+  if (body.rigid) return;
   if (!entries.empty() || !motions.empty()) {
     for (BladeMotion& motion : motions) see_from_rest(body, entries, motion);
     const CutPlan plan = plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings,
@@ -161,7 +180,12 @@ void Simulation::State::step_body(std::uint32_t body_id) {
     if (accepted)
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
   }
+  split(body_id);
+  deform(body_id);
+}
 
+void Simulation::State::deform(std::uint32_t body_id) {
+  SimulationBody& body = *bodies[body_id];
   constraints.clear();
   for (std::uint32_t i = 0; i < tools.size(); ++i)
     if (const auto c = touch(body_id, i).constraint(); c && tools[i].pose) constraints.push_back(*c);
@@ -170,17 +194,71 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < tools.size(); ++i) {
     if (!tools[i].pose) continue;
-    SimulationTouch& t = touch(body_id, i);
-    t.deformed(t.constraint() ? reactions[next++] : Reaction{}, scene.step_s);
-    for (const EventKind kind : t.take_events()) {
-      say(kind, body_id, i);
-      output.publish_now |= kind == EventKind::contact_began;
-    }
+    tell_touch(body_id, i, touch(body_id, i).constraint() ? reactions[next++] : Reaction{});
   }
   if (!body.frozen && body.springs.first_bad_vertex() != kNone) {
     body.frozen = true;
     say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(body.springs.first_bad_vertex()));
   }
+}
+
+void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t tool_id, const Reaction& reaction) {
+  SimulationTouch& t = touch(body_id, tool_id);
+  t.deformed(reaction, scene.step_s);
+  for (const EventKind kind : t.take_events()) {
+    say(kind, body_id, tool_id);
+    output.publish_now |= kind == EventKind::contact_began;
+  }
+}
+
+void Simulation::State::split(std::uint32_t body_id) {
+  const auto next_id = static_cast<std::uint32_t>(bodies.size());
+  const auto room = static_cast<std::uint32_t>(kMostBodies - std::min(kMostBodies, bodies.size()));
+  Split split = split_body(*bodies[body_id], scene, next_id, room, part_specs);
+  for (TopologyDelta& delta : split.deltas) {
+    changed.clear();
+    for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
+    for (std::uint32_t i = 0; i < tools.size(); ++i) touch(body_id, i).part_left(changed);
+    output.deltas.push_back({body_id, std::move(delta)});
+  }
+  for (auto& part : split.parts) add_part(std::move(part), body_id);
+  for (const double volume_m3 : split.removed_m3) {
+    output.report.removed_volume_m3 += volume_m3;
+    char text[64];
+    std::snprintf(text, sizeof text, "%.3g mm3", volume_m3 * 1e9);
+    say(EventKind::fragment_removed, body_id, 0, text);
+  }
+}
+
+void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id) {
+  const char* kind = part->rigid ? "rigid" : part->spec.fixed ? "anchored" : "deformable";
+  say(EventKind::body_split, parent_id, 0, part->spec.name + ", " + kind);
+  output.new_bodies.push_back({part->id, parent_id, part->spec.name});
+  output.publish_now = true;
+  for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    InstrumentShape shape = tools[i].shape;
+    if (part->rigid) shape.d_tool_m = shape.cautery ? shape.c_tool_m : shape.d_tool_m;  // it can't be cut
+    touches.emplace_back(i, shape, *part);
+  }
+  bodies.push_back(std::move(part));
+}
+
+void Simulation::State::move_rigid_pieces() {
+  rigid_touches.clear();
+  stirred.assign(bodies.size(), 0);
+  for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
+  for (std::uint32_t b = 0; b < bodies.size(); ++b)
+    for (std::uint32_t i = 0; i < tools.size(); ++i) {
+      stirred[b] |= !bodies[b]->rigid && touch(b, i).state() != ContactState::free;
+      const auto constraint = touch(b, i).constraint();
+      if (bodies[b]->rigid && constraint) rigid_touches.push_back({b, *constraint, tools[i].velocity_m_per_s});
+    }
+  reactions.assign(rigid_touches.size(), {});
+  step_rigid_pieces(bodies, rigid_touches, stirred, scene, reactions);
+  std::size_t next = 0;
+  for (std::uint32_t b = 0; b < bodies.size(); ++b)
+    for (std::uint32_t i = 0; bodies[b]->rigid && i < tools.size(); ++i)
+      if (tools[i].pose) tell_touch(b, i, touch(b, i).constraint() ? reactions[next++] : Reaction{});
 }
 
 void Simulation::State::fit_contact_models() {
@@ -219,11 +297,16 @@ const StepOutput& Simulation::step(const StepInput& input) {
   ++out.step;
   out.sim_time_s = static_cast<double>(out.step) * s.scene.step_s;
   out.deltas.clear();
+  out.new_bodies.clear();
   out.contacts.clear();
   out.events.clear();
   out.publish_now = false;
   s.take(input);
-  for (std::uint32_t b = 0; b < s.bodies.size(); ++b) s.step_body(b);
+  const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
+  for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
+  for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)
+    if (!s.bodies[b]->rigid) s.deform(b);
+  s.move_rigid_pieces();
   s.fit_contact_models();
 
   out.report.stability_margin = 1e9;
@@ -231,6 +314,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.report.local_searches = out.report.global_searches = 0;
   out.report.penetration_m = 0;
   for (const auto& body : s.bodies) {
+    if (body->rigid) continue;
     out.report.stability_margin =
         std::min(out.report.stability_margin, body->springs.largest_stable_step_s() / s.scene.step_s);
     out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, body->springs.added_mass_fraction());
@@ -248,6 +332,13 @@ std::uint32_t Simulation::body_count() const {
 }
 const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
   return state_->bodies[body_id]->mesh;
+}
+const BodySpec& Simulation::body(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->spec;
+}
+const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
+  const auto& rigid = state_->bodies[body_id]->rigid;
+  return rigid ? &rigid->body : nullptr;
 }
 std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->bodies[body_id]->positions_world_m();

@@ -10,6 +10,8 @@
 
 namespace sectio {
 
+class RigidBody;
+
 class Simulation {
  public:
   // Throws InputError when the scene can't be simulated, e.g. a step beyond the stable one.
@@ -18,10 +20,15 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  // sweep > collide > plan cut > apply > deform > fit contact model. The result is valid until the next call.
+  // sweep > collide > plan cut > apply > split > deform > rigid > fit contact model. The result is valid until the next
+  // call.
   const StepOutput& step(const StepInput& input);
 
+  // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
+  const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh
+  // Nothing when it deforms.
+  const RigidBody* rigid_body(std::uint32_t body_id) const;
   const TriangleMesh& mesh(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;

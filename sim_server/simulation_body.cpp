@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <set>
 
 #include "common/core/error.h"
@@ -65,6 +66,23 @@ SimulationBody::SimulationBody(const BodySpec& body, const Scene& scene, std::ui
                   scene.file.c_str(), scene.step_s, body.name.c_str(), std::floor(largest_s * 1e6) * 1e-6);
     throw InputError(text);
   }
+}
+
+SimulationBody::SimulationBody(const BodySpec& part, const Scene& scene, std::uint32_t body_id, TriangleMesh part_mesh,
+                               ParticleState state, const Pose& frame)
+    : spec(part),
+      id(body_id),
+      mesh(std::move(part_mesh)),
+      particles(std::move(state)),
+      springs(mesh, frame, spring_material(part.material), spring_settings(part, scene)),
+      stroke_settings(stroke_settings_of(part.cutting)),
+      tree_(SurfaceView{mesh, compact_.of(particles), body_id}) {
+  std::vector<VertexId> all(mesh.vertex_slots());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  springs.update(mesh, all);  // what a cut has left may need mass to be stable
+  if (part.fixed) return;
+  springs.set_component(0, all, false);
+  if (scene.floor_z_m) springs.set_bed(0, Vec3(0, 0, *scene.floor_z_m), Vec3::UnitZ());
 }
 
 const SurfaceTree& SimulationBody::tree() {
@@ -137,7 +155,10 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   springs.update(mesh, touched);
   tree_.update_changed(view(), changed);
   tree_.update_moved(view(), placed);
-  free_islands(plan);
+  if (spec.splitting.free_parts == FreeParts::keep)
+    free_islands(plan);
+  else
+    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
   return true;
 }
 
@@ -155,6 +176,46 @@ void SimulationBody::free_islands(const CutPlan& plan) {
     springs.set_bed(components_, island.bed_point_world_m, island.bed_normal_world);
     ++components_;
   }
+}
+
+Pose SimulationBody::frame_world(VertexId v) const {
+  return rigid ? rigid->carried(frame_at_release_) : springs.frame_world(springs.component_of(v));
+}
+
+void SimulationBody::give_up(const TopologyDelta& delta) {
+  const ApplyStatus status = apply(delta, mesh);
+  SECTIO_ASSERT(status == ApplyStatus::applied, "a whole part can be removed");
+  static_cast<void>(status);
+  std::vector<VertexId> vertices;
+  std::vector<TriangleId> triangles;
+  for (const VertexEdit& e : delta.vertices) vertices.push_back(e.id);
+  for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
+  springs.update(mesh, vertices);
+  tree_.update_changed(view(), triangles);
+  const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
+  std::erase_if(cuts.grooves.ends, [&](const auto& end) { return gone(end.first) || gone(end.second); });
+  std::erase_if(cuts.grooves.bottoms, gone);
+  std::erase_if(cuts.strokes, [&](const Stroke& s) {
+    return gone(s.cell.apex) || gone(s.start) || gone(s.bottom) || gone(s.first) || gone(s.temporary_tip) ||
+           std::ranges::any_of(s.cell.rim, gone) || std::ranges::any_of(s.touched, gone);
+  });
+}
+
+bool SimulationBody::become_rigid() {
+  std::vector<double> masses(mesh.vertex_slots());
+  for (VertexId v = 0; v < masses.size(); ++v) masses[v] = springs.mass_kg(v);
+  const Pose frame = frame_world(0);
+  rigid = RigidPiece::release(mesh, particles.position_world_m, particles.velocity_world_m_per_s, masses,
+                              spec.material.density_kg_per_m3);
+  frame_at_release_ = frame;
+  if (rigid) follow_rigid();
+  return rigid.has_value();
+}
+
+void SimulationBody::follow_rigid() {
+  rigid->place(particles.position_world_m, particles.velocity_world_m_per_s);
+  compact_.invalidate();
+  tree_stale_ = true;
 }
 
 void SimulationBody::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {

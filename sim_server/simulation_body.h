@@ -1,8 +1,9 @@
-// One deformable body of a simulation: what its rooms (bodies, deformation, collision, cutting) hold about it, kept in
+// One body of a simulation: what its rooms (bodies, deformation, collision, cutting, splitting) hold about it, kept in
 // step with each other. Part of simulation.*.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "sim_server/cutting/plan_cut.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/splitting/rigid_piece.h"
 
 namespace sectio {
 
@@ -18,6 +20,11 @@ class SimulationBody {
  public:
   // Throws InputError when step_s is beyond the stable step.
   SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id);
+
+  // A part that came off another body: `spec` as for that one, without its mesh; must outlive the body. The particles
+  // as they were, `frame` where its shape at rest is. It goes on deforming; see become_rigid().
+  SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id, TriangleMesh mesh, ParticleState particles,
+                 const Pose& frame);
 
   SurfaceView view() { return {mesh, compact_.of(particles), id}; }
   std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
@@ -30,7 +37,7 @@ class SimulationBody {
   const SurfaceTree& tree();
 
   // Of the connected piece that a vertex belongs to.
-  const Pose& frame_world(VertexId v) const { return springs.frame_world(springs.component_of(v)); }
+  Pose frame_world(VertexId v) const;
   // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const;
@@ -39,6 +46,14 @@ class SimulationBody {
 
   // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
   bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
+
+  // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
+  void give_up(const TopologyDelta& delta);
+
+  // From now on it moves as a whole. False when its shape has no rigid motion.
+  bool become_rigid();
+  // After the rigid body has moved.
+  void follow_rigid();
 
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
 
@@ -49,7 +64,9 @@ class SimulationBody {
   SurfaceSprings springs;
   BodyCuts cuts;
   StrokeSettings stroke_settings;
-  bool frozen = false;  // numerics failed: it stays as it was
+  std::optional<RigidPiece> rigid;
+  std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
+  bool frozen = false;                // numerics failed: it stays as it was
 
  private:
   void free_islands(const CutPlan& plan);
@@ -58,6 +75,7 @@ class SimulationBody {
   SurfaceTree tree_;
   bool tree_stale_ = false;
   std::uint32_t components_ = 1;
+  Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };
 
 }  // namespace sectio

@@ -332,6 +332,23 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   }
 }
 
+void SimulationTouch::part_left(std::span<const TriangleId> removed) {
+  tracker_.topology_changed(body_.view(), removed);
+  if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
+  if (constraint_ && std::ranges::any_of(constraint_->v, [&](VertexId v) {
+        return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v));
+      }))
+    constraint_.reset();
+  if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
+  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(tool_id_)) {
+    ended_at_ = point_;
+    phase_ = Phase::spent;
+    cutting_force_n_.setZero();
+    constraint_.reset();
+    events_.push_back(EventKind::cut_ended);
+  }
+}
+
 void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   if (phase_ == Phase::cutting) {
     const Vec3 target_n = (shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_;

@@ -23,6 +23,8 @@ class SimulationTouch {
   void plan(std::span<const Pose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   // What became of it.
   void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
+  // A part came off the body, with the triangles given: what was done to it has ended.
+  void part_left(std::span<const TriangleId> removed);
   // What holds or presses the surface in this step; nothing while free or cutting.
   std::optional<PointConstraint> constraint() const { return constraint_; }
   // After the step: the reaction of that constraint.

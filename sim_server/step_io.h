@@ -18,20 +18,29 @@ struct StepInput {
 };
 
 struct BodyDelta {
-  std::uint32_t body_id = 0;  // index into Scene::bodies
+  std::uint32_t body_id = 0;  // index into Scene::bodies; from there on, parts in the order in which they came off
   TopologyDelta delta;
+};
+
+// A part came off and is a body from now on, at revision 0. The delta by which its parent gave it up is of this step.
+struct NewBody {
+  std::uint32_t body_id = 0;
+  std::uint32_t parent_id = 0;
+  std::string name;
 };
 
 enum class EventKind : std::uint8_t {
   contact_began,
   contact_ended,
-  penetrated,    // contact -> penetration: the cut began
-  cut_ended,     // the instrument was lifted
-  joined,        // a cut ran into the end of another, or of itself
-  island_freed,  // a loop was closed and its inside parted
-  cut_refused,   // the mesh is as before
-  step_overrun,  // a step took longer than its time
-  body_frozen,   // numerics failed in this body
+  penetrated,        // contact -> penetration: the cut began
+  cut_ended,         // the instrument was lifted
+  joined,            // a cut ran into the end of another, or of itself
+  island_freed,      // a loop was closed and its inside parted
+  cut_refused,       // the mesh is as before
+  step_overrun,      // a step took longer than its time
+  body_frozen,       // numerics failed in this body
+  body_split,        // a part came off and is a body of its own
+  fragment_removed,  // a part below the stated size
 };
 const char* to_string(EventKind kind);
 
@@ -49,8 +58,9 @@ struct StepReport {
   double added_mass_fraction = 0;  // by selective mass scaling
   std::uint64_t cuts_made = 0;     // deltas so far
   std::uint64_t cuts_refused = 0;
-  double penetration_m = 0;   // of pressing instruments beneath the surface, after this step
-  double contact_time_s = 0;  // simulated time with any instrument in contact, so far
+  double removed_volume_m3 = 0;  // of fragments, at rest, so far
+  double penetration_m = 0;      // of pressing instruments beneath the surface, after this step
+  double contact_time_s = 0;     // simulated time with any instrument in contact, so far
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
 };
@@ -59,6 +69,7 @@ struct StepOutput {
   std::uint64_t step = 0;
   double sim_time_s = 0;
   std::vector<BodyDelta> deltas;       // in the order in which they were applied
+  std::vector<NewBody> new_bodies;     // in order of body_id
   std::vector<ContactModel> contacts;  // one a tool that has a device
   std::vector<Event> events;
   bool publish_now = false;  // contact just began: viewers must not wait for the frame rhythm (paper A, 2.1)

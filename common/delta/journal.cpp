@@ -34,6 +34,7 @@ std::uint64_t checksum(std::uint32_t body_id, std::span<const std::uint8_t> byte
 JournalWriter::JournalWriter(const std::string& path, std::span<const JournalBody> bodies)
     : path_(path), file_(path, std::ios::binary | std::ios::trunc) {
   if (!file_) throw InputError(path + ": can't be written");
+  bodies_ = static_cast<std::uint32_t>(bodies.size());
   ByteWriter out;
   out.put_bytes(as_bytes(kMagic));
   out.put(static_cast<std::uint32_t>(bodies.size()));
@@ -48,7 +49,18 @@ JournalWriter::JournalWriter(const std::string& path, std::span<const JournalBod
 }
 
 void JournalWriter::append(std::uint32_t body_id, const TopologyDelta& delta) {
-  const std::vector<std::uint8_t> bytes = to_bytes(delta);
+  append(body_id, to_bytes(delta));
+}
+
+void JournalWriter::append(const JournalBody& body) {
+  ByteWriter content;
+  content.put(static_cast<std::uint32_t>(body.name.size()));
+  content.put_bytes(as_bytes(body.name));
+  content.put_bytes(to_bytes(keyframe_of(body.mesh)));
+  append(bodies_++, content.bytes());
+}
+
+void JournalWriter::append(std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
   ByteWriter out;
   out.put(body_id);
   out.put(static_cast<std::uint32_t>(bytes.size()));
@@ -92,18 +104,36 @@ JournalBody JournalReader::read_body() {
 }
 
 std::optional<JournalEntry> JournalReader::next() {
-  if (at_ == size_) return std::nullopt;
-  const std::uint64_t begin = at_;
-  const std::vector<std::uint8_t> header = read(16, "record");
-  ByteReader in(header);
-  const auto body_id = in.get<std::uint32_t>();
-  const auto length = in.get<std::uint32_t>();
-  const auto sum = in.get<std::uint64_t>();
-  const std::vector<std::uint8_t> bytes = read(length, "record");
-  if (checksum(body_id, bytes) != sum) fail(begin, "damaged record");
-  std::optional<TopologyDelta> delta = delta_from_bytes(bytes);
-  if (!delta || body_id >= bodies_.size()) fail(begin, "record that no journal holds");
-  return JournalEntry{body_id, std::move(*delta)};
+  while (at_ != size_) {
+    const std::uint64_t begin = at_;
+    const std::vector<std::uint8_t> header = read(16, "record");
+    ByteReader in(header);
+    const auto body_id = in.get<std::uint32_t>();
+    const auto length = in.get<std::uint32_t>();
+    const auto sum = in.get<std::uint64_t>();
+    const std::vector<std::uint8_t> bytes = read(length, "record");
+    if (checksum(body_id, bytes) != sum) fail(begin, "damaged record");
+    if (body_id == bodies_.size()) {
+      add_body(bytes, begin);
+      continue;
+    }
+    std::optional<TopologyDelta> delta = delta_from_bytes(bytes);
+    if (!delta || body_id > bodies_.size()) fail(begin, "record that no journal holds");
+    return JournalEntry{body_id, std::move(*delta)};
+  }
+  return std::nullopt;
+}
+
+void JournalReader::add_body(std::span<const std::uint8_t> bytes, std::uint64_t begin) {
+  const std::size_t name_size = bytes.size() < 4 ? bytes.size() : ByteReader(bytes).get<std::uint32_t>();
+  if (bodies_.size() >= kMaxBodiesInFile || name_size > kMaxNameInFile_bytes || 4 + name_size > bytes.size())
+    fail(begin, "record that no journal holds");
+  std::optional<Keyframe> keyframe = keyframe_from_bytes(bytes.subspan(4 + name_size));
+  std::optional<TriangleMesh> mesh;
+  if (keyframe) mesh = mesh_of(std::move(*keyframe));
+  if (!mesh) fail(begin, "damaged keyframe");
+  bodies_.push_back(
+      {std::string(bytes.begin() + 4, bytes.begin() + 4 + static_cast<std::ptrdiff_t>(name_size)), std::move(*mesh)});
 }
 
 std::vector<std::uint8_t> JournalReader::read(std::uint64_t size, const std::string& what) {
@@ -125,10 +155,12 @@ std::vector<JournalBody> read_journal(const std::string& path) {
   std::uint64_t number = 0;
   while (const std::optional<JournalEntry> entry = reader.next()) {
     ++number;
+    while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
     const ApplyStatus status = apply(entry->delta, bodies[entry->body_id].mesh);
     if (status != ApplyStatus::applied)
       throw InputError(path + ": delta " + std::to_string(number) + ": " + to_string(status));
   }
+  while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
   return bodies;
 }
 

@@ -2,7 +2,8 @@
 // the final meshes, hash for hash.
 //
 // File: "SECTIOJ1", bodies (u32), then for each body: name length (u32), name, keyframe length (u64), keyframe; then
-// records until the end: body_id (u32), length (u32), checksum of the bytes (u64), delta. Little-endian.
+// records until the end: body_id (u32), length (u32), checksum of the bytes (u64), delta. Little-endian. A record whose
+// body_id is the number of bodies so far brings the next body instead: name length (u32), name, keyframe.
 #pragma once
 
 #include <cstdint>
@@ -28,12 +29,16 @@ class JournalWriter {
 
   // Throws InputError when the disk is full.
   void append(std::uint32_t body_id, const TopologyDelta& delta);
+  // A body that came off another; its number is that of the bodies so far.
+  void append(const JournalBody& body);
 
  private:
   void write(std::span<const std::uint8_t> bytes);
+  void append(std::uint32_t body_id, std::span<const std::uint8_t> bytes);
 
   std::string path_;
   std::ofstream file_;
+  std::uint32_t bodies_ = 0;
 };
 
 struct JournalEntry {
@@ -47,16 +52,17 @@ class JournalReader {
  public:
   explicit JournalReader(const std::string& path);
 
-  // As they were at the beginning.
+  // As they were at the beginning: the session's, and of those that came later the ones read so far.
   const std::vector<JournalBody>& bodies() const { return bodies_; }
 
-  // Nothing at the end of the file.
+  // The next delta; nothing at the end of the file.
   std::optional<JournalEntry> next();
 
  private:
   [[noreturn]] void fail(std::uint64_t byte, const std::string& what) const;
   std::vector<std::uint8_t> read(std::uint64_t size, const std::string& what);
   JournalBody read_body();
+  void add_body(std::span<const std::uint8_t> bytes, std::uint64_t begin);
 
   std::string path_;
   std::ifstream file_;

@@ -64,7 +64,12 @@ struct ClientNet::State {
 
 void ClientNet::State::take_scene(Replica& replica) {
   drain(scene_reader, [&](SceneInfo scene) {
-    if (replica.scene() && scene.epoch <= replica.scene()->epoch) return;
+    if (replica.scene() && scene.epoch == replica.scene()->epoch) {
+      replica.extend(scene);
+      if (session_end) replica.feed(*session_end);  // it may have come before the bodies that it names
+      return;
+    }
+    if (replica.scene() && scene.epoch < replica.scene()->epoch) return;
     replica.reset(scene);
     assembler.clear();
     status.reset();

@@ -12,6 +12,15 @@ void Replica::reset(const SceneInfo& scene) {
   asking_.resize(scene.bodies.size());
 }
 
+void Replica::extend(const SceneInfo& scene) {
+  if (!ours(scene.epoch) || scene.bodies.size() <= bodies_.size() || scene.tools.size() != scene_->tools.size()) return;
+  scene_ = scene;
+  bodies_.resize(scene.bodies.size());
+  asking_.resize(scene.bodies.size());
+  headers_.clear();  // they say nothing about the new ones
+  waiting_since_s_.reset();
+}
+
 void Replica::feed(DeltaMessage message) {
   if (!ours(message.epoch) || message.body_id >= bodies_.size()) return;
   bodies_[message.body_id].feed(std::move(message.delta), counts_);

@@ -32,6 +32,8 @@ class Replica {
 
   // Begins anew: another server, or another scene.
   void reset(const SceneInfo& scene);
+  // The same session with more bodies than before: parts that came off. What is known of the others stays.
+  void extend(const SceneInfo& scene);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
   // Messages as from_wire() has validated them. Of another epoch, or about what the scene doesn't have: dropped.

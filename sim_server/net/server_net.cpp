@@ -6,6 +6,7 @@
 #include <deque>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -39,6 +40,7 @@ std::uint64_t epoch_now() {
 
 // What the simulation has put down and the publishing thread not yet picked up. Buffers keep their memory.
 struct Outbox {
+  std::vector<std::pair<BodyInfo, TriangleMesh>> new_bodies;
   std::vector<BodyDelta> deltas;
   std::size_t edits = 0;
   // Instead of deltas, when there were too many: the bodies as they were then. Deltas above come after.
@@ -53,7 +55,9 @@ struct Outbox {
   std::uint64_t samples_refused = 0;
   std::optional<std::string> end_reason;
 
-  bool urgent() const { return !deltas.empty() || !events.empty() || !contacts.empty() || snapshot_due || end_reason; }
+  bool urgent() const {
+    return !new_bodies.empty() || !deltas.empty() || !events.empty() || !contacts.empty() || snapshot_due || end_reason;
+  }
 };
 
 void keep_newest(std::vector<ContactModel>& models, const ContactModel& model) {
@@ -90,6 +94,7 @@ struct ServerNet::State {
 
   void run();
   void send(Outbox& batch);
+  void add_body(BodyInfo info, TriangleMesh mesh);
   void send_delta(const BodyDelta& delta);
   void send_state();
   void send_status(const Outbox& batch);
@@ -102,8 +107,10 @@ struct ServerNet::State {
   template <class T>
   void write(Writer<T>& writer, const T& message);
 
+  SceneInfo scene;                   // the publishing thread's: grows with the bodies
+  std::vector<BodyInfo> body_infos;  // the simulation's thread's
+
   // Constant once the thread runs.
-  SceneInfo scene;
   double state_interval_s;
   std::uint32_t chunk_bytes;
 
@@ -170,6 +177,7 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       end_writer(participant),
       gate(scene.tools.size()),
       encoder(scene.epoch, scene.step_s, scene.bodies.size()) {
+  body_infos = scene.bodies;
   for (TriangleMesh& mesh : meshes) shadows.push_back({std::move(mesh), false, {}});
   // What a viewer would refuse is refused here, with a word.
   if (!from_wire(to_wire(scene))) throw InputError("scene: names, colours or camera that can't be sent to viewers");
@@ -212,6 +220,7 @@ void ServerNet::State::run() {
     queue_keyframes(Clock::now());
     send_chunks();
     if (batch.end_reason) send_end(*batch.end_reason);
+    batch.new_bodies.clear();
     batch.deltas.clear();
     batch.edits = 0;
     batch.meshes.reset();
@@ -225,6 +234,7 @@ void ServerNet::State::run() {
 // The hand first, then topology, then the state that needs it.
 void ServerNet::State::send(Outbox& batch) {
   for (const ContactModel& model : batch.contacts) write(contact_writer, to_wire(model, scene.epoch));
+  for (auto& [info, mesh] : batch.new_bodies) add_body(std::move(info), std::move(mesh));
   if (batch.meshes)
     for (std::size_t b = 0; b < shadows.size(); ++b) shadows[b] = {std::move((*batch.meshes)[b]), true, {}};
   for (const BodyDelta& delta : batch.deltas) send_delta(delta);
@@ -238,6 +248,15 @@ void ServerNet::State::send(Outbox& batch) {
     write(event_writer, to_wire(SessionEvent{scene.epoch, event.step, static_cast<std::uint8_t>(event.kind),
                                              event.body_id, event.tool_id, event.text}));
   if (Clock::now() >= next_status) send_status(batch);
+}
+
+// A viewer that knows the old scene takes the bodies that it doesn't know from the new one. States name all bodies, so
+// that nobody draws the parent without its part before the part has come.
+void ServerNet::State::add_body(BodyInfo info, TriangleMesh mesh) {
+  scene.bodies.push_back(std::move(info));
+  shadows.push_back({std::move(mesh), true, {}});
+  encoder.add_body();
+  write(scene_writer, to_wire(scene));
 }
 
 void ServerNet::State::send_delta(const BodyDelta& delta) {
@@ -370,6 +389,11 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     Outbox& box = s.outbox;
     for (const BodyDelta& delta : output.deltas)
       box.edits += delta.delta.vertices.size() + delta.delta.triangles.size();
+    for (const NewBody& body : output.new_bodies) {
+      s.body_infos.push_back(s.body_infos.at(body.parent_id));
+      s.body_infos.back().name = body.name;
+      box.new_bodies.emplace_back(s.body_infos.back(), *world.bodies[body.body_id].mesh);
+    }
     box.deltas.insert(box.deltas.end(), output.deltas.begin(), output.deltas.end());
     if (box.deltas.size() > kMaxOutboxDeltas || box.edits > kMaxOutboxEdits) {
       box.deltas.clear();

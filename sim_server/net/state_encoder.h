@@ -34,6 +34,8 @@ class StateEncoder {
   StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies)
       : epoch_(epoch), step_s_(step_s), bodies_(bodies) {}
 
+  // One more body, whose state begins with the next snapshot.
+  void add_body() { bodies_.emplace_back(); }
   // The slots that a delta changed are sent with the first state of its revision or later.
   void changed(std::uint32_t body_id, const TopologyDelta& delta);
   // All pieces with the next state: somebody begins from a keyframe.

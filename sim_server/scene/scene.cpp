@@ -95,6 +95,19 @@ CuttingSpec read_cutting(YamlMap& map) {
   return cutting;
 }
 
+SplittingSpec read_splitting(YamlMap& map) {
+  SplittingSpec splitting;
+  if (const auto value = map.find("free_parts")) {
+    const std::string choice = value->choice({"keep", "rigid", "deformable"});
+    splitting.free_parts = choice == "keep"    ? FreeParts::keep
+                           : choice == "rigid" ? FreeParts::rigid
+                                               : FreeParts::deformable;
+  }
+  map.read("least_volume_m3", splitting.least_volume_m3, at_least(0));
+  map.read("friction", splitting.friction, at_least(0));
+  return splitting;
+}
+
 Box read_box(YamlMap& map) {
   const Box box{map.require("min_world_m").vector3(), map.require("max_world_m").vector3()};
   if (!(box.min_world_m.array() < box.max_world_m.array()).all()) {
@@ -134,6 +147,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
   map.part("cutting", [&](YamlMap& part) { body.cutting = read_cutting(part); });
+  map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
   map.part("colours", [&](YamlMap& part) {
     part.read("skin", body.skin_colour, between(0, 1));
@@ -199,6 +213,7 @@ Scene load_scene(const std::string& path) {
   map.read("step_s", scene.step_s, above_to(0, 0.1));
   map.read("duration_s", scene.duration_s, above_to(0, 86400));
   map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-1000, 1000));
+  if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");
   const auto tools = map.find("tools");

@@ -43,6 +43,19 @@ struct CuttingSpec {
   bool loops_free_islands = true;  // closing a loop parts the island from the body
 };
 
+// What becomes of a part that a cut has separated.
+enum class FreeParts : std::uint8_t {
+  keep,        // it stays a component of its body
+  rigid,       // a body of its own, which moves rigidly; one that is anchored goes on deforming
+  deformable,  // a body of its own, which goes on deforming
+};
+
+struct SplittingSpec {
+  FreeParts free_parts = FreeParts::keep;
+  double least_volume_m3 = 1e-10;  // a free part below this is removed
+  double friction = 0.4;           // of rigid parts with floor and bodies
+};
+
 struct Box {
   Vec3 min_world_m = Vec3::Zero();
   Vec3 max_world_m = Vec3::Zero();
@@ -58,6 +71,7 @@ struct BodySpec {
   std::string model = "surface_springs";
   MaterialSpec material;
   CuttingSpec cutting;
+  SplittingSpec splitting;
   std::optional<Box> fixed;  // vertices inside stay where they are
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
@@ -92,6 +106,7 @@ struct Scene {
   double step_s = 0.001;
   double duration_s = 5;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
+  std::optional<double> floor_z_m;  // parts that fall come to rest on this plane
   Camera camera;
   std::vector<BodySpec> bodies;
   std::vector<ToolSpec> tools;
@@ -102,7 +117,7 @@ struct Scene {
 // and numbers that are not finite or out of range are errors. Any thread. Everything but the keys marked * has a
 // default:
 //
-//   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]
+//   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs
@@ -110,6 +125,7 @@ struct Scene {
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
 //     cutting:   the members of CuttingSpec; threshold_force_n or threshold_displacement_m
+//     splitting: free_parts: keep | rigid | deformable, least_volume_m3, friction
 //     fixed:     min_world_m*, max_world_m*
 //     colours:   skin, wall: [red, green, blue] in [0, 1]
 //   tools:     a list of

@@ -92,6 +92,25 @@ TEST(Journal, replays_to_the_same_hash) {
   std::remove(path.c_str());
 }
 
+TEST(Journal, bodies_that_come_later_are_replayed_too) {
+  MovingWorld world, part(1, 5);
+  const std::string path = path_of("later");
+  {
+    JournalWriter writer(path, std::vector<JournalBody>{{"liver", world.mesh()}});
+    for (const BodyDelta& delta : world.step(true).deltas) writer.append(0, delta.delta);
+    writer.append({"liver.1", part.mesh()});
+    for (const BodyDelta& delta : part.step(true).deltas) writer.append(1, delta.delta);
+    writer.append({"liver.2", part.mesh()});
+  }
+  const std::vector<JournalBody> bodies = read_journal(path);
+  ASSERT_EQ(bodies.size(), 3u);
+  EXPECT_EQ(bodies[0].mesh.hash(), world.mesh().hash());
+  EXPECT_EQ(bodies[1].name, "liver.1");
+  EXPECT_EQ(bodies[1].mesh.hash(), part.mesh().hash());
+  EXPECT_EQ(bodies[2].mesh.revision(), part.mesh().revision());
+  std::remove(path.c_str());
+}
+
 TEST(Journal, truncated_anywhere_is_an_input_error_that_names_the_byte_or_a_shorter_journal) {
   MovingWorld world(0);
   const std::string path = path_of("truncated");

@@ -1,0 +1,27 @@
+// Where two bodies touch: vertices of one in, or close above, the surface of the other.
+#pragma once
+
+#include <vector>
+
+#include "sim_server/collision/surface_tree.h"
+
+namespace sectio {
+
+struct BodyContact {
+  VertexId vertex = kNone;  // of the one
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal_world = Vec3::UnitZ();  // unit, out of the other's surface
+  double depth_m = 0;                 // negative: a gap
+  TriangleId triangle = kNone;        // of the other, nearest to the point
+  Vec3 bary = Vec3::Zero();
+};
+
+constexpr std::size_t kMaxProbedVertices = 64;  // of those near the other body: evenly taken when there are more
+constexpr double kDeepestContactM = 0.005;      // further inside, the nearest surface is anybody's guess
+
+// Appends contacts of `one`'s vertices at most reach_m above the surface of `other`, in order of vertex. A tree must be
+// up to date. O(vertices of one + probed x log triangles of other).
+void find_contacts(const SurfaceView& one, const SurfaceView& other, const SurfaceTree& tree_of_other, double reach_m,
+                   std::vector<BodyContact>& contacts);
+
+}  // namespace sectio

@@ -1,0 +1,163 @@
+#include "sim_server/simulation_rigid.h"
+
+#include <algorithm>
+
+#include "sim_server/collision/body_contact.h"
+#include "sim_server/splitting/rigid_contact.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
+constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
+// A deformable surface carries a piece along; but single vertices that a cut has just let go are fast and weigh
+// nothing.
+constexpr double kCarryingSpeedM_per_s = 0.02;
+constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
+
+class RigidStep {
+ public:
+  RigidStep(std::span<const std::unique_ptr<SimulationBody>> bodies, const Scene& scene)
+      : bodies_(bodies), scene_(scene), dynamics_(bodies.size(), nullptr), supported_(bodies.size(), 0) {
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      if (bodies[b]->rigid) dynamics_[b] = &bodies[b]->rigid->body;
+  }
+
+  void run(std::span<const RigidTouch> touches, std::span<const std::uint8_t> stirred, std::span<Reaction> reactions) {
+    wake(stirred);
+    for (const RigidTouch& touch : touches) add_tool(touch);
+    for (RigidBody* piece : dynamics_)
+      if (piece && !piece->asleep()) piece->push(scene_.gravity_m_per_s2, scene_.step_s);
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
+      if (is_awake(b)) find(b);
+    std::vector<Vec3> impulses(contacts_.size(), Vec3::Zero());
+    solve_contacts(dynamics_, contacts_, {scene_.step_s, 30}, impulses);
+    undo_depths(dynamics_, contacts_, {scene_.step_s, 10});
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+      reactions[i].force_on_tool_n = impulses[i] / scene_.step_s;
+      reactions[i].active = !impulses[i].isZero(0);
+    }
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
+      if (is_awake(b)) move(b);
+  }
+
+ private:
+  bool is_awake(std::uint32_t b) const { return dynamics_[b] && !dynamics_[b]->asleep() && !bodies_[b]->frozen; }
+
+  Box3 box_around(std::uint32_t b, double margin_m) const {
+    const Vec3 reach = Vec3::Constant(margin_m + (dynamics_[b] ? bodies_[b]->rigid->radius_m() : 0));
+    if (dynamics_[b]) {
+      const Vec3& centre = dynamics_[b]->pose_world().position_m;
+      return {centre - reach, centre + reach};
+    }
+    const Box3 box = bodies_[b]->bounds_world_m();
+    return box.isEmpty() ? box : Box3(box.min() - reach, box.max() + reach);
+  }
+
+  void wake(std::span<const std::uint8_t> stirred) {
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
+      if (!dynamics_[b] || !dynamics_[b]->asleep()) continue;
+      for (std::uint32_t other = 0; other < bodies_.size() && dynamics_[b]->asleep(); ++other)
+        if (stirred[other] && box_around(b, kReachM).intersects(box_around(other, kReachM))) dynamics_[b]->wake();
+    }
+  }
+
+  void add_tool(const RigidTouch& touch) {
+    SimulationBody& body = *bodies_[touch.body_id];
+    RigidContact c;
+    c.point_world_m.setZero();
+    for (std::size_t a = 0; a < 3; ++a)
+      c.point_world_m += touch.constraint.w[a] * body.particle_view().position(touch.constraint.v[a]);
+    c.normal_world = -touch.constraint.normal;
+    c.depth_m = (c.point_world_m - touch.constraint.target_world_m).dot(touch.constraint.normal);
+    c.body = touch.body_id;
+    c.surface_velocity_m_per_s = touch.tool_velocity_m_per_s;
+    c.largest_speed_m_per_s = kToolSpeedM_per_s;
+    c.friction = body.spec.splitting.friction;
+    if (c.depth_m > 0) body.rigid->body.wake();
+    contacts_.push_back(c);
+  }
+
+  void find(std::uint32_t b) {
+    SimulationBody& body = *bodies_[b];
+    const std::size_t from = contacts_.size();
+    const double reach_m = kReachM + 2 * scene_.step_s * dynamics_[b]->velocity_m_per_s().norm();
+    if (scene_.floor_z_m) floor_contacts(body.positions_world_m(), {}, *scene_.floor_z_m, reach_m, b, contacts_);
+    for (std::uint32_t other = 0; other < bodies_.size(); ++other) {
+      if (other == b || (is_awake(other) && other < b)) continue;  // a pair of awake pieces is met once
+      if (!box_around(b, reach_m).intersects(box_around(other, 0))) continue;
+      add_pair(b, other, reach_m);
+    }
+    for (std::size_t i = from; i < contacts_.size(); ++i) {
+      contacts_[i].friction = body.spec.splitting.friction;
+      if (contacts_[i].depth_m < -kReachM) continue;
+      supported_[b] = 1;
+      if (contacts_[i].other != kImmovable) supported_[contacts_[i].other] = 1;
+    }
+  }
+
+  void add_pair(std::uint32_t b, std::uint32_t other, double reach_m) {
+    found_.clear();
+    find_contacts(bodies_[b]->view(), bodies_[other]->view(), bodies_[other]->tree(), reach_m, found_);
+    const std::size_t own = found_.size();
+    find_contacts(bodies_[other]->view(), bodies_[b]->view(), bodies_[b]->tree(), reach_m, found_);
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      const BodyContact& f = found_[i];
+      RigidContact c;
+      c.point_world_m = f.point_world_m;
+      c.normal_world = i < own ? f.normal_world : Vec3(-f.normal_world);
+      c.depth_m = f.depth_m;
+      c.body = b;
+      if (!dynamics_[other]) {
+        c.largest_speed_m_per_s = kCarryingSpeedM_per_s;
+        c.surface_velocity_m_per_s = surface_velocity(*bodies_[other], f, i < own);
+      } else if (wakes(b, other, c)) {
+        c.other = other;
+      }
+      contacts_.push_back(c);
+    }
+  }
+
+  // A sleeping piece bears others without moving until one bumps into it.
+  bool wakes(std::uint32_t b, std::uint32_t other, const RigidContact& c) {
+    if (!dynamics_[other]->asleep()) return true;
+    if (dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world) > -kWakingSpeedM_per_s) return false;
+    dynamics_[other]->wake();
+    return true;
+  }
+
+  static Vec3 surface_velocity(SimulationBody& soft, const BodyContact& f, bool on_its_triangle) {
+    const ParticleView particles = soft.particle_view();
+    Vec3 velocity = on_its_triangle ? Vec3(Vec3::Zero()) : particles.velocity(f.vertex);
+    for (std::size_t i = 0; on_its_triangle && i < 3; ++i)
+      velocity += f.bary[static_cast<int>(i)] * particles.velocity(soft.mesh.triangle(f.triangle).v[i]);
+    return velocity / std::max(1.0, velocity.norm() / kCarryingSpeedM_per_s);
+  }
+
+  void move(std::uint32_t b) {
+    dynamics_[b]->move(scene_.step_s);
+    dynamics_[b]->rest(supported_[b] != 0, bodies_[b]->rigid->radius_m(), scene_.step_s);
+    if (!dynamics_[b]->pose_world().position_m.allFinite() ||
+        !dynamics_[b]->pose_world().orientation.coeffs().allFinite())
+      bodies_[b]->frozen = true;
+    else
+      bodies_[b]->follow_rigid();
+  }
+
+  std::span<const std::unique_ptr<SimulationBody>> bodies_;
+  const Scene& scene_;
+  std::vector<RigidBody*> dynamics_;  // by body; none for those that deform
+  std::vector<std::uint8_t> supported_;
+  std::vector<RigidContact> contacts_;
+  std::vector<BodyContact> found_;
+};
+
+}  // namespace
+
+void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, std::span<const RigidTouch> touches,
+                       std::span<const std::uint8_t> stirred, const Scene& scene, std::span<Reaction> reactions) {
+  if (std::ranges::none_of(bodies, [](const auto& body) { return body->rigid.has_value(); })) return;
+  RigidStep(bodies, scene).run(touches, stirred, reactions);
+}
+
+}  // namespace sectio

@@ -1,0 +1,38 @@
+// Does a surface still hang together after a change, and if not, what has come off? Searches breadth-first from all
+// that the change touched, side by side, a triangle of each in turn, until all but one search have met another or have
+// run out of triangles. One that ran out has seen a whole part.
+//
+// Cost. The changed triangles hang together among themselves (every cut but one that closes): O(changed), whatever the
+// mesh's size. Something has come off: O(changed + (parts + 1) x the largest part that is not the rest). The changed
+// triangles hang together only over the rest of the mesh: until the searches meet, at most the triangles within half
+// the way around, that is O(d^2) for a way of d triangles. No better bound is known without keeping a forest over all
+// triangles (Holm, de Lichtenberg, Thorup 2001: O(log^2 n) for each triangle that changes), which costs more on
+// every cut than this does on the few that close.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+struct Part {
+  std::vector<TriangleId> triangles;  // ascending
+  std::vector<VertexId> vertices;     // ascending
+};
+
+struct PartSearch {
+  std::vector<Part> parts;    // components at which something changed, but for one: the rest, which is never seen whole
+  TriangleId rest = kNone;    // a triangle of the rest; kNone when there was nothing alive to look at
+  std::uint64_t visited = 0;  // triangles looked at
+};
+
+// `changed`: triangle slots of a delta already applied, in any order; dead ones are skipped.
+PartSearch separated_parts(const TriangleMesh& mesh, std::span<const TriangleId> changed);
+
+// The whole component of a triangle. O(part).
+Part part_at(const TriangleMesh& mesh, TriangleId triangle);
+
+}  // namespace sectio

@@ -1,0 +1,92 @@
+// A rigid body of six degrees of freedom at a fixed explicit step. Its state is where it is and its two momenta, so
+// that nothing but forces changes these: without any, linear and angular momentum stay as they are to the last bit and
+// the gyroscopic term is the inertia that turns with the body. Energy then errs with the square of the step.
+//
+// Contacts are solved as impulses on velocities, one after the other (Catto 2005): no restitution, Coulomb's friction.
+// Deterministic; no trigonometric function.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/math/types.h"
+#include "sim_server/splitting/rigid_contact.h"
+
+namespace sectio {
+
+class RigidBody {
+ public:
+  RigidBody() = default;
+  // `inertia`: about the centre, at orientation identity. Mass and inertia must be positive (definite).
+  RigidBody(double mass_kg, const Mat3& inertia_kg_m2, const Vec3& centre_world_m);
+
+  double mass_kg() const { return mass_kg_; }
+  const Pose& pose_world() const { return pose_; }  // of the mass centre
+  Vec3 velocity_m_per_s() const { return momentum_ / mass_kg_; }
+  Vec3 angular_velocity_rad_per_s() const { return inverse_inertia_world() * angular_momentum_; }
+  const Vec3& momentum_kg_m_per_s() const { return momentum_; }
+  const Vec3& angular_momentum_kg_m2_per_s() const { return angular_momentum_; }  // about the centre
+  double kinetic_energy_j() const;
+  Vec3 velocity_at(const Vec3& point_world_m) const;
+  const Mat3& inverse_inertia_world() const { return inverse_inertia_world_; }
+
+  void set_velocity(const Vec3& velocity_m_per_s, const Vec3& angular_velocity_rad_per_s);
+  void add_impulse(const Vec3& impulse_n_s, const Vec3& at_world_m);
+
+  // A step: push(), then contacts, then move(). A body that nothing touches falls on the exact parabola.
+  void push(const Vec3& acceleration_m_per_s2, double step_s);
+  void move(double step_s);
+  // Puts it elsewhere without a velocity.
+  void shift(const Vec3& by_m, const Vec3& turn_rad);
+
+  // Comes to rest: slower than a threshold at its rim for a while. A sleeping body doesn't move and costs nothing.
+  bool asleep() const { return asleep_; }
+  void wake() { asleep_ = false, still_s_ = 0; }
+  // After move(); `radius_m`: of a ball around the centre that holds the body. Falls asleep only when `supported`.
+  void rest(bool supported, double radius_m, double step_s);
+
+ private:
+  void turn_to(const Eigen::Quaterniond& orientation);
+
+  double mass_kg_ = 1;
+  Mat3 inertia_body_ = Mat3::Identity(), inverse_inertia_body_ = Mat3::Identity();
+  Mat3 inverse_inertia_world_ = Mat3::Identity();  // at the pose
+  Pose pose_;
+  Vec3 momentum_ = Vec3::Zero(), angular_momentum_ = Vec3::Zero();
+  Vec3 velocity_before_ = Vec3::Zero();  // push(): at its beginning
+  Vec3 pushed_ = Vec3::Zero();           // momentum that push() left
+  double still_s_ = 0;
+  bool asleep_ = false;
+};
+
+// The velocity of a rigid motion with the linear and the angular momentum of moving points: what a body that stops
+// deforming goes on with.
+struct RigidVelocity {
+  Vec3 centre_m = Vec3::Zero();
+  Vec3 velocity_m_per_s = Vec3::Zero();  // of the centre
+  Vec3 angular_velocity_rad_per_s = Vec3::Zero();
+
+  Vec3 at(const Vec3& point_m) const { return velocity_m_per_s + angular_velocity_rad_per_s.cross(point_m - centre_m); }
+};
+struct MovingPoint {
+  Vec3 at_m;
+  Vec3 velocity_m_per_s;
+  double mass_kg;
+};
+RigidVelocity rigid_velocity(std::span<const MovingPoint> points);
+
+struct ContactSettings {
+  double step_s = 0.001;
+  int sweeps = 30;
+};
+
+// `bodies` by the numbers that contacts use. `reactions`: empty, or one a contact: what it gave to `other`.
+void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
+                    const ContactSettings& settings, std::span<Vec3> impulses_on_other_n_s = {});
+
+// Pushes apart what overlaps, a bit at a time, without changing any velocity: depth is an error of position, and to
+// undo it by an impulse would let bodies jump.
+void undo_depths(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
+                 const ContactSettings& settings);
+
+}  // namespace sectio

@@ -1,0 +1,33 @@
+// Where bodies touch, as plain values: what finds contacts and what solves them share this and nothing else.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+constexpr std::uint32_t kImmovable = 0xffffffffu;
+
+struct RigidContact {
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal_world = Vec3::UnitZ();  // unit; pushes `body`
+  double depth_m = 0;                 // negative: a gap that may close within the step
+  std::uint32_t body = 0;
+  std::uint32_t other = kImmovable;
+  Vec3 surface_velocity_m_per_s = Vec3::Zero();  // of an immovable other's side, e.g. of an instrument
+  double largest_speed_m_per_s = 0.05;           // at which depth is undone
+  double friction = 0.4;
+};
+
+// Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it: the
+// deepest, and the outermost in eight directions. `points`: in the world.
+void floor_contacts(std::span<const Vec3f> points_world_m, std::span<const std::uint8_t> counts, double floor_z_m,
+                    double reach_m, std::uint32_t body, std::vector<RigidContact>& contacts);
+
+// Keeps of contacts [from, end) of one pair the deepest and the outermost in eight directions across their mean normal.
+void keep_bearing(std::vector<RigidContact>& contacts, std::size_t from);
+
+}  // namespace sectio

@@ -1,0 +1,232 @@
+#include "sim_server/simulation_split.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "common/mesh/check.h"
+#include "sim_server/simulation_rigid.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+namespace {
+
+TriangleSoup moved(TriangleSoup soup, const Vec3& by) {
+  for (Vec3& p : soup.vertices_body_m) p += by;
+  return soup;
+}
+
+// Balls of 20 mm and of other sizes side by side, as one body that nothing has looked at yet.
+struct Row {
+  explicit Row(FreeParts free_parts, const std::vector<double>& radii_m = {0.02, 0.012}, double fixed_below_x_m = -1) {
+    spec.name = "row";
+    spec.splitting.free_parts = free_parts;
+    double x_m = 0;
+    for (const double r : radii_m) {
+      const TriangleSoup ball = moved(ellipsoid(2, Vec3::Constant(r)), Vec3(x_m, 0, 0));
+      const auto first = static_cast<VertexId>(spec.mesh.vertices_body_m.size());
+      spec.mesh.vertices_body_m.insert(spec.mesh.vertices_body_m.end(), ball.vertices_body_m.begin(),
+                                       ball.vertices_body_m.end());
+      for (const auto& t : ball.triangles) spec.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+      x_m += 0.1;
+    }
+    if (fixed_below_x_m > -1) spec.fixed = Box{Vec3(-1, -1, -1), Vec3(fixed_below_x_m, 1, 1)};
+    scene.file = "row";
+    body = std::make_unique<SimulationBody>(spec, scene, 0);
+    body->unsettled.resize(body->mesh.triangle_slots());
+    std::iota(body->unsettled.begin(), body->unsettled.end(), TriangleId{0});
+  }
+
+  Split split(std::uint32_t room = 10) { return split_body(*body, scene, 1, room, specs); }
+
+  BodySpec spec;
+  Scene scene;
+  std::unique_ptr<SimulationBody> body;
+  std::deque<BodySpec> specs;
+};
+
+struct Momenta {
+  double volume_m3 = 0;
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+};
+void add(const SimulationBody& body, Momenta& sum) {
+  sum.volume_m3 += check(body.mesh).volume_m3;
+  for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) {
+    if (!body.mesh.vertex_alive(v)) continue;
+    const Vec3 p = body.springs.mass_kg(v) * body.particle_view().velocity(v);
+    sum.linear += p;
+    sum.angular += body.particle_view().position(v).cross(p);
+  }
+}
+void stir(SimulationBody& body) {
+  std::srand(3);
+  for (auto& v : body.particles.velocity_world_m_per_s) v.head<3>() = Vec3f::Random();
+  for (auto& x : body.particles.position_world_m) x.head<3>() += 1e-3f * Vec3f::Random();
+}
+
+class Policies : public testing::TestWithParam<FreeParts> {};
+TEST_P(Policies, volume_and_both_momenta_are_kept) {
+  Row row(GetParam(), {0.02, 0.012, 0.016});
+  stir(*row.body);
+  Momenta before, after;
+  add(*row.body, before);
+  const Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 2u);
+  add(*row.body, after);
+  for (const auto& part : split.parts) add(*part, after);
+  EXPECT_NEAR(after.volume_m3, before.volume_m3, 1e-12 * before.volume_m3);
+  // Rigid velocities are stored as floats again, one rounding a vertex.
+  EXPECT_LT((after.linear - before.linear).norm(), 1e-6 * before.linear.norm());
+  EXPECT_LT((after.angular - before.angular).norm(), 1e-6 * before.angular.norm());
+  EXPECT_GT(before.linear.norm() * before.angular.norm(), 0);
+  for (const auto& part : split.parts) {
+    EXPECT_EQ(part->rigid.has_value(), GetParam() == FreeParts::rigid);
+    EXPECT_FALSE(part->springs.anchored(0));
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Free, Policies, testing::Values(FreeParts::rigid, FreeParts::deformable));
+
+TEST(Split, a_rigid_part_weighs_what_it_holds_and_has_the_momentum_of_its_motion) {
+  Row row(FreeParts::rigid);
+  const Vec3 velocity(0.3, -0.2, 0.1), spin(1, 2, 3);
+  for (VertexId v = 0; v < row.body->mesh.vertex_slots(); ++v)
+    row.body->particles.velocity_world_m_per_s[v].head<3>() =
+        (velocity + spin.cross(row.body->particle_view().position(v) - Vec3(0.1, 0, 0))).cast<float>();
+  const Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  const RigidBody& piece = split.parts[0]->rigid->body;
+  const double mass = row.spec.material.density_kg_per_m3 * check(split.parts[0]->mesh).volume_m3;
+  EXPECT_NEAR(piece.mass_kg(), mass, 1e-12 * mass);
+  EXPECT_LT((piece.momentum_kg_m_per_s() - mass * velocity).norm(), 1e-6 * mass);
+  EXPECT_LT((piece.angular_velocity_rad_per_s() - spin).norm(), 1e-5);
+}
+
+TEST(Split, where_nothing_is_fixed_the_largest_stays) {
+  Row row(FreeParts::rigid, {0.012, 0.02});
+  // Equal numbers of triangles: the search keeps the first; told apart by a third ball that is finer.
+  const Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  EXPECT_EQ(split.deltas.size(), 1u);
+  EXPECT_TRUE(row.split().parts.empty()) << "once";
+}
+
+TEST(Split, the_fixed_one_stays_and_the_other_leaves_whichever_is_smaller) {
+  for (const std::vector<double>& radii : {std::vector{0.02, 0.012}, std::vector{0.012, 0.02}}) {
+    Row row(FreeParts::rigid, radii, 0);
+    const Split split = row.split();
+    ASSERT_EQ(split.parts.size(), 1u);
+    EXPECT_TRUE(split.parts[0]->rigid);
+    EXPECT_GT(split.parts[0]->mesh.rest_body_m(0).x(), 0.05);
+    const SurfaceReport rest = check(row.body->mesh);
+    EXPECT_TRUE(rest.valid());
+    EXPECT_EQ(rest.components, 1u);
+  }
+}
+
+TEST(Split, the_larger_side_leaves_when_the_smaller_is_fixed) {
+  Row row(FreeParts::rigid);
+  row.spec.mesh = {};
+  TriangleSoup& soup = row.spec.mesh;
+  soup = ellipsoid(1, Vec3::Constant(0.02));
+  const auto first = static_cast<VertexId>(soup.vertices_body_m.size());
+  const TriangleSoup large = moved(ellipsoid(3, Vec3::Constant(0.02)), Vec3(0.1, 0, 0));
+  soup.vertices_body_m.insert(soup.vertices_body_m.end(), large.vertices_body_m.begin(), large.vertices_body_m.end());
+  for (const auto& t : large.triangles) soup.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  row.spec.fixed = Box{Vec3(-1, -1, -1), Vec3(0, 1, 1)};
+  row.body = std::make_unique<SimulationBody>(row.spec, row.scene, 0);
+  row.body->unsettled = {0, row.body->mesh.triangle_slots() - 1};
+  const Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  EXPECT_EQ(split.parts[0]->mesh.triangle_count(), 1280u);
+  EXPECT_EQ(row.body->mesh.triangle_count(), 80u);
+}
+
+TEST(Split, a_part_that_is_anchored_itself_deforms_on_as_a_body) {
+  Row row(FreeParts::rigid, {0.02, 0.012}, 0.1);  // reaches into both
+  const Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  EXPECT_FALSE(split.parts[0]->rigid);
+  EXPECT_TRUE(split.parts[0]->springs.anchored(0));
+}
+
+TEST(Split, fragments_below_the_stated_size_are_removed) {
+  Row row(FreeParts::rigid, {0.02, 0.012, 0.006});
+  row.spec.splitting.least_volume_m3 = 2e-6;
+  const double before = check(row.body->mesh).volume_m3;
+  const Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  ASSERT_EQ(split.removed_m3.size(), 1u);
+  EXPECT_NEAR(check(row.body->mesh).volume_m3 + check(split.parts[0]->mesh).volume_m3 + split.removed_m3[0], before,
+              1e-12 * before);
+}
+
+TEST(Split, without_room_parts_stay_where_they_are) {
+  Row row(FreeParts::rigid, {0.02, 0.012, 0.012});
+  EXPECT_EQ(row.split(1).parts.size(), 1u);
+  EXPECT_EQ(check(row.body->mesh).components, 2u);
+}
+
+// A part set down on a body that is fixed.
+TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until_it_is_stirred) {
+  Scene scene;
+  BodySpec table_spec;
+  table_spec.name = "table";
+  table_spec.mesh = box(8, 8, 1, Vec3(0.1, 0.1, 0.01));
+  table_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 1)};
+  BodySpec block_spec;
+  block_spec.name = "block";
+  block_spec.material.damping_per_s = 0;
+  block_spec.splitting.free_parts = FreeParts::rigid;
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  bodies.push_back(std::make_unique<SimulationBody>(table_spec, scene, 0));
+  for (std::uint32_t i = 1; i <= 2; ++i) {
+    const TriangleMesh block(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)));
+    bodies.push_back(std::make_unique<SimulationBody>(block_spec, scene, i, block,
+                                                      particles_at_rest(block.rest_body_m(), {}), Pose{}));
+    for (auto& x : bodies.back()->particles.position_world_m)
+      x.head<3>() += Vec3f(0.035f, 0.035f, 0.012f + 0.025f * float(i - 1));
+    ASSERT_TRUE(bodies.back()->become_rigid());
+  }
+  const std::vector<std::uint8_t> calm(3, 0), stirred{1, 0, 0};
+  int steps = 0;
+  for (; steps < 3000 && !(bodies[1]->rigid->body.asleep() && bodies[2]->rigid->body.asleep()); ++steps)
+    step_rigid_pieces(bodies, {}, calm, scene, {});
+  EXPECT_LT(steps, 3000);
+  EXPECT_NEAR(bodies[1]->rigid->body.pose_world().position_m.z(), 0.02, 3e-4);
+  EXPECT_NEAR(bodies[2]->rigid->body.pose_world().position_m.z(), 0.04, 5e-4);
+  step_rigid_pieces(bodies, {}, stirred, scene, {});
+  EXPECT_FALSE(bodies[1]->rigid->body.asleep());
+  EXPECT_TRUE(bodies[2]->rigid->body.asleep()) << "it doesn't touch the table";
+}
+
+TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
+  Scene scene;
+  scene.gravity_m_per_s2.setZero();
+  BodySpec spec;
+  spec.splitting.free_parts = FreeParts::rigid;
+  const TriangleMesh block(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)));
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  bodies.push_back(
+      std::make_unique<SimulationBody>(spec, scene, 0, block, particles_at_rest(block.rest_body_m(), {}), Pose{}));
+  ASSERT_TRUE(bodies[0]->become_rigid());
+  RigidTouch touch;
+  touch.constraint.v = block.triangle(0).v;
+  touch.constraint.w = {1.0 / 3, 1.0 / 3, 1.0 / 3};
+  touch.constraint.unilateral = true;
+  const auto& c = block.triangle(0).v;
+  const Vec3 a = block.rest_body_m(c[0]), b = block.rest_body_m(c[1]), d = block.rest_body_m(c[2]);
+  touch.constraint.normal = (b - a).cross(d - a).normalized();
+  touch.constraint.target_world_m = (a + b + d) / 3 - 1e-3 * touch.constraint.normal;
+  touch.tool_velocity_m_per_s = -0.05 * touch.constraint.normal;
+  std::vector<Reaction> reactions(1);
+  const std::vector<std::uint8_t> calm(1, 0);
+  step_rigid_pieces(bodies, std::vector{touch}, calm, scene, reactions);
+  EXPECT_TRUE(reactions[0].active);
+  const RigidBody& piece = bodies[0]->rigid->body;
+  EXPECT_GT(-piece.velocity_m_per_s().dot(touch.constraint.normal), 0.01) << "away from the instrument";
+  EXPECT_LT((reactions[0].force_on_tool_n * scene.step_s + piece.momentum_kg_m_per_s()).norm(), 1e-9)
+      << "action and reaction";
+}
+
+}  // namespace
+}  // namespace sectio::test
