@@ -2,6 +2,7 @@
 
 #include <png.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <array>
 #include <cerrno>
@@ -45,12 +46,13 @@ void write_png(const std::string& path, const Image& image) {
   if (!writer.png) throw InputError(path + ": libpng can't start");
   writer.info = png_create_info_struct(writer.png);
   png_init_io(writer.png, file.get());
-  png_set_compression_level(writer.png, 1);
-  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_NONE);
+  png_set_compression_strategy(writer.png, Z_RLE);
+  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(image.width_px),
-               static_cast<png_uint_32>(image.height_px), 8, PNG_COLOR_TYPE_RGBA, PNG_INTERLACE_NONE,
+               static_cast<png_uint_32>(image.height_px), 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(writer.png, writer.info);
+  png_set_filler(writer.png, 0, PNG_FILLER_AFTER);
   for (int y = 0; y < image.height_px; ++y) png_write_row(writer.png, image.pixel(0, y));
   png_write_end(writer.png, nullptr);
   if (std::fflush(file.get()) != 0) throw InputError(path + ": can't be written: " + std::strerror(errno));

