@@ -230,16 +230,21 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
     const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
     const Vec3 step = at_surface - from;
     const Crossings crossings = crossings_at(shape_, pose, point_, normal_);
-    const Leaf leaf = shape_.cautery ? Leaf::cut : decide(crossings, correct_direction(shape_, pose, step, normal_));
+    const Vec3 travel = blade.tip_world_m - tip_before_;
+    const bool over_surface = correct_direction(shape_, pose, step, normal_);
+    const bool in_world = correct_direction(shape_, pose, travel, normal_);
+    const Leaf leaf = shape_.cautery ? Leaf::cut : decide(crossings, over_surface || in_world);
     if (leaf == Leaf::cut) {
-      motion.path.push_back(blade);
+      // Tissue that has drawn back ahead of the blade waits for it.
+      if (over_surface) {
+        motion.path.push_back(blade);
+        from = at_surface;
+      }
       // The work is the toughness times the area at rest, against the motion of the blade.
-      const Vec3 travel = blade.tip_world_m - tip_before_;
       const double depth_m = std::max(0.0, (home - blade.tip_world_m).dot(normal_));
       if (travel.norm() > kNoTravelM)
         cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * depth_m * travel.normalized();
       tip_before_ = blade.tip_world_m;
-      from = at_surface;
       continue;
     }
     if (leaf == Leaf::detect_again) {

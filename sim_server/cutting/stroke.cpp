@@ -166,8 +166,8 @@ class Walk {
     }
     if (plane_.distance_m < 1e-9) return ended_by_depth();
     if (stroke_.cell.rim.size() == 2 && stroke_.bary[0] == 1 && !enter_at(stroke_.cell.apex)) {
-      // The cut went through a corner a little ahead of the instrument: it waits there.
-      return plane_.distance_m < settings_.join_tolerance_m ? ended_by_depth() : StrokeEnd::lost;
+      // The cut went through a corner a little ahead of the instrument.
+      return wait_here();
     }
     Vec3 bary_in = stroke_.bary;
     for (int i = 0; i < kMaxCellsPerStep; ++i) {
@@ -187,12 +187,18 @@ class Walk {
       }
       stroke_.advanced_m += (out - in).norm();
       const StrokeEnd end = leave(exit, bary_in);
-      if (end != StrokeEnd::going) return end;
+      if (end != StrokeEnd::going || waits_) return end;
     }
     return StrokeEnd::lost;
   }
 
  private:
+  // The cut is a little ahead of the instrument: it stays where it is until the instrument comes.
+  StrokeEnd wait_here() {
+    waits_ = true;
+    return plane_.distance_m < 0.5 * settings_.join_tolerance_m ? ended_by_depth() : StrokeEnd::lost;
+  }
+
   StrokeEnd ended_by_depth() {
     stroke_.depth_m = (position_of(draft_, stroke_) - blade_.tip_world_m).dot(blade_.up_world);
     return stroke_.depth_m < settings_.release_depth_m ? StrokeEnd::lifted : StrokeEnd::going;
@@ -300,7 +306,7 @@ class Walk {
     const TriangleId across = draft_.triangle_of_edge(w, u);
     if (across == kNone) return StrokeEnd::refused;
     const Triangle next = draft_.triangle(across);
-    if (stroke_.bottom != kNone && next.corner_of(stroke_.bottom) >= 0) return StrokeEnd::lost;
+    if (stroke_.bottom != kNone && next.corner_of(stroke_.bottom) >= 0) return wait_here();  // back into the groove
     const Vec3 x_u = draft_.position(u), x_w = draft_.position(w);
     const double s_u = plane_.side(x_u), s_w = plane_.side(x_w);
     const double t = s_u < 0 && s_w >= 0 ? s_u / (s_u - s_w) : (u == apex ? 0.0 : 1.0);
@@ -376,6 +382,7 @@ class Walk {
   GrooveDraft& grooves_;
   const StrokeSettings& settings_;
   SweepPlane plane_;
+  bool waits_ = false;
 };
 
 // Pulled into the triangle, so that the subdivision around it has no sliver.
