@@ -5,7 +5,7 @@
 //   x_i <- x_i + h v_i
 //
 // Square root and division are the exact ones of IEEE 754 and fused multiply-adds are explicit, so that every machine
-// computes the same bits. No allocation.
+// computes the same bits, in registers of 8 lanes (AVX2) as of 16 (AVX-512, chosen at run time). No allocation.
 #pragma once
 
 #include <span>
@@ -25,9 +25,14 @@ struct VelocityOutcome {
   VertexId not_finite = kNone;  // the first such vertex met; its velocity was set to zero
 };
 
+// Lanes of a register. The choice changes speed only; kSixteen needs has_avx512().
+enum class SpringLanes { kWidest, kEight, kSixteen };
+bool has_avx512();
+
 // Needs x and v as {x, y, z, 0} for every vertex slot that a row names.
 VelocityOutcome update_velocities(const SpringRows& rows, const VelocityUpdate& update,
-                                  std::span<const Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
+                                  std::span<const Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                                  SpringLanes lanes = SpringLanes::kWidest);
 
 void update_positions(float step_s, std::span<const Vec4f> velocity_m_per_s, std::span<Vec4f> position_world_m);
 

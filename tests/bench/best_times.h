@@ -1,5 +1,5 @@
 // The best time of each benchmark of a run, for ratios within it. Speeds are judged by these: a machine's own speed
-// and its other work cancel out.
+// and its other work cancel out. Time is the processor's: what waits for a core is not slow.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -20,7 +20,7 @@ class KeepBest : public Base {
   void ReportRuns(const std::vector<benchmark::BenchmarkReporter::Run>& runs) override {
     for (const auto& run : runs) {
       if (run.run_type != benchmark::BenchmarkReporter::Run::RT_Iteration) continue;
-      const double t = run.GetAdjustedRealTime();
+      const double t = run.GetAdjustedCPUTime();
       const auto [at, is_new] = times.try_emplace(run.run_name.function_name + "/" + run.run_name.args, t);
       if (!is_new) at->second = std::min(at->second, t);
     }

@@ -1,6 +1,8 @@
 // The kernel against a plain loop over edges in double precision, and against itself in another layout.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "sim_server/deformation/spring_kernel.h"
 #include "tests/unit/deformation/shapes.h"
 
@@ -116,6 +118,57 @@ TEST(SpringKernel, names_a_vertex_that_is_not_finite_and_stays_finite) {
   p.run(springs, 3);
   EXPECT_EQ(springs.first_bad_vertex(), 11u);
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) EXPECT_TRUE(p.x[v].allFinite() && p.v[v].allFinite()) << v;
+}
+
+// Random rows: degrees 0 to 11 (slices of all widths, padding, a last one not full), held vertices, all over memory.
+SpringRows random_rows(std::mt19937& random, std::uint32_t vertices) {
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<std::uint32_t> degrees(vertices);
+  for (std::uint32_t& d : degrees) d = random() % 8 == 0 ? kNone : static_cast<std::uint32_t>(random() % 12);
+  SpringRows rows;
+  rows.layout(degrees);
+  for (VertexId v = 0; v < vertices; ++v) {
+    if (degrees[v] == kNone) continue;
+    std::vector<HalfEdge> half_edges(degrees[v]);
+    for (HalfEdge& e : half_edges) e = {static_cast<VertexId>(random() % vertices), 50 * unit(random), unit(random)};
+    const Vec3f home(unit(random), unit(random), unit(random));
+    rows.set(v, {home, unit(random), random() % 9 == 0 ? 0.0f : 0.1f * unit(random), unit(random)}, half_edges);
+  }
+  return rows;
+}
+
+bool same_bits(const std::vector<Vec4f>& a, const std::vector<Vec4f>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec4f)) == 0;
+}
+
+TEST(SpringKernel, registers_of_8_and_of_16_lanes_give_the_same_bits) {
+  if (!has_avx512()) GTEST_SKIP() << "this processor has no AVX-512";
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> unit(-1, 1);
+  std::uint32_t clamped = 0, bad = 0;
+  for (int network = 0; network < 200; ++network) {
+    const std::uint32_t vertices = 1 + static_cast<std::uint32_t>(random() % 700);
+    const SpringRows rows = random_rows(random, vertices);
+    std::vector<Vec4f> x(vertices, Vec4f::Zero()), v8(vertices, Vec4f::Zero());
+    for (Vec4f& p : x) p.head<3>() = Vec3f(unit(random), unit(random), unit(random));
+    for (Vec4f& p : v8) p.head<3>() = Vec3f(unit(random), unit(random), unit(random));
+    if (network % 2 == 1) {  // infinities and NaNs, met as neighbours and as own place or velocity
+      x[random() % vertices].y() = std::numeric_limits<float>::infinity();
+      v8[random() % vertices].z() = std::numeric_limits<float>::quiet_NaN();
+      x[random() % vertices].x() = 1e30f;
+    }
+    std::vector<Vec4f> v16 = v8;
+    const VelocityUpdate update{0.975f, Vec3f(0.001f, 0.002f, -0.00981f), 3.0f};
+    const VelocityOutcome a = update_velocities(rows, update, x, v8, SpringLanes::kEight);
+    const VelocityOutcome b = update_velocities(rows, update, x, v16, SpringLanes::kSixteen);
+    ASSERT_TRUE(same_bits(v8, v16)) << network;
+    ASSERT_EQ(a.clamped, b.clamped);
+    ASSERT_EQ(a.not_finite, b.not_finite);
+    clamped += a.clamped;
+    bad += a.not_finite != kNone;
+  }
+  EXPECT_GT(clamped, 1000u);
+  EXPECT_GT(bad, 50u);
 }
 
 }  // namespace

@@ -1,0 +1,109 @@
+// The velocity loop of the springs, written once for registers of 8 lanes (AVX2) and of 16 (AVX-512). `R` names the
+// register and its operations; each lane sees the same operations in the same order, so every R gives the same bits.
+// Only spring_loop_*.cpp include this file, each compiled for its own instruction set, with R in an unnamed namespace:
+// no function compiled for one set may be linked in place of another's.
+#pragma once
+
+#include <algorithm>
+
+#include "sim_server/deformation/spring_kernel.h"
+
+namespace sectio {
+
+// The arguments of update_velocities() as plain data: inline code of Eigen or the standard library must not be compiled
+// for AVX-512, it would be shared with the rest of the program.
+struct SpringLoopInput {
+  const SpringSlice* slices;
+  std::size_t slice_count;
+  const SpringColumn* columns;
+  const char* position;  // {x y z 0}, by byte offset
+  char* velocity;
+  float damping_factor;
+  float gravity_step[3];
+  float max_speed_m_per_s;
+};
+
+VelocityOutcome spring_loop_avx2(const SpringLoopInput& in);
+VelocityOutcome spring_loop_avx512(const SpringLoopInput& in);
+
+// Rare: the lanes in `bad_lanes` are faster than the cap or not finite; v holds all x, then all y, then all z.
+void limit_speed(float* v, int lanes, std::uint32_t bad_lanes, const std::uint32_t* offset, float max_speed_m_per_s,
+                 VelocityOutcome& outcome);
+
+template <class R>
+struct Lanes3 {
+  typename R::Reg x, y, z;
+};
+
+// Added to l^2: padding has l = 0 and must give 0 / l = 0. Far below the rounding of any real edge's l^2.
+constexpr float kNoDivisionByZero = 1e-20f;
+
+template <class R>
+[[gnu::always_inline]] inline Lanes3<R> spring_force(const char* position, const Lanes3<R>& own,
+                                                     const SpringColumn* column, std::uint32_t width, int first_lane) {
+  using Reg = typename R::Reg;
+  Lanes3<R> force{R::all(0), R::all(0), R::all(0)};
+  const Reg tiny = R::all(kNoDivisionByZero);
+  for (const SpringColumn* const end = column + width; column != end; ++column) {
+    const Lanes3<R> other = R::gather(position, &column->offset[first_lane]);
+    const Reg dx = R::sub(other.x, own.x);
+    const Reg dy = R::sub(other.y, own.y);
+    const Reg dz = R::sub(other.z, own.z);
+    const Reg l2 = R::fma(dx, dx, R::fma(dy, dy, R::fma(dz, dz, tiny)));
+    // k - k l0 / l as k - l (k l0 / l^2): the root and the quotient then do not wait for each other.
+    const Reg c =
+        R::minus_fma(R::sqrt(l2), R::div(R::load(&column->k_l0[first_lane]), l2), R::load(&column->k[first_lane]));
+    force.x = R::fma(c, dx, force.x);
+    force.y = R::fma(c, dy, force.y);
+    force.z = R::fma(c, dz, force.z);
+  }
+  return force;
+}
+
+// h/m (f + k_h (home - x)) + s h g + damping v, of the lanes that begin at `first` of a slice.
+template <class R>
+struct VertexLanes {
+  typename R::Reg k_home, step_over_mass, share, damping;
+
+  [[gnu::always_inline]] typename R::Reg new_velocity(typename R::Reg force, const float* home, typename R::Reg x,
+                                                      float gravity_step, typename R::Reg v) const {
+    const auto total = R::fma(k_home, R::sub(R::load(home), x), force);
+    const auto pushed = R::fma(step_over_mass, total, R::mul(damping, v));
+    return R::fma(share, R::all(gravity_step), pushed);
+  }
+};
+
+template <class R>
+[[gnu::always_inline]] inline VelocityOutcome spring_loop(const SpringLoopInput& in) {
+  VelocityOutcome outcome;
+  const auto damping = R::all(in.damping_factor);
+  const auto max_speed2 = R::all(in.max_speed_m_per_s * in.max_speed_m_per_s);
+  for (const SpringSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice) {
+    for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
+      const std::uint32_t* const offset = &slice->offset[first];
+      const Lanes3<R> x = R::gather(in.position, offset);
+      const Lanes3<R> force = spring_force<R>(in.position, x, in.columns + slice->first_column, slice->width, first);
+      const Lanes3<R> v = R::gather(in.velocity, offset);
+      const VertexLanes<R> vertex{R::load(&slice->k_home[first]), R::load(&slice->step_over_mass[first]),
+                                  R::load(&slice->gravity_share[first]), damping};
+      Lanes3<R> now{vertex.new_velocity(force.x, &slice->home_x[first], x.x, in.gravity_step[0], v.x),
+                    vertex.new_velocity(force.y, &slice->home_y[first], x.y, in.gravity_step[1], v.y),
+                    vertex.new_velocity(force.z, &slice->home_z[first], x.z, in.gravity_step[2], v.z)};
+      const auto speed2 = R::fma(now.x, now.x, R::fma(now.y, now.y, R::mul(now.z, now.z)));
+      const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
+      const std::uint32_t bad = R::not_less_equal(speed2, max_speed2) & ((1u << count) - 1u);
+      if (bad != 0) [[unlikely]] {
+        alignas(64) float lanes[3 * R::kWidth];
+        R::store(lanes, now.x);
+        R::store(lanes + R::kWidth, now.y);
+        R::store(lanes + 2 * R::kWidth, now.z);
+        limit_speed(lanes, R::kWidth, bad, offset, in.max_speed_m_per_s, outcome);
+        now = {R::load(lanes), R::load(lanes + R::kWidth), R::load(lanes + 2 * R::kWidth)};
+      }
+      R::scatter(now, in.velocity, offset, count);
+    }
+  }
+  return outcome;
+}
+
+}  // namespace sectio
