@@ -32,9 +32,9 @@ struct MaterialSpec {
 };
 
 struct CuttingSpec {
-  std::string style = "progressive";  // paper B's way, or "templates", paper A's
-  double open_top_m = 0.0004;         // of templates: width of the opening at the surface
-  double open_bottom_m = 0.0002;      // and at the bottom
+  std::string style = "progressive";              // paper B's way, or "templates", paper A's
+  double open_top_m = 0.0004;                     // of templates: width of the opening at the surface
+  double open_bottom_m = 0.0002;                  // and at the bottom
   std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
   std::optional<double> threshold_displacement_m;
   double hysteresis = 0.7;          // a cut goes on while the measure is above hysteresis x threshold
