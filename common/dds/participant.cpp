@@ -107,7 +107,7 @@ Participant::Participant(const NetworkOptions& options, const std::string& progr
   parts_->off_host = options.off_host();
   parts_->participant = factory->create_participant(options.domain, participant_qos(options, program));
   if (parts_->participant == nullptr)
-    throw InputError("--domain: no DDS participant can be opened on " + std::to_string(options.domain));
+    throw InputError("--domain " + std::to_string(options.domain) + ": no DDS participant can be opened on it");
   dds::PublisherQos publisher_qos;
   publisher_qos.partition().push_back(options.session.c_str());
   parts_->publisher = parts_->participant->create_publisher(publisher_qos);
