@@ -15,7 +15,7 @@ constexpr double kLeastAreaShare = 1e-4;
 
 // How far beyond the bound at rest a row is made stable after a cut: folding turns springs towards one direction, which
 // raises lambda_max from sum k / 2 (a flat ring) towards sum k, and cuts are where instruments fold the surface.
-constexpr double kMassMargin = 1.5;
+constexpr double kMassMargin = 2;
 
 }  // namespace
 
@@ -77,9 +77,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v, bool scale_ma
   home_body_m_[v] = mesh.rest_body_m(v);
   fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(home_body_m_[v]));
   double effective = physical;
-  if (scale_mass && !fixed_[v] && stable_mass_kg(stiffness) > physical) {
-    effective = std::max(physical, kMassMargin * stable_mass_kg(stiffness));
-  }
+  if (scale_mass && !fixed_[v]) effective = std::max(physical, kMassMargin * stable_mass_kg(stiffness));
   physical_mass_[v] = physical;
   added_mass_[v] = effective - physical;
   inverse_mass_[v] = fixed_[v] ? 0 : 1 / effective;
