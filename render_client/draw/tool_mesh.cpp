@@ -235,30 +235,32 @@ ToolMesh make_probe(const std::array<Vec3, 4>& abcd, const Axes& axes) {
   return std::move(builder.mesh);
 }
 
-// One half of scissors: a blade from the pivot to its tip, and behind the pivot a shank with a ring. `out` points from
-// the edge to the back of the blade; the other half lies beside it.
-void add_half(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double blade_m, double height_m,
-              double shank_m, double aside_m) {
+// A blade of scissors, from the pivot to its tip. `out` points from the edge to the back; the other blade lies beside
+// it.
+void add_scissor_blade(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double blade_m,
+                       double height_m) {
   constexpr double kHalfThickness_m = 0.0005;
   const double offset_m = 0.05 * blade_m;  // the edge passes the pivot on the other side
   const Vec3 y = along.cross(out);
   std::vector<Section> sections;
   for (const auto& [s, h] : {std::pair(-0.12, 0.9), {0.0, 1.0}, {0.5, 0.85}, {0.9, 0.5}, {0.985, 0.3}, {1.0, 0.1}}) {
     const double half_m = 0.5 * h * height_m;
-    sections.push_back(
-        {pivot + s * blade_m * along + (half_m - offset_m) * out + aside_m * y, out, y, half_m, kHalfThickness_m, 3});
+    const Vec3 centre = pivot + s * blade_m * along + (half_m - offset_m) * out + kHalfThickness_m * y;
+    sections.push_back({centre, out, y, half_m, kHalfThickness_m, 3});
   }
   builder.loft(sections);
+}
 
-  constexpr double kRing_m = 0.011;
-  const Axes plane{-along, out, y};
-  const Vec3 centre = pivot - shank_m * along - kRing_m * out;
-  std::vector<Vec3> shank{pivot + aside_m * y, pivot - 0.5 * (shank_m - kRing_m) * along};
+// Behind the pivot, on the other side: a shank that ends in a ring.
+void add_shank(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double shank_m) {
+  constexpr double kRing_m = 0.011, kThick_m = 0.0018;
+  const Vec3 y = along.cross(out), centre = pivot - shank_m * along - kRing_m * out;
+  std::vector<Vec3> shank{pivot + 0.0005 * y, pivot - 0.5 * (shank_m - kRing_m) * along};
   for (int i = 0; i <= 32; ++i) {
     const double angle = 2 * std::numbers::pi * i / 32;
     shank.push_back(centre + kRing_m * (std::cos(angle) * along - std::sin(angle) * out));
   }
-  add_tube(builder, shank, plane, 0.0018, 0.0018);
+  add_tube(builder, shank, {-along, out, y}, kThick_m, kThick_m);
 }
 
 ToolMesh make_scissors(const ToolFrame& tool, const std::array<Vec3, 4>& abcd) {
@@ -272,12 +274,12 @@ ToolMesh make_scissors(const ToolFrame& tool, const std::array<Vec3, 4>& abcd) {
   const double half_rad = 0.5 * tool.pose_world.opening_rad;
   Builder builder;
   const double gauge_m = tool.kind == "medical_scissors" ? tool.gauge_m : 0;
-  for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0}) {
-    for (const double half : {1.0, -1.0}) {  // the lower blade, the upper one
-      const Vec3 along = std::cos(half_rad) * forward + half * std::sin(half_rad) * down;
-      const Vec3 out = half * (std::cos(half_rad) * down - half * std::sin(half_rad) * forward);
-      add_half(builder, c + side * gauge_m * aside, along, out, blade_m, height_m, shank_m, 0.0005);
-    }
+  for (const double half : {1.0, -1.0}) {  // the lower blade, the upper one
+    const Vec3 along = std::cos(half_rad) * forward + half * std::sin(half_rad) * down;
+    const Vec3 out = half * (std::cos(half_rad) * down - half * std::sin(half_rad) * forward);
+    for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0})
+      add_scissor_blade(builder, c + side * gauge_m * aside, along, out, blade_m, height_m);
+    add_shank(builder, c, along, out, shank_m);
   }
   const std::array rivet{Vec3(c - (0.5 * gauge_m + 0.0016) * aside), Vec3(c + (0.5 * gauge_m + 0.0016) * aside)};
   add_tube(builder, rivet, {aside, forward, down}, 0.002, 0.002);

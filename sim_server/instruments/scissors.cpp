@@ -7,6 +7,7 @@ namespace sectio {
 namespace {
 
 constexpr double kEdgeOffset = 0.05;  // w, of the length from the pivot to the tips
+constexpr double kSwept = 0.35;       // the upper blade came down through this much, of the distance from the pivot
 
 }  // namespace
 
@@ -20,13 +21,14 @@ InstrumentShape scissors_shape(const ToolGeometry& g, const InstrumentState& sta
 
   const double half_rad = std::max(0.0, state.opening_rad / 2);
   const double sine = std::sin(half_rad), cosine = std::cos(half_rad);
-  const Vec3 crossing = pivot + length_m * std::min(1.0, kEdgeOffset / std::max(sine, kEdgeOffset)) * forward;
+  const double crossing_m = length_m * kEdgeOffset / std::max(sine, kEdgeOffset);
+  const Vec3 crossing = pivot + crossing_m * forward;
   InstrumentShape s;
   s.a_tool_m = pivot + length_m * (cosine * forward + sine * down);
   s.b_tool_m = s.c_tool_m = pivot;
   s.d_tool_m = pivot + length_m * (cosine * forward - sine * down);
   s.edge_tip_tool_m = crossing + height_m * down;
-  s.edge_heel_tool_m = crossing - height_m * down;
+  s.edge_heel_tool_m = crossing - (height_m + kSwept * crossing_m) * down;
   s.sharp_side_tool = forward;
   return s;
 }

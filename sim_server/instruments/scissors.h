@@ -2,7 +2,7 @@
 //
 // Each straight edge passes the pivot at a distance w on the side of the other blade. So the edges cross on the
 // bisector, at w / sin(opening / 2) from the pivot: the crossing runs from the pivot to the tips as the blades close.
-// What is there is severed as far as the blades are high, down to the back of the lower one.
+// What is there is severed, down to the back of the lower blade, and upwards as far as the upper one came down.
 //
 //        upper blade
 //    C ----__

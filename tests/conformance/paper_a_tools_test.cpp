@@ -2,6 +2,8 @@
 // blades, probe.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/support/operation.h"
 
 namespace sectio::test {
@@ -117,7 +119,7 @@ struct Snip {
   }
   void feed() {
     StepInput input;
-    input.samples.push_back(op.sample(0, {at, Eigen::Quaterniond::Identity()}));
+    input.samples.push_back(op.sample(0, {at, orientation}));
     input.samples.back().opening_rad = opening;
     op.step(input);
   }
@@ -125,6 +127,7 @@ struct Snip {
   Operation op;
   Vec3 at = Vec3::Zero();
   double opening = 0;
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
 // Rest positions of what the cut has opened, from lowest to highest x.
@@ -153,9 +156,9 @@ TEST(A_TOOL, A_TOOL_2_open_blades_only_push) {
 TEST(A_TOOL, A_TOOL_2_they_cut_where_the_blades_cross_as_they_close) {
   Snip snip("scissors");
   snip.hold(0.01, 0.001, -0.025, kOpen_rad);
-  snip.move(0.01, 0.001, 0.003);
+  snip.move(0.01, 0.001, 0.006);
   ASSERT_EQ(snip.op.walls(), 0u);
-  snip.jaws(0.15);
+  snip.jaws(0.13);
   const auto half = walls_from_to_m(snip.op.mesh());
   EXPECT_GT(snip.op.walls(), 8u);
   const auto crossing_x_m = [&] {
@@ -163,7 +166,7 @@ TEST(A_TOOL, A_TOOL_2_they_cut_where_the_blades_cross_as_they_close) {
     InstrumentState state;
     state.opening_rad = snip.opening;
     const InstrumentShape s = scissors.shape(scissors.geometry, state);
-    return snip.at.x() + 0.5 * (s.edge_tip_tool_m + s.edge_heel_tool_m).x();
+    return snip.at.x() + (s.edge_tip_tool_m - scissors.geometry.d_tool_m + scissors.geometry.a_tool_m).x();
   };
   EXPECT_NEAR(half.second, crossing_x_m(), 0.003) << "the cut ends at the crossing";
   snip.jaws(0.1);
@@ -185,11 +188,11 @@ TEST(A_TOOL, A_TOOL_2_they_cut_where_the_blades_cross_as_they_close) {
 TEST(A_TOOL, A_TOOL_2_jaws_that_stand_still_cut_nothing_more) {
   Snip snip("scissors");
   snip.hold(0.01, 0.001, -0.025, kOpen_rad);
-  snip.move(0.01, 0.001, 0.003);
-  snip.jaws(0.15);
+  snip.move(0.01, 0.001, 0.006);
+  snip.jaws(0.13);
   ASSERT_GT(snip.op.walls(), 8u);
   const auto before = walls_from_to_m(snip.op.mesh());
-  snip.move(0.014, 0.001, 0.003);
+  snip.move(0.014, 0.001, 0.006);
   const auto after = walls_from_to_m(snip.op.mesh());
   EXPECT_NEAR(after.second, before.second, 1e-9);
 }
@@ -221,6 +224,34 @@ TEST(A_TOOL, A_TOOL_3_both_edges_of_each_u_cut) {
     EXPECT_EQ(snip.op.state(), ContactState::free) << style;
     snip.op.expect_valid();
   }
+}
+
+// Whatever a hand does: jumps, half closed jaws, leaning tools, the same place again.
+class AnyTool : public testing::TestWithParam<std::tuple<const char*, const char*>> {};
+INSTANTIATE_TEST_SUITE_P(A_TOOL, AnyTool,
+                         testing::Combine(testing::Values("knife", "scissors", "medical_scissors", "probe"),
+                                          testing::Values("progressive", "templates")),
+                         [](const auto& p) { return std::string(std::get<0>(p.param)) + "_" + std::get<1>(p.param); });
+
+TEST_P(AnyTool, A_TOOL_3_the_surface_stays_closed) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> u(-1, 1);
+  Snip snip(std::get<0>(GetParam()), std::get<1>(GetParam()));
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 axis = Vec3(0.2 * u(random), 0.2 * u(random), 1).normalized();
+    snip.orientation = Eigen::AngleAxisd(M_PI * u(random), axis);
+    const double x = 0.03 * u(random), y = 0.03 * u(random);
+    snip.hold(x, y, -0.02, 0.3 + 0.2 * u(random));
+    snip.move(x, y, 0.004 + 0.003 * u(random));
+    snip.jaws(0.05 + 0.1 * std::abs(u(random)), 0.2);
+    snip.move(x + 0.01 * u(random), y + 0.01 * u(random), 0.004 + 0.003 * u(random));
+    snip.jaws(0.5 * std::abs(u(random)), 0.1);
+    if (i % 3 != 0) snip.move(x, y, -0.02);
+    ASSERT_NO_FATAL_FAILURE(snip.op.expect_valid()) << i;
+    ASSERT_TRUE(snip.op.force_n().allFinite()) << i;
+  }
+  EXPECT_EQ(snip.op.count(EventKind::body_frozen), 0u);
+  EXPECT_EQ(snip.op.walls() > 0, std::get<0>(GetParam()) != std::string("probe"));
 }
 
 }  // namespace

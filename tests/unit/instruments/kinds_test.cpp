@@ -14,7 +14,8 @@ InstrumentShape usual(const char* kind, double opening_rad = 0, std::size_t edge
   return instrument.shape(instrument.geometry, {1, opening_rad, edge});
 }
 Vec3 crossing_of(const InstrumentShape& s) {
-  return 0.5 * (s.edge_tip_tool_m + s.edge_heel_tool_m);
+  const ToolGeometry& g = instrument_of("scissors").geometry;
+  return s.edge_tip_tool_m - (g.d_tool_m - g.a_tool_m);
 }
 
 TEST(Instruments, every_kind_is_whole) {
