@@ -34,8 +34,8 @@ InstrumentShape scissors_shape(const ToolGeometry& g, const InstrumentState& sta
 }
 
 Leaf scissors_decide(const Situation& s) {
-  if (!s.crossings.edge || s.jaws == Jaws::opening) return Leaf::detect_again;
-  return s.jaws == Jaws::closing && s.correct_direction ? Leaf::cut : Leaf::push_back;
+  if (s.jaws == Jaws::closing) return s.crossings.edge && s.correct_direction ? Leaf::cut : Leaf::push_back;
+  return s.jaws == Jaws::opening || !s.crossings.edge ? Leaf::detect_again : Leaf::push_back;
 }
 
 std::string scissors_flaw(const ToolGeometry& g) {
