@@ -39,7 +39,7 @@ void survive(std::uint32_t seed, Survived& survived) {
     }
     ASSERT_LE(input.samples.size(), 64u);
     op.step(input);
-    ASSERT_TRUE(op.force_n().allFinite()) << "step " << i;
+    for (const ContactModel& contact : op.last.contacts) ASSERT_TRUE(contact.force_world_n.allFinite()) << "step " << i;
     if (i % 100 == 0) {
       ASSERT_NO_FATAL_FAILURE(op.expect_valid());
     }
