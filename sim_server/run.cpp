@@ -188,7 +188,8 @@ std::vector<ToolSample> samples_of_traces(const Scene& scene, std::uint64_t step
     if (scene.tools[tool].trace.empty()) continue;
     for (std::uint64_t i = first; i <= last; ++i) {
       const double time_s = static_cast<double>(i) * kSamplePeriodS;
-      samples.push_back({tool, i + 1, time_s, pose_at(scene.tools[tool].trace, time_s)});
+      const TracePoint point = point_at(scene.tools[tool].trace, time_s);
+      samples.push_back({tool, i + 1, time_s, point.pose_world, point.opening_rad});
     }
   }
   return samples;

@@ -43,13 +43,6 @@ namespace {
 
 constexpr std::size_t kMostBodies = 256;  // that a session can announce
 
-InstrumentShape shape_of(const ToolSpec& spec) {
-  InstrumentShape s{spec.geometry.a_tool_m, spec.geometry.b_tool_m, spec.geometry.c_tool_m, spec.geometry.d_tool_m,
-                    spec.kind == "cautery_hook"};
-  if (s.cautery) s.d_tool_m = s.c_tool_m + spec.intensity * (s.d_tool_m - s.c_tool_m);
-  return s;
-}
-
 FitterSpec fitter_spec(const Scene& scene) {
   FitterSpec f;
   if (scene.bodies.empty()) return f;
@@ -60,18 +53,17 @@ FitterSpec fitter_spec(const Scene& scene) {
 
 // What the simulation knows of an instrument.
 struct Tool {
-  Tool(std::uint32_t id, const Scene& scene) : shape(shape_of(scene.tools[id])), fitter(id, fitter_spec(scene)) {}
+  Tool(std::uint32_t id, const Scene& scene) : fitter(id, fitter_spec(scene)) {}
 
-  InstrumentShape shape;
   ContactModelFitter fitter;
-  std::optional<Pose> pose;  // of the newest sample
-  double time_s = 0;         // its time stamp
+  std::optional<JointPose> pose;  // of the newest sample
+  double time_s = 0;              // its time stamp
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
 
   // Of this step.
-  std::optional<Pose> before;
-  std::vector<Pose> poses;
+  std::optional<JointPose> before;
+  std::vector<JointPose> poses;
   bool continuous = true;
 };
 
@@ -94,30 +86,38 @@ struct Simulation::State {
     for (std::uint32_t i = 0; i < scene.bodies.size(); ++i)
       bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i));
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
-    for (auto& body : bodies)
-      for (std::uint32_t i = 0; i < tools.size(); ++i) touches.emplace_back(i, tools[i].shape, *body);
+    for (std::uint32_t i = 0; i < scene.tools.size(); ++i)
+      for (std::size_t e = 0; e < instrument_of(scene.tools[i].kind).edges; ++e) edges.push_back({i, e});
+    for (auto& body : bodies) add_touches(*body);
   }
 
+  void add_touches(SimulationBody& body);
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
   void split(std::uint32_t body_id);
   void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
   void move_rigid_pieces();
-  void tell_touch(std::uint32_t body_id, std::uint32_t tool_id, const Reaction& reaction);
+  void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction);
   void fit_contact_models();
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
     output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
   }
-  SimulationTouch& touch(std::uint32_t body_id, std::uint32_t tool_id) {
-    return touches[body_id * tools.size() + tool_id];
+  SimulationTouch& touch(std::uint32_t body_id, std::uint32_t edge_id) {
+    return touches[body_id * edges.size() + edge_id];
   }
+  Tool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
 
   Scene scene;
   std::vector<std::unique_ptr<SimulationBody>> bodies;
   std::deque<BodySpec> part_specs;
   std::vector<Tool> tools;
-  std::vector<SimulationTouch> touches;  // a row a body, a column a tool
+  struct Edge {
+    std::uint32_t tool_id = 0;
+    std::size_t index = 0;  // of the tool's edges
+  };
+  std::vector<Edge> edges;               // of all tools; cutting knows each as a tool of its own
+  std::vector<SimulationTouch> touches;  // a row a body, a column an edge
   StepOutput output;
 
   // Scratch.
@@ -129,6 +129,11 @@ struct Simulation::State {
   std::vector<RigidTouch> rigid_touches;
   std::vector<std::uint8_t> stirred;
 };
+
+void Simulation::State::add_touches(SimulationBody& body) {
+  for (std::uint32_t i = 0; i < edges.size(); ++i)
+    touches.emplace_back(i, scene.tools[edges[i].tool_id], edges[i].index, body, !body.rigid);
+}
 
 void Simulation::State::take(const StepInput& input) {
   for (Tool& tool : tools) {
@@ -144,13 +149,13 @@ void Simulation::State::take(const StepInput& input) {
     if (tool.pose && sample.tool_time_s > tool.time_s)
       tool.velocity_m_per_s =
           (sample.pose_world.position_m - tool.pose->position_m) / (sample.tool_time_s - tool.time_s);
-    tool.pose = sample.pose_world;
+    tool.pose = JointPose{sample.pose_world, sample.opening_rad};
     tool.sequence = sample.sequence;
     tool.time_s = sample.tool_time_s;
     if (tool.before || !tool.poses.empty())
-      tool.poses.push_back(sample.pose_world);
+      tool.poses.push_back(*tool.pose);
     else
-      tool.before = sample.pose_world;  // the first one of all: it has not moved yet
+      tool.before = tool.pose;  // the first one of all: it has not moved yet
   }
 }
 
@@ -158,8 +163,8 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
   entries.clear();
   motions.clear();
-  for (std::uint32_t i = 0; i < tools.size(); ++i) {
-    const Tool& tool = tools[i];
+  for (std::uint32_t i = 0; i < edges.size(); ++i) {
+    const Tool& tool = tool_of(i);
     if (!tool.pose) continue;
     touch(body_id, i).approach(tool.before, tool.poses, tool.continuous);
     touch(body_id, i).plan(tool.poses, entries, motions);
@@ -176,7 +181,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
       ++output.report.cuts_made;
     }
     output.report.cuts_refused += plan.refused + (accepted ? 0u : 1u);
-    for (std::uint32_t i = 0; i < tools.size(); ++i) touch(body_id, i).planned(plan, accepted, changed);
+    for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).planned(plan, accepted, changed);
     if (accepted)
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
   }
@@ -187,13 +192,13 @@ void Simulation::State::step_body(std::uint32_t body_id) {
 void Simulation::State::deform(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
   constraints.clear();
-  for (std::uint32_t i = 0; i < tools.size(); ++i)
-    if (const auto c = touch(body_id, i).constraint(); c && tools[i].pose) constraints.push_back(*c);
+  for (std::uint32_t i = 0; i < edges.size(); ++i)
+    if (const auto c = touch(body_id, i).constraint(); c && tool_of(i).pose) constraints.push_back(*c);
   reactions.assign(constraints.size(), {});
   body.deform(constraints, reactions);
   std::size_t next = 0;
-  for (std::uint32_t i = 0; i < tools.size(); ++i) {
-    if (!tools[i].pose) continue;
+  for (std::uint32_t i = 0; i < edges.size(); ++i) {
+    if (!tool_of(i).pose) continue;
     tell_touch(body_id, i, touch(body_id, i).constraint() ? reactions[next++] : Reaction{});
   }
   if (!body.frozen && body.springs.first_bad_vertex() != kNone) {
@@ -202,11 +207,11 @@ void Simulation::State::deform(std::uint32_t body_id) {
   }
 }
 
-void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t tool_id, const Reaction& reaction) {
-  SimulationTouch& t = touch(body_id, tool_id);
+void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction) {
+  SimulationTouch& t = touch(body_id, edge_id);
   t.deformed(reaction, scene.step_s);
   for (const EventKind kind : t.take_events()) {
-    say(kind, body_id, tool_id);
+    say(kind, body_id, edges[edge_id].tool_id);
     output.publish_now |= kind == EventKind::contact_began;
   }
 }
@@ -218,7 +223,7 @@ void Simulation::State::split(std::uint32_t body_id) {
   for (TopologyDelta& delta : split.deltas) {
     changed.clear();
     for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
-    for (std::uint32_t i = 0; i < tools.size(); ++i) touch(body_id, i).part_left(changed);
+    for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).part_left(changed);
     output.deltas.push_back({body_id, std::move(delta)});
   }
   for (auto& part : split.parts) add_part(std::move(part), body_id);
@@ -235,11 +240,7 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   say(EventKind::body_split, parent_id, 0, part->spec.name + ", " + kind);
   output.new_bodies.push_back({part->id, parent_id, part->spec.name});
   output.publish_now = true;
-  for (std::uint32_t i = 0; i < tools.size(); ++i) {
-    InstrumentShape shape = tools[i].shape;
-    if (part->rigid) shape.d_tool_m = shape.cautery ? shape.c_tool_m : shape.d_tool_m;  // it can't be cut
-    touches.emplace_back(i, shape, *part);
-  }
+  add_touches(*part);
   bodies.push_back(std::move(part));
 }
 
@@ -248,17 +249,17 @@ void Simulation::State::move_rigid_pieces() {
   stirred.assign(bodies.size(), 0);
   for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
-    for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    for (std::uint32_t i = 0; i < edges.size(); ++i) {
       stirred[b] |= !bodies[b]->rigid && touch(b, i).state() != ContactState::free;
       const auto constraint = touch(b, i).constraint();
-      if (bodies[b]->rigid && constraint) rigid_touches.push_back({b, *constraint, tools[i].velocity_m_per_s});
+      if (bodies[b]->rigid && constraint) rigid_touches.push_back({b, *constraint, tool_of(i).velocity_m_per_s});
     }
   reactions.assign(rigid_touches.size(), {});
   step_rigid_pieces(bodies, rigid_touches, stirred, scene, reactions);
   std::size_t next = 0;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
-    for (std::uint32_t i = 0; bodies[b]->rigid && i < tools.size(); ++i)
-      if (tools[i].pose) tell_touch(b, i, touch(b, i).constraint() ? reactions[next++] : Reaction{});
+    for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i)
+      if (tool_of(i).pose) tell_touch(b, i, touch(b, i).constraint() ? reactions[next++] : Reaction{});
 }
 
 void Simulation::State::fit_contact_models() {
@@ -271,15 +272,17 @@ void Simulation::State::fit_contact_models() {
     step.tool_time_s = tool.time_s;
     step.tip_world_m = tool.pose->position_m;
     step.tip_velocity_world_m_per_s = tool.velocity_m_per_s;
-    for (std::uint32_t b = 0; b < bodies.size(); ++b) {
-      const SimulationTouch& t = touch(b, i);
-      step.reaction_world_n += t.force_on_tool_n();
-      if (t.state() <= step.state) continue;
-      step.state = t.state();
-      step.surface_known = t.surface_known();
-      step.point_world_m = t.point_world_m();
-      step.normal_world = t.normal_world();
-    }
+    for (std::uint32_t b = 0; b < bodies.size(); ++b)
+      for (std::uint32_t e = 0; e < edges.size(); ++e) {
+        if (edges[e].tool_id != i) continue;
+        const SimulationTouch& t = touch(b, e);
+        step.reaction_world_n += t.force_on_tool_n();
+        if (t.state() <= step.state) continue;
+        step.state = t.state();
+        step.surface_known = t.surface_known();
+        step.point_world_m = t.point_world_m();
+        step.normal_world = t.normal_world();
+      }
     in_contact |= step.state != ContactState::free;
     output.contacts.push_back(tools[i].fitter.fit(step));
   }
@@ -343,7 +346,7 @@ const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
 std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->bodies[body_id]->positions_world_m();
 }
-const std::optional<Pose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
+const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
   return state_->tools[tool_id].pose;
 }
 

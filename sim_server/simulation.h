@@ -33,7 +33,7 @@ class Simulation {
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
   // The pose of each tool in the newest sample used; nothing before the first sample.
-  const std::optional<Pose>& tool_pose_world(std::uint32_t tool_id) const;
+  const std::optional<JointPose>& tool_pose_world(std::uint32_t tool_id) const;
 
  private:
   struct State;

@@ -12,7 +12,6 @@ namespace {
 constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
-constexpr double kCauteryDrag = 0.05;    // of a blade's cutting force: tissue gives way before the hook
 constexpr double kNoTravelM = 1e-7;      // a motion below this has no direction
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr int kMaxSlides = 64;           // triangles that a pressing point crosses in one step
@@ -32,8 +31,15 @@ const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
 
 }  // namespace
 
-SimulationTouch::SimulationTouch(std::uint32_t tool_id, const InstrumentShape& shape, SimulationBody& body)
-    : tool_id_(tool_id), shape_(shape), body_(body), threshold_(threshold_of(body.spec.cutting)) {}
+SimulationTouch::SimulationTouch(std::uint32_t stroke_id, const ToolSpec& tool, std::size_t edge, SimulationBody& body,
+                                 bool cuts)
+    : stroke_id_(stroke_id),
+      instrument_(instrument_of(tool.kind)),
+      geometry_(tool.geometry),
+      instrument_state_{tool.intensity, 0, edge},
+      cuts_(cuts),
+      body_(body),
+      threshold_(threshold_of(body.spec.cutting)) {}
 
 ContactState SimulationTouch::state() const {
   switch (phase_) {
@@ -50,21 +56,32 @@ std::vector<EventKind> SimulationTouch::take_events() {
   return std::exchange(events_, {});
 }
 
-ToolCorners SimulationTouch::corners_at(const Pose& pose) const {
-  return {{pose.to_world(shape_.a_tool_m), pose.to_world(shape_.b_tool_m), pose.to_world(shape_.c_tool_m),
-           pose.to_world(shape_.d_tool_m)}};
+InstrumentShape SimulationTouch::shape_at(double opening_rad) const {
+  InstrumentState state = instrument_state_;
+  state.opening_rad = opening_rad;
+  return instrument_.shape(geometry_, state);
 }
 
-bool SimulationTouch::near_body(const std::optional<Pose>& before, std::span<const Pose> poses) const {
+ToolCorners SimulationTouch::corners_at(const JointPose& pose) const {
+  const InstrumentShape shape = shape_at(pose.opening_rad);
+  return {{pose.to_world(shape.a_tool_m), pose.to_world(shape.b_tool_m), pose.to_world(shape.c_tool_m),
+           pose.to_world(shape.d_tool_m)}};
+}
+
+bool SimulationTouch::may_enter() const {
+  return cuts_ && instrument_.may_enter(jaws_between(opening_before_rad_, pose_.opening_rad));
+}
+
+bool SimulationTouch::near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const {
   Box3 box = body_.bounds_world_m();
   box.min() -= Vec3::Constant(kNearM);
   box.max() += Vec3::Constant(kNearM);
   Box3 tool;
-  const auto extend = [&](const Pose& pose) {
+  const auto extend = [&](const JointPose& pose) {
     for (const Vec3& corner : corners_at(pose).at_world_m) tool.extend(corner);
   };
   if (before) extend(*before);
-  for (const Pose& pose : poses) extend(pose);
+  for (const JointPose& pose : poses) extend(pose);
   return !tool.isEmpty() && box.intersects(tool);
 }
 
@@ -76,9 +93,11 @@ void SimulationTouch::set_free() {
   smooth_force_n_ = 0;
 }
 
-void SimulationTouch::approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous) {
+void SimulationTouch::approach(const std::optional<JointPose>& before, std::span<const JointPose> poses,
+                               bool continuous) {
   constraint_.reset();
   if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
+  opening_before_rad_ = before ? before->opening_rad : pose_.opening_rad;
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
   if (looks && !near_body(before, poses)) {
     tracker_.reset();
@@ -87,9 +106,9 @@ void SimulationTouch::approach(const std::optional<Pose>& before, std::span<cons
     return;
   }
   if (looks && before) {
-    Pose from = *before;
+    JointPose from = *before;
     const std::array resting{pose_};  // the surface may come to an instrument that rests
-    for (const Pose& to : poses.empty() ? std::span<const Pose>(resting) : poses) {
+    for (const JointPose& to : poses.empty() ? std::span<const JointPose>(resting) : poses) {
       const SurfaceTree& tree = body_.tree();
       look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
       from = to;
@@ -99,44 +118,63 @@ void SimulationTouch::approach(const std::optional<Pose>& before, std::span<cons
   if (phase_ == Phase::pressing) press();
 }
 
-void SimulationTouch::look_for_contact(const ToolContact& contact) {
-  if (shape_.cautery && shape_.c_tool_m != shape_.d_tool_m) {  // with no intensity there is no virtual tip
-    const SurfaceHit* hit = first_entering(contact[ToolSegment::cd].after);
-    if (!hit) hit = first_entering(contact.path(ToolCorner::d));
-    if (hit) return enter_tissue(*hit);
+// Where the edge of an instrument that need not press reaches into the tissue.
+std::optional<SurfaceHit> SimulationTouch::edge_reaching_in(const ToolContact& contact,
+                                                            const InstrumentShape& shape) const {
+  if (!may_enter() || shape.edge_tip_tool_m == shape.edge_heel_tool_m) return {};
+  if (!instrument_.front_is_virtual) {
+    const auto hits =
+        body_.tree().hits(body_.view(), pose_.to_world(shape.edge_heel_tool_m), pose_.to_world(shape.edge_tip_tool_m));
+    const SurfaceHit* hit = first_entering(hits);
+    return hit ? std::optional(*hit) : std::nullopt;
   }
-  const ToolCorner tip = shape_.cautery ? ToolCorner::c : ToolCorner::a;
-  if (const SurfaceHit* hit = first_entering(contact.path(tip)))
-    return press_at(*hit, shape_.probe_tool_m(), !shape_.cautery);
+  const SurfaceHit* hit = first_entering(contact[ToolSegment::cd].after);
+  if (!hit) hit = first_entering(contact.path(ToolCorner::d));
+  return hit ? std::optional(*hit) : std::nullopt;
+}
+
+void SimulationTouch::look_for_contact(const ToolContact& contact) {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (const auto hit = edge_reaching_in(contact, shape)) return enter_tissue(*hit);
+  const std::size_t tip = instrument_.front_is_virtual ? 2 : 0;
+  if (const SurfaceHit* hit = first_entering(contact.corner_paths[tip]))
+    return press_at(*hit, {tip, tip}, 0, instrument_.presses_with_tip);
   // The surface may have risen over a tip that rests: then the blade leaves the tissue before it enters it.
   const std::vector<SurfaceHit>& shaft = contact[ToolSegment::ab].after;
-  if (!shape_.cautery && !shaft.empty() && !shaft.front().entering)
-    return press_at(shaft.front(), shape_.probe_tool_m(), true);
+  if (instrument_.presses_with_tip && !shaft.empty() && !shaft.front().entering)
+    return press_at(shaft.front(), {tip, tip}, 0, true);
   if (phase_ == Phase::pressing) return;
 
   // The side of the instrument: the middle of what is inside.
   for (const ToolSegment segment : {ToolSegment::ab, ToolSegment::ac, ToolSegment::cd}) {
     const std::vector<SurfaceHit>& hits = contact[segment].after;
-    if (hits.empty() || (shape_.cautery && segment == ToolSegment::cd)) continue;
+    if (hits.empty() || (instrument_.front_is_virtual && segment == ToolSegment::cd)) continue;
     const double from = hits.front().entering ? hits.front().parameter : 0;
     const double to = !hits.front().entering ? hits.front().parameter : hits.size() > 1 ? hits[1].parameter : 1;
-    const std::array corners{shape_.a_tool_m, shape_.b_tool_m, shape_.c_tool_m, shape_.d_tool_m};
-    const auto [p, q] = kSegmentCorners[static_cast<std::size_t>(segment)];
-    return press_at(hits.front(), corners[p] + 0.5 * (from + to) * (corners[q] - corners[p]), false);
+    return press_at(hits.front(), kSegmentCorners[static_cast<std::size_t>(segment)], 0.5 * (from + to), false);
   }
 }
 
-void SimulationTouch::press_at(const SurfaceHit& hit, const Vec3& contact_tool_m, bool at_tip) {
+void SimulationTouch::press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along,
+                               bool at_tip) {
   if (phase_ == Phase::free) events_.push_back(EventKind::contact_began);
   phase_ = Phase::pressing;
-  contact_tool_m_ = contact_tool_m;
+  contact_corners_ = corners;
+  contact_along_ = along;
   at_tip_ = at_tip;
   triangle_ = hit.triangle;
   bary_ = hit.bary;
 }
 
+Vec3 SimulationTouch::contact_world_m() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const std::array corners{shape.a_tool_m, shape.b_tool_m, shape.c_tool_m, shape.d_tool_m};
+  const Vec3 &p = corners[contact_corners_[0]], &q = corners[contact_corners_[1]];
+  return pose_.to_world(contact_corners_[0] == contact_corners_[1] ? p : Vec3(p + contact_along_ * (q - p)));
+}
+
 void SimulationTouch::press() {
-  const Vec3 contact = pose_.to_world(contact_tool_m_);
+  const Vec3 contact = contact_world_m();
   slide_to(contact);
   normal_ = body_.home_normal_world(body_.mesh.triangle(triangle_).v, bary_);
   PointConstraint c;
@@ -180,26 +218,29 @@ void SimulationTouch::slide_to(const Vec3& contact_world_m) {
 
 void SimulationTouch::enter_tissue(const SurfaceHit& hit) {
   phase_ = Phase::cutting;
-  entry_ = Entry{tool_id_, hit.triangle, hit.bary};
+  entry_ = Entry{stroke_id_, hit.triangle, hit.bary};
   events_.push_back(EventKind::penetrated);
 }
 
-Blade SimulationTouch::limited_blade(const Pose& pose, const Vec3& surface_world_m) const {
-  Blade blade = blade_at(shape_, pose);
+Blade SimulationTouch::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
+  const EdgeInWorld edge = edge_at(shape_at(pose.opening_rad), pose);
+  Blade blade;
+  blade.tip_world_m = edge.tip_world_m;
+  blade.up_world = edge.up_world;
   const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);
   if (depth_m > 0)
     blade.max_depth_m = body_.depth_limit_m(blade.tip_world_m + depth_m * blade.up_world, blade.tip_world_m);
   return blade;
 }
 
-void SimulationTouch::plan(std::span<const Pose> poses, std::vector<Entry>& entries,
+void SimulationTouch::plan(std::span<const JointPose> poses, std::vector<Entry>& entries,
                            std::vector<BladeMotion>& motions) {
   cutting_force_n_.setZero();
   if (phase_ == Phase::spent) rest_in_groove();
   if (phase_ == Phase::searching) search();
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
-  if (const Stroke* stroke = body_.cuts.stroke_of(tool_id_)) follow_stroke(*stroke, poses, motions);
+  if (const Stroke* stroke = body_.cuts.stroke_of(stroke_id_)) follow_stroke(*stroke, poses, motions);
 }
 
 void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions) {
@@ -207,33 +248,36 @@ void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<Blad
   const Corners c = view.corners(entry_->triangle);
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
   normal_ = normal_of_triangle(view, entry_->triangle);
-  tip_before_ = blade_at(shape_, pose_).tip_world_m;
+  tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
-  motions.push_back({tool_id_, {limited_blade(pose_, point_)}, false});
+  motions.push_back({stroke_id_, {limited_blade(pose_, point_)}, false});
   entry_.reset();
 }
 
 // The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
-void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> poses,
+void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointPose> poses,
                                     std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
   point_ = position_of(now, stroke);
   const Pose& frame = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex);
   if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = frame.orientation * n;
   const Vec3 home = frame.to_world(rest_of(now, stroke));
-  BladeMotion motion{tool_id_, {}, false};
+  BladeMotion motion{stroke_id_, {}, false};
   const std::array resting{pose_};
   Vec3 from = point_;
-  for (const Pose& pose : poses.empty() ? std::span<const Pose>(resting) : poses) {
+  double opening_rad = opening_before_rad_;
+  for (const JointPose& pose : poses.empty() ? std::span<const JointPose>(resting) : poses) {
+    const InstrumentShape shape = shape_at(pose.opening_rad);
+    const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
     const Blade blade = limited_blade(pose, point_);
     const double height_m = (point_ - blade.tip_world_m).dot(normal_) / std::max(0.1, blade.up_world.dot(normal_));
     const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
     const Vec3 step = at_surface - from;
-    const Crossings crossings = crossings_at(shape_, pose, point_, normal_);
+    const Crossings crossings = crossings_at(shape, pose, point_, normal_);
     const Vec3 travel = blade.tip_world_m - tip_before_;
-    const bool over_surface = correct_direction(shape_, pose, step, normal_);
-    const bool in_world = correct_direction(shape_, pose, travel, normal_);
-    const Leaf leaf = shape_.cautery ? Leaf::cut : decide(crossings, over_surface || in_world);
+    const bool over_surface = correct_direction(shape, pose, step, normal_);
+    const bool in_world = correct_direction(shape, pose, travel, normal_);
+    const Leaf leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
     if (leaf == Leaf::cut) {
       // Tissue that has drawn back ahead of the blade waits for it.
       if (over_surface) {
@@ -248,13 +292,13 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
       continue;
     }
     if (leaf == Leaf::detect_again) {
-      motion.lift = height_m < 0 || !crossings.ac;
+      motion.lift = height_m < 0 || !crossings.edge || jaws == Jaws::opening;
       break;
     }
     if (leaf == Leaf::push_out) {
-      const double sunk_m = (point_ - pose.to_world(shape_.c_tool_m)).dot(normal_);
+      const double sunk_m = (point_ - pose.to_world(shape.c_tool_m)).dot(normal_);
       const double e_star = body_.spec.material.young_pa / (1 - std::pow(body_.spec.material.poisson, 2));
-      const double half_length_m = 0.5 * (shape_.c_tool_m - shape_.a_tool_m).norm();
+      const double half_length_m = 0.5 * (shape.c_tool_m - shape.a_tool_m).norm();
       cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
     }
     const VertexId end = stroke.temporary_tip != kNone ? stroke.temporary_tip : stroke.cell.apex;
@@ -268,7 +312,8 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const Pose> 
 // The triangles that the blade comes near from the pose before to the last one.
 void SimulationTouch::sweep_over(const Stroke& stroke, BladeMotion& motion) {
   if (motion.path.empty()) return;
-  const double length_m = (shape_.blade_heel_tool_m() - shape_.blade_tip_tool_m()).norm();
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
   const Blade first = stroke.blade.value_or(motion.path.front());
   std::vector<Vec3> points{first.tip_world_m, first.tip_world_m + length_m * first.up_world};
   std::vector<std::array<std::size_t, 2>> segments{{0, 1}};
@@ -285,12 +330,14 @@ void SimulationTouch::sweep_over(const Stroke& stroke, BladeMotion& motion) {
 }
 
 void SimulationTouch::search() {
+  if (instrument_.only_closing && !may_enter()) return void(phase_ = Phase::spent);
   ++searches_;
-  const Vec3 tip = pose_.to_world(shape_.blade_tip_tool_m());
-  const Vec3 heel = pose_.to_world(shape_.cautery ? shape_.a_tool_m : shape_.c_tool_m);
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m);
+  const Vec3 heel = pose_.to_world(instrument_.front_is_virtual ? shape.a_tool_m : shape.edge_heel_tool_m);
   const auto hit = body_.tree().first_hit(body_.view(), heel, tip);
   if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.stroke_settings.min_step_m) {
-    entry_ = Entry{tool_id_, hit->triangle, hit->bary};
+    entry_ = Entry{stroke_id_, hit->triangle, hit->bary};
     phase_ = Phase::cutting;
   } else if (hit) {
     phase_ = Phase::spent;
@@ -301,7 +348,7 @@ void SimulationTouch::search() {
 
 // A new cut at the end of the old one would go along its walls.
 void SimulationTouch::rest_in_groove() {
-  const Vec3 tip = pose_.to_world(shape_.blade_tip_tool_m());
+  const Vec3 tip = pose_.to_world(shape_at(pose_.opening_rad).edge_tip_tool_m);
   if ((tip - ended_at_).dot(normal_) > kLetGoM && !body_.tree().inside(body_.view(), tip)) return set_free();
   const Vec3 away = tip - ended_at_;
   if ((away - away.dot(normal_) * normal_).norm() > 3 * body_.stroke_settings.join_tolerance_m)
@@ -312,7 +359,7 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   if (!changed.empty()) tracker_.topology_changed(body_.view(), changed);
   StrokeEnd end = StrokeEnd::going;
   for (const StrokeOutcome& o : plan.outcomes)
-    if (o.tool_id == tool_id_) end = o.end;
+    if (o.tool_id == stroke_id_) end = o.end;
   if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused;
   if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
   has_just_cut_ = true;
@@ -345,7 +392,7 @@ void SimulationTouch::part_left(std::span<const TriangleId> removed) {
       }))
     constraint_.reset();
   if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
-  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(tool_id_)) {
+  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(stroke_id_)) {
     ended_at_ = point_;
     phase_ = Phase::spent;
     cutting_force_n_.setZero();
@@ -356,7 +403,7 @@ void SimulationTouch::part_left(std::span<const TriangleId> removed) {
 
 void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   if (phase_ == Phase::cutting) {
-    const Vec3 target_n = (shape_.cautery ? kCauteryDrag : 1.0) * cutting_force_n_;
+    const Vec3 target_n = instrument_.drag * cutting_force_n_;
     smooth_cutting_n_ += std::min(1.0, step_s / kForceFilterS) * (target_n - smooth_cutting_n_);
     force_n_ = reaction.force_on_tool_n + smooth_cutting_n_;
     return;
@@ -373,8 +420,8 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   if (!reaction.active && above_m > kLetGoM) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
-  if (at_tip_ && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
-    entry_ = Entry{tool_id_, triangle_, bary_};
+  if (at_tip_ && instrument_.tip_pierces && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
+    entry_ = Entry{stroke_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;
     events_.push_back(EventKind::penetrated);
@@ -383,7 +430,7 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
 
 double SimulationTouch::penetration_m() {
   if (phase_ != Phase::pressing) return 0;
-  const Vec3 contact = pose_.to_world(contact_tool_m_);
+  const Vec3 contact = contact_world_m();
   slide_to(contact);
   const Corners c = body_.view().corners(triangle_);
   const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];

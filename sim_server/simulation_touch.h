@@ -1,5 +1,5 @@
-// One instrument at one body: from free motion over contact to penetration and back (paper B, section 2: contact,
-// penetration and termination states). Part of simulation.*.
+// One edge of an instrument at one body: from free motion over contact to penetration and back (paper B, section 2:
+// contact, penetration and termination states). Part of simulation.*.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sim_server/collision/front_tracker.h"
-#include "sim_server/cutting/instrument.h"
+#include "sim_server/instruments/instrument.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/step_io.h"
 
@@ -15,12 +15,13 @@ namespace sectio {
 
 class SimulationTouch {
  public:
-  SimulationTouch(std::uint32_t tool_id, const InstrumentShape& shape, SimulationBody& body);
+  // `stroke_id` is the tool_id that cutting knows the edge by. Not every body can be cut.
+  SimulationTouch(std::uint32_t stroke_id, const ToolSpec& tool, std::size_t edge, SimulationBody& body, bool cuts);
 
   // Before planning: where the poses since the last step lead. `poses` may be empty: the instrument rests.
-  void approach(const std::optional<Pose>& before, std::span<const Pose> poses, bool continuous);
+  void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
   // What this instrument wants of plan_cut().
-  void plan(std::span<const Pose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
+  void plan(std::span<const JointPose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   // What became of it.
   void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
   // A part came off the body, with the triangles given: what was done to it has ended.
@@ -53,32 +54,42 @@ class SimulationTouch {
     spent,      // a cut has just ended here; no new one until the instrument has gone on
   };
 
-  bool near_body(const std::optional<Pose>& before, std::span<const Pose> poses) const;
+  bool near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const;
   void look_for_contact(const ToolContact& contact);
-  void press_at(const SurfaceHit& hit, const Vec3& contact_tool_m, bool at_tip);
+  std::optional<SurfaceHit> edge_reaching_in(const ToolContact& contact, const InstrumentShape& shape) const;
+  // At a point of the line between two corners.
+  void press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along, bool at_tip);
+  Vec3 contact_world_m() const;
   void press();
   void slide_to(const Vec3& contact_world_m);
   void enter_tissue(const SurfaceHit& hit);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
-  void follow_stroke(const Stroke& stroke, std::span<const Pose> poses, std::vector<BladeMotion>& motions);
+  void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   void sweep_over(const Stroke& stroke, BladeMotion& motion);
   void search();
   void rest_in_groove();
-  Blade limited_blade(const Pose& pose, const Vec3& surface_world_m) const;
-  ToolCorners corners_at(const Pose& pose) const;
+  Blade limited_blade(const JointPose& pose, const Vec3& surface_world_m) const;
+  InstrumentShape shape_at(double opening_rad) const;
+  ToolCorners corners_at(const JointPose& pose) const;
+  bool may_enter() const;
   void set_free();
 
-  std::uint32_t tool_id_;
-  InstrumentShape shape_;
+  std::uint32_t stroke_id_;
+  const InstrumentKind& instrument_;
+  ToolGeometry geometry_;
+  InstrumentState instrument_state_;
+  bool cuts_;
   SimulationBody& body_;
   RuptureThreshold threshold_;
   FrontTracker tracker_;
 
   Phase phase_ = Phase::free;
-  Pose pose_;
-  Vec3 contact_tool_m_ = Vec3::Zero();  // the point that presses
-  bool at_tip_ = false;                 // only the tip breaks the surface
-  TriangleId triangle_ = kNone;         // under that point
+  JointPose pose_;
+  double opening_before_rad_ = 0;                 // at the end of the last step
+  std::array<std::size_t, 2> contact_corners_{};  // the point that presses is between these
+  double contact_along_ = 0;
+  bool at_tip_ = false;          // only the tip breaks the surface
+  TriangleId triangle_ = kNone;  // under that point
   Vec3 bary_ = Vec3::Zero();
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
   std::optional<PointConstraint> constraint_;

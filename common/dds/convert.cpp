@@ -97,6 +97,7 @@ wire::ToolPacket to_wire(const ToolPacket& packet) {
     m.poses()[i].tool_time_s(sample.tool_time_s);
     m.poses()[i].position_world_m(triple(sample.pose_world.position_m));
     m.poses()[i].orientation_wxyz(quadruple(sample.pose_world.orientation));
+    m.poses()[i].opening_rad(sample.opening_rad);
   }
   return m;
 }
@@ -107,8 +108,9 @@ std::optional<ToolPacket> from_wire(const wire::ToolPacket& m) {
   for (const wire::ToolPose& p : m.poses()) {
     const std::optional<Pose> pose = pose_from(p.position_world_m(), p.orientation_wxyz());
     if (!pose || !finite({p.tool_time_s()})) return std::nullopt;
+    if (!(p.opening_rad() >= 0 && p.opening_rad() <= kWidestOpening_rad)) return std::nullopt;
     if (!packet.samples.empty() && p.sequence_number() <= packet.samples.back().sequence) return std::nullopt;
-    packet.samples.push_back({m.tool_id(), p.sequence_number(), p.tool_time_s(), *pose});
+    packet.samples.push_back({m.tool_id(), p.sequence_number(), p.tool_time_s(), *pose, p.opening_rad()});
   }
   return packet;
 }
@@ -268,6 +270,7 @@ wire::StateHeader to_wire(const StateHeader& header) {
     m.tools()[i].present(header.tools[i].present);
     m.tools()[i].position_world_m(triple(header.tools[i].pose_world.position_m));
     m.tools()[i].orientation_wxyz(quadruple(header.tools[i].pose_world.orientation));
+    m.tools()[i].opening_rad(header.tools[i].pose_world.opening_rad);
   }
   m.bodies().resize(header.bodies.size());
   for (std::size_t i = 0; i < header.bodies.size(); ++i) {
@@ -285,8 +288,8 @@ std::optional<StateHeader> from_wire(const wire::StateHeader& m) {
   StateHeader header{m.epoch(), m.step(), m.sim_time_s(), m.step_wall_time_s(), m.in_contact(), {}, {}};
   for (const wire::ToolState& t : m.tools()) {
     const std::optional<Pose> pose = pose_from(t.position_world_m(), t.orientation_wxyz());
-    if (!pose) return std::nullopt;
-    header.tools.push_back({t.present(), *pose});
+    if (!pose || !(t.opening_rad() >= 0 && t.opening_rad() <= kWidestOpening_rad)) return std::nullopt;
+    header.tools.push_back({t.present(), {*pose, t.opening_rad()}});
   }
   for (const wire::BodyState& b : m.bodies()) {
     const std::uint32_t pieces = piece_count(b.vertex_slots());
@@ -345,6 +348,7 @@ wire::SceneInfo to_wire(const SceneInfo& scene) {
     m.tools()[i].b_tool_m(triple(b));
     m.tools()[i].c_tool_m(triple(c));
     m.tools()[i].d_tool_m(triple(d));
+    m.tools()[i].gauge_m(scene.tools[i].gauge_m);
   }
   return m;
 }
@@ -367,10 +371,10 @@ std::optional<SceneInfo> from_wire(const wire::SceneInfo& m) {
   for (const wire::ToolInfo& t : m.tools()) {
     const std::optional<std::string> name = text_from(t.name(), 1), kind = text_from(t.kind(), 1);
     if (!name || !kind || !is_position(t.a_tool_m()) || !is_position(t.b_tool_m()) || !is_position(t.c_tool_m()) ||
-        !is_position(t.d_tool_m()))
+        !is_position(t.d_tool_m()) || !(t.gauge_m() >= 0 && t.gauge_m() <= 1))
       return std::nullopt;
     scene.tools.push_back(
-        {*name, *kind, {vec3(t.a_tool_m()), vec3(t.b_tool_m()), vec3(t.c_tool_m()), vec3(t.d_tool_m())}});
+        {*name, *kind, {vec3(t.a_tool_m()), vec3(t.b_tool_m()), vec3(t.c_tool_m()), vec3(t.d_tool_m())}, t.gauge_m()});
   }
   return scene;
 }

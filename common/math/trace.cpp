@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kColumns{"time_s", "x_world_m", "y_world_m", "z_world_m",
                                                    "qw",     "qx",        "qy",        "qz"};
-constexpr double kUnitTolerance = 1e-3;  // of a quaternion: beyond it the file means something else
+constexpr std::string_view kOpening = "opening_rad";  // optional
+constexpr double kUnitTolerance = 1e-3;               // of a quaternion: beyond it the file means something else
 
 struct Place {
   const std::string& file;
@@ -79,7 +80,7 @@ std::vector<TracePoint> load_trace(const std::string& path) {
   if (!in) throw InputError(path + ": can't be opened");
   std::vector<TracePoint> trace;
   std::array<std::size_t, kColumns.size()> columns{};
-  std::size_t width = 0;
+  std::size_t width = 0, opening = 0;
   Place at{path};
   for (std::string line; std::getline(in, line);) {
     ++at.line;
@@ -89,6 +90,7 @@ std::vector<TracePoint> load_trace(const std::string& path) {
     if (width == 0) {
       columns = find_columns(fields, at);
       width = fields.size();
+      opening = static_cast<std::size_t>(std::find(fields.begin(), fields.end(), kOpening) - fields.begin());
       continue;
     }
     if (fields.size() != width) {
@@ -96,7 +98,9 @@ std::vector<TracePoint> load_trace(const std::string& path) {
     }
     std::array<double, kColumns.size()> values{};
     for (std::size_t k = 0; k < kColumns.size(); ++k) values[k] = number(fields[columns[k]], kColumns[k], at);
-    const TracePoint point = parse_point(values, at);
+    TracePoint point = parse_point(values, at);
+    if (opening < width) point.opening_rad = number(fields[opening], kOpening, at);
+    if (point.opening_rad < 0 || point.opening_rad > kWidestOpening_rad) at.fail(kOpening, "expected 0 to pi");
     if (!trace.empty() && point.time_s <= trace.back().time_s) at.fail("time_s", "times must ascend");
     trace.push_back(point);
   }
@@ -104,14 +108,20 @@ std::vector<TracePoint> load_trace(const std::string& path) {
   return trace;
 }
 
-Pose pose_at(std::span<const TracePoint> trace, double time_s) {
+TracePoint point_at(std::span<const TracePoint> trace, double time_s) {
   SECTIO_ASSERT(!trace.empty(), "a pose needs at least one point");
   const auto after = std::upper_bound(trace.begin(), trace.end(), time_s,
                                       [](double t, const TracePoint& point) { return t < point.time_s; });
-  if (after == trace.begin()) return trace.front().pose_world;
-  if (after == trace.end()) return trace.back().pose_world;
+  if (after == trace.begin()) return trace.front();
+  if (after == trace.end()) return trace.back();
   const TracePoint& a = *(after - 1);
-  return interpolate(a.pose_world, after->pose_world, (time_s - a.time_s) / (after->time_s - a.time_s));
+  const double s = (time_s - a.time_s) / (after->time_s - a.time_s);
+  return {time_s, interpolate(a.pose_world, after->pose_world, s),
+          a.opening_rad + s * (after->opening_rad - a.opening_rad)};
+}
+
+Pose pose_at(std::span<const TracePoint> trace, double time_s) {
+  return point_at(trace, time_s).pose_world;
 }
 
 }  // namespace sectio

@@ -12,20 +12,22 @@ namespace sectio {
 struct TracePoint {
   double time_s = 0;
   Pose pose_world;
+  double opening_rad = 0;  // between the blades of an instrument that has a joint
   bool operator==(const TracePoint& o) const {
     return time_s == o.time_s && pose_world.position_m == o.pose_world.position_m &&
-           pose_world.orientation.coeffs() == o.pose_world.orientation.coeffs();
+           pose_world.orientation.coeffs() == o.pose_world.orientation.coeffs() && opening_rad == o.opening_rad;
   }
 };
 
 // Reads a CSV file with the columns time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz, found by their names in the first
-// line; other columns are skipped, so that the log of a device_bridge is a trace too. Empty lines and lines that begin
-// with # are skipped. Times must ascend; quaternions are normalised. At least one point.
-// Throws InputError "FILE:LINE: COLUMN: what is wrong".
+// line, and opening_rad if there is one; other columns are skipped, so that the log of a device_bridge is a trace too.
+// Empty lines and lines that begin with # are skipped. Times must ascend; quaternions are normalised. At least one
+// point. Throws InputError "FILE:LINE: COLUMN: what is wrong".
 std::vector<TracePoint> load_trace(const std::string& path);
 
-// The pose at a time, interpolated between neighbours; before the first and after the last point it rests there.
-// The trace must not be empty. O(log n).
+// What the instrument does at a time, interpolated between neighbours; before the first and after the last point it
+// rests there. The trace must not be empty. O(log n).
+TracePoint point_at(std::span<const TracePoint> trace, double time_s);
 Pose pose_at(std::span<const TracePoint> trace, double time_s);
 
 }  // namespace sectio

@@ -25,6 +25,7 @@ struct ToolInfo {
   std::string name;
   std::string kind = "scalpel";
   std::array<Vec3, 4> abcd_tool_m{Vec3::Zero(), Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};  // paper B, figure 3
+  double gauge_m = 0;  // between the edges of a U-form blade
 };
 
 struct CameraInfo {

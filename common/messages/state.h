@@ -22,7 +22,7 @@ constexpr std::uint32_t piece_count(std::uint32_t vertex_slots) {
 
 struct ToolState {
   bool present = false;
-  Pose pose_world;
+  JointPose pose_world;
 };
 
 struct BodyState {

@@ -15,6 +15,7 @@ struct ToolSample {
   std::uint64_t sequence = 0;
   double tool_time_s = 0;
   Pose pose_world;
+  double opening_rad = 0;  // between the blades of an instrument that has a joint
 };
 
 // Poses that a packet carries: at 1 kHz, four packets in a row must be lost before one pose is.

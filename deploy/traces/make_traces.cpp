@@ -57,9 +57,13 @@ struct Motion {
   double press_run_m = 0.0;
   double lift_s = 0.6;
   double travel_s = 1.2;  // between two strokes
+  double sink_m = 0.0;    // knife: this much deeper, down to its blunt part, for a while
+  double open_rad = 0.0;  // scissors: of the blades, before and after each snip
+  int snips = 1;          // evenly along the stroke
+  double close_s = 1.0;   // a snip
 };
 
-const std::array<Motion, 4> kMotions{{
+const std::array<Motion, 8> kMotions{{
     {.name = "liver_incision",
      .shape = liver,
      .strokes = {{.through = {{-0.066, -0.018, 0}, {-0.040, -0.028, 0}, {-0.012, -0.022, 0}, {0.020, 0.000, 0}}}},
@@ -95,6 +99,34 @@ const std::array<Motion, 4> kMotions{{
      .depth_m = -0.0005,
      .speed_m_per_s = 0.020,
      .lean_deg = 0},
+    {.name = "probe_liver",
+     .shape = liver,
+     .strokes = {{.through = {{-0.040, -0.015, 0}, {-0.020, -0.022, 0}, {0.000, -0.010, 0}}}},
+     .depth_m = 0.007,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 0},
+    {.name = "knife_liver",
+     .shape = liver,
+     .strokes = {{.through = {{-0.055, -0.020, 0}, {-0.030, -0.024, 0}, {0.000, -0.014, 0}}}},
+     .depth_m = 0.008,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 10,
+     .sink_m = 0.006},
+    {.name = "scissors_skin",
+     .shape = skin_pad,
+     .strokes = {{.through = {{-0.006, 0.001, 0}, {0.012, 0.001, 0}}}},
+     .depth_m = 0.004,
+     .speed_m_per_s = 0.030,
+     .lean_deg = 0,
+     .open_rad = 0.4,
+     .snips = 2},
+    {.name = "medical_scissors_skin",
+     .shape = skin_pad,
+     .strokes = {{.through = {{0.012, 0.001, 0}, {0.020, 0.001, 0}}}},
+     .depth_m = 0.004,
+     .speed_m_per_s = 0.030,
+     .lean_deg = 0,
+     .open_rad = 0.4},
 }};
 
 double smooth_step(double s) {
@@ -106,7 +138,9 @@ class TraceWriter {
   explicit TraceWriter(const Motion& motion) : motion_(motion), shape_(motion.shape) {}
 
   std::string run() {
-    text_ = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
+    opening_rad_ = motion_.open_rad;
+    text_ = has_jaws() ? "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,opening_rad\n"
+                       : "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
     for (std::size_t i = 0; i < motion_.strokes.size(); ++i) {
       path_ = curve(motion_.strokes[i].through, motion_.strokes[i].closed);
       if (motion_.strokes[i].closed) path_.insert(path_.end(), path_.begin() + 1, path_.end());
@@ -117,7 +151,7 @@ class TraceWriter {
       } else {
         travel(at(0, motion_.height_m));
       }
-      stroke(last_m);
+      has_jaws() ? snip(last_m) : stroke(last_m);
     }
     hold(now_, motion_.hover_s);
     return text_;
@@ -159,14 +193,47 @@ class TraceWriter {
     return {on_skin + height_m * normal, Eigen::Quaterniond(axes)};
   }
 
+  bool has_jaws() const { return motion_.open_rad > 0; }
+
+  template <class PoseAt>
+  void timed(double duration_s, const PoseAt& pose) {
+    const int steps = std::max(1, static_cast<int>(std::lround(duration_s / kStep_s)));
+    for (int i = 1; i <= steps; ++i) add(pose(double(i) / steps));
+  }
+
+  // Down with open blades; close, open a little higher, go on to the next place; up.
+  void snip(double last_m) {
+    const double high = motion_.height_m, low = -motion_.depth_m;
+    timed(motion_.press_s, [&](double t) { return at(0, high + smooth_step(t) * (low - high)); });
+    for (int i = 0; i < motion_.snips; ++i) {
+      const double here_m = motion_.snips > 1 ? last_m * i / (motion_.snips - 1) : 0;
+      const double next_m = motion_.snips > 1 ? last_m * std::min(i + 1, motion_.snips - 1) / (motion_.snips - 1) : 0;
+      timed(motion_.close_s, [&](double t) {
+        opening_rad_ = (1 - smooth_step(t)) * motion_.open_rad;
+        return at(here_m, low);
+      });
+      timed(motion_.lift_s, [&](double t) {
+        opening_rad_ = smooth_step(t) * motion_.open_rad;
+        return at(here_m, low + smooth_step(t) * (high - low));
+      });
+      if (i + 1 == motion_.snips) break;
+      timed((next_m - here_m) / motion_.speed_m_per_s,
+            [&](double t) { return at(here_m + t * (next_m - here_m), high); });
+      timed(motion_.press_s, [&](double t) { return at(next_m, high + smooth_step(t) * (low - high)); });
+    }
+  }
+
+  // How much deeper a knife is: in the middle of the stroke it goes down, on for a little, and up again.
+  double sunk_m(double t) const {
+    const double ramp = std::clamp((0.1 - std::abs(t - 0.55)) / 0.05, 0.0, 1.0);
+    return motion_.sink_m * smooth_step(ramp);
+  }
+
   void stroke(double last_m) {
-    const auto timed = [&](double duration_s, auto&& pose) {
-      const int steps = std::max(1, static_cast<int>(std::lround(duration_s / kStep_s)));
-      for (int i = 1; i <= steps; ++i) add(pose(double(i) / steps));
-    };
     const double run_m = motion_.press_run_m, high = motion_.height_m, low = -motion_.depth_m;
     timed(motion_.press_s, [&](double t) { return at(t * run_m, high + smooth_step(t) * (low - high)); });
-    timed((last_m - run_m) / motion_.speed_m_per_s, [&](double t) { return at(run_m + t * (last_m - run_m), low); });
+    timed((last_m - run_m) / motion_.speed_m_per_s,
+          [&](double t) { return at(run_m + t * (last_m - run_m), low - sunk_m(t)); });
     timed(motion_.lift_s, [&](double t) { return at(last_m, low + smooth_step(t) * (high - low)); });
   }
 
@@ -195,6 +262,11 @@ class TraceWriter {
     std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s_, pose.position_m.x(),
                   pose.position_m.y(), pose.position_m.z(), q.w(), q.x(), q.y(), q.z());
     text_ += line;
+    if (has_jaws()) {
+      std::snprintf(line, sizeof line, ",%.6f\n", opening_rad_);
+      text_.back() = ',';
+      text_ += line + 1;
+    }
     time_s_ += kStep_s;
   }
 
@@ -204,6 +276,7 @@ class TraceWriter {
   std::vector<double> arc_m_;
   double length_m_ = 0;
   double time_s_ = 0;
+  double opening_rad_ = 0;
   Pose now_;
   Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity();
   std::string text_;

@@ -13,6 +13,9 @@ class Device {
   // The instrument's pose at a time since the loop began; times ascend.
   virtual Pose pose_world(double now_s) = 0;
 
+  // Between the blades of an instrument with a joint, at the same time.
+  virtual double opening_rad(double) const { return 0; }
+
   // The force on the hand from now on, until the next call.
   virtual void apply(const Vec3& force_world_n) = 0;
 

@@ -14,6 +14,7 @@ class ScriptedDevice : public Device {
   explicit ScriptedDevice(std::vector<TracePoint> trace) : trace_(std::move(trace)) {}
 
   Pose pose_world(double now_s) override { return pose_at(trace_, now_s); }
+  double opening_rad(double now_s) const override { return point_at(trace_, now_s).opening_rad; }
   void apply(const Vec3&) override {}
   bool finished(double now_s) const override { return now_s > trace_.back().time_s; }
 

@@ -29,6 +29,7 @@ class VirtualHand : public Device {
 
   // Integrates up to now in steps of kStep_s. Orientation is the wish's own: only forces are felt, no torques.
   Pose pose_world(double now_s) override;
+  double opening_rad(double now_s) const override { return point_at(wish_, now_s).opening_rad; }
   void apply(const Vec3& force_world_n) override { force_n_ = force_world_n; }
   bool finished(double now_s) const override { return now_s > wish_.back().time_s; }
 

@@ -86,7 +86,7 @@ struct BridgeNet::State {
     PoseSample sample;
     std::size_t fresh = 0;
     while (fresh < kMaxPosesPerPacket && ring.pop(sample)) {
-      packet.samples.push_back({tool_id, sample.sequence, sample.tool_time_s, sample.pose_world});
+      packet.samples.push_back({tool_id, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad});
       ++fresh;
     }
     if (fresh == 0) return;

@@ -11,7 +11,7 @@ namespace sectio {
 namespace {
 
 constexpr const char* kHeader =
-    "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,force_x_world_n,force_y_world_n,force_z_world_n,"
+    "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,opening_rad,force_x_world_n,force_y_world_n,force_z_world_n,"
     "model_age_s,state,server_silent,overruns\n";
 
 const char* to_string(ContactState state) {
@@ -69,7 +69,7 @@ void RecordWriter::write(const ServoRecord& record) {
   line_ += ',';
   append(line_, record.sample.pose_world.position_m);
   const Eigen::Quaterniond& q = record.sample.pose_world.orientation;
-  for (const double part : {q.w(), q.x(), q.y(), q.z()}) {
+  for (const double part : {q.w(), q.x(), q.y(), q.z(), record.sample.opening_rad}) {
     append(line_, part);
     line_ += ',';
   }

@@ -28,6 +28,7 @@ void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log
   ContactModel model;
   const bool fresh = link.latest_model(model);
   ServoRecord record = state.tick(now_s, device.pose_world(now_s), fresh ? &model : nullptr);
+  record.sample.opening_rad = device.opening_rad(now_s);
   record.overruns = overruns;
   device.apply(record.force_world_n);
   link.publish(record.sample);

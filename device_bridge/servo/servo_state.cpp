@@ -16,7 +16,7 @@ ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const Contact
   const Vec3 velocity = filtered_velocity(now_s, pose_world.position_m);
 
   ServoRecord record;
-  record.sample = {++sequence_, now_s, pose_world};
+  record.sample = {++sequence_, now_s, pose_world, 0};
   if (follower_.silent(now_s)) guard_ = PassivityGuard(spec_.guard);  // its return is a new beginning
   const Vec3 modelled = limited(follower_.tick(pose_world.position_m, velocity, now_s), spec_.max_force_n);
   const Vec3 guarded = guard_.tick(pose_world.position_m, velocity, dt, follower_.model(), modelled);

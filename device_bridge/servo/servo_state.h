@@ -14,6 +14,7 @@ struct PoseSample {
   std::uint64_t sequence = 0;  // from 1, without holes
   double tool_time_s = 0;      // since the loop began
   Pose pose_world;
+  double opening_rad = 0;
 };
 
 // What the log keeps of a tick.

@@ -81,9 +81,12 @@ void FramePainter::update_tools(const Frame& frame) {
     const bool is_new = i == tools_.size();
     if (is_new) tools_.emplace_back().canvas_mesh = canvas_.add_mesh();
     DrawnTool& drawn = tools_[i];
-    if (!is_new && drawn.kind == tool.kind && drawn.abcd_tool_m == tool.abcd_tool_m) continue;
+    if (!is_new && drawn.kind == tool.kind && drawn.abcd_tool_m == tool.abcd_tool_m &&
+        drawn.opening_rad == tool.pose_world.opening_rad)
+      continue;
     drawn.kind = tool.kind;
     drawn.abcd_tool_m = tool.abcd_tool_m;
+    drawn.opening_rad = tool.pose_world.opening_rad;
     drawn.mesh = make_tool_mesh(tool);
     canvas_.set_indices(drawn.canvas_mesh, drawn.mesh.indices);
     canvas_.set_vertices(drawn.canvas_mesh, drawn.mesh.vertices);

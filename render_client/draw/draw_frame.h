@@ -45,6 +45,7 @@ class FramePainter {
     MeshId canvas_mesh = 0;
     std::string kind;
     std::array<Vec3, 4> abcd_tool_m;
+    double opening_rad = 0;
     ToolMesh mesh;
   };
 

@@ -217,6 +217,77 @@ ToolMesh make_rod(const std::array<Vec3, 4>& abcd, const Axes& axes) {
   return std::move(builder.mesh);
 }
 
+ToolMesh make_probe(const std::array<Vec3, 4>& abcd, const Axes& axes) {
+  constexpr double kRadius_m = 0.0018;
+  Builder builder;
+  std::vector<Section> sections;
+  constexpr int kRings = 10;
+  for (int i = 1; i <= kRings; ++i) {
+    const double angle = std::numbers::pi * (0.5 * i / kRings - 0.5);
+    const double radius = kRadius_m * std::max(0.02, std::cos(angle));
+    sections.push_back(
+        {abcd[0] + kRadius_m * (1 + std::sin(angle)) * axes.up, axes.forward, -axes.aside, radius, radius});
+  }
+  sections.push_back({abcd[1] + 0.1 * axes.up, axes.forward, -axes.aside, 1.3 * kRadius_m, 1.3 * kRadius_m});
+  builder.loft(sections);
+  builder.end_part({Shading::metal, Vec3f(0.72f, 0.73f, 0.75f)});
+  builder.mesh.shadow = {abcd[0].cast<float>(), sections.back().centre_m.cast<float>(), 0.0015f, 0.002f};
+  return std::move(builder.mesh);
+}
+
+// A blade of scissors, from the pivot to its tip. `out` points from the edge to the back; the other blade lies beside
+// it.
+void add_scissor_blade(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double blade_m,
+                       double height_m) {
+  constexpr double kHalfThickness_m = 0.0005;
+  const double offset_m = 0.05 * blade_m;  // the edge passes the pivot on the other side
+  const Vec3 y = along.cross(out);
+  std::vector<Section> sections;
+  for (const auto& [s, h] : {std::pair(-0.12, 0.9), {0.0, 1.0}, {0.5, 0.85}, {0.9, 0.5}, {0.985, 0.3}, {1.0, 0.1}}) {
+    const double half_m = 0.5 * h * height_m;
+    const Vec3 centre = pivot + s * blade_m * along + (half_m - offset_m) * out + kHalfThickness_m * y;
+    sections.push_back({centre, out, y, half_m, kHalfThickness_m, 3});
+  }
+  builder.loft(sections);
+}
+
+// Behind the pivot, on the other side: a shank that ends in a ring.
+void add_shank(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double shank_m) {
+  constexpr double kRing_m = 0.011, kThick_m = 0.0018;
+  const Vec3 y = along.cross(out), centre = pivot - shank_m * along - kRing_m * out;
+  std::vector<Vec3> shank{pivot + 0.0005 * y, pivot - 0.5 * (shank_m - kRing_m) * along};
+  for (int i = 0; i <= 32; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 32;
+    shank.push_back(centre + kRing_m * (std::cos(angle) * along - std::sin(angle) * out));
+  }
+  add_tube(builder, shank, {-along, out, y}, kThick_m, kThick_m);
+}
+
+ToolMesh make_scissors(const ToolFrame& tool, const std::array<Vec3, 4>& abcd) {
+  const auto& [a, b, c, d] = abcd;
+  const double blade_m = (a - c).norm(), shank_m = std::max(0.03, (b - c).norm());
+  const Vec3 forward = blade_m > 1e-9 ? Vec3((a - c) / blade_m) : Vec3::UnitX();
+  const Vec3 back = (d - a) - (d - a).dot(forward) * forward;
+  const double height_m = std::max(0.001, back.norm());
+  const Vec3 down = back.norm() > 1e-9 ? Vec3(back.normalized()) : Vec3(forward.unitOrthogonal());
+  const Vec3 aside = forward.cross(down);
+  const double half_rad = 0.5 * tool.pose_world.opening_rad;
+  Builder builder;
+  const double gauge_m = tool.kind == "medical_scissors" ? tool.gauge_m : 0;
+  for (const double half : {1.0, -1.0}) {  // the lower blade, the upper one
+    const Vec3 along = std::cos(half_rad) * forward + half * std::sin(half_rad) * down;
+    const Vec3 out = half * (std::cos(half_rad) * down - half * std::sin(half_rad) * forward);
+    for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0})
+      add_scissor_blade(builder, c + side * gauge_m * aside, along, out, blade_m, height_m);
+    add_shank(builder, c, along, out, shank_m);
+  }
+  const std::array rivet{Vec3(c - (0.5 * gauge_m + 0.0016) * aside), Vec3(c + (0.5 * gauge_m + 0.0016) * aside)};
+  add_tube(builder, rivet, {aside, forward, down}, 0.002, 0.002);
+  builder.end_part({Shading::metal, Vec3f(0.76f, 0.77f, 0.79f)});
+  builder.mesh.shadow = {a.cast<float>(), Vec3(c - shank_m * forward).cast<float>(), 0.001f, 0.006f};
+  return std::move(builder.mesh);
+}
+
 }  // namespace
 
 ToolMesh make_tool_mesh(const ToolFrame& tool) {
@@ -225,8 +296,12 @@ ToolMesh make_tool_mesh(const ToolFrame& tool) {
     if (!point.allFinite()) point.setZero();
   }
   const Axes axes = axes_of(abcd);
-  ToolMesh mesh = tool.kind == "scalpel"        ? make_scalpel(abcd, axes)
+  const bool is_blade = tool.kind == "scalpel" || tool.kind == "knife";
+  const bool has_jaws = tool.kind == "scissors" || tool.kind == "medical_scissors";
+  ToolMesh mesh = is_blade                      ? make_scalpel(abcd, axes)
                   : tool.kind == "cautery_hook" ? make_cautery_hook(abcd, axes)
+                  : tool.kind == "probe"        ? make_probe(abcd, axes)
+                  : has_jaws                    ? make_scissors(tool, abcd)
                                                 : make_rod(abcd, axes);
   compute_normals(mesh.vertices, mesh.indices);
   return mesh;

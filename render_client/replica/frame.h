@@ -25,10 +25,11 @@ struct BodyFrame {
 
 struct ToolFrame {
   std::string name;
-  std::string kind;  // scalpel | cautery_hook
+  std::string kind;  // as a scene calls it
   bool present = false;
-  Pose pose_world;
+  JointPose pose_world;
   std::array<Vec3, 4> abcd_tool_m;  // A, B, C, D of paper B, figure 3
+  double gauge_m = 0;               // between the edges of a U-form blade
 };
 
 struct CameraView {

@@ -125,7 +125,8 @@ void Replica::fill(const StateHeader& header, Frame& frame) {
   frame.tools.resize(header.tools.size());
   for (std::size_t t = 0; t < header.tools.size(); ++t) {
     const ToolInfo& info = scene_->tools[t];
-    frame.tools[t] = {info.name, info.kind, header.tools[t].present, header.tools[t].pose_world, info.abcd_tool_m};
+    frame.tools[t] = {info.name,        info.kind,   header.tools[t].present, header.tools[t].pose_world,
+                      info.abcd_tool_m, info.gauge_m};
   }
 }
 

@@ -81,8 +81,8 @@ void copy_state(const StepOutput& output, const WorldView& world, double step_wa
   }
   snapshot.tools.resize(world.tool_poses_world.size());
   for (std::size_t t = 0; t < snapshot.tools.size(); ++t) {
-    const std::optional<Pose>& pose = world.tool_poses_world[t];
-    snapshot.tools[t] = {pose.has_value(), pose.value_or(Pose{})};
+    const std::optional<JointPose>& pose = world.tool_poses_world[t];
+    snapshot.tools[t] = {pose.has_value(), pose.value_or(JointPose{})};
   }
 }
 

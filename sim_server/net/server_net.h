@@ -22,7 +22,7 @@ struct WorldView {
     std::span<const Vec3f> positions_world_m;  // one entry a vertex slot
   };
   std::vector<Body> bodies;
-  std::vector<std::optional<Pose>> tool_poses_world;
+  std::vector<std::optional<JointPose>> tool_poses_world;
 };
 
 struct ServerNetOptions {

@@ -19,7 +19,7 @@ SceneInfo scene_info(const Scene& scene) {
   for (const BodySpec& body : scene.bodies) info.bodies.push_back({body.name, body.skin_colour, body.wall_colour});
   for (const ToolSpec& tool : scene.tools) {
     const ToolGeometry& g = tool.geometry;
-    info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}});
+    info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}, g.gauge_m});
   }
   return info;
 }

@@ -165,32 +165,20 @@ ToolGeometry read_geometry(YamlMap& map, ToolGeometry geometry) {
   map.read("b_tool_m", geometry.b_tool_m);
   map.read("c_tool_m", geometry.c_tool_m);
   map.read("d_tool_m", geometry.d_tool_m);
+  map.read("sharp_length_m", geometry.sharp_length_m, above(0));
+  map.read("gauge_m", geometry.gauge_m, above(0));
   return geometry;
-}
-
-void check_geometry(const YamlMap& tool, const ToolSpec& spec) {
-  constexpr double kShortest_m = 1e-4;
-  const ToolGeometry& g = spec.geometry;
-  const auto need = [&](const Vec3& p, const Vec3& q, const char* name) {
-    if ((q - p).norm() < kShortest_m) tool.value().fail(std::string("geometry: ") + name + " is shorter than 0.1 mm");
-  };
-  need(g.a_tool_m, g.b_tool_m, "AB");
-  need(g.a_tool_m, g.c_tool_m, "AC");
-  need(g.c_tool_m, g.d_tool_m, "CD");
-  const Vec3 shaft = (g.b_tool_m - g.a_tool_m).normalized(), edge = (g.c_tool_m - g.a_tool_m).normalized();
-  if (spec.kind == "scalpel" && shaft.cross(edge).norm() < 1e-3) {
-    tool.value().fail("geometry: the sharp edge AC lies along the shaft AB, so the blade has no direction");
-  }
 }
 
 ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   ToolSpec tool;
   tool.name = name_of(map.require("name"));
-  tool.kind = map.require("kind").choice({"scalpel", "cautery_hook"});
-  if (tool.kind == "cautery_hook") tool.geometry = cautery_hook_geometry();
+  tool.kind = map.require("kind").choice(instrument_kinds());
+  const InstrumentKind& instrument = instrument_of(tool.kind);
+  tool.geometry = instrument.geometry;
   map.part("geometry", [&](YamlMap& part) { tool.geometry = read_geometry(part, tool.geometry); });
   map.read("intensity", tool.intensity, above_to(0, 10));
-  check_geometry(map, tool);
+  if (const std::string flaw = instrument.flaw(tool.geometry); !flaw.empty()) map.value().fail("geometry: " + flaw);
   const auto trace = map.find("trace");
   map.finish();
   if (!trace) return tool;

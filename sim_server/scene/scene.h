@@ -9,6 +9,7 @@
 #include "common/math/trace.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
+#include "sim_server/instruments/instrument.h"
 
 namespace sectio {
 
@@ -77,23 +78,9 @@ struct BodySpec {
   Vec3 wall_colour{0.78, 0.33, 0.27};
 };
 
-// Corner points of the instrument in its own frame (paper B, figure 3): A the tip, AC the sharp edge, AB the shaft's
-// axis, BD the top and CD the blunt front above the edge. For a cautery hook AC is the probe and CD the virtual tip.
-struct ToolGeometry {
-  Vec3 a_tool_m = Vec3::Zero();
-  Vec3 b_tool_m = Vec3(0, 0, 0.03);
-  Vec3 c_tool_m = Vec3(0.006, 0, 0.012);
-  Vec3 d_tool_m = Vec3(0.006, 0, 0.03);
-};
-
-// The probe AC hangs from the shaft, its end C in the origin; the virtual tip CD goes on in its direction.
-inline ToolGeometry cautery_hook_geometry() {
-  return {Vec3(0, 0, 0.008), Vec3(0, 0, 0.04), Vec3::Zero(), Vec3(0, 0, -0.005)};
-}
-
 struct ToolSpec {
   std::string name;
-  std::string kind = "scalpel";  // scalpel | cautery_hook
+  std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
   double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
   std::string trace_file;
@@ -129,8 +116,8 @@ struct Scene {
 //     fixed:     min_world_m*, max_world_m*
 //     colours:   skin, wall: [red, green, blue] in [0, 1]
 //   tools:     a list of
-//     name*, kind*: scalpel | cautery_hook, intensity, trace: file
-//     geometry:  a_tool_m, b_tool_m, c_tool_m, d_tool_m
+//     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe, intensity, trace: file
+//     geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
 Scene load_scene(const std::string& path);
 
 }  // namespace sectio

@@ -219,7 +219,7 @@ TEST(B_CD, B_CD_8_hysteresis_after_a_cut) {
 Scene cautery_scene(double intensity) {
   Scene scene = organ_scene();
   scene.tools[0].kind = "cautery_hook";
-  scene.tools[0].geometry = cautery_hook_geometry();
+  scene.tools[0].geometry = instrument_of("cautery_hook").geometry;
   scene.tools[0].intensity = intensity;
   return scene;
 }

@@ -68,6 +68,12 @@ TEST(Convert, tool_packets_are_refused_when_no_hand_could_have_sent_them) {
   packet.tool_id = kMaxTools;
   EXPECT_FALSE(from_wire(to_wire(packet)));
   packet = some_packet();
+  EXPECT_EQ(from_wire(to_wire(packet)).value().samples[1].opening_rad, 0.4);
+  for (const double opening_rad : {-0.1, 4.0, kNan}) {
+    packet.samples[1].opening_rad = opening_rad;
+    EXPECT_FALSE(from_wire(to_wire(packet)));
+  }
+  packet = some_packet();
   packet.samples.clear();
   EXPECT_FALSE(from_wire(to_wire(packet)));
 }

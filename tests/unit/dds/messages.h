@@ -11,7 +11,7 @@ inline Pose some_pose() {
 }
 
 inline ToolPacket some_packet() {
-  return {77, 1, {{1, 5, 0.005, some_pose()}, {1, 6, 0.006, some_pose()}}};
+  return {77, 1, {{1, 5, 0.005, some_pose()}, {1, 6, 0.006, some_pose(), 0.4}}};
 }
 
 inline ContactModel some_model() {
@@ -41,7 +41,7 @@ inline KeyframeChunk some_chunk() {
 }
 
 inline StateHeader some_header() {
-  StateHeader header{7, 100, 0.1, 0.002, true, {{true, some_pose()}}, {}};
+  StateHeader header{7, 100, 0.1, 0.002, true, {{true, {some_pose(), 0.4}}}, {}};
   header.bodies = {{5, 400, {0b101}}};
   return header;
 }
@@ -55,7 +55,7 @@ inline SceneInfo some_scene() {
   scene.epoch = 7;
   scene.session = "theatre";
   scene.bodies = {{"liver", Vec3(0.1, 0.2, 0.3), Vec3(1, 0, 1)}};
-  scene.tools = {{"left", "cautery_hook", {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}}};
+  scene.tools = {{"left", "cautery_hook", {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}, 0.008}};
   return scene;
 }
 

@@ -163,15 +163,27 @@ TEST(DrawFrame, new_revision_brings_new_triangles) {
 TEST(DrawFrame, instruments_are_drawn_when_present) {
   Frame frame = test::make_frame();
   const Image without = drawn(frame);
-  for (const char* kind : {"scalpel", "cautery_hook", "something else"}) {
+  for (const char* kind :
+       {"scalpel", "cautery_hook", "knife", "scissors", "medical_scissors", "probe", "something else"}) {
     frame.tools = {test::make_scalpel_at(Vec3(0, 0, 0.03))};
     frame.tools[0].kind = kind;
+    frame.tools[0].gauge_m = 0.008;
     EXPECT_GT(pixels_that_differ(without, drawn(frame), 10), 400) << kind;
     frame.tools[0].abcd_tool_m.fill(Vec3::Zero());
     drawn(frame);
     frame.tools[0].present = false;
     EXPECT_EQ(pixels_that_differ(without, drawn(frame), 0), 0) << kind;
   }
+}
+
+TEST(DrawFrame, blades_are_drawn_as_far_apart_as_they_are) {
+  Frame frame = test::make_frame();
+  frame.tools = {test::make_scalpel_at(Vec3(0, 0, 0.03))};
+  frame.tools[0].kind = "scissors";
+  frame.tools[0].abcd_tool_m = {Vec3::Zero(), Vec3(-0.1, 0, 0.03), Vec3(-0.04, 0, 0.01), Vec3(0, 0, -0.004)};
+  const Image closed = drawn(frame);
+  frame.tools[0].pose_world.opening_rad = 0.6;
+  EXPECT_GT(pixels_that_differ(closed, drawn(frame), 10), 100);
 }
 
 TEST(DrawFrame, wireframe_adds_dark_lines) {

@@ -43,6 +43,14 @@ TEST_F(Trace, InterpolatesAndRestsAtTheEnds) {
   EXPECT_EQ(pose_at(trace, 9).position_m, Vec3(2, 4, 6));
 }
 
+TEST_F(Trace, TheOpeningOfAJointIsAColumnThatNeedNotBe) {
+  const auto trace = load_trace(write("opening_rad," + kHeader + "0.4,1,0,0,0,1,0,0,0\n0.2,3,0,0,0,1,0,0,0\n"));
+  EXPECT_EQ(trace[0].opening_rad, 0.4);
+  EXPECT_NEAR(point_at(trace, 2).opening_rad, 0.3, 1e-12);
+  EXPECT_EQ(point_at(trace, 9).opening_rad, 0.2);
+  EXPECT_EQ(load_trace(write(kHeader + "1,0,0,0,1,0,0,0\n"))[0].opening_rad, 0);
+}
+
 TEST_F(Trace, ErrorsNameFileLineAndColumn) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing"},
@@ -52,6 +60,7 @@ TEST_F(Trace, ErrorsNameFileLineAndColumn) {
       {kHeader + "0,0,0,0,1,0,0\n", ":2: row: expected 8 columns, got 7"},
       {kHeader + "0,0,0,0,0,0,0,0\n", ":2: qw: expected a unit quaternion"},
       {kHeader + "1,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", ":3: time_s: times must ascend"},
+      {"opening_rad," + kHeader + "4,0,0,0,0,1,0,0,0\n", ":2: opening_rad: expected 0 to pi"},
       {kHeader, ": no point"},
       {"", ": no point"},
   };

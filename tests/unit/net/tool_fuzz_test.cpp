@@ -10,12 +10,16 @@
 namespace sectio {
 namespace {
 
-TEST(ToolFuzz, damaged_poses_leave_a_valid_finite_body) {
+struct Survived {
+  int damaged_ones = 0;
+  std::size_t deltas = 0;
+};
+
+void survive(std::uint32_t seed, Survived& survived) {
   test::Operation op(test::organ_scene());
   SampleGate gate(1);
-  std::mt19937 random(8);
+  std::mt19937 random(seed);
   StepInput input;
-  int damaged_ones = 0;
   for (std::uint64_t i = 1; i <= 3000; ++i) {
     // To and fro through the upper side, 15 mm deep at most.
     const double phase = static_cast<double>(i) * 0.01;
@@ -29,21 +33,28 @@ TEST(ToolFuzz, damaged_poses_leave_a_valid_finite_body) {
     input.samples.clear();
     if (decode(bytes, received)) {
       if (const auto valid = from_wire(received)) {
-        damaged_ones += damage;
+        survived.damaged_ones += damage;
         gate.accept(*valid, input.samples);
       }
     }
     ASSERT_LE(input.samples.size(), 64u);
     op.step(input);
-    ASSERT_TRUE(op.force_n().allFinite()) << "step " << i;
+    for (const ContactModel& contact : op.last.contacts) ASSERT_TRUE(contact.force_world_n.allFinite()) << "step " << i;
     if (i % 100 == 0) {
       ASSERT_NO_FATAL_FAILURE(op.expect_valid());
     }
   }
-  EXPECT_GT(damaged_ones, 100);
-  EXPECT_GT(op.deltas, 100u);
+  survived.deltas += op.deltas;
   op.expect_valid();
   for (const Vec3f& x : op.simulation.positions_world_m(0)) ASSERT_TRUE(x.allFinite());
+}
+
+// Damage to a source or a sequence number makes ghosts of all that comes after it, so several sessions are tried.
+TEST(ToolFuzz, damaged_poses_leave_a_valid_finite_body) {
+  Survived survived;
+  for (std::uint32_t seed = 1; seed <= 8; ++seed) ASSERT_NO_FATAL_FAILURE(survive(seed, survived)) << seed;
+  EXPECT_GT(survived.damaged_ones, 100);
+  EXPECT_GT(survived.deltas, 100u);
 }
 
 }  // namespace

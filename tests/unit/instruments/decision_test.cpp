@@ -1,11 +1,18 @@
-#include "sim_server/cutting/instrument.h"
+#include "sim_server/instruments/instrument.h"
 
 #include <gtest/gtest.h>
 
 namespace sectio::test {
 namespace {
 
-const InstrumentShape kScalpel{Vec3::Zero(), {0, 0, 0.03}, {0.006, 0, 0.012}, {0.006, 0, 0.02}, false};
+const InstrumentKind& instrument() {
+  return instrument_of("scalpel");
+}
+const InstrumentShape kScalpel =
+    instrument().shape({Vec3::Zero(), {0, 0, 0.03}, {0.006, 0, 0.012}, {0.006, 0, 0.02}}, {});
+Leaf decide(const Crossings& crossings, bool correct_direction) {
+  return instrument().decide({crossings, correct_direction, Jaws::still});
+}
 
 Pose tip_at_depth(double depth_m) {
   return {Vec3(0, 0, -depth_m), Eigen::Quaterniond::Identity()};
@@ -63,7 +70,7 @@ TEST(B_CD, B_CD_9_only_one_edge_is_sharp) {
 TEST(B_CD, B_CD_9_the_sharp_side_turns_with_the_tool) {
   Pose turned = tip_at_depth(0.004);
   turned.orientation = Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ());
-  EXPECT_LT((sharp_side_world(kScalpel, turned) - Vec3::UnitY()).norm(), 1e-12);
+  EXPECT_LT((turned.orientation * *kScalpel.sharp_side_tool - Vec3::UnitY()).norm(), 1e-12);
   EXPECT_TRUE(correct_direction(kScalpel, turned, 1e-4 * Vec3::UnitY(), Vec3::UnitZ()));
   EXPECT_FALSE(correct_direction(kScalpel, turned, 1e-4 * Vec3::UnitX(), Vec3::UnitZ()));
 }
@@ -87,8 +94,9 @@ TEST(B_CD, B_CD_8_hysteresis) {
 }
 
 TEST(B_CD, B_CD_10_the_virtual_tip_of_a_cautery_cuts_in_any_direction) {
-  const InstrumentShape hook{{0, 0, 0.008}, {0, 0, 0.04}, Vec3::Zero(), {0, 0, -0.005}, true};
-  const Blade blade = blade_at(hook, {Vec3(0, 0, 0.001), Eigen::Quaterniond::Identity()});
+  const InstrumentKind& cautery = instrument_of("cautery_hook");
+  const InstrumentShape hook = cautery.shape(cautery.geometry, {});
+  const EdgeInWorld blade = edge_at(hook, {Vec3(0, 0, 0.001), Eigen::Quaterniond::Identity()});
   EXPECT_LT((blade.tip_world_m - Vec3(0, 0, -0.004)).norm(), 1e-12) << "D";
   EXPECT_LT((blade.up_world - Vec3::UnitZ()).norm(), 1e-12);
   for (const Vec3& d : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)})
@@ -96,7 +104,7 @@ TEST(B_CD, B_CD_10_the_virtual_tip_of_a_cautery_cuts_in_any_direction) {
 }
 
 TEST(B_CD, B_CD_1_the_blade_of_a_scalpel_is_ac) {
-  const Blade blade = blade_at(kScalpel, tip_at_depth(0.004));
+  const EdgeInWorld blade = edge_at(kScalpel, tip_at_depth(0.004));
   EXPECT_LT((blade.tip_world_m - Vec3(0, 0, -0.004)).norm(), 1e-12);
   EXPECT_LT((blade.up_world - Vec3(0.006, 0, 0.012).normalized()).norm(), 1e-12);
 }

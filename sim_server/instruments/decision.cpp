@@ -1,24 +1,19 @@
-#include "sim_server/cutting/instrument.h"
+#include "sim_server/instruments/instrument.h"
 
 namespace sectio {
 namespace {
 
 constexpr double kCosWidestCut = 0.5;      // 60 degrees
 constexpr double kShortestMotionM = 1e-6;  // below this a motion has no direction
+constexpr double kStillRad = 1e-6;         // jaws that move by less in one sample are still
 
 }  // namespace
 
-Blade blade_at(const InstrumentShape& shape, const Pose& pose) {
-  Blade blade;
-  blade.tip_world_m = pose.to_world(shape.blade_tip_tool_m());
-  blade.up_world = (pose.to_world(shape.blade_heel_tool_m()) - blade.tip_world_m).stableNormalized();
-  return blade;
-}
-
-Vec3 sharp_side_world(const InstrumentShape& shape, const Pose& pose) {
-  const Vec3 axis = (shape.b_tool_m - shape.a_tool_m).stableNormalized();
-  const Vec3 towards_c = shape.c_tool_m - shape.a_tool_m;
-  return pose.orientation * (towards_c - towards_c.dot(axis) * axis).stableNormalized();
+EdgeInWorld edge_at(const InstrumentShape& shape, const Pose& pose) {
+  EdgeInWorld edge;
+  edge.tip_world_m = pose.to_world(shape.edge_tip_tool_m);
+  edge.up_world = (pose.to_world(shape.edge_heel_tool_m) - edge.tip_world_m).stableNormalized();
+  return edge;
 }
 
 Crossings crossings_at(const InstrumentShape& shape, const Pose& pose, const Vec3& point_world_m,
@@ -27,21 +22,21 @@ Crossings crossings_at(const InstrumentShape& shape, const Pose& pose, const Vec
     return (pose.to_world(corner_tool_m) - point_world_m).dot(normal_world) >= 0;
   };
   const bool a = above(shape.a_tool_m), b = above(shape.b_tool_m), c = above(shape.c_tool_m), d = above(shape.d_tool_m);
-  return {a != b, a != c, b != d};
-}
-
-Leaf decide(const Crossings& crossings, bool correct_direction) {
-  if (!crossings.ab) return Leaf::detect_again;
-  if (crossings.ac) return correct_direction ? Leaf::cut : Leaf::push_back;
-  return crossings.bd ? Leaf::push_out : Leaf::deform_with_shaft;
+  return {a != b, a != c, b != d, above(shape.edge_tip_tool_m) != above(shape.edge_heel_tool_m)};
 }
 
 bool correct_direction(const InstrumentShape& shape, const Pose& pose, const Vec3& motion_world_m,
                        const Vec3& normal_world) {
   const auto in_surface = [&](const Vec3& x) -> Vec3 { return x - x.dot(normal_world) * normal_world; };
   const Vec3 motion = in_surface(motion_world_m);
-  if (shape.cautery || motion.norm() < kShortestMotionM) return true;
-  return motion.normalized().dot(in_surface(sharp_side_world(shape, pose)).stableNormalized()) >= kCosWidestCut;
+  if (!shape.sharp_side_tool || motion.norm() < kShortestMotionM) return true;
+  const Vec3 sharp_side_world = pose.orientation * *shape.sharp_side_tool;
+  return motion.normalized().dot(in_surface(sharp_side_world).stableNormalized()) >= kCosWidestCut;
+}
+
+Jaws jaws_between(double opening_before_rad, double opening_rad) {
+  const double by_rad = opening_rad - opening_before_rad;
+  return by_rad < -kStillRad ? Jaws::closing : by_rad > kStillRad ? Jaws::opening : Jaws::still;
 }
 
 bool ruptures(const RuptureThreshold& threshold, double force_n, double displacement_m, bool has_just_cut) {

@@ -1,0 +1,33 @@
+#include "sim_server/instruments/cautery_hook.h"
+
+#include "sim_server/instruments/scalpel.h"
+
+namespace sectio {
+namespace {
+
+InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
+  const Vec3 d = g.c_tool_m + state.intensity * (g.d_tool_m - g.c_tool_m);
+  return {g.a_tool_m, g.b_tool_m, g.c_tool_m, d, d, g.c_tool_m, std::nullopt};
+}
+
+Leaf decide(const Situation&) {
+  return Leaf::cut;
+}
+
+}  // namespace
+
+InstrumentKind cautery_hook() {
+  InstrumentKind hook;
+  hook.name = "cautery_hook";
+  // The probe AC hangs from the shaft, its end C in the origin; the virtual tip CD goes on in its direction.
+  hook.geometry = {Vec3(0, 0, 0.008), Vec3(0, 0, 0.04), Vec3::Zero(), Vec3(0, 0, -0.005)};
+  hook.shape = shape;
+  hook.decide = decide;
+  hook.flaw = corners_flaw;
+  hook.edge_enters = true;
+  hook.front_is_virtual = true;
+  hook.drag = 0.05;  // tissue gives way before the hook
+  return hook;
+}
+
+}  // namespace sectio

@@ -1,0 +1,10 @@
+// A rod with a round end: it presses and is felt, and never cuts.
+#pragma once
+
+#include "sim_server/instruments/instrument.h"
+
+namespace sectio {
+
+InstrumentKind probe();
+
+}  // namespace sectio
