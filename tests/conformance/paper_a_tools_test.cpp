@@ -39,25 +39,6 @@ TEST(A_TOOL, A_TOOL_1_the_sharp_part_of_a_knife_cuts) {
   op.expect_valid();
 }
 
-TEST(A_TOOL, A_TOOL_1_the_blunt_part_of_a_knife_only_deforms) {
-  Scene scene = scene_with("knife");
-  scene.tools[0].geometry.sharp_length_m = 0.006;
-  Operation op(scene);
-  op.place({-0.02, 0.001, organ_height_m(-0.02, 0.001) + 0.004});
-  op.tip_to(-0.02, 0.001, 0.004);
-  op.tip_to(-0.01, 0.001, 0.004);
-  ASSERT_GT(op.walls(), 8u) << "the sharp part meets the surface";
-  op.tip_to(-0.01, 0.001, 0.009, 0.2);
-  op.rest(5);
-  expect_only_deforms(op, [&] { op.tip_to(-0.006, 0.001, 0.009); });
-  EXPECT_LT(op.force_n().x(), -0.05) << "held";
-  const std::size_t walls = op.walls();
-  op.tip_to(-0.006, 0.001, 0.004);
-  op.tip_to(0.008, 0.001, 0.004);
-  EXPECT_GT(op.walls(), walls + 8) << "drawn out to the sharp part it cuts again";
-  op.expect_valid();
-}
-
 TEST(A_TOOL, A_TOOL_1_a_knife_that_lies_on_its_blunt_part_only_deforms) {
   Operation op(scene_with("knife"));
   // The whole edge AC level, above the top with its blunt end; the tip beyond the side of the organ.
