@@ -10,6 +10,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/dds/network_arguments.h"
 #include "device_bridge/device/scripted_device.h"
 #include "device_bridge/device/virtual_hand.h"
 #include "device_bridge/net/bridge_net.h"
@@ -38,10 +39,7 @@ bool parse(int argc, char** argv, Options& o) {
       "--device", o.device, {"scripted", "virtual_hand"},
       "scripted: exactly the trace; virtual_hand: a simulated person who wants to follow it and gives way");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
-  arguments.option("--session", o.network.session, "session to join");
-  arguments.option("--domain", o.network.domain, "DDS domain");
-  arguments.option("--peer", o.network.peers, "address of another host; may be repeated");
-  arguments.option("--interface", o.network.interfaces, "address of a network interface to use; may be repeated");
+  add_network_arguments(arguments, o.network, "session to join");
   arguments.option("--log", o.log_file, "CSV file for pose, force, age of the model and overruns of every tick");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: as long as the trace");
   arguments.toggle("--wait-for-server", o.wait_for_server, "begin the motion when a server listens");

@@ -11,6 +11,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/dds/network_arguments.h"
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/draw_frame.h"
 #include "render_client/net/client_net.h"
@@ -76,10 +77,7 @@ void check(Options& o) {
 
 bool parse(int argc, char** argv, Options& o) {
   Arguments arguments("render_client", "Shows a session: holds a replica of its bodies and draws them.");
-  arguments.option("--session", o.network.session, "session to show");
-  arguments.option("--domain", o.network.domain, "DDS domain, 0 to 232");
-  arguments.option("--peer", o.network.peers, "IPv4 address of another host; may be repeated");
-  arguments.option("--interface", o.network.interfaces, "IPv4 address of a network interface to use; may be repeated");
+  add_network_arguments(arguments, o.network, "session to show");
   arguments.option("--name", o.name, "name in the last line and in the report");
   arguments.option("--out", o.directory, "directory for the pictures (PNG)");
   arguments.option("--video", o.video_file, "file for a video (MP4)");

@@ -4,6 +4,7 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "common/dds/network_arguments.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/run.h"
 
@@ -48,10 +49,7 @@ int run_session(int argc, char** argv) {
   arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
   arguments.toggle("--offline", offline, "no network: the scene's own traces, as fast as it goes");
   arguments.toggle("--endless", options.endless, "until it is stopped");
-  arguments.option("--session", options.network.session, "name of the session; empty: the scene's");
-  arguments.option("--domain", options.network.domain, "DDS domain, 0 to 232");
-  arguments.option("--peer", options.network.peers, "IPv4 address of another host; may be repeated");
-  arguments.option("--interface", options.network.interfaces, "IPv4 address of a network interface to use");
+  add_network_arguments(arguments, options.network, "name of the session; empty: the scene's");
   arguments.option("--wait-for-viewers", options.wait_for_viewers, "the clock starts when so many are there");
   arguments.toggle("--wait-for-tools", options.wait_for_tools, "the clock starts when every tool has been heard of");
   arguments.option("--stall-at-s", options.stall_at_s, "for tests: simulated time at which the simulation stops once");

@@ -1,0 +1,12 @@
+#include "common/dds/network_arguments.h"
+
+namespace sectio {
+
+void add_network_arguments(Arguments& arguments, NetworkOptions& options, const std::string& session_help) {
+  arguments.option("--session", options.session, session_help);
+  arguments.option("--domain", options.domain, "DDS domain, 0 to 232");
+  arguments.option("--peer", options.peers, "IPv4 address of another host; may be repeated");
+  arguments.option("--interface", options.interfaces, "IPv4 address of a network interface to use; may be repeated");
+}
+
+}  // namespace sectio
