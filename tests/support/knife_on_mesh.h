@@ -7,15 +7,14 @@
 
 #include "common/mesh/check.h"
 #include "sim_server/cutting/template_stroke.h"
+#include "tests/support/mesh_at_rest.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
 
-class KnifeOnMesh {
+class KnifeOnMesh : public MeshAtRest {
  public:
-  explicit KnifeOnMesh(const TriangleSoup& soup, TemplateSettings s = {}) : mesh(soup), settings(s) { place({}); }
-
-  ParticleView view() const { return {positions.data(), velocities.data()}; }
+  explicit KnifeOnMesh(const TriangleSoup& soup, TemplateSettings s = {}) : MeshAtRest(soup), settings(s) {}
 
   // All of them: those that the sweep does not cross drop out.
   std::vector<TriangleId> all_triangles() const {
@@ -61,27 +60,13 @@ class KnifeOnMesh {
     if (delta.empty()) return true;
     const ApplyStatus status = apply(delta, mesh);
     EXPECT_EQ(status, ApplyStatus::applied) << to_string(status);
-    place(draft.seeds());
+    seed(draft.seeds());
     return status == ApplyStatus::applied;
   }
 
-  TriangleMesh mesh;
   TemplateSettings settings;
   GrooveBottoms bottoms;
   std::vector<ActiveFace> faces;
-  std::vector<float> positions, velocities;
-
- private:
-  void place(const std::vector<std::pair<VertexId, VertexState>>& seeds) {
-    const std::size_t known = positions.size() / 4;
-    positions.resize(mesh.vertex_slots() * 4);
-    velocities.resize(mesh.vertex_slots() * 4);
-    for (std::size_t v = known; v < mesh.vertex_slots(); ++v) place(v, mesh.rest_body_m(static_cast<VertexId>(v)));
-    for (const auto& [v, state] : seeds) place(v, state.position_world_m);
-  }
-  void place(std::size_t v, const Vec3& x) {
-    for (int i = 0; i < 3; ++i) positions[4 * v + static_cast<std::size_t>(i)] = static_cast<float>(x[i]);
-  }
 };
 
 // A pad of 60 x 40 x 20 mm in cells of 10 mm: diagonals of the upper side go from lower left to upper right.
