@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <deque>
 
+#include "common/core/error.h"
 #include "sim_server/haptics/contact_model_fitter.h"
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
@@ -82,9 +83,14 @@ void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, B
 }  // namespace
 
 struct Simulation::State {
-  explicit State(const Scene& s) : scene(s) {
-    for (std::uint32_t i = 0; i < scene.bodies.size(); ++i)
-      bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i));
+  State(const Scene& s, const EngineTable& engines) : scene(s) {
+    for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
+      const auto make = engines.models.find(scene.bodies[i].model);
+      if (make == engines.models.end())
+        throw InputError(scene.file + ": bodies[" + std::to_string(i) + "].model: there are no engines for " +
+                         scene.bodies[i].model);
+      bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i, make->second));
+    }
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i)
       for (std::size_t e = 0; e < instrument_of(scene.tools[i].kind).edges; ++e) edges.push_back({i, e});
@@ -173,8 +179,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   if (body.rigid) return;
   if (!entries.empty() || !motions.empty()) {
     for (BladeMotion& motion : motions) see_from_rest(body, entries, motion);
-    const CutPlan plan = plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings,
-                                  body.spec.cutting.loops_free_islands);
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     const bool accepted = body.accept_plan(plan, changed);
     if (accepted && !plan.delta.empty()) {
       output.deltas.push_back({body_id, plan.delta});
@@ -195,15 +200,15 @@ void Simulation::State::deform(std::uint32_t body_id) {
   for (std::uint32_t i = 0; i < edges.size(); ++i)
     if (const auto c = touch(body_id, i).constraint(); c && tool_of(i).pose) constraints.push_back(*c);
   reactions.assign(constraints.size(), {});
-  body.deform(constraints, reactions);
+  body.deform(constraints, reactions, scene.step_s);
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
     tell_touch(body_id, i, touch(body_id, i).constraint() ? reactions[next++] : Reaction{});
   }
-  if (!body.frozen && body.springs.first_bad_vertex() != kNone) {
+  if (const VertexId bad = body.engines.deformation->first_bad_vertex(); !body.frozen && bad != kNone) {
     body.frozen = true;
-    say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(body.springs.first_bad_vertex()));
+    say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(bad));
   }
 }
 
@@ -289,7 +294,9 @@ void Simulation::State::fit_contact_models() {
   if (in_contact) output.report.contact_time_s += scene.step_s;
 }
 
-Simulation::Simulation(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+Simulation::Simulation(const Scene& scene) : Simulation(scene, standard_engines()) {}
+Simulation::Simulation(const Scene& scene, const EngineTable& engines)
+    : state_(std::make_unique<State>(scene, engines)) {}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -318,9 +325,10 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.report.penetration_m = 0;
   for (const auto& body : s.bodies) {
     if (body->rigid) continue;
+    const DeformationEngine& deformation = *body->engines.deformation;
     out.report.stability_margin =
-        std::min(out.report.stability_margin, body->springs.largest_stable_step_s() / s.scene.step_s);
-    out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, body->springs.added_mass_fraction());
+        std::min(out.report.stability_margin, deformation.largest_stable_step_s() / s.scene.step_s);
+    out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, deformation.added_mass_fraction());
   }
   for (SimulationTouch& t : s.touches) {
     out.report.local_searches += t.local_searches();

@@ -11,11 +11,14 @@
 namespace sectio {
 
 class RigidBody;
+struct EngineTable;
 
 class Simulation {
  public:
   // Throws InputError when the scene can't be simulated, e.g. a step beyond the stable one.
   explicit Simulation(const Scene& scene);
+  // With engines of one's own (simulation_engines.h).
+  Simulation(const Scene& scene, const EngineTable& engines);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;

@@ -1,5 +1,5 @@
-// One body of a simulation: what its rooms (bodies, deformation, collision, cutting, splitting) hold about it, kept in
-// step with each other. Part of simulation.*.
+// One body of a simulation: its topology and state, and the engines that share these, kept in step with each other.
+// Part of simulation.*.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "sim_server/bodies/particle_state.h"
-#include "sim_server/collision/surface_tree.h"
-#include "sim_server/cutting/plan_cut.h"
-#include "sim_server/deformation/surface_springs.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/simulation_engines.h"
 #include "sim_server/splitting/rigid_piece.h"
 
 namespace sectio {
@@ -19,22 +17,23 @@ namespace sectio {
 class SimulationBody {
  public:
   // Throws InputError when step_s is beyond the stable step.
-  SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id);
+  SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make = surface_spring_engines);
 
   // A part that came off another body: `spec` as for that one, without its mesh; must outlive the body. The particles
-  // as they were, `frame` where its shape at rest is. It goes on deforming; see become_rigid().
+  // as they were, `frame` where its shape at rest is, `vertex_from` its vertices' slots in the parent, if it has one.
+  // It goes on deforming; see become_rigid().
   SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id, TriangleMesh mesh, ParticleState particles,
-                 const Pose& frame);
+                 const Pose& frame, const SimulationBody* parent = nullptr, std::span<const VertexId> vertex_from = {});
 
+  SharedBody shared() { return {id, mesh, particles, compact_}; }
   SurfaceView view() { return {mesh, compact_.of(particles), id}; }
   std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
   ParticleView particle_view() const {
     return {particles.position_world_m.front().data(), particles.velocity_world_m_per_s.front().data()};
   }
-  // Of the current surface, within the margin of the tree.
-  Box3 bounds_world_m() const { return tree_.bounds_world_m(); }
-  // The tree as of the current positions.
-  const SurfaceTree& tree();
+  Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
+  // The collision engine, told of the current positions.
+  const CollisionEngine& tree();
 
   // Of the connected piece that a vertex belongs to.
   Pose frame_world(VertexId v) const;
@@ -55,13 +54,14 @@ class SimulationBody {
   // After the rigid body has moved.
   void follow_rigid();
 
-  void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
+  // Deformation, then whatever else goes on in the body.
+  void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
 
   const BodySpec& spec;
   const std::uint32_t id;
   TriangleMesh mesh;
   ParticleState particles;
-  SurfaceSprings springs;
+  BodyEngines engines;
   BodyCuts cuts;
   StrokeSettings stroke_settings;
   std::optional<RigidPiece> rigid;
@@ -69,12 +69,12 @@ class SimulationBody {
   bool frozen = false;                // numerics failed: it stays as it was
 
  private:
+  void begin(const EngineSite& site);
   void free_islands(const CutPlan& plan);
 
   CompactPositions compact_;
-  SurfaceTree tree_;
+  MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
-  std::uint32_t components_ = 1;
   Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };
 

@@ -109,7 +109,7 @@ void SimulationTouch::approach(const std::optional<JointPose>& before, std::span
     JointPose from = *before;
     const std::array resting{pose_};  // the surface may come to an instrument that rests
     for (const JointPose& to : poses.empty() ? std::span<const JointPose>(resting) : poses) {
-      const SurfaceTree& tree = body_.tree();
+      const CollisionEngine& tree = body_.tree();
       look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
       from = to;
       if (phase_ != Phase::free) break;

@@ -11,8 +11,8 @@ Vec3 normal_of(const Corners& c) {
 
 }  // namespace
 
-void find_contacts(const SurfaceView& one, const SurfaceView& other, const SurfaceTree& tree_of_other, double reach_m,
-                   std::vector<BodyContact>& contacts) {
+void find_contacts(const SurfaceView& one, const SurfaceView& other, const CollisionEngine& tree_of_other,
+                   double reach_m, std::vector<BodyContact>& contacts) {
   Box3 box = tree_of_other.bounds_world_m();
   if (box.isEmpty()) return;
   box.min() -= Vec3::Constant(reach_m);

@@ -180,6 +180,12 @@ void SurfaceSprings::set_component(std::uint32_t component, std::span<const Vert
   matched_.reserve(c.vertices.size());
 }
 
+void SurfaceSprings::release(std::span<const VertexId> piece, const std::optional<Bed>& bed) {
+  const auto component = static_cast<std::uint32_t>(components_.size());
+  set_component(component, piece, false);
+  if (bed) set_bed(component, bed->point_world_m, bed->normal);
+}
+
 void SurfaceSprings::set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal) {
   components_[component].bed_point_m = point_world_m;
   components_[component].bed_normal = normal.normalized();

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/mesh/check.h"
+#include "sim_server/deformation/surface_springs.h"
 #include "sim_server/simulation_rigid.h"
 #include "tests/support/shapes.h"
 
@@ -53,10 +54,13 @@ void add(const SimulationBody& body, Momenta& sum) {
   sum.volume_m3 += check(body.mesh).volume_m3;
   for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) {
     if (!body.mesh.vertex_alive(v)) continue;
-    const Vec3 p = body.springs.mass_kg(v) * body.particle_view().velocity(v);
+    const Vec3 p = body.engines.deformation->mass_kg(v) * body.particle_view().velocity(v);
     sum.linear += p;
     sum.angular += body.particle_view().position(v).cross(p);
   }
+}
+bool anchored(const SimulationBody& body) {
+  return dynamic_cast<const SurfaceSprings&>(*body.engines.deformation).anchored(0);
 }
 void stir(SimulationBody& body) {
   std::srand(3);
@@ -81,7 +85,7 @@ TEST_P(Policies, volume_and_both_momenta_are_kept) {
   EXPECT_GT(before.linear.norm() * before.angular.norm(), 0);
   for (const auto& part : split.parts) {
     EXPECT_EQ(part->rigid.has_value(), GetParam() == FreeParts::rigid);
-    EXPECT_FALSE(part->springs.anchored(0));
+    EXPECT_FALSE(anchored(*part));
   }
 }
 INSTANTIATE_TEST_SUITE_P(Free, Policies, testing::Values(FreeParts::rigid, FreeParts::deformable));
@@ -146,7 +150,7 @@ TEST(Split, a_part_that_is_anchored_itself_deforms_on_as_a_body) {
   const Split split = row.split();
   ASSERT_EQ(split.parts.size(), 1u);
   EXPECT_FALSE(split.parts[0]->rigid);
-  EXPECT_TRUE(split.parts[0]->springs.anchored(0));
+  EXPECT_TRUE(anchored(*split.parts[0]));
 }
 
 TEST(Split, fragments_below_the_stated_size_are_removed) {
