@@ -178,6 +178,13 @@ void SimulationBody::follow_rigid() {
   tree_stale_ = true;
 }
 
+void SimulationBody::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
+  particles.velocity_world_m_per_s[v].head<3>() += faster_by_m_per_s.cast<float>();
+  particles.position_world_m[v].head<3>() += by_m.cast<float>();
+  compact_.changed(particles, v);
+  tree_stale_ = true;
+}
+
 void SimulationBody::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions,
                             double step_s) {
   if (frozen) return;

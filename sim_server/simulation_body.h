@@ -14,6 +14,13 @@
 
 namespace sectio {
 
+// What a sleeping body goes on giving to a particle that it bears on, in each step.
+struct RestingLoad {
+  std::uint32_t body_id = 0;
+  VertexId vertex = kNone;
+  Vec3 impulse_n_s = Vec3::Zero();
+};
+
 class SimulationBody {
  public:
   // Throws InputError when step_s is beyond the stable step.
@@ -56,6 +63,8 @@ class SimulationBody {
 
   // Deformation, then whatever else goes on in the body.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
+  // After that: a contact makes a particle faster and puts it elsewhere.
+  void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
   const BodySpec& spec;
   const std::uint32_t id;
@@ -66,6 +75,7 @@ class SimulationBody {
   StrokeSettings stroke_settings;
   std::optional<RigidPiece> rigid;
   std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
+  std::vector<RestingLoad> loads;     // while it sleeps
   bool frozen = false;                // numerics failed: it stays as it was
 
  private:

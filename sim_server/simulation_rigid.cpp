@@ -3,22 +3,24 @@
 #include <algorithm>
 
 #include "sim_server/collision/body_contact.h"
-#include "sim_server/splitting/rigid_contact.h"
+#include "sim_server/simulation_particles.h"
+#include "sim_server/splitting/contact_solver.h"
 
 namespace sectio {
 namespace {
 
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
-// A deformable surface carries a piece along; but single vertices that a cut has just let go are fast and weigh
-// nothing.
-constexpr double kCarryingSpeedM_per_s = 0.02;
-constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
+constexpr double kToolSpeedM_per_s = 1;       // at which a piece gives way to an instrument
 
 class RigidStep {
  public:
   RigidStep(std::span<const std::unique_ptr<SimulationBody>> bodies, const Scene& scene)
-      : bodies_(bodies), scene_(scene), dynamics_(bodies.size(), nullptr), supported_(bodies.size(), 0) {
+      : bodies_(bodies),
+        scene_(scene),
+        dynamics_(bodies.size(), nullptr),
+        supported_(bodies.size(), 0),
+        particles_(bodies) {
     for (std::size_t b = 0; b < bodies.size(); ++b)
       if (bodies[b]->rigid) dynamics_[b] = &bodies[b]->rigid->body;
   }
@@ -26,19 +28,26 @@ class RigidStep {
   void run(std::span<const RigidTouch> touches, std::span<const std::uint8_t> stirred, std::span<Reaction> reactions) {
     wake(stirred);
     for (const RigidTouch& touch : touches) add_tool(touch);
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
+      if (dynamics_[b] && dynamics_[b]->asleep()) bear(b);
     for (RigidBody* piece : dynamics_)
       if (piece && !piece->asleep()) piece->push(scene_.gravity_m_per_s2, scene_.step_s);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
       if (is_awake(b)) find(b);
     std::vector<Vec3> impulses(contacts_.size(), Vec3::Zero());
-    solve_contacts(dynamics_, contacts_, {scene_.step_s, 30}, impulses);
-    undo_depths(dynamics_, contacts_, {scene_.step_s, 10});
+    const ContactSides sides{dynamics_, particles_.all()};
+    solve_contacts(sides, contacts_, {scene_.step_s, 30}, impulses);
+    undo_depths(sides, contacts_, {scene_.step_s, 10});
+    particles_.give_back(scene_.step_s);
     for (std::size_t i = 0; i < touches.size(); ++i) {
       reactions[i].force_on_tool_n = impulses[i] / scene_.step_s;
       reactions[i].active = !impulses[i].isZero(0);
     }
-    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (is_awake(b)) move(b);
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
+      if (!is_awake(b)) continue;
+      move(b);
+      if (dynamics_[b]->asleep()) keep_bearing_on(b, impulses);
+    }
   }
 
  private:
@@ -109,8 +118,10 @@ class RigidStep {
       c.depth_m = f.depth_m;
       c.body = b;
       if (!dynamics_[other]) {
-        c.largest_speed_m_per_s = kCarryingSpeedM_per_s;
-        c.surface_velocity_m_per_s = surface_velocity(*bodies_[other], f, i < own);
+        if (i < own)
+          particles_.join(c, other, bodies_[other]->mesh.triangle(f.triangle).v, f.bary, -1, scene_.step_s);
+        else
+          particles_.join(c, other, f.vertex, -1, scene_.step_s);
       } else if (wakes(b, other, c)) {
         c.other = other;
       }
@@ -126,12 +137,20 @@ class RigidStep {
     return true;
   }
 
-  static Vec3 surface_velocity(SimulationBody& soft, const BodyContact& f, bool on_its_triangle) {
-    const ParticleView particles = soft.particle_view();
-    Vec3 velocity = on_its_triangle ? Vec3(Vec3::Zero()) : particles.velocity(f.vertex);
-    for (std::size_t i = 0; on_its_triangle && i < 3; ++i)
-      velocity += f.bary[static_cast<int>(i)] * particles.velocity(soft.mesh.triangle(f.triangle).v[i]);
-    return velocity / std::max(1.0, velocity.norm() / kCarryingSpeedM_per_s);
+  // What a sleeping piece bears on stays as it is: the last impulses go on.
+  void keep_bearing_on(std::uint32_t b, std::span<const Vec3> impulses) {
+    std::vector<RestingLoad>& loads = bodies_[b]->loads;
+    loads.clear();
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+      if (contacts_[i].body == b) particles_.loads_of(contacts_[i], impulses[i], loads);
+  }
+  void bear(std::uint32_t b) const {
+    for (const RestingLoad& load : bodies_[b]->loads) {
+      SimulationBody& bed = *bodies_[load.body_id];
+      if (bed.frozen || load.vertex >= bed.mesh.vertex_slots() || !bed.mesh.vertex_alive(load.vertex)) continue;
+      const Vec3 gained = bed.engines.deformation->inverse_mass_per_kg(load.vertex) * load.impulse_n_s;
+      bed.nudge(load.vertex, gained, scene_.step_s * gained);
+    }
   }
 
   void move(std::uint32_t b) {
@@ -148,6 +167,7 @@ class RigidStep {
   const Scene& scene_;
   std::vector<RigidBody*> dynamics_;  // by body; none for those that deform
   std::vector<std::uint8_t> supported_;
+  TouchedParticles particles_;
   std::vector<RigidContact> contacts_;
   std::vector<BodyContact> found_;
 };

@@ -27,8 +27,11 @@ class DeformationEngine : public Engine {
   // These vertices, a connected piece, are not held by the rest of the body any more, and lie on a bed if there is one.
   virtual void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) = 0;
 
-  virtual bool fixed(VertexId v) const = 0;      // never moves
-  virtual double mass_kg(VertexId v) const = 0;  // the tissue's own
+  virtual bool fixed(VertexId v) const = 0;               // never moves
+  virtual double mass_kg(VertexId v) const = 0;           // the tissue's own
+  virtual double inverse_mass_per_kg(VertexId v) const {  // by which a contact's impulse makes it faster
+    return fixed(v) ? 0 : 1 / mass_kg(v);
+  }
   virtual double largest_stable_step_s() const = 0;
   virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
   virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite

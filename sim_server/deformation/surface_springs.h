@@ -94,6 +94,7 @@ class SurfaceSprings final : public DeformationEngine {
   double added_mass_fraction() const override { return added_mass_kg_ / physical_mass_kg_; }
 
   double mass_kg(VertexId v) const override { return physical_mass_[v]; }  // without added mass
+  double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
   bool fixed(VertexId v) const override { return fixed_[v] != 0; }
   std::uint64_t clamped() const { return clamped_; }  // velocities cut back to 5 m/s, so far
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }

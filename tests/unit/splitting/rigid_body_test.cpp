@@ -1,4 +1,4 @@
-#include "sim_server/splitting/rigid_body.h"
+#include "sim_server/splitting/contact_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ void step_on_floor(RigidBody& body, double friction) {
   floor_contacts(corners(body), {}, 0, 0.001 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
   for (RigidContact& c : contacts) c.friction = friction;
   RigidBody* bodies[] = {&body};
-  solve_contacts(bodies, contacts, {kStepS, 30});
-  undo_depths(bodies, contacts, {kStepS, 10});
+  solve_contacts({bodies}, contacts, {kStepS, 30});
+  undo_depths({bodies}, contacts, {kStepS, 10});
   body.move(kStepS);
   body.rest(!contacts.empty(), 0.03, kStepS);
 }
@@ -177,11 +177,12 @@ TEST(RigidBody, two_bodies_that_meet_keep_their_momentum) {
   const Vec3 momentum = a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s();
   const Vec3 spin = spin_about_origin(a) + spin_about_origin(b);
   RigidContact contact;
+  contact.body = 0;
   contact.point_world_m = Vec3(0.02, 0.005, 0.003);
   contact.normal_world = Vec3(-1, 0.1, 0).normalized();
   contact.other = 1;
   RigidBody* bodies[] = {&a, &b};
-  solve_contacts(bodies, std::vector{contact}, {});
+  solve_contacts({bodies}, std::vector{contact}, {});
   EXPECT_LT((a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s() - momentum).norm(), 1e-9 * momentum.norm());
   EXPECT_LT((spin_about_origin(a) + spin_about_origin(b) - spin).norm(), 1e-9 * spin.norm());
   EXPECT_NEAR((a.velocity_at(contact.point_world_m) - b.velocity_at(contact.point_world_m)).dot(contact.normal_world),
