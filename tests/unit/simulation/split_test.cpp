@@ -203,6 +203,110 @@ TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until
   EXPECT_TRUE(bodies[2]->rigid->body.asleep()) << "it doesn't touch the table";
 }
 
+// A block over a slab of tissue 20 mm thick that is held from below.
+struct BlockOverBed {
+  explicit BlockOverBed(const Vec3& gravity_m_per_s2 = Vec3(0, 0, -9.81), double friction = 0.4) {
+    scene.gravity_m_per_s2 = gravity_m_per_s2;
+    bed_spec.name = "bed";
+    bed_spec.mesh = box(16, 16, 2, Vec3(0.12, 0.12, 0.02));
+    bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.005)};
+    block_spec.name = "block";
+    block_spec.splitting.friction = friction;
+    bodies.push_back(std::make_unique<SimulationBody>(bed_spec, scene, 0));
+    const TriangleMesh block(moved(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)), Vec3(0.043, 0.042, 0.021)));
+    bodies.push_back(std::make_unique<SimulationBody>(block_spec, scene, 1, block,
+                                                      particles_at_rest(block.rest_body_m(), {}), Pose{}));
+    EXPECT_TRUE(bodies[1]->become_rigid());
+    for (int i = 0; i < 500; ++i) bodies[0]->deform({}, {});  // the bed sags by itself
+  }
+
+  void step() {
+    bodies[0]->deform({}, {});
+    step_rigid_pieces(bodies, {}, std::vector<std::uint8_t>{0, 0}, scene, {});
+  }
+  RigidBody& block() { return bodies[1]->rigid->body; }
+  double energy_j() const {
+    const RigidBody& b = bodies[1]->rigid->body;
+    const ParticleState& p = bodies[0]->particles;
+    return bodies[0]->springs.energy_j(p.position_world_m, p.velocity_world_m_per_s) + b.kinetic_energy_j() -
+           b.mass_kg() * scene.gravity_m_per_s2.dot(b.pose_world().position_m);
+  }
+  // How far the bed's top is pressed down under the middle of the block.
+  double dent_m() {
+    const Vec3 above = block().pose_world().position_m + Vec3(0, 0, 0.05);
+    const auto hit = bodies[0]->tree().first_hit(bodies[0]->view(), above, above - Vec3(0, 0, 0.1));
+    return 0.02 - hit.value().point_world_m.z();
+  }
+
+  Scene scene;
+  BodySpec bed_spec, block_spec;
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+};
+
+TEST(RigidPieces, dropped_on_tissue_one_dents_it_comes_to_rest_and_bears_on_it_asleep_and_energy_only_falls) {
+  BlockOverBed world;
+  world.block().set_velocity(Vec3(0.05, 0, 0), Vec3(0, 3, 0));
+  const double unloaded_m = world.dent_m();
+  double least_j = world.energy_j();
+  int steps = 0;
+  for (; steps < 3000 && !world.block().asleep(); ++steps) {
+    world.step();
+    const double energy_j = world.energy_j();
+    // The bed's own step errs by a share of what swings; the block fell with 0.4 mJ.
+    EXPECT_LT(energy_j, least_j + 4e-6) << steps;
+    least_j = std::min(least_j, energy_j);
+  }
+  EXPECT_LT(steps, 1500);
+  const double loaded_m = world.dent_m();
+  EXPECT_GT(loaded_m, unloaded_m + 1e-4) << "its weight is felt";
+  const Vec3 at = world.block().pose_world().position_m;
+  for (int i = 0; i < 1000; ++i) world.step();
+  EXPECT_EQ(at, world.block().pose_world().position_m);
+  EXPECT_NEAR(world.dent_m(), loaded_m, 2e-5) << "also while it sleeps";
+}
+
+TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
+  BlockOverBed world(Vec3::Zero());
+  world.block().set_velocity(Vec3(0.05, 0.02, -0.3), Vec3(1, 3, 0));
+  SimulationBody& bed = *world.bodies[0];
+  bool met = false;
+  for (int i = 0; i < 30; ++i) {
+    bed.deform({}, {});
+    const auto momentum = [&] {
+      Vec3 sum = world.block().momentum_kg_m_per_s();
+      for (VertexId v = 0; v < bed.mesh.vertex_slots(); ++v)
+        if (!bed.springs.fixed(v)) sum += bed.particle_view().velocity(v) / bed.springs.inverse_mass_per_kg(v);
+      return sum;
+    };
+    const Vec3 before = momentum(), of_block = world.block().momentum_kg_m_per_s();
+    step_rigid_pieces(world.bodies, {}, std::vector<std::uint8_t>{0, 0}, world.scene, {});
+    met |= (world.block().momentum_kg_m_per_s() - of_block).norm() > 1e-4;
+    EXPECT_LT((momentum() - before).norm(), 1e-6 * before.norm()) << "floats in particles";
+  }
+  EXPECT_TRUE(met);
+}
+
+TEST(RigidPieces, on_a_slope_of_tissue_one_slides_by_friction_or_sticks_and_sleeps) {
+  // 30 degrees: tan = 0.58. The dent goes along with the piece, which takes some of its speed.
+  const double g = 9.81, sine = 0.5, cosine = std::sqrt(0.75);
+  const auto speed_after_120_steps = [&](BlockOverBed& world) {
+    for (int i = 0; i < 120; ++i) world.step();
+    return world.block().velocity_m_per_s().x();
+  };
+  for (const double friction : {0.0, 0.2}) {
+    BlockOverBed world(Vec3(g * sine, 0, -g * cosine), friction);
+    const double free_m_per_s = 0.12 * g * (sine - friction * cosine), speed = speed_after_120_steps(world);
+    EXPECT_LT(speed, free_m_per_s);
+    EXPECT_GT(speed, 0.6 * free_m_per_s);
+  }
+  BlockOverBed world(Vec3(g * sine, 0, -g * cosine), 0.9);
+  EXPECT_LT(speed_after_120_steps(world), 0.05);
+  int steps = 0;
+  for (; steps < 2000 && !world.block().asleep(); ++steps) world.step();
+  EXPECT_LT(steps, 2000);
+  EXPECT_LT(world.block().pose_world().position_m.x(), 0.058 + 0.008);
+}
+
 TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
   Scene scene;
   scene.gravity_m_per_s2.setZero();
