@@ -217,18 +217,19 @@ struct BlockOverBed {
     bodies.push_back(std::make_unique<SimulationBody>(block_spec, scene, 1, block,
                                                       particles_at_rest(block.rest_body_m(), {}), Pose{}));
     EXPECT_TRUE(bodies[1]->become_rigid());
-    for (int i = 0; i < 500; ++i) bodies[0]->deform({}, {});  // the bed sags by itself
+    for (int i = 0; i < 500; ++i) bodies[0]->deform({}, {}, scene.step_s);  // the bed sags by itself
   }
 
   void step() {
-    bodies[0]->deform({}, {});
+    bodies[0]->deform({}, {}, scene.step_s);
     step_rigid_pieces(bodies, {}, std::vector<std::uint8_t>{0, 0}, scene, {});
   }
+  const SurfaceSprings& springs() const { return dynamic_cast<const SurfaceSprings&>(*bodies[0]->engines.deformation); }
   RigidBody& block() { return bodies[1]->rigid->body; }
   double energy_j() const {
     const RigidBody& b = bodies[1]->rigid->body;
     const ParticleState& p = bodies[0]->particles;
-    return bodies[0]->springs.energy_j(p.position_world_m, p.velocity_world_m_per_s) + b.kinetic_energy_j() -
+    return springs().energy_j(p.position_world_m, p.velocity_world_m_per_s) + b.kinetic_energy_j() -
            b.mass_kg() * scene.gravity_m_per_s2.dot(b.pose_world().position_m);
   }
   // How far the bed's top is pressed down under the middle of the block.
@@ -271,11 +272,11 @@ TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
   SimulationBody& bed = *world.bodies[0];
   bool met = false;
   for (int i = 0; i < 30; ++i) {
-    bed.deform({}, {});
+    bed.deform({}, {}, world.scene.step_s);
     const auto momentum = [&] {
       Vec3 sum = world.block().momentum_kg_m_per_s();
       for (VertexId v = 0; v < bed.mesh.vertex_slots(); ++v)
-        if (!bed.springs.fixed(v)) sum += bed.particle_view().velocity(v) / bed.springs.inverse_mass_per_kg(v);
+        if (!world.springs().fixed(v)) sum += bed.particle_view().velocity(v) / world.springs().inverse_mass_per_kg(v);
       return sum;
     };
     const Vec3 before = momentum(), of_block = world.block().momentum_kg_m_per_s();
