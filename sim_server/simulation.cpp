@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/simulation_grip.h"
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
 #include "sim_server/simulation_touch.h"
@@ -36,6 +37,10 @@ const char* to_string(EventKind kind) {
       return "body split";
     case EventKind::fragment_removed:
       return "fragment removed";
+    case EventKind::grasped:
+      return "grasped";
+    case EventKind::released:
+      return "released";
   }
   return "?";
 }
@@ -54,9 +59,10 @@ FitterSpec fitter_spec(const Scene& scene) {
 
 // What the simulation knows of an instrument.
 struct Tool {
-  Tool(std::uint32_t id, const Scene& scene) : fitter(id, fitter_spec(scene)) {}
+  Tool(std::uint32_t id, const Scene& scene) : fitter(id, fitter_spec(scene)), grip(scene.tools[id]) {}
 
   ContactModelFitter fitter;
+  SimulationGrip grip;
   std::optional<JointPose> pose;  // of the newest sample
   double time_s = 0;              // its time stamp
   std::uint64_t sequence = 0;
@@ -104,6 +110,7 @@ struct Simulation::State {
   void split(std::uint32_t body_id);
   void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
   void move_rigid_pieces();
+  void grip_pieces();
   void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction);
   void fit_contact_models();
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
@@ -133,6 +140,7 @@ struct Simulation::State {
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
+  std::vector<Grip> grips;
   std::vector<std::uint8_t> stirred;
 };
 
@@ -172,6 +180,10 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     const Tool& tool = tool_of(i);
     if (!tool.pose) continue;
+    if (tool.grip.holds(body_id)) {
+      touch(body_id, i).let_go();
+      continue;
+    }
     touch(body_id, i).approach(tool.before, tool.poses, tool.continuous);
     touch(body_id, i).plan(tool.poses, entries, motions);
   }
@@ -249,7 +261,20 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   bodies.push_back(std::move(part));
 }
 
+void Simulation::State::grip_pieces() {
+  grips.clear();
+  for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    SimulationGrip& grip = tools[i].grip;
+    grip.force_on_tool_n.setZero();
+    const std::optional<std::uint32_t> held = grip.held();
+    if (tools[i].pose) grip.follow(*tools[i].pose, bodies, grips);
+    if (held && held != grip.held()) say(EventKind::released, *held, i);
+    if (grip.held() && held != grip.held()) say(EventKind::grasped, *grip.held(), i);
+  }
+}
+
 void Simulation::State::move_rigid_pieces() {
+  grip_pieces();
   rigid_touches.clear();
   stirred.assign(bodies.size(), 0);
   for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
@@ -259,9 +284,13 @@ void Simulation::State::move_rigid_pieces() {
       const auto constraint = touch(b, i).constraint();
       if (bodies[b]->rigid && constraint) rigid_touches.push_back({b, *constraint, tool_of(i).velocity_m_per_s});
     }
-  reactions.assign(rigid_touches.size(), {});
-  step_rigid_pieces(bodies, rigid_touches, stirred, scene, reactions);
-  std::size_t next = 0;
+  reactions.assign(rigid_touches.size() + grips.size(), {});
+  step_rigid_pieces(bodies, {rigid_touches, grips, stirred}, scene, reactions);
+  std::size_t next = rigid_touches.size();
+  for (Tool& tool : tools)
+    for (std::size_t i = 0; tool.grip.held() && i < SimulationGrip::kPoints; ++i)
+      tool.grip.force_on_tool_n += reactions[next++].force_on_tool_n;
+  next = 0;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i)
       if (tool_of(i).pose) tell_touch(b, i, touch(b, i).constraint() ? reactions[next++] : Reaction{});
@@ -273,6 +302,7 @@ void Simulation::State::fit_contact_models() {
     const Tool& tool = tools[i];
     if (!tool.pose) continue;
     ContactStep step;
+    step.reaction_world_n = tool.grip.force_on_tool_n;
     step.sim_time_s = output.sim_time_s;
     step.tool_time_s = tool.time_s;
     step.tip_world_m = tool.pose->position_m;

@@ -9,8 +9,8 @@ std::uint32_t TouchedParticles::number_of(std::uint32_t body_id, VertexId v) {
   if (is_new) {
     const SimulationBody& body = *bodies_[body_id];
     owners_.push_back(it->first);
-    particles_.push_back(
-        {body.particle_view().velocity(v), body.frozen ? 0 : body.engines.deformation->inverse_mass_per_kg(v), Vec3::Zero()});
+    particles_.push_back({body.particle_view().velocity(v),
+                          body.frozen ? 0 : body.engines.deformation->inverse_mass_per_kg(v), Vec3::Zero()});
   }
   return it->second;
 }

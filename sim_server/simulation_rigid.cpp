@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
+constexpr double kFollowed = 0.5;             // of the way to where jaws hold a point, in one step
 constexpr double kToolSpeedM_per_s = 1;       // at which a piece gives way to an instrument
 
 class RigidStep {
@@ -25,9 +26,10 @@ class RigidStep {
       if (bodies[b]->rigid) dynamics_[b] = &bodies[b]->rigid->body;
   }
 
-  void run(std::span<const RigidTouch> touches, std::span<const std::uint8_t> stirred, std::span<Reaction> reactions) {
-    wake(stirred);
-    for (const RigidTouch& touch : touches) add_tool(touch);
+  void run(const RigidInput& input, std::span<Reaction> reactions) {
+    wake(input.stirred);
+    for (const RigidTouch& touch : input.touches) add_tool(touch);
+    for (const Grip& grip : input.grips) add_grip(grip);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
       if (dynamics_[b] && dynamics_[b]->asleep()) bear(b);
     for (RigidBody* piece : dynamics_)
@@ -39,7 +41,7 @@ class RigidStep {
     solve_contacts(sides, contacts_, {scene_.step_s, 30}, impulses);
     undo_depths(sides, contacts_, {scene_.step_s, 10});
     particles_.give_back(scene_.step_s);
-    for (std::size_t i = 0; i < touches.size(); ++i) {
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
       reactions[i].force_on_tool_n = impulses[i] / scene_.step_s;
       reactions[i].active = !impulses[i].isZero(0);
     }
@@ -84,6 +86,16 @@ class RigidStep {
     c.largest_speed_m_per_s = kToolSpeedM_per_s;
     c.friction = body.spec.splitting.friction;
     if (c.depth_m > 0) body.rigid->body.wake();
+    contacts_.push_back(c);
+  }
+
+  void add_grip(const Grip& grip) {
+    RigidContact c;
+    c.body = grip.body_id;
+    c.point_world_m = grip.point_world_m;
+    c.surface_velocity_m_per_s = kFollowed / scene_.step_s * (grip.to_world_m - grip.point_world_m);
+    c.grip_n = grip.largest_force_n;
+    dynamics_[c.body]->wake();
     contacts_.push_back(c);
   }
 
@@ -174,10 +186,10 @@ class RigidStep {
 
 }  // namespace
 
-void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, std::span<const RigidTouch> touches,
-                       std::span<const std::uint8_t> stirred, const Scene& scene, std::span<Reaction> reactions) {
+void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, const RigidInput& input,
+                       const Scene& scene, std::span<Reaction> reactions) {
   if (std::ranges::none_of(bodies, [](const auto& body) { return body->rigid.has_value(); })) return;
-  RigidStep(bodies, scene).run(touches, stirred, reactions);
+  RigidStep(bodies, scene).run(input, reactions);
 }
 
 }  // namespace sectio

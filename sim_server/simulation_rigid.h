@@ -20,8 +20,23 @@ struct RigidTouch {
   Vec3 tool_velocity_m_per_s = Vec3::Zero();
 };
 
-// `stirred`: by body, whether an instrument touched or a cut changed it in this step. One reaction a touch.
-void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, std::span<const RigidTouch> touches,
-                       std::span<const std::uint8_t> stirred, const Scene& scene, std::span<Reaction> reactions);
+// Jaws hold a point of a piece.
+struct Grip {
+  std::uint32_t body_id = 0;
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 to_world_m = Vec3::Zero();  // where it should be
+  double largest_force_n = 0;
+};
+
+struct RigidInput {
+  std::span<const RigidTouch> touches = {};
+  std::span<const Grip> grips = {};
+  std::span<const std::uint8_t> stirred =
+      {};  // by body, whether an instrument touched or a cut changed it in this step
+};
+
+// One reaction a touch, then one a grip.
+void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, const RigidInput& input,
+                       const Scene& scene, std::span<Reaction> reactions);
 
 }  // namespace sectio

@@ -384,6 +384,11 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   }
 }
 
+void SimulationTouch::let_go() {
+  constraint_.reset();
+  if (phase_ == Phase::pressing) set_free();
+}
+
 void SimulationTouch::part_left(std::span<const TriangleId> removed) {
   tracker_.topology_changed(body_.view(), removed);
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();

@@ -24,6 +24,8 @@ class SimulationTouch {
   void plan(std::span<const JointPose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   // What became of it.
   void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
+  // It holds the body, and so presses it no more.
+  void let_go();
   // A part came off the body, with the triangles given: what was done to it has ended.
   void part_left(std::span<const TriangleId> removed);
   // What holds or presses the surface in this step; nothing while free or cutting.

@@ -41,6 +41,8 @@ enum class EventKind : std::uint8_t {
   body_frozen,       // numerics failed in this body
   body_split,        // a part came off and is a body of its own
   fragment_removed,  // a part below the stated size
+  grasped,           // jaws hold a piece
+  released,          // they opened, or it slipped out
 };
 const char* to_string(EventKind kind);
 

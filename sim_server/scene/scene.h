@@ -116,7 +116,7 @@ struct Scene {
 //     fixed:     min_world_m*, max_world_m*
 //     colours:   skin, wall: [red, green, blue] in [0, 1]
 //   tools:     a list of
-//     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe, intensity, trace: file
+//     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace: file
 //     geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
 Scene load_scene(const std::string& path);
 

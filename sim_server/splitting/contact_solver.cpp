@@ -1,6 +1,7 @@
 #include "sim_server/splitting/contact_solver.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace sectio {
@@ -15,6 +16,7 @@ struct Row {
   RigidBody* other = nullptr;
   Vec3 u, w;  // across the normal
   double mass_n = 0, mass_u = 0, mass_w = 0;
+  double largest_n_s = 0;     // of a grip
   double target_m_per_s = 0;  // least velocity apart
   double n = 0;
   Eigen::Vector2d t = Eigen::Vector2d::Zero();
@@ -55,7 +57,16 @@ Vec3 velocity_apart(const Row& row, const ContactSides& sides, const RigidContac
   return apart;
 }
 
+void solve_grip(Row& row, const ContactSides& sides, const RigidContact& c) {
+  for (const auto& [along, mass] :
+       {std::pair(c.normal_world, row.mass_n), std::pair(row.u, row.mass_u), std::pair(row.w, row.mass_w)})
+    shove(row, sides, c, -mass * velocity_apart(row, sides, c).dot(along) * along);
+  if (const double size = row.total.norm(); size > row.largest_n_s)
+    shove(row, sides, c, (row.largest_n_s / size - 1) * row.total);
+}
+
 void solve(Row& row, const ContactSides& sides, const RigidContact& c) {
+  if (c.grip_n > 0) return solve_grip(row, sides, c);
   const double missing = row.target_m_per_s - velocity_apart(row, sides, c).dot(c.normal_world);
   const double n = std::max(0.0, row.n + row.mass_n * missing);
   if (n != row.n) shove(row, sides, c, (n - row.n) * c.normal_world);
@@ -85,6 +96,7 @@ void solve_contacts(const ContactSides& sides, std::span<const RigidContact> con
     row.mass_n = mass_along(sides, c, c.normal_world);
     row.mass_u = mass_along(sides, c, row.u);
     row.mass_w = mass_along(sides, c, row.w);
+    row.largest_n_s = c.grip_n * settings.step_s;
     row.target_m_per_s = std::min(0.0, c.depth_m) / settings.step_s;  // a gap may close
   }
   for (int sweep = 0; sweep < settings.sweeps; ++sweep)

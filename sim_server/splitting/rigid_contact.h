@@ -33,6 +33,9 @@ struct RigidContact {
   Vec3 surface_velocity_m_per_s = Vec3::Zero();  // of an immovable other's side, e.g. of an instrument
   double largest_speed_m_per_s = 0.05;           // at which depth is undone
   double friction = 0.4;
+  // More than 0: not a contact but a grip, which holds the point to the surface in all directions by this force at
+  // most.
+  double grip_n = 0;
 };
 
 // Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it: the

@@ -19,7 +19,7 @@ Vec3 crossing_of(const InstrumentShape& s) {
 }
 
 TEST(Instruments, every_kind_is_whole) {
-  EXPECT_EQ(instrument_kinds().size(), 6u);
+  EXPECT_EQ(instrument_kinds().size(), 7u);
   for (const std::string& kind : instrument_kinds())
     EXPECT_EQ(instrument_of(kind).flaw(instrument_of(kind).geometry), "");
   EXPECT_THROW(instrument_of("spoon"), InputError);

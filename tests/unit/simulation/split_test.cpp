@@ -194,11 +194,11 @@ TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until
   const std::vector<std::uint8_t> calm(3, 0), stirred{1, 0, 0};
   int steps = 0;
   for (; steps < 3000 && !(bodies[1]->rigid->body.asleep() && bodies[2]->rigid->body.asleep()); ++steps)
-    step_rigid_pieces(bodies, {}, calm, scene, {});
+    step_rigid_pieces(bodies, {{}, {}, calm}, scene, {});
   EXPECT_LT(steps, 3000);
   EXPECT_NEAR(bodies[1]->rigid->body.pose_world().position_m.z(), 0.02, 3e-4);
   EXPECT_NEAR(bodies[2]->rigid->body.pose_world().position_m.z(), 0.04, 5e-4);
-  step_rigid_pieces(bodies, {}, stirred, scene, {});
+  step_rigid_pieces(bodies, {{}, {}, stirred}, scene, {});
   EXPECT_FALSE(bodies[1]->rigid->body.asleep());
   EXPECT_TRUE(bodies[2]->rigid->body.asleep()) << "it doesn't touch the table";
 }
@@ -222,7 +222,7 @@ struct BlockOverBed {
 
   void step() {
     bodies[0]->deform({}, {}, scene.step_s);
-    step_rigid_pieces(bodies, {}, std::vector<std::uint8_t>{0, 0}, scene, {});
+    step_rigid_pieces(bodies, {{}, {}, calm}, scene, {});
   }
   const SurfaceSprings& springs() const { return dynamic_cast<const SurfaceSprings&>(*bodies[0]->engines.deformation); }
   RigidBody& block() { return bodies[1]->rigid->body; }
@@ -241,6 +241,7 @@ struct BlockOverBed {
 
   Scene scene;
   BodySpec bed_spec, block_spec;
+  std::vector<std::uint8_t> calm{0, 0};
   std::vector<std::unique_ptr<SimulationBody>> bodies;
 };
 
@@ -280,7 +281,7 @@ TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
       return sum;
     };
     const Vec3 before = momentum(), of_block = world.block().momentum_kg_m_per_s();
-    step_rigid_pieces(world.bodies, {}, std::vector<std::uint8_t>{0, 0}, world.scene, {});
+    step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
     met |= (world.block().momentum_kg_m_per_s() - of_block).norm() > 1e-4;
     EXPECT_LT((momentum() - before).norm(), 1e-6 * before.norm()) << "floats in particles";
   }
@@ -329,7 +330,8 @@ TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
   touch.tool_velocity_m_per_s = -0.05 * touch.constraint.normal;
   std::vector<Reaction> reactions(1);
   const std::vector<std::uint8_t> calm(1, 0);
-  step_rigid_pieces(bodies, std::vector{touch}, calm, scene, reactions);
+  const std::vector touches{touch};
+  step_rigid_pieces(bodies, {touches, {}, calm}, scene, reactions);
   EXPECT_TRUE(reactions[0].active);
   const RigidBody& piece = bodies[0]->rigid->body;
   EXPECT_GT(-piece.velocity_m_per_s().dot(touch.constraint.normal), 0.01) << "away from the instrument";
