@@ -303,6 +303,10 @@ void Simulation::State::fit_contact_models() {
     if (!tool.pose) continue;
     ContactStep step;
     step.reaction_world_n = tool.grip.force_on_tool_n;
+    if (tool.grip.held()) {
+      step.state = ContactState::contact;
+      step.point_world_m = tool.pose->position_m;
+    }
     step.sim_time_s = output.sim_time_s;
     step.tool_time_s = tool.time_s;
     step.tip_world_m = tool.pose->position_m;

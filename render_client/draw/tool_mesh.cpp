@@ -251,6 +251,22 @@ void add_scissor_blade(Builder& builder, const Vec3& pivot, const Vec3& along, c
   builder.loft(sections);
 }
 
+// A blunt jaw of forceps, from the pivot to its tip, whose flat side meets the other one's; grooves across hold better.
+void add_jaw(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double jaw_m) {
+  const Vec3 y = along.cross(out);
+  std::vector<Section> sections;
+  const auto section = [&](double s, double half_m, double half_thickness_m) {
+    sections.push_back({pivot + s * jaw_m * along + half_m * out, out, y, half_m, half_thickness_m, 3});
+  };
+  section(-0.08, 0.0022, 0.0014);
+  section(0.0, 0.0026, 0.0016);
+  section(0.35, 0.0018, 0.0014);
+  for (int i = 0; i <= 24; ++i) section(0.6 + 0.37 * i / 24, 0.0014 - 0.00002 * i + (i % 2 == 0 ? 0.00012 : 0), 0.0012);
+  section(0.99, 0.0007, 0.0009);
+  section(1.0, 0.0003, 0.0005);
+  builder.loft(sections);
+}
+
 // Behind the pivot, on the other side: a shank that ends in a ring.
 void add_shank(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double shank_m) {
   constexpr double kRing_m = 0.011, kThick_m = 0.0018;
@@ -277,8 +293,11 @@ ToolMesh make_scissors(const ToolFrame& tool, const std::array<Vec3, 4>& abcd) {
   for (const double half : {1.0, -1.0}) {  // the lower blade, the upper one
     const Vec3 along = std::cos(half_rad) * forward + half * std::sin(half_rad) * down;
     const Vec3 out = half * (std::cos(half_rad) * down - half * std::sin(half_rad) * forward);
-    for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0})
-      add_scissor_blade(builder, c + side * gauge_m * aside, along, out, blade_m, height_m);
+    if (tool.kind == "forceps")
+      add_jaw(builder, c, along, out, blade_m);
+    else
+      for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0})
+        add_scissor_blade(builder, c + side * gauge_m * aside, along, out, blade_m, height_m);
     add_shank(builder, c, along, out, shank_m);
   }
   const std::array rivet{Vec3(c - (0.5 * gauge_m + 0.0016) * aside), Vec3(c + (0.5 * gauge_m + 0.0016) * aside)};
@@ -297,7 +316,7 @@ ToolMesh make_tool_mesh(const ToolFrame& tool) {
   }
   const Axes axes = axes_of(abcd);
   const bool is_blade = tool.kind == "scalpel" || tool.kind == "knife";
-  const bool has_jaws = tool.kind == "scissors" || tool.kind == "medical_scissors";
+  const bool has_jaws = tool.kind == "scissors" || tool.kind == "medical_scissors" || tool.kind == "forceps";
   ToolMesh mesh = is_blade                      ? make_scalpel(abcd, axes)
                   : tool.kind == "cautery_hook" ? make_cautery_hook(abcd, axes)
                   : tool.kind == "probe"        ? make_probe(abcd, axes)

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "sim_server/instruments/instrument.h"
 #include "sim_server/splitting/rigid_body.h"
 #include "tests/support/loop_cut.h"
 
@@ -195,6 +196,44 @@ TEST(A_SEQ, A_SEQ_7_the_free_part_answers_with_rigid_motion_and_momentum_is_cont
   EXPECT_GT(moved, 2e-4);
   EXPECT_LT(strain_m(before, after), 1e-6) << "rigid";
   EXPECT_GT(op.count(EventKind::contact_began), 0u);
+}
+
+TEST(A_SEQ, A_SEQ_7_forceps_lift_the_free_part_out_and_it_falls_when_they_open) {
+  Scene scene = loop_scene(FreeParts::rigid);
+  scene.gravity_m_per_s2 = Vec3(0, 0, -9.81);
+  scene.floor_z_m = -0.03;
+  scene.tools[1].kind = "forceps";
+  scene.tools[1].geometry = instrument_of("forceps").geometry;
+  Operation op(scene);
+  cut_arc(op, 0, 375);
+  lift(op);
+  ASSERT_EQ(op.simulation.body_count(), 2u);
+  Pose tips{Vec3(0, 0, kOrganTop_m + 0.01), Eigen::Quaterniond::Identity()};
+  const auto go = [&](const Vec3& by_m, double from_rad, double to_rad, int steps) {
+    for (int i = 1; i <= steps; ++i) {
+      tips.position_m += by_m / steps;
+      StepInput input;
+      input.samples.push_back(op.sample(1, tips));
+      input.samples[0].opening_rad = from_rad + (to_rad - from_rad) * i / steps;
+      op.step(input);
+    }
+  };
+  go(Vec3(0, 0, -0.012), 0.3, 0.3, 300);
+  go(Vec3::Zero(), 0.3, 0, 200);
+  EXPECT_EQ(op.count(EventKind::grasped), 1u);
+  const RigidBody& piece = *op.simulation.rigid_body(1);
+  const double in_bed_m = piece.pose_world().position_m.z();
+  go(Vec3(0, 0, 0.03), 0, 0, 600);
+  EXPECT_NEAR(piece.pose_world().position_m.z(), in_bed_m + 0.03, 1e-3);
+  EXPECT_NEAR(op.force_n(1).z(), -9.81 * piece.mass_kg(), 2e-3) << "its weight is felt";
+  go(Vec3(0.1, 0, 0), 0, 0, 600);
+  EXPECT_EQ(op.count(EventKind::released), 0u);
+  go(Vec3::Zero(), 0, 0.3, 100);
+  EXPECT_EQ(op.count(EventKind::released), 1u);
+  for (int i = 0; i < 1500 && !piece.asleep(); ++i) op.rest(1);
+  EXPECT_TRUE(piece.asleep());
+  EXPECT_LT(piece.pose_world().position_m.z(), -0.02) << "on the floor";
+  EXPECT_NEAR(piece.pose_world().position_m.x(), 0.1, 0.02);
 }
 
 TEST(A_SEQ, A_SEQ_7_by_policy_the_free_part_stays_deformable) {

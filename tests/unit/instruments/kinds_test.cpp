@@ -47,6 +47,17 @@ TEST(A_TOOL, A_TOOL_1_a_probe_has_no_edge) {
                 Leaf::cut);
 }
 
+TEST(Instruments, forceps_hold_and_never_cut) {
+  const InstrumentKind& forceps = instrument_of("forceps");
+  EXPECT_GT(forceps.grip_below_rad, 0);
+  EXPECT_GT(forceps.grip_force_n, 0);
+  EXPECT_FALSE(forceps.tip_pierces || forceps.may_enter(Jaws::closing));
+  EXPECT_NE(forceps.decide({{true, true, true, true}, true, Jaws::closing}), Leaf::cut);
+  const InstrumentShape s = usual("forceps", 0.4);
+  EXPECT_NEAR((s.a_tool_m - s.d_tool_m).norm(), 2 * 0.05 * std::sin(0.2), 1e-9) << "the tips are apart";
+  EXPECT_EQ(s.edge_tip_tool_m, s.edge_heel_tool_m);
+}
+
 TEST(A_TOOL, A_TOOL_2_the_crossing_runs_from_the_pivot_to_the_tips) {
   const ToolGeometry& g = instrument_of("scissors").geometry;
   double before_m = 0;

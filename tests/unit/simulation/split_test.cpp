@@ -309,6 +309,57 @@ TEST(RigidPieces, on_a_slope_of_tissue_one_slides_by_friction_or_sticks_and_slee
   EXPECT_LT(world.block().pose_world().position_m.x(), 0.058 + 0.008);
 }
 
+// Three points of the block, held where they are and then taken along.
+struct Held {
+  explicit Held(BlockOverBed& w, double force_n = 1) : world(w) {
+    for (const Vec3& p : {Vec3(0.01, 0, 0), Vec3(0, 0.01, 0), Vec3(-0.01, 0, 0.01)}) {
+      arms_m.push_back(p);
+      grips.push_back({1, Vec3::Zero(), world.block().pose_world().to_world(p), force_n});
+    }
+  }
+  // Returns the work of the instrument.
+  double step(const Vec3& by_m) {
+    double work_j = 0;
+    for (std::size_t i = 0; i < grips.size(); ++i) {
+      grips[i].point_world_m = world.block().pose_world().to_world(arms_m[i]);
+      grips[i].to_world_m += by_m;
+    }
+    std::vector<Reaction> reactions(grips.size());
+    world.bodies[0]->deform({}, {}, world.scene.step_s);
+    step_rigid_pieces(world.bodies, {{}, grips, world.calm}, world.scene, reactions);
+    for (const Reaction& r : reactions) work_j -= r.force_on_tool_n.dot(by_m);
+    return work_j;
+  }
+  BlockOverBed& world;
+  std::vector<Vec3> arms_m;
+  std::vector<Grip> grips;
+};
+
+TEST(RigidPieces, lifted_with_jaws_energy_rises_by_no_more_than_their_work) {
+  BlockOverBed world;
+  for (int i = 0; i < 600; ++i) world.step();
+  Held held(world);
+  const double start_j = world.energy_j(), height_m = world.block().pose_world().position_m.z();
+  double work_j = 0;
+  for (int i = 0; i < 400; ++i) {
+    work_j += held.step(Vec3(2e-5, 0, i < 40 ? 0 : 5e-5));
+    EXPECT_LT(world.energy_j() - start_j, work_j + 2e-5) << i;
+  }
+  const double lifted_m = world.block().pose_world().position_m.z() - height_m;
+  EXPECT_NEAR(lifted_m, 360 * 5e-5, 5e-4);
+  EXPECT_GT(work_j, world.block().mass_kg() * 9.81 * lifted_m) << "and the bed's";
+  EXPECT_GT((world.block().pose_world().orientation * Vec3::UnitZ()).z(), 0.999) << "it doesn't swing";
+}
+
+TEST(RigidPieces, jaws_pull_with_no_more_than_their_force) {
+  BlockOverBed world;
+  for (int i = 0; i < 600; ++i) world.step();
+  const double height_m = world.block().pose_world().position_m.z(), weight_n = world.block().mass_kg() * 9.81;
+  Held held(world, 0.2 * weight_n);
+  for (int i = 0; i < 200; ++i) held.step(Vec3(0, 0, 5e-5));
+  EXPECT_NEAR(world.block().pose_world().position_m.z(), height_m, 1e-3) << "three of them are not enough";
+}
+
 TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
   Scene scene;
   scene.gravity_m_per_s2.setZero();
