@@ -29,6 +29,7 @@ class DeformationEngine : public Engine {
 
   virtual bool fixed(VertexId v) const = 0;      // never moves
   virtual double mass_kg(VertexId v) const = 0;  // the tissue's own
+  virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;
   virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
   virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite
