@@ -213,6 +213,7 @@ void Simulation::State::deform(std::uint32_t body_id) {
     if (const auto c = touch(body_id, i).constraint(); c && tool_of(i).pose) constraints.push_back(*c);
   reactions.assign(constraints.size(), {});
   body.deform(constraints, reactions, scene.step_s);
+  for (const Reaction& reaction : reactions) output.report.instrument_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
@@ -387,6 +388,19 @@ const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
 }
 std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->bodies[body_id]->positions_world_m();
+}
+double Simulation::energy_j() const {
+  double energy = 0;
+  for (const auto& body : state_->bodies) {
+    if (!body->rigid) {
+      energy += body->engines.deformation->energy_j(body->shared());
+      continue;
+    }
+    const RigidBody& piece = body->rigid->body;
+    energy +=
+        piece.kinetic_energy_j() - piece.mass_kg() * state_->scene.gravity_m_per_s2.dot(piece.pose_world().position_m);
+  }
+  return energy;
 }
 const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
   return state_->tools[tool_id].pose;

@@ -35,6 +35,8 @@ class Simulation {
   const TriangleMesh& mesh(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
+  // Kinetic, elastic and gravitational, of all bodies; heights count from the origin. O(all), for tests and reports.
+  double energy_j() const;
   // The pose of each tool in the newest sample used; nothing before the first sample.
   const std::optional<JointPose>& tool_pose_world(std::uint32_t tool_id) const;
 

@@ -14,6 +14,7 @@ constexpr double kLetGoM = 5e-4;         // this far above the surface a contact
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
 constexpr double kNoTravelM = 1e-7;      // a motion below this has no direction
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
+constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
 constexpr int kMaxSlides = 64;           // triangles that a pressing point crosses in one step
 
 RuptureThreshold threshold_of(const CuttingSpec& cutting) {
@@ -22,6 +23,13 @@ RuptureThreshold threshold_of(const CuttingSpec& cutting) {
 
 Vec3 normal_of_triangle(const SurfaceView& view, TriangleId t) {
   return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
+}
+
+// How far up its edge a blade passes through the surface at a point. One that lies along the surface doesn't: nearest.
+double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& blade) {
+  const Vec3 from_tip = point_world_m - blade.tip_world_m;
+  const double steepness = blade.up_world.dot(normal);
+  return steepness > kSteep ? from_tip.dot(normal) / steepness : from_tip.dot(blade.up_world);
 }
 
 const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
@@ -270,7 +278,7 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
     const InstrumentShape shape = shape_at(pose.opening_rad);
     const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
     const Blade blade = limited_blade(pose, point_);
-    const double height_m = (point_ - blade.tip_world_m).dot(normal_) / std::max(0.1, blade.up_world.dot(normal_));
+    const double height_m = height_m_at(point_, normal_, blade);
     const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
     const Vec3 step = at_surface - from;
     const Crossings crossings = crossings_at(shape, pose, point_, normal_);

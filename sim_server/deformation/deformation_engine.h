@@ -32,6 +32,7 @@ class DeformationEngine : public Engine {
   virtual double inverse_mass_per_kg(VertexId v) const {  // by which a contact's impulse makes it faster
     return fixed(v) ? 0 : 1 / mass_kg(v);
   }
+  virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;
   virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
   virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite

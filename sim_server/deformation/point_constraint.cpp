@@ -50,6 +50,13 @@ void project(std::span<const PointConstraint> constraints, std::span<const doubl
       reactions[n].active = true;
     }
   }
+  for (std::size_t n = 0; n < constraints.size(); ++n) {
+    const PointConstraint& c = constraints[n];
+    Vec3 velocity = Vec3::Zero();
+    for (std::size_t a = 0; a < 3; ++a)
+      if (c.v[a] != kNone) velocity += c.w[a] * velocity_m_per_s[c.v[a]].head<3>().cast<double>();
+    reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(velocity);
+  }
 }
 
 }  // namespace sectio

@@ -34,6 +34,7 @@ inline PointConstraint hold(VertexId v, const Vec3& at_world_m) {
 struct Reaction {
   Vec3 force_on_tool_n = Vec3::Zero();  // - sum m_i dx_i / h^2
   bool active = false;                  // the constraint moved something
+  double work_j = 0;                    // of the tool: its force times the way of the point in this step
 };
 
 // Gauss-Seidel over the constraints in their order, kSweeps times; inverse masses per vertex, 0 for one that is held.

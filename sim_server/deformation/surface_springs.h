@@ -102,6 +102,9 @@ class SurfaceSprings final : public DeformationEngine {
 
   // Kinetic, elastic and gravitational; with the frames of the last step. O(all), for tests and reports.
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
+  double energy_j(const SharedBody& body) const override {
+    return energy_j(body.particles.position_world_m, body.particles.velocity_world_m_per_s);
+  }
 
  private:
   struct Component {

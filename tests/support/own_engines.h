@@ -146,6 +146,21 @@ class Verlet final : public DeformationEngine {
     return 2 * std::sqrt(kMass_kg / (kHome_n_per_m + 24 * kEdge_n_per_m));
   }
   VertexId first_bad_vertex() const override { return kNone; }
+  double energy_j(const SharedBody& body) const override {
+    double energy = 0;
+    for (const auto& [v, around] : neighbours_of(body.mesh)) {
+      const Vec3 x = body.particles.position_world_m[v].head<3>().cast<double>();
+      const Vec3 velocity = body.particles.velocity_world_m_per_s[v].head<3>().cast<double>();
+      energy += 0.5 * kMass_kg * velocity.squaredNorm();
+      energy += 0.5 * kHome_n_per_m * (frame_.to_world(body.mesh.rest_body_m(v)) - x).squaredNorm();
+      for (const VertexId w : around) {
+        const double rest_m = (body.mesh.rest_body_m(w) - body.mesh.rest_body_m(v)).norm();
+        const double now_m = (body.particles.position_world_m[w] - body.particles.position_world_m[v]).head<3>().norm();
+        energy += 0.25 * kEdge_n_per_m * (now_m - rest_m) * (now_m - rest_m);
+      }
+    }
+    return energy;
+  }
   std::uint64_t steps() const { return steps_; }
 
  private:
