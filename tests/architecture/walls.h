@@ -40,6 +40,7 @@ inline const std::vector<Room>& rooms() {
        {"common/core/", "common/math/", "common/mesh/", "sim_server/scene/", "sim_server/step_io.h",
         "sim_server/instruments/instrument.h"},
        {"Eigen/", "yaml-cpp/", "assimp/"}},
+      {"sim_server/meshing/", {"common/core/", "common/math/", "common/mesh/", "sim_server/meshing/"}, {"Eigen/"}},
       {"sim_server/bodies/",
        {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/bodies/", "sim_server/step_io.h"},
        {"Eigen/"}},
