@@ -178,6 +178,7 @@ wire::TopologyDelta to_wire(const DeltaMessage& message) {
   m.hash_after(delta.hash_after);
   m.vertex_slots_after(delta.vertex_slots_after);
   m.triangle_slots_after(delta.triangle_slots_after);
+  m.temporary(delta.temporary);
   m.vertices().resize(delta.vertices.size());
   for (std::size_t i = 0; i < delta.vertices.size(); ++i) {
     m.vertices()[i].slot(delta.vertices[i].id);
@@ -206,6 +207,7 @@ std::optional<DeltaMessage> from_wire(const wire::TopologyDelta& m) {
   delta.hash_after = m.hash_after();
   delta.vertex_slots_after = m.vertex_slots_after();
   delta.triangle_slots_after = m.triangle_slots_after();
+  delta.temporary = m.temporary();
   delta.vertices.reserve(m.vertices().size());
   for (const wire::VertexEdit& e : m.vertices()) {
     if (e.slot() >= kMaxVertexSlots || !is_position(e.rest_body_m())) return std::nullopt;

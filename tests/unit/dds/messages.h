@@ -31,7 +31,7 @@ inline ContactModel some_model() {
 
 inline DeltaMessage some_delta() {
   DeltaMessage message{7, 1, {}};
-  message.delta = {4, 5, 99, 10, 12, {{3, true, Vec3(1, 2, 3)}, {8, false, Vec3::Zero()}}, {}};
+  message.delta = {4, 5, 99, 10, 12, true, {{3, true, Vec3(1, 2, 3)}, {8, false, Vec3::Zero()}}, {}};
   message.delta.triangles = {{0, {{1, 2, 3}, Surface::wall}}, {4, {}}};
   return message;
 }
