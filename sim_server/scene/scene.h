@@ -44,6 +44,11 @@ struct CuttingSpec {
   bool loops_free_islands = true;  // closing a loop parts the island from the body
 };
 
+// How an instrument that presses moves the surface.
+struct ContactSpec {
+  std::string style = "vertices";  // it moves the vertices under it; or "templates", paper A's way: temporary ones
+};
+
 // What becomes of a part that a cut has separated.
 enum class FreeParts : std::uint8_t {
   keep,        // it stays a component of its body
@@ -71,6 +76,7 @@ struct BodySpec {
   Pose pose;
   std::string model = "surface_springs";
   MaterialSpec material;
+  ContactSpec contact;
   CuttingSpec cutting;
   SplittingSpec splitting;
   std::optional<Box> fixed;  // vertices inside stay where they are
@@ -111,6 +117,7 @@ struct Scene {
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
+//     contact:   style: vertices | templates
 //     cutting:   the members of CuttingSpec; threshold_force_n or threshold_displacement_m
 //     splitting: free_parts: keep | rigid | deformable, least_volume_m3, friction
 //     fixed:     min_world_m*, max_world_m*
