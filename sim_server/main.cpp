@@ -84,15 +84,24 @@ int make_tetrahedra(int argc, char** argv) {
   return 0;
 }
 
+int run_gaps(int argc, char** argv) {
+  std::string scene_file;
+  Arguments arguments("sim_server gap",
+                      "says how far pressing instruments are from the surface that they dent, offline");
+  arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
+  if (!arguments.parse(argc, argv)) return 0;
+  std::fputs(measure_gaps(load_scene(scene_file)).c_str(), stdout);
+  return 0;
+}
+
 int run_session(int argc, char** argv) {
   std::string scene_file;
   ServeOptions options;
   options.network.session.clear();
   bool offline = false;
-  Arguments arguments(
-      "sim_server",
-      "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, sim_server traces SCENE, sim_server "
-      "mesh SURFACE)");
+  Arguments arguments("sim_server",
+                      "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, sim_server traces "
+                      "SCENE, sim_server mesh SURFACE, sim_server gap SCENE)");
   arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
   arguments.option("--steps", options.steps, "steps to simulate; 0: the scene's duration");
   arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
@@ -120,6 +129,7 @@ int main(int argc, char** argv) {
   return run_program("sim_server", [&] {
     if (first == "replay") return run_replay(argc - 1, argv + 1);
     if (first == "mesh") return make_tetrahedra(argc - 1, argv + 1);
+    if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);
     return run_session(argc, argv);
   });

@@ -231,6 +231,33 @@ std::string run_offline(const Scene& scene, std::uint64_t steps, const std::stri
   return record.finish(simulation);
 }
 
+std::string measure_gaps(const Scene& scene) {
+  Simulation simulation(scene);
+  std::vector<double> most_m(scene.bodies.size(), 0), sum_m(scene.bodies.size(), 0);
+  std::vector<std::uint64_t> steps(scene.bodies.size(), 0);
+  StepInput input;
+  for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {
+    input.samples = samples_of_traces(scene, k);
+    simulation.step(input);
+    for (std::uint32_t b = 0; b < scene.bodies.size(); ++b) {
+      const double gap_m = simulation.contact_gap_m(b);
+      most_m[b] = std::max(most_m[b], gap_m);
+      sum_m[b] += gap_m;
+      steps[b] += gap_m > 0;
+    }
+  }
+  std::string text;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    char line[256];
+    std::snprintf(line, sizeof line,
+                  "%s, contact with %s: gap at most %.3f mm, %.3f mm in the mean of %" PRIu64 " steps\n",
+                  scene.bodies[b].name.c_str(), scene.bodies[b].contact.style.c_str(), 1e3 * most_m[b],
+                  steps[b] > 0 ? 1e3 * sum_m[b] / static_cast<double>(steps[b]) : 0, steps[b]);
+    text += line;
+  }
+  return text;
+}
+
 void replay(const std::string& journal, const std::string& export_directory) {
   if (!export_directory.empty()) make_directory(export_directory);
   for (const JournalBody& body : read_journal(journal)) {

@@ -417,6 +417,12 @@ const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
 const BodySpec& Simulation::body(std::uint32_t body_id) const {
   return state_->bodies[body_id]->spec;
 }
+double Simulation::contact_gap_m(std::uint32_t body_id) const {
+  double most_m = 0;
+  for (std::uint32_t i = 0; i < state_->edges.size(); ++i)
+    most_m = std::max(most_m, state_->touch(body_id, i).gap_m());
+  return most_m;
+}
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;
   return rigid ? &rigid->body : nullptr;

@@ -11,7 +11,6 @@
 namespace sectio {
 namespace {
 
-constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
 constexpr double kNoTravelM = 1e-7;      // a motion below this has no direction
@@ -198,58 +197,6 @@ void SimulationTouch::press() {
   c.unilateral = true;
   c.normal = normal_;
   constraints_.push_back(c);
-}
-
-// Paper A, 2.2: the point that presses, and along the instrument from there whatever is beneath the surface.
-void SimulationTouch::press_with_templates(const Vec3& contact_world_m) {
-  const MeshDraft surface = original_surface(body_);
-  if (!surface.triangle(triangle_).alive()) {
-    ++searches_;
-    const auto closest = body_.tree().closest(body_.view(), contact_world_m, kNearM);
-    if (!closest) return;
-    triangle_ = original_triangle(body_, closest->triangle);
-    bary_.setConstant(1.0 / 3);
-  }
-  const Pose frame = body_.frame_world(surface.triangle(triangle_).v[0]);
-  normal_ = body_.home_normal_world(surface, surface.triangle(triangle_).v, bary_);
-  const auto to_body = [&](const Vec3& x_world_m) -> Vec3 {
-    return frame.orientation.conjugate() * (x_world_m - frame.position_m);
-  };
-  const SurfacePoint at =
-      seen_along(surface, triangle_, to_body(contact_world_m), frame.orientation.conjugate() * normal_);
-  triangle_ = at.triangle;
-  bary_ = at.bary;
-  normal_ = body_.home_normal_world(surface, surface.triangle(triangle_).v, bary_);
-  const std::span<const ContactPoint> before = body_.contact.points;
-  contact_points_.push_back({contact_place(surface, at, before), contact_world_m, normal_, stroke_id_});
-  ContactLine line{at.triangle, to_body(contact_world_m), {}, frame.orientation.conjugate() * normal_};
-  for (const std::size_t corner : corners_beside_contact()) {
-    line.corner_body_m = to_body(corners_at(pose_).at_world_m[corner]);
-    for (const PlaceOnLine& p : contact_places_along(surface, line, before))
-      contact_points_.push_back({p.place, frame.to_world(p.target_body_m), normal_, stroke_id_});
-  }
-}
-
-// Where lines lead to from the point that presses: from a corner its neighbours, from a side both ends.
-std::vector<std::size_t> SimulationTouch::corners_beside_contact() const {
-  if (contact_corners_[0] != contact_corners_[1]) return {contact_corners_[0], contact_corners_[1]};
-  std::vector<std::size_t> beside;
-  for (const auto& [p, q] : kSegmentCorners) {
-    if (instrument_.front_is_virtual && p == 2 && q == 3) continue;
-    if (p == contact_corners_[0]) beside.push_back(q);
-    if (q == contact_corners_[0]) beside.push_back(p);
-  }
-  return beside;
-}
-
-void SimulationTouch::hold_particles(std::span<const ContactParticle> held) {
-  for (const ContactParticle& h : held) {
-    if (h.owner != stroke_id_) continue;
-    PointConstraint c = hold(h.vertex, h.target_world_m);
-    c.unilateral = c.sticks = true;
-    c.normal = normal_;
-    constraints_.push_back(c);
-  }
 }
 
 // Downhill over neighbours to the point of the surface that is nearest to the instrument.
@@ -499,15 +446,6 @@ double SimulationTouch::penetration_m() {
   const Corners c = body_.view().corners(triangle_);
   const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
   return std::max(0.0, (nearest - contact).dot(normal_of_triangle(body_.view(), triangle_)));
-}
-
-double SimulationTouch::beneath_temporary_m(const Vec3& contact_world_m) const {
-  if (constraints_.empty()) return 0;
-  const MeshDraft surface(body_.mesh, body_.particle_view());
-  const SurfacePoint at = nearest_from(surface, surface.incident(constraints_.front().v[0]), contact_world_m);
-  const Corners c = body_.view().corners(at.triangle);
-  const Vec3 nearest = at.bary[0] * c[0] + at.bary[1] * c[1] + at.bary[2] * c[2];
-  return std::max(0.0, (nearest - contact_world_m).dot(normal_of_triangle(body_.view(), at.triangle)));
 }
 
 }  // namespace sectio

@@ -47,6 +47,10 @@ class SimulationTouch {
   const Vec3& normal_world() const { return normal_; }
   // Of what presses beneath the surface, after the step: to the nearest triangle, whatever the constraint was.
   double penetration_m();
+  // Between the instrument and the surface, along the normal, at most: of what is at least half as deep beneath the
+  // undeformed surface as the point that presses. Further out an instrument leaves its dent whatever the way of
+  // contact. For measurements; nothing in a step needs it.
+  double gap_m();
   std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 
@@ -54,6 +58,8 @@ class SimulationTouch {
   std::vector<EventKind> take_events();
 
  private:
+  static constexpr double kNearM = 0.02;  // an instrument further from the body's box than this is not looked at
+
   enum class Phase : std::uint8_t {
     free,
     pressing,   // a point of the instrument dents the surface

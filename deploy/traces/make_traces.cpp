@@ -78,7 +78,7 @@ struct Carry {
   double turn_deg = 0;  // of the jaws about the shaft
 };
 
-const std::array<Motion, 8> kMotions{{
+const std::array<Motion, 9> kMotions{{
     {.name = "liver_incision",
      .shape = liver,
      .strokes = {{.through = {{-0.066, -0.018, 0}, {-0.040, -0.028, 0}, {-0.012, -0.022, 0}, {0.020, 0.000, 0}}}},
@@ -121,6 +121,13 @@ const std::array<Motion, 8> kMotions{{
      .depth_m = 0.007,
      .speed_m_per_s = 0.020,
      .lean_deg = 0},
+    // Almost flat on the liver, so that the side of the rod presses, too.
+    {.name = "probe_liver_flat",
+     .shape = liver,
+     .strokes = {{.through = {{-0.020, -0.020, 0}, {-0.004, -0.014, 0}}}},
+     .depth_m = 0.008,
+     .speed_m_per_s = 0.012,
+     .lean_deg = 65},
     {.name = "knife_liver",
      .shape = liver,
      .strokes = {{.through = {{-0.055, -0.020, 0}, {-0.030, -0.024, 0}, {0.000, -0.014, 0}}}},
