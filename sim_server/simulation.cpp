@@ -417,11 +417,11 @@ const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
 const BodySpec& Simulation::body(std::uint32_t body_id) const {
   return state_->bodies[body_id]->spec;
 }
-double Simulation::contact_gap_m(std::uint32_t body_id) const {
-  double most_m = 0;
+ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
+  ContactGap deepest;
   for (std::uint32_t i = 0; i < state_->edges.size(); ++i)
-    most_m = std::max(most_m, state_->touch(body_id, i).gap_m());
-  return most_m;
+    if (const ContactGap gap = state_->touch(body_id, i).gap(); gap.depth_m > deepest.depth_m) deepest = gap;
+  return deepest;
 }
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;

@@ -47,10 +47,7 @@ class SimulationTouch {
   const Vec3& normal_world() const { return normal_; }
   // Of what presses beneath the surface, after the step: to the nearest triangle, whatever the constraint was.
   double penetration_m();
-  // Between the instrument and the surface, along the normal, at most: of what is at least half as deep beneath the
-  // undeformed surface as the point that presses. Further out an instrument leaves its dent whatever the way of
-  // contact. For measurements; nothing in a step needs it.
-  double gap_m();
+  ContactGap gap();
   std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 

@@ -69,8 +69,8 @@ double SimulationTouch::beneath_temporary_m(const Vec3& contact_world_m) const {
 }
 
 // Of lines along the surface: those that lead into it have the surface beside them.
-double SimulationTouch::gap_m() {
-  if (phase_ != Phase::pressing) return 0;
+ContactGap SimulationTouch::gap() {
+  if (phase_ != Phase::pressing) return {};
   constexpr int kSamples = 100;
   constexpr double kAlong = 0.5;   // cosine of a line's angle to the surface
   constexpr double kLookM = 0.03;  // for the surface, up and down from the line
@@ -82,20 +82,20 @@ double SimulationTouch::gap_m() {
     return (body_.home_world_m(original.triangle(home.triangle).v, home.bary) - q).dot(normal_);
   };
   const Vec3 from = contact_world_m();
-  double most_m = 0;
+  ContactGap most{depth_m(from), 0};
   for (const std::size_t corner : corners_beside_contact()) {
     const Vec3 line = corners_at(pose_).at_world_m[corner] - from;
     if ((line - line.dot(normal_) * normal_).norm() < kAlong * line.norm()) continue;
     for (int i = 0; i <= kSamples; ++i) {
       const Vec3 q = from + i / double{kSamples} * line;
-      if (depth_m(q) < 0.5 * depth_m(from)) break;
+      if (depth_m(q) < 0.5 * most.depth_m) break;
       double nearest_m = kLookM;
       for (const SurfaceHit& hit : body_.tree().hits(body_.view(), q + kLookM * normal_, q - kLookM * normal_))
         nearest_m = std::min(nearest_m, (hit.point_world_m - q).norm());
-      most_m = std::max(most_m, nearest_m);
+      most.gap_m = std::max(most.gap_m, nearest_m);
     }
   }
-  return most_m;
+  return most;
 }
 
 }  // namespace sectio
