@@ -75,6 +75,8 @@ class TriangleMesh {
   std::uint64_t hash() const { return hash_; }
   std::uint64_t revision() const { return revision_; }
 
+  std::size_t bytes() const;  // held, spare room included
+
   // All slots, dead ones included, adjacency aside (it is derived).
   bool same_database(const TriangleMesh& other) const;
 
