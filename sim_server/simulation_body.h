@@ -85,7 +85,8 @@ class SimulationBody {
   std::optional<RigidPiece> rigid;
   std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
   std::vector<RestingLoad> loads;     // while it sleeps
-  bool frozen = false;                // numerics failed: it stays as it was
+  std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
+  bool frozen = false;           // numerics failed: it stays as it was
 
  private:
   void begin(const EngineSite& site);

@@ -101,6 +101,12 @@ void TriangleMesh::rebuild_derived() {
   }
 }
 
+std::size_t TriangleMesh::bytes() const {
+  const auto held = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  return held(rest_) + held(triangles_) + held(neighbours_) + held(incident_) + held(free_vertices_) +
+         held(free_triangles_);
+}
+
 bool TriangleMesh::same_database(const TriangleMesh& other) const {
   if (rest_.size() != other.rest_.size() || triangles_ != other.triangles_ || hash_ != other.hash_ ||
       free_vertices_ != other.free_vertices_ || free_triangles_ != other.free_triangles_)

@@ -81,6 +81,8 @@ class TriangleMesh {
   std::uint64_t permanent_hash() const { return permanent_hash_; }
   bool has_temporary_elements() const { return hash_ != permanent_hash_; }
 
+  std::size_t bytes() const;  // held, spare room included
+
   // All slots, dead ones included, adjacency aside (it is derived).
   bool same_database(const TriangleMesh& other) const;
 

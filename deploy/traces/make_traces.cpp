@@ -62,6 +62,7 @@ struct Motion {
   int snips = 1;                // evenly along the stroke
   double close_s = 1.0;         // a snip
   Vec3 leave_m = Vec3::Zero();  // at the end, out of the way of other instruments
+  Vec3 place_m = Vec3::Zero();  // of the body in its scene
 };
 
 // Forceps, shaft upright: they wait, come down on the skin at a place, close, carry what they hold elsewhere and open.
@@ -78,7 +79,18 @@ struct Carry {
   double turn_deg = 0;  // of the jaws about the shaft
 };
 
-const std::array<Motion, 9> kMotions{{
+const Stroke kKidneyLoop{.through = {{0.017, 0.000, 0},
+                                     {0.012, 0.0085, 0},
+                                     {0.000, 0.012, 0},
+                                     {-0.012, 0.0085, 0},
+                                     {-0.017, 0.000, 0},
+                                     {-0.012, -0.0085, 0},
+                                     {0.000, -0.012, 0},
+                                     {0.012, -0.0085, 0}},
+                         .closed = true,
+                         .overlap_m = 0.006};
+
+const auto kMotions = std::to_array<Motion>({
     {.name = "liver_incision",
      .shape = liver,
      .strokes = {{.through = {{-0.066, -0.018, 0}, {-0.040, -0.028, 0}, {-0.012, -0.022, 0}, {0.020, 0.000, 0}}}},
@@ -87,16 +99,7 @@ const std::array<Motion, 9> kMotions{{
      .lean_deg = 10},
     {.name = "kidney_loop",
      .shape = kidney,
-     .strokes = {{.through = {{0.017, 0.000, 0},
-                              {0.012, 0.0085, 0},
-                              {0.000, 0.012, 0},
-                              {-0.012, 0.0085, 0},
-                              {-0.017, 0.000, 0},
-                              {-0.012, -0.0085, 0},
-                              {0.000, -0.012, 0},
-                              {0.012, -0.0085, 0}},
-                  .closed = true,
-                  .overlap_m = 0.006}},
+     .strokes = {kKidneyLoop},
      .depth_m = 0.006,
      .speed_m_per_s = 0.020,
      .lean_deg = 5,
@@ -150,9 +153,16 @@ const std::array<Motion, 9> kMotions{{
      .speed_m_per_s = 0.030,
      .lean_deg = 0,
      .open_rad = 0.4},
-}};
+    {.name = "organs_kidney",
+     .shape = kidney,
+     .strokes = {kKidneyLoop},
+     .depth_m = 0.006,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 5,
+     .place_m = {0.145, 0, 0}},
+});
 
-const std::array<Carry, 1> kCarries{{
+const auto kCarries = std::to_array<Carry>({
     {.name = "excision_kidney_forceps",
      .shape = kidney,
      .from_m = {0, 0, 0},
@@ -161,7 +171,7 @@ const std::array<Carry, 1> kCarries{{
      .wait_s = 6.6,
      .park_m = {0.06, 0.05, 0.06},
      .turn_deg = 30},
-}};
+});
 
 double smooth_step(double s) {
   return s * s * (3 - 2 * s);
@@ -279,7 +289,7 @@ class TraceWriter : Recorder {
     axes.col(2) = shaft;
     axes.col(1) = shaft.cross(along).normalized();
     axes.col(0) = axes.col(1).cross(shaft);
-    return {on_skin + height_m * normal, Eigen::Quaterniond(axes)};
+    return {motion_.place_m + on_skin + height_m * normal, Eigen::Quaterniond(axes)};
   }
 
   // Down with open blades; close, open a little higher, go on to the next place; up.
