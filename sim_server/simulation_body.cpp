@@ -48,6 +48,10 @@ SimulationBody::SimulationBody(const BodySpec& part, const Scene& scene, std::ui
 void SimulationBody::begin(const EngineSite& site) {
   engines = make_(site);
   stroke_settings = engines.cutting->settings();
+  if (!site.is_part) return;
+  std::vector<VertexId> all(mesh.vertex_slots());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  lips_.follow(mesh, all);
 }
 
 const CollisionEngine& SimulationBody::tree() {
@@ -118,6 +122,7 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
   engines.follow(shared(), {plan.delta, touched, changed, placed});
+  lips_.follow(mesh, touched);
   if (spec.splitting.free_parts == FreeParts::keep)
     free_islands(plan);
   else
@@ -152,6 +157,7 @@ void SimulationBody::give_up(const TopologyDelta& delta) {
   for (const VertexEdit& e : delta.vertices) vertices.push_back(e.id);
   for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
   engines.follow(shared(), {delta, vertices, triangles, {}});
+  lips_.follow(mesh, vertices);
   const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
   std::erase_if(cuts.grooves.ends, [&](const auto& end) { return gone(end.first) || gone(end.second); });
   std::erase_if(cuts.grooves.bottoms, gone);
@@ -191,6 +197,7 @@ void SimulationBody::deform(std::span<const PointConstraint> constraints, std::s
   engines.deformation->step(shared(), constraints, reactions);
   compact_.invalidate();
   for (const auto& process : engines.processes) process->step(shared(), step_s);
+  lips_.step(shared(), *engines.deformation, step_s);
   compact_.invalidate();
   tree_stale_ = true;
 }
