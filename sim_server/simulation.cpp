@@ -82,7 +82,8 @@ void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, B
   if (const Stroke* stroke = body.cuts.stroke_of(motion.tool_id))
     at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
   if (at == kNone) return;
-  const Eigen::Quaterniond to_body = body.frame_world(at).orientation.conjugate();
+  motion.frame_world = body.frame_world(at);
+  const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
   for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
 }
 

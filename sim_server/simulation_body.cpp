@@ -159,8 +159,7 @@ void SimulationBody::give_up(const TopologyDelta& delta) {
   engines.follow(shared(), {delta, vertices, triangles, {}});
   lips_.follow(mesh, vertices);
   const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
-  std::erase_if(cuts.grooves.ends, [&](const auto& end) { return gone(end.first) || gone(end.second); });
-  std::erase_if(cuts.grooves.bottoms, gone);
+  cuts.grooves.forget(vertices);
   std::erase_if(cuts.strokes, [&](const Stroke& s) {
     return gone(s.cell.apex) || gone(s.start) || gone(s.bottom) || gone(s.first) || gone(s.temporary_tip) ||
            std::ranges::any_of(s.cell.rim, gone) || std::ranges::any_of(s.touched, gone);

@@ -12,7 +12,6 @@ namespace {
 constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
-constexpr double kNoTravelM = 1e-7;      // a motion below this has no direction
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
 constexpr int kMaxSlides = 64;           // triangles that a pressing point crosses in one step
@@ -248,7 +247,9 @@ void SimulationTouch::plan(std::span<const JointPose> poses, std::vector<Entry>&
   if (phase_ == Phase::searching) search();
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
-  if (const Stroke* stroke = body_.cuts.stroke_of(stroke_id_)) follow_stroke(*stroke, poses, motions);
+  const Stroke* stroke = body_.cuts.stroke_of(stroke_id_);
+  if (stroke && with_templates()) return follow_with_templates(*stroke, poses, motions);
+  if (stroke) follow_stroke(*stroke, poses, motions);
 }
 
 void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions) {
@@ -259,6 +260,7 @@ void SimulationTouch::begin_stroke(std::vector<Entry>& entries, std::vector<Blad
   tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
   motions.push_back({stroke_id_, {limited_blade(pose_, point_)}, false});
+  if (with_templates()) begin_with_templates(motions.back());
   entry_.reset();
 }
 
@@ -313,28 +315,7 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
     if (end != kNone && (at_surface - now.position(end)).norm() > kStillM) constraint_ = hold(end, at_surface);
     break;
   }
-  if (body_.stroke_settings.style == CutStyle::templates) sweep_over(stroke, motion);
   motions.push_back(std::move(motion));
-}
-
-// The triangles that the blade comes near from the pose before to the last one.
-void SimulationTouch::sweep_over(const Stroke& stroke, BladeMotion& motion) {
-  if (motion.path.empty()) return;
-  const InstrumentShape shape = shape_at(pose_.opening_rad);
-  const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
-  const Blade first = stroke.blade.value_or(motion.path.front());
-  std::vector<Vec3> points{first.tip_world_m, first.tip_world_m + length_m * first.up_world};
-  std::vector<std::array<std::size_t, 2>> segments{{0, 1}};
-  double reach_m = 0;
-  for (const Blade& blade : motion.path) {
-    const std::size_t n = points.size();
-    reach_m = std::max(reach_m, (blade.tip_world_m - points[n - 2]).norm());
-    points.push_back(blade.tip_world_m);
-    points.push_back(blade.tip_world_m + length_m * blade.up_world);
-    segments.push_back({n, n + 1});
-    segments.push_back({n - 2, n});
-  }
-  body_.tree().near_segments(body_.view(), points, segments, reach_m, motion.active);
 }
 
 void SimulationTouch::search() {
@@ -433,7 +414,8 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   if (!reaction.active && above_m > kLetGoM) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
-  if (at_tip_ && instrument_.tip_pierces && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
+  const bool may_rupture = (at_tip_ && instrument_.tip_pierces) || sharp_edge_presses();
+  if (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
     entry_ = Entry{stroke_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;

@@ -67,7 +67,16 @@ class SimulationTouch {
   void enter_tissue(const SurfaceHit& hit);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
-  void sweep_over(const Stroke& stroke, BladeMotion& motion);
+  // In the template style; simulation_touch_templates.cpp.
+  static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
+  bool with_templates() const { return body_.stroke_settings.style == CutStyle::templates; }
+  bool sharp_edge_presses() const;
+  void begin_with_templates(BladeMotion& motion);
+  void follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
+  Leaf decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
+                         double& cut_length_m);
+  void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
+
   void search();
   void rest_in_groove();
   Blade limited_blade(const JointPose& pose, const Vec3& surface_world_m) const;

@@ -1,13 +1,15 @@
-// make_meshes DIR [NAME...]: writes organ-like surfaces as NAME.obj in metres (all of the table below, or those named).
+// make_meshes DIR [NAME...]: writes organ-like surfaces and a bar as NAME.obj in metres (all of the table below, or
+// those named).
 // make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
 //
-// A geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and back to
-// the surface, and edges flip to Delaunay's, until triangles are even.
+// An organ: a geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and
+// back to the surface, and edges flip to Delaunay's, until triangles are even. A bar: a grid on each side.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <map>
 #include <sstream>
@@ -22,17 +24,8 @@ namespace {
 
 struct Recipe {
   const char* name;
-  double (*shape)(const Vec3&);
-  int frequency;  // of the geodesic sphere: 20 frequency^2 triangles
-  int rounds;
+  std::function<TriangleSoup()> make;
 };
-constexpr std::array<Recipe, 7> kRecipes{{{"liver_2k", liver, 10, 400},
-                                          {"liver_10k", liver, 22, 1200},
-                                          {"liver_40k", liver, 45, 1500},
-                                          {"kidney_2k", kidney, 10, 400},
-                                          {"kidney_10k", kidney, 22, 1200},
-                                          {"kidney_40k", kidney, 45, 1500},
-                                          {"skin_pad", skin_pad, 18, 1200}}};
 
 using Corners = std::array<VertexId, 3>;
 
@@ -169,8 +162,8 @@ double least_angle_deg(const TriangleSoup& soup) {
   return std::acos(greatest_cosine) * 180 / M_PI;
 }
 
-std::string obj(const TriangleSoup& soup, const Recipe& recipe) {
-  std::string text = std::string("# ") + recipe.name + ", made by make_meshes; unit: m\n";
+std::string obj(const TriangleSoup& soup, const std::string& name) {
+  std::string text = "# " + name + ", made by make_meshes; unit: m\n";
   char line[96];
   for (const Vec3& p : soup.vertices_body_m) {
     std::snprintf(line, sizeof line, "v %.7f %.7f %.7f\n", p.x(), p.y(), p.z());
@@ -183,15 +176,60 @@ std::string obj(const TriangleSoup& soup, const Recipe& recipe) {
   return text;
 }
 
-std::string make(const Recipe& recipe) {
-  const ImplicitShape shape = recipe.shape;
-  TriangleSoup soup = geodesic_sphere(recipe.frequency);
+TriangleSoup organ(const ImplicitShape& shape, int frequency, int rounds) {
+  TriangleSoup soup = geodesic_sphere(frequency);  // 20 frequency^2 triangles
   Relaxation relaxation(soup, shape);
   relaxation.put_on_shape();
-  for (int round = 0; round < recipe.rounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     relaxation.smooth();
-    if (round % 4 == 0 || round + 1 == recipe.rounds) relaxation.flip();
+    if (round % 4 == 0 || round + 1 == rounds) relaxation.flip();
   }
+  return soup;
+}
+
+// Around the origin; the diagonals of neighbouring cells mirror each other.
+TriangleSoup bar(const std::array<int, 3>& cells, double cell_m) {
+  TriangleSoup soup;
+  std::map<std::array<int, 3>, VertexId> known;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const bool far : {false, true}) {
+      const std::size_t u = (axis + (far ? 1 : 2)) % 3, w = (axis + (far ? 2 : 1)) % 3;  // u, w, outwards: right-handed
+      for (int i = 0; i < cells[u]; ++i)
+        for (int j = 0; j < cells[w]; ++j) {
+          const auto at = [&](int di, int dj) {
+            std::array<int, 3> c{};
+            c[axis] = far ? cells[axis] : 0;
+            c[u] = i + di;
+            c[w] = j + dj;
+            const auto [entry, is_new] = known.try_emplace(c, static_cast<VertexId>(soup.vertices_body_m.size()));
+            if (is_new)
+              soup.vertices_body_m.push_back(cell_m *
+                                             Vec3(c[0] - 0.5 * cells[0], c[1] - 0.5 * cells[1], c[2] - 0.5 * cells[2]));
+            return entry->second;
+          };
+          const VertexId a = at(0, 0), b = at(1, 0), c = at(1, 1), d = at(0, 1);
+          if ((i + j) % 2 == 0)
+            soup.triangles.insert(soup.triangles.end(), {{a, b, c}, {a, c, d}});
+          else
+            soup.triangles.insert(soup.triangles.end(), {{a, b, d}, {b, c, d}});
+        }
+    }
+  return soup;
+}
+
+const std::array<Recipe, 8> kRecipes{{{"liver_2k", [] { return organ(liver, 10, 400); }},
+                                      {"liver_10k", [] { return organ(liver, 22, 1200); }},
+                                      {"liver_40k", [] { return organ(liver, 45, 1500); }},
+                                      {"kidney_2k", [] { return organ(kidney, 10, 400); }},
+                                      {"kidney_10k", [] { return organ(kidney, 22, 1200); }},
+                                      {"kidney_40k", [] { return organ(kidney, 45, 1500); }},
+                                      {"skin_pad", [] { return organ(skin_pad, 18, 1200); }},
+                                      {"bar", [] {
+                                         return bar({40, 8, 8}, 0.0025);
+                                       }}}};
+
+std::string make(const Recipe& recipe) {
+  const TriangleSoup soup = recipe.make();
   const SurfaceReport report = check_soup(soup);
   Eigen::AlignedBox3d box;
   for (const Vec3& p : soup.vertices_body_m) box.extend(p);
@@ -199,7 +237,7 @@ std::string make(const Recipe& recipe) {
   std::printf("%s: %u triangles, %.0f x %.0f x %.0f mm, %.4f L, least angle %.1f deg%s%s\n", recipe.name,
               report.triangles, size_mm.x(), size_mm.y(), size_mm.z(), 1000 * report.volume_m3, least_angle_deg(soup),
               report.valid() ? "" : ", BROKEN: ", report.first_defect.c_str());
-  return report.valid() ? obj(soup, recipe) : "";
+  return report.valid() ? obj(soup, recipe.name) : "";
 }
 
 int run(std::vector<std::string> words) {

@@ -156,6 +156,35 @@ const std::array<Carry, 1> kCarries{{
      .turn_deg = 30},
 }};
 
+// A blade that is longer than a body is thick, and goes through it: upright, its tip from place to place at constant
+// speed, its sharp edge ahead.
+struct Place {
+  Vec3 tip_world_m;
+  double ahead_deg;             // the sharp edge points there, from +x towards +y
+  double rest_s = 0;            // here, before it goes on
+  double speed_m_per_s = 0.03;  // to here
+};
+struct Passage {
+  const char* name;
+  std::vector<Place> places;
+};
+
+// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
+const std::array<Passage, 2> kPassages{{
+    {.name = "bar_one_sequence",
+     .places = {{.tip_world_m = {0.0043, -0.022, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+                {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
+                {.tip_world_m = {0.0052, 0.022, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
+    {.name = "bar_two_sequences",
+     .places = {{.tip_world_m = {0.0043, -0.022, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+                {.tip_world_m = {0.0047, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
+                {.tip_world_m = {0.0043, -0.022, 0.045}, .ahead_deg = 90},
+                {.tip_world_m = {-0.0043, -0.022, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0052, 0.022, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0052, 0.022, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0044, -0.015, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
+}};
+
 double smooth_step(double s) {
   return s * s * (3 - 2 * s);
 }
@@ -355,7 +384,28 @@ class CarryWriter : Recorder {
   const Carry& carry_;
 };
 
-bool write(const std::string& directory, const char* name, const std::string& text) {
+std::string trace_of(const Passage& passage) {
+  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
+  double time_s = 0;
+  const auto add = [&](const Place& at) {
+    const double half_rad = at.ahead_deg * M_PI / 360;
+    char line[160];
+    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s, at.tip_world_m.x(),
+                  at.tip_world_m.y(), at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
+    text += line;
+  };
+  for (std::size_t i = 0; i < passage.places.size(); ++i) {
+    const Place& to = passage.places[i];
+    if (i > 0) time_s += (to.tip_world_m - passage.places[i - 1].tip_world_m).norm() / to.speed_m_per_s;
+    add(to);
+    if (to.rest_s == 0) continue;
+    time_s += to.rest_s;
+    add(to);
+  }
+  return text;
+}
+
+bool write(const std::string& directory, const std::string& name, const std::string& text) {
   const std::string path = directory + "/" + name + ".csv";
   if (std::ofstream(path, std::ios::binary) << text) return true;
   std::cerr << path << ": not written\n";
@@ -375,5 +425,7 @@ int main(int argc, char** argv) {
     written &= sectio::write(argv[1], motion.name, sectio::TraceWriter(motion).run());
   for (const sectio::Carry& carry : sectio::kCarries)
     written &= sectio::write(argv[1], carry.name, sectio::CarryWriter(carry).run());
+  for (const sectio::Passage& passage : sectio::kPassages)
+    written &= sectio::write(argv[1], passage.name, sectio::trace_of(passage));
   return written ? 0 : 1;
 }

@@ -44,6 +44,11 @@ VertexState MeshDraft::state(VertexId v) const {
   return {base_->rest_body_m(v), particles_.position(v), particles_.velocity(v)};
 }
 
+Vec3 MeshDraft::rest(VertexId v) const {
+  const auto it = vertices_.find(v);
+  return it != vertices_.end() ? it->second.state.rest_body_m : base_->rest_body_m(v);
+}
+
 std::vector<TriangleId> MeshDraft::fan(VertexId v) const {
   std::vector<TriangleId> result;
   const TriangleId first = incident(v);

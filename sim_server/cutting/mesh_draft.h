@@ -50,6 +50,7 @@ class MeshDraft {
   TriangleId incident(VertexId v) const;  // kNone: dead
   VertexState state(VertexId v) const;
   Vec3 position(VertexId v) const { return state(v).position_world_m; }
+  Vec3 rest(VertexId v) const;
 
   // Triangles around v, counter-clockwise; begins anywhere. Empty if v is dead.
   std::vector<TriangleId> fan(VertexId v) const;

@@ -103,7 +103,7 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
   }
   if (settings.style == CutStyle::templates)
     return plan_with_templates(mesh, particles, cuts, entries, motions, settings);
-  CutPlan plan{{}, {}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
+  CutPlan plan{{}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
   if (attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
@@ -112,7 +112,7 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
     return plan;
   }
   // Refused whole: the mesh stays; cuts that were under way end with what is open now.
-  CutPlan refusal{{}, {}, {}, {}, {}, {}, {}, 1, GrooveDraft(cuts.grooves)};
+  CutPlan refusal{{}, {}, {}, {}, {}, {}, 1, GrooveDraft(cuts.grooves)};
   for (Stroke s : cuts.strokes) {
     keep_what_is_open(s, refusal.grooves);
     refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused});
@@ -125,9 +125,8 @@ bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts) {
   if (!plan.delta.empty() && apply(plan.delta, mesh) != ApplyStatus::applied) {
     GrooveDraft grooves(cuts.grooves);
     for (Stroke& s : cuts.strokes) keep_what_is_open(s, grooves);
+    for (const TemplateStroke& s : cuts.template_strokes) keep_what_is_open(s, grooves);
     grooves.commit(cuts.grooves);
-    for (const TemplateStroke& s : cuts.template_strokes)
-      cuts.bottoms.insert(s.temporary_bottoms.begin(), s.temporary_bottoms.end());
     cuts.strokes.clear();
     cuts.template_strokes.clear();
     return false;
@@ -135,7 +134,10 @@ bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts) {
   plan.grooves.commit(cuts.grooves);
   cuts.strokes = plan.strokes;
   cuts.template_strokes = plan.template_strokes;
-  cuts.bottoms.insert(plan.bottoms.begin(), plan.bottoms.end());
+  std::vector<VertexId> dead;
+  for (const VertexEdit& e : plan.delta.vertices)
+    if (!e.alive) dead.push_back(e.id);
+  cuts.grooves.forget(dead);
   return true;
 }
 

@@ -18,6 +18,7 @@ struct BladeMotion {
   bool lift = false;        // the cut ends here, whatever the path
   // Triangles that the blade sweeps over, as the collision engine found them: for cutting with templates.
   std::vector<TriangleId> active = {};
+  Pose frame_world = {};  // where the body's shape at rest is, for the same
 };
 
 // Where an instrument breaks the surface: as the collision engine found it, used as it is.
@@ -32,7 +33,6 @@ struct BodyCuts {
   Grooves grooves;
   std::vector<Stroke> strokes;                   // one an instrument that is in the tissue, in either style
   std::vector<TemplateStroke> template_strokes;  // the same ones, when they cut with templates
-  GrooveBottoms bottoms;                         // that templates have made
 
   const Stroke* stroke_of(std::uint32_t tool_id) const;
 };
@@ -49,7 +49,6 @@ struct CutPlan {
   std::vector<Island> islands;
   std::vector<Stroke> strokes;  // those that go on
   std::vector<TemplateStroke> template_strokes;
-  GrooveBottoms bottoms;
   std::uint32_t refused = 0;  // cuts for which there was no valid subdivision
   GrooveDraft grooves;
 };

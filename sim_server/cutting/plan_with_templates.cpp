@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "sim_server/cutting/plan_cut.h"
 
@@ -10,6 +11,7 @@ TemplateSettings template_settings(const StrokeSettings& s) {
   t.open_top_m = s.open_top_m;
   t.open_bottom_m = s.open_bottom_m;
   t.min_step_m = s.min_step_m;
+  t.join_tolerance_m = s.join_tolerance_m;
   t.inset = s.inset;
   return t;
 }
@@ -23,7 +25,9 @@ std::vector<TriangleId> alive_around(const MeshDraft& draft, const Triangle& ent
 }
 
 VertexId top_of(const TemplateStroke& s) {
-  return s.temporary_front ? s.temporary_front->top : s.front ? s.front->top : kNone;
+  return !s.temporary_fronts.empty() ? s.temporary_fronts.front().top
+         : !s.fronts.empty()         ? s.fronts.front().top
+                                     : kNone;
 }
 
 Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
@@ -39,9 +43,9 @@ Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s, double advance
   seen.tool_id = s.tool_id;
   seen.touched = s.touched;
   seen.bary = s.bary;
-  seen.blade = s.newest;
+  seen.blade = s.blade;
   seen.advanced_m = advanced_m;
-  if (s.newest) seen.depth_m = (surface_point(draft, s) - s.newest->tip_world_m).dot(s.newest->up_world);
+  if (s.blade) seen.depth_m = (surface_point(draft, s) - s.blade->tip_world_m).dot(s.blade->up_world);
   const VertexId top = top_of(s);
   if (top == kNone) return seen;
   seen.temporary_tip = top;
@@ -54,29 +58,53 @@ Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s, double advance
   return seen;
 }
 
+// How far the tissue at the instrument is from its place at rest, in the frame of the body: where the blade is in the
+// tissue, it would be there in the body at rest. Around the top the mean of the skin, which shakes less than a vertex.
+Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const Pose& frame_world) {
+  const auto displacement = [&](VertexId v) -> Vec3 { return frame_world.to_local(draft.position(v)) - draft.rest(v); };
+  const VertexId top = top_of(s);
+  if (top == kNone)
+    return s.bary[0] * displacement(s.touched[0]) + s.bary[1] * displacement(s.touched[1]) +
+           s.bary[2] * displacement(s.touched[2]);
+  std::set<VertexId> around{top};
+  for (const TriangleId t : draft.fan(top))
+    if (const Triangle skin = draft.triangle(t); skin.surface == Surface::skin)
+      around.insert(skin.v.begin(), skin.v.end());
+  Vec3 sum = Vec3::Zero();
+  for (const VertexId v : around) sum += displacement(v);
+  return sum / static_cast<double>(around.size());
+}
+
 struct Followed {
   StrokeEnd end = StrokeEnd::going;
   double advanced_m = 0;
 };
 
-Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveBottoms& bottoms,
+Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveDraft& grooves,
                 const StrokeSettings& settings) {
   Followed f;
+  const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
   for (const Blade& blade : motion.path) {
-    const std::optional<Blade> before = stroke.newest;
-    switch (advance(draft, stroke, blade, motion.active, bottoms, template_settings(settings))) {
+    const std::optional<RestBlade> newest = stroke.newest;
+    const std::optional<Blade> before = std::exchange(stroke.blade, blade);
+    const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - displacement_m,
+                            motion.frame_world.orientation.conjugate() * blade.up_world};
+    switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
       case TemplateStrokeEnd::refused:
         f.end = StrokeEnd::refused;
         return f;
       case TemplateStrokeEnd::left_body:
         f.end = StrokeEnd::lifted;
         return f;
-      default:
+      case TemplateStrokeEnd::joined:
+        f.end = StrokeEnd::joined;
+        return f;
+      case TemplateStrokeEnd::going:
         break;
     }
     if (before) f.advanced_m += (blade.tip_world_m - before->tip_world_m).cross(blade.up_world).norm();
     if ((surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
-      stroke.newest = before;
+      stroke.newest = newest;
       f.end = StrokeEnd::lifted;
       return f;
     }
@@ -90,7 +118,7 @@ Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mot
 CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
                             std::span<const Entry> entries, std::span<const BladeMotion> motions,
                             const StrokeSettings& settings) {
-  CutPlan plan{{}, {}, {}, {}, {}, {}, cuts.bottoms, 0, GrooveDraft(cuts.grooves)};
+  CutPlan plan{{}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
   std::vector<TemplateStroke> strokes = cuts.template_strokes;
@@ -98,7 +126,7 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
     if (undo_temporary(draft, *it)) continue;
     for (const TemplateStroke& s : cuts.template_strokes) {
       plan.outcomes.push_back({s.tool_id, StrokeEnd::refused});
-      plan.bottoms.insert(s.temporary_bottoms.begin(), s.temporary_bottoms.end());
+      keep_what_is_open(s, plan.grooves);
     }
     for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused});
     ++plan.refused;
@@ -115,11 +143,13 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
     strokes.push_back(std::move(s));
   }
 
+  for (TemplateStroke& s : strokes) take_bottoms_to_tip(draft, s);
+
   std::vector<double> advanced_m;
   for (TemplateStroke& s : strokes) {
     const auto motion =
         std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.tool_id == s.tool_id; });
-    const Followed f = motion != motions.end() ? follow(draft, s, *motion, plan.bottoms, settings) : Followed{};
+    const Followed f = motion != motions.end() ? follow(draft, s, *motion, plan.grooves, settings) : Followed{};
     if (f.end == StrokeEnd::going) {
       plan.template_strokes.push_back(s);
       advanced_m.push_back(f.advanced_m);
@@ -127,8 +157,8 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
     }
     plan.refused += f.end == StrokeEnd::refused;
     plan.outcomes.push_back({s.tool_id, f.end});
-    open_temporarily(draft, s, template_settings(settings));
-    finish(draft, s, plan.bottoms);
+    if (f.end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
+    finish(draft, s, plan.grooves);
   }
   for (std::size_t i = 0; i < plan.template_strokes.size(); ++i) {
     open_temporarily(draft, plan.template_strokes[i], template_settings(settings));

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <utility>
 
 namespace sectio {
 namespace {
 
 constexpr int kMaxFaces = 200000;
+constexpr double kBeyondM = 1e-3;         // the tip is this far out, at least, where a cut has come out below
 constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are none
 
 // Columns: along the first edge, across it, and the normal.
@@ -25,14 +27,43 @@ double cross(const Vec2& a, const Vec2& b) {
 
 }  // namespace
 
-BladeSweep::BladeSweep(const Vec3& from, const Vec3& tip_first, const Vec3& above_first, const Blade& last)
-    : origin(from), up(last.up_world) {
-  const Vec3 to = last.tip_world_m - from;
+void BladeSweep::set_plane(const Vec3& from, const RestBlade& last) {
+  origin = from;
+  up = last.up_body;
+  const Vec3 to = last.tip_body_m - from;
   ahead = (to - to.dot(up) * up).stableNormalized();
   left = up.cross(ahead);
+  tip_last_ = in_plane(last.tip_body_m);
+}
+
+BladeSweep::BladeSweep(const RestBlade& first, const RestBlade& last) : straight_(true) {
+  set_plane(first.tip_body_m, last);
+  tip_first_ = Vec2::Zero();
+  first_ = {place_of(first.tip_body_m), place_of(first.tip_body_m + first.up_body)};
+}
+
+BladeSweep::BladeSweep(std::span<const std::array<Vec3, 2>> parts, const Vec3& tip_first, const RestBlade& last) {
+  set_plane(parts.front()[0], last);
   tip_first_ = in_plane(tip_first);
-  above_first_ = in_plane(above_first);
-  tip_last_ = in_plane(last.tip_world_m);
+  for (const auto& ends : parts)
+    for (const Vec3& x : ends) first_.push_back(place_of(x));
+  std::stable_sort(first_.begin(), first_.end(), [](const Place& a, const Place& b) { return a.height < b.height; });
+}
+
+BladeSweep::Place BladeSweep::first_at(double height) const {
+  auto above = std::find_if(first_.begin(), first_.end(), [&](const Place& p) { return p.height >= height; });
+  if (!straight_ && above == first_.begin()) return first_.front();
+  if (!straight_ && above == first_.end()) return first_.back();
+  above = std::clamp(above, first_.begin() + 1, first_.end() - 1);
+  const Place &a = *(above - 1), &b = *above;
+  const double t = (height - a.height) / (b.height - a.height);
+  return {height, a.ahead + t * (b.ahead - a.ahead), a.left + t * (b.left - a.left)};
+}
+
+double BladeSweep::side(const Vec3& x) const {
+  const Vec2 at = in_plane(x);
+  const double fade = std::clamp((tip_last_.x() - at.x()) / length_m(), 0.0, 1.0);
+  return left.dot(x - origin) - fade * first_at(at.y()).left;
 }
 
 double BladeSweep::trail_height(double s) const {
@@ -54,8 +85,8 @@ std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b) c
     }
     return c.from < c.to;
   };
-  const Vec2 up_first = above_first_ - tip_first_, trail = tip_last_ - tip_first_;
-  if (!keep(cross(a - tip_first_, up_first), cross(b - tip_first_, up_first), SweepRim::first_pose) ||
+  const Vec2 trail = tip_last_ - tip_first_;
+  if (!keep(ahead_of_first(a), ahead_of_first(b), SweepRim::first_pose) ||
       !keep(tip_last_.x() - a.x(), tip_last_.x() - b.x(), SweepRim::last_pose) ||
       !keep(cross(trail, a - tip_first_), cross(trail, b - tip_first_), SweepRim::trail))
     return std::nullopt;
@@ -68,7 +99,7 @@ double BladeSweep::rim_position(const Vec2& x, SweepRim rim) const {
   const auto squeezed = [](double height) { return height > 0 ? height / (1 + height) : 0.0; };
   switch (rim) {
     case SweepRim::first_pose:
-      return 1 - squeezed((x - tip_first_).dot((above_first_ - tip_first_).normalized()));
+      return 1 - squeezed(x.y() - tip_first_.y());
     case SweepRim::last_pose:
       return 2 + squeezed(x.y() - tip_last_.y());
     default: {
@@ -82,28 +113,51 @@ namespace {
 
 class PathFinder {
  public:
-  PathFinder(const MeshDraft& draft, const BladeSweep& sweep, const std::optional<CutFront>& front, double snap_ratio,
-             double inset)
-      : draft_(draft), sweep_(sweep), front_(front), snap_(snap_ratio), inset_(inset) {}
+  PathFinder(const MeshDraft& draft, const BladeSweep& sweep, double snap_ratio, double inset)
+      : draft_(draft), sweep_(sweep), snap_(snap_ratio), inset_(inset) {}
 
-  std::optional<std::vector<SurfacePath>> run(std::span<const TriangleId> active) {
+  std::optional<std::vector<SurfacePath>> run(const SweepEnds& ends, std::span<const TriangleId> active) {
+    for (std::size_t k = 0; k < ends.fronts.size(); ++k)
+      if (!anchor(ends.fronts[k], SweepRim::first_pose) && k == 0) return std::nullopt;
+    if (ends.target && !anchor(*ends.target, SweepRim::last_pose)) return std::nullopt;
     std::vector<SurfacePath> paths;
-    if (front_) {
-      for (const TriangleId t : draft_.fan(front_->bottom)) behind_.insert(t);
-      for (const TriangleId t : draft_.fan(front_->top))
-        if (draft_.triangle(t).corner_of(front_->bottom) >= 0) behind_.insert(t);
-      if (front_->bottom_on_surface) last_ = face_at(front_->bottom, false);
-      first_ = face_at(front_->top, true);
-      if (first_ == kNone || (front_->bottom_on_surface && last_ == kNone)) return std::nullopt;
-      if (!trace(first_, paths)) return std::nullopt;
-      if (last_ != kNone && !visited_.contains(last_) && !trace(last_, paths)) return std::nullopt;
-    }
+    const std::vector<Anchor> anchors = anchors_;
+    for (const Anchor& a : anchors)
+      if (!trace(a.face, paths)) return std::nullopt;
     for (const TriangleId t : active)
       if (!trace(t, paths)) return std::nullopt;
     return paths;
   }
 
  private:
+  // An end of a front: a path begins or ends there, in a triangle of its fan.
+  struct Anchor {
+    VertexId vertex = kNone, ridge = kNone;
+    bool begins = false;
+    SweepRim rim = SweepRim::none;
+    TriangleId face = kNone;
+  };
+
+  // False when the surface does not lead on from there, or to there.
+  bool anchor(const CutFront& f, SweepRim rim) {
+    const bool goes_on = rim == SweepRim::first_pose;
+    const TriangleId top = face_at(f, f.top, goes_on, goes_on);
+    const TriangleId bottom = f.bottom_on_surface ? face_at(f, f.bottom, !goes_on, goes_on) : kNone;
+    if (top == kNone || (f.bottom_on_surface && goes_on && bottom == kNone)) return false;
+    anchors_.push_back({f.top, f.bottom, goes_on, rim, top});
+    if (bottom != kNone) anchors_.push_back({f.bottom, f.top, !goes_on, rim, bottom});
+    for (const TriangleId t : draft_.fan(f.bottom)) behind_.insert(t);
+    for (const TriangleId t : draft_.fan(f.top))
+      if (draft_.triangle(t).corner_of(f.bottom) >= 0) behind_.insert(t);
+    return true;
+  }
+
+  const Anchor* anchor_in(TriangleId face, bool begins) const {
+    const auto it = std::find_if(anchors_.begin(), anchors_.end(),
+                                 [&](const Anchor& a) { return a.face == face && a.begins == begins; });
+    return it != anchors_.end() ? &*it : nullptr;
+  }
+
   // One face that the plane crosses: in over edge `in`, where left becomes right, out over `out`.
   struct Face {
     TriangleId id = kNone;
@@ -112,7 +166,7 @@ class PathFinder {
     PathPoint entry, exit;
     BladeSweep::Clip clip;
     bool begins = false, ends = false;  // the path does
-    bool at_front = false;
+    const Anchor *from = nullptr, *to = nullptr;
   };
 
   PathPoint crossing(const Triangle& t, std::size_t edge, const std::array<double, 3>& sides) const {
@@ -122,8 +176,8 @@ class PathFinder {
     p.from = t.v[a];
     p.to = t.v[b];
     p.t = sides[a] / (sides[a] - sides[b]);
-    const Vec3 x = draft_.position(p.from);
-    p.at = sweep_.in_plane(x + p.t * (draft_.position(p.to) - x));
+    const Vec3 x = draft_.rest(p.from);
+    p.at = sweep_.in_plane(x + p.t * (draft_.rest(p.to) - x));
     return p;
   }
 
@@ -131,33 +185,30 @@ class PathFinder {
     PathPoint p;
     p.kind = PathPoint::Kind::vertex;
     p.from = v;
-    p.at = sweep_.in_plane(draft_.position(v));
+    p.at = sweep_.in_plane(draft_.rest(v));
     return p;
   }
 
-  // The triangle of the fan of v whose opposite edge the plane crosses furthest ahead: outwards for a path that begins
-  // at v, inwards for one that ends there.
-  TriangleId face_at(VertexId v, bool begins) const {
+  // The triangle of the fan of v whose opposite edge the plane crosses furthest ahead (or furthest behind): outwards
+  // for a path that begins at v, inwards for one that ends there. Not a wall of the groove; when the blade has turned,
+  // the plane may cross one of those, too, so that skin comes first.
+  TriangleId face_at(const CutFront& f, VertexId v, bool begins, bool ahead) const {
     TriangleId best = kNone;
-    double best_ahead = sweep_.in_plane(draft_.position(v)).x() + 1e-12;
+    const double sign = ahead ? 1 : -1;
+    std::pair<bool, double> best_rank;
     for (const TriangleId t : draft_.fan(v)) {
-      if (t_is_old_wall(t)) continue;
       const Triangle triangle = draft_.triangle(t);
+      const bool top = triangle.corner_of(f.top) >= 0, bottom = triangle.corner_of(f.bottom) >= 0;
+      if (f.bottom_on_surface ? top && bottom : bottom) continue;
       const auto i = static_cast<std::size_t>(triangle.corner_of(v));
-      const Vec3 u = draft_.position(triangle.v[(i + 1) % 3]), w = draft_.position(triangle.v[(i + 2) % 3]);
+      const Vec3 u = draft_.rest(triangle.v[(i + 1) % 3]), w = draft_.rest(triangle.v[(i + 2) % 3]);
       const double s_u = sweep_.side(u), s_w = sweep_.side(w);
       if (begins ? !(s_u < 0 && s_w >= 0) : !(s_u >= 0 && s_w < 0)) continue;
-      const double s = sweep_.in_plane(u + s_u / (s_u - s_w) * (w - u)).x();
-      if (s > best_ahead) best_ahead = s, best = t;
+      const std::pair rank(triangle.surface == Surface::skin,
+                           sign * sweep_.in_plane(u + s_u / (s_u - s_w) * (w - u)).x());
+      if (best == kNone || rank > best_rank) best_rank = rank, best = t;
     }
     return best;
-  }
-
-  // Of the cut so far: it has both ends of the front, or hangs at its bottom inside the body.
-  bool t_is_old_wall(TriangleId t) const {
-    const Triangle triangle = draft_.triangle(t);
-    const bool top = triangle.corner_of(front_->top) >= 0, bottom = triangle.corner_of(front_->bottom) >= 0;
-    return front_->bottom_on_surface ? top && bottom : bottom;
   }
 
   // The crossing of a face as far as it lies in the region; nothing if none of it does.
@@ -167,44 +218,42 @@ class PathFinder {
     f.triangle = draft_.triangle(id);
     if (!f.triangle.alive()) return std::nullopt;
     std::array<double, 3> sides;
-    for (std::size_t i = 0; i < 3; ++i) sides[i] = sweep_.side(draft_.position(f.triangle.v[i]));
+    for (std::size_t i = 0; i < 3; ++i) sides[i] = sweep_.side(draft_.rest(f.triangle.v[i]));
     int changes = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const bool from = sides[i] >= 0, to = sides[(i + 1) % 3] >= 0;
       if (from != to) ++changes, (from ? f.in : f.out) = i;
     }
-    if (id == first_) {  // the top counts as on the plane
-      const auto i = static_cast<std::size_t>(f.triangle.corner_of(front_->top));
-      f.out = (i + 1) % 3;
-      sides[i] = 0;
-      changes = 2;
-    }
-    if (id == last_) {
-      const auto i = static_cast<std::size_t>(f.triangle.corner_of(front_->bottom));
-      f.in = (i + 1) % 3;
-      changes = 2;
-    }
-    if (changes != 2) return std::nullopt;
-    f.entry = id == first_ ? at_vertex(front_->top) : crossing(f.triangle, f.in, sides);
-    f.exit = id == last_ ? at_vertex(front_->bottom) : crossing(f.triangle, f.out, sides);
+    f.from = anchor_in(id, true);
+    f.to = anchor_in(id, false);
+    if (f.from) f.out = edge_opposite(f.triangle, f.from->vertex);  // they count as on the plane
+    if (f.to) f.in = edge_opposite(f.triangle, f.to->vertex);
+    const bool anchored = f.from || f.to;
+    if (changes != 2 && !anchored) return std::nullopt;
+    f.entry = f.from ? at_vertex(f.from->vertex) : crossing(f.triangle, f.in, sides);
+    f.exit = f.to ? at_vertex(f.to->vertex) : crossing(f.triangle, f.out, sides);
     const auto clip = sweep_.clip(f.entry.at, f.exit.at);
-    f.at_front = id == first_ || id == last_;
-    if (!clip && !f.at_front) return std::nullopt;
+    if (!clip && !anchored) return std::nullopt;
     if (clip) f.clip = *clip;
-    if (id == first_) f.clip.from = 0, f.clip.rim_from = SweepRim::first_pose;
-    if (id == last_) f.clip.to = 1, f.clip.rim_to = SweepRim::first_pose;
+    if (f.from) f.clip.from = 0, f.clip.rim_from = f.from->rim;
+    if (f.to) f.clip.to = 1, f.clip.rim_to = f.to->rim;
     if (f.clip.from >= f.clip.to) return std::nullopt;
     f.begins = f.clip.rim_from != SweepRim::none;
     f.ends = f.clip.rim_to != SweepRim::none;
     return f;
   }
 
+  static std::size_t edge_opposite(const Triangle& t, VertexId v) {
+    return static_cast<std::size_t>((t.corner_of(v) + 1) % 3);
+  }
+  bool is_anchor(TriangleId t) const { return anchor_in(t, true) || anchor_in(t, false); }
+
   // Follows the path through a face both ways. False when it leads nowhere.
   bool trace(TriangleId start, std::vector<SurfacePath>& paths) {
-    if (visited_.contains(start) || (behind_.contains(start) && start != last_)) return true;
+    if (visited_.contains(start) || (behind_.contains(start) && !is_anchor(start))) return true;
     const std::optional<Face> first = face_of(start);
-    if (!first) return start != first_ && start != last_;
-    if (!first->at_front &&
+    if (!first) return !is_anchor(start);
+    if (!first->from && !first->to &&
         (first->clip.to - first->clip.from) * (first->exit.at - first->entry.at).norm() < kShortestPieceM)
       return true;  // a path that has more than this begins elsewhere
     std::deque<Face> faces{*first};
@@ -248,7 +297,7 @@ class PathFinder {
   }
 
   // An end of a path within a face, or the point of the face's rim that it is close to.
-  PathPoint end_point(const Face& f, double s, SweepRim rim) const {
+  PathPoint end_point(const Face& f, double s, SweepRim rim, const Anchor* anchor) const {
     PathPoint p;
     const double near = std::max(snap_, 1e-9);
     if (s < near) {
@@ -266,6 +315,7 @@ class PathFinder {
     }
     p.rim = rim;
     p.rim_position = sweep_.rim_position(p.at, rim);
+    if (anchor) p.ridge = anchor->ridge;
     return p;
   }
 
@@ -288,18 +338,22 @@ class PathFinder {
     const auto add = [&](const PathPoint& p) {
       const std::size_t n = path.points.size();
       if (n >= 1 && p.kind != PathPoint::Kind::in_face && path.points[n - 1].same_place(p)) {
-        if (p.rim != SweepRim::none) path.points[n - 1].rim = p.rim, path.points[n - 1].rim_position = p.rim_position;
+        if (p.rim == SweepRim::none) return;
+        path.points[n - 1].rim = p.rim;
+        path.points[n - 1].rim_position = p.rim_position;
+        path.points[n - 1].ridge = p.ridge;
         return;
       }
       path.points.push_back(p);
     };
-    if (!closed) add(end_point(faces.front(), faces.front().clip.from, faces.front().clip.rim_from));
+    if (!closed)
+      add(end_point(faces.front(), faces.front().clip.from, faces.front().clip.rim_from, faces.front().from));
     for (const Face& f : faces) {
       PathFace face;
       face.corners = f.triangle.v;
-      face.active_edges = (f.begins && f.id != first_ ? 0 : 1) + (f.ends && f.id != last_ ? 0 : 1);
+      face.active_edges = (f.begins && !f.from ? 0 : 1) + (f.ends && !f.to ? 0 : 1);
       face.begin = static_cast<int>(path.points.size()) - 1;
-      add(f.ends ? end_point(f, f.clip.to, f.clip.rim_to) : snapped(f.exit));
+      add(f.ends ? end_point(f, f.clip.to, f.clip.rim_to, f.to) : snapped(f.exit));
       face.end = static_cast<int>(path.points.size()) - 1;
       path.faces.push_back(face);
     }
@@ -315,35 +369,54 @@ class PathFinder {
 
   const MeshDraft& draft_;
   const BladeSweep& sweep_;
-  const std::optional<CutFront>& front_;
   double snap_, inset_;
+  std::vector<Anchor> anchors_;
   std::set<TriangleId> visited_, behind_;
-  TriangleId first_ = kNone, last_ = kNone;
 };
 
 }  // namespace
 
-BladeSweep sweep_between(const MeshDraft& draft, const Blade& first, const Blade& last,
-                         const std::optional<CutFront>& front) {
-  if (!front) return {first.tip_world_m, first.tip_world_m, first.tip_world_m + first.up_world, last};
-  const Vec3 top = draft.position(front->top);
-  const Vec3 tip = front->bottom_on_surface ? first.tip_world_m
-                   : front->bottom_at_tip   ? front->bottom_at_tip->position_world_m
-                                            : draft.position(front->bottom);
-  return {top, tip, top, last};
+bool still_there(const MeshDraft& draft, const CutFront& f) {
+  if (draft.incident(f.top) == kNone || draft.incident(f.bottom) == kNone) return false;
+  if (draft.triangle_of_edge(f.top, f.bottom) == kNone) return false;
+  if (f.bottom_on_surface) return true;
+  if (f.before_left == f.before_right) return draft.triangle_of_edge(f.bottom, f.before_left) != kNone;
+  return draft.find_triangle(f.bottom, f.before_left, f.before_right) != kNone;
 }
 
-Mat3 rest_from_world(const MeshDraft& draft, const std::array<VertexId, 3>& corners) {
+BladeSweep sweep_between(const MeshDraft& draft, const RestBlade& first, const RestBlade& last,
+                         std::span<const CutFront> fronts) {
+  if (fronts.empty()) return {first, last};
+  std::vector<std::array<Vec3, 2>> parts;
+  for (const CutFront& f : fronts) parts.push_back({draft.rest(f.top), draft.rest(f.bottom)});
+  const CutFront& lowest = fronts.back();
+  Vec3 tip = lowest.bottom_at_tip ? lowest.bottom_at_tip->rest_body_m : parts.back()[1];
+  if (lowest.bottom_on_surface) {
+    const double beyond_m = (tip - first.tip_body_m).dot(last.up_body);
+    tip -= std::max(beyond_m, kBeyondM) * last.up_body;
+  } else {
+    parts.back()[1] = tip;
+  }
+  return {parts, tip, last};
+}
+
+Mat3 world_from_rest(const MeshDraft& draft, const std::array<VertexId, 3>& corners) {
   const VertexState a = draft.state(corners[0]), b = draft.state(corners[1]), c = draft.state(corners[2]);
-  return frame_of(a.rest_body_m, b.rest_body_m, c.rest_body_m) *
-         frame_of(a.position_world_m, b.position_world_m, c.position_world_m).transpose();
+  return frame_of(a.position_world_m, b.position_world_m, c.position_world_m) *
+         frame_of(a.rest_body_m, b.rest_body_m, c.rest_body_m).transpose();
 }
 
 std::optional<std::vector<SurfacePath>> sweep_paths(const MeshDraft& draft, const BladeSweep& sweep,
-                                                    const std::optional<CutFront>& front,
-                                                    std::span<const TriangleId> active, double snap_ratio,
-                                                    double inset) {
-  return PathFinder(draft, sweep, front, snap_ratio, inset).run(active);
+                                                    const SweepEnds& ends, std::span<const TriangleId> active,
+                                                    double snap_ratio, double inset) {
+  return PathFinder(draft, sweep, snap_ratio, inset).run(ends, active);
+}
+
+bool goes_round_a_hole(const SurfacePath& path) {
+  double twice_area = 0;
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    twice_area += cross(path.points[i].at, path.points[(i + 1) % path.points.size()].at);
+  return path.closed && twice_area > 0;
 }
 
 }  // namespace sectio

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sim_server/cutting/slit.h"
+#include "sim_server/cutting/sweep_rim.h"
 #include "sim_server/cutting/templates.h"
 
 namespace sectio {
@@ -15,52 +16,44 @@ using Kind = PathPoint::Kind;
 
 constexpr double kWidestOpening = 0.4;  // of the way to the nearest vertex beside the path: the rest stays beside it
 
-// A corner of the region inside the body, before it has vertices.
-struct RimItem {
-  enum class What : std::uint8_t { path, tip_first, tip_last, bottom };
-  What what = What::path;
-  std::size_t path = 0, point = 0;  // of a path, or above a bottom
-  Vec2 at = Vec2::Zero();
-  double rim_position = 0;
-};
-using Rim = std::vector<RimItem>;
-
 // What the surface is like at a point of a path, before anything is changed.
 struct PathFrame {
-  Vec3 normal_world = Vec3::Zero();
-  Mat3 rest_from_world = Mat3::Identity();
+  Vec3 normal_body = Vec3::Zero();
+  Mat3 world_from_rest = Mat3::Identity();
 };
 
 class Step {
  public:
-  Step(MeshDraft& draft, const BladeSweep& sweep, const std::optional<CutFront>& front,
-       const TemplateSettings& settings)
-      : draft_(draft), sweep_(sweep), front_(front), settings_(settings) {}
+  Step(MeshDraft& draft, const BladeSweep& sweep, const SweepEnds& ends, const TemplateSettings& settings)
+      : draft_(draft), sweep_(sweep), ends_(ends), settings_(settings) {}
 
   // The order of the paper: templates, then the surface, then the structures inside.
   bool run(std::vector<SurfacePath> paths, TemplateStep& step) {
     paths_ = std::move(paths);
     for (SurfacePath& path : paths_)
       if (!prepare(path)) return false;
-    if (!join_paths()) return false;
+    if (auto rims = join_paths(paths_, sweep_)) rims_ = std::move(*rims);
+    if (rims_.empty()) return false;
     choose_templates(step.faces);
     for (Rim& rim : rims_) hang_bottoms(rim, step.faces);
     if (!subdivide_faces()) return false;
     std::vector<Slit> slits;
     for (const Rim& rim : rims_) slits.push_back(slit_of(rim, step));
+    if (!ends_.may_part && std::any_of(slits.begin(), slits.end(), parts)) return false;
     if (!open_slits(draft_, slits)) return false;
-    for (std::size_t k = 0; k < rims_.size(); ++k) find_front(rims_[k], slits[k], step);
+    for (std::size_t k = 0; k < rims_.size(); ++k) find_fronts(rims_[k], slits[k], step);
     return true;
   }
 
  private:
-  bool at_front(const PathPoint& p) const {
-    return front_ && p.kind == Kind::vertex &&
-           (p.from == front_->top || (front_->bottom_on_surface && p.from == front_->bottom));
+  // Nothing holds its two sides together.
+  static bool parts(const Slit& slit) {
+    return std::all_of(slit.rim.begin(), slit.rim.end(), [](const SlitNode& node) { return node.pair(); });
   }
+  static bool at_front(const PathPoint& p) { return p.ridge != kNone; }
 
   // A slit needs a pair: where a path has two single ends and nothing between, its middle becomes one.
-  bool prepare(SurfacePath& path) const {
+  static bool prepare(SurfacePath& path) {
     if (path.closed) return path.points.size() >= 3;
     if (path.points.size() < 2) return false;
     if (path.points.size() > 2 || at_front(path.points[0]) || at_front(path.points[1])) return true;
@@ -70,54 +63,6 @@ class Step {
     path.points.insert(path.points.begin() + 1, middle);
     for (PathFace& f : path.faces) f.begin += f.begin == 1, f.end += f.end == 1;
     return true;
-  }
-
-  // Every end of a path is followed, clockwise along the rim of the sweep, by the beginning of one.
-  bool join_paths() {
-    std::vector<bool> used(paths_.size(), false);
-    for (std::size_t first = 0; first < paths_.size(); ++first) {
-      if (used[first]) continue;
-      Rim rim;
-      std::size_t p = first;
-      do {
-        if (used[p]) return false;
-        used[p] = true;
-        for (std::size_t i = 0; i < paths_[p].points.size(); ++i)
-          rim.push_back({RimItem::What::path, p, i, paths_[p].points[i].at, paths_[p].points[i].rim_position});
-        if (paths_[p].closed) {
-          if (!is_clockwise(rim)) return false;  // a hole
-          break;
-        }
-        const double end = paths_[p].points.back().rim_position;
-        const std::size_t next = path_begun_below(end);
-        if (next == paths_.size()) return false;
-        const double begin = paths_[next].points.front().rim_position;
-        if (begin < 2 && end > 2) rim.push_back({RimItem::What::tip_last, 0, 0, sweep_.tip_last(), 2});
-        if (begin < 1 && end > 1) rim.push_back({RimItem::What::tip_first, 0, 0, sweep_.tip_first(), 1});
-        p = next;
-      } while (p != first);
-      rims_.push_back(std::move(rim));
-    }
-    return true;
-  }
-
-  static bool is_clockwise(const Rim& rim) {
-    double area = 0;
-    for (std::size_t i = 0; i < rim.size(); ++i) {
-      const Vec2 &a = rim[i].at, &b = rim[(i + 1) % rim.size()].at;
-      area += a.x() * b.y() - a.y() * b.x();
-    }
-    return area < 0;
-  }
-
-  std::size_t path_begun_below(double rim_position) const {
-    std::size_t best = paths_.size();
-    for (std::size_t p = 0; p < paths_.size(); ++p) {
-      if (paths_[p].closed || paths_[p].points.front().rim_position >= rim_position) continue;
-      if (best == paths_.size() || paths_[p].points.front().rim_position > paths_[best].points.front().rim_position)
-        best = p;
-    }
-    return best;
   }
 
   void choose_templates(std::vector<ActiveFace>& faces) {
@@ -145,8 +90,8 @@ class Step {
   }
 
   Vec3 normal_of(const PathFace& f) const {
-    const Vec3 a = draft_.position(f.corners[0]);
-    return (draft_.position(f.corners[1]) - a).cross(draft_.position(f.corners[2]) - a).stableNormalized();
+    const Vec3 a = draft_.rest(f.corners[0]);
+    return (draft_.rest(f.corners[1]) - a).cross(draft_.rest(f.corners[2]) - a).stableNormalized();
   }
 
   // A pair of bottom vertices hangs under a point all of whose faces have sides and a bottom of their own.
@@ -262,15 +207,15 @@ class Step {
         const bool between = path.points[i].kind == Kind::between;
         if (!between && f.begin != static_cast<int>(i) && f.end != static_cast<int>(i)) continue;
         PathFrame& frame = frames_[p][i];
-        if (frame.normal_world.isZero()) {
-          frame.rest_from_world = rest_from_world(draft_, f.corners);
+        if (frame.normal_body.isZero()) {
+          frame.world_from_rest = world_from_rest(draft_, f.corners);
         }
-        frame.normal_world += normal_of(f);
+        frame.normal_body += normal_of(f);
       }
   }
 
-  static VertexState shifted(const VertexState& s, const Vec3& by_world, const Mat3& rest_from_world) {
-    return {s.rest_body_m + rest_from_world * by_world, s.position_world_m + by_world, s.velocity_world_m_per_s};
+  static VertexState shifted(const VertexState& s, const Vec3& by_body, const Mat3& world_from_rest) {
+    return {s.rest_body_m + by_body, s.position_world_m + world_from_rest * by_body, s.velocity_world_m_per_s};
   }
 
   Slit slit_of(const Rim& rim, TemplateStep& step) {
@@ -322,9 +267,9 @@ class Step {
     const std::size_t n = v.size();
     const std::size_t before = r.point > 0 ? r.point - 1 : path.closed ? n - 1 : 0;
     const std::size_t after = r.point + 1 < n ? r.point + 1 : path.closed ? 0 : n - 1;
-    const Vec3 along = draft_.position(v[after]) - draft_.position(v[before]);
-    const Vec3 across = frames_[r.path][r.point].normal_world.cross(along).stableNormalized();
-    const Vec3 here = draft_.position(v[r.point]);
+    const Vec3 along = draft_.rest(v[after]) - draft_.rest(v[before]);
+    const Vec3 across = frames_[r.path][r.point].normal_body.cross(along).stableNormalized();
+    const Vec3 here = draft_.rest(v[r.point]);
     double half_m = settings_.open_top_m / 2;
     const std::vector<TriangleId> fan = draft_.fan(v[r.point]);
     std::set<VertexId> lips;  // of the cut so far
@@ -334,7 +279,7 @@ class Step {
     for (const TriangleId t : fan)
       for (const VertexId x : draft_.triangle(t).v) {
         if (on_a_path(x) || lips.contains(x)) continue;
-        const double beside_m = std::abs((draft_.position(x) - here).dot(across));
+        const double beside_m = std::abs((draft_.rest(x) - here).dot(across));
         if (beside_m > 1e-9) half_m = std::min(half_m, kWidestOpening * beside_m);
       }
     return half_m * across;
@@ -345,13 +290,13 @@ class Step {
                        [&](const auto& v) { return std::find(v.begin(), v.end(), x) != v.end(); });
   }
 
-  void part(SlitNode& node, const Vec3& half_world, const Mat3& rest_from_world) {
+  void part(SlitNode& node, const Vec3& half_body, const Mat3& world_from_rest) {
     const VertexState state = draft_.state(node.left);
-    node.right = draft_.add_vertex(shifted(state, -half_world, rest_from_world));
-    draft_.move_vertex(node.left, shifted(state, half_world, rest_from_world));
+    node.right = draft_.add_vertex(shifted(state, -half_body, world_from_rest));
+    draft_.move_vertex(node.left, shifted(state, half_body, world_from_rest));
   }
 
-  SlitNode surface_node(const RimItem& r, const Vec3& half_world) {
+  SlitNode surface_node(const RimItem& r, const Vec3& half_body) {
     const std::vector<VertexId>& v = vertices_[r.path];
     const SurfacePath& path = paths_[r.path];
     SlitNode node;
@@ -360,9 +305,9 @@ class Step {
     node.on_surface = true;
     const bool begins = !path.closed && r.point == 0, ends = !path.closed && r.point + 1 == v.size();
     if ((begins || ends) && !at_front(path.points[r.point])) return node;
-    node.path_from = begins ? front_->bottom : v[(r.point + v.size() - 1) % v.size()];
-    node.path_to = ends ? front_->top : v[(r.point + 1) % v.size()];
-    part(node, half_world, frames_[r.path][r.point].rest_from_world);
+    node.path_from = begins ? path.points[r.point].ridge : v[(r.point + v.size() - 1) % v.size()];
+    node.path_to = ends ? path.points[r.point].ridge : v[(r.point + 1) % v.size()];
+    part(node, half_body, frames_[r.path][r.point].world_from_rest);
     return node;
   }
 
@@ -377,26 +322,28 @@ class Step {
                          : r.what == RimItem::What::tip_last ? rim[(i + n - 1) % n]
                                                              : rim[(i + 1) % n];
     const VertexState above = draft_.state(vertices_[top.path][top.point]);
-    const Mat3& to_rest = frames_[top.path][top.point].rest_from_world;
+    const Mat3& to_world = frames_[top.path][top.point].world_from_rest;
     const Vec3 half = settings_.open_bottom_m / 2 * sweep_.left;
-    if (r.what == RimItem::What::tip_first && front_ && !front_->bottom_on_surface) {
-      node.left = node.right = front_->bottom;
-      node.path_from = front_->before_right;
-      node.path_to = front_->top;
-      part(node, half, to_rest);
-      if (front_->bottom_at_tip) {
-        step.bottoms_at_tip.emplace_back(node.left, shifted(*front_->bottom_at_tip, half, to_rest));
-        step.bottoms_at_tip.emplace_back(node.right, shifted(*front_->bottom_at_tip, -half, to_rest));
+    if (const CutFront* f = front_above(top); f && r.what != RimItem::What::bottom) {
+      node.left = node.right = f->bottom;
+      if (f->bottom_on_surface) return node;  // of a groove that has come through where this one has not
+      const bool goes_on = r.what == RimItem::What::tip_first;
+      node.path_from = goes_on ? f->before_right : f->top;
+      node.path_to = goes_on ? f->top : f->before_left;
+      part(node, half, to_world);
+      if (f->bottom_at_tip) {
+        step.bottoms_at_tip.emplace_back(node.left, shifted(*f->bottom_at_tip, half, to_world));
+        step.bottoms_at_tip.emplace_back(node.right, shifted(*f->bottom_at_tip, -half, to_world));
       }
       return node;
     }
     const Vec3 tip = sweep_.origin + r.at.x() * sweep_.ahead + r.at.y() * sweep_.up;
     const Vec3 down = r.what == RimItem::What::bottom
-                          ? Vec3((r.at.y() - sweep_.in_plane(above.position_world_m).y()) * sweep_.up)
-                          : Vec3(tip - above.position_world_m);
+                          ? Vec3((r.at.y() - sweep_.in_plane(above.rest_body_m).y()) * sweep_.up)
+                          : Vec3(tip - above.rest_body_m);
     const auto add = [&](const Vec3& beside) {
-      const VertexId v = draft_.add_vertex(shifted(above, settings_.bottom_at_birth * down + beside, to_rest));
-      step.bottoms_at_tip.emplace_back(v, shifted(above, down + beside, to_rest));
+      const VertexId v = draft_.add_vertex(shifted(above, settings_.bottom_at_birth * down + beside, to_world));
+      step.bottoms_at_tip.emplace_back(v, shifted(above, down + beside, to_world));
       return v;
     };
     if (r.what == RimItem::What::bottom) {
@@ -408,71 +355,96 @@ class Step {
     return node;
   }
 
-  // The bottom of the cut so far leads up to the front's: its last face goes, its sides now end on the pair.
+  // The front that a path begins or ends at.
+  const CutFront* front_above(const RimItem& top) const {
+    const PathPoint& p = paths_[top.path].points[top.point];
+    if (!at_front(p)) return nullptr;
+    if (ends_.target && p.from == ends_.target->top) return &*ends_.target;
+    const auto f = std::find_if(ends_.fronts.begin(), ends_.fronts.end(),
+                                [&](const CutFront& front) { return front.top == p.from; });
+    return f != ends_.fronts.end() ? &*f : nullptr;
+  }
+
+  // The bottom of the cut so far leads up to the front's: its last face goes, its sides now end on the pair. So does
+  // that of a groove that is joined, seen from the other side.
   void continue_bottoms(const Rim& rim, Slit& slit, TemplateStep& step) const {
     for (std::size_t i = 0; i < rim.size(); ++i) {
       const SlitNode& node = slit.rim[i];
       if (rim[i].what == RimItem::What::path) continue;
-      step.bottoms[node.left] = node.right;
-      step.bottoms[node.right] = node.left;
-      if (rim[i].what != RimItem::What::tip_first || !node.pair()) continue;
-      const VertexId l = front_->before_left, r = front_->before_right;
+      step.bottoms.insert({node.left, node.right});
+      if (rim[i].what == RimItem::What::bottom || !node.pair()) continue;
+      const bool goes_on = rim[i].what == RimItem::What::tip_first;
+      const CutFront& f = *front_above(rim[goes_on ? (i + 1) % rim.size() : (i + rim.size() - 1) % rim.size()]);
+      const VertexId a = goes_on ? node.left : node.right, b = goes_on ? node.right : node.left;
+      const VertexId l = f.before_left, r = f.before_right;  // beside a and b
       if (l != r) {
-        slit.old_bottoms.push_back({{node.left, l, r}, Surface::wall});
-        slit.new_bottoms.push_back({{node.left, l, r}, Surface::wall});
-        slit.new_bottoms.push_back({{node.left, r, node.right}, Surface::wall});
+        slit.old_bottoms.push_back({{f.bottom, l, r}, Surface::wall});
+        slit.new_bottoms.push_back({{a, l, r}, Surface::wall});
+        slit.new_bottoms.push_back({{a, r, b}, Surface::wall});
       } else {
-        slit.new_bottoms.push_back({{node.left, l, node.right}, Surface::wall});
+        slit.new_bottoms.push_back({{a, l, b}, Surface::wall});
       }
     }
   }
 
-  // Where the blade stands now: the upper end of the part of its line that is in the body, and the lower one.
-  void find_front(const Rim& rim, const Slit& slit, TemplateStep& step) {
+  // Where the blade stands now, and where it began: at each of these lines, its parts in the body.
+  void find_fronts(const Rim& rim, const Slit& slit, TemplateStep& step) const {
     const std::size_t n = rim.size();
     for (std::size_t i = 0; i < n; ++i) {
       if (rim[i].what != RimItem::What::path || paths_[rim[i].path].closed) continue;
       const SurfacePath& path = paths_[rim[i].path];
-      if (rim[i].point + 1 != path.points.size() || path.points.back().rim != SweepRim::last_pose) continue;
-      if (step.front && rim[i].rim_position < front_position_) continue;
-      const std::size_t j = (i + 1) % n, k = (i + 2) % n;
-      front_position_ = rim[i].rim_position;
-      step.front = CutFront{slit.rim[i].left, slit.rim[j].left, rim[j].what == RimItem::What::path, kNone, kNone, {}};
-      if (rim[j].what != RimItem::What::path) {
-        step.front->before_left = slit.rim[k].left;
-        step.front->before_right = slit.rim[k].right;
-        for (const auto& [v, state] : step.bottoms_at_tip)
-          if (v == step.front->bottom) step.front->bottom_at_tip = state;
+      const PathPoint& p = path.points[rim[i].point];
+      if (at_front(p)) continue;
+      if (rim[i].point + 1 == path.points.size() && p.rim == SweepRim::last_pose) {
+        const std::size_t j = (i + 1) % n, k = (i + 2) % n;
+        step.fronts.push_back(front_of(rim, slit, {i, j}, slit.rim[k].left, slit.rim[k].right, step));
+      }
+      if (rim[i].point == 0 && p.rim == SweepRim::first_pose) {
+        const std::size_t j = (i + n - 1) % n, k = (i + n - 2) % n;
+        step.starts.push_back(front_of(rim, slit, {i, j}, slit.rim[k].right, slit.rim[k].left, step));
       }
     }
+    const auto height = [&](const CutFront& f) { return sweep_.in_plane(draft_.rest(f.top)).y(); };
+    std::sort(step.fronts.begin(), step.fronts.end(),
+              [&](const CutFront& a, const CutFront& b) { return height(a) > height(b); });
+  }
+
+  CutFront front_of(const Rim& rim, const Slit& slit, std::array<std::size_t, 2> ends, VertexId before_left,
+                    VertexId before_right, const TemplateStep& step) const {
+    const bool on_surface = rim[ends[1]].what == RimItem::What::path;
+    CutFront f{slit.rim[ends[0]].left, slit.rim[ends[1]].left, on_surface, kNone, kNone, {}};
+    if (on_surface) return f;
+    f.before_left = before_left;
+    f.before_right = before_right;
+    for (const auto& [v, state] : step.bottoms_at_tip)
+      if (v == f.bottom) f.bottom_at_tip = state;
+    return f;
   }
 
   MeshDraft& draft_;
   const BladeSweep& sweep_;
-  const std::optional<CutFront>& front_;
+  const SweepEnds& ends_;
   const TemplateSettings& settings_;
   std::vector<SurfacePath> paths_;
   std::vector<Rim> rims_;
   std::vector<std::size_t> first_face_;          // of each path among the active faces
   std::vector<std::vector<VertexId>> vertices_;  // of each path
   std::vector<std::vector<PathFrame>> frames_;
-  double front_position_ = 0;
 };
 
 }  // namespace
 
-TemplateStep cut_with_templates(MeshDraft& draft, const Blade& first, const Blade& last,
-                                const std::optional<CutFront>& front, std::span<const TriangleId> active,
-                                const TemplateSettings& settings) {
-  const BladeSweep sweep = sweep_between(draft, first, last, front);
+TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const SweepEnds& ends,
+                                std::span<const TriangleId> active, const TemplateSettings& settings) {
+  const BladeSweep sweep = sweep_between(draft, first, last, ends.fronts);
   if (!(sweep.length_m() >= settings.min_step_m)) return {};
   for (const double snap : {settings.snap_ratio, 0.0}) {
-    auto paths = sweep_paths(draft, sweep, front, active, snap, settings.inset);
+    auto paths = sweep_paths(draft, sweep, ends, active, snap, settings.inset);
     if (!paths) break;
     if (paths->empty()) return {};
     TemplateStep step;
     MeshDraft trial = draft;
-    if (!Step(trial, sweep, front, settings).run(std::move(*paths), step)) continue;
+    if (!Step(trial, sweep, ends, settings).run(std::move(*paths), step)) continue;
     draft = std::move(trial);
     step.outcome = TemplateOutcome::cut;
     return step;

@@ -11,8 +11,8 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -31,6 +31,8 @@ struct TemplateSettings {
   double snap_ratio = 0.05;  // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;       // least barycentric coordinate of a path's end inside a triangle
   double min_step_m = 1e-4;  // shorter motions of the blade wait for more
+  double join_tolerance_m = 0.002;  // a blade this close to where a groove ends joins it, or goes on from there
+  double patience_m = 0.005;        // a step that can't be made waits until the blade is this far ahead
 };
 
 // How a face was cut, and why so.
@@ -41,10 +43,6 @@ struct ActiveFace {
   int vertices_inside = 0;
   const CutTemplate* chosen = nullptr;
 };
-
-// Bottom vertices of grooves and where they are opposite each other: how later steps find bottom faces again. A vertex
-// at the end of a bottom is its own partner.
-using GrooveBottoms = std::map<VertexId, VertexId>;
 
 using TargetStates = std::vector<std::pair<VertexId, VertexState>>;
 
@@ -57,15 +55,16 @@ enum class TemplateOutcome : std::uint8_t {
 struct TemplateStep {
   TemplateOutcome outcome = TemplateOutcome::nothing;
   std::vector<ActiveFace> faces;
-  std::optional<CutFront> front;  // nothing: the blade has left the body
-  TargetStates bottoms_at_tip;    // where the next step takes the bottoms that are new
-  GrooveBottoms bottoms;          // that are new
+  std::vector<CutFront> fronts;  // where the blade stands now; none: it has left the body, or joined a groove
+  std::vector<CutFront> starts;  // ends of grooves that begin with this step, where its first pose was
+  TargetStates bottoms_at_tip;   // where the next step takes the bottoms that are new
+  std::set<VertexId> bottoms;    // vertices that are new
 };
 
 // One step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found them;
-// one of each path is enough. With a front, `first` is the pose there.
-TemplateStep cut_with_templates(MeshDraft& draft, const Blade& first, const Blade& last,
-                                const std::optional<CutFront>& front, std::span<const TriangleId> active,
-                                const TemplateSettings& settings);
+// one of each path is enough. With fronts, `first` is the pose there; with a target, `last` lies along it, and the two
+// grooves become one.
+TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const SweepEnds& ends,
+                                std::span<const TriangleId> active, const TemplateSettings& settings);
 
 }  // namespace sectio

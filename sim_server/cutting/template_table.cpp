@@ -78,8 +78,8 @@ constexpr std::array kTemplates{
 
 }  // namespace
 
-AngleClass angle_class(const Vec3& up_world, const Vec3& face_normal_world, double tolerance_rad) {
-  const double cosine = up_world.stableNormalized().dot(face_normal_world.stableNormalized());
+AngleClass angle_class(const Vec3& up_body, const Vec3& face_normal_body, double tolerance_rad) {
+  const double cosine = up_body.stableNormalized().dot(face_normal_body.stableNormalized());
   const double least = std::sin(tolerance_rad);
   return cosine > least ? normal : cosine < -least ? beyond : right_angle;
 }

@@ -35,7 +35,7 @@ enum class AngleClass : std::uint8_t {
 };
 constexpr double kRightAngleTolerance_rad = 0.0873;  // 5 degrees on either side of 90
 // Of the angle between the instrument (from its tip upwards) and the face's outward normal, both of any length.
-AngleClass angle_class(const Vec3& up_world, const Vec3& face_normal_world,
+AngleClass angle_class(const Vec3& up_body, const Vec3& face_normal_body,
                        double tolerance_rad = kRightAngleTolerance_rad);
 
 // Of the active face.

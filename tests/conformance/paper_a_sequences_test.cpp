@@ -72,16 +72,18 @@ TEST(A_SEQ, A_SEQ_2_a_rest_with_other_actions_changes_nothing) {
     TemplateStroke other;
     for (int k = 0; k < 100; ++k) {
       MeshDraft draft(rested.mesh, rested.view());
+      GrooveDraft grooves(rested.grooves);
       ASSERT_TRUE(undo_temporary(draft, other));
       ASSERT_TRUE(undo_temporary(draft, stroke));
-      const Blade here = rested.at(kFourPlanes[2], 0.0143, kDepth_m),
-                  there = rested.at(0.0115 + 3e-4 * k, 0.034, 0.004);
+      const RestBlade here = rested.at(kFourPlanes[2], 0.0143, kDepth_m),
+                      there = rested.at(0.0115 + 3e-4 * k, 0.034, 0.004);
       const auto all = rested.all_triangles();
-      ASSERT_EQ(advance(draft, stroke, here, all, rested.bottoms, rested.settings), TemplateStrokeEnd::going);
-      ASSERT_EQ(advance(draft, other, there, all, rested.bottoms, rested.settings), TemplateStrokeEnd::going);
+      ASSERT_EQ(advance(draft, stroke, here, all, grooves, rested.settings), TemplateStrokeEnd::going);
+      ASSERT_EQ(advance(draft, other, there, all, grooves, rested.settings), TemplateStrokeEnd::going);
       open_temporarily(draft, stroke, rested.settings);
       open_temporarily(draft, other, rested.settings);
       ASSERT_TRUE(rested.commit(draft));
+      grooves.commit(rested.grooves);
       ASSERT_TRUE(rested.valid());
       for (VertexId v = 0; v < rested.mesh.vertex_slots(); ++v) rested.positions[4 * v + 2] += k < 50 ? 1e-5f : -1e-5f;
     }
@@ -89,11 +91,13 @@ TEST(A_SEQ, A_SEQ_2_a_rest_with_other_actions_changes_nothing) {
       for (int j = 0; j < 3; ++j)
         rested.positions[4 * v + static_cast<std::size_t>(j)] = static_cast<float>(rested.mesh.rest_body_m(v)[j]);
     MeshDraft draft(rested.mesh, rested.view());
+    GrooveDraft grooves(rested.grooves);
     ASSERT_TRUE(undo_temporary(draft, other));
     ASSERT_TRUE(undo_temporary(draft, stroke));
-    finish(draft, other, rested.bottoms);
+    finish(draft, other, grooves);
     open_temporarily(draft, stroke, rested.settings);
     ASSERT_TRUE(rested.commit(draft));
+    grooves.commit(rested.grooves);
   });
   cut_planes(one, kOnePlane);
   // The cut itself is the same: all triangles of `one` that changed against a fresh pad are there.
@@ -165,7 +169,7 @@ TriangleSoup body(int kind, int fine) {
 
 class Enumeration {
  public:
-  void cut(const TriangleSoup& soup, const Blade& first, const Blade& last) {
+  void cut(const TriangleSoup& soup, const RestBlade& first, const RestBlade& last) {
     KnifeOnMesh knife(soup);
     const TemplateStep step = knife.cut(first, last);
     ++outcomes[step.outcome];
@@ -201,7 +205,7 @@ void cut_from_everywhere(Enumeration& all) {
                   const Vec3 up = Eigen::AngleAxisd(lean, Vec3(-std::sin(turn), std::cos(turn), 0)) * Vec3::UnitZ();
                   const Vec3 tip = Vec3(0.02, y_m, 0.02) + (from_m - 0.01) * ahead - depth_m * up;
                   ASSERT_NO_FATAL_FAILURE(
-                      all.cut(body(kind, fine), {tip, up, 1e9}, {tip + length_m * ahead - 0.0007 * up, up, 1e9}))
+                      all.cut(body(kind, fine), {tip, up}, {tip + length_m * ahead - 0.0007 * up, up}))
                       << kind << ' ' << fine << ' ' << y_m << ' ' << turn << ' ' << lean << ' ' << from_m << ' '
                       << length_m << ' ' << depth_m;
                 }
@@ -219,8 +223,7 @@ void cut_along_the_front(Enumeration& all) {
                 TriangleSoup soup = box(3 * fine, 2 * fine, fine, Vec3(0.06, 0.04, 0.02));
                 for (Vec3& v : soup.vertices_body_m) v.x() += shear * v.z();
                 const Vec3 tip(from_m, y_m, 0.02 - depth_m), up = Vec3::UnitZ();
-                ASSERT_NO_FATAL_FAILURE(
-                    all.cut(soup, {tip, up, 1e9}, {tip + Vec3(length_m, 0.1 * length_m, -deeper_m), up, 1e9}))
+                ASSERT_NO_FATAL_FAILURE(all.cut(soup, {tip, up}, {tip + Vec3(length_m, 0.1 * length_m, -deeper_m), up}))
                     << shear << ' ' << fine << ' ' << y_m << ' ' << from_m << ' ' << length_m << ' ' << depth_m;
               }
 }

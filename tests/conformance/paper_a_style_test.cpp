@@ -30,8 +30,8 @@ TEST(A_STYLE, A_STYLE_templates_behind_plan_cut) {
     EXPECT_FALSE(pad->going());
     EXPECT_EQ(check(pad->mesh).euler_characteristic, 2);
   }
-  EXPECT_FALSE(templates.cuts.bottoms.empty());
-  EXPECT_TRUE(progressive.cuts.bottoms.empty());
+  EXPECT_FALSE(templates.cuts.grooves.fronts.empty());
+  EXPECT_TRUE(progressive.cuts.grooves.fronts.empty());
   // Openings of their own width: tissue is parted as soon as it is cut.
   EXPECT_LT(check(templates.mesh).volume_m3, check(progressive.mesh).volume_m3 - 1e-9);
 }

@@ -111,7 +111,7 @@ TEST_F(Along, A_CUT_2_templates_first_then_faces_then_structures_and_closed) {
   PadUnderKnife other;
   const std::uint64_t hash = other.mesh.hash();
   const CutFront elsewhere{0, 1, false, 2, 3, {}};
-  EXPECT_EQ(other.cut(other.at(0.03, 0.014, 0.006), other.at(0.035, 0.014, 0.006), elsewhere).outcome,
+  EXPECT_EQ(other.cut(other.at(0.03, 0.014, 0.006), other.at(0.035, 0.014, 0.006), {{elsewhere}}).outcome,
             TemplateOutcome::refused);
   EXPECT_EQ(other.mesh.hash(), hash);
 }
@@ -187,8 +187,8 @@ TEST(A_CUT, A_CUT_5_bottoms_are_born_above_the_tip_and_go_to_it_in_the_next_step
   TemplateStroke stroke;
   const auto deepest = [&] {
     std::map<int, double> depth;  // by tenths of a millimetre along the cut
-    for (const auto& bottoms : {pad.bottoms, stroke.temporary_bottoms})
-      for (const auto& [v, partner] : bottoms)
+    for (const auto& bottoms : {pad.grooves.bottoms, stroke.temporary_bottoms})
+      for (const VertexId v : bottoms)
         if (pad.mesh.vertex_alive(v)) depth[int(std::lround(1e4 * pad.x(v).x()))] = pad.kTop_m - pad.x(v).z();
     return depth;
   };
@@ -210,7 +210,7 @@ TEST(A_CUT, A_CUT_5_bottoms_are_born_above_the_tip_and_go_to_it_in_the_next_step
 
 TEST(A_CUT, A_CUT_6_only_active_faces_and_their_neighbours_are_read) {
   PadUnderKnife near, whole;
-  const Blade first = near.at(0.0115, 0.014, 0.006), last = near.at(0.0265, 0.014, 0.006);
+  const RestBlade first = near.at(0.0115, 0.014, 0.006), last = near.at(0.0265, 0.014, 0.006);
   whole.cut(first, last);
   // The active faces with the ring of their vertices' faces; everything else is not a number.
   std::vector<TriangleId> active;
@@ -314,7 +314,7 @@ TEST(A_TPL, A_TPL_O_bottom_vertices_coincide_with_old_vertices_of_the_underside)
   const std::uint32_t old_vertices = pad.mesh.vertex_slots();
   // Along a line of vertices, y = 20 mm, turned a little so that the upper path lies beside them.
   const Vec3 up = Vec3(0, 0.04, 1).normalized();
-  const TemplateStep step = pad.cut({Vec3(-0.005, 0.0198, -0.005), up, 1e9}, {Vec3(0.0265, 0.0198, -0.005), up, 1e9});
+  const TemplateStep step = pad.cut({Vec3(-0.005, 0.0198, -0.005), up}, {Vec3(0.0265, 0.0198, -0.005), up});
   ASSERT_EQ(step.outcome, TemplateOutcome::cut);
   ASSERT_TRUE(pad.valid());
   int old_ones = 0;
@@ -329,7 +329,7 @@ TEST(A_TPL, A_TPL_O_complete_cut_in_one_step) {
   const TemplateStep step = pad.cut(pad.at(-0.005, 0.0143, 0.025), pad.at(0.065, 0.0143, 0.025));
   ASSERT_EQ(step.outcome, TemplateOutcome::cut);
   ASSERT_TRUE(pad.valid());
-  EXPECT_FALSE(step.front);
+  EXPECT_TRUE(step.fronts.empty());
   const SurfaceReport r = check(pad.mesh);
   EXPECT_EQ(r.components, 2u);
   EXPECT_EQ(r.euler_characteristic, 4);
@@ -377,13 +377,13 @@ TEST(A_TPL, A_TPL_C_continuation_discards_the_bottom_face_and_adjusts_the_sides)
   PadUnderKnife pad;
   TemplateStep step = pad.cut(pad.at(0.0115, 0.014, 0.006), pad.at(0.0225, 0.014, 0.006));
   ASSERT_EQ(step.outcome, TemplateOutcome::cut);
-  ASSERT_TRUE(step.front);
-  const CutFront front = *step.front;
+  ASSERT_EQ(step.fronts.size(), 1u);
+  const CutFront front = step.fronts[0];
   ASSERT_FALSE(front.bottom_on_surface);
   const MeshDraft before(pad.mesh, pad.view());
   const TriangleId old_bottom = before.find_triangle(front.bottom, front.before_left, front.before_right);
   ASSERT_NE(old_bottom, kNone);
-  step = pad.cut(pad.at(0.0225, 0.014, 0.006), pad.at(0.0285, 0.014, 0.006), front);
+  step = pad.cut(pad.at(0.0225, 0.014, 0.006), pad.at(0.0285, 0.014, 0.006), {{front}});
   ASSERT_EQ(step.outcome, TemplateOutcome::cut);
   ASSERT_TRUE(pad.valid());
   const MeshDraft after(pad.mesh, pad.view());
@@ -427,14 +427,14 @@ TEST(A_TPL, A_TPL_C_deeper_along_an_old_groove_adds_no_triangle) {
     MeshDraft draft(pad.mesh, pad.view());
     const double depth_m = 0.004 + 0.001 * pass;
     const std::size_t moved = deepen_groove(draft, pad.at(0.0, 0.014, depth_m), pad.at(0.05, 0.014, depth_m),
-                                            pad.bottoms, pad.all_triangles(), pad.settings);
-    EXPECT_EQ(moved, pad.bottoms.size());
+                                            GrooveDraft(pad.grooves), pad.all_triangles(), pad.settings);
+    EXPECT_EQ(moved, pad.grooves.bottoms.size());
     ASSERT_TRUE(pad.commit(draft));
     ASSERT_TRUE(pad.valid());
     EXPECT_EQ(pad.mesh.triangle_count(), triangles);
   }
   EXPECT_LT(check(pad.mesh).volume_m3, volume);
-  for (const auto& [v, partner] : pad.bottoms) EXPECT_NEAR(pad.x(v).z(), pad.kTop_m - 0.009, 1e-6);
+  for (const VertexId v : pad.grooves.bottoms) EXPECT_NEAR(pad.x(v).z(), pad.kTop_m - 0.009, 2e-5);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ void storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double ste
     TemplateStroke stroke;
     const int steps = std::uniform_int_distribution<int>(2, 25)(random);
     for (int i = 0; i < steps; ++i, ++result.steps) {
-      const TemplateStrokeEnd end = knife.follow(stroke, {x - depth_m * up, up, 1e9});
+      const TemplateStrokeEnd end = knife.follow(stroke, {x - depth_m * up, up});
       ASSERT_TRUE(knife.valid()) << "seed " << seed << " stroke " << k << " step " << i;
       result.refused += end == TemplateStrokeEnd::refused;
       result.left += end == TemplateStrokeEnd::left_body;

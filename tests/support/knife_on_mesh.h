@@ -25,28 +25,32 @@ class KnifeOnMesh : public MeshAtRest {
   }
 
   // One step of its own, from pose to pose.
-  TemplateStep cut(const Blade& first, const Blade& last, const std::optional<CutFront>& front = {}) {
+  TemplateStep cut(const RestBlade& first, const RestBlade& last, const SweepEnds& ends = {}) {
     MeshDraft draft(mesh, view());
-    const TemplateStep step = cut_with_templates(draft, first, last, front, all_triangles(), settings);
+    const TemplateStep step = cut_with_templates(draft, first, last, ends, all_triangles(), settings);
     EXPECT_TRUE(step.outcome == TemplateOutcome::cut || draft.delta().empty()) << "refused, but changed";
     commit(draft);
     return step;
   }
 
   // The next step of a stroke.
-  TemplateStrokeEnd follow(TemplateStroke& stroke, const Blade& blade) {
+  TemplateStrokeEnd follow(TemplateStroke& stroke, const RestBlade& blade) {
     MeshDraft draft(mesh, view());
+    GrooveDraft groove_draft(grooves);
     EXPECT_TRUE(undo_temporary(draft, stroke));
-    const TemplateStrokeEnd end = advance(draft, stroke, blade, all_triangles(), bottoms, settings);
+    const TemplateStrokeEnd end = advance(draft, stroke, blade, all_triangles(), groove_draft, settings);
     faces.insert(faces.end(), stroke.faces.begin(), stroke.faces.end());
     if (end == TemplateStrokeEnd::going) open_temporarily(draft, stroke, settings);
     commit(draft);
+    groove_draft.commit(grooves);
     return end;
   }
   void lift(TemplateStroke& stroke) {
     MeshDraft draft(mesh, view());
-    finish(draft, stroke, bottoms);
+    GrooveDraft groove_draft(grooves);
+    finish(draft, stroke, groove_draft);
     commit(draft);
+    groove_draft.commit(grooves);
   }
 
   bool valid() const {
@@ -65,7 +69,7 @@ class KnifeOnMesh : public MeshAtRest {
   }
 
   TemplateSettings settings;
-  GrooveBottoms bottoms;
+  Grooves grooves;
   std::vector<ActiveFace> faces;
 };
 
@@ -76,8 +80,8 @@ class PadUnderKnife : public KnifeOnMesh {
   explicit PadUnderKnife(TemplateSettings s = {}) : KnifeOnMesh(box(6, 4, 2, Vec3(0.06, 0.04, kTop_m)), s) {}
 
   // Upright, the tip so deep beneath the upper side.
-  static Blade at(double x_m, double y_m, double depth_m) {
-    return {Vec3(x_m, y_m, kTop_m - depth_m), Vec3::UnitZ(), 1e9};
+  static RestBlade at(double x_m, double y_m, double depth_m) {
+    return {Vec3(x_m, y_m, kTop_m - depth_m), Vec3::UnitZ()};
   }
   std::vector<Triangle> walls() const {
     std::vector<Triangle> result;
