@@ -48,6 +48,10 @@ SimulationBody::SimulationBody(const BodySpec& part, const Scene& scene, std::ui
 void SimulationBody::begin(const EngineSite& site) {
   engines = make_(site);
   stroke_settings = engines.cutting->settings();
+  if (!site.is_part) return;
+  std::vector<VertexId> all(mesh.vertex_slots());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  lips_.follow(mesh, all);
 }
 
 const CollisionEngine& SimulationBody::tree() {
@@ -144,6 +148,7 @@ void SimulationBody::bring_up_to_date(const TopologyDelta& delta, Seeds seeds, s
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
   engines.follow(shared(), {delta, touched, changed, placed});
+  lips_.follow(mesh, touched);
 }
 
 void SimulationBody::free_islands(const CutPlan& plan) {
@@ -173,6 +178,7 @@ void SimulationBody::give_up(const TopologyDelta& delta) {
   for (const VertexEdit& e : delta.vertices) vertices.push_back(e.id);
   for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
   engines.follow(shared(), {delta, vertices, triangles, {}});
+  lips_.follow(mesh, vertices);
   const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
   cuts.grooves.forget(vertices);
   std::erase_if(cuts.strokes, [&](const Stroke& s) {
@@ -211,6 +217,7 @@ void SimulationBody::deform(std::span<const PointConstraint> constraints, std::s
   engines.deformation->step(shared(), constraints, reactions);
   compact_.invalidate();
   for (const auto& process : engines.processes) process->step(shared(), step_s);
+  lips_.step(shared(), *engines.deformation, step_s);
   compact_.invalidate();
   tree_stale_ = true;
 }

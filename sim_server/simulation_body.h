@@ -11,6 +11,7 @@
 #include "sim_server/cutting/contact_templates.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation_engines.h"
+#include "sim_server/simulation_lips.h"
 #include "sim_server/splitting/rigid_piece.h"
 
 namespace sectio {
@@ -66,7 +67,7 @@ class SimulationBody {
   // After the rigid body has moved.
   void follow_rigid();
 
-  // Deformation, then whatever else goes on in the body.
+  // Deformation, whatever else goes on in the body, and contact of its lips.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
   // After that: a contact makes a particle faster and puts it elsewhere.
   void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
@@ -96,6 +97,7 @@ class SimulationBody {
                         std::vector<TriangleId>& changed);
 
   CompactPositions compact_;
+  LipContacts lips_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
   Pose frame_at_release_;  // of a rigid piece: of its shape at rest

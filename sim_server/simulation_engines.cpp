@@ -4,7 +4,6 @@
 
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/surface_springs.h"
-#include "sim_server/simulation_lips.h"
 
 namespace sectio {
 namespace {
@@ -74,7 +73,6 @@ BodyEngines surface_spring_engines(const EngineSite& site) {
       std::make_unique<SurfaceCutting>(stroke_settings(site.spec.cutting), site.spec.cutting.loops_free_islands);
   engines.splitting = std::make_unique<PartSearcher>();
   engines.deformation = springs_of(site);
-  engines.processes.push_back(std::make_unique<LipContacts>(*engines.deformation));
   return engines;
 }
 

@@ -56,11 +56,11 @@ Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
 
 }  // namespace
 
-void LipContacts::follow(const SharedBody& body, const TopologyChange& change) {
-  for (const VertexId v : change.vertices) {
-    const bool lives = v < body.mesh.vertex_slots() && body.mesh.vertex_alive(v);
+void LipContacts::follow(const TriangleMesh& mesh, std::span<const VertexId> changed) {
+  for (const VertexId v : changed) {
+    const bool lives = v < mesh.vertex_slots() && mesh.vertex_alive(v);
     bool at_wall = false;
-    if (lives) around(body.mesh, v, [&](TriangleId t) { at_wall |= is_wall(body.mesh, t); });
+    if (lives) around(mesh, v, [&](TriangleId t) { at_wall |= is_wall(mesh, t); });
     if (!at_wall) {
       lips_.erase(v);
       continue;
@@ -71,7 +71,7 @@ void LipContacts::follow(const SharedBody& body, const TopologyChange& change) {
   }
 }
 
-void LipContacts::search(const SharedBody& body) {
+void LipContacts::search(const TriangleMesh& mesh) {
   for (int i = 0; i < kSearches; ++i) {
     VertexId v = kNone;
     while (!waiting_.empty() && v == kNone) {
@@ -89,7 +89,7 @@ void LipContacts::search(const SharedBody& body) {
     Lip& lip = lips_.at(v);
     lip.waits = false;
     lip.pause = 0;
-    search_opposite(body.mesh, v, lip);
+    search_opposite(mesh, v, lip);
   }
 }
 
@@ -123,23 +123,16 @@ void LipContacts::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip
   for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;
 }
 
-std::uint32_t LipContacts::number_of(const SharedBody& body, VertexId v) {
-  const auto [it, is_new] = numbers_.try_emplace(v, static_cast<std::uint32_t>(particles_.size()));
-  if (is_new)
-    particles_.push_back({body.particles.velocity_world_m_per_s[v].head<3>().cast<double>(),
-                          deformation_.inverse_mass_per_kg(v), Vec3::Zero()});
-  return it->second;
-}
-
 // The nearest of the opposite triangles, over or under which the vertex is.
-void LipContacts::find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s) {
+void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip,
+                               double step_s) {
   if (lip.pause > 0) return void(--lip.pause);
   const auto& positions = body.particles.position_world_m;
   const Vec3 at = positions[v].head<3>().cast<double>();
   double nearest = kDeepestM * kDeepestM;
   TriangleId on = kNone;
   ClosestPoint best;
-  Vec3 facing;
+  Vec3 facing = Vec3::Zero();
   for (const TriangleId t : lip.opposite) {
     if (t == kNone || !is_wall(body.mesh, t) || has_corner(body.mesh.triangle(t), v)) continue;
     const auto& c = body.mesh.triangle(t).v;
@@ -170,30 +163,35 @@ void LipContacts::find_contact(const SharedBody& body, VertexId v, Lip& lip, dou
   const std::array<std::pair<VertexId, double>, 4> sides{
       {{v, 1}, {c[0], -best.bary[0]}, {c[1], -best.bary[1]}, {c[2], -best.bary[2]}}};
   for (std::size_t a = 0; a < sides.size(); ++a) {
-    contact.particles[a] = number_of(body, sides[a].first);
+    const VertexId w = sides[a].first;
+    const auto [it, is_new] = numbers_.try_emplace(w, static_cast<std::uint32_t>(particles_.size()));
+    if (is_new)
+      particles_.push_back({body.particles.velocity_world_m_per_s[w].head<3>().cast<double>(),
+                            deformation.inverse_mass_per_kg(w), Vec3::Zero()});
+    contact.particles[a] = it->second;
     contact.shares[a] = sides[a].second;
     contact.depth_m += step_s * contact.shares[a] * particles_[contact.particles[a]].velocity_m_per_s.dot(facing);
   }
   contacts_.push_back(contact);
 }
 
-void LipContacts::step(const SharedBody& body, double step_s) {
+void LipContacts::step(const SharedBody& body, const DeformationEngine& deformation, double step_s) {
   if (lips_.empty()) return;
-  search(body);
+  search(body.mesh);
   contacts_.clear();
   particles_.clear();
   numbers_.clear();
-  for (auto& [v, lip] : lips_) find_contact(body, v, lip, step_s);
+  for (auto& [v, lip] : lips_) find_contact(body, deformation, v, lip, step_s);
   if (contacts_.empty()) return;
   const ContactSides sides{{}, particles_};
+  // An overlap is stopped and not undone: to push it out against the springs would be work that nobody does.
   solve_contacts(sides, contacts_, {step_s, 10});
-  undo_depths(sides, contacts_, {step_s, 10});
   for (const auto& [v, number] : numbers_) {
     const ContactParticle& p = particles_[number];
     Vec4f& velocity = body.particles.velocity_world_m_per_s[v];
     const Vec3 gained = p.velocity_m_per_s - velocity.head<3>().cast<double>();
     velocity.head<3>() += gained.cast<float>();
-    body.particles.position_world_m[v].head<3>() += (step_s * gained + p.shift_m).cast<float>();
+    body.particles.position_world_m[v].head<3>() += (step_s * gained).cast<float>();
   }
 }
 

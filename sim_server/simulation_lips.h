@@ -23,16 +23,14 @@
 
 namespace sectio {
 
-class LipContacts final : public ProcessEngine {
+class LipContacts {
  public:
   static constexpr int kSearches = 3;
 
-  explicit LipContacts(const DeformationEngine& deformation) : deformation_(deformation) {}
-
-  void follow(const SharedBody& body, const TopologyChange& change) override;
-  void step(const SharedBody& body, double step_s) override;
-
-  std::size_t size() const { return lips_.size(); }  // vertices looked at
+  // Vertices around which the topology is not what it was.
+  void follow(const TriangleMesh& mesh, std::span<const VertexId> changed);
+  // After deformation, whose particles it moves.
+  void step(const SharedBody& body, const DeformationEngine& deformation, double step_s);
 
  private:
   static constexpr std::size_t kOpposite = 6;
@@ -42,12 +40,10 @@ class LipContacts final : public ProcessEngine {
     std::uint8_t pause = 0;  // steps until it is looked at again: it was far from the other lip
   };
 
-  void search(const SharedBody& body);
+  void search(const TriangleMesh& mesh);
   void search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip);
-  void find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s);
-  std::uint32_t number_of(const SharedBody& body, VertexId v);
+  void find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip, double step_s);
 
-  const DeformationEngine& deformation_;
   std::map<VertexId, Lip> lips_;
   std::deque<VertexId> waiting_;
   VertexId next_ = 0;  // of the round

@@ -27,7 +27,7 @@ class RigidStep {
   }
 
   void run(const RigidInput& input, std::span<Reaction> reactions) {
-    wake(input.stirred);
+    if (!input.stirred.empty()) wake(input.stirred);
     for (const RigidTouch& touch : input.touches) add_tool(touch);
     for (const Grip& grip : input.grips) add_grip(grip);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
@@ -35,7 +35,7 @@ class RigidStep {
     for (RigidBody* piece : dynamics_)
       if (piece && !piece->asleep()) piece->push(scene_.gravity_m_per_s2, scene_.step_s);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (is_awake(b)) find(b);
+      if (moves(b)) find(b);
     std::vector<Vec3> impulses(contacts_.size(), Vec3::Zero());
     const ContactSides sides{dynamics_, particles_.all()};
     solve_contacts(sides, contacts_, {scene_.step_s, 30}, impulses);
@@ -55,13 +55,19 @@ class RigidStep {
  private:
   bool is_awake(std::uint32_t b) const { return dynamics_[b] && !dynamics_[b]->asleep() && !bodies_[b]->frozen; }
 
+  // A part that came off and goes on deforming; its floor is its own affair.
+  bool is_loose(std::uint32_t b) const {
+    return !dynamics_[b] && !bodies_[b]->frozen && b >= scene_.bodies.size() && !bodies_[b]->spec.fixed;
+  }
+  bool moves(std::uint32_t b) const { return is_awake(b) || is_loose(b); }
+
   Box3 box_around(std::uint32_t b, double margin_m) const {
     const Vec3 reach = Vec3::Constant(margin_m + (dynamics_[b] ? bodies_[b]->rigid->radius_m() : 0));
     if (dynamics_[b]) {
       const Vec3& centre = dynamics_[b]->pose_world().position_m;
       return {centre - reach, centre + reach};
     }
-    const Box3 box = bodies_[b]->bounds_world_m();
+    const Box3 box = bodies_[b]->tree().bounds_world_m();
     return box.isEmpty() ? box : Box3(box.min() - reach, box.max() + reach);
   }
 
@@ -102,17 +108,19 @@ class RigidStep {
   void find(std::uint32_t b) {
     SimulationBody& body = *bodies_[b];
     const std::size_t from = contacts_.size();
-    const double reach_m = kReachM + 2 * scene_.step_s * dynamics_[b]->velocity_m_per_s().norm();
-    if (scene_.floor_z_m) floor_contacts(body.positions_world_m(), {}, *scene_.floor_z_m, reach_m, b, contacts_);
+    const double speed_m_per_s = dynamics_[b] ? dynamics_[b]->velocity_m_per_s().norm() : 0;
+    const double reach_m = kReachM + 2 * scene_.step_s * speed_m_per_s;
+    if (dynamics_[b] && scene_.floor_z_m)
+      floor_contacts(body.positions_world_m(), {}, *scene_.floor_z_m, reach_m, b, contacts_);
     for (std::uint32_t other = 0; other < bodies_.size(); ++other) {
-      if (other == b || (is_awake(other) && other < b)) continue;  // a pair of awake pieces is met once
+      if (other == b || (moves(other) && other < b)) continue;  // a pair that both move is met once
       if (!box_around(b, reach_m).intersects(box_around(other, 0))) continue;
       add_pair(b, other, reach_m);
     }
     for (std::size_t i = from; i < contacts_.size(); ++i) {
       contacts_[i].friction = body.spec.splitting.friction;
       if (contacts_[i].depth_m < -kReachM) continue;
-      supported_[b] = 1;
+      if (contacts_[i].body != kImmovable) supported_[contacts_[i].body] = 1;
       if (contacts_[i].other != kImmovable) supported_[contacts_[i].other] = 1;
     }
   }
@@ -128,23 +136,30 @@ class RigidStep {
       c.point_world_m = f.point_world_m;
       c.normal_world = i < own ? f.normal_world : Vec3(-f.normal_world);
       c.depth_m = f.depth_m;
-      c.body = b;
-      if (!dynamics_[other]) {
-        if (i < own)
-          particles_.join(c, other, bodies_[other]->mesh.triangle(f.triangle).v, f.bary, -1, scene_.step_s);
-        else
-          particles_.join(c, other, f.vertex, -1, scene_.step_s);
-      } else if (wakes(b, other, c)) {
+      if (dynamics_[b])
+        c.body = b;
+      else
+        join(c, b, f, i >= own, 1);
+      if (!dynamics_[other])
+        join(c, other, f, i < own, -1);
+      else if (wakes(b, other, c))
         c.other = other;
-      }
       contacts_.push_back(c);
     }
+  }
+
+  void join(RigidContact& c, std::uint32_t b, const BodyContact& f, bool by_triangle, double side) {
+    if (by_triangle)
+      particles_.join(c, b, bodies_[b]->mesh.triangle(f.triangle).v, f.bary, side, scene_.step_s);
+    else
+      particles_.join(c, b, f.vertex, side, scene_.step_s);
   }
 
   // A sleeping piece bears others without moving until one bumps into it.
   bool wakes(std::uint32_t b, std::uint32_t other, const RigidContact& c) {
     if (!dynamics_[other]->asleep()) return true;
-    if (dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world) > -kWakingSpeedM_per_s) return false;
+    if (!dynamics_[b] || dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world) > -kWakingSpeedM_per_s)
+      return false;
     dynamics_[other]->wake();
     return true;
   }
@@ -154,7 +169,7 @@ class RigidStep {
     std::vector<RestingLoad>& loads = bodies_[b]->loads;
     loads.clear();
     for (std::size_t i = 0; i < contacts_.size(); ++i)
-      if (contacts_[i].body == b) particles_.loads_of(contacts_[i], impulses[i], loads);
+      if (contacts_[i].body == b || contacts_[i].other == b) particles_.loads_of(contacts_[i], impulses[i], loads);
   }
   void bear(std::uint32_t b) const {
     for (const RestingLoad& load : bodies_[b]->loads) {
@@ -188,7 +203,7 @@ class RigidStep {
 
 void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, const RigidInput& input,
                        const Scene& scene, std::span<Reaction> reactions) {
-  if (std::ranges::none_of(bodies, [](const auto& body) { return body->rigid.has_value(); })) return;
+  if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid || b->id >= scene.bodies.size(); })) return;
   RigidStep(bodies, scene).run(input, reactions);
 }
 

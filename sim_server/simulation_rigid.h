@@ -1,8 +1,10 @@
-// One step of all rigid pieces of a simulation: they fall, touch floor, bodies and instruments, and come to rest. Part
-// of simulation.*.
+// One step of all that is loose in a simulation. Rigid pieces fall, touch floor, bodies and instruments, and come to
+// rest; parts that came off and go on deforming touch bodies. Part of simulation.*.
 //
-// Deformable bodies bear a piece but don't give way to it: their surface is taken as it moves by itself. A sleeping
-// piece wakes when an instrument, a piece that moves, or a change to the body near it stirs it.
+// Deformable bodies have deformed before; contact then changes the velocities of their particles and of the pieces
+// alike, and moves particles as far as their velocities changed. A sleeping piece costs nothing but the impulses that
+// it goes on giving to what it lies on; it wakes when an instrument, a piece that moves, or a change to the body near
+// it stirs it.
 #pragma once
 
 #include <memory>
@@ -32,7 +34,7 @@ struct RigidInput {
   std::span<const RigidTouch> touches = {};
   std::span<const Grip> grips = {};
   std::span<const std::uint8_t> stirred =
-      {};  // by body, whether an instrument touched or a cut changed it in this step
+      {};  // by body, whether an instrument touched or a cut changed it in this step; empty: none
 };
 
 // One reaction a touch, then one a grip.

@@ -98,7 +98,7 @@ bool at_rest(const BladeMotion& motion) {
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
   if (entries.empty() && std::ranges::all_of(motions, at_rest)) {
-    CutPlan unchanged{{}, {}, {}, {}, cuts.strokes, cuts.template_strokes, {}, 0, GrooveDraft(cuts.grooves)};
+    CutPlan unchanged{{}, {}, {}, {}, cuts.strokes, cuts.template_strokes, 0, GrooveDraft(cuts.grooves)};
     return unchanged;
   }
   if (settings.style == CutStyle::templates)

@@ -30,7 +30,7 @@ class DeformationEngine : public Engine {
   virtual bool fixed(VertexId v) const = 0;               // never moves
   virtual double mass_kg(VertexId v) const = 0;           // the tissue's own
   virtual double inverse_mass_per_kg(VertexId v) const {  // by which a contact's impulse makes it faster
-    return fixed(v) ? 0 : 1 / mass_kg(v);
+    return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
   }
   virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;

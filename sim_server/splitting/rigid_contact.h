@@ -38,12 +38,14 @@ struct RigidContact {
   double grip_n = 0;
 };
 
-// Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it: the
-// deepest, and the outermost in eight directions. `points`: in the world.
+// Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it, see
+// keep_bearing(). `points`: in the world.
 void floor_contacts(std::span<const Vec3f> points_world_m, std::span<const std::uint8_t> counts, double floor_z_m,
                     double reach_m, std::uint32_t body, std::vector<RigidContact>& contacts);
 
-// Keeps of contacts [from, end) of one pair the deepest and the outermost in eight directions across their mean normal.
+// Keeps of contacts [from, end) of one pair the deepest, and those that are the first to meet the other when the body
+// tilts a little, by three angles in eight directions across their mean normal. Others can't be reached without these:
+// a body on an uneven face rocks on the points that bear it, and comes to rest.
 void keep_bearing(std::vector<RigidContact>& contacts, std::size_t from);
 
 }  // namespace sectio

@@ -42,11 +42,36 @@ class Squeeze final : public ProcessEngine {
   const double& m_per_s2_;
 };
 
+// As it was made, but contacts can't move it.
+class Untouchable final : public DeformationEngine {
+ public:
+  explicit Untouchable(std::unique_ptr<DeformationEngine> e) : engine_(std::move(e)) {}
+  double inverse_mass_per_kg(VertexId) const override { return 0; }
+
+  void follow(const SharedBody& body, const TopologyChange& change) override { engine_->follow(body, change); }
+  void step(const SharedBody& body, std::span<const PointConstraint> constraints,
+            std::span<Reaction> reactions) override {
+    engine_->step(body, constraints, reactions);
+  }
+  Pose home_frame_world(VertexId v) const override { return engine_->home_frame_world(v); }
+  void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) override {
+    engine_->release(piece, bed);
+  }
+  bool fixed(VertexId v) const override { return engine_->fixed(v); }
+  double mass_kg(VertexId v) const override { return engine_->mass_kg(v); }
+  double energy_j(const SharedBody& body) const override { return engine_->energy_j(body); }
+  double largest_stable_step_s() const override { return engine_->largest_stable_step_s(); }
+  VertexId first_bad_vertex() const override { return engine_->first_bad_vertex(); }
+
+ private:
+  std::unique_ptr<DeformationEngine> engine_;
+};
+
 EngineTable engines(const double& squeeze_m_per_s2, bool with_lips) {
   EngineTable table = standard_engines();
   table.models["surface_springs"] = [&squeeze_m_per_s2, with_lips](const EngineSite& site) {
     BodyEngines e = surface_spring_engines(site);
-    if (!with_lips) e.processes.clear();
+    if (!with_lips) e.deformation = std::make_unique<Untouchable>(std::move(e.deformation));
     e.processes.insert(e.processes.begin(), std::make_unique<Squeeze>(squeeze_m_per_s2));
     return e;
   };

@@ -126,6 +126,23 @@ TEST(A_SEQ, A_SEQ_6_volume_is_kept_to_the_last_digits_by_the_split) {
   EXPECT_NEAR(rest_volume_m3(split), rest_volume_m3(kept), 1e-9 * rest_volume_m3(kept));
 }
 
+TEST(A_SEQ, A_SEQ_6_a_fragment_below_the_stated_size_is_removed_with_an_event_and_its_volume_is_counted) {
+  Scene scene = loop_scene(FreeParts::rigid);
+  scene.bodies[0].splitting.least_volume_m3 = 1e-5;
+  Operation kept(loop_scene(FreeParts::keep)), removed(scene);
+  for (Operation* op : {&kept, &removed}) cut_arc(*op, 0, 375);
+  EXPECT_EQ(removed.simulation.body_count(), 1u);
+  EXPECT_EQ(removed.count(EventKind::body_split), 0u);
+  ASSERT_EQ(removed.count(EventKind::fragment_removed), 1u);
+  EXPECT_EQ(step_of(removed, EventKind::fragment_removed), step_of(removed, EventKind::island_freed));
+  EXPECT_EQ(check(removed.mesh()).components, 1u);
+  const double gone_m3 = removed.last.report.removed_volume_m3;
+  EXPECT_GT(gone_m3, 1e-7);
+  EXPECT_NEAR(rest_volume_m3(removed) + gone_m3, rest_volume_m3(kept), 1e-9 * rest_volume_m3(kept));
+  lift(removed);  // and the instrument goes on as if nothing were
+  removed.expect_valid();
+}
+
 // The state of a body at one step, by rest position: what stays when slots are numbered anew.
 using Places = std::map<std::array<double, 3>, Vec3>;
 Places places(const Operation& op, std::uint32_t body) {

@@ -119,7 +119,7 @@ TEST_P(RandomOperations, leave_a_whole_body) {
     } else {
       EXPECT_TRUE(change <= 1e-9 && change > -0.02) << change << ": what the grooves take away";
     }
-    EXPECT_EQ(op.last.report.cuts_made > 0, kind != "probe");
+    EXPECT_EQ(op.last.report.cuts_made > 0, kind != "probe" && kind != "forceps");
     EXPECT_LT(op.last.report.cuts_refused, 3u * kOperations) << "refusals are for the exception";
     EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
   }

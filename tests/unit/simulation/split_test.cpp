@@ -164,6 +164,59 @@ TEST(Split, fragments_below_the_stated_size_are_removed) {
               1e-12 * before);
 }
 
+TEST(Split, a_part_that_goes_on_deforming_falls_and_rests_on_the_floor) {
+  Row row(FreeParts::deformable, {0.02, 0.012}, 0);
+  row.scene.floor_z_m = -0.06;
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  bodies.push_back(std::move(row.body));
+  bodies.push_back(std::move(split.parts[0]));
+  SimulationBody& part = *bodies[1];
+  const auto extent_z = [&] {
+    Box3 box;
+    for (const Vec3f& p : part.positions_world_m()) box.extend(p.cast<double>());
+    return std::pair(box.min().z(), box.sizes().z());
+  };
+  for (int i = 0; i < 60; ++i) part.deform({}, {}, row.scene.step_s);
+  const double damping = row.spec.material.damping_per_s, t = 0.06;
+  const double fallen_m = 9.81 / damping * (t - (1 - std::exp(-damping * t)) / damping);
+  EXPECT_NEAR(extent_z().first, -0.012 - fallen_m, 1.5e-3);
+  double before_m = 1;
+  int still = 0;
+  for (int i = 0; i < 4000 && still < 200; ++i) {
+    for (auto& body : bodies) body->deform({}, {}, row.scene.step_s);
+    step_rigid_pieces(bodies, {}, row.scene, {});
+    const double middle_m = part.frame_world(0).position_m.z();
+    still = std::abs(middle_m - std::exchange(before_m, middle_m)) < 1e-7 ? still + 1 : 0;
+  }
+  EXPECT_EQ(still, 200);
+  EXPECT_NEAR(extent_z().first, -0.06, 1e-5);
+  EXPECT_LT(extent_z().second, 0.024) << "it is what it was, a little flatter";
+  EXPECT_GT(extent_z().second, 0.02);
+}
+
+TEST(Split, a_part_that_goes_on_deforming_lies_on_other_tissue) {
+  Row row(FreeParts::deformable, {0.02, 0.012}, 0);
+  Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  BodySpec bed_spec;
+  bed_spec.name = "bed";
+  bed_spec.mesh = moved(box(16, 16, 2, Vec3(0.12, 0.12, 0.02)), Vec3(0.04, -0.06, -0.04));
+  bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.035)};
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  bodies.push_back(std::make_unique<SimulationBody>(bed_spec, row.scene, 0));
+  bodies.push_back(std::move(split.parts[0]));
+  double lowest_m = 0;
+  for (int i = 0; i < 1500; ++i) {
+    for (auto& body : bodies) body->deform({}, {}, row.scene.step_s);
+    step_rigid_pieces(bodies, {}, row.scene, {});
+    lowest_m = std::min(lowest_m, bodies[1]->frame_world(0).position_m.z());
+  }
+  EXPECT_GT(lowest_m, -0.016) << "it dents the bed and gives way itself, but doesn't go through";
+  EXPECT_NEAR(bodies[1]->frame_world(0).position_m.z(), -0.02 + 0.012, 5e-3) << "it stays there";
+}
+
 TEST(Split, without_room_parts_stay_where_they_are) {
   Row row(FreeParts::rigid, {0.02, 0.012, 0.012});
   EXPECT_EQ(row.split(1).parts.size(), 1u);
