@@ -7,6 +7,7 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -25,6 +26,12 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double processor_time_s() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
 std::string hex(std::uint64_t x) {
@@ -75,6 +82,7 @@ struct RunRecord::State {
   std::vector<float> step_times_s;
   std::vector<float> publish_times_s;
   std::optional<SyncCost> cost;
+  double processor_begun_s = processor_time_s();
   StepReport last;
   std::uint64_t steps = 0;
   std::map<std::string, std::uint64_t> events;
@@ -148,6 +156,7 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["contact_time_s"] = last.contact_time_s;
   run["step_time_median_s"] = quantile(step_times_s, 0.5);
   run["step_time_total_s"] = std::accumulate(step_times_s.begin(), step_times_s.end(), 0.0);
+  run["processor_time_s"] = processor_time_s() - processor_begun_s;
   run["step_time_p99_s"] = quantile(step_times_s, 0.99);
   run["stability_margin"] = least_margin;
   run["added_mass_fraction"] = largest_added_mass;

@@ -22,7 +22,7 @@ struct SyncCost {
 };
 
 // What a run leaves behind: with a directory, BODY.obj of every final surface, journal (all deltas) and report.json.
-// Step times are the only numbers in the report that differ between two runs on the same samples.
+// Times of steps and processor are the only numbers in the report that differ between two runs on the same samples.
 class RunRecord {
  public:
   // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Scene and
