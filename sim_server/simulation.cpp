@@ -239,7 +239,7 @@ void Simulation::State::press(std::uint32_t body_id) {
 // Nothing touches it, and no cut has changed it in this step.
 bool Simulation::State::is_idle(std::uint32_t body_id) {
   for (std::uint32_t i = 0; i < edges.size(); ++i)
-    if (touch(body_id, i).state() != ContactState::free || touch(body_id, i).constraint()) return false;
+    if (touch(body_id, i).state() != ContactState::free || !touch(body_id, i).constraints().empty()) return false;
   return std::ranges::none_of(output.deltas, [&](const BodyDelta& d) { return d.body_id == body_id; });
 }
 
