@@ -143,7 +143,7 @@ struct Simulation::State {
   std::vector<BladeMotion> motions;
   std::vector<TriangleId> changed;
   std::vector<ContactPoint> contact_points;
-  std::vector<ContactParticle> held;
+  std::vector<HeldParticle> held_particles;
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
@@ -231,9 +231,9 @@ void Simulation::State::press(std::uint32_t body_id) {
     const auto points = touch(body_id, i).contact_points();
     contact_points.insert(contact_points.end(), points.begin(), points.end());
   }
-  if (auto delta = press_body(body, contact_points, scene.step_s, held))
+  if (auto delta = press_body(body, contact_points, scene.step_s, held_particles))
     output.deltas.push_back({body_id, std::move(*delta)});
-  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held);
+  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held_particles);
 }
 
 // Nothing touches it, and no cut has changed it in this step.

@@ -77,7 +77,7 @@ TriangleId original_triangle(const SimulationBody& body, TriangleId t) {
 }
 
 std::optional<TopologyDelta> press_body(SimulationBody& body, std::span<const ContactPoint> points, double step_s,
-                                        std::vector<ContactParticle>& held) {
+                                        std::vector<HeldParticle>& held) {
   held.clear();
   std::vector<ContactPoint> all(points.begin(), points.end());
   const std::vector<ContactPoint> left = on_the_way_home(body, points, step_s);

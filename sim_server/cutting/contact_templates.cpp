@@ -266,9 +266,9 @@ Press press(MeshDraft& draft, TemporaryContact& contact, std::span<const Contact
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].presses || next.particle_of[i] == kNone) continue;
-    const ContactParticle held{contact.particles[next.particle_of[i]], points[i].target_world_m, points[i].owner};
+    const HeldParticle held{contact.particles[next.particle_of[i]], points[i].target_world_m, points[i].owner};
     const bool known = std::ranges::any_of(
-        result.held, [&](const ContactParticle& h) { return h.vertex == held.vertex && h.owner == held.owner; });
+        result.held, [&](const HeldParticle& h) { return h.vertex == held.vertex && h.owner == held.owner; });
     if (!known) result.held.push_back(held);
   }
   return result;

@@ -115,13 +115,13 @@ struct PressedBody {
     return p;
   }
   void press(const std::vector<ContactPoint>& points) {
-    std::vector<ContactParticle> held;
+    std::vector<HeldParticle> held;
     press_body(body, points, scene.step_s, held);
     step(held);
   }
-  void step(const std::vector<ContactParticle>& held) {
+  void step(const std::vector<HeldParticle>& held) {
     std::vector<PointConstraint> constraints;
-    for (const ContactParticle& h : held) constraints.push_back(hold(h.vertex, h.target_world_m));
+    for (const HeldParticle& h : held) constraints.push_back(hold(h.vertex, h.target_world_m));
     std::vector<Reaction> reactions(constraints.size());
     body.deform(constraints, reactions, scene.step_s);
   }
@@ -163,7 +163,7 @@ TEST(A_DEF, A_DEF_8_springs_and_masses_are_as_before_bit_for_bit) {
 TEST(A_DEF, A_DEF_9_nothing_stays_fixed_after_the_step) {
   PressedBody pressed;
   const ContactPoint p = pressed.point_in(pressed.top(), 0.002);
-  std::vector<ContactParticle> held;
+  std::vector<HeldParticle> held;
   press_body(pressed.body, std::array{p}, pressed.scene.step_s, held);
   ASSERT_EQ(held.size(), 1u);
   const VertexId v = held[0].vertex;
