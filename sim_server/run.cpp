@@ -120,6 +120,7 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   body["rest_volume_m3"] = rest.volume_m3;
   body["revision"] = mesh.revision();
   body["topology_hash"] = hex(mesh.hash());
+  if (const auto& notes = simulation.body(id).mesh_notes; !notes.empty()) body["mesh_notes"] = notes;
   return body;
 }
 
