@@ -143,6 +143,7 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   body["copy_bytes"] = simulation.copy_bytes(id);
   body["revision"] = mesh.revision();
   body["topology_hash"] = hex(mesh.hash());
+  if (const auto& notes = simulation.body(id).mesh_notes; !notes.empty()) body["mesh_notes"] = notes;
   return body;
 }
 

@@ -11,6 +11,7 @@
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
 #include "sim_server/simulation_touch.h"
+#include "sim_server/simulation_volume.h"
 
 namespace sectio {
 
@@ -32,6 +33,10 @@ const char* to_string(EventKind kind) {
       return "cut refused";
     case EventKind::step_overrun:
       return "step overrun";
+    case EventKind::driver_taken_over:
+      return "driver_taken_over";
+    case EventKind::driver_handed_back:
+      return "driver_handed_back";
     case EventKind::body_frozen:
       return "body frozen";
     case EventKind::body_split:
@@ -91,7 +96,7 @@ void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, B
 }  // namespace
 
 struct Simulation::State {
-  State(const Scene& s, const EngineTable& engines) : scene(s) {
+  State(const Scene& s, const EngineTable& engines) : scene(with_volumes(s)) {
     for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
       const auto make = engines.models.find(scene.bodies[i].model);
       if (make == engines.models.end())
@@ -257,6 +262,14 @@ void Simulation::State::deform(std::uint32_t body_id) {
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
     tell_touch(body_id, i, next);
+  }
+  if (const std::uint64_t steps = body.engines.deformation->implicit_steps(); steps != body.implicit_steps) {
+    if (!body.implicit) say(EventKind::driver_taken_over, body_id, 0);
+    body.implicit = true;
+    body.implicit_steps = steps;
+  } else if (body.implicit) {
+    body.implicit = false;
+    say(EventKind::driver_handed_back, body_id, 0);
   }
   if (const VertexId bad = body.engines.deformation->first_bad_vertex(); !body.frozen && bad != kNone) {
     body.frozen = true;

@@ -4,6 +4,7 @@
 
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/surface_springs.h"
+#include "sim_server/simulation_volume.h"
 
 namespace sectio {
 namespace {
@@ -77,7 +78,9 @@ BodyEngines surface_spring_engines(const EngineSite& site) {
 }
 
 EngineTable standard_engines() {
-  return {{{"surface_springs", surface_spring_engines}}};
+  return {{{"surface_springs", surface_spring_engines},
+           {"tetra_springs", tetra_spring_engines},
+           {"neo_hookean", neo_hookean_engines}}};
 }
 
 }  // namespace sectio

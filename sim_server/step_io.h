@@ -35,17 +35,19 @@ struct NewBody {
 enum class EventKind : std::uint8_t {
   contact_began,
   contact_ended,
-  penetrated,        // contact -> penetration: the cut began
-  cut_ended,         // the instrument was lifted
-  joined,            // a cut ran into the end of another, or of itself
-  island_freed,      // a loop was closed and its inside parted
-  cut_refused,       // the mesh is as before
-  step_overrun,      // the session is behind its clock; the text says what it does about it
-  body_frozen,       // numerics failed in this body
-  body_split,        // a part came off and is a body of its own
-  fragment_removed,  // a part below the stated size
-  grasped,           // jaws hold a piece
-  released,          // they opened, or it slipped out
+  penetrated,         // contact -> penetration: the cut began
+  cut_ended,          // the instrument was lifted
+  joined,             // a cut ran into the end of another, or of itself
+  island_freed,       // a loop was closed and its inside parted
+  cut_refused,        // the mesh is as before
+  step_overrun,       // the session is behind its clock; the text says what it does about it
+  body_frozen,        // numerics failed in this body
+  body_split,         // a part came off and is a body of its own
+  fragment_removed,   // a part below the stated size
+  grasped,            // jaws hold a piece
+  released,           // they opened, or it slipped out
+  driver_taken_over,  // a step was beyond what the explicit driver of a volume can do safely: the implicit one goes on
+  driver_handed_back,
 };
 const char* to_string(EventKind kind);
 

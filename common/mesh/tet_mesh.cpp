@@ -70,7 +70,7 @@ class TetCheck {
  private:
   void defect(const char* what, const Vec3& at) {
     if (!report_.valid) return;
-    report_.valid = false;
+    report_.valid = report_.conforming = false;
     char text[200];
     std::snprintf(text, sizeof text, "%s at (%.6g, %.6g, %.6g) m", what, at.x(), at.y(), at.z());
     report_.first_defect = report_.tetrahedra > 0 ? text : what;

@@ -36,6 +36,8 @@ class DeformationEngine : public Engine {
   virtual double largest_stable_step_s() const = 0;
   virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
   virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite
+  // Steps so far for which a driver that is always stable took over.
+  virtual std::uint64_t implicit_steps() const { return 0; }
 };
 
 }  // namespace sectio

@@ -116,10 +116,29 @@ Box read_box(YamlMap& map) {
   return box;
 }
 
+double unit_m(const YamlValue& unit) {
+  const std::string name = unit.choice({"m", "cm", "mm"});
+  return name == "m" ? 1 : name == "cm" ? 0.01 : 0.001;
+}
+
+VolumeSpec read_volume(YamlMap& map, const std::string& scene_file) {
+  VolumeSpec volume;
+  map.read("mesher", volume.mesher, {"lattice", "tetgen", "best"});
+  map.read("tetrahedra", volume.tetrahedra, between(12, 5e6));
+  map.read("driver", volume.driver, {"automatic", "implicit"});
+  map.read("second_share", volume.second_share, between(0, 0.95));
+  map.read("damper_s", volume.damper_s, at_least(0));
+  map.read("floor_kept_velocity", volume.floor_kept_velocity, between(0, 1));
+  map.part("tets", [&](YamlMap& part) {
+    volume.file = resolved(part.require("file"), scene_file);
+    volume.file_unit_m = unit_m(part.require("unit"));
+  });
+  return volume;
+}
+
 void read_mesh(YamlMap& map, const std::string& scene_file, BodySpec& body) {
   const YamlValue file = map.require("file"), unit = map.require("unit");
-  const std::string unit_name = unit.choice({"m", "cm", "mm"});
-  body.mesh_unit_m = unit_name == "m" ? 1 : unit_name == "cm" ? 0.01 : 0.001;
+  body.mesh_unit_m = unit_m(unit);
   body.mesh_file = resolved(file, scene_file);
   ImportedMesh mesh;
   try {
@@ -144,7 +163,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   BodySpec body;
   body.name = name_of(map.require("name"));
   if (const auto server = map.find("server")) body.server = name_of(*server);
-  map.read("model", body.model, {"surface_springs"});
+  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean"});
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
   map.part("contact", [&](YamlMap& part) { part.read("style", body.contact.style, {"vertices", "templates"}); });
@@ -155,6 +174,16 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     part.read("skin", body.skin_colour, between(0, 1));
     part.read("wall", body.wall_colour, between(0, 1));
   });
+  if (const auto volume = map.find("volume")) {
+    if (body.model == "surface_springs") volume->fail("the model surface_springs has no volume");
+    YamlMap part(*volume);
+    body.volume = read_volume(part, scene_file);
+    part.finish();
+  }
+  if (!body.volume.file.empty()) {
+    map.finish();
+    return body;
+  }
   YamlMap mesh(map.require("mesh"));
   map.finish();
   read_mesh(mesh, scene_file, body);

@@ -8,6 +8,7 @@
 
 #include "common/math/trace.h"
 #include "common/math/types.h"
+#include "common/mesh/tet_mesh.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/instruments/instrument.h"
 
@@ -64,6 +65,18 @@ struct SplittingSpec {
   double friction = 0.4;           // of rigid parts with floor and bodies
 };
 
+// The inside of a body whose model is one of a volume.
+struct VolumeSpec {
+  std::string mesher = "lattice";    // tetgen, best: whichever of the two gives the larger stable step
+  double tetrahedra = 4000;          // about so many
+  std::string file;                  // instead of a surface: tetrahedra; resolved path
+  double file_unit_m = 1;            // length of the file's unit
+  std::string driver = "automatic";  // of neo_hookean; implicit: never the explicit one
+  double second_share = 0.5;         // of tetra_springs: stiffness that second neighbours have
+  double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
+  double floor_kept_velocity = 0;    // along the floor, at a touch
+};
+
 struct Box {
   Vec3 min_world_m = Vec3::Zero();
   Vec3 max_world_m = Vec3::Zero();
@@ -77,7 +90,9 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  std::string model = "surface_springs";
+  std::string model = "surface_springs";  // or tetra_springs, neo_hookean
+  VolumeSpec volume;
+  TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
   MaterialSpec material;
   ContactSpec contact;
   CuttingSpec cutting;
@@ -117,7 +132,9 @@ struct Scene {
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
-//     name*, model: surface_springs, server: name (main)
+//     name*, model: surface_springs | tetra_springs | neo_hookean, server: name (main)
+//     volume:    mesher: lattice | tetgen | best, tetrahedra, driver: automatic | implicit, second_share, damper_s,
+//                floor_kept_velocity; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without mesh
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec

@@ -108,7 +108,7 @@ class TetReference {
     };
     const std::vector<double> pressure = pressures(x);
     // dJ_i / dx of every node: sum over its tetrahedra of cof(F) g V / sum V
-    std::vector<std::vector<std::pair<VertexId, Vec3>>> change(x.size());
+    std::vector<Change> change(x.size());
     for (std::size_t t = 0; t < shape_.size(); ++t) {
       const Tetrahedron& c = mesh_.tetrahedra[t];
       const double v = shape_[t].volume_m3;
@@ -118,7 +118,7 @@ class TetReference {
           add(c[a], c[b], mu_ * v * shape_[t].gradient[a].dot(shape_[t].gradient[b]) * Mat3::Identity());
           if (!nodal_)
             add(c[a], c[b], kappa_ * v * (cof * shape_[t].gradient[a]) * (cof * shape_[t].gradient[b]).transpose());
-          if (nodal_) change[c[a]].emplace_back(c[b], v / rest_volume_[c[a]] * (cof * shape_[t].gradient[b]));
+          if (nodal_) change[c[a]].add(c[b], v / rest_volume_[c[a]] * (cof * shape_[t].gradient[b]));
           if (a == b) continue;
           // d^2 v / dx_a dx_b = +- [x_c - x_d] / 6 with c, d the other two
           std::size_t p = 0;
@@ -132,8 +132,9 @@ class TetReference {
         }
     }
     for (std::size_t i = 0; i < change.size(); ++i)
-      for (const auto& [a, ga] : change[i])
-        for (const auto& [b, gb] : change[i]) add(a, b, 0.25 * rest_volume_[i] * kappa_ * ga * gb.transpose());
+      for (const auto& [a, ga] : change[i].by_vertex)
+        for (const auto& [b, gb] : change[i].by_vertex)
+          add(a, b, 0.25 * rest_volume_[i] * kappa_ * ga * gb.transpose());
     const auto n = static_cast<Eigen::Index>(3 * x.size());
     Sparse h(n, n);
     h.setFromTriplets(entries.begin(), entries.end());
@@ -161,20 +162,28 @@ class TetReference {
         if (held[i])
           for (int k = 0; k < 3; ++k)
             h.coeffRef(static_cast<Eigen::Index>(3 * i) + k, static_cast<Eigen::Index>(3 * i) + k) = 1;
-      Eigen::SimplicialLDLT<Sparse> solver(h);
-      const Eigen::VectorXd step = solver.solve(r);
       const auto total = [&](const Points& at) {
         double energy = energy_j(at);
         for (std::size_t i = 0; i < at.size(); ++i) energy -= load[i].dot(at[i]);
         return energy;
       };
       const double before = total(x);
-      double way = 1;
       Points next = x;
-      for (;; way *= 0.5) {
-        for (std::size_t i = 0; i < x.size(); ++i)
-          next[i] = x[i] + way * step.segment<3>(static_cast<Eigen::Index>(3 * i));
-        if (total(next) <= before + 1e-12 * std::abs(before) || way < 1e-6) break;
+      // Where the Hessian is not positive, or leads nowhere, a multiple of the unit matrix is added.
+      const double stiff = h.diagonal().cwiseAbs().mean();
+      for (double shift = 0;; shift = std::max(1e-3 * stiff, 10 * shift)) {
+        Sparse shifted = h;
+        for (Eigen::Index i = 0; i < h.rows() && shift > 0; ++i) shifted.coeffRef(i, i) += shift;
+        Eigen::SimplicialLDLT<Sparse> solver(shifted);
+        const Eigen::VectorXd step = solver.solve(r);
+        if (!(solver.vectorD().minCoeff() > 0) && shift < 1e3 * stiff) continue;
+        double way = 1;
+        for (;; way *= 0.5) {
+          for (std::size_t i = 0; i < x.size(); ++i)
+            next[i] = x[i] + way * step.segment<3>(static_cast<Eigen::Index>(3 * i));
+          if (total(next) <= before + 1e-12 * std::abs(before) || way < 1e-4) break;
+        }
+        break;
       }
       x = next;
     }
@@ -182,6 +191,18 @@ class TetReference {
   }
 
  private:
+  struct Change {
+    void add(VertexId v, const Vec3& g) {
+      for (auto& [at, sum] : by_vertex)
+        if (at == v) {
+          sum += g;
+          return;
+        }
+      by_vertex.emplace_back(v, g);
+    }
+    std::vector<std::pair<VertexId, Vec3>> by_vertex;
+  };
+
   static double sign(std::size_t a, std::size_t b, std::size_t p, std::size_t q) {
     // Of the permutation (a b p q): d^2 v / dx_a dx_b = sign [x_q - x_p] / 6.
     const std::array<std::size_t, 4> order{a, b, p, q};

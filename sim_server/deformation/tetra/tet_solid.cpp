@@ -138,7 +138,7 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     was_implicit_ = !explicit_step(position_world_m, velocity_m_per_s);
   }
   if (was_implicit_) {
-    ++implicit_steps_;
+    implicit_steps_ += driver_ == TetDriver::automatic;
     std::ranges::copy(start_position_, position_world_m.begin());
     std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
     implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps);

@@ -19,6 +19,7 @@ class TetSolid final : public VolumeModel {
 
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
+  const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   double mass_kg(VertexId v) const override { return mass_[v]; }
@@ -34,8 +35,9 @@ class TetSolid final : public VolumeModel {
   double explicit_limit_s() const { return explicit_limit_s_; }
   // Of the last step: the largest stable part over the part taken, as the bound has it. Above 1 while explicit.
   double margin() const { return margin_; }
+  // implicit_steps() counts those that the explicit driver gave up.
   bool last_step_was_implicit() const { return was_implicit_; }
-  std::uint64_t implicit_steps() const { return implicit_steps_; }
+  std::uint64_t implicit_steps() const override { return implicit_steps_; }
 
   const TetRows& rows() const { return rows_; }
   const TetMesh& mesh() const { return mesh_; }

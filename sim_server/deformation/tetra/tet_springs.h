@@ -39,6 +39,7 @@ class TetSprings final : public VolumeModel {
 
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
+  const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   double mass_kg(VertexId v) const override { return mass_[v]; }

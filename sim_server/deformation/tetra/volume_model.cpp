@@ -32,6 +32,7 @@ void DividedConstraints::project_part(int part, double part_s, std::span<const d
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
     mean_[n].force_on_tool_n += part_[n].force_on_tool_n / parts_;
     mean_[n].active = mean_[n].active || part_[n].active;
+    mean_[n].work_j += part_[n].work_j;
   }
 }
 

@@ -35,13 +35,15 @@ class VolumeModel {
   // By settings.step_s. reactions: one a constraint.
   virtual void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) = 0;
+  virtual const Vec3& gravity_m_per_s2() const = 0;
   virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
 
   virtual double mass_kg(VertexId v) const = 0;              // the tissue's own
   virtual double inverse_mass_per_kg(VertexId v) const = 0;  // of the effective mass; 0 when fixed
   virtual double added_mass_fraction() const = 0;
-  virtual double largest_stable_step_s() const = 0;  // of settings.step_s; infinite when there is none
-  virtual VertexId first_bad_vertex() const = 0;     // kNone while all is finite
+  virtual double largest_stable_step_s() const = 0;           // of settings.step_s; infinite when there is none
+  virtual std::uint64_t implicit_steps() const { return 0; }  // taken over from an explicit driver, so far
+  virtual VertexId first_bad_vertex() const = 0;              // kNone while all is finite
 
   // For tests and reports, O(n): the elastic energy, and the forces that the kernels compute, fixed vertices included.
   virtual double elastic_energy_j(std::span<const Vec4f> position_world_m) const = 0;
@@ -57,7 +59,8 @@ inline std::vector<double> masses_by_volume(const TetMesh& mesh, double density_
 }
 
 // Constraints of a step that is taken in several: the target of each moves evenly from where its point is at the start,
-// and the reaction is the mean of the parts'.
+// and the reaction is the mean of the parts',
+// its work their sum.
 class DividedConstraints {
  public:
   void begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m, int parts);

@@ -1,0 +1,17 @@
+// Bodies that are volumes of tetrahedra: models tetra_springs (M2) and neo_hookean (M3). Part of simulation.*.
+#pragma once
+
+#include "sim_server/simulation_engines.h"
+
+namespace sectio {
+
+// The scene with a volume for each body whose model needs one (BodySpec::tets): its surface is filled, or the volume's
+// file is read. The body's mesh becomes the volume's surface, whose vertices are the first ones of the volume. What
+// came out is said in BodySpec::mesh_notes. Throws InputError that names scene and body.
+Scene with_volumes(Scene scene);
+
+// Collision and splitting as for surfaces; nothing cuts a volume.
+BodyEngines tetra_spring_engines(const EngineSite& site);
+BodyEngines neo_hookean_engines(const EngineSite& site);
+
+}  // namespace sectio

@@ -1,0 +1,66 @@
+// A volume whose tetrahedra change: two operations, each with an exact inverse, from which every cut is made. Both keep
+// the mesh conforming: tetrahedra meet in whole faces or not at all.
+//
+//   split   an edge a b at n: each tetrahedron (.. a b ..) becomes (.. a n ..), and (.. n b ..) is new
+//   part    a vertex v gets a twin: some of the tetrahedra at v have the twin instead
+//
+// State is interpolated along the edge, rest position, position and velocity alike: a linear field stays what it was,
+// so that deformation, momentum (with masses by volume) and the energy of each element are unchanged.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/mesh/tet_mesh.h"
+
+namespace sectio {
+
+struct TetVertexState {
+  Vec3 rest_body_m = Vec3::Zero();
+  Vec3 position_world_m = Vec3::Zero();
+  Vec3 velocity_m_per_s = Vec3::Zero();
+};
+
+class TetTopology {
+ public:
+  // At rest, at its own place.
+  explicit TetTopology(const TetMesh& mesh);
+
+  std::size_t vertex_count() const { return vertices_.size(); }
+  const TetVertexState& vertex(VertexId v) const { return vertices_[v]; }
+  void set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s);
+  std::span<const Tetrahedron> tetrahedra() const { return tets_; }
+  std::span<const std::uint32_t> star(VertexId v) const { return star_[v]; }
+  TetMesh mesh() const;  // at rest
+
+  // At a + t (b - a), 0 < t < 1. Returns the new vertex, the highest number. O(star).
+  VertexId split(VertexId a, VertexId b, double t);
+  // `of`: tetrahedra at v, some but not all. Returns the twin, the highest number. O(star).
+  VertexId part(VertexId v, std::span<const std::uint32_t> of);
+
+  // Operations so far; undo_to() takes back those after a mark, last first: vertices, tetrahedra and the order of stars
+  // are what they were, to the bit. What is left keeps the state that it has; a vertex that had a twin goes to the
+  // middle of the two by mass.
+  std::size_t mark() const { return journal_.size(); }
+  void undo_to(std::size_t mark);
+  // Operations are final: they can't be undone any more.
+  void forget() { journal_.clear(); }
+
+ private:
+  struct Operation {
+    VertexId a = kNone, b = kNone;  // split: the edge; part: a, and b is kNone
+    VertexId made = kNone;
+    std::vector<std::uint32_t> tets;  // split: those that had the edge; part: the star of a before
+    std::uint32_t added = 0;          // tetrahedra
+  };
+  void undo_split(const Operation& operation);
+  void undo_part(const Operation& operation);
+  double volume_at(VertexId v) const;
+
+  std::vector<TetVertexState> vertices_;
+  std::vector<Tetrahedron> tets_;
+  std::vector<std::vector<std::uint32_t>> star_;
+  std::vector<Operation> journal_;
+};
+
+}  // namespace sectio
