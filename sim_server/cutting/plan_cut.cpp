@@ -98,12 +98,14 @@ bool at_rest(const BladeMotion& motion) {
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
   if (entries.empty() && std::ranges::all_of(motions, at_rest)) {
-    CutPlan unchanged{{}, {}, {}, {}, cuts.strokes, cuts.template_strokes, 0, GrooveDraft(cuts.grooves)};
+    CutPlan unchanged(cuts);
+    unchanged.strokes = cuts.strokes;
+    unchanged.template_strokes = cuts.template_strokes;
     return unchanged;
   }
   if (settings.style == CutStyle::templates)
     return plan_with_templates(mesh, particles, cuts, entries, motions, settings);
-  CutPlan plan{{}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
+  CutPlan plan(cuts);
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
   if (attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
@@ -112,7 +114,8 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
     return plan;
   }
   // Refused whole: the mesh stays; cuts that were under way end with what is open now.
-  CutPlan refusal{{}, {}, {}, {}, {}, {}, 1, GrooveDraft(cuts.grooves)};
+  CutPlan refusal(cuts);
+  refusal.refused = 1;
   for (Stroke s : cuts.strokes) {
     keep_what_is_open(s, refusal.grooves);
     refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused});

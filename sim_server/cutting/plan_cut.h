@@ -43,6 +43,8 @@ struct StrokeOutcome {
 };
 
 struct CutPlan {
+  explicit CutPlan(const BodyCuts& cuts) : grooves(cuts.grooves) {}  // of nothing
+
   TopologyDelta delta;                                  // empty(): the topology stays
   std::vector<std::pair<VertexId, VertexState>> seeds;  // state to set once the delta is applied
   std::vector<StrokeOutcome> outcomes;                  // of strokes that ended

@@ -118,7 +118,7 @@ Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mot
 CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
                             std::span<const Entry> entries, std::span<const BladeMotion> motions,
                             const StrokeSettings& settings) {
-  CutPlan plan{{}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
+  CutPlan plan(cuts);
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
   std::vector<TemplateStroke> strokes = cuts.template_strokes;
