@@ -7,7 +7,7 @@
 #include "common/delta/keyframe.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/simulation_contact.h"
-#include "tests/support/operation.h"
+#include "tests/support/loop_cut.h"
 
 namespace sectio::test {
 namespace {
@@ -286,6 +286,34 @@ TEST_P(Styles, A_DEF_11_cutting_never_sees_temporary_elements) {
   EXPECT_FALSE(op.mesh().has_temporary_elements());
   EXPECT_TRUE(op.late->same_database(op.mesh()));
   op.expect_valid();
+}
+
+// A loop is cut out while a probe presses on what it will be parted from, or on the part itself.
+TEST(A_DEF, A_DEF_11_a_part_comes_off_during_a_press) {
+  for (const auto& [free_parts, x_m] : {std::pair(FreeParts::rigid, 0.03), std::pair(FreeParts::deformable, 0.0)}) {
+    Scene scene = loop_scene(free_parts);
+    scene.bodies[0].contact.style = "templates";
+    scene.tools[1].kind = "probe";
+    scene.tools[1].geometry = instrument_of("probe").geometry;
+    Pressing op(scene);
+    op.place({x_m, 0.002, kOrganTop_m + 0.004}, Eigen::Quaterniond::Identity(), 1);
+    op.tip_to(x_m, 0.002, 0.003, 0.02, 1);
+    EXPECT_TRUE(op.mesh().has_temporary_elements());
+    op.join_late();
+    cut_arc(op, 0, 375);
+    lift(op);
+    ASSERT_EQ(op.simulation.body_count(), 2u);
+    EXPECT_EQ(op.state(1), ContactState::contact);
+    op.lift(1);
+    for (int i = 0; i < 3000 && (op.mesh(0).has_temporary_elements() || op.mesh(1).has_temporary_elements()); ++i)
+      op.rest(1);
+    for (std::uint32_t b : {0u, 1u}) {
+      EXPECT_FALSE(op.mesh(b).has_temporary_elements()) << b;
+      EXPECT_TRUE(check(op.mesh(b)).valid());
+      EXPECT_TRUE(op.replicas[b].same_database(op.mesh(b)));
+    }
+    EXPECT_TRUE(op.late->same_database(op.mesh()));
+  }
 }
 
 // Two probes and a scalpel anywhere, quick and slow, upright and flat; a viewer joins in the middle.
