@@ -166,7 +166,11 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean"});
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
-  map.part("contact", [&](YamlMap& part) { part.read("style", body.contact.style, {"vertices", "templates"}); });
+  map.part("contact", [&](YamlMap& part) {
+    part.read("style", body.contact.style, {"vertices", "templates"});
+    if (body.contact.style == "templates" && body.model != "surface_springs")
+      part.value().fail("templates divide a surface: they need the model surface_springs");
+  });
   map.part("cutting", [&](YamlMap& part) { body.cutting = read_cutting(part); });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });

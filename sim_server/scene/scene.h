@@ -138,7 +138,7 @@ struct Scene {
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
-//     contact:   style: vertices | templates
+//     contact:   style: vertices | templates (of surface_springs)
 //     cutting:   the members of CuttingSpec; threshold_force_n or threshold_displacement_m
 //     splitting: free_parts: keep | rigid | deformable, least_volume_m3, friction
 //     fixed:     min_world_m*, max_world_m*

@@ -146,6 +146,8 @@ TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
   EXPECT_EQ(refusal("[0, 0, -1]", "[0, zero, -1]"),
             "s.yaml:4: gravity_m_per_s2[1]: expected a finite number, got zero");
   EXPECT_EQ(refusal("unit: cm", "unit: inch"), "s.yaml:8: bodies[0].mesh.unit: expected one of m, cm, mm, got inch");
+  EXPECT_EQ(refusal("model: surface_springs", "model: tetra_springs"),
+            "s.yaml:15: bodies[0].contact: templates divide a surface: they need the model surface_springs");
   EXPECT_EQ(refusal("style: templates", "style: glue"),
             "s.yaml:15: bodies[0].contact.style: expected one of vertices, templates, got glue");
   EXPECT_EQ(refusal("model: surface_springs", "model: jelly"),
