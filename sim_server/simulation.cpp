@@ -4,7 +4,10 @@
 #include <cstdio>
 #include <deque>
 
+#include "common/core/error.h"
 #include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/simulation_contact.h"
+#include "sim_server/simulation_grip.h"
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
 #include "sim_server/simulation_touch.h"
@@ -35,6 +38,10 @@ const char* to_string(EventKind kind) {
       return "body split";
     case EventKind::fragment_removed:
       return "fragment removed";
+    case EventKind::grasped:
+      return "grasped";
+    case EventKind::released:
+      return "released";
   }
   return "?";
 }
@@ -53,9 +60,10 @@ FitterSpec fitter_spec(const Scene& scene) {
 
 // What the simulation knows of an instrument.
 struct Tool {
-  Tool(std::uint32_t id, const Scene& scene) : fitter(id, fitter_spec(scene)) {}
+  Tool(std::uint32_t id, const Scene& scene) : fitter(id, fitter_spec(scene)), grip(scene.tools[id]) {}
 
   ContactModelFitter fitter;
+  SimulationGrip grip;
   std::optional<JointPose> pose;  // of the newest sample
   double time_s = 0;              // its time stamp
   std::uint64_t sequence = 0;
@@ -83,9 +91,14 @@ void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, B
 }  // namespace
 
 struct Simulation::State {
-  explicit State(const Scene& s) : scene(s) {
-    for (std::uint32_t i = 0; i < scene.bodies.size(); ++i)
-      bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i));
+  State(const Scene& s, const EngineTable& engines) : scene(s) {
+    for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
+      const auto make = engines.models.find(scene.bodies[i].model);
+      if (make == engines.models.end())
+        throw InputError(scene.file + ": bodies[" + std::to_string(i) + "].model: there are no engines for " +
+                         scene.bodies[i].model);
+      bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i, make->second));
+    }
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i)
       for (std::size_t e = 0; e < instrument_of(scene.tools[i].kind).edges; ++e) edges.push_back({i, e});
@@ -95,11 +108,15 @@ struct Simulation::State {
   void add_touches(SimulationBody& body);
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
+  void press(std::uint32_t body_id);
+  void release(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
+  bool is_idle(std::uint32_t body_id);
   void split(std::uint32_t body_id);
   void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
   void move_rigid_pieces();
-  void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction);
+  void grip_pieces();
+  void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next);
   void fit_contact_models();
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
     output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
@@ -120,14 +137,18 @@ struct Simulation::State {
   std::vector<Edge> edges;               // of all tools; cutting knows each as a tool of its own
   std::vector<SimulationTouch> touches;  // a row a body, a column an edge
   StepOutput output;
+  bool spare_idle_bodies = false;
 
   // Scratch.
   std::vector<Entry> entries;
   std::vector<BladeMotion> motions;
   std::vector<TriangleId> changed;
+  std::vector<ContactPoint> contact_points;
+  std::vector<HeldParticle> held_particles;
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
+  std::vector<Grip> grips;
   std::vector<std::uint8_t> stirred;
 };
 
@@ -164,18 +185,26 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
   entries.clear();
   motions.clear();
+  bool at_work = !body.unsettled.empty();
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     const Tool& tool = tool_of(i);
     if (!tool.pose) continue;
+    if (tool.grip.holds(body_id)) {
+      touch(body_id, i).let_go();
+      continue;
+    }
     touch(body_id, i).approach(tool.before, tool.poses, tool.continuous);
-    touch(body_id, i).plan(tool.poses, entries, motions);
+    at_work |= touch(body_id, i).is_at_work();
   }
+  if (at_work) release(body_id);
+  for (std::uint32_t i = 0; i < edges.size(); ++i)
+    if (const Tool& tool = tool_of(i); tool.pose && !tool.grip.holds(body_id))
+      touch(body_id, i).plan(tool.poses, entries, motions);
 
   if (body.rigid) return;
   if (!entries.empty() || !motions.empty()) {
     for (BladeMotion& motion : motions) see_from_rest(body, entries, motion);
-    const CutPlan plan = plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings,
-                                  body.spec.cutting.loops_free_islands);
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     const bool accepted = body.accept_plan(plan, changed);
     if (accepted && !plan.delta.empty()) {
       output.deltas.push_back({body_id, plan.delta});
@@ -187,29 +216,62 @@ void Simulation::State::step_body(std::uint32_t body_id) {
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
   }
   split(body_id);
+  press(body_id);
   deform(body_id);
+}
+
+void Simulation::State::release(std::uint32_t body_id) {
+  if (auto delta = release_body(*bodies[body_id])) output.deltas.push_back({body_id, std::move(*delta)});
+}
+
+void Simulation::State::press(std::uint32_t body_id) {
+  SimulationBody& body = *bodies[body_id];
+  if (!body.contact_by_templates()) return;
+  contact_points.clear();
+  for (std::uint32_t i = 0; i < edges.size(); ++i) {
+    const auto points = touch(body_id, i).contact_points();
+    contact_points.insert(contact_points.end(), points.begin(), points.end());
+  }
+  if (auto delta = press_body(body, contact_points, scene.step_s, held_particles))
+    output.deltas.push_back({body_id, std::move(*delta)});
+  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held_particles);
+}
+
+// Nothing touches it, and no cut has changed it in this step.
+bool Simulation::State::is_idle(std::uint32_t body_id) {
+  for (std::uint32_t i = 0; i < edges.size(); ++i)
+    if (touch(body_id, i).state() != ContactState::free || !touch(body_id, i).constraints().empty()) return false;
+  return std::ranges::none_of(output.deltas, [&](const BodyDelta& d) { return d.body_id == body_id; });
 }
 
 void Simulation::State::deform(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
   constraints.clear();
   for (std::uint32_t i = 0; i < edges.size(); ++i)
-    if (const auto c = touch(body_id, i).constraint(); c && tool_of(i).pose) constraints.push_back(*c);
+    if (const auto c = touch(body_id, i).constraints(); tool_of(i).pose)
+      constraints.insert(constraints.end(), c.begin(), c.end());
   reactions.assign(constraints.size(), {});
-  body.deform(constraints, reactions);
+  if (!(spare_idle_bodies && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
+  for (const Reaction& reaction : reactions) output.report.instrument_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
-    tell_touch(body_id, i, touch(body_id, i).constraint() ? reactions[next++] : Reaction{});
+    tell_touch(body_id, i, next);
   }
-  if (!body.frozen && body.springs.first_bad_vertex() != kNone) {
+  if (const VertexId bad = body.engines.deformation->first_bad_vertex(); !body.frozen && bad != kNone) {
     body.frozen = true;
-    say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(body.springs.first_bad_vertex()));
+    say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(bad));
   }
 }
 
-void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction) {
+// Takes its reactions from `next` on.
+void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next) {
   SimulationTouch& t = touch(body_id, edge_id);
+  Reaction reaction;
+  for (std::size_t i = 0; i < t.constraints().size(); ++i, ++next) {
+    reaction.force_on_tool_n += reactions[next].force_on_tool_n;
+    reaction.active |= reactions[next].active;
+  }
   t.deformed(reaction, scene.step_s);
   for (const EventKind kind : t.take_events()) {
     say(kind, body_id, edges[edge_id].tool_id);
@@ -245,22 +307,39 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   bodies.push_back(std::move(part));
 }
 
+void Simulation::State::grip_pieces() {
+  grips.clear();
+  for (std::uint32_t i = 0; i < tools.size(); ++i) {
+    SimulationGrip& grip = tools[i].grip;
+    grip.force_on_tool_n.setZero();
+    const std::optional<std::uint32_t> held = grip.held();
+    if (tools[i].pose) grip.follow(*tools[i].pose, bodies, grips);
+    if (held && held != grip.held()) say(EventKind::released, *held, i);
+    if (grip.held() && held != grip.held()) say(EventKind::grasped, *grip.held(), i);
+  }
+}
+
 void Simulation::State::move_rigid_pieces() {
+  grip_pieces();
   rigid_touches.clear();
   stirred.assign(bodies.size(), 0);
   for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; i < edges.size(); ++i) {
       stirred[b] |= !bodies[b]->rigid && touch(b, i).state() != ContactState::free;
-      const auto constraint = touch(b, i).constraint();
-      if (bodies[b]->rigid && constraint) rigid_touches.push_back({b, *constraint, tool_of(i).velocity_m_per_s});
+      for (const PointConstraint& c : touch(b, i).constraints())
+        if (bodies[b]->rigid) rigid_touches.push_back({b, c, tool_of(i).velocity_m_per_s});
     }
-  reactions.assign(rigid_touches.size(), {});
-  step_rigid_pieces(bodies, rigid_touches, stirred, scene, reactions);
-  std::size_t next = 0;
+  reactions.assign(rigid_touches.size() + grips.size(), {});
+  step_rigid_pieces(bodies, {rigid_touches, grips, stirred}, scene, reactions);
+  std::size_t next = rigid_touches.size();
+  for (Tool& tool : tools)
+    for (std::size_t i = 0; tool.grip.held() && i < SimulationGrip::kPoints; ++i)
+      tool.grip.force_on_tool_n += reactions[next++].force_on_tool_n;
+  next = 0;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i)
-      if (tool_of(i).pose) tell_touch(b, i, touch(b, i).constraint() ? reactions[next++] : Reaction{});
+      if (tool_of(i).pose) tell_touch(b, i, next);
 }
 
 void Simulation::State::fit_contact_models() {
@@ -269,6 +348,11 @@ void Simulation::State::fit_contact_models() {
     const Tool& tool = tools[i];
     if (!tool.pose) continue;
     ContactStep step;
+    step.reaction_world_n = tool.grip.force_on_tool_n;
+    if (tool.grip.held()) {
+      step.state = ContactState::contact;
+      step.point_world_m = tool.pose->position_m;
+    }
     step.sim_time_s = output.sim_time_s;
     step.tool_time_s = tool.time_s;
     step.tip_world_m = tool.pose->position_m;
@@ -290,7 +374,9 @@ void Simulation::State::fit_contact_models() {
   if (in_contact) output.report.contact_time_s += scene.step_s;
 }
 
-Simulation::Simulation(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+Simulation::Simulation(const Scene& scene) : Simulation(scene, standard_engines()) {}
+Simulation::Simulation(const Scene& scene, const EngineTable& engines)
+    : state_(std::make_unique<State>(scene, engines)) {}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -305,6 +391,8 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.contacts.clear();
   out.events.clear();
   out.publish_now = false;
+  s.spare_idle_bodies = input.spare_idle_bodies;
+  if (!input.overrun.empty()) s.say(EventKind::step_overrun, 0, 0, input.overrun);
   s.take(input);
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
@@ -319,9 +407,10 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.report.penetration_m = 0;
   for (const auto& body : s.bodies) {
     if (body->rigid) continue;
+    const DeformationEngine& deformation = *body->engines.deformation;
     out.report.stability_margin =
-        std::min(out.report.stability_margin, body->springs.largest_stable_step_s() / s.scene.step_s);
-    out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, body->springs.added_mass_fraction());
+        std::min(out.report.stability_margin, deformation.largest_stable_step_s() / s.scene.step_s);
+    out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, deformation.added_mass_fraction());
   }
   for (SimulationTouch& t : s.touches) {
     out.report.local_searches += t.local_searches();
@@ -340,12 +429,34 @@ const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
 const BodySpec& Simulation::body(std::uint32_t body_id) const {
   return state_->bodies[body_id]->spec;
 }
+ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
+  ContactGap deepest;
+  for (std::uint32_t i = 0; i < state_->edges.size(); ++i)
+    if (const ContactGap gap = state_->touch(body_id, i).gap(); gap.depth_m > deepest.depth_m) deepest = gap;
+  return deepest;
+}
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;
   return rigid ? &rigid->body : nullptr;
 }
+std::size_t Simulation::copy_bytes(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->bytes();
+}
 std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->bodies[body_id]->positions_world_m();
+}
+double Simulation::energy_j() const {
+  double energy = 0;
+  for (const auto& body : state_->bodies) {
+    if (!body->rigid) {
+      energy += body->engines.deformation->energy_j(body->shared());
+      continue;
+    }
+    const RigidBody& piece = body->rigid->body;
+    energy +=
+        piece.kinetic_energy_j() - piece.mass_kg() * state_->scene.gravity_m_per_s2.dot(piece.pose_world().position_m);
+  }
+  return energy;
 }
 const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
   return state_->tools[tool_id].pose;

@@ -11,11 +11,14 @@
 namespace sectio {
 
 class RigidBody;
+struct EngineTable;
 
 class Simulation {
  public:
   // Throws InputError when the scene can't be simulated, e.g. a step beyond the stable one.
   explicit Simulation(const Scene& scene);
+  // With engines of one's own (simulation_engines.h).
+  Simulation(const Scene& scene, const EngineTable& engines);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -27,11 +30,17 @@ class Simulation {
   // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
   const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh
+  // Of the instrument that presses deepest, after a step.
+  ContactGap contact_gap(std::uint32_t body_id) const;
   // Nothing when it deforms.
   const RigidBody* rigid_body(std::uint32_t body_id) const;
   const TriangleMesh& mesh(std::uint32_t body_id) const;
+  // Memory of a body's topology and state, what engines keep beside them not counted.
+  std::size_t copy_bytes(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
+  // Kinetic, elastic and gravitational, of all bodies; heights count from the origin. O(all), for tests and reports.
+  double energy_j() const;
   // The pose of each tool in the newest sample used; nothing before the first sample.
   const std::optional<JointPose>& tool_pose_world(std::uint32_t tool_id) const;
 

@@ -12,53 +12,19 @@
 namespace sectio {
 namespace {
 
-SurfaceSpringMaterial spring_material(const MaterialSpec& m) {
-  SurfaceSpringMaterial s;
-  s.young_pa = m.young_pa;
-  s.poisson = m.poisson;
-  s.density_kg_per_m3 = m.density_kg_per_m3;
-  s.skin_thickness_m = m.skin_thickness_m;
-  s.foundation_radius_m = m.foundation_radius_m;
-  s.pretension = m.pretension;
-  s.damping_per_s = m.damping_per_s;
-  return s;
-}
-
-SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) {
-  SurfaceSpringSettings s;
-  s.step_s = scene.step_s;
-  s.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  if (spec.fixed)
-    s.fixed = [box = *spec.fixed](const Vec3& x) {
-      return (x.array() >= box.min_world_m.array()).all() && (x.array() <= box.max_world_m.array()).all();
-    };
-  return s;
-}
-
-StrokeSettings stroke_settings_of(const CuttingSpec& cutting) {
-  StrokeSettings s;
-  s.style = cutting.style == "templates" ? CutStyle::templates : CutStyle::progressive;
-  s.open_top_m = cutting.open_top_m;
-  s.open_bottom_m = cutting.open_bottom_m;
-  s.join_tolerance_m = cutting.join_tolerance_m;
-  s.min_depth_m = cutting.groove_min_depth_m;
-  return s;
-}
-
 constexpr double kThicknessUsed = 0.8;       // of the tissue under a groove, at most
 constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not the other side
 
 }  // namespace
 
-SimulationBody::SimulationBody(const BodySpec& body, const Scene& scene, std::uint32_t body_id)
+SimulationBody::SimulationBody(const BodySpec& body, const Scene& scene, std::uint32_t body_id, MakeEngines make)
     : spec(body),
       id(body_id),
       mesh(body.mesh),
       particles(particles_at_rest(mesh.rest_body_m(), body.pose)),
-      springs(mesh, body.pose, spring_material(body.material), spring_settings(body, scene)),
-      stroke_settings(stroke_settings_of(body.cutting)),
-      tree_(SurfaceView{mesh, compact_.of(particles), body_id}) {
-  const double largest_s = springs.largest_stable_step_s();
+      make_(std::move(make)) {
+  begin({spec, scene, shared(), body.pose});
+  const double largest_s = engines.deformation->largest_stable_step_s();
   if (scene.step_s > largest_s) {
     char text[256];
     std::snprintf(text, sizeof text,
@@ -69,41 +35,45 @@ SimulationBody::SimulationBody(const BodySpec& body, const Scene& scene, std::ui
 }
 
 SimulationBody::SimulationBody(const BodySpec& part, const Scene& scene, std::uint32_t body_id, TriangleMesh part_mesh,
-                               ParticleState state, const Pose& frame)
+                               ParticleState state, const Pose& frame, const SimulationBody* parent,
+                               std::span<const VertexId> vertex_from)
     : spec(part),
       id(body_id),
       mesh(std::move(part_mesh)),
       particles(std::move(state)),
-      springs(mesh, frame, spring_material(part.material), spring_settings(part, scene)),
-      stroke_settings(stroke_settings_of(part.cutting)),
-      tree_(SurfaceView{mesh, compact_.of(particles), body_id}) {
-  std::vector<VertexId> all(mesh.vertex_slots());
-  std::iota(all.begin(), all.end(), VertexId{0});
-  springs.update(mesh, all);  // what a cut has left may need mass to be stable
-  if (part.fixed) return;
-  springs.set_component(0, all, false);
-  if (scene.floor_z_m) springs.set_bed(0, Vec3(0, 0, *scene.floor_z_m), Vec3::UnitZ());
+      make_(parent ? parent->make_ : surface_spring_engines) {
+  begin({spec, scene, shared(), frame, true, parent ? &parent->engines : nullptr, vertex_from});
 }
 
-const SurfaceTree& SimulationBody::tree() {
-  if (tree_stale_) tree_.update_moved(view());
+void SimulationBody::begin(const EngineSite& site) {
+  engines = make_(site);
+  stroke_settings = engines.cutting->settings();
+  if (!site.is_part) return;
+  std::vector<VertexId> all(mesh.vertex_slots());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  lips_.follow(mesh, all);
+}
+
+const CollisionEngine& SimulationBody::tree() {
+  if (tree_stale_) engines.collision->moved(view());
   tree_stale_ = false;
-  return tree_;
+  return *engines.collision;
 }
 
 Vec3 SimulationBody::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
   Vec3 rest = Vec3::Zero();
-  for (std::size_t i = 0; i < 3; ++i) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (v[i] != kNone) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
   return frame_world(v[0]).to_world(rest);
 }
 
-Vec3 SimulationBody::home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const {
-  const MeshDraft reader(mesh, particle_view());
+Vec3 SimulationBody::home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v,
+                                       const Vec3& bary) const {
   Vec3 normal_body = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     Vec3 area = Vec3::Zero();
-    for (const TriangleId t : reader.fan(v[i])) {
-      const auto& c = mesh.triangle(t).v;
+    for (const TriangleId t : surface.fan(v[i])) {
+      const auto c = surface.triangle(t).v;
       const Vec3& a = mesh.rest_body_m(c[0]);
       area += (mesh.rest_body_m(c[1]) - a).cross(mesh.rest_body_m(c[2]) - a);
     }
@@ -129,19 +99,44 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   std::vector<VertexId> touched = touched_vertices(plan.delta, mesh);
   if (!accept(plan, mesh, cuts)) return false;
   if (plan.delta.empty()) return true;
+  bring_up_to_date(plan.delta, plan.seeds, std::move(touched), changed);
+  if (spec.splitting.free_parts == FreeParts::keep)
+    free_islands(plan);
+  else
+    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
+  return true;
+}
 
-  particles.resize(mesh.vertex_slots());
-  std::vector<VertexId> placed;
-  for (const auto& [v, state] : plan.seeds) {
+bool SimulationBody::accept_temporary(const TopologyDelta& delta, Seeds seeds) {
+  if (delta.empty()) {
+    place(seeds);
+    tree_stale_ = true;
+    return true;
+  }
+  std::vector<VertexId> touched = touched_vertices(delta, mesh);
+  if (apply(delta, mesh) != ApplyStatus::applied) return false;
+  std::vector<TriangleId> changed;
+  bring_up_to_date(delta, seeds, std::move(touched), changed);
+  return true;
+}
+
+void SimulationBody::place(Seeds seeds) {
+  for (const auto& [v, state] : seeds) {
     particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
     compact_.changed(particles, v);
-    placed.push_back(v);
   }
+}
 
-  for (const TriangleEdit& e : plan.delta.triangles) changed.push_back(e.id);
+void SimulationBody::bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
+                                      std::vector<TriangleId>& changed) {
+  particles.resize(mesh.vertex_slots());
+  place(seeds);
+  std::vector<VertexId> placed;
+  for (const auto& [v, state] : seeds) placed.push_back(v);
+  for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
   // A vertex that moved changes the springs and triangles around it, too.
   const MeshDraft after(mesh, particle_view());
-  for (const VertexEdit& e : plan.delta.vertices) {
+  for (const VertexEdit& e : delta.vertices) {
     if (!e.alive) continue;
     for (const TriangleId t : after.fan(e.id)) {
       changed.push_back(t);
@@ -152,14 +147,8 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
     std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
-  springs.update(mesh, touched);
-  tree_.update_changed(view(), changed);
-  tree_.update_moved(view(), placed);
-  if (spec.splitting.free_parts == FreeParts::keep)
-    free_islands(plan);
-  else
-    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
-  return true;
+  engines.follow(shared(), {delta, touched, changed, placed});
+  lips_.follow(mesh, touched);
 }
 
 void SimulationBody::free_islands(const CutPlan& plan) {
@@ -172,14 +161,12 @@ void SimulationBody::free_islands(const CutPlan& plan) {
         for (const VertexId v : mesh.triangle(t).v)
           if (members.insert(v).second) order.push_back(v);
     std::sort(order.begin(), order.end());
-    springs.set_component(components_, order, false);
-    springs.set_bed(components_, island.bed_point_world_m, island.bed_normal_world);
-    ++components_;
+    engines.deformation->release(order, Bed{island.bed_point_world_m, island.bed_normal_world});
   }
 }
 
 Pose SimulationBody::frame_world(VertexId v) const {
-  return rigid ? rigid->carried(frame_at_release_) : springs.frame_world(springs.component_of(v));
+  return rigid ? rigid->carried(frame_at_release_) : engines.deformation->home_frame_world(v);
 }
 
 void SimulationBody::give_up(const TopologyDelta& delta) {
@@ -190,8 +177,8 @@ void SimulationBody::give_up(const TopologyDelta& delta) {
   std::vector<TriangleId> triangles;
   for (const VertexEdit& e : delta.vertices) vertices.push_back(e.id);
   for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
-  springs.update(mesh, vertices);
-  tree_.update_changed(view(), triangles);
+  engines.follow(shared(), {delta, vertices, triangles, {}});
+  lips_.follow(mesh, vertices);
   const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
   cuts.grooves.forget(vertices);
   std::erase_if(cuts.strokes, [&](const Stroke& s) {
@@ -202,7 +189,7 @@ void SimulationBody::give_up(const TopologyDelta& delta) {
 
 bool SimulationBody::become_rigid() {
   std::vector<double> masses(mesh.vertex_slots());
-  for (VertexId v = 0; v < masses.size(); ++v) masses[v] = springs.mass_kg(v);
+  for (VertexId v = 0; v < masses.size(); ++v) masses[v] = engines.deformation->mass_kg(v);
   const Pose frame = frame_world(0);
   rigid = RigidPiece::release(mesh, particles.position_world_m, particles.velocity_world_m_per_s, masses,
                               spec.material.density_kg_per_m3);
@@ -217,9 +204,20 @@ void SimulationBody::follow_rigid() {
   tree_stale_ = true;
 }
 
-void SimulationBody::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+void SimulationBody::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
+  particles.velocity_world_m_per_s[v].head<3>() += faster_by_m_per_s.cast<float>();
+  particles.position_world_m[v].head<3>() += by_m.cast<float>();
+  compact_.changed(particles, v);
+  tree_stale_ = true;
+}
+
+void SimulationBody::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions,
+                            double step_s) {
   if (frozen) return;
-  springs.step(particles.position_world_m, particles.velocity_world_m_per_s, constraints, reactions);
+  engines.deformation->step(shared(), constraints, reactions);
+  compact_.invalidate();
+  for (const auto& process : engines.processes) process->step(shared(), step_s);
+  lips_.step(shared(), *engines.deformation, step_s);
   compact_.invalidate();
   tree_stale_ = true;
 }

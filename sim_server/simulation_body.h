@@ -1,5 +1,5 @@
-// One body of a simulation: what its rooms (bodies, deformation, collision, cutting, splitting) hold about it, kept in
-// step with each other. Part of simulation.*.
+// One body of a simulation: its topology and state, and the engines that share these, kept in step with each other.
+// Part of simulation.*.
 #pragma once
 
 #include <cstdint>
@@ -8,44 +8,57 @@
 #include <vector>
 
 #include "sim_server/bodies/particle_state.h"
-#include "sim_server/collision/surface_tree.h"
-#include "sim_server/cutting/plan_cut.h"
-#include "sim_server/deformation/surface_springs.h"
+#include "sim_server/cutting/contact_templates.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/simulation_engines.h"
+#include "sim_server/simulation_lips.h"
 #include "sim_server/splitting/rigid_piece.h"
 
 namespace sectio {
 
+// What a sleeping body goes on giving to a particle that it bears on, in each step.
+struct RestingLoad {
+  std::uint32_t body_id = 0;
+  VertexId vertex = kNone;
+  Vec3 impulse_n_s = Vec3::Zero();
+};
+
 class SimulationBody {
  public:
   // Throws InputError when step_s is beyond the stable step.
-  SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id);
+  SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make = surface_spring_engines);
 
   // A part that came off another body: `spec` as for that one, without its mesh; must outlive the body. The particles
-  // as they were, `frame` where its shape at rest is. It goes on deforming; see become_rigid().
+  // as they were, `frame` where its shape at rest is, `vertex_from` its vertices' slots in the parent, if it has one.
+  // It goes on deforming; see become_rigid().
   SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id, TriangleMesh mesh, ParticleState particles,
-                 const Pose& frame);
+                 const Pose& frame, const SimulationBody* parent = nullptr, std::span<const VertexId> vertex_from = {});
 
+  std::size_t bytes() const { return mesh.bytes() + particles.bytes() + compact_.bytes(); }
+  SharedBody shared() { return {id, mesh, particles, compact_}; }
   SurfaceView view() { return {mesh, compact_.of(particles), id}; }
   std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
   ParticleView particle_view() const {
     return {particles.position_world_m.front().data(), particles.velocity_world_m_per_s.front().data()};
   }
-  // Of the current surface, within the margin of the tree.
-  Box3 bounds_world_m() const { return tree_.bounds_world_m(); }
-  // The tree as of the current positions.
-  const SurfaceTree& tree();
+  Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
+  // The collision engine, told of the current positions.
+  const CollisionEngine& tree();
 
   // Of the connected piece that a vertex belongs to.
   Pose frame_world(VertexId v) const;
   // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
-  Vec3 home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
   // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
   bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
+
+  // The same for temporary elements; the delta may be empty, and particles only move.
+  using Seeds = std::span<const std::pair<VertexId, VertexState>>;
+  bool accept_temporary(const TopologyDelta& delta, Seeds seeds);
 
   // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
   void give_up(const TopologyDelta& delta);
@@ -55,26 +68,39 @@ class SimulationBody {
   // After the rigid body has moved.
   void follow_rigid();
 
-  void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
+  // Deformation, whatever else goes on in the body, and contact of its lips.
+  void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
+  // After that: a contact makes a particle faster and puts it elsewhere.
+  void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
   const BodySpec& spec;
   const std::uint32_t id;
   TriangleMesh mesh;
   ParticleState particles;
-  SurfaceSprings springs;
+  BodyEngines engines;
   BodyCuts cuts;
   StrokeSettings stroke_settings;
+  // Contact with temporary elements (simulation_contact.h); otherwise instruments move the vertices.
+  bool contact_by_templates() const { return spec.contact.style == "templates" && !rigid; }
+  TemporaryContact contact;
+  std::vector<double> still_s;  // by owner: for how long what it let go has not moved
   std::optional<RigidPiece> rigid;
   std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
-  bool frozen = false;                // numerics failed: it stays as it was
+  std::vector<RestingLoad> loads;     // while it sleeps
+  std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
+  bool frozen = false;           // numerics failed: it stays as it was
 
  private:
+  void begin(const EngineSite& site);
   void free_islands(const CutPlan& plan);
+  void place(Seeds seeds);
+  void bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
+                        std::vector<TriangleId>& changed);
 
   CompactPositions compact_;
-  SurfaceTree tree_;
+  LipContacts lips_;
+  MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
-  std::uint32_t components_ = 1;
   Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };
 

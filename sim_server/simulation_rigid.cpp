@@ -3,46 +3,63 @@
 #include <algorithm>
 
 #include "sim_server/collision/body_contact.h"
-#include "sim_server/splitting/rigid_contact.h"
+#include "sim_server/simulation_particles.h"
+#include "sim_server/splitting/contact_solver.h"
 
 namespace sectio {
 namespace {
 
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
-// A deformable surface carries a piece along; but single vertices that a cut has just let go are fast and weigh
-// nothing.
-constexpr double kCarryingSpeedM_per_s = 0.02;
-constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
+constexpr double kFollowed = 0.5;             // of the way to where jaws hold a point, in one step
+constexpr double kToolSpeedM_per_s = 1;       // at which a piece gives way to an instrument
 
 class RigidStep {
  public:
   RigidStep(std::span<const std::unique_ptr<SimulationBody>> bodies, const Scene& scene)
-      : bodies_(bodies), scene_(scene), dynamics_(bodies.size(), nullptr), supported_(bodies.size(), 0) {
+      : bodies_(bodies),
+        scene_(scene),
+        dynamics_(bodies.size(), nullptr),
+        supported_(bodies.size(), 0),
+        particles_(bodies) {
     for (std::size_t b = 0; b < bodies.size(); ++b)
       if (bodies[b]->rigid) dynamics_[b] = &bodies[b]->rigid->body;
   }
 
-  void run(std::span<const RigidTouch> touches, std::span<const std::uint8_t> stirred, std::span<Reaction> reactions) {
-    wake(stirred);
-    for (const RigidTouch& touch : touches) add_tool(touch);
+  void run(const RigidInput& input, std::span<Reaction> reactions) {
+    if (!input.stirred.empty()) wake(input.stirred);
+    for (const RigidTouch& touch : input.touches) add_tool(touch);
+    for (const Grip& grip : input.grips) add_grip(grip);
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
+      if (dynamics_[b] && dynamics_[b]->asleep()) bear(b);
     for (RigidBody* piece : dynamics_)
       if (piece && !piece->asleep()) piece->push(scene_.gravity_m_per_s2, scene_.step_s);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (is_awake(b)) find(b);
+      if (moves(b)) find(b);
     std::vector<Vec3> impulses(contacts_.size(), Vec3::Zero());
-    solve_contacts(dynamics_, contacts_, {scene_.step_s, 30}, impulses);
-    undo_depths(dynamics_, contacts_, {scene_.step_s, 10});
-    for (std::size_t i = 0; i < touches.size(); ++i) {
+    const ContactSides sides{dynamics_, particles_.all()};
+    solve_contacts(sides, contacts_, {scene_.step_s, 30}, impulses);
+    undo_depths(sides, contacts_, {scene_.step_s, 10});
+    particles_.give_back(scene_.step_s);
+    for (std::size_t i = 0; i < reactions.size(); ++i) {
       reactions[i].force_on_tool_n = impulses[i] / scene_.step_s;
       reactions[i].active = !impulses[i].isZero(0);
     }
-    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (is_awake(b)) move(b);
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
+      if (!is_awake(b)) continue;
+      move(b);
+      if (dynamics_[b]->asleep()) keep_bearing_on(b, impulses);
+    }
   }
 
  private:
   bool is_awake(std::uint32_t b) const { return dynamics_[b] && !dynamics_[b]->asleep() && !bodies_[b]->frozen; }
+
+  // A part that came off and goes on deforming; its floor is its own affair.
+  bool is_loose(std::uint32_t b) const {
+    return !dynamics_[b] && !bodies_[b]->frozen && b >= scene_.bodies.size() && !bodies_[b]->spec.fixed;
+  }
+  bool moves(std::uint32_t b) const { return is_awake(b) || is_loose(b); }
 
   Box3 box_around(std::uint32_t b, double margin_m) const {
     const Vec3 reach = Vec3::Constant(margin_m + (dynamics_[b] ? bodies_[b]->rigid->radius_m() : 0));
@@ -50,7 +67,7 @@ class RigidStep {
       const Vec3& centre = dynamics_[b]->pose_world().position_m;
       return {centre - reach, centre + reach};
     }
-    const Box3 box = bodies_[b]->bounds_world_m();
+    const Box3 box = bodies_[b]->tree().bounds_world_m();
     return box.isEmpty() ? box : Box3(box.min() - reach, box.max() + reach);
   }
 
@@ -78,20 +95,32 @@ class RigidStep {
     contacts_.push_back(c);
   }
 
+  void add_grip(const Grip& grip) {
+    RigidContact c;
+    c.body = grip.body_id;
+    c.point_world_m = grip.point_world_m;
+    c.surface_velocity_m_per_s = kFollowed / scene_.step_s * (grip.to_world_m - grip.point_world_m);
+    c.grip_n = grip.largest_force_n;
+    dynamics_[c.body]->wake();
+    contacts_.push_back(c);
+  }
+
   void find(std::uint32_t b) {
     SimulationBody& body = *bodies_[b];
     const std::size_t from = contacts_.size();
-    const double reach_m = kReachM + 2 * scene_.step_s * dynamics_[b]->velocity_m_per_s().norm();
-    if (scene_.floor_z_m) floor_contacts(body.positions_world_m(), {}, *scene_.floor_z_m, reach_m, b, contacts_);
+    const double speed_m_per_s = dynamics_[b] ? dynamics_[b]->velocity_m_per_s().norm() : 0;
+    const double reach_m = kReachM + 2 * scene_.step_s * speed_m_per_s;
+    if (dynamics_[b] && scene_.floor_z_m)
+      floor_contacts(body.positions_world_m(), {}, *scene_.floor_z_m, reach_m, b, contacts_);
     for (std::uint32_t other = 0; other < bodies_.size(); ++other) {
-      if (other == b || (is_awake(other) && other < b)) continue;  // a pair of awake pieces is met once
+      if (other == b || (moves(other) && other < b)) continue;  // a pair that both move is met once
       if (!box_around(b, reach_m).intersects(box_around(other, 0))) continue;
       add_pair(b, other, reach_m);
     }
     for (std::size_t i = from; i < contacts_.size(); ++i) {
       contacts_[i].friction = body.spec.splitting.friction;
       if (contacts_[i].depth_m < -kReachM) continue;
-      supported_[b] = 1;
+      if (contacts_[i].body != kImmovable) supported_[contacts_[i].body] = 1;
       if (contacts_[i].other != kImmovable) supported_[contacts_[i].other] = 1;
     }
   }
@@ -107,31 +136,48 @@ class RigidStep {
       c.point_world_m = f.point_world_m;
       c.normal_world = i < own ? f.normal_world : Vec3(-f.normal_world);
       c.depth_m = f.depth_m;
-      c.body = b;
-      if (!dynamics_[other]) {
-        c.largest_speed_m_per_s = kCarryingSpeedM_per_s;
-        c.surface_velocity_m_per_s = surface_velocity(*bodies_[other], f, i < own);
-      } else if (wakes(b, other, c)) {
+      if (dynamics_[b])
+        c.body = b;
+      else
+        join(c, b, f, i >= own, 1);
+      if (!dynamics_[other])
+        join(c, other, f, i < own, -1);
+      else if (wakes(b, other, c))
         c.other = other;
-      }
       contacts_.push_back(c);
     }
+  }
+
+  void join(RigidContact& c, std::uint32_t b, const BodyContact& f, bool by_triangle, double side) {
+    if (by_triangle)
+      particles_.join(c, b, bodies_[b]->mesh.triangle(f.triangle).v, f.bary, side, scene_.step_s);
+    else
+      particles_.join(c, b, f.vertex, side, scene_.step_s);
   }
 
   // A sleeping piece bears others without moving until one bumps into it.
   bool wakes(std::uint32_t b, std::uint32_t other, const RigidContact& c) {
     if (!dynamics_[other]->asleep()) return true;
-    if (dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world) > -kWakingSpeedM_per_s) return false;
+    if (!dynamics_[b] || dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world) > -kWakingSpeedM_per_s)
+      return false;
     dynamics_[other]->wake();
     return true;
   }
 
-  static Vec3 surface_velocity(SimulationBody& soft, const BodyContact& f, bool on_its_triangle) {
-    const ParticleView particles = soft.particle_view();
-    Vec3 velocity = on_its_triangle ? Vec3(Vec3::Zero()) : particles.velocity(f.vertex);
-    for (std::size_t i = 0; on_its_triangle && i < 3; ++i)
-      velocity += f.bary[static_cast<int>(i)] * particles.velocity(soft.mesh.triangle(f.triangle).v[i]);
-    return velocity / std::max(1.0, velocity.norm() / kCarryingSpeedM_per_s);
+  // What a sleeping piece bears on stays as it is: the last impulses go on.
+  void keep_bearing_on(std::uint32_t b, std::span<const Vec3> impulses) {
+    std::vector<RestingLoad>& loads = bodies_[b]->loads;
+    loads.clear();
+    for (std::size_t i = 0; i < contacts_.size(); ++i)
+      if (contacts_[i].body == b || contacts_[i].other == b) particles_.loads_of(contacts_[i], impulses[i], loads);
+  }
+  void bear(std::uint32_t b) const {
+    for (const RestingLoad& load : bodies_[b]->loads) {
+      SimulationBody& bed = *bodies_[load.body_id];
+      if (bed.frozen || load.vertex >= bed.mesh.vertex_slots() || !bed.mesh.vertex_alive(load.vertex)) continue;
+      const Vec3 gained = bed.engines.deformation->inverse_mass_per_kg(load.vertex) * load.impulse_n_s;
+      bed.nudge(load.vertex, gained, scene_.step_s * gained);
+    }
   }
 
   void move(std::uint32_t b) {
@@ -148,16 +194,17 @@ class RigidStep {
   const Scene& scene_;
   std::vector<RigidBody*> dynamics_;  // by body; none for those that deform
   std::vector<std::uint8_t> supported_;
+  TouchedParticles particles_;
   std::vector<RigidContact> contacts_;
   std::vector<BodyContact> found_;
 };
 
 }  // namespace
 
-void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, std::span<const RigidTouch> touches,
-                       std::span<const std::uint8_t> stirred, const Scene& scene, std::span<Reaction> reactions) {
-  if (std::ranges::none_of(bodies, [](const auto& body) { return body->rigid.has_value(); })) return;
-  RigidStep(bodies, scene).run(touches, stirred, reactions);
+void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, const RigidInput& input,
+                       const Scene& scene, std::span<Reaction> reactions) {
+  if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid || b->id >= scene.bodies.size(); })) return;
+  RigidStep(bodies, scene).run(input, reactions);
 }
 
 }  // namespace sectio

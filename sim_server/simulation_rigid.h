@@ -1,8 +1,10 @@
-// One step of all rigid pieces of a simulation: they fall, touch floor, bodies and instruments, and come to rest. Part
-// of simulation.*.
+// One step of all that is loose in a simulation. Rigid pieces fall, touch floor, bodies and instruments, and come to
+// rest; parts that came off and go on deforming touch bodies. Part of simulation.*.
 //
-// Deformable bodies bear a piece but don't give way to it: their surface is taken as it moves by itself. A sleeping
-// piece wakes when an instrument, a piece that moves, or a change to the body near it stirs it.
+// Deformable bodies have deformed before; contact then changes the velocities of their particles and of the pieces
+// alike, and moves particles as far as their velocities changed. A sleeping piece costs nothing but the impulses that
+// it goes on giving to what it lies on; it wakes when an instrument, a piece that moves, or a change to the body near
+// it stirs it.
 #pragma once
 
 #include <memory>
@@ -20,8 +22,23 @@ struct RigidTouch {
   Vec3 tool_velocity_m_per_s = Vec3::Zero();
 };
 
-// `stirred`: by body, whether an instrument touched or a cut changed it in this step. One reaction a touch.
-void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, std::span<const RigidTouch> touches,
-                       std::span<const std::uint8_t> stirred, const Scene& scene, std::span<Reaction> reactions);
+// Jaws hold a point of a piece.
+struct Grip {
+  std::uint32_t body_id = 0;
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 to_world_m = Vec3::Zero();  // where it should be
+  double largest_force_n = 0;
+};
+
+struct RigidInput {
+  std::span<const RigidTouch> touches = {};
+  std::span<const Grip> grips = {};
+  std::span<const std::uint8_t> stirred =
+      {};  // by body, whether an instrument touched or a cut changed it in this step; empty: none
+};
+
+// One reaction a touch, then one a grip.
+void step_rigid_pieces(std::span<const std::unique_ptr<SimulationBody>> bodies, const RigidInput& input,
+                       const Scene& scene, std::span<Reaction> reactions);
 
 }  // namespace sectio

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kLongestName = 64;  // that a session can announce
 
 bool is_anchored(const SimulationBody& body, const Part& part) {
-  return std::ranges::any_of(part.vertices, [&](VertexId v) { return body.springs.fixed(v); });
+  return std::ranges::any_of(part.vertices, [&](VertexId v) { return body.engines.deformation->fixed(v); });
 }
 
 // A temporary subdivision is not a cut yet: it is undone before the next one is planned.
@@ -30,11 +30,11 @@ bool is_worked_on(const SimulationBody& body, const Part& part) {
 std::vector<Part> leaving_parts(const SimulationBody& body, PartSearch search) {
   if (search.parts.empty()) return {};
   std::uint32_t fixed_in_body = 0, fixed_in_parts = 0;
-  for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) fixed_in_body += body.springs.fixed(v);
+  for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) fixed_in_body += body.engines.deformation->fixed(v);
   Part* anchored = nullptr;
   for (Part& part : search.parts) {
     std::uint32_t fixed = 0;
-    for (const VertexId v : part.vertices) fixed += body.springs.fixed(v);
+    for (const VertexId v : part.vertices) fixed += body.engines.deformation->fixed(v);
     fixed_in_parts += fixed;
     if (fixed > 0 && (!anchored || part.triangles.size() > anchored->triangles.size())) anchored = &part;
   }
@@ -42,11 +42,11 @@ std::vector<Part> leaving_parts(const SimulationBody& body, PartSearch search) {
   return std::move(search.parts);
 }
 
-BodySpec spec_of_part(const BodySpec& parent, std::uint32_t id, bool anchored) {
+BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored) {
   BodySpec spec = parent;
   spec.mesh = {};
   spec.mesh_notes.clear();
-  const std::string number = std::to_string(id);
+  const std::string number = std::to_string(part);
   spec.name.resize(std::min(spec.name.size(), kLongestName - number.size() - 1));
   spec.name.append(1, '.').append(number);
   if (anchored) return spec;
@@ -66,7 +66,8 @@ std::unique_ptr<SimulationBody> make_body(SimulationBody& parent, Leaving leavin
     state.position_world_m[v] = parent.particles.position_world_m[leaving.vertex_from[v]];
     state.velocity_world_m_per_s[v] = parent.particles.velocity_world_m_per_s[leaving.vertex_from[v]];
   }
-  auto body = std::make_unique<SimulationBody>(spec, scene, id, std::move(leaving.mesh), std::move(state), frame);
+  auto body = std::make_unique<SimulationBody>(spec, scene, id, std::move(leaving.mesh), std::move(state), frame,
+                                               &parent, leaving.vertex_from);
   if (!spec.fixed && spec.splitting.free_parts == FreeParts::rigid) body->become_rigid();
   return body;
 }
@@ -78,7 +79,7 @@ Split split_body(SimulationBody& body, const Scene& scene, std::uint32_t next_id
   Split result;
   if (body.unsettled.empty() || body.rigid) return result;
   const std::vector<TriangleId> changed = std::exchange(body.unsettled, {});
-  for (const Part& part : leaving_parts(body, separated_parts(body.mesh, changed))) {
+  for (const Part& part : leaving_parts(body, body.engines.splitting->separated(body.shared(), changed))) {
     if (is_worked_on(body, part)) {
       body.unsettled = changed;
       continue;
@@ -94,7 +95,7 @@ Split split_body(SimulationBody& body, const Scene& scene, std::uint32_t next_id
       result.removed_m3.push_back(volume_m3);
     } else {
       const std::uint32_t id = next_id + static_cast<std::uint32_t>(result.parts.size());
-      const BodySpec& spec = specs.emplace_back(spec_of_part(body.spec, id, anchored));
+      const BodySpec& spec = specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
       result.parts.push_back(make_body(body, std::move(leaving), spec, scene, id, frame));
     }
     body.give_up(result.deltas.back());

@@ -46,7 +46,7 @@ void SimulationTouch::begin_with_templates(BladeMotion& motion) {
     for (double back_m = kBackStepM; back_m <= kFarthestBackM; back_m += kBackStepM) {
       Blade outside = motion.path.front();
       outside.tip_world_m -= back_m * (pose_.orientation * *shape.sharp_side_tool);
-      const SurfaceTree& tree = body_.tree();
+      const CollisionEngine& tree = body_.tree();
       if (!tree.hits(view, outside.tip_world_m, outside.tip_world_m + length_m * outside.up_world).empty() ||
           tree.inside(view, outside.tip_world_m))
         continue;
@@ -59,7 +59,7 @@ void SimulationTouch::begin_with_templates(BladeMotion& motion) {
 Leaf SimulationTouch::decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool is_correct_direction,
                                         Jaws jaws, double& cut_length_m) {
   const SurfaceView view = body_.view();
-  const SurfaceTree& tree = body_.tree();
+  const CollisionEngine& tree = body_.tree();
   const auto hits = [&](const Vec3& from_tool_m, const Vec3& to_tool_m) {
     return tree.hits(view, pose.to_world(from_tool_m), pose.to_world(to_tool_m));
   };

@@ -15,6 +15,9 @@ namespace sectio {
 struct StepInput {
   // All samples since the last step, in order of sequence for each tool. The instrument is swept through all of them.
   std::vector<ToolSample> samples;
+  // The session is behind its clock: bodies that no instrument touches stay as they are in this step.
+  bool spare_idle_bodies = false;
+  std::string overrun;  // what the session does about it, when that has changed: becomes an event; else empty
 };
 
 struct BodyDelta {
@@ -37,10 +40,12 @@ enum class EventKind : std::uint8_t {
   joined,            // a cut ran into the end of another, or of itself
   island_freed,      // a loop was closed and its inside parted
   cut_refused,       // the mesh is as before
-  step_overrun,      // a step took longer than its time
+  step_overrun,      // the session is behind its clock; the text says what it does about it
   body_frozen,       // numerics failed in this body
   body_split,        // a part came off and is a body of its own
   fragment_removed,  // a part below the stated size
+  grasped,           // jaws hold a piece
+  released,          // they opened, or it slipped out
 };
 const char* to_string(EventKind kind);
 
@@ -60,6 +65,7 @@ struct StepReport {
   std::uint64_t cuts_refused = 0;
   double removed_volume_m3 = 0;  // of fragments, at rest, so far
   double penetration_m = 0;      // of pressing instruments beneath the surface, after this step
+  double instrument_work_j = 0;  // on deforming bodies, so far; without what cutting took
   double contact_time_s = 0;     // simulated time with any instrument in contact, so far
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
@@ -74,6 +80,14 @@ struct StepOutput {
   std::vector<Event> events;
   bool publish_now = false;  // contact just began: viewers must not wait for the frame rhythm (paper A, 2.1)
   StepReport report;
+};
+
+// How well a surface follows an instrument that presses (paper A, figures 4 and 5). For measurements: no step needs it.
+struct ContactGap {
+  double depth_m = 0;  // of the point that presses, beneath the undeformed surface
+  // Between the instrument and the surface, along the normal, at most: of what is at least half as deep. Further out an
+  // instrument leaves its dent whatever the way of contact.
+  double gap_m = 0;
 };
 
 }  // namespace sectio

@@ -56,14 +56,41 @@ struct Motion {
   double press_s = 1.0;     // from the height to the depth, along the first press_run_m of the stroke
   double press_run_m = 0.0;
   double lift_s = 0.6;
-  double travel_s = 1.2;  // between two strokes
-  double sink_m = 0.0;    // knife: this much deeper, down to its blunt part, for a while
-  double open_rad = 0.0;  // scissors: of the blades, before and after each snip
-  int snips = 1;          // evenly along the stroke
-  double close_s = 1.0;   // a snip
+  double travel_s = 1.2;        // between two strokes
+  double sink_m = 0.0;          // knife: this much deeper, down to its blunt part, for a while
+  double open_rad = 0.0;        // scissors: of the blades, before and after each snip
+  int snips = 1;                // evenly along the stroke
+  double close_s = 1.0;         // a snip
+  Vec3 leave_m = Vec3::Zero();  // at the end, out of the way of other instruments
+  Vec3 place_m = Vec3::Zero();  // of the body in its scene
 };
 
-const std::array<Motion, 8> kMotions{{
+// Forceps, shaft upright: they wait, come down on the skin at a place, close, carry what they hold elsewhere and open.
+struct Carry {
+  const char* name;
+  double (*shape)(const Vec3&);
+  Vec3 from_m;     // only x and y count
+  double depth_m;  // of the tips below the skin when they close
+  Vec3 to_m;       // of the tips when they open
+  double wait_s;
+  Vec3 park_m;           // of the tips meanwhile
+  double lift_m = 0.04;  // straight up before going anywhere
+  double open_rad = 0.35;
+  double turn_deg = 0;  // of the jaws about the shaft
+};
+
+const Stroke kKidneyLoop{.through = {{0.017, 0.000, 0},
+                                     {0.012, 0.0085, 0},
+                                     {0.000, 0.012, 0},
+                                     {-0.012, 0.0085, 0},
+                                     {-0.017, 0.000, 0},
+                                     {-0.012, -0.0085, 0},
+                                     {0.000, -0.012, 0},
+                                     {0.012, -0.0085, 0}},
+                         .closed = true,
+                         .overlap_m = 0.006};
+
+const auto kMotions = std::to_array<Motion>({
     {.name = "liver_incision",
      .shape = liver,
      .strokes = {{.through = {{-0.066, -0.018, 0}, {-0.040, -0.028, 0}, {-0.012, -0.022, 0}, {0.020, 0.000, 0}}}},
@@ -72,19 +99,11 @@ const std::array<Motion, 8> kMotions{{
      .lean_deg = 10},
     {.name = "kidney_loop",
      .shape = kidney,
-     .strokes = {{.through = {{0.017, 0.000, 0},
-                              {0.012, 0.0085, 0},
-                              {0.000, 0.012, 0},
-                              {-0.012, 0.0085, 0},
-                              {-0.017, 0.000, 0},
-                              {-0.012, -0.0085, 0},
-                              {0.000, -0.012, 0},
-                              {0.012, -0.0085, 0}},
-                  .closed = true,
-                  .overlap_m = 0.006}},
+     .strokes = {kKidneyLoop},
      .depth_m = 0.006,
      .speed_m_per_s = 0.020,
-     .lean_deg = 5},
+     .lean_deg = 5,
+     .leave_m = {-0.07, 0.04, 0.03}},
     {.name = "skin_cross",
      .shape = skin_pad,
      .strokes = {{.through = {{-0.035, 0.004, 0}, {0.000, 0.000, 0}, {0.035, -0.004, 0}}},
@@ -105,6 +124,13 @@ const std::array<Motion, 8> kMotions{{
      .depth_m = 0.007,
      .speed_m_per_s = 0.020,
      .lean_deg = 0},
+    // Almost flat on the liver, so that the side of the rod presses, too.
+    {.name = "probe_liver_flat",
+     .shape = liver,
+     .strokes = {{.through = {{-0.020, -0.020, 0}, {-0.004, -0.014, 0}}}},
+     .depth_m = 0.008,
+     .speed_m_per_s = 0.012,
+     .lean_deg = 65},
     {.name = "knife_liver",
      .shape = liver,
      .strokes = {{.through = {{-0.055, -0.020, 0}, {-0.030, -0.024, 0}, {0.000, -0.014, 0}}}},
@@ -127,7 +153,25 @@ const std::array<Motion, 8> kMotions{{
      .speed_m_per_s = 0.030,
      .lean_deg = 0,
      .open_rad = 0.4},
-}};
+    {.name = "organs_kidney",
+     .shape = kidney,
+     .strokes = {kKidneyLoop},
+     .depth_m = 0.006,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 5,
+     .place_m = {0.145, 0, 0}},
+});
+
+const auto kCarries = std::to_array<Carry>({
+    {.name = "excision_kidney_forceps",
+     .shape = kidney,
+     .from_m = {0, 0, 0},
+     .depth_m = 0.0015,
+     .to_m = {0.030, -0.060, 0.002},
+     .wait_s = 6.6,
+     .park_m = {0.06, 0.05, 0.06},
+     .turn_deg = 30},
+});
 
 // A blade that is longer than a body is thick, and goes through it: upright, its tip from place to place at constant
 // speed, its sharp edge ahead.
@@ -162,14 +206,70 @@ double smooth_step(double s) {
   return s * s * (3 - 2 * s);
 }
 
-class TraceWriter {
+// Samples as text.
+class Recorder {
+ protected:
+  static constexpr double kStep_s = 0.01;
+
+  explicit Recorder(bool has_jaws) : has_jaws_(has_jaws) {
+    text_ = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz";
+    text_ += has_jaws ? ",opening_rad\n" : "\n";
+  }
+
+  template <class PoseAt>
+  void timed(double duration_s, const PoseAt& pose) {
+    const int steps = std::max(1, static_cast<int>(std::lround(duration_s / kStep_s)));
+    for (int i = 1; i <= steps; ++i) add(pose(double(i) / steps));
+  }
+
+  void hold(const Pose& pose, double duration_s) {
+    add(pose);
+    time_s_ += duration_s - kStep_s;
+    add(pose);
+  }
+  // In an arc.
+  void travel(const Pose& to, double duration_s, double rise_m) {
+    const Pose from = now_;
+    const int steps = static_cast<int>(std::lround(duration_s / kStep_s));
+    for (int i = 1; i <= steps; ++i) {
+      const double t = double(i) / steps;
+      Pose pose = interpolate(from, to, smooth_step(t));
+      pose.position_m.z() += 4 * t * (1 - t) * rise_m;
+      add(pose);
+    }
+  }
+
+  void add(const Pose& pose) {
+    now_ = pose;
+    Eigen::Quaterniond q = pose.orientation;
+    if (q.coeffs().dot(last_.coeffs()) < 0) q.coeffs() = -q.coeffs();
+    last_ = q;
+    char line[160];
+    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s_, pose.position_m.x(),
+                  pose.position_m.y(), pose.position_m.z(), q.w(), q.x(), q.y(), q.z());
+    text_ += line;
+    if (has_jaws_) {
+      std::snprintf(line, sizeof line, ",%.6f\n", opening_rad_);
+      text_.back() = ',';
+      text_ += line + 1;
+    }
+    time_s_ += kStep_s;
+  }
+
+  bool has_jaws_;
+  double time_s_ = 0;
+  double opening_rad_ = 0;
+  Pose now_;
+  Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity();
+  std::string text_;
+};
+
+class TraceWriter : Recorder {
  public:
-  explicit TraceWriter(const Motion& motion) : motion_(motion), shape_(motion.shape) {}
+  explicit TraceWriter(const Motion& motion) : Recorder(motion.open_rad > 0), motion_(motion), shape_(motion.shape) {}
 
   std::string run() {
     opening_rad_ = motion_.open_rad;
-    text_ = has_jaws() ? "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,opening_rad\n"
-                       : "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
     for (std::size_t i = 0; i < motion_.strokes.size(); ++i) {
       path_ = curve(motion_.strokes[i].through, motion_.strokes[i].closed);
       if (motion_.strokes[i].closed) path_.insert(path_.end(), path_.begin() + 1, path_.end());
@@ -178,17 +278,16 @@ class TraceWriter {
       if (i == 0) {
         hold(at(0, motion_.height_m), motion_.hover_s);
       } else {
-        travel(at(0, motion_.height_m));
+        travel(at(0, motion_.height_m), motion_.travel_s, motion_.height_m);
       }
-      has_jaws() ? snip(last_m) : stroke(last_m);
+      has_jaws_ ? snip(last_m) : stroke(last_m);
     }
+    if (!motion_.leave_m.isZero(0)) travel({now_.position_m + motion_.leave_m, now_.orientation}, motion_.travel_s, 0);
     hold(now_, motion_.hover_s);
     return text_;
   }
 
  private:
-  static constexpr double kStep_s = 0.01;
-
   void measure() {
     arc_m_.assign(1, 0);
     for (std::size_t i = 1; i < path_.size(); ++i) {
@@ -219,15 +318,7 @@ class TraceWriter {
     axes.col(2) = shaft;
     axes.col(1) = shaft.cross(along).normalized();
     axes.col(0) = axes.col(1).cross(shaft);
-    return {on_skin + height_m * normal, Eigen::Quaterniond(axes)};
-  }
-
-  bool has_jaws() const { return motion_.open_rad > 0; }
-
-  template <class PoseAt>
-  void timed(double duration_s, const PoseAt& pose) {
-    const int steps = std::max(1, static_cast<int>(std::lround(duration_s / kStep_s)));
-    for (int i = 1; i <= steps; ++i) add(pose(double(i) / steps));
+    return {motion_.place_m + on_skin + height_m * normal, Eigen::Quaterniond(axes)};
   }
 
   // Down with open blades; close, open a little higher, go on to the next place; up.
@@ -266,49 +357,48 @@ class TraceWriter {
     timed(motion_.lift_s, [&](double t) { return at(last_m, low + smooth_step(t) * (high - low)); });
   }
 
-  void hold(const Pose& pose, double duration_s) {
-    add(pose);
-    time_s_ += duration_s - kStep_s;
-    add(pose);
-  }
-  void travel(const Pose& to) {
-    const Pose from = now_;
-    const int steps = static_cast<int>(std::lround(motion_.travel_s / kStep_s));
-    for (int i = 1; i <= steps; ++i) {
-      const double t = double(i) / steps;
-      Pose pose = interpolate(from, to, smooth_step(t));
-      pose.position_m.z() += 4 * t * (1 - t) * motion_.height_m;
-      add(pose);
-    }
-  }
-
-  void add(const Pose& pose) {
-    now_ = pose;
-    Eigen::Quaterniond q = pose.orientation;
-    if (q.coeffs().dot(last_.coeffs()) < 0) q.coeffs() = -q.coeffs();
-    last_ = q;
-    char line[160];
-    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s_, pose.position_m.x(),
-                  pose.position_m.y(), pose.position_m.z(), q.w(), q.x(), q.y(), q.z());
-    text_ += line;
-    if (has_jaws()) {
-      std::snprintf(line, sizeof line, ",%.6f\n", opening_rad_);
-      text_.back() = ',';
-      text_ += line + 1;
-    }
-    time_s_ += kStep_s;
-  }
-
   const Motion& motion_;
   ImplicitShape shape_;
   Path path_;
   std::vector<double> arc_m_;
   double length_m_ = 0;
-  double time_s_ = 0;
-  double opening_rad_ = 0;
-  Pose now_;
-  Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity();
-  std::string text_;
+};
+
+class CarryWriter : Recorder {
+ public:
+  explicit CarryWriter(const Carry& carry) : Recorder(true), carry_(carry) {}
+
+  std::string run() {
+    const Vec3 outside(carry_.from_m.x(), carry_.from_m.y(), 0.1), inside(carry_.from_m.x(), carry_.from_m.y(), 0);
+    const Vec3 skin = first_hit(carry_.shape, outside, inside), up = carry_.lift_m * Vec3::UnitZ();
+    opening_rad_ = carry_.open_rad;
+    hold(at(carry_.park_m), carry_.wait_s);
+    travel(at(skin + up), 1.0, 0);
+    travel(at(skin - carry_.depth_m * Vec3::UnitZ()), 0.8, 0);
+    turn_jaws(0);
+    travel(at(skin + up), 1.2, 0);
+    travel(at(carry_.to_m + up), 1.4, 0);
+    travel(at(carry_.to_m), 1.0, 0);
+    turn_jaws(carry_.open_rad);
+    travel(at(carry_.to_m + up), 0.8, 0);
+    hold(now_, 0.4);
+    return text_;
+  }
+
+ private:
+  Pose at(const Vec3& tips_m) const {
+    const double half_rad = carry_.turn_deg * M_PI / 360;
+    return {tips_m, Eigen::Quaterniond(std::cos(half_rad), 0, 0, std::sin(half_rad))};
+  }
+  void turn_jaws(double to_rad) {
+    const double from_rad = opening_rad_;
+    timed(0.4, [&](double t) {
+      opening_rad_ = from_rad + smooth_step(t) * (to_rad - from_rad);
+      return now_;
+    });
+  }
+
+  const Carry& carry_;
 };
 
 std::string trace_of(const Passage& passage) {
@@ -350,6 +440,8 @@ int main(int argc, char** argv) {
   bool written = true;
   for (const sectio::Motion& motion : sectio::kMotions)
     written &= sectio::write(argv[1], motion.name, sectio::TraceWriter(motion).run());
+  for (const sectio::Carry& carry : sectio::kCarries)
+    written &= sectio::write(argv[1], carry.name, sectio::CarryWriter(carry).run());
   for (const sectio::Passage& passage : sectio::kPassages)
     written &= sectio::write(argv[1], passage.name, sectio::trace_of(passage));
   return written ? 0 : 1;

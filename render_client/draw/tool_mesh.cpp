@@ -218,17 +218,18 @@ ToolMesh make_rod(const std::array<Vec3, 4>& abcd, const Axes& axes) {
 }
 
 ToolMesh make_probe(const std::array<Vec3, 4>& abcd, const Axes& axes) {
-  constexpr double kRadius_m = 0.0018;
+  const Vec3 out = abcd[2] - abcd[0];
+  const double radius_m = std::clamp(1.2 * (out - out.dot(axes.up) * axes.up).norm(), 0.0002, 0.02);
   Builder builder;
   std::vector<Section> sections;
   constexpr int kRings = 10;
   for (int i = 1; i <= kRings; ++i) {
     const double angle = std::numbers::pi * (0.5 * i / kRings - 0.5);
-    const double radius = kRadius_m * std::max(0.02, std::cos(angle));
+    const double ring_m = radius_m * std::max(0.02, std::cos(angle));
     sections.push_back(
-        {abcd[0] + kRadius_m * (1 + std::sin(angle)) * axes.up, axes.forward, -axes.aside, radius, radius});
+        {abcd[0] + radius_m * (1 + std::sin(angle)) * axes.up, axes.forward, -axes.aside, ring_m, ring_m});
   }
-  sections.push_back({abcd[1] + 0.1 * axes.up, axes.forward, -axes.aside, 1.3 * kRadius_m, 1.3 * kRadius_m});
+  sections.push_back({abcd[1] + 0.1 * axes.up, axes.forward, -axes.aside, 1.3 * radius_m, 1.3 * radius_m});
   builder.loft(sections);
   builder.end_part({Shading::metal, Vec3f(0.72f, 0.73f, 0.75f)});
   builder.mesh.shadow = {abcd[0].cast<float>(), sections.back().centre_m.cast<float>(), 0.0015f, 0.002f};
@@ -248,6 +249,22 @@ void add_scissor_blade(Builder& builder, const Vec3& pivot, const Vec3& along, c
     const Vec3 centre = pivot + s * blade_m * along + (half_m - offset_m) * out + kHalfThickness_m * y;
     sections.push_back({centre, out, y, half_m, kHalfThickness_m, 3});
   }
+  builder.loft(sections);
+}
+
+// A blunt jaw of forceps, from the pivot to its tip, whose flat side meets the other one's; grooves across hold better.
+void add_jaw(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double jaw_m) {
+  const Vec3 y = along.cross(out);
+  std::vector<Section> sections;
+  const auto section = [&](double s, double half_m, double half_thickness_m) {
+    sections.push_back({pivot + s * jaw_m * along + half_m * out, out, y, half_m, half_thickness_m, 3});
+  };
+  section(-0.08, 0.0022, 0.0014);
+  section(0.0, 0.0026, 0.0016);
+  section(0.35, 0.0018, 0.0014);
+  for (int i = 0; i <= 24; ++i) section(0.6 + 0.37 * i / 24, 0.0014 - 0.00002 * i + (i % 2 == 0 ? 0.00012 : 0), 0.0012);
+  section(0.99, 0.0007, 0.0009);
+  section(1.0, 0.0003, 0.0005);
   builder.loft(sections);
 }
 
@@ -277,8 +294,11 @@ ToolMesh make_scissors(const ToolFrame& tool, const std::array<Vec3, 4>& abcd) {
   for (const double half : {1.0, -1.0}) {  // the lower blade, the upper one
     const Vec3 along = std::cos(half_rad) * forward + half * std::sin(half_rad) * down;
     const Vec3 out = half * (std::cos(half_rad) * down - half * std::sin(half_rad) * forward);
-    for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0})
-      add_scissor_blade(builder, c + side * gauge_m * aside, along, out, blade_m, height_m);
+    if (tool.kind == "forceps")
+      add_jaw(builder, c, along, out, blade_m);
+    else
+      for (const double side : gauge_m > 0 ? std::vector{-0.5, 0.5} : std::vector{0.0})
+        add_scissor_blade(builder, c + side * gauge_m * aside, along, out, blade_m, height_m);
     add_shank(builder, c, along, out, shank_m);
   }
   const std::array rivet{Vec3(c - (0.5 * gauge_m + 0.0016) * aside), Vec3(c + (0.5 * gauge_m + 0.0016) * aside)};
@@ -297,7 +317,7 @@ ToolMesh make_tool_mesh(const ToolFrame& tool) {
   }
   const Axes axes = axes_of(abcd);
   const bool is_blade = tool.kind == "scalpel" || tool.kind == "knife";
-  const bool has_jaws = tool.kind == "scissors" || tool.kind == "medical_scissors";
+  const bool has_jaws = tool.kind == "scissors" || tool.kind == "medical_scissors" || tool.kind == "forceps";
   ToolMesh mesh = is_blade                      ? make_scalpel(abcd, axes)
                   : tool.kind == "cautery_hook" ? make_cautery_hook(abcd, axes)
                   : tool.kind == "probe"        ? make_probe(abcd, axes)

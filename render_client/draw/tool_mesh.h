@@ -24,8 +24,9 @@ struct ToolMesh {
 // scalpel: a thin blade in the plane of A, B, C, D, ground to an edge along AC, on a flat handle along AB.
 // cautery_hook: an insulated shaft along AB, a wire hook A to C with a hot tip, its spark reaching to D.
 // knife: a scalpel's blade, larger. scissors, medical_scissors: two blades about the pivot C, as far apart as the pose
-// says, plain or two abreast in the form of a U, with handles and rings towards B. probe: a rod with a round end at A.
-// Other kinds are drawn as a rod along AB. Points may coincide; the tool then is small or plain, never broken.
+// says, plain or two abreast in the form of a U, with handles and rings towards B; forceps: the same with blunt jaws.
+// probe: a rod as thick as C says, with a round end at A. Other kinds are drawn as a rod along AB. Points may coincide; the tool then is
+// small or plain, never broken.
 ToolMesh make_tool_mesh(const ToolFrame& tool);
 
 }  // namespace sectio

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim_server/collision/surface_tree.h"
+#include "sim_server/collision/collision_engine.h"
 
 namespace sectio {
 
@@ -16,12 +16,13 @@ struct BodyContact {
   Vec3 bary = Vec3::Zero();
 };
 
-constexpr std::size_t kMaxProbedVertices = 64;  // of those near the other body: evenly taken when there are more
-constexpr double kDeepestContactM = 0.005;      // further inside, the nearest surface is anybody's guess
+constexpr std::size_t kMaxProbedVertices =
+    64;  // of those near the other body: those whose number divides evenly when there are more
+constexpr double kDeepestContactM = 0.005;  // further inside, the nearest surface is anybody's guess
 
 // Appends contacts of `one`'s vertices at most reach_m above the surface of `other`, in order of vertex. A tree must be
 // up to date. O(vertices of one + probed x log triangles of other).
-void find_contacts(const SurfaceView& one, const SurfaceView& other, const SurfaceTree& tree_of_other, double reach_m,
-                   std::vector<BodyContact>& contacts);
+void find_contacts(const SurfaceView& one, const SurfaceView& other, const CollisionEngine& tree_of_other,
+                   double reach_m, std::vector<BodyContact>& contacts);
 
 }  // namespace sectio

@@ -47,7 +47,7 @@ ToolContact contact_of(const SurfaceView& view, std::span<const TriangleId> tria
 
 }  // namespace
 
-ToolContact FrontTracker::follow(const SurfaceView& view, const SurfaceTree& tree, const FrontStep& step) {
+ToolContact FrontTracker::follow(const SurfaceView& view, const CollisionEngine& tree, const FrontStep& step) {
   const double reach_m = motion(step);
   tree.near_segments(view, step.after.at_world_m, kSegmentCorners, reach_m, near_);
   if (near_.empty()) return {};

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "sim_server/collision/surface_tree.h"
+#include "sim_server/collision/collision_engine.h"
 
 namespace sectio {
 
@@ -36,7 +36,7 @@ class FrontTracker {
   static constexpr std::size_t kMaxWalked = 2048;
 
   // The tree is that of the view, up to date.
-  ToolContact follow(const SurfaceView& view, const SurfaceTree& tree, const FrontStep& step);
+  ToolContact follow(const SurfaceView& view, const CollisionEngine& tree, const FrontStep& step);
 
   // The slots of a delta that was applied; the walk may then start at the new triangles too.
   void topology_changed(const SurfaceView& view, std::span<const TriangleId> changed);

@@ -256,6 +256,12 @@ void SurfaceTree::update_changed(const SurfaceView& view, std::span<const Triang
   if (!h.moved.empty()) h.anchor_moved(view);
 }
 
+void SurfaceTree::follow(const SharedBody& body, const TopologyChange& change) {
+  const SurfaceView view{body.mesh, body.positions_world_m(), body.id};
+  update_changed(view, change.triangles);
+  update_moved(view, change.placed);
+}
+
 std::size_t SurfaceTree::size() const {
   return hierarchy_->tree.size();
 }

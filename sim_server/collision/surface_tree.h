@@ -14,23 +14,16 @@
 #include <span>
 #include <vector>
 
-#include "sim_server/collision/surface_view.h"
+#include "sim_server/collision/collision_engine.h"
 
 namespace sectio {
 
-struct ClosestSurfacePoint {
-  TriangleId triangle = kNone;
-  Vec3 bary = Vec3::Zero();
-  Vec3 point_world_m = Vec3::Zero();
-  double distance_m = 0;
-};
-
-class SurfaceTree {
+class SurfaceTree final : public CollisionEngine {
  public:
   static constexpr double kDefaultMarginM = 0.0005;
 
   explicit SurfaceTree(const SurfaceView& view, double margin_m = kDefaultMarginM);
-  ~SurfaceTree();
+  ~SurfaceTree() override;
   SurfaceTree(SurfaceTree&&) noexcept;
   SurfaceTree& operator=(SurfaceTree&&) noexcept;
 
@@ -42,21 +35,23 @@ class SurfaceTree {
 
   std::size_t size() const;   // live triangles
   std::size_t depth() const;  // O(n); for tests
-  Box3 bounds_world_m() const;
 
-  // Every crossing of the segment p q, in order of parameter.
-  std::vector<SurfaceHit> hits(const SurfaceView& view, const Vec3& p, const Vec3& q) const;
-  std::optional<SurfaceHit> first_hit(const SurfaceView& view, const Vec3& p, const Vec3& q) const;
-  // Is the point inside the closed surface? Parity of the crossings of a ray, which is exact.
-  bool inside(const SurfaceView& view, const Vec3& point) const;
-  std::optional<ClosestSurfacePoint> closest(const SurfaceView& view, const Vec3& point, double within_m) const;
+  void follow(const SharedBody& body, const TopologyChange& change) override;
+  void moved(const SurfaceView& view) override { update_moved(view); }
+  Box3 bounds_world_m() const override;
+
+  std::vector<SurfaceHit> hits(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;
+  std::optional<SurfaceHit> first_hit(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;
+  // Parity of the crossings of a ray, which is exact.
+  bool inside(const SurfaceView& view, const Vec3& point) const override;
+  std::optional<ClosestSurfacePoint> closest(const SurfaceView& view, const Vec3& point,
+                                             double within_m) const override;
   // Whatever a moving segment sweeps over.
   std::vector<EdgeCrossing> swept(const SurfaceView& view, const SweptSegment& sweep) const;
 
-  // Triangles whose current box, grown by reach_m, meets one of the segments between the points given; ascending.
   void near_segments(const SurfaceView& view, std::span<const Vec3> points,
                      std::span<const std::array<std::size_t, 2>> segments, double reach_m,
-                     std::vector<TriangleId>& out) const;
+                     std::vector<TriangleId>& out) const override;
   // Triangles whose current box overlaps the box given; ascending.
   void in_box(const SurfaceView& view, const Box3& box, std::vector<TriangleId>& out) const;
 

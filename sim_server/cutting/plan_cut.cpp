@@ -89,10 +89,18 @@ bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCu
   return true;
 }
 
+bool at_rest(const BladeMotion& motion) {
+  return motion.path.empty() && !motion.lift;
+}
+
 }  // namespace
 
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
+  if (entries.empty() && std::ranges::all_of(motions, at_rest)) {
+    CutPlan unchanged{{}, {}, {}, {}, cuts.strokes, cuts.template_strokes, 0, GrooveDraft(cuts.grooves)};
+    return unchanged;
+  }
   if (settings.style == CutStyle::templates)
     return plan_with_templates(mesh, particles, cuts, entries, motions, settings);
   CutPlan plan{{}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};

@@ -17,6 +17,7 @@ Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_m
   // Along the inward normal the sum of impulses may push but not pull.
   const double given = -so_far.dot(c.normal);
   const double total = std::max(0.0, given - needed.dot(c.normal));
+  if (c.sticks) return total > 0 ? needed : Vec3(-so_far);
   return -(total - given) * c.normal;
 }
 
@@ -49,6 +50,13 @@ void project(std::span<const PointConstraint> constraints, std::span<const doubl
       reactions[n].force_on_tool_n -= impulse / step_s;
       reactions[n].active = true;
     }
+  }
+  for (std::size_t n = 0; n < constraints.size(); ++n) {
+    const PointConstraint& c = constraints[n];
+    Vec3 velocity = Vec3::Zero();
+    for (std::size_t a = 0; a < 3; ++a)
+      if (c.v[a] != kNone) velocity += c.w[a] * velocity_m_per_s[c.v[a]].head<3>().cast<double>();
+    reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(velocity);
   }
 }
 

@@ -13,12 +13,14 @@ namespace sectio {
 
 // The point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
 // Two-sided: it is at target_world_m after the step. Unilateral: it is not further out along `normal` (unit, out of the
-// tissue) than the target; only motion along the normal is constrained, and the tissue is never pulled.
+// tissue) than the target; only motion along the normal is constrained, and the tissue is never pulled. One that sticks
+// is at the target as long as the tissue presses against it.
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
   Vec3 target_world_m = Vec3::Zero();
   bool unilateral = false;
+  bool sticks = false;
   Vec3 normal = Vec3::UnitZ();
 };
 
@@ -34,6 +36,7 @@ inline PointConstraint hold(VertexId v, const Vec3& at_world_m) {
 struct Reaction {
   Vec3 force_on_tool_n = Vec3::Zero();  // - sum m_i dx_i / h^2
   bool active = false;                  // the constraint moved something
+  double work_j = 0;                    // of the tool: its force times the way of the point in this step
 };
 
 // Gauss-Seidel over the constraints in their order, kSweeps times; inverse masses per vertex, 0 for one that is held.

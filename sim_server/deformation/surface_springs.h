@@ -24,9 +24,9 @@
 
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
+#include "sim_server/deformation/deformation_engine.h"
 #include "sim_server/deformation/home_frame.h"
 #include "sim_server/deformation/max_tree.h"
-#include "sim_server/deformation/point_constraint.h"
 #include "sim_server/deformation/spring_rows.h"
 #include "sim_server/deformation/spring_star.h"
 
@@ -50,7 +50,7 @@ struct SurfaceSpringSettings {
   std::function<bool(const Vec3& home_world_m)> fixed;
 };
 
-class SurfaceSprings {
+class SurfaceSprings final : public DeformationEngine {
  public:
   // All vertices form component 0, anchored. Takes any step; ask largest_stable_step_s() before using it.
   SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
@@ -59,18 +59,30 @@ class SurfaceSprings {
   // Positions and velocities {x, y, z, 0}, one a vertex slot of the mesh. reactions: empty, or one a constraint.
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
+  void step(const SharedBody& body, std::span<const PointConstraint> constraints,
+            std::span<Reaction> reactions) override {
+    step(body.particles.position_world_m, body.particles.velocity_world_m_per_s, constraints, reactions);
+  }
 
   // After a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles, before and
   // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
   // a short new edge would start inverted). A new vertex joins the component of a
   // neighbour. Mass is added where a row would not be stable at step_s. O(touched), compaction aside.
-  void update(const TriangleMesh& mesh, std::span<const VertexId> touched);
+  // kTemporary: of a deformation; what it adds, mass included, is gone again bit for bit once it is undone.
+  enum class Change { kPermanent, kTemporary };
+  void update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change = Change::kPermanent);
+  void follow(const SharedBody& body, const TopologyChange& change) override {
+    update(body.mesh, change.vertices, change.delta.temporary ? Change::kTemporary : Change::kPermanent);
+  }
 
   // A free component moves rigidly apart from its deformation; one with a fixed vertex is anchored whatever is asked.
   // Calling it again for the same id keeps the frame. O(vertices).
   void set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored);
   // Vertices of this component that get below the plane are put onto it and stop: a floor with high friction.
   void set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal);
+  // As a new component.
+  void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) override;
+  Pose home_frame_world(VertexId v) const override { return frame_world(component_of(v)); }
   std::uint32_t component_of(VertexId v) const { return component_of_[v]; }
   bool anchored(std::uint32_t component) const { return !components_[component].free; }
   const Pose& frame_world(std::uint32_t component) const { return components_[component].frame; }
@@ -82,17 +94,21 @@ class SurfaceSprings {
 
   // From the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex (methods 3.1), with
   // omega h <= 2 (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
-  double largest_stable_step_s() const;
-  double added_mass_fraction() const { return added_mass_kg_ / physical_mass_kg_; }
+  double largest_stable_step_s() const override;
+  double added_mass_fraction() const override { return added_mass_kg_ / physical_mass_kg_; }
 
-  double mass_kg(VertexId v) const { return physical_mass_[v]; }  // without added mass
-  bool fixed(VertexId v) const { return fixed_[v] != 0; }
-  std::uint64_t clamped() const { return clamped_; }               // velocities cut back to 5 m/s, so far
-  VertexId first_bad_vertex() const { return first_bad_vertex_; }  // kNone while all is finite
+  double mass_kg(VertexId v) const override { return physical_mass_[v]; }  // without added mass
+  double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
+  bool fixed(VertexId v) const override { return fixed_[v] != 0; }
+  std::uint64_t clamped() const { return clamped_; }  // velocities cut back to 5 m/s, so far
+  VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   const SpringRows& rows() const { return rows_; }
 
   // Kinetic, elastic and gravitational; with the frames of the last step. O(all), for tests and reports.
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
+  double energy_j(const SharedBody& body) const override {
+    return energy_j(body.particles.position_world_m, body.particles.velocity_world_m_per_s);
+  }
 
  private:
   struct Component {
@@ -108,7 +124,7 @@ class SurfaceSprings {
   };
 
   void resize(std::uint32_t vertex_slots);
-  void set_row(const TriangleMesh& mesh, VertexId v, bool scale_mass);
+  void set_row(const TriangleMesh& mesh, VertexId v);
   void remove_row(VertexId v);
   void forget_mass(VertexId v);
   void adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched);
@@ -131,6 +147,8 @@ class SurfaceSprings {
   std::vector<double> added_mass_;
   std::vector<double> inverse_mass_;  // of the effective mass; 0 when fixed
   std::vector<std::uint8_t> fixed_;
+  std::vector<std::uint8_t> cut_;        // a permanent change has touched it
+  std::vector<std::uint8_t> temporary_;  // it came with a temporary change
   std::vector<std::uint32_t> component_of_;
   std::vector<std::uint32_t> place_in_component_;  // index into Component::vertices when that is free
   std::vector<Component> components_;

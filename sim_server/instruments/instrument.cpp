@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/instruments/cautery_hook.h"
+#include "sim_server/instruments/forceps.h"
 #include "sim_server/instruments/knife.h"
 #include "sim_server/instruments/medical_scissors.h"
 #include "sim_server/instruments/probe.h"
@@ -15,7 +16,7 @@ namespace sectio {
 namespace {
 
 const auto& instruments() {
-  static const std::array table{scalpel(), cautery_hook(), knife(), scissors(), medical_scissors(), probe()};
+  static const std::array table{scalpel(), cautery_hook(), knife(), scissors(), medical_scissors(), probe(), forceps()};
   return table;
 }
 

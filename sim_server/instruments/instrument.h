@@ -17,7 +17,8 @@ namespace sectio {
 
 // Corner points of the instrument in its own frame (paper B, figure 3): A the tip, AC the sharp edge, AB the shaft's
 // axis, BD the top and CD the blunt front above the edge. For a cautery hook AC is the probe and CD the virtual tip.
-// Scissors: A the tips when closed, B the end of the handles, C the pivot, AD from the edge to the lower blade's back.
+// Scissors, forceps: A the tips when closed, B the end of the handles, C the pivot, AD from the edge to the lower
+// blade's back.
 struct ToolGeometry {
   Vec3 a_tool_m = Vec3::Zero();
   Vec3 b_tool_m = Vec3(0, 0, 0.03);
@@ -30,7 +31,7 @@ struct ToolGeometry {
 // What else the parts depend on.
 struct InstrumentState {
   double intensity = 1;    // cautery: |CD| = intensity x geometry's |CD|
-  double opening_rad = 0;  // scissors
+  double opening_rad = 0;  // of jaws
   std::size_t edge = 0;    // which one of several
 };
 
@@ -95,6 +96,8 @@ struct InstrumentKind {
   bool edge_enters = false;       // the edge cuts where it reaches into the tissue, however light the touch
   bool only_closing = false;      // and only while the jaws close
   bool front_is_virtual = false;  // CD is no body: it doesn't press
+  double grip_below_rad = 0;      // jaws closed further hold a loose piece between their tips; 0: never
+  double grip_force_n = 0;        // at most
   double drag = 1;                // of the force that cutting takes
 
   // May an edge that reaches into tissue begin to cut?

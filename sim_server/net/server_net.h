@@ -33,7 +33,8 @@ struct ServerNetOptions {
 
 class ServerNet {
  public:
-  // Announces the scene. `meshes`: the bodies as they are now. Throws InputError for options and names that won't do.
+  // Announces the scene; no world_bodies: ours are all. `meshes`: the bodies as they are now. Throws InputError for
+  // options and names that won't do.
   ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes);
   ~ServerNet();
 
@@ -47,6 +48,19 @@ class ServerNet {
 
   // Sends all that is left, then the final versions of the bodies, which it returns.
   SessionEnd end_session(const std::string& reason);
+
+  // Several servers share a session when each has bodies of its own. Bodies of the scene that no server has announced
+  // yet; and the first body of ours that an older server has, too: then this one has to go.
+  std::vector<std::string> missing_bodies() const;
+  std::optional<std::string> claimed_body() const;
+
+  // The simulated time of the slowest other server of the session; nothing when none has been heard for kSilence_s.
+  std::optional<double> slowest_other_s() const;
+  static constexpr double kSilence_s = 1;
+
+  // After end_session(): what the network's thread holds of the bodies, and how long it was at work.
+  std::size_t copy_bytes() const;
+  double busy_s() const;
 
   // Viewers that are connected now.
   std::uint32_t viewers() const;

@@ -2,17 +2,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "common/core/error.h"
 
 namespace sectio {
 namespace {
 
-constexpr double kSlopM = 5e-5;          // of depth that is left alone, so that contacts last
-constexpr double kDepthUndone = 0.2;     // of the rest in one step
 constexpr double kStillM_per_s = 0.004;  // of the fastest point
 constexpr double kStillBeforeSleepS = 0.2;
 
@@ -113,124 +109,6 @@ RigidVelocity rigid_velocity(std::span<const MovingPoint> points) {
   if (inertia.determinant() > 1e-12 * std::pow(inertia.trace(), 3))
     result.angular_velocity_rad_per_s = solver.solve(spin);
   return result;
-}
-
-namespace {
-
-// One contact as the solver needs it.
-struct Row {
-  RigidBody* body = nullptr;
-  RigidBody* other = nullptr;
-  Vec3 u, w;  // across the normal
-  double mass_n = 0, mass_u = 0, mass_w = 0;
-  double target_m_per_s = 0;  // least velocity apart
-  double n = 0;
-  Eigen::Vector2d t = Eigen::Vector2d::Zero();
-  Vec3 total = Vec3::Zero();
-};
-
-double mass_along(const RigidBody* body, const RigidBody* other, const Vec3& at, const Vec3& along) {
-  double inverse = 0;
-  for (const RigidBody* b : {body, other}) {
-    if (!b) continue;
-    const Vec3 arm = (at - b->pose_world().position_m).cross(along);
-    inverse += 1 / b->mass_kg() + arm.dot(b->inverse_inertia_world() * arm);
-  }
-  return 1 / inverse;
-}
-
-void shove(Row& row, const Vec3& impulse, const Vec3& at) {
-  row.body->add_impulse(impulse, at);
-  if (row.other) row.other->add_impulse(-impulse, at);
-  row.total += impulse;
-}
-
-Vec3 velocity_apart(const Row& row, const RigidContact& c) {
-  const Vec3& at = c.point_world_m;
-  return row.body->velocity_at(at) - (row.other ? row.other->velocity_at(at) : c.surface_velocity_m_per_s);
-}
-
-void solve(Row& row, const RigidContact& c) {
-  const Vec3& at = c.point_world_m;
-  const double missing = row.target_m_per_s - velocity_apart(row, c).dot(c.normal_world);
-  const double n = std::max(0.0, row.n + row.mass_n * missing);
-  if (n != row.n) shove(row, (n - row.n) * c.normal_world, at);
-  row.n = n;
-  const Vec3 slip = velocity_apart(row, c);
-  Eigen::Vector2d t = row.t - Eigen::Vector2d(row.mass_u * row.u.dot(slip), row.mass_w * row.w.dot(slip));
-  const double limit = c.friction * row.n;
-  if (const double size = t.norm(); size > limit) t *= limit / size;
-  const Eigen::Vector2d dt = t - row.t;
-  if (!dt.isZero(0)) shove(row, dt[0] * row.u + dt[1] * row.w, at);
-  row.t = t;
-}
-
-}  // namespace
-
-void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
-                    const ContactSettings& settings, std::span<Vec3> impulses_on_other_n_s) {
-  std::vector<Row> rows(contacts.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const RigidContact& c = contacts[i];
-    Row& row = rows[i];
-    row.body = bodies[c.body];
-    row.other = c.other == kImmovable ? nullptr : bodies[c.other];
-    row.u = c.normal_world.unitOrthogonal();
-    row.w = c.normal_world.cross(row.u);
-    row.mass_n = mass_along(row.body, row.other, c.point_world_m, c.normal_world);
-    row.mass_u = mass_along(row.body, row.other, c.point_world_m, row.u);
-    row.mass_w = mass_along(row.body, row.other, c.point_world_m, row.w);
-    row.target_m_per_s = std::min(0.0, c.depth_m) / settings.step_s;  // a gap may close
-  }
-  for (int sweep = 0; sweep < settings.sweeps; ++sweep)
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      const std::size_t i = sweep % 2 == 0 ? k : rows.size() - 1 - k;
-      solve(rows[i], contacts[i]);
-    }
-  for (std::size_t i = 0; i < impulses_on_other_n_s.size() && i < rows.size(); ++i)
-    impulses_on_other_n_s[i] = -rows[i].total;
-}
-
-namespace {
-
-// Velocities of a body that are only for undoing depths.
-struct Drift {
-  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
-};
-
-Vec3 drift_at(const Drift& drift, const RigidBody& body, const Vec3& at) {
-  return drift.velocity + drift.spin.cross(at - body.pose_world().position_m);
-}
-
-void shove(Drift& drift, const RigidBody& body, const Vec3& impulse, const Vec3& at) {
-  drift.velocity += impulse / body.mass_kg();
-  drift.spin += body.inverse_inertia_world() * (at - body.pose_world().position_m).cross(impulse);
-}
-
-}  // namespace
-
-void undo_depths(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
-                 const ContactSettings& settings) {
-  std::vector<Drift> drifts(bodies.size());
-  std::vector<double> impulses(contacts.size(), 0);
-  for (int sweep = 0; sweep < settings.sweeps; ++sweep)
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      const RigidContact& c = contacts[i];
-      if (c.depth_m <= kSlopM) continue;
-      const double wanted = std::min(c.largest_speed_m_per_s, kDepthUndone * (c.depth_m - kSlopM) / settings.step_s);
-      RigidBody* other = c.other == kImmovable ? nullptr : bodies[c.other];
-      Vec3 apart = drift_at(drifts[c.body], *bodies[c.body], c.point_world_m);
-      if (other) apart -= drift_at(drifts[c.other], *other, c.point_world_m);
-      const double mass = mass_along(bodies[c.body], other, c.point_world_m, c.normal_world);
-      const double impulse = std::max(0.0, impulses[i] + mass * (wanted - apart.dot(c.normal_world)));
-      const Vec3 added = (impulse - impulses[i]) * c.normal_world;
-      impulses[i] = impulse;
-      shove(drifts[c.body], *bodies[c.body], added, c.point_world_m);
-      if (other) shove(drifts[c.other], *other, -added, c.point_world_m);
-    }
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (bodies[b] && !bodies[b]->asleep())
-      bodies[b]->shift(settings.step_s * drifts[b].velocity, settings.step_s * drifts[b].spin);
 }
 
 }  // namespace sectio

@@ -1,16 +1,12 @@
 // A rigid body of six degrees of freedom at a fixed explicit step. Its state is where it is and its two momenta, so
 // that nothing but forces changes these: without any, linear and angular momentum stay as they are to the last bit and
 // the gyroscopic term is the inertia that turns with the body. Energy then errs with the square of the step.
-//
-// Contacts are solved as impulses on velocities, one after the other (Catto 2005): no restitution, Coulomb's friction.
 // Deterministic; no trigonometric function.
 #pragma once
 
-#include <cstdint>
 #include <span>
 
 #include "common/math/types.h"
-#include "sim_server/splitting/rigid_contact.h"
 
 namespace sectio {
 
@@ -74,19 +70,5 @@ struct MovingPoint {
   double mass_kg;
 };
 RigidVelocity rigid_velocity(std::span<const MovingPoint> points);
-
-struct ContactSettings {
-  double step_s = 0.001;
-  int sweeps = 30;
-};
-
-// `bodies` by the numbers that contacts use. `reactions`: empty, or one a contact: what it gave to `other`.
-void solve_contacts(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
-                    const ContactSettings& settings, std::span<Vec3> impulses_on_other_n_s = {});
-
-// Pushes apart what overlaps, a bit at a time, without changing any velocity: depth is an error of position, and to
-// undo it by an impulse would let bodies jump.
-void undo_depths(std::span<RigidBody* const> bodies, std::span<const RigidContact> contacts,
-                 const ContactSettings& settings);
 
 }  // namespace sectio

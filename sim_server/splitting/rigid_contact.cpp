@@ -9,11 +9,13 @@ namespace {
 
 constexpr std::array<std::array<double, 2>, 8> kDirections{
     {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
+constexpr std::array kTilts{0.1, 0.01, 0.001};
+constexpr std::size_t kMostBearing = 1 + kDirections.size() * kTilts.size();
 
 }  // namespace
 
 void keep_bearing(std::vector<RigidContact>& contacts, std::size_t from) {
-  if (contacts.size() - from <= kDirections.size() + 1) return;
+  if (contacts.size() - from <= kMostBearing) return;
   Vec3 normal = Vec3::Zero();
   for (std::size_t i = from; i < contacts.size(); ++i) normal += contacts[i].normal_world;
   if (!(normal.squaredNorm() > 0)) normal = contacts[from].normal_world;
@@ -26,7 +28,9 @@ void keep_bearing(std::vector<RigidContact>& contacts, std::size_t from) {
   };
   std::set<std::size_t> kept{outermost([](const RigidContact& c) { return c.depth_m; })};
   for (const auto& [du, dw] : kDirections)
-    kept.insert(outermost([&](const RigidContact& c) { return (du * u + dw * w).dot(c.point_world_m); }));
+    for (const double tilt : kTilts)
+      kept.insert(
+          outermost([&](const RigidContact& c) { return c.depth_m + tilt * (du * u + dw * w).dot(c.point_world_m); }));
   std::size_t next = from;
   for (const std::size_t i : kept) contacts[next++] = contacts[i];
   contacts.resize(next);

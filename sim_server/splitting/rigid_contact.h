@@ -1,6 +1,7 @@
 // Where bodies touch, as plain values: what finds contacts and what solves them share this and nothing else.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,23 +12,40 @@ namespace sectio {
 
 constexpr std::uint32_t kImmovable = 0xffffffffu;
 
+// A particle of a body that deforms, where something touches it.
+struct ContactParticle {
+  Vec3 velocity_m_per_s = Vec3::Zero();
+  double inverse_mass_per_kg = 0;
+  Vec3 shift_m = Vec3::Zero();  // out of what it was in
+};
+
+// Each side is a rigid body, particles, or immovable.
 struct RigidContact {
   Vec3 point_world_m = Vec3::Zero();
-  Vec3 normal_world = Vec3::UnitZ();  // unit; pushes `body`
+  Vec3 normal_world = Vec3::UnitZ();  // unit; pushes `body`, and particles with a positive share
   double depth_m = 0;                 // negative: a gap that may close within the step
-  std::uint32_t body = 0;
+  std::uint32_t body = kImmovable;
   std::uint32_t other = kImmovable;
+  // Of the point on a deforming surface: the weights of its particles on the side of `body`, less those on the other
+  // side. 0: not used.
+  std::array<std::uint32_t, 4> particles{};
+  std::array<double, 4> shares{};
   Vec3 surface_velocity_m_per_s = Vec3::Zero();  // of an immovable other's side, e.g. of an instrument
   double largest_speed_m_per_s = 0.05;           // at which depth is undone
   double friction = 0.4;
+  // More than 0: not a contact but a grip, which holds the point to the surface in all directions by this force at
+  // most.
+  double grip_n = 0;
 };
 
-// Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it: the
-// deepest, and the outermost in eight directions. `points`: in the world.
+// Points that lie, or may come within `reach_m`, below the plane z = floor; of each such set the few that bear it, see
+// keep_bearing(). `points`: in the world.
 void floor_contacts(std::span<const Vec3f> points_world_m, std::span<const std::uint8_t> counts, double floor_z_m,
                     double reach_m, std::uint32_t body, std::vector<RigidContact>& contacts);
 
-// Keeps of contacts [from, end) of one pair the deepest and the outermost in eight directions across their mean normal.
+// Keeps of contacts [from, end) of one pair the deepest, and those that are the first to meet the other when the body
+// tilts a little, by three angles in eight directions across their mean normal. Others can't be reached without these:
+// a body on an uneven face rocks on the points that bear it, and comes to rest.
 void keep_bearing(std::vector<RigidContact>& contacts, std::size_t from);
 
 }  // namespace sectio

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "sim_server/instruments/instrument.h"
 #include "sim_server/splitting/rigid_body.h"
 #include "tests/support/loop_cut.h"
 
@@ -125,6 +126,23 @@ TEST(A_SEQ, A_SEQ_6_volume_is_kept_to_the_last_digits_by_the_split) {
   EXPECT_NEAR(rest_volume_m3(split), rest_volume_m3(kept), 1e-9 * rest_volume_m3(kept));
 }
 
+TEST(A_SEQ, A_SEQ_6_a_fragment_below_the_stated_size_is_removed_with_an_event_and_its_volume_is_counted) {
+  Scene scene = loop_scene(FreeParts::rigid);
+  scene.bodies[0].splitting.least_volume_m3 = 1e-5;
+  Operation kept(loop_scene(FreeParts::keep)), removed(scene);
+  for (Operation* op : {&kept, &removed}) cut_arc(*op, 0, 375);
+  EXPECT_EQ(removed.simulation.body_count(), 1u);
+  EXPECT_EQ(removed.count(EventKind::body_split), 0u);
+  ASSERT_EQ(removed.count(EventKind::fragment_removed), 1u);
+  EXPECT_EQ(step_of(removed, EventKind::fragment_removed), step_of(removed, EventKind::island_freed));
+  EXPECT_EQ(check(removed.mesh()).components, 1u);
+  const double gone_m3 = removed.last.report.removed_volume_m3;
+  EXPECT_GT(gone_m3, 1e-7);
+  EXPECT_NEAR(rest_volume_m3(removed) + gone_m3, rest_volume_m3(kept), 1e-9 * rest_volume_m3(kept));
+  lift(removed);  // and the instrument goes on as if nothing were
+  removed.expect_valid();
+}
+
 // The state of a body at one step, by rest position: what stays when slots are numbered anew.
 using Places = std::map<std::array<double, 3>, Vec3>;
 Places places(const Operation& op, std::uint32_t body) {
@@ -195,6 +213,44 @@ TEST(A_SEQ, A_SEQ_7_the_free_part_answers_with_rigid_motion_and_momentum_is_cont
   EXPECT_GT(moved, 2e-4);
   EXPECT_LT(strain_m(before, after), 1e-6) << "rigid";
   EXPECT_GT(op.count(EventKind::contact_began), 0u);
+}
+
+TEST(A_SEQ, A_SEQ_7_forceps_lift_the_free_part_out_and_it_falls_when_they_open) {
+  Scene scene = loop_scene(FreeParts::rigid);
+  scene.gravity_m_per_s2 = Vec3(0, 0, -9.81);
+  scene.floor_z_m = -0.03;
+  scene.tools[1].kind = "forceps";
+  scene.tools[1].geometry = instrument_of("forceps").geometry;
+  Operation op(scene);
+  cut_arc(op, 0, 375);
+  lift(op);
+  ASSERT_EQ(op.simulation.body_count(), 2u);
+  Pose tips{Vec3(0, 0, kOrganTop_m + 0.01), Eigen::Quaterniond::Identity()};
+  const auto go = [&](const Vec3& by_m, double from_rad, double to_rad, int steps) {
+    for (int i = 1; i <= steps; ++i) {
+      tips.position_m += by_m / steps;
+      StepInput input;
+      input.samples.push_back(op.sample(1, tips));
+      input.samples[0].opening_rad = from_rad + (to_rad - from_rad) * i / steps;
+      op.step(input);
+    }
+  };
+  go(Vec3(0, 0, -0.012), 0.3, 0.3, 300);
+  go(Vec3::Zero(), 0.3, 0, 200);
+  EXPECT_EQ(op.count(EventKind::grasped), 1u);
+  const RigidBody& piece = *op.simulation.rigid_body(1);
+  const double in_bed_m = piece.pose_world().position_m.z();
+  go(Vec3(0, 0, 0.03), 0, 0, 600);
+  EXPECT_NEAR(piece.pose_world().position_m.z(), in_bed_m + 0.03, 1e-3);
+  EXPECT_NEAR(op.force_n(1).z(), -9.81 * piece.mass_kg(), 2e-3) << "its weight is felt";
+  go(Vec3(0.1, 0, 0), 0, 0, 600);
+  EXPECT_EQ(op.count(EventKind::released), 0u);
+  go(Vec3::Zero(), 0, 0.3, 100);
+  EXPECT_EQ(op.count(EventKind::released), 1u);
+  for (int i = 0; i < 1500 && !piece.asleep(); ++i) op.rest(1);
+  EXPECT_TRUE(piece.asleep());
+  EXPECT_LT(piece.pose_world().position_m.z(), -0.02) << "on the floor";
+  EXPECT_NEAR(piece.pose_world().position_m.x(), 0.1, 0.02);
 }
 
 TEST(A_SEQ, A_SEQ_7_by_policy_the_free_part_stays_deformable) {

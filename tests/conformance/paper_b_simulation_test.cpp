@@ -6,6 +6,7 @@
 
 #include "common/math/intersect.h"
 #include "common/math/trace.h"
+#include "sim_server/deformation/surface_springs.h"
 #include "sim_server/simulation_body.h"
 #include "tests/support/operation.h"
 
@@ -143,7 +144,7 @@ TEST(B_MSM, B_MSM_3_new_vertices_have_a_spring_an_edge_and_a_home_spring) {
         neighbours[t.v[i]].insert(t.v[(i + 1) % 3]);
         neighbours[t.v[(i + 1) % 3]].insert(t.v[i]);
       }
-  const SpringRows& rows = cut.body.springs.rows();
+  const SpringRows& rows = dynamic_cast<const SurfaceSprings&>(*cut.body.engines.deformation).rows();
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex_alive(v)) continue;
     ASSERT_TRUE(rows.contains(v));
@@ -159,14 +160,14 @@ TEST(B_MSM, B_MSM_3_new_vertices_have_a_spring_an_edge_and_a_home_spring) {
 TEST(B_MSM, B_MSM_3_new_vertices_stay_at_home_and_come_back_to_it) {
   CutBody cut;
   SimulationBody& body = cut.body;
-  for (int i = 0; i < 300; ++i) body.deform({}, {});
+  for (int i = 0; i < 300; ++i) body.deform({}, {}, cut.scene.step_s);
   for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v)
     if (body.mesh.vertex_alive(v)) {
       ASSERT_LT((cut.position(v) - body.mesh.rest_body_m(v)).norm(), 2e-6) << "vertex " << v;
     }
   for (VertexId v = cut.original_vertices; v < body.mesh.vertex_slots(); ++v)
     if (body.mesh.vertex_alive(v)) body.particles.place(v, cut.position(v) + Vec3(2e-4, -1e-4, 2e-4));
-  for (int i = 0; i < 3000; ++i) body.deform({}, {});
+  for (int i = 0; i < 3000; ++i) body.deform({}, {}, cut.scene.step_s);
   for (VertexId v = cut.original_vertices; v < body.mesh.vertex_slots(); ++v)
     if (body.mesh.vertex_alive(v)) {
       EXPECT_LT((cut.position(v) - body.mesh.rest_body_m(v)).norm(), 2e-5) << "vertex " << v;

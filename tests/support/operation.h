@@ -10,6 +10,7 @@
 
 #include "common/mesh/check.h"
 #include "sim_server/simulation.h"
+#include "sim_server/simulation_engines.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -43,7 +44,8 @@ class Operation {
  public:
   static constexpr double kSample_s = 0.001;
 
-  explicit Operation(Scene s) : scene(std::move(s)), simulation(scene), hands_(scene.tools.size()) {}
+  explicit Operation(Scene s, const EngineTable& engines = standard_engines())
+      : scene(std::move(s)), simulation(scene, engines), hands_(scene.tools.size()) {}
 
   // A step with no news, or with one sample of one or more instruments.
   const StepOutput& step(const std::vector<std::pair<std::uint32_t, Pose>>& poses) {

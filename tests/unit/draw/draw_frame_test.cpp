@@ -164,7 +164,7 @@ TEST(DrawFrame, instruments_are_drawn_when_present) {
   Frame frame = test::make_frame();
   const Image without = drawn(frame);
   for (const char* kind :
-       {"scalpel", "cautery_hook", "knife", "scissors", "medical_scissors", "probe", "something else"}) {
+       {"scalpel", "cautery_hook", "knife", "scissors", "medical_scissors", "forceps", "probe", "something else"}) {
     frame.tools = {test::make_scalpel_at(Vec3(0, 0, 0.03))};
     frame.tools[0].kind = kind;
     frame.tools[0].gauge_m = 0.008;

@@ -19,7 +19,7 @@ Vec3 crossing_of(const InstrumentShape& s) {
 }
 
 TEST(Instruments, every_kind_is_whole) {
-  EXPECT_EQ(instrument_kinds().size(), 6u);
+  EXPECT_EQ(instrument_kinds().size(), 7u);
   for (const std::string& kind : instrument_kinds())
     EXPECT_EQ(instrument_of(kind).flaw(instrument_of(kind).geometry), "");
   EXPECT_THROW(instrument_of("spoon"), InputError);
@@ -45,6 +45,17 @@ TEST(A_TOOL, A_TOOL_1_a_probe_has_no_edge) {
       EXPECT_NE(probe.decide(
                     {{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0}, direction, Jaws::closing}),
                 Leaf::cut);
+}
+
+TEST(Instruments, forceps_hold_and_never_cut) {
+  const InstrumentKind& forceps = instrument_of("forceps");
+  EXPECT_GT(forceps.grip_below_rad, 0);
+  EXPECT_GT(forceps.grip_force_n, 0);
+  EXPECT_FALSE(forceps.tip_pierces || forceps.may_enter(Jaws::closing));
+  EXPECT_NE(forceps.decide({{true, true, true, true}, true, Jaws::closing}), Leaf::cut);
+  const InstrumentShape s = usual("forceps", 0.4);
+  EXPECT_NEAR((s.a_tool_m - s.d_tool_m).norm(), 2 * 0.05 * std::sin(0.2), 1e-9) << "the tips are apart";
+  EXPECT_EQ(s.edge_tip_tool_m, s.edge_heel_tool_m);
 }
 
 TEST(A_TOOL, A_TOOL_2_the_crossing_runs_from_the_pivot_to_the_tips) {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/mesh/check.h"
+#include "sim_server/deformation/surface_springs.h"
 #include "sim_server/simulation_rigid.h"
 #include "tests/support/shapes.h"
 
@@ -53,10 +54,13 @@ void add(const SimulationBody& body, Momenta& sum) {
   sum.volume_m3 += check(body.mesh).volume_m3;
   for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) {
     if (!body.mesh.vertex_alive(v)) continue;
-    const Vec3 p = body.springs.mass_kg(v) * body.particle_view().velocity(v);
+    const Vec3 p = body.engines.deformation->mass_kg(v) * body.particle_view().velocity(v);
     sum.linear += p;
     sum.angular += body.particle_view().position(v).cross(p);
   }
+}
+bool anchored(const SimulationBody& body) {
+  return dynamic_cast<const SurfaceSprings&>(*body.engines.deformation).anchored(0);
 }
 void stir(SimulationBody& body) {
   std::srand(3);
@@ -81,7 +85,7 @@ TEST_P(Policies, volume_and_both_momenta_are_kept) {
   EXPECT_GT(before.linear.norm() * before.angular.norm(), 0);
   for (const auto& part : split.parts) {
     EXPECT_EQ(part->rigid.has_value(), GetParam() == FreeParts::rigid);
-    EXPECT_FALSE(part->springs.anchored(0));
+    EXPECT_FALSE(anchored(*part));
   }
 }
 INSTANTIATE_TEST_SUITE_P(Free, Policies, testing::Values(FreeParts::rigid, FreeParts::deformable));
@@ -146,7 +150,7 @@ TEST(Split, a_part_that_is_anchored_itself_deforms_on_as_a_body) {
   const Split split = row.split();
   ASSERT_EQ(split.parts.size(), 1u);
   EXPECT_FALSE(split.parts[0]->rigid);
-  EXPECT_TRUE(split.parts[0]->springs.anchored(0));
+  EXPECT_TRUE(anchored(*split.parts[0]));
 }
 
 TEST(Split, fragments_below_the_stated_size_are_removed) {
@@ -158,6 +162,59 @@ TEST(Split, fragments_below_the_stated_size_are_removed) {
   ASSERT_EQ(split.removed_m3.size(), 1u);
   EXPECT_NEAR(check(row.body->mesh).volume_m3 + check(split.parts[0]->mesh).volume_m3 + split.removed_m3[0], before,
               1e-12 * before);
+}
+
+TEST(Split, a_part_that_goes_on_deforming_falls_and_rests_on_the_floor) {
+  Row row(FreeParts::deformable, {0.02, 0.012}, 0);
+  row.scene.floor_z_m = -0.06;
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  bodies.push_back(std::move(row.body));
+  bodies.push_back(std::move(split.parts[0]));
+  SimulationBody& part = *bodies[1];
+  const auto extent_z = [&] {
+    Box3 box;
+    for (const Vec3f& p : part.positions_world_m()) box.extend(p.cast<double>());
+    return std::pair(box.min().z(), box.sizes().z());
+  };
+  for (int i = 0; i < 60; ++i) part.deform({}, {}, row.scene.step_s);
+  const double damping = row.spec.material.damping_per_s, t = 0.06;
+  const double fallen_m = 9.81 / damping * (t - (1 - std::exp(-damping * t)) / damping);
+  EXPECT_NEAR(extent_z().first, -0.012 - fallen_m, 1.5e-3);
+  double before_m = 1;
+  int still = 0;
+  for (int i = 0; i < 4000 && still < 200; ++i) {
+    for (auto& body : bodies) body->deform({}, {}, row.scene.step_s);
+    step_rigid_pieces(bodies, {}, row.scene, {});
+    const double middle_m = part.frame_world(0).position_m.z();
+    still = std::abs(middle_m - std::exchange(before_m, middle_m)) < 1e-7 ? still + 1 : 0;
+  }
+  EXPECT_EQ(still, 200);
+  EXPECT_NEAR(extent_z().first, -0.06, 1e-5);
+  EXPECT_LT(extent_z().second, 0.024) << "it is what it was, a little flatter";
+  EXPECT_GT(extent_z().second, 0.02);
+}
+
+TEST(Split, a_part_that_goes_on_deforming_lies_on_other_tissue) {
+  Row row(FreeParts::deformable, {0.02, 0.012}, 0);
+  Split split = row.split();
+  ASSERT_EQ(split.parts.size(), 1u);
+  BodySpec bed_spec;
+  bed_spec.name = "bed";
+  bed_spec.mesh = moved(box(16, 16, 2, Vec3(0.12, 0.12, 0.02)), Vec3(0.04, -0.06, -0.04));
+  bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.035)};
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  bodies.push_back(std::make_unique<SimulationBody>(bed_spec, row.scene, 0));
+  bodies.push_back(std::move(split.parts[0]));
+  double lowest_m = 0;
+  for (int i = 0; i < 1500; ++i) {
+    for (auto& body : bodies) body->deform({}, {}, row.scene.step_s);
+    step_rigid_pieces(bodies, {}, row.scene, {});
+    lowest_m = std::min(lowest_m, bodies[1]->frame_world(0).position_m.z());
+  }
+  EXPECT_GT(lowest_m, -0.016) << "it dents the bed and gives way itself, but doesn't go through";
+  EXPECT_NEAR(bodies[1]->frame_world(0).position_m.z(), -0.02 + 0.012, 5e-3) << "it stays there";
 }
 
 TEST(Split, without_room_parts_stay_where_they_are) {
@@ -190,13 +247,170 @@ TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until
   const std::vector<std::uint8_t> calm(3, 0), stirred{1, 0, 0};
   int steps = 0;
   for (; steps < 3000 && !(bodies[1]->rigid->body.asleep() && bodies[2]->rigid->body.asleep()); ++steps)
-    step_rigid_pieces(bodies, {}, calm, scene, {});
+    step_rigid_pieces(bodies, {{}, {}, calm}, scene, {});
   EXPECT_LT(steps, 3000);
   EXPECT_NEAR(bodies[1]->rigid->body.pose_world().position_m.z(), 0.02, 3e-4);
   EXPECT_NEAR(bodies[2]->rigid->body.pose_world().position_m.z(), 0.04, 5e-4);
-  step_rigid_pieces(bodies, {}, stirred, scene, {});
+  step_rigid_pieces(bodies, {{}, {}, stirred}, scene, {});
   EXPECT_FALSE(bodies[1]->rigid->body.asleep());
   EXPECT_TRUE(bodies[2]->rigid->body.asleep()) << "it doesn't touch the table";
+}
+
+// A block over a slab of tissue 20 mm thick that is held from below.
+struct BlockOverBed {
+  explicit BlockOverBed(const Vec3& gravity_m_per_s2 = Vec3(0, 0, -9.81), double friction = 0.4) {
+    scene.gravity_m_per_s2 = gravity_m_per_s2;
+    bed_spec.name = "bed";
+    bed_spec.mesh = box(16, 16, 2, Vec3(0.12, 0.12, 0.02));
+    bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.005)};
+    block_spec.name = "block";
+    block_spec.splitting.friction = friction;
+    bodies.push_back(std::make_unique<SimulationBody>(bed_spec, scene, 0));
+    const TriangleMesh block(moved(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)), Vec3(0.043, 0.042, 0.021)));
+    bodies.push_back(std::make_unique<SimulationBody>(block_spec, scene, 1, block,
+                                                      particles_at_rest(block.rest_body_m(), {}), Pose{}));
+    EXPECT_TRUE(bodies[1]->become_rigid());
+    for (int i = 0; i < 500; ++i) bodies[0]->deform({}, {}, scene.step_s);  // the bed sags by itself
+  }
+
+  void step() {
+    bodies[0]->deform({}, {}, scene.step_s);
+    step_rigid_pieces(bodies, {{}, {}, calm}, scene, {});
+  }
+  const SurfaceSprings& springs() const { return dynamic_cast<const SurfaceSprings&>(*bodies[0]->engines.deformation); }
+  RigidBody& block() { return bodies[1]->rigid->body; }
+  double energy_j() const {
+    const RigidBody& b = bodies[1]->rigid->body;
+    const ParticleState& p = bodies[0]->particles;
+    return springs().energy_j(p.position_world_m, p.velocity_world_m_per_s) + b.kinetic_energy_j() -
+           b.mass_kg() * scene.gravity_m_per_s2.dot(b.pose_world().position_m);
+  }
+  // How far the bed's top is pressed down under the middle of the block.
+  double dent_m() {
+    const Vec3 above = block().pose_world().position_m + Vec3(0, 0, 0.05);
+    const auto hit = bodies[0]->tree().first_hit(bodies[0]->view(), above, above - Vec3(0, 0, 0.1));
+    return 0.02 - hit.value().point_world_m.z();
+  }
+
+  Scene scene;
+  BodySpec bed_spec, block_spec;
+  std::vector<std::uint8_t> calm{0, 0};
+  std::vector<std::unique_ptr<SimulationBody>> bodies;
+};
+
+TEST(RigidPieces, dropped_on_tissue_one_dents_it_comes_to_rest_and_bears_on_it_asleep_and_energy_only_falls) {
+  BlockOverBed world;
+  world.block().set_velocity(Vec3(0.05, 0, 0), Vec3(0, 3, 0));
+  const double unloaded_m = world.dent_m();
+  double least_j = world.energy_j();
+  int steps = 0;
+  for (; steps < 3000 && !world.block().asleep(); ++steps) {
+    world.step();
+    const double energy_j = world.energy_j();
+    // The bed's own step errs by a share of what swings; the block fell with 0.4 mJ.
+    EXPECT_LT(energy_j, least_j + 4e-6) << steps;
+    least_j = std::min(least_j, energy_j);
+  }
+  EXPECT_LT(steps, 1500);
+  const double loaded_m = world.dent_m();
+  EXPECT_GT(loaded_m, unloaded_m + 1e-4) << "its weight is felt";
+  const Vec3 at = world.block().pose_world().position_m;
+  for (int i = 0; i < 1000; ++i) world.step();
+  EXPECT_EQ(at, world.block().pose_world().position_m);
+  EXPECT_NEAR(world.dent_m(), loaded_m, 2e-5) << "also while it sleeps";
+}
+
+TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
+  BlockOverBed world(Vec3::Zero());
+  world.block().set_velocity(Vec3(0.05, 0.02, -0.3), Vec3(1, 3, 0));
+  SimulationBody& bed = *world.bodies[0];
+  bool met = false;
+  for (int i = 0; i < 30; ++i) {
+    bed.deform({}, {}, world.scene.step_s);
+    const auto momentum = [&] {
+      Vec3 sum = world.block().momentum_kg_m_per_s();
+      for (VertexId v = 0; v < bed.mesh.vertex_slots(); ++v)
+        if (!world.springs().fixed(v)) sum += bed.particle_view().velocity(v) / world.springs().inverse_mass_per_kg(v);
+      return sum;
+    };
+    const Vec3 before = momentum(), of_block = world.block().momentum_kg_m_per_s();
+    step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+    met |= (world.block().momentum_kg_m_per_s() - of_block).norm() > 1e-4;
+    EXPECT_LT((momentum() - before).norm(), 1e-6 * before.norm()) << "floats in particles";
+  }
+  EXPECT_TRUE(met);
+}
+
+TEST(RigidPieces, on_a_slope_of_tissue_one_slides_by_friction_or_sticks_and_sleeps) {
+  // 30 degrees: tan = 0.58. The dent goes along with the piece, which takes some of its speed.
+  const double g = 9.81, sine = 0.5, cosine = std::sqrt(0.75);
+  const auto speed_after_120_steps = [&](BlockOverBed& world) {
+    for (int i = 0; i < 120; ++i) world.step();
+    return world.block().velocity_m_per_s().x();
+  };
+  for (const double friction : {0.0, 0.2}) {
+    BlockOverBed world(Vec3(g * sine, 0, -g * cosine), friction);
+    const double free_m_per_s = 0.12 * g * (sine - friction * cosine), speed = speed_after_120_steps(world);
+    EXPECT_LT(speed, free_m_per_s);
+    EXPECT_GT(speed, 0.6 * free_m_per_s);
+  }
+  BlockOverBed world(Vec3(g * sine, 0, -g * cosine), 0.9);
+  EXPECT_LT(speed_after_120_steps(world), 0.05);
+  int steps = 0;
+  for (; steps < 2000 && !world.block().asleep(); ++steps) world.step();
+  EXPECT_LT(steps, 2000);
+  EXPECT_LT(world.block().pose_world().position_m.x(), 0.058 + 0.008);
+}
+
+// Three points of the block, held where they are and then taken along.
+struct Held {
+  explicit Held(BlockOverBed& w, double force_n = 1) : world(w) {
+    for (const Vec3& p : {Vec3(0.01, 0, 0), Vec3(0, 0.01, 0), Vec3(-0.01, 0, 0.01)}) {
+      arms_m.push_back(p);
+      grips.push_back({1, Vec3::Zero(), world.block().pose_world().to_world(p), force_n});
+    }
+  }
+  // Returns the work of the instrument.
+  double step(const Vec3& by_m) {
+    double work_j = 0;
+    for (std::size_t i = 0; i < grips.size(); ++i) {
+      grips[i].point_world_m = world.block().pose_world().to_world(arms_m[i]);
+      grips[i].to_world_m += by_m;
+    }
+    std::vector<Reaction> reactions(grips.size());
+    world.bodies[0]->deform({}, {}, world.scene.step_s);
+    step_rigid_pieces(world.bodies, {{}, grips, world.calm}, world.scene, reactions);
+    for (const Reaction& r : reactions) work_j -= r.force_on_tool_n.dot(by_m);
+    return work_j;
+  }
+  BlockOverBed& world;
+  std::vector<Vec3> arms_m;
+  std::vector<Grip> grips;
+};
+
+TEST(RigidPieces, lifted_with_jaws_energy_rises_by_no_more_than_their_work) {
+  BlockOverBed world;
+  for (int i = 0; i < 600; ++i) world.step();
+  Held held(world);
+  const double start_j = world.energy_j(), height_m = world.block().pose_world().position_m.z();
+  double work_j = 0;
+  for (int i = 0; i < 400; ++i) {
+    work_j += held.step(Vec3(2e-5, 0, i < 40 ? 0 : 5e-5));
+    EXPECT_LT(world.energy_j() - start_j, work_j + 2e-5) << i;
+  }
+  const double lifted_m = world.block().pose_world().position_m.z() - height_m;
+  EXPECT_NEAR(lifted_m, 360 * 5e-5, 5e-4);
+  EXPECT_GT(work_j, world.block().mass_kg() * 9.81 * lifted_m) << "and the bed's";
+  EXPECT_GT((world.block().pose_world().orientation * Vec3::UnitZ()).z(), 0.999) << "it doesn't swing";
+}
+
+TEST(RigidPieces, jaws_pull_with_no_more_than_their_force) {
+  BlockOverBed world;
+  for (int i = 0; i < 600; ++i) world.step();
+  const double height_m = world.block().pose_world().position_m.z(), weight_n = world.block().mass_kg() * 9.81;
+  Held held(world, 0.2 * weight_n);
+  for (int i = 0; i < 200; ++i) held.step(Vec3(0, 0, 5e-5));
+  EXPECT_NEAR(world.block().pose_world().position_m.z(), height_m, 1e-3) << "three of them are not enough";
 }
 
 TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
@@ -220,7 +434,8 @@ TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
   touch.tool_velocity_m_per_s = -0.05 * touch.constraint.normal;
   std::vector<Reaction> reactions(1);
   const std::vector<std::uint8_t> calm(1, 0);
-  step_rigid_pieces(bodies, std::vector{touch}, calm, scene, reactions);
+  const std::vector touches{touch};
+  step_rigid_pieces(bodies, {touches, {}, calm}, scene, reactions);
   EXPECT_TRUE(reactions[0].active);
   const RigidBody& piece = bodies[0]->rigid->body;
   EXPECT_GT(-piece.velocity_m_per_s().dot(touch.constraint.normal), 0.01) << "away from the instrument";

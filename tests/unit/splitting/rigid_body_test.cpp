@@ -1,4 +1,4 @@
-#include "sim_server/splitting/rigid_body.h"
+#include "sim_server/splitting/contact_solver.h"
 
 #include <gtest/gtest.h>
 
@@ -40,8 +40,8 @@ void step_on_floor(RigidBody& body, double friction) {
   floor_contacts(corners(body), {}, 0, 0.001 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
   for (RigidContact& c : contacts) c.friction = friction;
   RigidBody* bodies[] = {&body};
-  solve_contacts(bodies, contacts, {kStepS, 30});
-  undo_depths(bodies, contacts, {kStepS, 10});
+  solve_contacts({bodies}, contacts, {kStepS, 30});
+  undo_depths({bodies}, contacts, {kStepS, 10});
   body.move(kStepS);
   body.rest(!contacts.empty(), 0.03, kStepS);
 }
@@ -136,6 +136,32 @@ TEST(RigidBody, energy_never_grows_on_the_floor) {
   }
 }
 
+// What a piece has that was bent when it came off: a face of many points, 0.2 mm lower in the middle.
+TEST(RigidBody, on_a_bulging_face_it_comes_to_rest_and_does_not_creep) {
+  std::vector<Vec3> face_m;
+  for (int i = -20; i <= 20; ++i)
+    for (int k = -10; k <= 10; ++k) {
+      const double x = 0.001 * i, y = 0.001 * k;
+      face_m.emplace_back(x, y, -0.01 - 2e-4 * (1 - x * x / 4e-4) - 1e-5 * ((7 * i + 3 * k) % 5));
+    }
+  RigidBody body = box_at(Vec3(0, 0, 0.0115));
+  body.set_velocity(Vec3(0.05, 0.02, 0), Vec3(0.5, 0, 0.2));
+  int steps = 0;
+  for (; steps < 1500 && !body.asleep(); ++steps) {
+    body.push(kGravity, kStepS);
+    std::vector<Vec3f> points;
+    for (const Vec3& p : face_m) points.push_back(body.pose_world().to_world(p).cast<float>());
+    std::vector<RigidContact> contacts;
+    floor_contacts(points, {}, 0, 2e-4 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
+    RigidBody* bodies[] = {&body};
+    solve_contacts({bodies}, contacts, {kStepS, 30});
+    undo_depths({bodies}, contacts, {kStepS, 10});
+    body.move(kStepS);
+    body.rest(!contacts.empty(), 0.025, kStepS);
+  }
+  EXPECT_LT(steps, 1500);
+}
+
 class Sliding : public testing::TestWithParam<double> {};
 TEST_P(Sliding, stops_after_v_squared_over_two_mu_g) {
   const double friction = GetParam(), speed = 0.5;
@@ -177,11 +203,12 @@ TEST(RigidBody, two_bodies_that_meet_keep_their_momentum) {
   const Vec3 momentum = a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s();
   const Vec3 spin = spin_about_origin(a) + spin_about_origin(b);
   RigidContact contact;
+  contact.body = 0;
   contact.point_world_m = Vec3(0.02, 0.005, 0.003);
   contact.normal_world = Vec3(-1, 0.1, 0).normalized();
   contact.other = 1;
   RigidBody* bodies[] = {&a, &b};
-  solve_contacts(bodies, std::vector{contact}, {});
+  solve_contacts({bodies}, std::vector{contact}, {});
   EXPECT_LT((a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s() - momentum).norm(), 1e-9 * momentum.norm());
   EXPECT_LT((spin_about_origin(a) + spin_about_origin(b) - spin).norm(), 1e-9 * spin.norm());
   EXPECT_NEAR((a.velocity_at(contact.point_world_m) - b.velocity_at(contact.point_world_m)).dot(contact.normal_world),
@@ -213,7 +240,7 @@ TEST(RigidContact, a_crowd_of_contacts_is_reduced_to_those_that_bear) {
   points[220].z() = -1e-4f;
   std::vector<RigidContact> contacts;
   floor_contacts(points, {}, 0, 1e-3, 0, contacts);
-  EXPECT_LE(contacts.size(), 9u);
+  EXPECT_LE(contacts.size(), 25u);
   EXPECT_GE(contacts.size(), 5u);
   for (const double x : {0.0, 0.2})
     for (const double y : {0.0, 0.2})

@@ -1,0 +1,173 @@
+#include "common/mesh/tet_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include "common/mesh/check.h"
+
+namespace sectio {
+namespace {
+
+struct Face {
+  std::array<VertexId, 3> key;  // ascending
+  std::uint32_t tet;
+  std::uint32_t side;
+  bool operator<(const Face& o) const { return key != o.key ? key < o.key : tet < o.tet; }
+};
+
+std::array<VertexId, 3> corners(const Tetrahedron& t, std::size_t side) {
+  return {t[kTetFaces[side][0]], t[kTetFaces[side][1]], t[kTetFaces[side][2]]};
+}
+
+std::vector<Face> sorted_faces(const TetMesh& mesh) {
+  std::vector<Face> faces;
+  faces.reserve(4 * mesh.tetrahedra.size());
+  for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
+    for (std::uint32_t side = 0; side < 4; ++side) {
+      auto key = corners(mesh.tetrahedra[t], side);
+      std::sort(key.begin(), key.end());
+      faces.push_back({key, t, side});
+    }
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+// +1 for an even permutation of `key`, -1 for an odd one.
+int parity(const std::array<VertexId, 3>& corners) {
+  return ((corners[0] < corners[1]) == (corners[1] < corners[2])) == (corners[0] < corners[2]) ? 1 : -1;
+}
+
+double smallest_dihedral_rad(const std::array<Vec3, 4>& x) {
+  std::array<Vec3, 4> normal;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& f = kTetFaces[i];
+    normal[i] = (x[f[1]] - x[f[0]]).cross(x[f[2]] - x[f[0]]).normalized();
+  }
+  double least = M_PI;
+  for (const auto& [i, j] : kTetEdges)
+    least = std::min(least, std::acos(std::clamp(-normal[i].dot(normal[j]), -1., 1.)));
+  return least;
+}
+
+class TetCheck {
+ public:
+  explicit TetCheck(const TetMesh& mesh) : mesh_(mesh) {}
+
+  TetReport run() {
+    report_.tetrahedra = static_cast<std::uint32_t>(mesh_.tetrahedra.size());
+    report_.smallest_dihedral_deg = report_.tetrahedra > 0 ? 180 : 0;
+    if (report_.tetrahedra == 0) defect("no tetrahedra", Vec3::Zero());
+    if (check_vertices() && check_corners()) {
+      measure();
+      check_faces();
+      if (report_.valid) check_surface();
+    }
+    return report_;
+  }
+
+ private:
+  void defect(const char* what, const Vec3& at) {
+    if (!report_.valid) return;
+    report_.valid = false;
+    char text[200];
+    std::snprintf(text, sizeof text, "%s at (%.6g, %.6g, %.6g) m", what, at.x(), at.y(), at.z());
+    report_.first_defect = report_.tetrahedra > 0 ? text : what;
+  }
+  bool check_vertices() {
+    for (const Vec3& x : mesh_.vertices_body_m)
+      if (!x.allFinite()) defect("a vertex is not finite", Vec3::Zero());
+    return report_.valid;
+  }
+  bool check_corners() {
+    std::vector<std::uint8_t> used(mesh_.vertices_body_m.size(), 0);
+    for (const Tetrahedron& t : mesh_.tetrahedra)
+      for (const VertexId v : t) {
+        if (v >= used.size()) {
+          defect("a tetrahedron names a vertex that is not there", Vec3::Zero());
+          return false;
+        }
+        used[v] = 1;
+      }
+    report_.vertices = static_cast<std::uint32_t>(std::accumulate(used.begin(), used.end(), 0));
+    if (report_.vertices < used.size()) {
+      const auto unused = static_cast<std::size_t>(std::find(used.begin(), used.end(), 0) - used.begin());
+      defect("a vertex of no tetrahedron", mesh_.vertices_body_m[unused]);
+    }
+    return report_.valid;
+  }
+  void measure() {
+    double least = M_PI;
+    for (const Tetrahedron& t : mesh_.tetrahedra) {
+      const double volume = tet_volume_m3(mesh_, t);
+      if (!(volume > 0)) defect("an inverted or flat tetrahedron", mesh_.vertices_body_m[t[0]]);
+      report_.volume_m3 += volume;
+      const auto& x = mesh_.vertices_body_m;
+      least = std::min(least, smallest_dihedral_rad({x[t[0]], x[t[1]], x[t[2]], x[t[3]]}));
+    }
+    report_.smallest_dihedral_deg = least * 180 / M_PI;
+  }
+  void check_faces() {
+    const std::vector<Face> faces = sorted_faces(mesh_);
+    std::vector<std::uint32_t> parent(mesh_.tetrahedra.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t t) {
+      while (parent[t] != t) t = parent[t] = parent[parent[t]];
+      return t;
+    };
+    for (std::size_t n = 0, end = 0; n < faces.size(); n = end) {
+      for (end = n + 1; end < faces.size() && faces[end].key == faces[n].key;) ++end;
+      const Vec3& at = mesh_.vertices_body_m[faces[n].key[0]];
+      if (end - n > 2) defect("a face of more than two tetrahedra", at);
+      if (end - n != 2) continue;
+      const Face &f = faces[n], &g = faces[n + 1];
+      if (parity(corners(mesh_.tetrahedra[f.tet], f.side)) == parity(corners(mesh_.tetrahedra[g.tet], g.side)))
+        defect("two tetrahedra on the same side of a face", at);
+      parent[root(f.tet)] = root(g.tet);
+    }
+    for (std::uint32_t t = 0; t < parent.size(); ++t) report_.components += root(t) == t;
+  }
+  void check_surface() {
+    const SurfaceReport surface = sectio::check_soup(surface_of(mesh_).soup);
+    if (surface.valid()) return;
+    report_.valid = false;
+    report_.first_defect = "its surface: " + surface.first_defect;
+  }
+
+  const TetMesh& mesh_;
+  TetReport report_;
+};
+
+}  // namespace
+
+TetSurface surface_of(const TetMesh& mesh) {
+  const std::vector<Face> faces = sorted_faces(mesh);
+  std::vector<std::uint8_t> outside(4 * mesh.tetrahedra.size(), 0);
+  for (std::size_t n = 0, end = 0; n < faces.size(); n = end) {
+    for (end = n + 1; end < faces.size() && faces[end].key == faces[n].key;) ++end;
+    if (end - n == 1) outside[4 * faces[n].tet + faces[n].side] = 1;
+  }
+  TetSurface surface;
+  std::vector<VertexId> new_id(mesh.vertices_body_m.size(), kNone);
+  for (std::size_t h = 0; h < outside.size(); ++h) {
+    if (!outside[h]) continue;
+    surface.soup.triangles.push_back(corners(mesh.tetrahedra[h / 4], h % 4));
+    for (const VertexId v : surface.soup.triangles.back()) new_id[v] = 0;
+  }
+  for (VertexId v = 0; v < new_id.size(); ++v) {
+    if (new_id[v] == kNone) continue;
+    new_id[v] = static_cast<VertexId>(surface.of_volume.size());
+    surface.of_volume.push_back(v);
+    surface.soup.vertices_body_m.push_back(mesh.vertices_body_m[v]);
+  }
+  for (auto& triangle : surface.soup.triangles)
+    for (VertexId& v : triangle) v = new_id[v];
+  return surface;
+}
+
+TetReport check(const TetMesh& mesh) {
+  return TetCheck(mesh).run();
+}
+
+}  // namespace sectio

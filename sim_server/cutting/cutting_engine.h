@@ -1,0 +1,41 @@
+// What a cutting engine is to the simulation: it plans a step's cuts in one body.
+#pragma once
+
+#include <span>
+
+#include "sim_server/cutting/plan_cut.h"
+#include "sim_server/engine.h"
+
+namespace sectio {
+
+class CuttingEngine : public Engine {
+ public:
+  virtual const StrokeSettings& settings() const = 0;
+
+  // See plan_cut(). The mesh changes only when the simulation accepts the plan. An engine that has data of its own to
+  // cut changes them when it has to follow() the delta that it planned.
+  virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
+                       std::span<const BladeMotion> motions) = 0;
+};
+
+// Cuts surfaces, in the style that the settings say.
+class SurfaceCutting final : public CuttingEngine {
+ public:
+  SurfaceCutting(const StrokeSettings& settings, bool loops_free_islands)
+      : settings_(settings), loops_free_islands_(loops_free_islands) {}
+
+  const StrokeSettings& settings() const override { return settings_; }
+  CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
+               std::span<const BladeMotion> motions) override {
+    const ParticleView particles{body.particles.position_world_m.front().data(),
+                                 body.particles.velocity_world_m_per_s.front().data()};
+    return plan_cut(body.mesh, particles, cuts, entries, motions, settings_, loops_free_islands_);
+  }
+  void follow(const SharedBody&, const TopologyChange&) override {}  // BodyCuts hold all there is
+
+ private:
+  StrokeSettings settings_;
+  bool loops_free_islands_;
+};
+
+}  // namespace sectio

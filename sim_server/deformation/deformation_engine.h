@@ -1,0 +1,41 @@
+// What a deformation model is to the simulation: it moves the points of one body.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/math/types.h"
+#include "sim_server/deformation/point_constraint.h"
+#include "sim_server/engine.h"
+
+namespace sectio {
+
+// A plane that bears a loose piece.
+struct Bed {
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();
+};
+
+class DeformationEngine : public Engine {
+ public:
+  // Moves the particles by one step of the scene. One reaction a constraint.
+  virtual void step(const SharedBody& body, std::span<const PointConstraint> constraints,
+                    std::span<Reaction> reactions) = 0;
+
+  // Where the shape at rest is, of the connected piece that a vertex belongs to.
+  virtual Pose home_frame_world(VertexId v) const = 0;
+  // These vertices, a connected piece, are not held by the rest of the body any more, and lie on a bed if there is one.
+  virtual void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) = 0;
+
+  virtual bool fixed(VertexId v) const = 0;               // never moves
+  virtual double mass_kg(VertexId v) const = 0;           // the tissue's own
+  virtual double inverse_mass_per_kg(VertexId v) const {  // by which a contact's impulse makes it faster
+    return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
+  }
+  virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
+  virtual double largest_stable_step_s() const = 0;
+  virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
+  virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite
+};
+
+}  // namespace sectio

@@ -1,0 +1,33 @@
+#include "sim_server/instruments/forceps.h"
+
+#include "sim_server/instruments/scissors.h"
+
+namespace sectio {
+namespace {
+
+InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
+  InstrumentShape s = scissors_shape(g, state);
+  s.edge_tip_tool_m = s.edge_heel_tool_m = s.a_tool_m;
+  s.sharp_side_tool.reset();
+  return s;
+}
+
+Leaf decide(const Situation& s) {
+  return s.crossings.ab ? Leaf::deform_with_shaft : Leaf::detect_again;
+}
+
+}  // namespace
+
+InstrumentKind forceps() {
+  InstrumentKind f;
+  f.name = "forceps";
+  f.geometry = {Vec3::Zero(), Vec3(0, 0, 0.12), Vec3(0, 0, 0.05), Vec3(0.002, 0, 0)};
+  f.shape = shape;
+  f.decide = decide;
+  f.flaw = scissors_flaw;
+  f.grip_below_rad = 0.1;
+  f.grip_force_n = 2;
+  return f;
+}
+
+}  // namespace sectio

@@ -1,0 +1,310 @@
+#include "sim_server/meshing/tet_file.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include "sim_server/meshing/words.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As in the file: corners by the file's own numbers until they are looked up.
+struct RawTets {
+  std::vector<Vec3> vertices;
+  std::map<std::int64_t, VertexId> number;  // of vertices, where a file gives them
+  std::vector<std::array<std::int64_t, 4>> tetrahedra;
+  std::size_t others = 0;  // elements that are not tetrahedra
+
+  void add_vertex(Words& words, std::int64_t name) {
+    Vec3 at;
+    for (double& x : at) x = words.real();
+    if (!number.try_emplace(name, static_cast<VertexId>(vertices.size())).second)
+      words.fail("vertex " + std::to_string(name) + " is given twice");
+    vertices.push_back(at);
+  }
+  void add_tetrahedron(Words& words) {
+    tetrahedra.emplace_back();
+    for (std::int64_t& v : tetrahedra.back()) {
+      v = words.integer();
+      if (!number.contains(v)) words.fail("no vertex has the number " + std::to_string(v));
+    }
+  }
+};
+
+constexpr int kGmshTetrahedron = 4;
+
+void read_msh_2(Words& words, RawTets& raw) {
+  while (!words.at_end()) {
+    const std::string_view section = words.next();
+    if (section == "$Nodes") {
+      const std::size_t n = words.count(4);
+      for (std::size_t i = 0; i < n; ++i) raw.add_vertex(words, words.integer());
+    } else if (section == "$Elements") {
+      const std::size_t n = words.count(3);
+      for (std::size_t i = 0; i < n; ++i) {
+        words.integer();  // its number
+        const std::int64_t type = words.integer(), tags = words.integer();
+        if (type != kGmshTetrahedron) {
+          ++raw.others;
+          words.rest_of_line();
+          continue;
+        }
+        for (std::int64_t tag = 0; tag < tags; ++tag) words.integer();
+        raw.add_tetrahedron(words);
+      }
+    }
+  }
+}
+
+void read_msh_4(Words& words, RawTets& raw) {
+  while (!words.at_end()) {
+    const std::string_view section = words.next();
+    if (section == "$Nodes") {
+      const std::size_t blocks = words.count(4);
+      words.rest_of_line();
+      for (std::size_t b = 0; b < blocks; ++b) {
+        words.integer(), words.integer();  // dimension and number of the entity
+        if (words.integer() != 0) words.fail("nodes with parameters are not read");
+        std::vector<std::int64_t> names(words.count(4));
+        for (std::int64_t& name : names) name = words.integer();
+        for (const std::int64_t name : names) raw.add_vertex(words, name);
+      }
+    } else if (section == "$Elements") {
+      const std::size_t blocks = words.count(4);
+      words.rest_of_line();
+      for (std::size_t b = 0; b < blocks; ++b) {
+        words.integer(), words.integer();
+        const std::int64_t type = words.integer();
+        const std::size_t n = words.count(2);
+        for (std::size_t i = 0; i < n; ++i) {
+          words.integer();
+          if (type == kGmshTetrahedron) {
+            raw.add_tetrahedron(words);
+          } else {
+            ++raw.others;
+            words.rest_of_line();
+          }
+        }
+      }
+    }
+  }
+}
+
+RawTets read_msh(const std::string& path) {
+  Words words(path);
+  RawTets raw;
+  words.expect("$MeshFormat");
+  const double version = words.real();
+  if (words.integer() != 0) words.fail("binary files are not read; save as ASCII");
+  if (version >= 4.1 && version < 5)
+    read_msh_4(words, raw);
+  else if (version >= 2 && version < 3)
+    read_msh_2(words, raw);
+  else
+    words.fail("version " + std::to_string(version) + " is not read; save as 4.1 or 2.2");
+  return raw;
+}
+
+RawTets read_vtk(const std::string& path) {
+  constexpr std::int64_t kTetrahedron = 10;
+  Words words(path);
+  RawTets raw;
+  words.expect("#");
+  words.rest_of_line();
+  words.at_end();
+  words.next(), words.rest_of_line();  // the title
+  if (words.next() != "ASCII") words.fail("binary files are not read; save as ASCII");
+  words.expect("DATASET");
+  words.expect("UNSTRUCTURED_GRID");
+  std::vector<std::vector<std::int64_t>> cells;
+  while (!words.at_end()) {
+    const std::string_view section = words.next();
+    if (section == "POINTS") {
+      const std::size_t n = words.count(3);
+      words.next();  // the type of its numbers
+      for (std::size_t i = 0; i < n; ++i) raw.add_vertex(words, static_cast<std::int64_t>(i));
+    } else if (section == "CELLS") {
+      cells.resize(words.count(2));
+      words.integer();
+      for (auto& cell : cells) {
+        cell.resize(words.count(1));
+        for (std::int64_t& v : cell) v = words.integer();
+      }
+    } else if (section == "CELL_TYPES") {
+      if (words.count(1) != cells.size()) words.fail("one type a cell is needed");
+      for (const auto& cell : cells) {
+        if (words.integer() != kTetrahedron) {
+          ++raw.others;
+          continue;
+        }
+        if (cell.size() != 4) words.fail("a tetrahedron has four corners");
+        for (const std::int64_t v : cell)
+          if (!raw.number.contains(v)) words.fail("no vertex has the number " + std::to_string(v));
+        raw.tetrahedra.push_back({cell[0], cell[1], cell[2], cell[3]});
+      }
+    } else if (section == "POINT_DATA" || section == "CELL_DATA") {
+      break;
+    }
+  }
+  return raw;
+}
+
+RawTets read_tetgen(const std::string& path) {
+  RawTets raw;
+  Words nodes(fs::path(path).replace_extension(".node").string());
+  nodes.skip_comments();
+  const std::size_t n = nodes.count(4);
+  if (nodes.integer() != 3) nodes.fail("expected 3 dimensions");
+  const std::int64_t more = nodes.integer() + nodes.integer();  // attributes and boundary marker
+  for (std::size_t i = 0; i < n; ++i) {
+    raw.add_vertex(nodes, nodes.integer());
+    for (std::int64_t k = 0; k < more; ++k) nodes.real();
+  }
+  Words elements(fs::path(path).replace_extension(".ele").string());
+  elements.skip_comments();
+  const std::size_t count = elements.count(5);
+  const std::int64_t corners = elements.integer(), attributes = elements.integer();
+  if (corners != 4) elements.fail("expected 4 corners a tetrahedron, got " + std::to_string(corners));
+  for (std::size_t i = 0; i < count; ++i) {
+    elements.integer();
+    raw.add_tetrahedron(elements);
+    for (std::int64_t k = 0; k < attributes; ++k) elements.real();
+  }
+  return raw;
+}
+
+std::string extension_of(const std::string& path) {
+  return fs::path(path).extension().string();
+}
+
+// Vertices that a tetrahedron uses, in the file's order.
+TetFile compact(const RawTets& raw, double unit_m) {
+  TetFile file;
+  std::vector<VertexId> new_id(raw.vertices.size(), kNone);
+  for (const auto& t : raw.tetrahedra)
+    for (const std::int64_t v : t) new_id[raw.number.at(v)] = 0;
+  for (std::size_t v = 0; v < new_id.size(); ++v) {
+    if (new_id[v] == kNone) continue;
+    new_id[v] = static_cast<VertexId>(file.mesh.vertices_body_m.size());
+    file.mesh.vertices_body_m.push_back(unit_m * raw.vertices[v]);
+  }
+  const std::size_t unused = raw.vertices.size() - file.mesh.vertices_body_m.size();
+  const auto note = [&](std::size_t count, const char* what) {
+    if (count == 0) return;
+    file.notes.push_back(std::to_string(count));
+    file.notes.back() += what;
+  };
+  note(unused, " vertices of no tetrahedron left out");
+  note(raw.others, " elements that are no tetrahedra left out");
+  bool all_inverted = !raw.tetrahedra.empty();
+  for (const auto& t : raw.tetrahedra) {
+    Tetrahedron corners;
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = new_id[raw.number.at(t[i])];
+    file.mesh.tetrahedra.push_back(corners);
+    all_inverted = all_inverted && tet_volume_m3(file.mesh, corners) < 0;
+  }
+  if (all_inverted) {
+    for (Tetrahedron& t : file.mesh.tetrahedra) std::swap(t[2], t[3]);
+    file.notes.emplace_back("corners were counted the other way round");
+  }
+  return file;
+}
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using OpenFile = std::unique_ptr<std::FILE, CloseFile>;
+
+OpenFile open_to_write(const std::string& path) {
+  OpenFile file(std::fopen(path.c_str(), "w"));
+  if (!file) throw InputError(path + ": can't be written");
+  return file;
+}
+void finish(const std::string& path, OpenFile file) {
+  if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) throw InputError(path + ": can't be written");
+}
+
+void put(std::FILE* f, const Vec3& x) {
+  std::fprintf(f, "%.17g %.17g %.17g\n", x.x(), x.y(), x.z());
+}
+
+void write_msh(const std::string& path, const TetMesh& mesh) {
+  OpenFile file = open_to_write(path);
+  std::FILE* const f = file.get();
+  std::fprintf(f, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%zu\n", mesh.vertices_body_m.size());
+  for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v) {
+    std::fprintf(f, "%zu ", v + 1);
+    put(f, mesh.vertices_body_m[v]);
+  }
+  std::fprintf(f, "$EndNodes\n$Elements\n%zu\n", mesh.tetrahedra.size());
+  for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) {
+    const Tetrahedron& t = mesh.tetrahedra[n];
+    std::fprintf(f, "%zu 4 2 0 0 %u %u %u %u\n", n + 1, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+  }
+  std::fputs("$EndElements\n", f);
+  finish(path, std::move(file));
+}
+
+void write_vtk(const std::string& path, const TetMesh& mesh) {
+  OpenFile file = open_to_write(path);
+  std::FILE* const f = file.get();
+  std::fprintf(
+      f, "# vtk DataFile Version 3.0\ntetrahedra, in metres\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS %zu double\n",
+      mesh.vertices_body_m.size());
+  for (const Vec3& x : mesh.vertices_body_m) put(f, x);
+  std::fprintf(f, "CELLS %zu %zu\n", mesh.tetrahedra.size(), 5 * mesh.tetrahedra.size());
+  for (const Tetrahedron& t : mesh.tetrahedra) std::fprintf(f, "4 %u %u %u %u\n", t[0], t[1], t[2], t[3]);
+  std::fprintf(f, "CELL_TYPES %zu\n", mesh.tetrahedra.size());
+  for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) std::fputs("10\n", f);
+  finish(path, std::move(file));
+}
+
+void write_tetgen(const std::string& path, const TetMesh& mesh) {
+  const std::string node_path = fs::path(path).replace_extension(".node").string();
+  OpenFile nodes = open_to_write(node_path);
+  std::fprintf(nodes.get(), "%zu 3 0 0\n", mesh.vertices_body_m.size());
+  for (std::size_t v = 0; v < mesh.vertices_body_m.size(); ++v) {
+    std::fprintf(nodes.get(), "%zu ", v);
+    put(nodes.get(), mesh.vertices_body_m[v]);
+  }
+  finish(node_path, std::move(nodes));
+  const std::string element_path = fs::path(path).replace_extension(".ele").string();
+  OpenFile elements = open_to_write(element_path);
+  std::fprintf(elements.get(), "%zu 4 0\n", mesh.tetrahedra.size());
+  for (std::size_t n = 0; n < mesh.tetrahedra.size(); ++n) {
+    const Tetrahedron& t = mesh.tetrahedra[n];
+    std::fprintf(elements.get(), "%zu %u %u %u %u\n", n, t[0], t[1], t[2], t[3]);
+  }
+  finish(element_path, std::move(elements));
+}
+
+}  // namespace
+
+bool is_tet_file(const std::string& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".msh" || extension == ".vtk" || extension == ".node" || extension == ".ele";
+}
+
+TetFile read_tet_file(const std::string& path, double unit_m) {
+  const std::string extension = extension_of(path);
+  if (!is_tet_file(path)) throw InputError(path + ": expected a name that ends in .msh, .vtk, .node or .ele");
+  const RawTets raw = extension == ".msh" ? read_msh(path) : extension == ".vtk" ? read_vtk(path) : read_tetgen(path);
+  if (raw.tetrahedra.empty()) throw InputError(path + ": no tetrahedra in it");
+  TetFile file = compact(raw, unit_m);
+  if (const TetReport report = check(file.mesh); !report.valid) throw InputError(path + ": " + report.first_defect);
+  return file;
+}
+
+void write_tet_file(const std::string& path, const TetMesh& mesh) {
+  const std::string extension = extension_of(path);
+  if (extension == ".msh") return write_msh(path, mesh);
+  if (extension == ".vtk") return write_vtk(path, mesh);
+  if (extension == ".node" || extension == ".ele") return write_tetgen(path, mesh);
+  throw InputError(path + ": expected a name that ends in .msh, .vtk, .node or .ele");
+}
+
+}  // namespace sectio

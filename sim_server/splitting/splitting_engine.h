@@ -1,0 +1,26 @@
+// What a splitting engine is to the simulation: it knows what has come off a body.
+#pragma once
+
+#include <span>
+
+#include "sim_server/engine.h"
+#include "sim_server/splitting/parts.h"
+
+namespace sectio {
+
+class SplittingEngine : public Engine {
+ public:
+  // See separated_parts().
+  virtual PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) = 0;
+};
+
+// Searches when it is asked.
+class PartSearcher final : public SplittingEngine {
+ public:
+  PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) override {
+    return separated_parts(body.mesh, changed);
+  }
+  void follow(const SharedBody&, const TopologyChange&) override {}
+};
+
+}  // namespace sectio

@@ -1,0 +1,115 @@
+#include "sim_server/meshing/lattice_mesher.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/error.h"
+#include "common/mesh/check.h"
+#include "sim_server/meshing/fill.h"
+#include "sim_server/meshing/tetgen.h"
+#include "tests/support/shapes.h"
+
+namespace sectio {
+namespace {
+
+double mean_distance_to_ellipsoid(const TetMesh& mesh, const Vec3& half_axes_m) {
+  const TetSurface outside = surface_of(mesh);
+  double sum = 0;
+  for (const Vec3& x : outside.soup.vertices_body_m) sum += std::abs(x.cwiseQuotient(half_axes_m).norm() - 1);
+  return sum / static_cast<double>(outside.soup.vertices_body_m.size());
+}
+
+TEST(C_IMP, C_IMP_1_any_closed_surface_is_filled) {
+  const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
+  const FilledVolume filled = fill(organ, {Mesher::lattice, 3000, {}, 60});
+  EXPECT_TRUE(filled.report.tets.valid) << filled.report.tets.first_defect;
+  EXPECT_EQ(filled.report.tets.components, 1u);
+  EXPECT_NEAR(filled.report.tets.tetrahedra, 3000, 900);
+  EXPECT_GT(filled.report.tets.smallest_dihedral_deg, 12);
+  EXPECT_NEAR(filled.report.tets.volume_m3 / filled.report.surface_volume_m3, 1, 0.03);
+  EXPECT_LT(mean_distance_to_ellipsoid(filled.mesh, Vec3(0.09, 0.06, 0.05)), 0.005);
+}
+
+TEST(C_IMP, C_IMP_1_a_hole_through_the_organ_stays) {
+  const FilledVolume filled = fill(test::torus(60, 24, 0.05, 0.02), {Mesher::lattice, 4000, {}, 60});
+  EXPECT_EQ(check_soup(surface_of(filled.mesh).soup).euler_characteristic, 0);
+}
+
+TEST(C_IMP, C_IMP_1_two_parts_stay_two_and_a_cavity_stays_empty) {
+  TriangleSoup both = test::ellipsoid(3, Vec3(0.05, 0.05, 0.05));
+  const auto add = [&](TriangleSoup part, const Vec3& at, bool inside_out) {
+    const auto first = static_cast<VertexId>(both.vertices_body_m.size());
+    for (const Vec3& p : part.vertices_body_m) both.vertices_body_m.push_back(p + at);
+    for (auto t : part.triangles) {
+      if (inside_out) std::swap(t[1], t[2]);
+      both.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+    }
+  };
+  add(test::ellipsoid(3, Vec3(0.02, 0.02, 0.02)), Vec3::Zero(), true);
+  add(test::ellipsoid(3, Vec3(0.02, 0.02, 0.02)), Vec3(0.1, 0, 0), false);
+  const FilledVolume filled = fill(both, {Mesher::lattice, 9000, {}, 60});
+  EXPECT_EQ(filled.report.tets.components, 2u);
+  EXPECT_EQ(check_soup(surface_of(filled.mesh).soup).components, 3u);
+}
+
+TEST(C_IMP, C_IMP_1_unusable_surfaces_are_refused_with_the_reason) {
+  const auto reason = [](const TriangleSoup& surface) -> std::string {
+    try {
+      fill(surface, {});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  TriangleSoup open = test::box(2, 2, 2, Vec3(0.1, 0.1, 0.1));
+  open.triangles.pop_back();
+  EXPECT_NE(reason(open).find("can't be filled"), std::string::npos);
+  TriangleSoup inverted = test::box(2, 2, 2, Vec3(0.1, 0.1, 0.1));
+  for (auto& t : inverted.triangles) std::swap(t[1], t[2]);
+  EXPECT_NE(reason(inverted).find("inside out"), std::string::npos);
+}
+
+// A lattice that follows nothing but its own cells would give steps here.
+TEST(lattice, boundary_vertices_lie_on_the_surface) {
+  const TetMesh mesh = fill_with_lattice(test::box(4, 4, 4, Vec3(0.1, 0.1, 0.1)), 0.021);
+  for (const Vec3& p : surface_of(mesh).soup.vertices_body_m) {
+    const double to_face = std::min(p.minCoeff(), (Vec3::Constant(0.1) - p).minCoeff());
+    EXPECT_NEAR(to_face, 0, 1e-12);
+  }
+}
+
+TEST(lattice, settling_enlarges_the_step_and_all_is_the_same_each_time) {
+  const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
+  const TetMesh once = fill_with_lattice(organ, 0.02), again = fill_with_lattice(organ, 0.02);
+  EXPECT_EQ(once.tetrahedra, again.tetrahedra);
+  EXPECT_EQ(once.vertices_body_m, again.vertices_body_m);
+  const double c_p = std::sqrt(ElasticConstants{}.young_pa * (1 - 0.45) / (1.45 * 0.1) / 1060);
+  EXPECT_GT(explicit_step_limit_s(once, {}), 0.17 * 0.02 / c_p);
+}
+
+TEST(lattice, the_step_limit_is_that_of_a_known_element) {
+  // One regular tetrahedron: the volume mode alone has lambda_max = 4 (lambda + 2 mu / 3) sum |g|^2 / (3 rho) here.
+  TetMesh mesh;
+  mesh.vertices_body_m = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
+  mesh.tetrahedra = {{0, 1, 2, 3}};
+  if (tet_volume_m3(mesh, mesh.tetrahedra[0]) < 0) std::swap(mesh.tetrahedra[0][2], mesh.tetrahedra[0][3]);
+  const ElasticConstants m{1000, 0.45, 1000};
+  const double mu = m.young_pa / (2 * 1.45), bulk = m.young_pa / (3 * 0.1);
+  // u = x: strain the unit matrix, stress 3 K, force V 3 K g_i, |x_i| = sqrt 3, g_i = x_i / 4, mass rho V / 4.
+  const double omega2 = 3 * bulk * 4 / (4 * m.density_kg_per_m3);
+  ASSERT_GT(omega2, 2 * mu * 4 / (4 * m.density_kg_per_m3));
+  EXPECT_NEAR(explicit_step_limit_s(mesh, m), 2 / std::sqrt(omega2), 1e-6);
+}
+
+TEST(tetgen, runs_as_a_program_with_a_time_limit) {
+  if (!tetgen_installed()) GTEST_SKIP() << "tetgen is not installed";
+  const TriangleSoup organ = test::ellipsoid(3, Vec3(0.09, 0.06, 0.05));
+  const FilledVolume filled = fill(organ, {Mesher::best, 3000, {}, 60});
+  ASSERT_EQ(filled.compared.size(), 2u) << (filled.notes.empty() ? "" : filled.notes[0]);
+  EXPECT_EQ(filled.report.stable_step_s, std::max(filled.compared[0].stable_step_s, filled.compared[1].stable_step_s));
+  EXPECT_NEAR(filled.compared[1].tets.volume_m3 / filled.report.surface_volume_m3, 1, 1e-6);
+  EXPECT_LT(mean_distance_to_ellipsoid(filled.mesh, Vec3(0.09, 0.06, 0.05)), 0.005);
+  EXPECT_THROW(fill_with_tetgen(organ, 1e-10, 0), InputError);
+}
+
+}  // namespace
+}  // namespace sectio
