@@ -155,13 +155,13 @@ class Ending {
  public:
   Ending(double duration_s, double begun_s) : stop_s_(duration_s > 0 ? begun_s + duration_s : 1e300) {}
 
-  bool due(double time_s, const ClientNet& net, const Replica& replica) {
+  bool due(double time_s, const World& world) {
     if (stop_requested || time_s >= stop_s_) return true;
-    const std::optional<SessionEnd>& end = net.session_end();
-    if (!end || !replica.scene()) return false;
+    const std::optional<SessionEnd> end = world.session_end();
+    if (!end) return false;
     if (!heard_) stop_s_ = std::min(stop_s_, time_s + kEndPatience_s);
     heard_ = true;
-    if (!reached_ && at(*end, replica)) {
+    if (!reached_ && at(*end, world)) {
       stop_s_ = std::min(stop_s_, time_s + kFinalPicture_s);
       reached_ = true;
     }
@@ -169,10 +169,10 @@ class Ending {
   }
 
  private:
-  static bool at(const SessionEnd& end, const Replica& replica) {
-    if (replica.bodies().size() != end.bodies.size()) return false;
-    for (std::size_t b = 0; b < replica.bodies().size(); ++b)
-      if (replica.bodies()[b].mesh().revision() != end.bodies.at(b).revision) return false;
+  static bool at(const SessionEnd& end, const World& world) {
+    const std::vector<const ReplicaBody*> bodies = world.bodies();
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+      if (bodies[b]->mesh().revision() != end.bodies.at(b).revision) return false;
     return true;
   }
 
@@ -194,7 +194,7 @@ int view(const Options& options) {
   write_report(options.report_file, "");  // better refused now than at the end
   Screen screen(options);
   ClientNet net(options.network);
-  Replica replica;
+  World world;
   Frame frame;
   ViewRecord record;
   Ending ending(options.duration_s, now_s());
@@ -203,11 +203,13 @@ int view(const Options& options) {
 
   const double interval_s = 1 / options.frames_per_s;
   double due_s = now_s();
-  while (!ending.due(now_s(), net, replica)) {
-    net.poll(now_s(), replica);
+  while (!ending.due(now_s(), world)) {
+    const double sync_begun_s = now_s();
+    net.poll(sync_begun_s, world);
     if (!connected && net.connected()) log_info("connected");
     connected = connected || net.connected();
-    const bool is_new = replica.frame(now_s(), frame);
+    const bool is_new = world.frame(now_s(), frame);
+    record.add_sync(now_s() - sync_begun_s, world);
     if (is_new && !any) log_info("session '" + frame.session + "' on the screen");
     any = any || is_new;
     const double begun_s = now_s();
@@ -222,15 +224,17 @@ int view(const Options& options) {
   }
   screen.finish();
 
-  const std::vector<BodyVersion> versions = replica.catch_up();
-  write_report(options.report_file, record.json(options.name, replica, net.counts(), versions, net.session_end()));
+  const std::vector<BodyVersion> versions = world.catch_up();
+  const std::vector<std::string> names = world.body_names();
+  const std::optional<SessionEnd> end = world.session_end();
+  write_report(options.report_file, record.json(options.name, world, net.counts(), versions, end));
   bool differs = false;
   for (std::size_t b = 0; b < versions.size(); ++b) {
-    const std::string equal = equals_server(b, versions, net.session_end());
+    const std::string equal = equals_server(b, versions, end);
     differs = differs || equal == "no";
-    std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(),
-                replica.scene()->bodies[b].name.c_str(), static_cast<unsigned long long>(versions[b].revision),
-                hex(versions[b].topology_hash).c_str(), equal.c_str());
+    std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(), names[b].c_str(),
+                static_cast<unsigned long long>(versions[b].revision), hex(versions[b].topology_hash).c_str(),
+                equal.c_str());
   }
   if (versions.empty()) std::printf("client %s: no session was seen\n", options.name.c_str());
   return differs ? 1 : 0;

@@ -39,21 +39,31 @@ void ViewRecord::add(double now_s, double draw_time_s, const Frame& frame, bool 
   max_tip_depth_m_ = std::max(max_tip_depth_m_, visible_tip_depth_m(frame));
 }
 
+void ViewRecord::add_sync(double sync_time_s, const World& world) {
+  if (sync_times_s_.size() < kMaxTimes) sync_times_s_.push_back(sync_time_s);
+  sync_total_s_ += sync_time_s;
+  servers_apart_s_ = std::max(servers_apart_s_, world.servers_apart_s());
+}
+
 double ViewRecord::pictures_per_s() const {
   return last_s_ > begun_s_ ? static_cast<double>(pictures_ - 1) / (last_s_ - begun_s_) : 0;
 }
 
-std::string ViewRecord::json(const std::string& name, const Replica& replica, const ClientNetCounts& net,
+std::string ViewRecord::json(const std::string& name, const World& world, const ClientNetCounts& net,
                              const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end) const {
   nlohmann::ordered_json report;
   report["client"] = name;
-  report["session"] = replica.scene() ? replica.scene()->session : "";
+  report["session"] = world.scene() ? world.scene()->session : "";
+  report["servers"] = world.servers();
   report["bodies"] = nlohmann::ordered_json::array();
+  const std::vector<std::string> names = world.body_names();
+  const std::vector<const ReplicaBody*> bodies = world.bodies();
   for (std::size_t b = 0; b < versions.size(); ++b)
-    report["bodies"].push_back({{"name", replica.scene()->bodies[b].name},
+    report["bodies"].push_back({{"name", names[b]},
                                 {"revision", versions[b].revision},
                                 {"topology_hash", hex(versions[b].topology_hash)},
-                                {"equals_server", equals_server(b, versions, end)}});
+                                {"equals_server", equals_server(b, versions, end)},
+                                {"copy_bytes", bodies[b]->bytes()}});
   report["frames_drawn"] = pictures_;
   report["states_drawn"] = states_;
   report["first_step"] = first_step_;
@@ -65,7 +75,12 @@ std::string ViewRecord::json(const std::string& name, const Replica& replica, co
   report["median_draw_time_s"] = quantile(draw_times_s_, 0.5);
   report["p99_draw_time_s"] = quantile(draw_times_s_, 0.99);
   report["max_visible_tip_depth_m"] = max_tip_depth_m_;
-  const ReplicaCounts& counts = replica.counts();
+  report["copy_bytes"] = world.bytes();
+  report["median_sync_time_s"] = quantile(sync_times_s_, 0.5);
+  report["p99_sync_time_s"] = quantile(sync_times_s_, 0.99);
+  report["total_sync_time_s"] = sync_total_s_;
+  report["max_servers_apart_s"] = servers_apart_s_;
+  const ReplicaCounts counts = world.counts();
   report["deltas_applied"] = counts.deltas_applied;
   report["resyncs"] = counts.resyncs;
   report["keyframes_requested"] = counts.requests;

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 #include <string_view>
 
 #include "common/core/arguments.h"
@@ -84,16 +86,60 @@ int make_tetrahedra(int argc, char** argv) {
   return 0;
 }
 
-int run_session(int argc, char** argv) {
+int run_gaps(int argc, char** argv) {
   std::string scene_file;
+  Arguments arguments("sim_server gap",
+                      "says how far pressing instruments are from the surface that they dent, offline");
+  arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
+  if (!arguments.parse(argc, argv)) return 0;
+  std::fputs(measure_gaps(load_scene(scene_file)).c_str(), stdout);
+  return 0;
+}
+
+// The names that the bodies of a scene give their servers, one a line, each once, in the order of the bodies.
+int list_servers(int argc, char** argv) {
+  std::string scene_file;
+  Arguments arguments("sim_server servers", "says among which servers a scene divides its bodies: NAME");
+  arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
+  if (!arguments.parse(argc, argv)) return 0;
+  std::vector<std::string> names;
+  for (const BodySpec& body : load_scene(scene_file).bodies)
+    if (std::find(names.begin(), names.end(), body.server) == names.end()) names.push_back(body.server);
+  for (const std::string& name : names) std::puts(name.c_str());
+  return 0;
+}
+
+std::vector<std::string> split_at_commas(const std::string& list) {
+  std::vector<std::string> names;
+  std::istringstream text(list);
+  for (std::string name; std::getline(text, name, ',');) names.push_back(name);
+  return names;
+}
+
+// The share of the scene that the flags give this process.
+void take_share(Scene& scene, const std::string& bodies, const std::string& server) {
+  if (!bodies.empty() && !server.empty()) throw InputError("--bodies, --server: give one of them, not both");
+  if (!bodies.empty()) keep_bodies(scene, split_at_commas(bodies), "--bodies");
+  if (server.empty()) return;
+  std::vector<std::string> names;
+  for (const BodySpec& body : scene.bodies)
+    if (body.server == server) names.push_back(body.name);
+  keep_bodies(scene, names, "--server " + server);
+}
+
+int run_session(int argc, char** argv) {
+  std::string scene_file, bodies, server;
   ServeOptions options;
   options.network.session.clear();
   bool offline = false;
   Arguments arguments(
       "sim_server",
-      "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, sim_server traces SCENE, sim_server "
-      "mesh SURFACE)");
+      "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, traces SCENE, servers SCENE, mesh "
+      "SURFACE, gap SCENE)");
   arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
+  arguments.option("--bodies", bodies,
+                   "names, with commas: only these bodies; other servers of the session have the rest");
+  arguments.option("--server", server, "only the bodies for which the scene says `server:` with this name");
   arguments.option("--steps", options.steps, "steps to simulate; 0: the scene's duration");
   arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
   arguments.toggle("--offline", offline, "no network: the scene's own traces, as fast as it goes");
@@ -101,11 +147,16 @@ int run_session(int argc, char** argv) {
   add_network_arguments(arguments, options.network, "name of the session; empty: the scene's");
   arguments.option("--wait-for-viewers", options.wait_for_viewers, "the clock starts when so many are there");
   arguments.toggle("--wait-for-tools", options.wait_for_tools, "the clock starts when every tool has been heard of");
+  arguments.toggle("--wait-for-bodies", options.wait_for_bodies,
+                   "the clock starts when every body of the scene has a server");
+  arguments.toggle("--play-traces", options.play_traces,
+                   "instruments follow the scene's own traces step by step; bridges are not heard");
   arguments.option("--stall-at-s", options.stall_at_s, "for tests: simulated time at which the simulation stops once");
   arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
   if (!arguments.parse(argc, argv)) return 0;
 
   Scene scene = load_scene(scene_file);
+  take_share(scene, bodies, server);
   if (!options.network.session.empty()) scene.session = options.network.session;
   options.network.session = scene.session;
   const std::string report = offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
@@ -120,7 +171,9 @@ int main(int argc, char** argv) {
   return run_program("sim_server", [&] {
     if (first == "replay") return run_replay(argc - 1, argv + 1);
     if (first == "mesh") return make_tetrahedra(argc - 1, argv + 1);
+    if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);
+    if (first == "servers") return list_servers(argc - 1, argv + 1);
     return run_session(argc, argv);
   });
 }

@@ -54,6 +54,9 @@ std::uint64_t steps_of(const Scene& scene, std::uint64_t steps);
 // As fast as it goes, on the scene's own traces. Returns the report.
 std::string run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory);
 
+// Runs it like this and says for each body how far pressing instruments were from the surface that they dented.
+std::string measure_gaps(const Scene& scene);
+
 // Rebuilds the bodies from a journal and says their hashes; with a directory, writes them as OBJ (at rest).
 void replay(const std::string& journal, const std::string& export_directory);
 

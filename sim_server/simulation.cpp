@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/simulation_contact.h"
 #include "sim_server/simulation_grip.h"
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
@@ -107,12 +108,14 @@ struct Simulation::State {
   void add_touches(SimulationBody& body);
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
+  void press(std::uint32_t body_id);
+  void release(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
   void split(std::uint32_t body_id);
   void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
   void move_rigid_pieces();
   void grip_pieces();
-  void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction);
+  void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next);
   void fit_contact_models();
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
     output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
@@ -138,6 +141,8 @@ struct Simulation::State {
   std::vector<Entry> entries;
   std::vector<BladeMotion> motions;
   std::vector<TriangleId> changed;
+  std::vector<ContactPoint> contact_points;
+  std::vector<ContactParticle> held;
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
@@ -178,6 +183,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
   entries.clear();
   motions.clear();
+  bool at_work = !body.unsettled.empty();
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     const Tool& tool = tool_of(i);
     if (!tool.pose) continue;
@@ -186,8 +192,12 @@ void Simulation::State::step_body(std::uint32_t body_id) {
       continue;
     }
     touch(body_id, i).approach(tool.before, tool.poses, tool.continuous);
-    touch(body_id, i).plan(tool.poses, entries, motions);
+    at_work |= touch(body_id, i).is_at_work();
   }
+  if (at_work) release(body_id);
+  for (std::uint32_t i = 0; i < edges.size(); ++i)
+    if (const Tool& tool = tool_of(i); tool.pose && !tool.grip.holds(body_id))
+      touch(body_id, i).plan(tool.poses, entries, motions);
 
   if (body.rigid) return;
   if (!entries.empty() || !motions.empty()) {
@@ -204,21 +214,40 @@ void Simulation::State::step_body(std::uint32_t body_id) {
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
   }
   split(body_id);
+  press(body_id);
   deform(body_id);
+}
+
+void Simulation::State::release(std::uint32_t body_id) {
+  if (auto delta = release_body(*bodies[body_id])) output.deltas.push_back({body_id, std::move(*delta)});
+}
+
+void Simulation::State::press(std::uint32_t body_id) {
+  SimulationBody& body = *bodies[body_id];
+  if (!body.contact_by_templates()) return;
+  contact_points.clear();
+  for (std::uint32_t i = 0; i < edges.size(); ++i) {
+    const auto points = touch(body_id, i).contact_points();
+    contact_points.insert(contact_points.end(), points.begin(), points.end());
+  }
+  if (auto delta = press_body(body, contact_points, scene.step_s, held))
+    output.deltas.push_back({body_id, std::move(*delta)});
+  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held);
 }
 
 void Simulation::State::deform(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
   constraints.clear();
   for (std::uint32_t i = 0; i < edges.size(); ++i)
-    if (const auto c = touch(body_id, i).constraint(); c && tool_of(i).pose) constraints.push_back(*c);
+    if (const auto c = touch(body_id, i).constraints(); tool_of(i).pose)
+      constraints.insert(constraints.end(), c.begin(), c.end());
   reactions.assign(constraints.size(), {});
   body.deform(constraints, reactions, scene.step_s);
   for (const Reaction& reaction : reactions) output.report.instrument_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
-    tell_touch(body_id, i, touch(body_id, i).constraint() ? reactions[next++] : Reaction{});
+    tell_touch(body_id, i, next);
   }
   if (const VertexId bad = body.engines.deformation->first_bad_vertex(); !body.frozen && bad != kNone) {
     body.frozen = true;
@@ -226,8 +255,14 @@ void Simulation::State::deform(std::uint32_t body_id) {
   }
 }
 
-void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id, const Reaction& reaction) {
+// Takes its reactions from `next` on.
+void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next) {
   SimulationTouch& t = touch(body_id, edge_id);
+  Reaction reaction;
+  for (std::size_t i = 0; i < t.constraints().size(); ++i, ++next) {
+    reaction.force_on_tool_n += reactions[next].force_on_tool_n;
+    reaction.active |= reactions[next].active;
+  }
   t.deformed(reaction, scene.step_s);
   for (const EventKind kind : t.take_events()) {
     say(kind, body_id, edges[edge_id].tool_id);
@@ -268,10 +303,10 @@ void Simulation::State::grip_pieces() {
   for (std::uint32_t i = 0; i < tools.size(); ++i) {
     SimulationGrip& grip = tools[i].grip;
     grip.force_on_tool_n.setZero();
-    const std::optional<std::uint32_t> held = grip.held();
+    const std::optional<std::uint32_t> before = grip.held();
     if (tools[i].pose) grip.follow(*tools[i].pose, bodies, grips);
-    if (held && held != grip.held()) say(EventKind::released, *held, i);
-    if (grip.held() && held != grip.held()) say(EventKind::grasped, *grip.held(), i);
+    if (before && before != grip.held()) say(EventKind::released, *before, i);
+    if (grip.held() && before != grip.held()) say(EventKind::grasped, *grip.held(), i);
   }
 }
 
@@ -283,8 +318,8 @@ void Simulation::State::move_rigid_pieces() {
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; i < edges.size(); ++i) {
       stirred[b] |= !bodies[b]->rigid && touch(b, i).state() != ContactState::free;
-      const auto constraint = touch(b, i).constraint();
-      if (bodies[b]->rigid && constraint) rigid_touches.push_back({b, *constraint, tool_of(i).velocity_m_per_s});
+      for (const PointConstraint& c : touch(b, i).constraints())
+        if (bodies[b]->rigid) rigid_touches.push_back({b, c, tool_of(i).velocity_m_per_s});
     }
   reactions.assign(rigid_touches.size() + grips.size(), {});
   step_rigid_pieces(bodies, {rigid_touches, grips, stirred}, scene, reactions);
@@ -295,7 +330,7 @@ void Simulation::State::move_rigid_pieces() {
   next = 0;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i)
-      if (tool_of(i).pose) tell_touch(b, i, touch(b, i).constraint() ? reactions[next++] : Reaction{});
+      if (tool_of(i).pose) tell_touch(b, i, next);
 }
 
 void Simulation::State::fit_contact_models() {
@@ -382,6 +417,12 @@ const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
 }
 const BodySpec& Simulation::body(std::uint32_t body_id) const {
   return state_->bodies[body_id]->spec;
+}
+ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
+  ContactGap deepest;
+  for (std::uint32_t i = 0; i < state_->edges.size(); ++i)
+    if (const ContactGap gap = state_->touch(body_id, i).gap(); gap.depth_m > deepest.depth_m) deepest = gap;
+  return deepest;
 }
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;

@@ -30,6 +30,8 @@ class Simulation {
   // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
   const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh
+  // Of the instrument that presses deepest, after a step.
+  ContactGap contact_gap(std::uint32_t body_id) const;
   // Nothing when it deforms.
   const RigidBody* rigid_body(std::uint32_t body_id) const;
   const TriangleMesh& mesh(std::uint32_t body_id) const;

@@ -62,17 +62,18 @@ const CollisionEngine& SimulationBody::tree() {
 
 Vec3 SimulationBody::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
   Vec3 rest = Vec3::Zero();
-  for (std::size_t i = 0; i < 3; ++i) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (v[i] != kNone) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
   return frame_world(v[0]).to_world(rest);
 }
 
-Vec3 SimulationBody::home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const {
-  const MeshDraft reader(mesh, particle_view());
+Vec3 SimulationBody::home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v,
+                                       const Vec3& bary) const {
   Vec3 normal_body = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {
     Vec3 area = Vec3::Zero();
-    for (const TriangleId t : reader.fan(v[i])) {
-      const auto& c = mesh.triangle(t).v;
+    for (const TriangleId t : surface.fan(v[i])) {
+      const auto c = surface.triangle(t).v;
       const Vec3& a = mesh.rest_body_m(c[0]);
       area += (mesh.rest_body_m(c[1]) - a).cross(mesh.rest_body_m(c[2]) - a);
     }
@@ -98,19 +99,44 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   std::vector<VertexId> touched = touched_vertices(plan.delta, mesh);
   if (!accept(plan, mesh, cuts)) return false;
   if (plan.delta.empty()) return true;
+  bring_up_to_date(plan.delta, plan.seeds, std::move(touched), changed);
+  if (spec.splitting.free_parts == FreeParts::keep)
+    free_islands(plan);
+  else
+    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
+  return true;
+}
 
-  particles.resize(mesh.vertex_slots());
-  std::vector<VertexId> placed;
-  for (const auto& [v, state] : plan.seeds) {
+bool SimulationBody::accept_temporary(const TopologyDelta& delta, Seeds seeds) {
+  if (delta.empty()) {
+    place(seeds);
+    tree_stale_ = true;
+    return true;
+  }
+  std::vector<VertexId> touched = touched_vertices(delta, mesh);
+  if (apply(delta, mesh) != ApplyStatus::applied) return false;
+  std::vector<TriangleId> changed;
+  bring_up_to_date(delta, seeds, std::move(touched), changed);
+  return true;
+}
+
+void SimulationBody::place(Seeds seeds) {
+  for (const auto& [v, state] : seeds) {
     particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
     compact_.changed(particles, v);
-    placed.push_back(v);
   }
+}
 
-  for (const TriangleEdit& e : plan.delta.triangles) changed.push_back(e.id);
+void SimulationBody::bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
+                                      std::vector<TriangleId>& changed) {
+  particles.resize(mesh.vertex_slots());
+  place(seeds);
+  std::vector<VertexId> placed;
+  for (const auto& [v, state] : seeds) placed.push_back(v);
+  for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
   // A vertex that moved changes the springs and triangles around it, too.
   const MeshDraft after(mesh, particle_view());
-  for (const VertexEdit& e : plan.delta.vertices) {
+  for (const VertexEdit& e : delta.vertices) {
     if (!e.alive) continue;
     for (const TriangleId t : after.fan(e.id)) {
       changed.push_back(t);
@@ -121,13 +147,8 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
     std::sort(list->begin(), list->end());
     list->erase(std::unique(list->begin(), list->end()), list->end());
   }
-  engines.follow(shared(), {plan.delta, touched, changed, placed});
+  engines.follow(shared(), {delta, touched, changed, placed});
   lips_.follow(mesh, touched);
-  if (spec.splitting.free_parts == FreeParts::keep)
-    free_islands(plan);
-  else
-    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
-  return true;
 }
 
 void SimulationBody::free_islands(const CutPlan& plan) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_server/bodies/particle_state.h"
+#include "sim_server/cutting/contact_templates.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation_engines.h"
 #include "sim_server/simulation_lips.h"
@@ -47,12 +48,16 @@ class SimulationBody {
   Pose frame_world(VertexId v) const;
   // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
-  Vec3 home_normal_world(const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
   // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
   bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
+
+  // The same for temporary elements; the delta may be empty, and particles only move.
+  using Seeds = std::span<const std::pair<VertexId, VertexState>>;
+  bool accept_temporary(const TopologyDelta& delta, Seeds seeds);
 
   // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
   void give_up(const TopologyDelta& delta);
@@ -74,14 +79,22 @@ class SimulationBody {
   BodyEngines engines;
   BodyCuts cuts;
   StrokeSettings stroke_settings;
+  // Contact with temporary elements (simulation_contact.h); otherwise instruments move the vertices.
+  bool contact_by_templates() const { return spec.contact.style == "templates" && !rigid; }
+  TemporaryContact contact;
+  std::vector<double> still_s;  // by owner: for how long what it let go has not moved
   std::optional<RigidPiece> rigid;
   std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
   std::vector<RestingLoad> loads;     // while it sleeps
-  bool frozen = false;                // numerics failed: it stays as it was
+  std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
+  bool frozen = false;           // numerics failed: it stays as it was
 
  private:
   void begin(const EngineSite& site);
   void free_islands(const CutPlan& plan);
+  void place(Seeds seeds);
+  void bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
+                        std::vector<TriangleId>& changed);
 
   CompactPositions compact_;
   LipContacts lips_;

@@ -42,11 +42,11 @@ std::vector<Part> leaving_parts(const SimulationBody& body, PartSearch search) {
   return std::move(search.parts);
 }
 
-BodySpec spec_of_part(const BodySpec& parent, std::uint32_t id, bool anchored) {
+BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored) {
   BodySpec spec = parent;
   spec.mesh = {};
   spec.mesh_notes.clear();
-  const std::string number = std::to_string(id);
+  const std::string number = std::to_string(part);
   spec.name.resize(std::min(spec.name.size(), kLongestName - number.size() - 1));
   spec.name.append(1, '.').append(number);
   if (anchored) return spec;
@@ -95,7 +95,7 @@ Split split_body(SimulationBody& body, const Scene& scene, std::uint32_t next_id
       result.removed_m3.push_back(volume_m3);
     } else {
       const std::uint32_t id = next_id + static_cast<std::uint32_t>(result.parts.size());
-      const BodySpec& spec = specs.emplace_back(spec_of_part(body.spec, id, anchored));
+      const BodySpec& spec = specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
       result.parts.push_back(make_body(body, std::move(leaving), spec, scene, id, frame));
     }
     body.give_up(result.deltas.back());

@@ -5,16 +5,16 @@
 #include <utility>
 
 #include "common/math/intersect.h"
+#include "sim_server/cutting/contact_places.h"
+#include "sim_server/simulation_contact.h"
 
 namespace sectio {
 namespace {
 
-constexpr double kNearM = 0.02;          // an instrument further from the body's box than this is not looked at
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
-constexpr int kMaxSlides = 64;           // triangles that a pressing point crosses in one step
 
 RuptureThreshold threshold_of(const CuttingSpec& cutting) {
   return {cutting.threshold_force_n, cutting.threshold_displacement_m, cutting.hysteresis};
@@ -102,7 +102,8 @@ void SimulationTouch::set_free() {
 
 void SimulationTouch::approach(const std::optional<JointPose>& before, std::span<const JointPose> poses,
                                bool continuous) {
-  constraint_.reset();
+  constraints_.clear();
+  contact_points_.clear();
   if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
   opening_before_rad_ = before ? before->opening_rad : pose_.opening_rad;
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
@@ -169,8 +170,8 @@ void SimulationTouch::press_at(const SurfaceHit& hit, const std::array<std::size
   contact_corners_ = corners;
   contact_along_ = along;
   at_tip_ = at_tip;
-  triangle_ = hit.triangle;
-  bary_ = hit.bary;
+  triangle_ = original_triangle(body_, hit.triangle);
+  bary_ = body_.contact.inverse ? Vec3(Vec3::Constant(1.0 / 3)) : hit.bary;
 }
 
 Vec3 SimulationTouch::contact_world_m() const {
@@ -182,8 +183,10 @@ Vec3 SimulationTouch::contact_world_m() const {
 
 void SimulationTouch::press() {
   const Vec3 contact = contact_world_m();
+  if (body_.contact_by_templates()) return press_with_templates(contact);
   slide_to(contact);
-  normal_ = body_.home_normal_world(body_.mesh.triangle(triangle_).v, bary_);
+  const MeshDraft surface(body_.mesh, body_.particle_view());
+  normal_ = body_.home_normal_world(surface, body_.mesh.triangle(triangle_).v, bary_);
   PointConstraint c;
   for (std::size_t i = 0; i < 3; ++i) {
     c.v[i] = body_.mesh.triangle(triangle_).v[i];
@@ -192,7 +195,7 @@ void SimulationTouch::press() {
   c.target_world_m = contact;
   c.unilateral = true;
   c.normal = normal_;
-  constraint_ = c;
+  constraints_.push_back(c);
 }
 
 // Downhill over neighbours to the point of the surface that is nearest to the instrument.
@@ -204,28 +207,19 @@ void SimulationTouch::slide_to(const Vec3& contact_world_m) {
     if (!closest) return;
     triangle_ = closest->triangle;
   }
-  const MeshDraft reader(view.mesh, body_.particle_view());
-  double best = 1e300;
-  for (int i = 0; i < kMaxSlides; ++i) {
-    const Triangle at = view.mesh.triangle(triangle_);
-    TriangleId next = kNone;
-    for (const VertexId v : at.v)
-      for (const TriangleId t : reader.fan(v)) {
-        const ClosestPoint c = closest_on_triangle(contact_world_m, view.corners(t));
-        const double distance_m = (c.point - contact_world_m).norm();
-        if (distance_m >= best) continue;
-        best = distance_m;
-        bary_ = c.bary;
-        next = t;
-      }
-    if (next == kNone || next == triangle_) return;
-    triangle_ = next;
-  }
+  const SurfacePoint at = nearest_from(MeshDraft(view.mesh, body_.particle_view()), triangle_, contact_world_m);
+  triangle_ = at.triangle;
+  bary_ = at.bary;
 }
 
 void SimulationTouch::enter_tissue(const SurfaceHit& hit) {
   phase_ = Phase::cutting;
   entry_ = Entry{stroke_id_, hit.triangle, hit.bary};
+  if (body_.contact.inverse) {
+    const SurfacePoint at =
+        nearest_from(original_surface(body_), original_triangle(body_, hit.triangle), hit.point_world_m);
+    entry_ = Entry{stroke_id_, at.triangle, at.bary};
+  }
   events_.push_back(EventKind::penetrated);
 }
 
@@ -312,7 +306,8 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
       cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
     }
     const VertexId end = stroke.temporary_tip != kNone ? stroke.temporary_tip : stroke.cell.apex;
-    if (end != kNone && (at_surface - now.position(end)).norm() > kStillM) constraint_ = hold(end, at_surface);
+    if (end != kNone && (at_surface - now.position(end)).norm() > kStillM)
+      constraints_.assign(1, hold(end, at_surface));
     break;
   }
   motions.push_back(std::move(motion));
@@ -354,7 +349,7 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   has_just_cut_ = true;
   ended_at_ = point_;
   cutting_force_n_.setZero();
-  constraint_.reset();
+  constraints_.clear();
   switch (end) {
     case StrokeEnd::lifted:
       phase_ = Phase::spent;
@@ -374,23 +369,24 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
 }
 
 void SimulationTouch::let_go() {
-  constraint_.reset();
+  constraints_.clear();
+  contact_points_.clear();
   if (phase_ == Phase::pressing) set_free();
 }
 
 void SimulationTouch::part_left(std::span<const TriangleId> removed) {
   tracker_.topology_changed(body_.view(), removed);
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
-  if (constraint_ && std::ranges::any_of(constraint_->v, [&](VertexId v) {
-        return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v));
-      }))
-    constraint_.reset();
+  std::erase_if(constraints_, [&](const PointConstraint& c) {
+    return std::ranges::any_of(
+        c.v, [&](VertexId v) { return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v)); });
+  });
   if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
   if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(stroke_id_)) {
     ended_at_ = point_;
     phase_ = Phase::spent;
     cutting_force_n_.setZero();
-    constraint_.reset();
+    constraints_.clear();
     events_.push_back(EventKind::cut_ended);
   }
 }
@@ -403,13 +399,14 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
     return;
   }
   smooth_cutting_n_.setZero();
-  if (phase_ != Phase::pressing || !constraint_) return force_n_.setZero(), void();
+  if (phase_ != Phase::pressing || constraints_.empty()) return force_n_.setZero(), void();
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));
   smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
-  const PointConstraint& c = *constraint_;
+  const PointConstraint& c = constraints_.front();
   point_.setZero();
-  for (std::size_t i = 0; i < 3; ++i) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (c.v[i] != kNone) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
   const double above_m = (c.target_world_m - point_).dot(normal_);
   if (!reaction.active && above_m > kLetGoM) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
@@ -426,6 +423,7 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
 double SimulationTouch::penetration_m() {
   if (phase_ != Phase::pressing) return 0;
   const Vec3 contact = contact_world_m();
+  if (body_.contact_by_templates()) return beneath_temporary_m(contact);
   slide_to(contact);
   const Corners c = body_.view().corners(triangle_);
   const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];

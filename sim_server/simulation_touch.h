@@ -28,9 +28,15 @@ class SimulationTouch {
   void let_go();
   // A part came off the body, with the triangles given: what was done to it has ended.
   void part_left(std::span<const TriangleId> removed);
+  // Cuts, or looks for where to: temporary elements must be gone before plan().
+  bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
+  // Where it presses on a body with contact templates, the most important first.
+  std::span<const ContactPoint> contact_points() const { return contact_points_; }
+  // The particles that have been made of these.
+  void hold_particles(std::span<const ContactParticle> held);
   // What holds or presses the surface in this step; nothing while free or cutting.
-  std::optional<PointConstraint> constraint() const { return constraint_; }
-  // After the step: the reaction of that constraint.
+  std::span<const PointConstraint> constraints() const { return constraints_; }
+  // After the step: the reaction of the constraints together.
   void deformed(const Reaction& reaction, double step_s);
 
   ContactState state() const;
@@ -41,6 +47,7 @@ class SimulationTouch {
   const Vec3& normal_world() const { return normal_; }
   // Of what presses beneath the surface, after the step: to the nearest triangle, whatever the constraint was.
   double penetration_m();
+  ContactGap gap();
   std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 
@@ -48,6 +55,8 @@ class SimulationTouch {
   std::vector<EventKind> take_events();
 
  private:
+  static constexpr double kNearM = 0.02;  // an instrument further from the body's box than this is not looked at
+
   enum class Phase : std::uint8_t {
     free,
     pressing,   // a point of the instrument dents the surface
@@ -63,6 +72,9 @@ class SimulationTouch {
   void press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along, bool at_tip);
   Vec3 contact_world_m() const;
   void press();
+  void press_with_templates(const Vec3& contact_world_m);
+  std::vector<std::size_t> corners_beside_contact() const;
+  double beneath_temporary_m(const Vec3& contact_world_m) const;
   void slide_to(const Vec3& contact_world_m);
   void enter_tissue(const SurfaceHit& hit);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
@@ -103,7 +115,8 @@ class SimulationTouch {
   TriangleId triangle_ = kNone;  // under that point
   Vec3 bary_ = Vec3::Zero();
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
-  std::optional<PointConstraint> constraint_;
+  std::vector<PointConstraint> constraints_;
+  std::vector<ContactPoint> contact_points_;
   std::optional<Entry> entry_;
   Vec3 force_n_ = Vec3::Zero();
   Vec3 cutting_force_n_ = Vec3::Zero(), smooth_cutting_n_ = Vec3::Zero();

@@ -79,4 +79,12 @@ struct StepOutput {
   StepReport report;
 };
 
+// How well a surface follows an instrument that presses (paper A, figures 4 and 5). For measurements: no step needs it.
+struct ContactGap {
+  double depth_m = 0;  // of the point that presses, beneath the undeformed surface
+  // Between the instrument and the surface, along the normal, at most: of what is at least half as deep. Further out an
+  // instrument leaves its dent whatever the way of contact.
+  double gap_m = 0;
+};
+
 }  // namespace sectio

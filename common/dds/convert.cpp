@@ -178,6 +178,7 @@ wire::TopologyDelta to_wire(const DeltaMessage& message) {
   m.hash_after(delta.hash_after);
   m.vertex_slots_after(delta.vertex_slots_after);
   m.triangle_slots_after(delta.triangle_slots_after);
+  m.temporary(delta.temporary);
   m.vertices().resize(delta.vertices.size());
   for (std::size_t i = 0; i < delta.vertices.size(); ++i) {
     m.vertices()[i].slot(delta.vertices[i].id);
@@ -206,6 +207,7 @@ std::optional<DeltaMessage> from_wire(const wire::TopologyDelta& m) {
   delta.hash_after = m.hash_after();
   delta.vertex_slots_after = m.vertex_slots_after();
   delta.triangle_slots_after = m.triangle_slots_after();
+  delta.temporary = m.temporary();
   delta.vertices.reserve(m.vertices().size());
   for (const wire::VertexEdit& e : m.vertices()) {
     if (e.slot() >= kMaxVertexSlots || !is_position(e.rest_body_m())) return std::nullopt;
@@ -333,6 +335,8 @@ wire::SceneInfo to_wire(const SceneInfo& scene) {
   m.camera_target_world_m(triple(scene.camera.target_world_m));
   m.camera_up_world(triple(scene.camera.up_world));
   m.camera_field_of_view_deg(scene.camera.field_of_view_deg);
+  m.world_bodies().resize(scene.world_bodies.size());
+  for (std::size_t i = 0; i < scene.world_bodies.size(); ++i) m.world_bodies()[i].name(scene.world_bodies[i]);
   m.bodies().resize(scene.bodies.size());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     m.bodies()[i].name(scene.bodies[i].name);
@@ -355,14 +359,19 @@ wire::SceneInfo to_wire(const SceneInfo& scene) {
 
 std::optional<SceneInfo> from_wire(const wire::SceneInfo& m) {
   const std::optional<std::string> session = text_from(m.session(), 1);
-  if (!session || m.bodies().size() > kMaxBodies || m.tools().size() > kMaxTools || !(m.step_s() > 0) ||
-      !(m.step_s() <= 1) || !is_position(m.camera_eye_world_m()) || !is_position(m.camera_target_world_m()) ||
-      !is_position(m.camera_up_world()) || !(m.camera_field_of_view_deg() >= 1) ||
-      !(m.camera_field_of_view_deg() <= 170))
+  if (!session || m.world_bodies().size() > kMaxBodies || m.bodies().size() > kMaxBodies ||
+      m.tools().size() > kMaxTools || !(m.step_s() > 0) || !(m.step_s() <= 1) || !is_position(m.camera_eye_world_m()) ||
+      !is_position(m.camera_target_world_m()) || !is_position(m.camera_up_world()) ||
+      !(m.camera_field_of_view_deg() >= 1) || !(m.camera_field_of_view_deg() <= 170))
     return std::nullopt;
-  SceneInfo scene{m.epoch(), *session, m.step_s(), {}, {}, {}};
+  SceneInfo scene{m.epoch(), *session, m.step_s(), {}, {}, {}, {}};
   scene.camera = {vec3(m.camera_eye_world_m()), vec3(m.camera_target_world_m()), vec3(m.camera_up_world()),
                   m.camera_field_of_view_deg()};
+  for (const wire::BodyName& b : m.world_bodies()) {
+    const std::optional<std::string> name = text_from(b.name(), 1);
+    if (!name) return std::nullopt;
+    scene.world_bodies.push_back(*name);
+  }
   for (const wire::BodyInfo& b : m.bodies()) {
     const std::optional<std::string> name = text_from(b.name(), 1);
     if (!name || !is_colour(b.skin_colour_rgb()) || !is_colour(b.wall_colour_rgb())) return std::nullopt;

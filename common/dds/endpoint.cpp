@@ -78,6 +78,8 @@ void set_common(Qos& qos, const TopicQos& topic, std::int32_t depth) {
   qos.data_sharing().off();
 }
 
+constexpr std::int32_t kLeastReaderDepth = 16;  // the newest sample of each server of a session
+
 }  // namespace
 
 template <class T>
@@ -137,7 +139,7 @@ Reader<T>::Reader(Participant& participant) : core_(std::make_unique<Core>()) {
   Participant::Parts& parts = participant.parts();
   const TopicQos& topic = qos_of<T>();
   dds::DataReaderQos qos;
-  set_common(qos, topic, topic.depth);
+  set_common(qos, topic, std::max(topic.depth, kLeastReaderDepth));
   qos.durability().kind = topic.late_joiners ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(kHeartbeatResponse_s);
   core_->subscriber = parts.subscriber;

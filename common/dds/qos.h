@@ -14,7 +14,7 @@ struct TopicQos {
   const char* name;
   bool reliable;
   bool late_joiners;        // readers get what was kept of the time before they came
-  std::int32_t depth;       // samples that a writer and a reader keep
+  std::int32_t depth;       // samples that a writer keeps, and a reader (of few: one for each of several writers)
   std::uint32_t max_bytes;  // of a serialised sample; larger ones are neither sent nor read
 };
 

@@ -58,6 +58,7 @@ class MeshWriter {
   ApplyStatus run() {
     if (delta_.revision <= mesh_.revision_) return ApplyStatus::stale;
     if (delta_.base_revision > mesh_.revision_) return ApplyStatus::gap;
+    if (!delta_.temporary && mesh_.has_temporary_elements()) return ApplyStatus::malformed;
     if (delta_.base_revision != mesh_.revision_ || delta_.revision != delta_.base_revision + 1 || !well_formed())
       return ApplyStatus::malformed;
     if (hash_after() != delta_.hash_after) return ApplyStatus::hash_mismatch;
@@ -246,6 +247,7 @@ class MeshWriter {
     mesh_.triangles_.resize(delta_.triangle_slots_after);
     mesh_.neighbours_.resize(delta_.triangle_slots_after);
     mesh_.hash_ = delta_.hash_after;
+    if (!delta_.temporary) mesh_.permanent_hash_ = delta_.hash_after;
     mesh_.revision_ = delta_.revision;
   }
 
@@ -279,6 +281,7 @@ TopologyDelta inverse(const TopologyDelta& delta, const TriangleMesh& before) {
   inv.hash_after = before.hash();
   inv.vertex_slots_after = before.vertex_slots();
   inv.triangle_slots_after = before.triangle_slots();
+  inv.temporary = delta.temporary;
   for (const VertexEdit& e : delta.vertices) {
     const bool alive = e.id < before.vertex_slots() && before.vertex_alive(e.id);
     inv.vertices.push_back({e.id, alive, alive ? before.rest_body_m(e.id) : Vec3::Zero()});

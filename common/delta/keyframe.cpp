@@ -7,9 +7,9 @@ namespace sectio {
 
 namespace {
 
-constexpr std::uint32_t kKeyframeMagic = 0x31464b53;  // "SKF1"
-constexpr std::uint32_t kDeltaMagic = 0x31444c53;     // "SLD1"
-constexpr std::size_t kKeyframeHeaderBytes = 32;
+constexpr std::uint32_t kKeyframeMagic = 0x32464b53;  // "SKF2"
+constexpr std::uint32_t kDeltaMagic = 0x32444c53;     // "SLD2"
+constexpr std::size_t kKeyframeHeaderBytes = 40;
 constexpr std::size_t kDeltaHeaderBytes = 48;
 constexpr std::size_t kVertexBytes = 25;
 constexpr std::size_t kTriangleBytes = 13;
@@ -43,7 +43,8 @@ bool get_triangle(ByteReader& in, Triangle& triangle) {
 }  // namespace
 
 Keyframe keyframe_of(const TriangleMesh& mesh) {
-  Keyframe keyframe{mesh.revision(), mesh.hash(), {}, {}, {mesh.triangles().begin(), mesh.triangles().end()}};
+  Keyframe keyframe{
+      mesh.revision(), mesh.hash(), mesh.permanent_hash(), {}, {}, {mesh.triangles().begin(), mesh.triangles().end()}};
   keyframe.rest_body_m.reserve(mesh.vertex_slots());
   keyframe.vertex_alive.reserve(mesh.vertex_slots());
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
@@ -63,6 +64,7 @@ std::vector<std::uint8_t> to_bytes(const Keyframe& keyframe) {
   out.put(static_cast<std::uint32_t>(keyframe.triangles.size()));
   out.put(keyframe.revision);
   out.put(keyframe.hash);
+  out.put(keyframe.permanent_hash);
   for (std::size_t v = 0; v < keyframe.rest_body_m.size(); ++v)
     put_vertex(out, keyframe.vertex_alive[v] != 0, keyframe.rest_body_m[v]);
   for (const Triangle& triangle : keyframe.triangles) put_triangle(out, triangle);
@@ -77,6 +79,7 @@ std::optional<Keyframe> keyframe_from_bytes(std::span<const std::uint8_t> bytes)
   Keyframe keyframe;
   keyframe.revision = in.get<std::uint64_t>();
   keyframe.hash = in.get<std::uint64_t>();
+  keyframe.permanent_hash = in.get<std::uint64_t>();
   if (!in.ok() || in.remaining() != vertices * kVertexBytes + triangles * kTriangleBytes) return std::nullopt;
 
   keyframe.rest_body_m.resize(vertices);
@@ -99,7 +102,7 @@ std::optional<Keyframe> keyframe_from_bytes(std::span<const std::uint8_t> bytes)
 std::optional<TriangleMesh> mesh_of(Keyframe keyframe) {
   try {
     TriangleMesh mesh(std::move(keyframe.rest_body_m), std::move(keyframe.vertex_alive), std::move(keyframe.triangles),
-                      keyframe.revision);
+                      keyframe.revision, keyframe.permanent_hash);
     if (mesh.hash() == keyframe.hash) return mesh;
   } catch (const InputError&) {
   }
@@ -111,7 +114,7 @@ std::vector<std::uint8_t> to_bytes(const TopologyDelta& delta) {
   out.reserve(kDeltaHeaderBytes + delta.vertices.size() * (kSlotBytes + kVertexBytes) +
               delta.triangles.size() * (kSlotBytes + kTriangleBytes));
   out.put(kDeltaMagic);
-  out.put(std::uint32_t{0});
+  out.put(std::uint32_t{delta.temporary});
   out.put(delta.base_revision);
   out.put(delta.revision);
   out.put(delta.hash_after);
@@ -132,8 +135,11 @@ std::vector<std::uint8_t> to_bytes(const TopologyDelta& delta) {
 
 std::optional<TopologyDelta> delta_from_bytes(std::span<const std::uint8_t> bytes) {
   ByteReader in(bytes);
-  if (in.get<std::uint32_t>() != kDeltaMagic || in.get<std::uint32_t>() != 0) return std::nullopt;
+  if (in.get<std::uint32_t>() != kDeltaMagic) return std::nullopt;
   TopologyDelta delta;
+  const auto temporary = in.get<std::uint32_t>();
+  if (temporary > 1) return std::nullopt;
+  delta.temporary = temporary == 1;
   delta.base_revision = in.get<std::uint64_t>();
   delta.revision = in.get<std::uint64_t>();
   delta.hash_after = in.get<std::uint64_t>();

@@ -15,6 +15,7 @@ namespace sectio {
 struct Keyframe {
   std::uint64_t revision = 0;
   std::uint64_t hash = 0;
+  std::uint64_t permanent_hash = 0;  // another one while temporary elements are there
   std::vector<Vec3> rest_body_m;
   std::vector<std::uint8_t> vertex_alive;  // 0 or 1
   std::vector<Triangle> triangles;
@@ -23,7 +24,7 @@ struct Keyframe {
 
 Keyframe keyframe_of(const TriangleMesh& mesh);
 
-// 32 bytes of header, 25 a vertex slot, 13 a triangle slot.
+// 40 bytes of header, 25 a vertex slot, 13 a triangle slot.
 std::vector<std::uint8_t> to_bytes(const Keyframe& keyframe);
 
 // Nothing unless the size is exact, positions are finite, corners are in range and surfaces exist. Allocates no more

@@ -29,6 +29,8 @@ struct TopologyDelta {
   std::uint64_t hash_after = 0;
   std::uint32_t vertex_slots_after = 0;
   std::uint32_t triangle_slots_after = 0;
+  // Of a deformation only (paper A, 2.2): temporary elements come, move or go; other deltas wait until all are gone.
+  bool temporary = false;
   std::vector<VertexEdit> vertices;
   std::vector<TriangleEdit> triangles;
 
@@ -41,7 +43,7 @@ enum class ApplyStatus : std::uint8_t {
   stale,          // revision <= the mesh's: already known
   gap,            // base_revision > the mesh's: a delta is missing
   hash_mismatch,  // the result would not have hash_after
-  malformed,      // slots out of range, not finite, not a closed manifold
+  malformed,      // slots out of range, not finite, not a closed manifold; permanent on top of temporary elements
 };
 const char* to_string(ApplyStatus status);
 

@@ -33,18 +33,21 @@ TriangleMesh::TriangleMesh(const TriangleSoup& soup) {
   for (const auto& v : soup.triangles) triangles_.push_back({v, Surface::skin});
   incident_.assign(rest_.size(), 0);
   rebuild_derived();
+  permanent_hash_ = hash_;
   if (!free_vertices_.empty())
     throw InputError("vertex " + std::to_string(free_vertices_.front()) + " belongs to no triangle");
 }
 
 TriangleMesh::TriangleMesh(std::vector<Vec3> rest_body_m, std::vector<std::uint8_t> vertex_alive,
-                           std::vector<Triangle> triangles, std::uint64_t revision)
+                           std::vector<Triangle> triangles, std::uint64_t revision,
+                           std::optional<std::uint64_t> permanent_hash)
     : rest_(std::move(rest_body_m)), triangles_(std::move(triangles)), revision_(revision) {
   if (vertex_alive.size() != rest_.size()) throw InputError("keyframe: sizes of vertex arrays differ");
   for (const Triangle& t : triangles_)
     for (const VertexId v : t.v)
       if (t.alive() && (v >= rest_.size() || !vertex_alive[v])) throw InputError("keyframe: triangle without vertex");
   rebuild_derived();
+  permanent_hash_ = permanent_hash.value_or(hash_);
   for (VertexId v = 0; v < rest_.size(); ++v)
     if (vertex_alive[v] != (incident_[v] != kNone)) throw InputError("keyframe: vertex without triangle");
   const SurfaceReport report = check(*this);
@@ -96,6 +99,12 @@ void TriangleMesh::rebuild_derived() {
     else
       hash_ += vertex_hash(v, rest_[v]);
   }
+}
+
+std::size_t TriangleMesh::bytes() const {
+  const auto held = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
+  return held(rest_) + held(triangles_) + held(neighbours_) + held(incident_) + held(free_vertices_) +
+         held(free_triangles_);
 }
 
 bool TriangleMesh::same_database(const TriangleMesh& other) const {

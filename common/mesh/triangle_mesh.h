@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,8 +48,9 @@ class TriangleMesh {
   explicit TriangleMesh(const TriangleSoup& soup);
 
   // Rebuilds a mesh from its slots, dead ones included (keyframes). Dead vertices have alive[v] == 0.
+  // permanent_hash: nothing when there are no temporary elements.
   TriangleMesh(std::vector<Vec3> rest_body_m, std::vector<std::uint8_t> vertex_alive, std::vector<Triangle> triangles,
-               std::uint64_t revision);
+               std::uint64_t revision, std::optional<std::uint64_t> permanent_hash = {});
 
   std::uint32_t vertex_slots() const { return static_cast<std::uint32_t>(rest_.size()); }
   std::uint32_t triangle_slots() const { return static_cast<std::uint32_t>(triangles_.size()); }
@@ -74,6 +76,12 @@ class TriangleMesh {
   // Of slot numbers, rest positions (bit for bit), corners and surfaces; not of the revision.
   std::uint64_t hash() const { return hash_; }
   std::uint64_t revision() const { return revision_; }
+  // Of the database without the temporary elements of a deformation (TopologyDelta::temporary): they are gone when the
+  // hash is this one again.
+  std::uint64_t permanent_hash() const { return permanent_hash_; }
+  bool has_temporary_elements() const { return hash_ != permanent_hash_; }
+
+  std::size_t bytes() const;  // held, spare room included
 
   // All slots, dead ones included, adjacency aside (it is derived).
   bool same_database(const TriangleMesh& other) const;
@@ -90,6 +98,7 @@ class TriangleMesh {
   std::vector<VertexId> free_vertices_;
   std::vector<TriangleId> free_triangles_;
   std::uint64_t hash_ = 0;
+  std::uint64_t permanent_hash_ = 0;
   std::uint64_t revision_ = 0;
 };
 

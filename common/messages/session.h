@@ -40,9 +40,14 @@ struct SceneInfo {
   std::string session;
   double step_s = 0.001;
   CameraInfo camera;
-  std::vector<BodyInfo> bodies;  // body_id is the index
-  std::vector<ToolInfo> tools;   // tool_id is the index
+  // Of all bodies of the scene. Several servers of one session may have a share each; nobody else has a body of theirs.
+  std::vector<std::string> world_bodies;
+  std::vector<BodyInfo> bodies;  // of this server, then parts that came off; body_id is the index
+  std::vector<ToolInfo> tools;   // of the scene; tool_id is the index
 };
+
+// Do both claim a body? Then one of them is a ghost, or should never have been started.
+bool overlap(const SceneInfo& a, const SceneInfo& b);
 
 struct SessionEvent {
   std::uint64_t epoch = 0;

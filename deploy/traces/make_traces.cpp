@@ -62,6 +62,7 @@ struct Motion {
   int snips = 1;                // evenly along the stroke
   double close_s = 1.0;         // a snip
   Vec3 leave_m = Vec3::Zero();  // at the end, out of the way of other instruments
+  Vec3 place_m = Vec3::Zero();  // of the body in its scene
 };
 
 // Forceps, shaft upright: they wait, come down on the skin at a place, close, carry what they hold elsewhere and open.
@@ -78,7 +79,18 @@ struct Carry {
   double turn_deg = 0;  // of the jaws about the shaft
 };
 
-const std::array<Motion, 8> kMotions{{
+const Stroke kKidneyLoop{.through = {{0.017, 0.000, 0},
+                                     {0.012, 0.0085, 0},
+                                     {0.000, 0.012, 0},
+                                     {-0.012, 0.0085, 0},
+                                     {-0.017, 0.000, 0},
+                                     {-0.012, -0.0085, 0},
+                                     {0.000, -0.012, 0},
+                                     {0.012, -0.0085, 0}},
+                         .closed = true,
+                         .overlap_m = 0.006};
+
+const auto kMotions = std::to_array<Motion>({
     {.name = "liver_incision",
      .shape = liver,
      .strokes = {{.through = {{-0.066, -0.018, 0}, {-0.040, -0.028, 0}, {-0.012, -0.022, 0}, {0.020, 0.000, 0}}}},
@@ -87,16 +99,7 @@ const std::array<Motion, 8> kMotions{{
      .lean_deg = 10},
     {.name = "kidney_loop",
      .shape = kidney,
-     .strokes = {{.through = {{0.017, 0.000, 0},
-                              {0.012, 0.0085, 0},
-                              {0.000, 0.012, 0},
-                              {-0.012, 0.0085, 0},
-                              {-0.017, 0.000, 0},
-                              {-0.012, -0.0085, 0},
-                              {0.000, -0.012, 0},
-                              {0.012, -0.0085, 0}},
-                  .closed = true,
-                  .overlap_m = 0.006}},
+     .strokes = {kKidneyLoop},
      .depth_m = 0.006,
      .speed_m_per_s = 0.020,
      .lean_deg = 5,
@@ -121,6 +124,13 @@ const std::array<Motion, 8> kMotions{{
      .depth_m = 0.007,
      .speed_m_per_s = 0.020,
      .lean_deg = 0},
+    // Almost flat on the liver, so that the side of the rod presses, too.
+    {.name = "probe_liver_flat",
+     .shape = liver,
+     .strokes = {{.through = {{-0.020, -0.020, 0}, {-0.004, -0.014, 0}}}},
+     .depth_m = 0.008,
+     .speed_m_per_s = 0.012,
+     .lean_deg = 65},
     {.name = "knife_liver",
      .shape = liver,
      .strokes = {{.through = {{-0.055, -0.020, 0}, {-0.030, -0.024, 0}, {0.000, -0.014, 0}}}},
@@ -143,9 +153,16 @@ const std::array<Motion, 8> kMotions{{
      .speed_m_per_s = 0.030,
      .lean_deg = 0,
      .open_rad = 0.4},
-}};
+    {.name = "organs_kidney",
+     .shape = kidney,
+     .strokes = {kKidneyLoop},
+     .depth_m = 0.006,
+     .speed_m_per_s = 0.020,
+     .lean_deg = 5,
+     .place_m = {0.145, 0, 0}},
+});
 
-const std::array<Carry, 1> kCarries{{
+const auto kCarries = std::to_array<Carry>({
     {.name = "excision_kidney_forceps",
      .shape = kidney,
      .from_m = {0, 0, 0},
@@ -154,7 +171,7 @@ const std::array<Carry, 1> kCarries{{
      .wait_s = 6.6,
      .park_m = {0.06, 0.05, 0.06},
      .turn_deg = 30},
-}};
+});
 
 // A blade that is longer than a body is thick, and goes through it: upright, its tip from place to place at constant
 // speed, its sharp edge ahead.
@@ -176,13 +193,13 @@ const std::array<Passage, 2> kPassages{{
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
                 {.tip_world_m = {0.0052, 0.022, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
     {.name = "bar_two_sequences",
-     .places = {{.tip_world_m = {0.0043, -0.022, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
-                {.tip_world_m = {0.0047, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
-                {.tip_world_m = {0.0043, -0.022, 0.045}, .ahead_deg = 90},
-                {.tip_world_m = {-0.0043, -0.022, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0052, 0.022, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0052, 0.022, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0044, -0.015, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
+     .places = {{.tip_world_m = {0.0044, -0.022, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+                {.tip_world_m = {0.0048, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
+                {.tip_world_m = {0.0044, -0.022, 0.045}, .ahead_deg = 90},
+                {.tip_world_m = {-0.0042, -0.022, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0053, 0.022, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0053, 0.022, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0045, -0.015, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
 }};
 
 double smooth_step(double s) {
@@ -301,7 +318,7 @@ class TraceWriter : Recorder {
     axes.col(2) = shaft;
     axes.col(1) = shaft.cross(along).normalized();
     axes.col(0) = axes.col(1).cross(shaft);
-    return {on_skin + height_m * normal, Eigen::Quaterniond(axes)};
+    return {motion_.place_m + on_skin + height_m * normal, Eigen::Quaterniond(axes)};
   }
 
   // Down with open blades; close, open a little higher, go on to the next place; up.

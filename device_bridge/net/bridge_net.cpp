@@ -14,6 +14,7 @@
 #include "common/core/log.h"
 #include "common/dds/convert.h"
 #include "common/dds/endpoint.h"
+#include "device_bridge/net/felt_servers.h"
 #include "device_bridge/servo/ring.h"
 
 namespace sectio {
@@ -22,6 +23,10 @@ namespace {
 
 constexpr std::size_t kRingSamples = 64;
 constexpr long kPoll_ns = 1'000'000;  // how long a contact model may lie while the servo loop is quiet
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 std::uint64_t source_now() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
@@ -103,15 +108,11 @@ struct BridgeNet::State {
     wire::ContactModel message;
     while (model_reader.take(message)) {
       const std::optional<ContactMessage> contact = from_wire(message);
-      if (!contact || contact->model.tool_id != tool_id || contact->epoch < epoch) continue;
-      if (contact->epoch == epoch && contact->model.sequence <= model_sequence) continue;
-      epoch = contact->epoch;
-      model_sequence = contact->model.sequence;
-      newest.store(contact->model);
+      if (contact && contact->model.tool_id == tool_id && felt.feel(now_s(), *contact)) newest.store(felt.model());
     }
     wire::SessionEnd end;
-    while (end_reader.take(end))
-      if (end.epoch() >= epoch) ended = true;
+    while (end_reader.take(end)) felt.end(end.epoch());
+    if (felt.all_ended(now_s())) ended = true;
   }
 
   std::uint32_t tool_id;
@@ -127,8 +128,7 @@ struct BridgeNet::State {
   std::uint64_t dropped = 0;
 
   ToolPacket packet;
-  std::uint64_t epoch = 0;
-  std::uint64_t model_sequence = 0;
+  FeltServers felt;
   std::atomic<std::uint64_t> packets{0};
   std::atomic<bool> ended{false};
   std::atomic<bool> stop{false};

@@ -1,4 +1,4 @@
-// A viewer's end of the wire: takes what has arrived, validates it, feeds the replica, and asks for keyframes.
+// A viewer's end of the wire: takes what has arrived, validates it, feeds the replicas, and asks for keyframes.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
-#include "render_client/replica/replica.h"
+#include "render_client/replica/world.h"
 
 namespace sectio {
 
@@ -26,13 +26,10 @@ class ClientNet {
   explicit ClientNet(const NetworkOptions& options);
   ~ClientNet();
 
-  // Everything that has arrived since the last call. A server with a higher epoch than the last resets the replica.
-  void poll(double now_s, Replica& replica);
+  // Everything that has arrived since the last call, from every server of the session.
+  void poll(double now_s, World& world);
 
   bool connected() const;
-  const std::optional<ServerStatus>& status() const;
-  // Of this server; final versions that the replica must reach.
-  const std::optional<SessionEnd>& session_end() const;
   const std::deque<SessionEvent>& events() const;  // the newest kMaxEvents
   const ClientNetCounts& counts() const;
 

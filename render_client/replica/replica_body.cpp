@@ -222,4 +222,9 @@ void ReplicaBody::fill(BodyFrame& frame) const {
   frame.positions_world_m = positions_world_m_;
 }
 
+std::size_t ReplicaBody::bytes() const {
+  return mesh_.bytes() + positions_world_m_.capacity() * sizeof(Vec3f) +
+         changed_at_.capacity() * sizeof(std::uint64_t) + slots_.capacity() * sizeof(Slot);
+}
+
 }  // namespace sectio

@@ -58,6 +58,9 @@ class ReplicaBody {
   // Copies topology only where frame.revision differs.
   void fill(BodyFrame& frame) const;
 
+  // Of topology and state, without what waits.
+  std::size_t bytes() const;
+
   std::size_t queued_deltas() const { return deltas_.size(); }
   std::size_t queued_pieces() const { return pieces_.size(); }
 

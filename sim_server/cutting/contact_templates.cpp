@@ -32,11 +32,6 @@ bool same_place(const PathPoint& a, const PathPoint& b) {
   return a.kind == b.kind && (a.kind == Kind::on_edge ? a.from == b.from && a.to == b.to : a.face == b.face);
 }
 
-VertexState state_at(const MeshDraft& draft, const PathPoint& p) {
-  if (p.kind == Kind::on_edge) return VertexState::mix(draft.state(p.from), draft.state(p.to), p.t);
-  return VertexState::mix({draft.state(p.face[0]), draft.state(p.face[1]), draft.state(p.face[2])}, p.bary);
-}
-
 double size_m(const MeshDraft& draft, const PathPoint& p) {
   if (p.kind == Kind::on_edge) return (draft.state(p.to).rest_body_m - draft.state(p.from).rest_body_m).norm();
   double longest = 0;
@@ -46,51 +41,119 @@ double size_m(const MeshDraft& draft, const PathPoint& p) {
   return longest;
 }
 
-// Away from corners and edges; where two fall together the first is kept. Points at vertices press on the nearest place
-// beside them: original particles are not moved.
-std::vector<ContactPoint> told_apart(const MeshDraft& draft, std::span<const ContactPoint> points,
-                                     const ContactSettings& settings) {
+bool exists(const MeshDraft& draft, const PathPoint& p) {
+  if (p.kind == Kind::on_edge) return draft.triangle_of_edge(p.from, p.to) != kNone;
+  return p.kind == Kind::in_face && draft.find_triangle(p.face[0], p.face[1], p.face[2]) != kNone;
+}
+
+// One way to write each place down; away from corners and edges. Points at vertices press on the nearest place beside
+// them: original particles are not moved.
+void tidy(PathPoint& p, double least_ratio) {
+  if (p.kind == Kind::on_edge) {
+    p.t = std::clamp(p.t, least_ratio, 1 - least_ratio);
+    if (p.from < p.to) return;
+    std::swap(p.from, p.to);
+    p.t = 1 - p.t;
+    return;
+  }
+  p.bary = p.bary.cwiseMax(least_ratio);
+  p.bary /= p.bary.sum();
+  const auto first = std::min_element(p.face.begin(), p.face.end()) - p.face.begin();
+  std::rotate(p.face.begin(), p.face.begin() + first, p.face.end());
+  p.bary = Vec3(p.bary[static_cast<int>(first)], p.bary[static_cast<int>((first + 1) % 3)],
+                p.bary[static_cast<int>((first + 2) % 3)]);
+}
+
+struct Sorted {
+  std::vector<ContactPoint> points;      // those on edges first: in the order in which particles are made
+  std::vector<std::size_t> particle_of;  // which of them each point asked for has become; kNone: it is not there
+};
+
+// Where two fall together the first is kept; so are two on one edge, which has one particle.
+Sorted told_apart(const MeshDraft& draft, std::span<const ContactPoint> points, const PressSettings& settings) {
   std::vector<ContactPoint> kept;
   std::vector<Vec3> at;
+  Sorted sorted;
   for (ContactPoint p : points) {
-    if (p.place.kind != Kind::on_edge && p.place.kind != Kind::in_face) continue;
-    p.place.t = std::clamp(p.place.t, settings.least_ratio, 1 - settings.least_ratio);
-    if (p.place.kind == Kind::in_face) {
-      p.place.bary = p.place.bary.cwiseMax(settings.least_ratio);
-      p.place.bary /= p.place.bary.sum();
-    }
+    sorted.particle_of.push_back(kNone);
+    if (!exists(draft, p.place)) continue;
+    tidy(p.place, settings.least_ratio);
     const Vec3 x = state_at(draft, p.place).rest_body_m;
     const double least_m = settings.coincidence * size_m(draft, p.place);
-    if (std::any_of(at.begin(), at.end(), [&](const Vec3& y) { return (x - y).norm() < least_m; })) continue;
-    if (p.place.kind == Kind::on_edge &&
-        std::any_of(kept.begin(), kept.end(), [&](const ContactPoint& k) { return same_place(k.place, p.place); }))
-      continue;
+    std::size_t k = 0;
+    while (k < kept.size() && (x - at[k]).norm() >= least_m &&
+           !(p.place.kind == Kind::on_edge && same_place(kept[k].place, p.place)))
+      ++k;
+    sorted.particle_of.back() = k;
+    if (k < kept.size()) continue;
     at.push_back(x);
     kept.push_back(p);
   }
-  return kept;
+  std::vector<std::size_t> index(kept.size());
+  for (const bool edges : {true, false})
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      if ((kept[k].place.kind == Kind::on_edge) != edges) continue;
+      index[k] = sorted.points.size();
+      sorted.points.push_back(kept[k]);
+    }
+  for (std::size_t& k : sorted.particle_of)
+    if (k != kNone) k = index[k];
+  return sorted;
 }
 
-// Into what has become of a face: it is whole, or divided from one edge, or by a particle within it.
+// Where a particle is in a face, as far as it is in it or on its rim.
+std::optional<Vec3> bary_in(const std::array<VertexId, 3>& face, const PathPoint& p) {
+  if (p.kind == Kind::in_face) return p.face == face ? std::optional(p.bary) : std::nullopt;
+  Vec3 bary = Vec3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const VertexId corner = face[static_cast<std::size_t>(i)];
+    if (corner == p.from) bary[i] = 1 - p.t;
+    if (corner == p.to) bary[i] = p.t;
+  }
+  return bary.sum() > 0.999 ? std::optional(bary) : std::nullopt;
+}
+
+// Of what has become of a face, the triangle that a point of it lies in.
+TriangleId piece_at(const MeshDraft& draft, const PathPoint& p, std::span<const ContactPoint> made,
+                    std::span<const VertexId> particles) {
+  std::map<VertexId, Vec3> inside;
+  for (int i = 0; i < 3; ++i) inside[p.face[static_cast<std::size_t>(i)]] = Vec3::Unit(i);
+  for (std::size_t k = 0; k < made.size(); ++k)
+    if (const auto bary = bary_in(p.face, made[k].place)) inside[particles[k]] = *bary;
+  TriangleId best = kNone;
+  double most = -1e9;
+  for (const auto& [v, bary] : inside)
+    for (const TriangleId t : draft.fan(v)) {
+      const Triangle piece = draft.triangle(t);
+      if (!std::ranges::all_of(piece.v, [&](VertexId x) { return inside.contains(x); })) continue;
+      Mat3 corners;
+      for (int i = 0; i < 3; ++i) corners.col(i) = inside.at(piece.v[static_cast<std::size_t>(i)]);
+      const double area = corners.determinant();
+      if (area < 1e-9) continue;
+      // Areas of p with each side, over the whole: where p is in the piece.
+      double least = 1e9;
+      for (int i = 0; i < 3; ++i) {
+        Mat3 part = corners;
+        part.col(i) = p.bary;
+        least = std::min(least, part.determinant() / area);
+      }
+      if (least > most) most = least, best = t;
+    }
+  return best;
+}
+
+// A face divided from one edge gets the particle of figure 2, joined to four; any other the one of figure 3.
 VertexId insert_within(MeshDraft& draft, const PathPoint& p, std::span<const ContactPoint> made,
                        std::span<const VertexId> particles) {
   const VertexState state = state_at(draft, p);
-  if (const TriangleId whole = draft.find_triangle(p.face[0], p.face[1], p.face[2]); whole != kNone)
-    return insert_in_face(draft, whole, state);
   for (std::size_t k = 0; k < made.size(); ++k)
     for (std::size_t i = 0; i < 3; ++i) {
-      const VertexId a = p.face[(i + 1) % 3], b = p.face[(i + 2) % 3];
-      const Cell cell{particles[k], {a, b, p.face[i]}};
-      const bool on_edge = made[k].place.kind == Kind::on_edge;
-      if (on_edge && !triangles_of(draft, cell).empty()) return insert_in_cell(draft, cell, state);
-      if (on_edge || made[k].place.face != p.face) continue;
-      // The third of the face that is opposite to its corner i, if the point lies in it.
-      const Vec3 &q = made[k].place.bary, ratio = p.bary.cwiseQuotient(q);
-      if (ratio.minCoeff() < ratio[static_cast<int>(i)]) continue;
-      const TriangleId t = draft.find_triangle(particles[k], a, b);
-      if (t != kNone) return insert_in_face(draft, t, state);
+      const Cell cell{particles[k], {p.face[(i + 1) % 3], p.face[(i + 2) % 3], p.face[i]}};
+      if (made[k].place.kind == Kind::on_edge && !triangles_of(draft, cell).empty())
+        return insert_in_cell(draft, cell, state);
     }
-  return kNone;
+  const TriangleId piece = piece_at(draft, p, made, particles);
+  return piece != kNone ? insert_in_face(draft, piece, state) : kNone;
 }
 
 bool make(MeshDraft& draft, TemporaryContact& contact) {
@@ -122,50 +185,92 @@ const ContactTemplate& contact_template_for(int active_edges, int vertices_insid
   return *it;
 }
 
+VertexState state_at(const MeshDraft& original, const PathPoint& p) {
+  if (p.kind == Kind::on_edge) return VertexState::mix(original.state(p.from), original.state(p.to), p.t);
+  return VertexState::mix({original.state(p.face[0]), original.state(p.face[1]), original.state(p.face[2])}, p.bary);
+}
+
 std::optional<MeshDraft> without(const MeshDraft& draft, const TemporaryContact& contact) {
   MeshDraft original = draft;
   if (contact.inverse && !original.undo(*contact.inverse)) return std::nullopt;
   return original;
 }
 
+namespace {
+
+// What is pushed is displaced now and held during the step; it has no velocity of its own.
+void displace(VertexState& state, const ContactPoint& p) {
+  if (!p.presses || (state.position_world_m - p.target_world_m).dot(p.normal_world) < 0) return;
+  state.position_world_m = p.target_world_m;
+  state.velocity_world_m_per_s.setZero();
+}
+
+bool slid(const MeshDraft& original, const PathPoint& before, const PathPoint& now, double least_move) {
+  const double by_m = (state_at(original, before).rest_body_m - state_at(original, now).rest_body_m).norm();
+  return by_m >= least_move * size_m(original, now);
+}
+
+void follow(MeshDraft& draft, const MeshDraft& original, TemporaryContact& contact, std::vector<ContactPoint> points,
+            const PressSettings& settings) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    VertexState state = draft.state(contact.particles[i]);
+    if (slid(original, contact.points[i].place, points[i].place, settings.least_move))
+      state.rest_body_m = state_at(original, points[i].place).rest_body_m;
+    else
+      points[i].place = contact.points[i].place;
+    displace(state, points[i]);
+    draft.move_vertex(contact.particles[i], state);
+  }
+  contact.points = std::move(points);
+}
+
+// From the original; a particle that stays goes on as it was.
+bool exchange(const MeshDraft& before, MeshDraft& original, TemporaryContact& contact,
+              std::vector<ContactPoint> points) {
+  TemporaryContact next;
+  next.points = std::move(points);
+  original.mark();
+  if (!make(original, next)) return false;
+  next.inverse = original.inverse_since_mark();
+  for (std::size_t i = 0; i < next.points.size(); ++i) {
+    VertexState state = original.state(next.particles[i]);
+    for (std::size_t k = 0; k < contact.points.size(); ++k)
+      if (same_place(contact.points[k].place, next.points[i].place)) {
+        const VertexState old = before.state(contact.particles[k]);
+        state.position_world_m = old.position_world_m;
+        state.velocity_world_m_per_s = old.velocity_world_m_per_s;
+      }
+    displace(state, next.points[i]);
+    original.move_vertex(next.particles[i], state);
+  }
+  if (next.points.empty()) next.inverse.reset();
+  contact = std::move(next);
+  return true;
+}
+
+}  // namespace
+
 Press press(MeshDraft& draft, TemporaryContact& contact, std::span<const ContactPoint> points,
-            const ContactSettings& settings) {
+            const PressSettings& settings) {
   std::optional<MeshDraft> original = without(draft, contact);
   if (!original) return {ContactChange::refused, {}};
-  TemporaryContact next;
-  next.points = told_apart(*original, points, settings);
-  // In the order in which particles are made.
-  std::stable_partition(next.points.begin(), next.points.end(),
-                        [](const ContactPoint& p) { return p.place.kind == Kind::on_edge; });
-  const bool same = contact.inverse && std::equal(contact.points.begin(), contact.points.end(), next.points.begin(),
-                                                  next.points.end(), [](const ContactPoint& a, const ContactPoint& b) {
-                                                    return same_place(a.place, b.place);
-                                                  });
+  Sorted next = told_apart(*original, points, settings);
+  const auto same = [](const ContactPoint& a, const ContactPoint& b) { return same_place(a.place, b.place); };
   Press result;
-  if (same) {
-    for (std::size_t i = 0; i < next.points.size(); ++i) {
-      VertexState state = draft.state(contact.particles[i]);
-      state.rest_body_m = state_at(*original, next.points[i].place).rest_body_m;
-      state.position_world_m = next.points[i].target_world_m;
-      draft.move_vertex(contact.particles[i], state);
-    }
-    contact.points = std::move(next.points);
+  if (std::equal(contact.points.begin(), contact.points.end(), next.points.begin(), next.points.end(), same)) {
+    follow(draft, *original, contact, std::move(next.points), settings);
   } else {
+    if (!exchange(draft, *original, contact, std::move(next.points))) return {ContactChange::refused, {}};
     result.change = ContactChange::exchanged;
-    original->mark();
-    if (!make(*original, next)) return {ContactChange::refused, {}};
-    next.inverse = original->inverse_since_mark();
-    for (std::size_t i = 0; i < next.points.size(); ++i) {
-      VertexState state = original->state(next.particles[i]);
-      state.position_world_m = next.points[i].target_world_m;
-      original->move_vertex(next.particles[i], state);
-    }
     draft = std::move(*original);
-    contact = std::move(next);
-    if (contact.points.empty()) contact.inverse.reset();
   }
-  for (std::size_t i = 0; i < contact.particles.size(); ++i)
-    result.held.push_back({contact.particles[i], contact.points[i].target_world_m});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i].presses || next.particle_of[i] == kNone) continue;
+    const ContactParticle held{contact.particles[next.particle_of[i]], points[i].target_world_m, points[i].owner};
+    const bool known = std::ranges::any_of(
+        result.held, [&](const ContactParticle& h) { return h.vertex == held.vertex && h.owner == held.owner; });
+    if (!known) result.held.push_back(held);
+  }
   return result;
 }
 

@@ -17,6 +17,7 @@ Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_m
   // Along the inward normal the sum of impulses may push but not pull.
   const double given = -so_far.dot(c.normal);
   const double total = std::max(0.0, given - needed.dot(c.normal));
+  if (c.sticks) return total > 0 ? needed : Vec3(-so_far);
   return -(total - given) * c.normal;
 }
 

@@ -25,7 +25,9 @@ VelocityOutcome update_velocities(const SpringRows& rows, const VelocityUpdate& 
                            reinterpret_cast<char*>(velocity_m_per_s.data()),
                            update.damping_factor,
                            {update.gravity_step.x(), update.gravity_step.y(), update.gravity_step.z()},
-                           update.max_speed_m_per_s};
+                           update.max_speed_m_per_s,
+                           update.damper_s > 0 ? reinterpret_cast<const char*>(update.velocity_before.data()) : nullptr,
+                           update.damper_s};
   const bool sixteen = lanes == SpringLanes::kSixteen || (lanes == SpringLanes::kWidest && has_avx512());
   return sixteen ? spring_loop_avx512(in) : spring_loop_avx2(in);
 }

@@ -18,6 +18,10 @@ struct VelocityUpdate {
   float damping_factor = 1;            // 1 - alpha h
   Vec3f gravity_step = Vec3f::Zero();  // h g, m/s
   float max_speed_m_per_s = 0;
+  // Each spring has a damper along it: + damper_s k (d . dv) / l^2 d. 0: none. Else velocity_before is a copy of all
+  // velocities as they are before the update.
+  float damper_s = 0;
+  std::span<const Vec4f> velocity_before = {};
 };
 
 struct VelocityOutcome {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "sim_server/deformation/lanes.h"
 #include "sim_server/deformation/spring_kernel.h"
 
 namespace sectio {
@@ -21,6 +22,8 @@ struct SpringLoopInput {
   float damping_factor;
   float gravity_step[3];
   float max_speed_m_per_s;
+  const char* velocity_before;  // a copy of all velocities, where springs have dampers
+  float damper_s;               // a damper's constant over its spring's
 };
 
 VelocityOutcome spring_loop_avx2(const SpringLoopInput& in);
@@ -30,29 +33,32 @@ VelocityOutcome spring_loop_avx512(const SpringLoopInput& in);
 void limit_speed(float* v, int lanes, std::uint32_t bad_lanes, const std::uint32_t* offset, float max_speed_m_per_s,
                  VelocityOutcome& outcome);
 
-template <class R>
-struct Lanes3 {
-  typename R::Reg x, y, z;
-};
-
 // Added to l^2: padding has l = 0 and must give 0 / l = 0. Far below the rounding of any real edge's l^2.
 constexpr float kNoDivisionByZero = 1e-20f;
 
-template <class R>
-[[gnu::always_inline]] inline Lanes3<R> spring_force(const char* position, const Lanes3<R>& own,
-                                                     const SpringColumn* column, std::uint32_t width, int first_lane) {
+template <class R, bool kDampers>
+[[gnu::always_inline]] inline Lanes3<R> spring_force(const SpringLoopInput& in, const Lanes3<R>& own,
+                                                     const Lanes3<R>& own_velocity, const SpringColumn* column,
+                                                     std::uint32_t width, int first_lane) {
   using Reg = typename R::Reg;
   Lanes3<R> force{R::all(0), R::all(0), R::all(0)};
   const Reg tiny = R::all(kNoDivisionByZero);
   for (const SpringColumn* const end = column + width; column != end; ++column) {
-    const Lanes3<R> other = R::gather(position, &column->offset[first_lane]);
+    const Lanes3<R> other = R::gather(in.position, &column->offset[first_lane]);
     const Reg dx = R::sub(other.x, own.x);
     const Reg dy = R::sub(other.y, own.y);
     const Reg dz = R::sub(other.z, own.z);
     const Reg l2 = R::fma(dx, dx, R::fma(dy, dy, R::fma(dz, dz, tiny)));
     // k - k l0 / l as k - l (k l0 / l^2): the root and the quotient then do not wait for each other.
-    const Reg c =
-        R::minus_fma(R::sqrt(l2), R::div(R::load(&column->k_l0[first_lane]), l2), R::load(&column->k[first_lane]));
+    const Reg k = R::load(&column->k[first_lane]);
+    Reg c = R::minus_fma(R::sqrt(l2), R::div(R::load(&column->k_l0[first_lane]), l2), k);
+    if constexpr (kDampers) {
+      // + damper_s k (d . dv) / l^2
+      const Lanes3<R> v = R::gather(in.velocity_before, &column->offset[first_lane]);
+      const Reg approach = R::fma(dx, R::sub(v.x, own_velocity.x),
+                                  R::fma(dy, R::sub(v.y, own_velocity.y), R::mul(dz, R::sub(v.z, own_velocity.z))));
+      c = R::fma(R::mul(R::all(in.damper_s), k), R::div(approach, l2), c);
+    }
     force.x = R::fma(c, dx, force.x);
     force.y = R::fma(c, dy, force.y);
     force.z = R::fma(c, dz, force.z);
@@ -73,7 +79,7 @@ struct VertexLanes {
   }
 };
 
-template <class R>
+template <class R, bool kDampers>
 [[gnu::always_inline]] inline VelocityOutcome spring_loop(const SpringLoopInput& in) {
   VelocityOutcome outcome;
   const auto damping = R::all(in.damping_factor);
@@ -82,8 +88,9 @@ template <class R>
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
       const std::uint32_t* const offset = &slice->offset[first];
       const Lanes3<R> x = R::gather(in.position, offset);
-      const Lanes3<R> force = spring_force<R>(in.position, x, in.columns + slice->first_column, slice->width, first);
       const Lanes3<R> v = R::gather(in.velocity, offset);
+      const Lanes3<R> force =
+          spring_force<R, kDampers>(in, x, v, in.columns + slice->first_column, slice->width, first);
       const VertexLanes<R> vertex{R::load(&slice->k_home[first]), R::load(&slice->step_over_mass[first]),
                                   R::load(&slice->gravity_share[first]), damping};
       Lanes3<R> now{vertex.new_velocity(force.x, &slice->home_x[first], x.x, in.gravity_step[0], v.x),

@@ -48,14 +48,14 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex_alive(v)) continue;
     component_of_[v] = 0;
-    set_row(mesh, v, false);
+    set_row(mesh, v);
   }
 }
 
 void SurfaceSprings::resize(std::uint32_t vertex_slots) {
   resize_slots<Vec3>(home_body_m_, vertex_slots, Vec3::Zero());
   for (auto* masses : {&physical_mass_, &added_mass_, &inverse_mass_}) resize_slots(*masses, vertex_slots, 0.0);
-  resize_slots<std::uint8_t>(fixed_, vertex_slots, 0);
+  for (auto* flags : {&fixed_, &cut_, &temporary_}) resize_slots<std::uint8_t>(*flags, vertex_slots, 0);
   for (auto* components : {&component_of_, &place_in_component_}) resize_slots(*components, vertex_slots, kNone);
 }
 
@@ -67,9 +67,12 @@ double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {
   return stiffness_n_per_m * h * h / budget;
 }
 
-void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v, bool scale_mass) {
+void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   forget_mass(v);
   gather_star(mesh, v, membrane_, star_);
+  const bool scale_mass = cut_[v] || temporary_[v] || std::ranges::any_of(star_.half_edges, [&](const HalfEdge& e) {
+                            return temporary_[e.to] != 0;
+                          });
   const double area_m2 = std::max(star_.area_m2, least_area_m2_);
   const double k_home = material_.home_springs ? foundation_pa_per_m_ * area_m2 : 0;
   const double stiffness = 2 * star_.stiffness_n_per_m + k_home;
@@ -102,19 +105,30 @@ void SurfaceSprings::forget_mass(VertexId v) {
 void SurfaceSprings::remove_row(VertexId v) {
   forget_mass(v);
   omega2_.set(v, 0);
-  fixed_[v] = 0;
+  fixed_[v] = cut_[v] = temporary_[v] = 0;
   rows_.remove(v);
   move_to_component(v, kNone);
 }
 
-void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> touched) {
-  resize(mesh.vertex_slots());
+void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change) {
+  const auto alive = [&](VertexId v) { return v < mesh.vertex_slots() && mesh.vertex_alive(v); };
+  const auto old_slots = static_cast<std::uint32_t>(home_body_m_.size());
+  resize(std::max(old_slots, mesh.vertex_slots()));
   for (const VertexId v : touched) {
-    if (!mesh.vertex_alive(v)) remove_row(v);
+    if (!alive(v)) remove_row(v);
+  }
+  resize(mesh.vertex_slots());  // slots at the end may be gone
+  for (const VertexId v : touched) {
+    if (!alive(v)) continue;
+    if (change == Change::kPermanent) {
+      cut_[v] = 1;
+    } else if (component_of_[v] == kNone) {
+      temporary_[v] = 1;
+    }
   }
   adopt_new_vertices(mesh, touched);
   for (const VertexId v : touched) {
-    if (mesh.vertex_alive(v)) set_row(mesh, v, true);
+    if (alive(v)) set_row(mesh, v);
   }
   if (rows_.wants_compaction()) rows_.compact();
 }
@@ -123,7 +137,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
 void SurfaceSprings::adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched) {
   std::vector<VertexId> orphans;
   for (const VertexId v : touched) {
-    if (mesh.vertex_alive(v) && component_of_[v] == kNone) orphans.push_back(v);
+    if (v < mesh.vertex_slots() && mesh.vertex_alive(v) && component_of_[v] == kNone) orphans.push_back(v);
   }
   while (!orphans.empty()) {
     std::vector<VertexId> left;

@@ -68,8 +68,12 @@ class SurfaceSprings final : public DeformationEngine {
   // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
   // a short new edge would start inverted). A new vertex joins the component of a
   // neighbour. Mass is added where a row would not be stable at step_s. O(touched), compaction aside.
-  void update(const TriangleMesh& mesh, std::span<const VertexId> touched);
-  void follow(const SharedBody& body, const TopologyChange& change) override { update(body.mesh, change.vertices); }
+  // kTemporary: of a deformation; what it adds, mass included, is gone again bit for bit once it is undone.
+  enum class Change { kPermanent, kTemporary };
+  void update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change = Change::kPermanent);
+  void follow(const SharedBody& body, const TopologyChange& change) override {
+    update(body.mesh, change.vertices, change.delta.temporary ? Change::kTemporary : Change::kPermanent);
+  }
 
   // A free component moves rigidly apart from its deformation; one with a fixed vertex is anchored whatever is asked.
   // Calling it again for the same id keeps the frame. O(vertices).
@@ -120,7 +124,7 @@ class SurfaceSprings final : public DeformationEngine {
   };
 
   void resize(std::uint32_t vertex_slots);
-  void set_row(const TriangleMesh& mesh, VertexId v, bool scale_mass);
+  void set_row(const TriangleMesh& mesh, VertexId v);
   void remove_row(VertexId v);
   void forget_mass(VertexId v);
   void adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched);
@@ -143,6 +147,8 @@ class SurfaceSprings final : public DeformationEngine {
   std::vector<double> added_mass_;
   std::vector<double> inverse_mass_;  // of the effective mass; 0 when fixed
   std::vector<std::uint8_t> fixed_;
+  std::vector<std::uint8_t> cut_;        // a permanent change has touched it
+  std::vector<std::uint8_t> temporary_;  // it came with a temporary change
   std::vector<std::uint32_t> component_of_;
   std::vector<std::uint32_t> place_in_component_;  // index into Component::vertices when that is free
   std::vector<Component> components_;

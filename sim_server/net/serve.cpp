@@ -6,6 +6,7 @@
 #include <set>
 #include <thread>
 
+#include "common/core/error.h"
 #include "common/core/log.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/run.h"
@@ -18,6 +19,7 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kGiveUpS = 0.25;     // this far behind, the clock is set back: the session runs slower, not in bursts
 constexpr double kLeaveTimeoutS = 5;  // how long the end is served to viewers
+constexpr double kListen_s = 0.3;     // before the clock starts: is there another server with our bodies?
 constexpr auto kPollPeriod = std::chrono::milliseconds(2);
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -36,14 +38,31 @@ std::vector<TriangleMesh> meshes_of(const Simulation& simulation) {
   return meshes;
 }
 
-// Until viewers and tools are there; samples that come meanwhile are kept.
+void yield_to_an_older_server(const ServerNet& net, const ServeOptions& options) {
+  if (const auto body = net.claimed_body())
+    throw InputError("session '" + options.network.session + "': another server has the body '" + *body + "'");
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+// Until viewers, tools and the other servers are there.
 void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& options, std::vector<ToolSample>& samples) {
   std::set<std::uint32_t> tools;
+  const auto listen_until = Clock::now() + to_duration(kListen_s);
   const auto complete = [&] {
-    return net.viewers() >= options.wait_for_viewers && (!options.wait_for_tools || tools.size() >= scene.tools.size());
+    return net.viewers() >= options.wait_for_viewers &&
+           (!options.wait_for_tools || tools.size() >= scene.tools.size()) &&
+           (!options.wait_for_bodies || net.missing_bodies().empty());
   };
   if (!complete()) log_info("waiting for viewers and tools");
-  while (!stop_requested && !complete()) {
+  if (options.wait_for_bodies && !net.missing_bodies().empty())
+    log_info("waiting for servers of " + list_of(net.missing_bodies()));
+  while (!stop_requested && (!complete() || Clock::now() < listen_until)) {
+    yield_to_an_older_server(net, options);
     samples.clear();  // what the tools do before the clock starts is not part of the session
     net.take_samples(samples);
     for (const ToolSample& s : samples) tools.insert(s.tool_id);
@@ -72,7 +91,11 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
   double stall_s = options.stall_at_s >= 0 ? options.stall_s : 0;
   auto due = Clock::now();
   for (std::uint64_t k = 1; k <= steps && !stop_requested; ++k) {
-    net.take_samples(input.samples);
+    yield_to_an_older_server(net, options);
+    if (options.play_traces)
+      input.samples = samples_of_traces(scene, k);
+    else
+      net.take_samples(input.samples);
     const auto start = Clock::now();
     const StepOutput& output = simulation.step(input);
     if (stall_s > 0 && output.sim_time_s >= options.stall_at_s) {

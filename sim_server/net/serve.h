@@ -16,11 +16,14 @@ struct ServeOptions {
   std::string directory;               // for what the run leaves behind; empty: nothing
   std::uint32_t wait_for_viewers = 0;  // the clock starts when so many are there
   bool wait_for_tools = false;         // and when every tool of the scene has sent a sample
+  bool wait_for_bodies = false;        // and when every body of the scene has a server
+  bool play_traces = false;            // instruments follow the scene's own traces, step by step; bridges are not heard
   double stall_at_s = -1;              // for tests: the simulation stops once, at this simulated time ...
   double stall_s = 0;                  // ... for so long
 };
 
-// Returns the report. SIGINT and SIGTERM end the session in order; nothing is lost.
+// Returns the report. Throws InputError when another server of the session has a body of this one. SIGINT and SIGTERM
+// end the session in order; nothing is lost.
 std::string serve(const Scene& scene, const ServeOptions& options);
 
 }  // namespace sectio

@@ -100,6 +100,7 @@ struct ServerNet::State {
   void send_status(const Outbox& batch);
   void send_end(const std::string& reason);
   void take_requests();
+  void hear_others();
   void queue_keyframes(Clock::time_point now);
   void send_chunks();
   std::vector<BodyVersion> versions() const;
@@ -117,6 +118,7 @@ struct ServerNet::State {
   Participant participant;
   Reader<wire::ToolPacket> tool_reader;
   Reader<wire::KeyframeRequest> request_reader;
+  Reader<wire::SceneInfo> scene_reader;
   Writer<wire::SceneInfo> scene_writer;
   Writer<wire::TopologyDelta> delta_writer;
   Writer<wire::KeyframeChunk> chunk_writer;
@@ -140,6 +142,8 @@ struct ServerNet::State {
   bool stop = false;
   std::optional<SessionEnd> session_end;
   std::uint64_t refused = 0;
+  std::vector<std::string> missing;
+  std::optional<std::string> claimed;
 
   // Publishing thread.
   struct Shadow {
@@ -166,6 +170,7 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       participant(options.network, "sim_server"),
       tool_reader(participant),
       request_reader(participant),
+      scene_reader(participant),
       scene_writer(participant),
       delta_writer(participant),
       chunk_writer(participant),
@@ -179,6 +184,10 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       encoder(scene.epoch, scene.step_s, scene.bodies.size()) {
   body_infos = scene.bodies;
   for (TriangleMesh& mesh : meshes) shadows.push_back({std::move(mesh), false, {}});
+  if (scene.world_bodies.empty())
+    for (const BodyInfo& body : scene.bodies) scene.world_bodies.push_back(body.name);
+  missing = scene.world_bodies;
+  for (const BodyInfo& body : scene.bodies) std::erase(missing, body.name);
   // What a viewer would refuse is refused here, with a word.
   if (!from_wire(to_wire(scene))) throw InputError("scene: names, colours or camera that can't be sent to viewers");
   if (shadows.size() != scene.bodies.size()) throw InputError("scene: as many meshes as bodies expected");
@@ -217,6 +226,7 @@ void ServerNet::State::run() {
     }
     send(batch);
     take_requests();
+    hear_others();
     queue_keyframes(Clock::now());
     send_chunks();
     if (batch.end_reason) send_end(*batch.end_reason);
@@ -315,6 +325,20 @@ void ServerNet::State::take_requests() {
     const std::optional<KeyframeRequest> request = from_wire(message);
     if (request && request->epoch == scene.epoch && request->body_id < shadows.size())
       shadows[request->body_id].keyframe_wanted = true;
+  }
+}
+
+void ServerNet::State::hear_others() {
+  wire::SceneInfo message;
+  while (scene_reader.take(message)) {
+    const std::optional<SceneInfo> other = from_wire(message);
+    if (!other || other->epoch == scene.epoch) continue;
+    const std::lock_guard lock(mutex);
+    for (const BodyInfo& body : other->bodies) {
+      std::erase(missing, body.name);
+      const bool ours = std::ranges::find(scene.bodies, body.name, &BodyInfo::name) != scene.bodies.end();
+      if (ours && !claimed && other->epoch < scene.epoch) claimed = body.name;
+    }
   }
 }
 
@@ -424,6 +448,16 @@ SessionEnd ServerNet::end_session(const std::string& reason) {
   state_->wake.notify_one();
   state_->ended.wait(lock, [&] { return state_->session_end.has_value(); });
   return *state_->session_end;
+}
+
+std::vector<std::string> ServerNet::missing_bodies() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->missing;
+}
+
+std::optional<std::string> ServerNet::claimed_body() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->claimed;
 }
 
 std::uint32_t ServerNet::viewers() const {

@@ -33,7 +33,8 @@ struct ServerNetOptions {
 
 class ServerNet {
  public:
-  // Announces the scene. `meshes`: the bodies as they are now. Throws InputError for options and names that won't do.
+  // Announces the scene; no world_bodies: ours are all. `meshes`: the bodies as they are now. Throws InputError for
+  // options and names that won't do.
   ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes);
   ~ServerNet();
 
@@ -47,6 +48,11 @@ class ServerNet {
 
   // Sends all that is left, then the final versions of the bodies, which it returns.
   SessionEnd end_session(const std::string& reason);
+
+  // Several servers share a session when each has bodies of its own. Bodies of the scene that no server has announced
+  // yet; and the first body of ours that an older server has, too: then this one has to go.
+  std::vector<std::string> missing_bodies() const;
+  std::optional<std::string> claimed_body() const;
 
   // Viewers that are connected now.
   std::uint32_t viewers() const;

@@ -143,9 +143,11 @@ void read_mesh(YamlMap& map, const std::string& scene_file, BodySpec& body) {
 BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   BodySpec body;
   body.name = name_of(map.require("name"));
+  if (const auto server = map.find("server")) body.server = name_of(*server);
   map.read("model", body.model, {"surface_springs"});
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
+  map.part("contact", [&](YamlMap& part) { part.read("style", body.contact.style, {"vertices", "templates"}); });
   map.part("cutting", [&](YamlMap& part) { body.cutting = read_cutting(part); });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
@@ -219,9 +221,18 @@ Scene load_scene(const std::string& path) {
     YamlMap entry(value);
     BodySpec body = read_body(entry, path);
     unique_name(value, scene.bodies, body.name);
+    scene.world_bodies.push_back(body.name);
     scene.bodies.push_back(std::move(body));
   }
   return scene;
+}
+
+void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std::string& who) {
+  for (const std::string& name : names)
+    if (std::ranges::find(scene.bodies, name, &BodySpec::name) == scene.bodies.end())
+      throw InputError(who + ": there is no body " + name + " in " + scene.file);
+  std::erase_if(scene.bodies, [&](const BodySpec& body) { return std::ranges::find(names, body.name) == names.end(); });
+  if (scene.bodies.empty()) throw InputError(who + ": there are no bodies for it in " + scene.file);
 }
 
 }  // namespace sectio

@@ -44,6 +44,11 @@ struct CuttingSpec {
   bool loops_free_islands = true;  // closing a loop parts the island from the body
 };
 
+// How an instrument that presses moves the surface.
+struct ContactSpec {
+  std::string style = "vertices";  // it moves the vertices under it; or "templates", paper A's way: temporary ones
+};
+
 // What becomes of a part that a cut has separated.
 enum class FreeParts : std::uint8_t {
   keep,        // it stays a component of its body
@@ -64,6 +69,7 @@ struct Box {
 
 struct BodySpec {
   std::string name;
+  std::string server = "main";          // of those that share the session, the one that simulates it
   std::string mesh_file;                // resolved path
   double mesh_unit_m = 1;               // length of the file's unit
   TriangleSoup mesh;                    // in metres, body frame, checked
@@ -71,6 +77,7 @@ struct BodySpec {
   Pose pose;
   std::string model = "surface_springs";
   MaterialSpec material;
+  ContactSpec contact;
   CuttingSpec cutting;
   SplittingSpec splitting;
   std::optional<Box> fixed;  // vertices inside stay where they are
@@ -95,7 +102,8 @@ struct Scene {
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::optional<double> floor_z_m;  // parts that fall come to rest on this plane
   Camera camera;
-  std::vector<BodySpec> bodies;
+  std::vector<BodySpec> bodies;           // that this process simulates
+  std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
 };
 
@@ -107,10 +115,11 @@ struct Scene {
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
-//     name*, model: surface_springs
+//     name*, model: surface_springs, server: name (main)
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
+//     contact:   style: vertices | templates
 //     cutting:   the members of CuttingSpec; threshold_force_n or threshold_displacement_m
 //     splitting: free_parts: keep | rigid | deformable, least_volume_m3, friction
 //     fixed:     min_world_m*, max_world_m*
@@ -119,5 +128,9 @@ struct Scene {
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace: file
 //     geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
 Scene load_scene(const std::string& path);
+
+// Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for
+// a name that the scene doesn't have, or none at all.
+void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std::string& who);
 
 }  // namespace sectio

@@ -36,13 +36,13 @@ struct Viewer {
   }
   bool agrees_with(const TriangleMesh& mesh) {
     look();
-    if (replica.bodies().empty() || !replica.bodies()[0].known()) return false;
+    if (replica.bodies().empty() || !replica.bodies()[0]->known()) return false;
     const BodyVersion version = replica.catch_up().at(0);
     return version.revision == mesh.revision() && version.topology_hash == mesh.hash();
   }
 
   ClientNet net;
-  Replica replica;
+  World replica;
   Frame frame;
   int frames = 0;
 };
@@ -213,13 +213,14 @@ TEST_F(Replication, the_end_names_final_versions_and_is_served_until_viewers_hav
   EXPECT_FALSE(server->wait_for_viewers_to_leave(0));
 
   const auto give_up = Clock::now() + kGiveUp;
-  while (Clock::now() < give_up && !(viewer->net.session_end() && viewer->agrees_with(world->mesh()))) viewer->look();
-  ASSERT_TRUE(viewer->net.session_end());
-  EXPECT_EQ(viewer->net.session_end()->bodies, end.bodies);
+  while (Clock::now() < give_up && !(viewer->replica.session_end() && viewer->agrees_with(world->mesh())))
+    viewer->look();
+  ASSERT_TRUE(viewer->replica.session_end());
+  EXPECT_EQ(viewer->replica.session_end()->bodies, end.bodies);
   EXPECT_EQ(viewer->replica.catch_up(), end.bodies);
   // Who comes after the end still gets it.
   Viewer late(network);
-  while (Clock::now() < give_up && !(late.net.session_end() && late.agrees_with(world->mesh()))) late.look();
+  while (Clock::now() < give_up && !(late.replica.session_end() && late.agrees_with(world->mesh()))) late.look();
   EXPECT_TRUE(late.agrees_with(world->mesh()));
   viewer.reset();
   EXPECT_FALSE(server->wait_for_viewers_to_leave(0));  // the late one is still there

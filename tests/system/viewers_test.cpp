@@ -56,19 +56,19 @@ TEST_F(Viewers, A_ARCH_8_a_viewer_may_draw_or_not_or_be_another_program) {
   auto drawing = viewer("drawing", {"--size", "64x48", "--fps", "10"});
   auto null = viewer("null", {"--no-pictures"});
   auto net = std::make_unique<ClientNet>(network);
-  Replica own;
+  World own;
   auto hand = bridge();
   const auto now_s = [] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   };
   const auto at_the_end = [&] {
     net->poll(now_s(), own);
-    return net->session_end() && own.catch_up() == net->session_end()->bodies;
+    return own.session_end() && own.catch_up() == own.session_end()->bodies;
   };
   const double give_up_s = now_s() + 60;
   while (!at_the_end() && now_s() < give_up_s) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  ASSERT_TRUE(net->session_end());
-  EXPECT_EQ(own.catch_up(), net->session_end()->bodies);
+  ASSERT_TRUE(own.session_end());
+  EXPECT_EQ(own.catch_up(), own.session_end()->bodies);
   net.reset();  // the server waits for those who look
   expect_equal_at_the_end(*drawing);
   expect_equal_at_the_end(*null);

@@ -31,7 +31,7 @@ inline ContactModel some_model() {
 
 inline DeltaMessage some_delta() {
   DeltaMessage message{7, 1, {}};
-  message.delta = {4, 5, 99, 10, 12, {{3, true, Vec3(1, 2, 3)}, {8, false, Vec3::Zero()}}, {}};
+  message.delta = {4, 5, 99, 10, 12, true, {{3, true, Vec3(1, 2, 3)}, {8, false, Vec3::Zero()}}, {}};
   message.delta.triangles = {{0, {{1, 2, 3}, Surface::wall}}, {4, {}}};
   return message;
 }
@@ -54,6 +54,7 @@ inline SceneInfo some_scene() {
   SceneInfo scene;
   scene.epoch = 7;
   scene.session = "theatre";
+  scene.world_bodies = {"kidney", "liver"};
   scene.bodies = {{"liver", Vec3(0.1, 0.2, 0.3), Vec3(1, 0, 1)}};
   scene.tools = {{"left", "cautery_hook", {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}, 0.008}};
   return scene;

@@ -48,6 +48,31 @@ TEST(Keyframe, comes_back_bit_for_bit) {
   EXPECT_EQ(mesh->revision(), world.mesh().revision());
 }
 
+// Temporary elements of a deformation: whoever joins meanwhile has them too, and knows that they are.
+TEST(Keyframe, A_DEF_13_permanent_changes_wait_until_temporary_elements_are_gone) {
+  TriangleMesh mesh = MovingWorld(0).mesh();
+  const std::uint64_t hash = mesh.hash();
+  TopologyDelta press = test::split_triangle(mesh, 0);
+  press.temporary = true;
+  const TopologyDelta lift = inverse(press, mesh);
+  EXPECT_TRUE(lift.temporary);
+  ASSERT_EQ(delta_from_bytes(to_bytes(press)), press);
+  ASSERT_EQ(apply(press, mesh), ApplyStatus::applied);
+  EXPECT_TRUE(mesh.has_temporary_elements());
+  EXPECT_EQ(mesh.permanent_hash(), hash);
+
+  std::optional<TriangleMesh> late = mesh_of(*keyframe_from_bytes(to_bytes(keyframe_of(mesh))));
+  ASSERT_TRUE(late);
+  for (TriangleMesh* m : {&mesh, &*late}) {
+    EXPECT_EQ(apply(test::split_triangle(*m, 5), *m), ApplyStatus::malformed);
+    ASSERT_EQ(apply(lift, *m), ApplyStatus::applied);
+    EXPECT_FALSE(m->has_temporary_elements());
+    EXPECT_EQ(m->hash(), hash);
+    EXPECT_EQ(apply(test::split_triangle(*m, 5), *m), ApplyStatus::applied);
+    EXPECT_FALSE(m->has_temporary_elements());
+  }
+}
+
 TEST(Keyframe, damaged_ones_are_refused) {
   MovingWorld world(0);
   const std::vector<std::uint8_t> whole = to_bytes(keyframe_of(world.mesh()));
@@ -59,10 +84,11 @@ TEST(Keyframe, damaged_ones_are_refused) {
     if (random() % 5 == 0) bytes.resize(random() % bytes.size());
     std::optional<Keyframe> keyframe = keyframe_from_bytes(bytes);
     if (!keyframe) continue;
-    const std::uint64_t revision = keyframe->revision;
+    const bool uncovered =
+        keyframe->revision != world.mesh().revision() || keyframe->permanent_hash != world.mesh().permanent_hash();
     const std::optional<TriangleMesh> mesh = mesh_of(std::move(*keyframe));
-    // Only the revision isn't covered by the hash.
-    EXPECT_TRUE(!mesh || (mesh->hash() == world.mesh().hash() && revision != world.mesh().revision()));
+    // Only revision and permanent hash aren't covered by the hash.
+    EXPECT_TRUE(!mesh || (mesh->hash() == world.mesh().hash() && uncovered));
   }
 }
 

@@ -1,0 +1,238 @@
+#include "render_client/replica/world.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace sectio {
+
+namespace {
+
+bool collide(const SceneInfo& a, const SceneInfo& b) {
+  return a.world_bodies != b.world_bodies || overlap(a, b);
+}
+
+// Where a server's first body stands in the scene.
+std::size_t place_of(const SceneInfo& scene) {
+  if (scene.bodies.empty()) return scene.world_bodies.size();
+  const auto at = std::ranges::find(scene.world_bodies, scene.bodies.front().name);
+  return static_cast<std::size_t>(at - scene.world_bodies.begin());
+}
+
+// Topology is copied only where it is another than before.
+void copy(const BodyFrame& from, BodyFrame& to) {
+  const bool same = to.name == from.name && to.revision == from.revision &&
+                    to.triangles.size() == from.triangles.size() && to.rest_body_m.size() == from.rest_body_m.size();
+  if (same)
+    to.positions_world_m = from.positions_world_m;
+  else
+    to = from;
+}
+
+}  // namespace
+
+World::Server* World::find(std::uint64_t epoch) const {
+  for (const Servers* list : {&servers_, &claimants_})
+    for (const auto& server : *list)
+      if (server->epoch() == epoch) return server.get();
+  return nullptr;
+}
+
+void World::announce(const SceneInfo& scene) {
+  if (Server* known = find(scene.epoch)) {
+    known->replica.extend(scene);
+    if (known->end) known->replica.feed(*known->end);  // it may have come before the bodies that it names
+    return;
+  }
+  bool taken = false;
+  for (const auto& server : servers_) {
+    if (!collide(*server->replica.scene(), scene)) continue;
+    if (server->epoch() > scene.epoch) return;  // a ghost
+    taken = true;
+  }
+  auto server = std::make_unique<Server>();
+  server->replica.reset(scene);
+  if (const auto end = early_ends_.find(scene.epoch); end != early_ends_.end()) {
+    server->end = end->second;
+    server->replica.feed(end->second);
+  }
+  if (!taken) return enter(std::move(server));
+  claimants_.push_back(std::move(server));
+  if (claimants_.size() > kMaxWaiting) claimants_.erase(claimants_.begin());
+}
+
+void World::enter(std::unique_ptr<Server> server) {
+  const SceneInfo& scene = *server->replica.scene();
+  const auto gives_way = [&](const auto& other) {
+    return other->epoch() < scene.epoch && collide(*other->replica.scene(), scene);
+  };
+  std::erase_if(servers_, gives_way);
+  std::erase_if(claimants_, gives_way);
+  const auto at = std::ranges::find_if(
+      servers_, [&](const auto& other) { return place_of(*other->replica.scene()) > place_of(scene); });
+  servers_.insert(at, std::move(server));
+  changed_ = true;
+}
+
+void World::feed(DeltaMessage message) {
+  if (Server* server = find(message.epoch)) server->replica.feed(std::move(message));
+}
+
+void World::feed(KeyframeChunk chunk) {
+  Server* server = find(chunk.epoch);
+  if (!server || chunk.body_id >= server->replica.bodies().size()) return;
+  const ReplicaBody& body = server->replica.bodies()[chunk.body_id];
+  if (body.known() && chunk.revision <= body.mesh().revision()) return;  // for another viewer
+  const std::uint64_t epoch = chunk.epoch;
+  const std::uint32_t body_id = chunk.body_id;
+  if (const auto bytes = server->assembler.add(std::move(chunk))) server->replica.feed_keyframe(epoch, body_id, *bytes);
+}
+
+void World::feed(StateHeader header) {
+  if (Server* server = find(header.epoch)) server->replica.feed(std::move(header));
+}
+
+void World::feed(StatePiece piece) {
+  if (Server* server = find(piece.epoch)) server->replica.feed(std::move(piece));
+}
+
+void World::feed(const SessionEnd& end) {
+  Server* server = find(end.epoch);
+  if (!server) {
+    early_ends_.insert_or_assign(end.epoch, end);
+    if (early_ends_.size() > kMaxWaiting) early_ends_.erase(early_ends_.begin());
+    return;
+  }
+  server->replica.feed(end);
+  server->end = end;
+}
+
+bool World::gathered(double now_s) {
+  if (begun_ || servers_.empty()) return begun_;
+  if (!first_seen_s_) first_seen_s_ = now_s;
+  std::vector<std::string> missing = servers_.front()->replica.scene()->world_bodies;
+  for (const auto& server : servers_)
+    for (const BodyInfo& body : server->replica.scene()->bodies)
+      if (server->drawn) std::erase(missing, body.name);
+  begun_ = missing.empty() || now_s - *first_seen_s_ > kGather_s;
+  return begun_;
+}
+
+bool World::frame(double now_s, Frame& frame) {
+  for (std::size_t i = claimants_.size(); i-- > 0;) {
+    if (i >= claimants_.size() || !claimants_[i]->replica.frame(now_s, claimants_[i]->frame)) continue;
+    std::unique_ptr<Server> owner = std::move(claimants_[i]);
+    claimants_.erase(claimants_.begin() + static_cast<std::ptrdiff_t>(i));
+    owner->drawn = fresh_ = true;
+    enter(std::move(owner));
+  }
+  for (const auto& server : servers_) {
+    const bool is_new = server->replica.frame(now_s, server->frame);
+    server->drawn |= is_new;
+    fresh_ |= is_new;
+  }
+  if (!fresh_ || !gathered(now_s)) return false;
+  fresh_ = false;
+  merge(frame);
+  return true;
+}
+
+void World::merge(Frame& frame) {
+  if (std::exchange(changed_, false)) frame.bodies.clear();
+  const Server* newest = nullptr;
+  std::size_t count = 0;
+  bool in_contact = false;
+  for (const auto& server : servers_) {
+    if (!server->drawn) continue;
+    if (!newest || server->frame.sim_time_s > newest->frame.sim_time_s) newest = server.get();
+    in_contact |= server->frame.in_contact;
+    frame.bodies.resize(std::max(frame.bodies.size(), count + server->frame.bodies.size()));
+    for (const BodyFrame& body : server->frame.bodies) copy(body, frame.bodies[count++]);
+  }
+  frame.bodies.resize(count);
+  frame.session = newest->frame.session;
+  frame.step = newest->frame.step;
+  frame.sim_time_s = newest->frame.sim_time_s;
+  frame.step_wall_time_s = newest->frame.step_wall_time_s;
+  frame.camera = newest->frame.camera;
+  frame.tools = newest->frame.tools;
+  frame.in_contact = in_contact;
+}
+
+std::vector<KeyframeRequest> World::take_requests(double now_s) {
+  std::vector<KeyframeRequest> requests;
+  for (const Servers* list : {&servers_, &claimants_})
+    for (const auto& server : *list) {
+      const std::vector<KeyframeRequest> some = server->replica.take_requests(now_s);
+      requests.insert(requests.end(), some.begin(), some.end());
+    }
+  return requests;
+}
+
+double World::servers_apart_s() const {
+  double first_s = 1e300, last_s = -1e300;
+  for (const auto& server : servers_) {
+    if (!server->drawn || server->end) return 0;
+    first_s = std::min(first_s, server->frame.sim_time_s);
+    last_s = std::max(last_s, server->frame.sim_time_s);
+  }
+  return std::max(0.0, last_s - first_s);
+}
+
+std::vector<const ReplicaBody*> World::bodies() const {
+  std::vector<const ReplicaBody*> result;
+  for (const auto& server : servers_)
+    for (const ReplicaBody& body : server->replica.bodies()) result.push_back(&body);
+  return result;
+}
+
+std::vector<std::string> World::body_names() const {
+  std::vector<std::string> names;
+  for (const auto& server : servers_)
+    for (const BodyInfo& body : server->replica.scene()->bodies) names.push_back(body.name);
+  return names;
+}
+
+std::vector<BodyVersion> World::catch_up() {
+  std::vector<BodyVersion> versions;
+  for (const auto& server : servers_) {
+    const std::vector<BodyVersion> some = server->replica.catch_up();
+    versions.insert(versions.end(), some.begin(), some.end());
+  }
+  return versions;
+}
+
+std::optional<SessionEnd> World::session_end() const {
+  if (servers_.empty()) return std::nullopt;
+  SessionEnd all;
+  for (const auto& server : servers_) {
+    if (!server->end || server->end->bodies.size() != server->replica.bodies().size()) return std::nullopt;
+    all.epoch = std::max(all.epoch, server->epoch());
+    all.step = std::max(all.step, server->end->step);
+    if (all.reason.empty()) all.reason = server->end->reason;
+    all.bodies.insert(all.bodies.end(), server->end->bodies.begin(), server->end->bodies.end());
+  }
+  return all;
+}
+
+ReplicaCounts World::counts() const {
+  ReplicaCounts sum;
+  for (const auto& server : servers_) {
+    const ReplicaCounts& c = server->replica.counts();
+    sum.deltas_applied += c.deltas_applied;
+    sum.deltas_dropped += c.deltas_dropped;
+    sum.hash_mismatches += c.hash_mismatches;
+    sum.resyncs += c.resyncs;
+    sum.requests += c.requests;
+    sum.frames += c.frames;
+    sum.patched_frames += c.patched_frames;
+  }
+  return sum;
+}
+
+std::size_t World::bytes() const {
+  std::size_t sum = 0;
+  for (const ReplicaBody* body : bodies()) sum += body->bytes();
+  return sum;
+}
+
+}  // namespace sectio

@@ -1,0 +1,256 @@
+#include "sim_server/deformation/tetra/tet_solid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/error.h"
+#include "sim_server/deformation/tetra/tet_star.h"
+
+namespace sectio {
+namespace {
+
+// Of the limit at rest. Deformation makes a nearly incompressible solid stiffer, the more the closer to 1/2
+// (methods 3.1).
+double safety(double poisson) {
+  return poisson > 0.47 ? 0.45 : 0.6;
+}
+constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
+constexpr double kLeastMargin = 1.1;
+constexpr int kSweeps = 30;
+constexpr double kStill_m = 1e-8;  // sweeps that move no vertex further are enough
+
+TetStiffness stiffness_of(const TetMesh& mesh, const VolumeMaterial& m) {
+  const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
+  TetStiffness stiffness;
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+    const double factor = m.stiffness_factor.empty() ? 1 : m.stiffness_factor[t];
+    stiffness.shear_pa.push_back(factor * mu);
+    stiffness.bulk_pa.push_back(factor * (lambda + mu));
+  }
+  return stiffness;
+}
+
+double start_value(std::size_t n) {
+  std::uint64_t x = (n + 1) * 0x9e3779b97f4a7c15u;
+  x ^= x >> 29;
+  x *= 0xbf58476d1ce4e5b9u;
+  x ^= x >> 32;
+  return static_cast<double>(x & 0xffffff) / 0x800000 - 1;
+}
+
+}  // namespace
+
+double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness, std::span<const double> inverse_mass,
+                              int iterations) {
+  const std::size_t n = mesh.vertices_body_m.size();
+  std::vector<TetShape> shapes;
+  std::vector<double> volume(n, 0), bulk(n, 0);
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+    shapes.push_back(tet_shape(mesh, mesh.tetrahedra[t]));
+    for (const VertexId v : mesh.tetrahedra[t]) {
+      volume[v] += shapes[t].volume_m3;
+      bulk[v] += shapes[t].volume_m3 * stiffness.bulk_pa[t];
+    }
+  }
+  std::vector<Vec3> u(n), force(n);
+  for (std::size_t v = 0; v < n; ++v)
+    u[v] =
+        inverse_mass[v] > 0 ? Vec3(start_value(3 * v), start_value(3 * v + 1), start_value(3 * v + 2)) : Vec3::Zero();
+  std::vector<Mat3> gradient(shapes.size());
+  std::vector<double> pressure(n);
+  double omega2 = 0;
+  for (int i = 0; i < iterations; ++i) {
+    std::fill(pressure.begin(), pressure.end(), 0.0);
+    for (std::size_t t = 0; t < shapes.size(); ++t) {
+      gradient[t].setZero();
+      for (std::size_t k = 0; k < 4; ++k) gradient[t] += u[mesh.tetrahedra[t][k]] * shapes[t].gradient[k].transpose();
+      for (const VertexId v : mesh.tetrahedra[t]) pressure[v] += shapes[t].volume_m3 * gradient[t].trace();
+    }
+    for (std::size_t v = 0; v < n; ++v) pressure[v] *= bulk[v] / (volume[v] * volume[v]);
+    std::fill(force.begin(), force.end(), Vec3::Zero());
+    for (std::size_t t = 0; t < shapes.size(); ++t) {
+      const auto& c = mesh.tetrahedra[t];
+      const double mean = 0.25 * (pressure[c[0]] + pressure[c[1]] + pressure[c[2]] + pressure[c[3]]);
+      const Mat3& g = gradient[t];
+      const Mat3 stress =
+          stiffness.shear_pa[t] * (g + g.transpose()) + (mean - stiffness.shear_pa[t] * g.trace()) * Mat3::Identity();
+      for (std::size_t k = 0; k < 4; ++k) force[c[k]] += shapes[t].volume_m3 * (stress * shapes[t].gradient[k]);
+    }
+    double work = 0, size = 0, scale2 = 0;
+    for (std::size_t v = 0; v < n; ++v) {
+      if (!(inverse_mass[v] > 0)) continue;
+      work += force[v].dot(u[v]);
+      size += u[v].squaredNorm() / inverse_mass[v];
+      u[v] = inverse_mass[v] * force[v];
+      scale2 += u[v].squaredNorm();
+    }
+    if (!(size > 0) || !(scale2 > 0)) return 0;
+    omega2 = work / size;
+    for (Vec3& x : u) x /= std::sqrt(scale2);
+  }
+  return omega2;
+}
+
+TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
+    : mesh_(mesh),
+      material_(material),
+      settings_(std::move(settings)),
+      driver_(driver),
+      stiffness_(stiffness_of(mesh, material)),
+      mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
+      inverse_mass_(mass_.size()) {
+  std::vector<TetVertex> vertices(mass_.size());
+  for (VertexId v = 0; v < mass_.size(); ++v) {
+    const bool fixed = !settings_.fixed.empty() && settings_.fixed[v];
+    inverse_mass_[v] = fixed ? 0 : 1 / mass_[v];
+    vertices[v] = {inverse_mass_[v], fixed ? 0.0 : 1.0};
+  }
+  const double omega2 = largest_omega2_at_rest(mesh_, stiffness_, inverse_mass_);
+  explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2);
+  parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
+  rows_.build(mesh_, stiffness_);
+  rows_.set(vertices, settings_.step_s / parts_);
+  scratch_.resize(3 * rows_.most_faces() + 1);
+  std::vector<Vec4f> rest(mass_.size(), Vec4f::Zero());
+  for (VertexId v = 0; v < rest.size(); ++v) rest[v].head<3>() = mesh_.vertices_body_m[v].cast<float>();
+  const double bound = double{update_pressures(rows_, true, rest)};
+  omega2_per_bound_ = bound > 0 ? omega2 / bound : 0;
+  last_velocity_.assign(mass_.size(), Vec4f::Zero());
+}
+
+// omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega): damping is explicit, too.
+double TetSolid::damped_limit_s(double omega2) const {
+  const double omega = std::sqrt(omega2), zeta = material_.damping_per_s / (2 * omega);
+  return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
+}
+
+double TetSolid::largest_stable_step_s() const {
+  return HUGE_VAL;
+}
+
+void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                    std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  start_position_.assign(position_world_m.begin(), position_world_m.end());
+  start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
+  was_implicit_ = driver_ == TetDriver::implicit_only;
+  if (!was_implicit_) {
+    constraints_.begin(constraints, position_world_m, parts_);
+    was_implicit_ = !explicit_step(position_world_m, velocity_m_per_s);
+  }
+  if (was_implicit_) {
+    ++implicit_steps_;
+    std::ranges::copy(start_position_, position_world_m.begin());
+    std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
+    implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps);
+    constraints_.begin(constraints, start_position_, 1);
+    constraints_.project_part(0, settings_.step_s, inverse_mass_, position_world_m, velocity_m_per_s);
+  }
+  constraints_.finish(reactions);
+  last_velocity_ = start_velocity_;
+}
+
+bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+  const double h = settings_.step_s / parts_;
+  VelocityUpdate update;
+  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
+  update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
+  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  for (int part = 0; part < parts_; ++part) {
+    const bool look = part % kBoundEvery == 0;
+    const double bound = double{update_pressures(rows_, look, position_world_m)};
+    if (look) {
+      margin_ = damped_limit_s(omega2_per_bound_ * bound) / h;
+      if (!(margin_ >= kLeastMargin)) return false;
+    }
+    const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
+    if (outcome.clamped > 0 || outcome.not_finite != kNone) return false;
+    update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
+    constraints_.project_part(part, h, inverse_mass_, position_world_m, velocity_m_per_s);
+  }
+  return true;
+}
+
+void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s,
+                             int sweeps) {
+  const double h = step_s;
+  const Vec3 g = settings_.gravity_m_per_s2;
+  const double g2 = g.squaredNorm();
+  inertial_.resize(position_world_m.size());
+  start_position_.assign(position_world_m.begin(), position_world_m.end());
+  for (VertexId v = 0; v < inertial_.size(); ++v) {
+    inertial_[v] = position_world_m[v];
+    if (inverse_mass_[v] == 0) continue;
+    const Vec3 old = velocity_m_per_s[v].head<3>().cast<double>();
+    const Vec3 drift = (1 - material_.damping_per_s * h) * h * old;
+    inertial_[v].head<3>() += (drift + h * h * g).cast<float>();
+    // Begin with as much of gravity's pull as the vertex followed in the last step: none where it is at rest.
+    const Vec3 acceleration = (old - last_velocity_[v].head<3>().cast<double>()) / h;
+    const double share = g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0;
+    position_world_m[v].head<3>() += (drift + share * h * h * g).cast<float>();
+  }
+  update_pressures(rows_, false, position_world_m);
+  const std::span<float> scratch(scratch_.data()->bulk.data(), scratch_.size() * kLanes);
+  for (int n = 0; n < sweeps; ++n) {
+    const float moved2 = descend(rows_, static_cast<float>(h), inertial_, position_world_m, scratch);
+    if (moved2 < static_cast<float>(kStill_m * kStill_m)) break;
+  }
+  for (VertexId v = 0; v < inertial_.size(); ++v) {
+    if (inverse_mass_[v] == 0) continue;
+    Vec3 moved = (position_world_m[v] - start_position_[v]).head<3>().cast<double>();
+    const double furthest = kMaxVolumeSpeed_m_per_s * h, distance = moved.norm();
+    if (!std::isfinite(distance)) {
+      if (first_bad_vertex_ == kNone) first_bad_vertex_ = v;
+      moved.setZero();
+    } else if (distance > furthest) {
+      moved *= furthest / distance;
+    }
+    position_world_m[v].head<3>() = start_position_[v].head<3>() + moved.cast<float>();
+    velocity_m_per_s[v].head<3>() = (moved / h).cast<float>();
+  }
+}
+
+double TetSolid::elastic_energy_j(std::span<const Vec4f> position_world_m) const {
+  std::vector<double> volume(mass_.size(), 0), rest(mass_.size(), 0), bulk(mass_.size(), 0);
+  double energy = 0;
+  const auto at = [&](VertexId v) -> Vec3 { return position_world_m[v].head<3>().cast<double>(); };
+  for (std::size_t t = 0; t < mesh_.tetrahedra.size(); ++t) {
+    const Tetrahedron& c = mesh_.tetrahedra[t];
+    const TetShape shape = tet_shape(mesh_, c);
+    Mat3 f = Mat3::Zero();
+    for (std::size_t k = 0; k < 4; ++k) f += at(c[k]) * shape.gradient[k].transpose();
+    const double j = f.determinant();
+    energy += shape.volume_m3 * stiffness_.shear_pa[t] * (0.5 * (f.squaredNorm() - 3) - (j - 1));
+    for (const VertexId v : c) {
+      volume[v] += j * shape.volume_m3;
+      rest[v] += shape.volume_m3;
+      bulk[v] += stiffness_.bulk_pa[t] * shape.volume_m3;
+    }
+  }
+  for (VertexId v = 0; v < volume.size(); ++v) {
+    const double strain = volume[v] / rest[v] - 1;
+    energy += 0.25 * 0.5 * bulk[v] * strain * strain;
+  }
+  return energy;
+}
+
+void TetSolid::elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const {
+  TetRows rows = rows_;
+  const std::vector<TetVertex> unit(mass_.size(), TetVertex{1, 0});
+  rows.set(unit, 1);
+  std::vector<Vec4f> x(position_world_m.begin(), position_world_m.end()), v(x.size(), Vec4f::Zero());
+  update_pressures(rows, false, x);
+  VelocityUpdate update;
+  update.max_speed_m_per_s = 1e18f;
+  update_velocities(rows, update, x, v);
+  for (std::size_t i = 0; i < force_n.size(); ++i) force_n[i] = v[i].head<3>().cast<double>();
+}
+
+double TetSolid::objective_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> inertial_world_m,
+                             double step_s) const {
+  double inertia = 0;
+  for (VertexId v = 0; v < mass_.size(); ++v)
+    inertia += mass_[v] * (position_world_m[v] - inertial_world_m[v]).head<3>().cast<double>().squaredNorm();
+  return inertia / (2 * step_s * step_s) + elastic_energy_j(position_world_m);
+}
+
+}  // namespace sectio

@@ -1,0 +1,78 @@
+// Model M3: stable neo-Hookean tetrahedra with averaged nodal pressure (tet_kernel.h has the energy). Two drivers on
+// the same data: an explicit one (symplectic Euler in equal parts of the step, as many as its stability asks for),
+// watched by a bound on the largest frequency; and vertex block descent, implicit and stable at any step. A step that
+// the explicit driver could not take safely is taken back and done by the implicit one; then the explicit one goes on.
+// Deterministic, one thread.
+#pragma once
+
+#include "sim_server/deformation/tetra/tet_kernel.h"
+#include "sim_server/deformation/tetra/volume_model.h"
+
+namespace sectio {
+
+enum class TetDriver { automatic, implicit_only };
+
+class TetSolid final : public VolumeModel {
+ public:
+  TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
+           TetDriver driver = TetDriver::automatic);
+
+  void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+            std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
+  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
+
+  double mass_kg(VertexId v) const override { return mass_[v]; }
+  double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
+  double added_mass_fraction() const override { return 0; }
+  double largest_stable_step_s() const override;
+  VertexId first_bad_vertex() const override { return first_bad_vertex_; }
+  double elastic_energy_j(std::span<const Vec4f> position_world_m) const override;
+  void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const override;
+
+  // Parts of a step for the explicit driver, and the step that they may have at rest.
+  int parts() const { return parts_; }
+  double explicit_limit_s() const { return explicit_limit_s_; }
+  // Of the last step: the largest stable part over the part taken, as the bound has it. Above 1 while explicit.
+  double margin() const { return margin_; }
+  bool last_step_was_implicit() const { return was_implicit_; }
+  std::uint64_t implicit_steps() const { return implicit_steps_; }
+
+  const TetRows& rows() const { return rows_; }
+  const TetMesh& mesh() const { return mesh_; }
+
+  // One step of the implicit driver with so many sweeps. For tests and comparisons.
+  void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s, int sweeps);
+  // What the implicit driver makes smaller: sum_i m_i |x_i - y_i|^2 / (2 h^2) + elastic energy.
+  double objective_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> inertial_world_m,
+                     double step_s) const;
+
+ private:
+  bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
+  double damped_limit_s(double omega2) const;
+
+  TetMesh mesh_;
+  VolumeMaterial material_;
+  VolumeSettings settings_;
+  TetDriver driver_;
+  TetStiffness stiffness_;
+  TetRows rows_;
+  std::vector<double> mass_, inverse_mass_;
+  double omega2_per_bound_ = 0;
+  double explicit_limit_s_ = 0;
+  int parts_ = 1;
+  double margin_ = 0;
+  bool was_implicit_ = false;
+  std::uint64_t implicit_steps_ = 0;
+  VertexId first_bad_vertex_ = kNone;
+
+  DividedConstraints constraints_;
+  std::vector<Vec4f> start_position_, start_velocity_, inertial_, last_velocity_;
+  std::vector<TetBlockColumn> scratch_;  // aligned floats
+};
+
+// The largest omega^2 (1/s^2) of the solid at rest with these masses, fixed vertices (mass 0) held, by power iteration
+// from a fixed start: never above the true one, a few percent below.
+double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness, std::span<const double> inverse_mass,
+                              int iterations = 200);
+
+}  // namespace sectio

@@ -1,0 +1,91 @@
+// Model M2: a volume of tetrahedra as springs and dampers (paper C, 3.1): every edge is a spring, and so is every pair
+// of vertices two edges apart (second neighbours), with constants of their own. Verlet with linear drag, written with
+// the velocity of the half step, v = (x - x_before) / h:
+//
+//   x_next = x + (1 - alpha h)(x - x_before) + h^2 (f / m + g)
+//
+// Constants come from Young's modulus (methods 2.4): sum k l^2 = 6 E V for a net that is isotropic on average,
+//   edges              k = (1 - beta) E sum_t V_t / l^2 over the tetrahedra at the edge
+//   second neighbours  k proportional to (m_i / d_i + m_j / d_j) / l^2, together beta 6 E V; d: how many a vertex has
+// and a virtual tensile test on the mesh itself then corrects all of them by one factor. Springs that a cut has made
+// shorter are stiffer by the same formula. Masses go by volume. A net of springs has a Poisson's ratio of at most 1/4:
+// what it has is in the calibration, for the report.
+#pragma once
+
+#include <array>
+
+#include "sim_server/deformation/spring_kernel.h"
+#include "sim_server/deformation/tetra/volume_model.h"
+
+namespace sectio {
+
+struct TetSpringOptions {
+  double second_share = 0.5;  // beta
+  double damper_s = 0;        // constant of a spring's damper over its stiffness
+  bool calibrate = true;
+};
+
+// Of the net as the formula makes it, by a virtual tensile test along each axis: uniform stress, linear, small strain.
+struct TensileTest {
+  std::array<double, 3> young_pa{};
+  double mean_young_pa = 0;  // of the compliances' mean
+  double mean_poisson = 0;
+};
+
+class TetSprings final : public VolumeModel {
+ public:
+  TetSprings(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
+             const TetSpringOptions& options = {});
+
+  void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+            std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
+  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
+
+  double mass_kg(VertexId v) const override { return mass_[v]; }
+  double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
+  double added_mass_fraction() const override { return 0; }
+  double largest_stable_step_s() const override { return 1000 * part_limit_s_; }
+  VertexId first_bad_vertex() const override { return first_bad_vertex_; }
+  double elastic_energy_j(std::span<const Vec4f> position_world_m) const override;
+  void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const override;
+
+  struct Spring {
+    VertexId a, b;  // a < b
+    double stiffness_n_per_m, rest_length_m;
+  };
+  // Edges, then second neighbours; each ascending.
+  std::span<const Spring> springs() const { return springs_; }
+  std::size_t edge_count() const { return edge_count_; }
+  const TensileTest& as_made() const { return as_made_; }  // before the correction
+  const TensileTest& calibrated() const { return calibrated_; }
+  int parts() const { return parts_; }  // of a step
+  // 0.8 of the bound from omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i at rest.
+  double part_limit_s() const { return part_limit_s_; }
+  std::uint64_t clamped() const { return clamped_; }
+  const SpringRows& rows() const { return rows_; }
+
+ private:
+  void make_springs(const TetMesh& mesh, double second_share);
+  void make_rows(const TetMesh& mesh);
+  double damped_limit_s(double omega2) const;
+
+  VolumeMaterial material_;
+  VolumeSettings settings_;
+  TetSpringOptions options_;
+  std::vector<double> mass_, inverse_mass_;
+  std::vector<Spring> springs_;
+  std::size_t edge_count_ = 0;
+  TensileTest as_made_, calibrated_;
+  SpringRows rows_;
+  double part_limit_s_ = 0;
+  int parts_ = 1;
+  DividedConstraints constraints_;
+  std::vector<Vec4f> before_;
+  std::uint64_t clamped_ = 0;
+  VertexId first_bad_vertex_ = kNone;
+};
+
+// The tensile test, for any springs on a mesh.
+TensileTest tensile_test(const TetMesh& mesh, std::span<const TetSprings::Spring> springs);
+
+}  // namespace sectio

@@ -1,0 +1,76 @@
+// What a model of a whole volume is to the engine that carries it (volume_engine.h): it moves the vertices of a mesh of
+// tetrahedra. Positions and velocities are one entry a vertex, {x, y, z, 0} from outside.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "common/mesh/tet_mesh.h"
+#include "sim_server/deformation/point_constraint.h"
+
+namespace sectio {
+
+struct VolumeMaterial {
+  double young_pa = 6000;
+  double poisson = 0.45;
+  double density_kg_per_m3 = 1060;
+  double damping_per_s = 25;             // of velocities
+  std::vector<double> stiffness_factor;  // of each tetrahedron; empty: 1
+};
+
+struct VolumeSettings {
+  double step_s = 0.001;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
+  std::vector<std::uint8_t> fixed;  // by vertex; empty: none
+};
+
+// Faster than any surgical motion.
+constexpr double kMaxVolumeSpeed_m_per_s = 5;
+
+class VolumeModel {
+ public:
+  virtual ~VolumeModel() = default;
+
+  // By settings.step_s. reactions: one a constraint.
+  virtual void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                    std::span<const PointConstraint> constraints, std::span<Reaction> reactions) = 0;
+  virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
+
+  virtual double mass_kg(VertexId v) const = 0;              // the tissue's own
+  virtual double inverse_mass_per_kg(VertexId v) const = 0;  // of the effective mass; 0 when fixed
+  virtual double added_mass_fraction() const = 0;
+  virtual double largest_stable_step_s() const = 0;  // of settings.step_s; infinite when there is none
+  virtual VertexId first_bad_vertex() const = 0;     // kNone while all is finite
+
+  // For tests and reports, O(n): the elastic energy, and the forces that the kernels compute, fixed vertices included.
+  virtual double elastic_energy_j(std::span<const Vec4f> position_world_m) const = 0;
+  virtual void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const = 0;
+};
+
+// rho V / 4 from each tetrahedron at a vertex.
+inline std::vector<double> masses_by_volume(const TetMesh& mesh, double density_kg_per_m3) {
+  std::vector<double> mass(mesh.vertices_body_m.size(), 0);
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const VertexId v : t) mass[v] += 0.25 * density_kg_per_m3 * tet_volume_m3(mesh, t);
+  return mass;
+}
+
+// Constraints of a step that is taken in several: the target of each moves evenly from where its point is at the start,
+// and the reaction is the mean of the parts'.
+class DividedConstraints {
+ public:
+  void begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m, int parts);
+  // After the movement of a part, of which there were `part` before it.
+  void project_part(int part, double part_s, std::span<const double> inverse_mass, std::span<Vec4f> position_world_m,
+                    std::span<Vec4f> velocity_m_per_s);
+  void finish(std::span<Reaction> reactions) const;
+
+ private:
+  std::vector<PointConstraint> constraints_;
+  std::vector<Vec3> start_, end_;
+  std::vector<Reaction> part_, mean_;
+  int parts_ = 1;
+};
+
+}  // namespace sectio

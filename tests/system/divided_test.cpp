@@ -1,0 +1,140 @@
+// The real programs: the bodies of one scene divided over several servers on loopback.
+#include <algorithm>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "tests/support/session_programs.h"
+
+namespace sectio {
+namespace {
+
+using test::Flags;
+using test::Process;
+
+// Two organs of a few thousand triangles, and the scalpels of the scene that is delivered.
+constexpr const char* kTwoOrgans = R"(session: two_organs
+duration_s: 3.2
+bodies:
+  - name: liver
+    server: left
+    mesh: {file: DEPLOY/meshes/liver_2k.obj, unit: m}
+    material: {young_pa: 5400, skin_thickness_m: 0.004, foundation_radius_m: 0.03, pretension: 0.3}
+    cutting: {threshold_force_n: 0.1}
+    fixed: {min_world_m: [-0.2, -0.2, -0.2], max_world_m: [0.2, 0.2, -0.018]}
+  - name: kidney
+    server: right
+    mesh: {file: DEPLOY/meshes/kidney_2k.obj, unit: m}
+    pose: {position_world_m: [0.145, 0, 0]}
+    material: {young_pa: 8000, foundation_radius_m: 0.03, pretension: 0.15}
+    cutting: {threshold_force_n: 0.03}
+    fixed: {min_world_m: [-0.2, -0.2, -0.2], max_world_m: [0.4, 0.2, -0.008]}
+tools:
+  - {name: liver_scalpel, kind: scalpel, trace: DEPLOY/traces/liver_incision.csv}
+  - {name: kidney_scalpel, kind: scalpel, trace: DEPLOY/traces/organs_kidney.csv}
+)";
+
+class Divided : public test::SessionPrograms {
+ protected:
+  Divided() {
+    std::string text = kTwoOrgans;
+    const std::string deploy = SECTIO_SOURCE_DIR "/deploy";
+    for (std::size_t at = text.find("DEPLOY"); at != std::string::npos; at = text.find("DEPLOY"))
+      text.replace(at, 6, deploy);
+    write("organs.yaml", text);
+  }
+
+  std::unique_ptr<Process> share(Flags more) const {
+    more.insert(more.begin(), {"--scene", file("organs.yaml")});
+    return program("sim_server", in_session(more));
+  }
+};
+
+TEST_F(Divided, A_ARCH_11_two_servers_give_the_hashes_of_one_and_viewers_see_one_world) {
+  const Flags both{"--wait-for-viewers", "1", "--wait-for-bodies", "--play-traces"};
+  const auto with = [&](Flags flags) {
+    flags.insert(flags.end(), both.begin(), both.end());
+    return flags;
+  };
+  auto left = share(with({"--server", "left", "--export", file("left")}));
+  EXPECT_TRUE(left->wait_for("waiting for servers of kidney")) << left->output();
+  auto screen = viewer("screen", {"--no-pictures"});
+  auto right = share(with({"--bodies", "kidney", "--export", file("right")}));
+  ASSERT_TRUE(left->wait_for_next("step ")) << left->output();
+  auto late = viewer("late", {"--no-pictures"});
+  expect_equal_at_the_end(*screen);
+  expect_equal_at_the_end(*late);
+  EXPECT_EQ(left->exit_code(), 0) << left->output();
+  EXPECT_EQ(right->exit_code(), 0) << right->output();
+
+  auto one = share({"--offline", "--export", file("one")});
+  EXPECT_EQ(one->exit_code(), 0) << one->output();
+  const nlohmann::json whole = json("one/report.json");
+  ASSERT_EQ(whole["bodies"].size(), 2u);
+  EXPECT_GT(whole["bodies"][0]["revision"].get<int>(), 0);
+  EXPECT_GT(whole["bodies"][1]["revision"].get<int>(), 0);
+  for (const char* report : {"screen.json", "late.json"}) {
+    const nlohmann::json seen = json(report);
+    EXPECT_EQ(seen["servers"], 2);
+    ASSERT_EQ(seen["bodies"].size(), 2u) << seen;
+    for (std::size_t b = 0; b < 2; ++b) {
+      EXPECT_EQ(seen["bodies"][b]["name"], whole["bodies"][b]["name"]);
+      EXPECT_EQ(seen["bodies"][b]["topology_hash"], whole["bodies"][b]["topology_hash"]);
+    }
+  }
+  EXPECT_EQ(json("left/report.json")["bodies"].size(), 1u);
+  EXPECT_EQ(json("left/report.json")["bodies"][0]["topology_hash"], whole["bodies"][0]["topology_hash"]);
+  EXPECT_EQ(json("right/report.json")["bodies"][0]["topology_hash"], whole["bodies"][1]["topology_hash"]);
+}
+
+TEST_F(Divided, a_second_server_for_a_body_is_refused_with_one_line_and_disturbs_nobody) {
+  auto first = share({"--server", "left", "--endless"});
+  auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(screen->wait_for("on the screen")) << screen->output();
+  auto second = share({"--bodies", "kidney,liver", "--endless"});
+  EXPECT_EQ(second->exit_code(), kExitBadInput) << second->output();
+  EXPECT_NE(second->output().find("error: session '" + network.session + "': another server has the body 'liver'"),
+            std::string::npos)
+      << second->output();
+  ASSERT_TRUE(first->wait_for_next("step ")) << first->output();
+  first->send(SIGINT);
+  EXPECT_EQ(first->exit_code(), 0) << first->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(json("screen.json")["bodies"].size(), 1u);
+}
+
+TEST_F(Divided, a_hand_reaches_the_server_that_has_the_organ_it_touches) {
+  auto left = share({"--server", "left", "--endless", "--export", file("left")});
+  auto right = share({"--server", "right", "--endless", "--export", file("right")});
+  ASSERT_TRUE(left->wait_for("the session begins")) << left->output();
+  ASSERT_TRUE(right->wait_for("the session begins")) << right->output();
+  auto hand = program("device_bridge",
+                      in_session({"--trace", SECTIO_SOURCE_DIR "/deploy/traces/organs_kidney.csv", "--tool-id", "1",
+                                  "--wait-for-server", "--duration-s", "2.5", "--log", file("hand.csv")}));
+  EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  for (Process* server : {left.get(), right.get()}) server->send(SIGINT);
+  EXPECT_EQ(left->exit_code(), 0) << left->output();
+  EXPECT_EQ(right->exit_code(), 0) << right->output();
+  EXPECT_EQ(json("left/report.json")["bodies"][0]["revision"], 0);
+  EXPECT_GT(json("right/report.json")["bodies"][0]["revision"], 0);
+  // And it feels the kidney, though the server of the liver answers as often that there is nothing.
+  std::ifstream log(file("hand.csv"));
+  std::string line;
+  std::getline(log, line);
+  const auto commas_before = [&] {
+    const std::size_t at = line.find("force_z_world_n");
+    return at == std::string::npos ? -1 : std::count(line.begin(), line.begin() + static_cast<std::ptrdiff_t>(at), ',');
+  };
+  const auto column = commas_before();
+  ASSERT_GE(column, 0) << line;
+  double most_n = 0;
+  while (std::getline(log, line)) {
+    std::istringstream fields(line);
+    std::string field;
+    for (auto i = column; i >= 0; --i) std::getline(fields, field, ',');
+    most_n = std::max(most_n, std::abs(std::stod(field)));
+  }
+  EXPECT_GT(most_n, 0.02);
+}
+
+}  // namespace
+}  // namespace sectio
