@@ -325,10 +325,10 @@ void Simulation::State::grip_pieces() {
   for (std::uint32_t i = 0; i < tools.size(); ++i) {
     SimulationGrip& grip = tools[i].grip;
     grip.force_on_tool_n.setZero();
-    const std::optional<std::uint32_t> held = grip.held();
+    const std::optional<std::uint32_t> before = grip.held();
     if (tools[i].pose) grip.follow(*tools[i].pose, bodies, grips);
-    if (held && held != grip.held()) say(EventKind::released, *held, i);
-    if (grip.held() && held != grip.held()) say(EventKind::grasped, *grip.held(), i);
+    if (before && before != grip.held()) say(EventKind::released, *before, i);
+    if (grip.held() && before != grip.held()) say(EventKind::grasped, *grip.held(), i);
   }
 }
 

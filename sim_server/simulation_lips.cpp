@@ -187,7 +187,7 @@ void LipContacts::step(const SharedBody& body, const DeformationEngine& deformat
   // An overlap is stopped and not undone: to push it out against the springs would be work that nobody does.
   solve_contacts(sides, contacts_, {step_s, 10});
   for (const auto& [v, number] : numbers_) {
-    const ContactParticle& p = particles_[number];
+    const SoftParticle& p = particles_[number];
     Vec4f& velocity = body.particles.velocity_world_m_per_s[v];
     const Vec3 gained = p.velocity_m_per_s - velocity.head<3>().cast<double>();
     velocity.head<3>() += gained.cast<float>();

@@ -53,7 +53,7 @@ class LipContacts {
   std::vector<std::uint32_t> seen_;  // by triangle: the search that saw it last
   std::uint32_t round_ = 0;
   std::vector<RigidContact> contacts_;
-  std::vector<ContactParticle> particles_;
+  std::vector<SoftParticle> particles_;
   std::map<VertexId, std::uint32_t> numbers_;
 };
 

@@ -42,7 +42,7 @@ void TouchedParticles::loads_of(const RigidContact& contact, const Vec3& impulse
 void TouchedParticles::give_back(double step_s) {
   for (std::size_t i = 0; i < particles_.size(); ++i) {
     const auto& [body_id, v] = owners_[i];
-    const ContactParticle& p = particles_[i];
+    const SoftParticle& p = particles_[i];
     SimulationBody& body = *bodies_[body_id];
     const Vec3 gained = p.velocity_m_per_s - body.particle_view().velocity(v);
     if (!gained.isZero(0) || !p.shift_m.isZero(0)) body.nudge(v, gained, step_s * gained + p.shift_m);

@@ -19,7 +19,7 @@ class TouchedParticles {
 
   // Its number in `all()`, which may grow.
   std::uint32_t number_of(std::uint32_t body_id, VertexId v);
-  std::span<ContactParticle> all() { return particles_; }
+  std::span<SoftParticle> all() { return particles_; }
 
   // A point of a triangle, or a vertex, takes part in a contact on the side given: +1 that of `body`, -1 the other's.
   // Its depth becomes the one before the bodies deformed in this step, whose motion contacts may still change.
@@ -38,7 +38,7 @@ class TouchedParticles {
   std::span<const std::unique_ptr<SimulationBody>> bodies_;
   std::map<std::pair<std::uint32_t, VertexId>, std::uint32_t> numbers_;
   std::vector<std::pair<std::uint32_t, VertexId>> owners_;
-  std::vector<ContactParticle> particles_;
+  std::vector<SoftParticle> particles_;
 };
 
 }  // namespace sectio

@@ -42,7 +42,7 @@ void shove(Row& row, const ContactSides& sides, const RigidContact& c, const Vec
   if (row.other) row.other->add_impulse(-impulse, c.point_world_m);
   for (std::size_t a = 0; a < c.particles.size(); ++a) {
     if (c.shares[a] == 0) continue;
-    ContactParticle& p = sides.particles[c.particles[a]];
+    SoftParticle& p = sides.particles[c.particles[a]];
     p.velocity_m_per_s += c.shares[a] * p.inverse_mass_per_kg * impulse;
   }
   row.total += impulse;

@@ -18,7 +18,7 @@ struct ContactSettings {
 // What contacts refer to by number.
 struct ContactSides {
   std::span<RigidBody* const> bodies;
-  std::span<ContactParticle> particles = {};
+  std::span<SoftParticle> particles = {};
 };
 
 // Writes velocities. `impulses_on_other_n_s`: empty, or one a contact: what it gave to `other`.

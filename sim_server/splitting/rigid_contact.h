@@ -13,7 +13,7 @@ namespace sectio {
 constexpr std::uint32_t kImmovable = 0xffffffffu;
 
 // A particle of a body that deforms, where something touches it.
-struct ContactParticle {
+struct SoftParticle {
   Vec3 velocity_m_per_s = Vec3::Zero();
   double inverse_mass_per_kg = 0;
   Vec3 shift_m = Vec3::Zero();  // out of what it was in
