@@ -40,7 +40,7 @@ std::vector<TriangleMesh> meshes_of(const Simulation& simulation) {
 }
 
 void yield_to_an_older_server(const ServerNet& net, const ServeOptions& options) {
-  if (const auto body = net.claimed_body())
+  if (const auto body = net.others().claimed_body())
     throw InputError("session '" + options.network.session + "': another server has the body '" + *body + "'");
 }
 
@@ -48,7 +48,7 @@ void yield_to_an_older_server(const ServerNet& net, const ServeOptions& options)
 double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
   const auto begun = Clock::now();
   const auto too_far = [&] {
-    const std::optional<double> slowest_s = net.slowest_other_s();
+    const std::optional<double> slowest_s = net.others().slowest_s();
     return slowest_s && sim_time_s > *slowest_s + kTogether_s;
   };
   if (!too_far()) return 0;
@@ -81,11 +81,11 @@ void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& opti
   const auto complete = [&] {
     return net.viewers() >= options.wait_for_viewers &&
            (!options.wait_for_tools || tools.size() >= scene.tools.size()) &&
-           (!options.wait_for_bodies || net.missing_bodies().empty());
+           (!options.wait_for_bodies || net.others().missing_bodies().empty());
   };
   if (!complete()) log_info("waiting for viewers and tools");
-  if (options.wait_for_bodies && !net.missing_bodies().empty())
-    log_info("waiting for servers of " + list_of(net.missing_bodies()));
+  if (options.wait_for_bodies && !net.others().missing_bodies().empty())
+    log_info("waiting for servers of " + list_of(net.others().missing_bodies()));
   while (!stop_requested && (!complete() || Clock::now() < listen_until)) {
     yield_to_an_older_server(net, options);
     samples.clear();  // what the tools do before the clock starts is not part of the session

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -101,7 +100,6 @@ struct ServerNet::State {
   void send_status(const Outbox& batch);
   void send_end(const std::string& reason);
   void take_requests();
-  void hear_others();
   void queue_keyframes(Clock::time_point now);
   void send_chunks();
   std::vector<BodyVersion> versions() const;
@@ -119,9 +117,6 @@ struct ServerNet::State {
   Participant participant;
   Reader<wire::ToolPacket> tool_reader;
   Reader<wire::KeyframeRequest> request_reader;
-  Reader<wire::SceneInfo> scene_reader;
-  Reader<wire::StateHeader> header_reader;
-  Reader<wire::SessionEnd> end_reader;
   Writer<wire::SceneInfo> scene_writer;
   Writer<wire::TopologyDelta> delta_writer;
   Writer<wire::KeyframeChunk> chunk_writer;
@@ -131,6 +126,7 @@ struct ServerNet::State {
   Writer<wire::Event> event_writer;
   Writer<wire::ServerStatus> status_writer;
   Writer<wire::SessionEnd> end_writer;
+  OtherServers others;
 
   // Simulation's thread.
   SampleGate gate;
@@ -145,14 +141,6 @@ struct ServerNet::State {
   bool stop = false;
   std::optional<SessionEnd> session_end;
   std::uint64_t refused = 0;
-  std::vector<std::string> missing;
-  std::optional<std::string> claimed;
-  struct Other {
-    double sim_time_s = 0;
-    Clock::time_point heard{};
-    bool ended = false;
-  };
-  std::map<std::uint64_t, Other> others;  // servers of the session, by epoch
   std::size_t copy_bytes = 0;
   double busy_s = 0;
 
@@ -182,9 +170,6 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       participant(options.network, "sim_server"),
       tool_reader(participant),
       request_reader(participant),
-      scene_reader(participant),
-      header_reader(participant),
-      end_reader(participant),
       scene_writer(participant),
       delta_writer(participant),
       chunk_writer(participant),
@@ -194,14 +179,11 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       event_writer(participant),
       status_writer(participant),
       end_writer(participant),
+      others(participant, scene),
       gate(scene.tools.size()),
       encoder(scene.epoch, scene.step_s, scene.bodies.size()) {
   body_infos = scene.bodies;
   for (TriangleMesh& mesh : meshes) shadows.push_back({std::move(mesh), false, {}});
-  if (scene.world_bodies.empty())
-    for (const BodyInfo& body : scene.bodies) scene.world_bodies.push_back(body.name);
-  missing = scene.world_bodies;
-  for (const BodyInfo& body : scene.bodies) std::erase(missing, body.name);
   // What a viewer would refuse is refused here, with a word.
   if (!from_wire(to_wire(scene))) throw InputError("scene: names, colours or camera that can't be sent to viewers");
   if (shadows.size() != scene.bodies.size()) throw InputError("scene: as many meshes as bodies expected");
@@ -242,7 +224,7 @@ void ServerNet::State::run() {
     const Clock::time_point begun = Clock::now();
     send(batch);
     take_requests();
-    hear_others();
+    others.listen();
     queue_keyframes(Clock::now());
     send_chunks();
     if (batch.end_reason) send_end(*batch.end_reason);
@@ -347,32 +329,6 @@ void ServerNet::State::take_requests() {
   }
 }
 
-void ServerNet::State::hear_others() {
-  wire::SceneInfo message;
-  while (scene_reader.take(message)) {
-    const std::optional<SceneInfo> other = from_wire(message);
-    if (!other || other->epoch == scene.epoch) continue;
-    const std::lock_guard lock(mutex);
-    for (const BodyInfo& body : other->bodies) {
-      std::erase(missing, body.name);
-      const bool ours = std::ranges::find(scene.bodies, body.name, &BodyInfo::name) != scene.bodies.end();
-      if (ours && !claimed && other->epoch < scene.epoch) claimed = body.name;
-    }
-    if (other->world_bodies == scene.world_bodies) others.try_emplace(other->epoch);
-  }
-  wire::StateHeader header;
-  while (header_reader.take(header)) {
-    const std::lock_guard lock(mutex);
-    if (const auto other = others.find(header.epoch()); other != others.end())
-      other->second = {header.sim_time_s(), Clock::now(), other->second.ended};
-  }
-  wire::SessionEnd end;
-  while (end_reader.take(end)) {
-    const std::lock_guard lock(mutex);
-    others[end.epoch()].ended = true;
-  }
-}
-
 void ServerNet::State::queue_keyframes(Clock::time_point now) {
   for (std::uint32_t b = 0; b < shadows.size(); ++b) {
     Shadow& shadow = shadows[b];
@@ -414,6 +370,8 @@ std::vector<BodyVersion> ServerNet::State::versions() const {
 
 ServerNet::ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes) {
   scene.epoch = options.epoch != 0 ? options.epoch : epoch_now();
+  if (scene.world_bodies.empty())
+    for (const BodyInfo& body : scene.bodies) scene.world_bodies.push_back(body.name);
   state_ = std::make_unique<State>(options, std::move(scene), std::move(meshes));
 }
 
@@ -481,23 +439,8 @@ SessionEnd ServerNet::end_session(const std::string& reason) {
   return *state_->session_end;
 }
 
-std::vector<std::string> ServerNet::missing_bodies() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->missing;
-}
-
-std::optional<std::string> ServerNet::claimed_body() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->claimed;
-}
-
-std::optional<double> ServerNet::slowest_other_s() const {
-  const std::lock_guard lock(state_->mutex);
-  std::optional<double> slowest;
-  for (const auto& [epoch, other] : state_->others)
-    if (!other.ended && Seconds(Clock::now() - other.heard).count() < kSilence_s)
-      slowest = std::min(slowest.value_or(other.sim_time_s), other.sim_time_s);
-  return slowest;
+const OtherServers& ServerNet::others() const {
+  return state_->others;
 }
 
 std::size_t ServerNet::copy_bytes() const {

@@ -11,6 +11,7 @@
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
+#include "sim_server/net/other_servers.h"
 #include "sim_server/step_io.h"
 
 namespace sectio {
@@ -49,14 +50,8 @@ class ServerNet {
   // Sends all that is left, then the final versions of the bodies, which it returns.
   SessionEnd end_session(const std::string& reason);
 
-  // Several servers share a session when each has bodies of its own. Bodies of the scene that no server has announced
-  // yet; and the first body of ours that an older server has, too: then this one has to go.
-  std::vector<std::string> missing_bodies() const;
-  std::optional<std::string> claimed_body() const;
-
-  // The simulated time of the slowest other server of the session; nothing when none has been heard for kSilence_s.
-  std::optional<double> slowest_other_s() const;
-  static constexpr double kSilence_s = 1;
+  // Of the session, when several servers share its bodies.
+  const OtherServers& others() const;
 
   // After end_session(): what the network's thread holds of the bodies, and how long it was at work.
   std::size_t copy_bytes() const;

@@ -131,8 +131,9 @@ TEST_F(Shares, A_ARCH_11_a_server_that_is_started_again_takes_its_own_place_only
 }
 
 TEST_F(Shares, servers_know_who_is_missing_and_the_later_one_of_two_with_a_body_gives_way) {
-  EXPECT_TRUE(run_until([&] { return kidney->net->missing_bodies().empty() && liver->net->missing_bodies().empty(); }));
-  EXPECT_FALSE(kidney->net->claimed_body());
+  EXPECT_TRUE(run_until(
+      [&] { return kidney->net->others().missing_bodies().empty() && liver->net->others().missing_bodies().empty(); }));
+  EXPECT_FALSE(kidney->net->others().claimed_body());
   Viewer viewer(network);
   ASSERT_TRUE(run_until([&] {
     viewer.look();
@@ -141,9 +142,9 @@ TEST_F(Shares, servers_know_who_is_missing_and_the_later_one_of_two_with_a_body_
   Share second(network, 9, "liver", 1);
   EXPECT_TRUE(run_until([&] {
     viewer.look();
-    return second.net->claimed_body() == "liver";
+    return second.net->others().claimed_body() == "liver";
   }));
-  EXPECT_FALSE(liver->net->claimed_body());
+  EXPECT_FALSE(liver->net->others().claimed_body());
   // It was never seen: it has not begun.
   const int before = viewer.frames;
   EXPECT_TRUE(run_until([&] {

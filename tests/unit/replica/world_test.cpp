@@ -1,0 +1,122 @@
+#include "render_client/replica/world.h"
+
+#include <gtest/gtest.h>
+
+#include "common/delta/keyframe.h"
+#include "sim_server/net/state_encoder.h"
+#include "tests/support/moving_world.h"
+
+namespace sectio::test {
+namespace {
+
+// A server with one of two bodies, and a wire that loses nothing.
+struct Share {
+  Share(std::uint64_t at_epoch, const std::string& body) : epoch(at_epoch), encoder(at_epoch, MovingWorld::kStep_s, 1) {
+    scene = source.scene("theatre");
+    scene.epoch = epoch;
+    scene.world_bodies = {"liver", "kidney"};
+    scene.bodies[0].name = body;
+  }
+  void send_step(World& world) {
+    for (const BodyDelta& delta : source.step(false).deltas) world.feed(DeltaMessage{epoch, 0, delta.delta});
+    StateSnapshot snapshot;
+    snapshot.step = source.steps();
+    snapshot.bodies = {{source.mesh().revision(), source.positions()}};
+    snapshot.tools.resize(1);
+    encoder.encode(snapshot);
+    world.feed(encoder.header());
+    for (const StatePiece& piece : encoder.pieces()) world.feed(piece);
+  }
+  void send_keyframe(World& world) {
+    for (KeyframeChunk& chunk :
+         split_keyframe(epoch, 0, source.mesh().revision(), to_bytes(keyframe_of(source.mesh())), kChunkBytes))
+      world.feed(std::move(chunk));
+    encoder.refresh(0);
+  }
+  void appear(World& world) {
+    world.announce(scene);
+    send_keyframe(world);
+    send_step(world);
+  }
+  SessionEnd end() const {
+    return {epoch, source.steps(), "complete", {{source.mesh().revision(), source.mesh().hash()}}};
+  }
+
+  std::uint64_t epoch;
+  MovingWorld source;
+  StateEncoder encoder;
+  SceneInfo scene;
+};
+
+TEST(World, the_first_picture_waits_for_all_bodies_but_not_for_ever) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney"), liver(2, "liver");
+  kidney.appear(world);
+  EXPECT_FALSE(world.frame(0, frame));
+  liver.appear(world);
+  ASSERT_TRUE(world.frame(0.1, frame));
+  ASSERT_EQ(frame.bodies.size(), 2u);
+  EXPECT_EQ(frame.bodies[0].name, "liver");
+
+  World half;
+  Share alone(3, "kidney");
+  alone.appear(half);
+  EXPECT_FALSE(half.frame(0, frame));
+  EXPECT_TRUE(half.frame(World::kGather_s + 0.1, frame));
+  EXPECT_EQ(frame.bodies.size(), 1u);
+}
+
+TEST(World, a_newer_server_takes_a_place_when_it_can_be_drawn_and_an_older_one_never) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney"), liver(2, "liver"), newer(5, "kidney"), ghost(1, "kidney");
+  kidney.appear(world);
+  liver.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  world.announce(newer.scene);
+  kidney.send_step(world);
+  ASSERT_TRUE(world.frame(0.1, frame));
+  EXPECT_EQ(frame.bodies.size(), 2u) << "the old one stays on the screen";
+  EXPECT_FALSE(world.take_requests(0.1).empty()) << "and the new one is asked for";
+  for (int i = 0; i < 7; ++i) newer.source.step(true);
+  newer.send_keyframe(world);
+  newer.send_step(world);
+  ASSERT_TRUE(world.frame(0.2, frame));
+  EXPECT_EQ(world.servers(), 2u);
+  ASSERT_EQ(frame.bodies.size(), 2u);
+  EXPECT_EQ(frame.bodies[1].revision, newer.source.mesh().revision());
+  ghost.appear(world);
+  EXPECT_FALSE(world.frame(0.3, frame));
+  EXPECT_FALSE(world.knows(1));
+}
+
+TEST(World, an_end_counts_though_it_comes_before_its_server_is_known) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney"), liver(2, "liver");
+  kidney.appear(world);
+  world.feed(kidney.end());
+  EXPECT_TRUE(world.session_end()) << "of all that are known";
+  world.feed(liver.end());
+  liver.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  ASSERT_TRUE(world.session_end());
+  EXPECT_EQ(world.session_end()->bodies, world.catch_up());
+  EXPECT_GT(world.bytes(), 0u);
+}
+
+TEST(World, announcements_without_end_are_held_within_bounds) {
+  World world;
+  Frame frame;
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    Share share(i + 1, "body" + std::to_string(i));
+    world.announce(share.scene);
+    world.feed(SessionEnd{5000 + i, 1, "complete", {}});
+  }
+  EXPECT_EQ(world.servers(), World::kMaxServers);
+  EXPECT_FALSE(world.frame(0, frame));
+}
+
+}  // namespace
+}  // namespace sectio::test
