@@ -75,7 +75,7 @@ class NoCutting final : public CuttingEngine {
  public:
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry>, std::span<const BladeMotion>) override {
-    return {{}, {}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
+    return {{}, {}, {}, {}, {}, {}, 0, GrooveDraft(cuts.grooves)};
   }
   void follow(const SharedBody&, const TopologyChange&) override {}
 
