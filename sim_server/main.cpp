@@ -7,11 +7,9 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"
-#include "sim_server/meshing/fill.h"
-#include "sim_server/meshing/tet_file.h"
+#include "sim_server/mesh_command.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/run.h"
-#include "sim_server/scene/mesh_import.h"
 
 namespace {
 
@@ -38,51 +36,6 @@ int list_traces(int argc, char** argv) {
     const std::string& trace = scene.tools[i].trace_file;
     std::printf("%zu\t%s\n", i, trace.empty() ? "" : std::filesystem::absolute(trace).c_str());
   }
-  return 0;
-}
-
-// A surface, or tetrahedra from another program, to tetrahedra with a report on them.
-int make_tetrahedra(int argc, char** argv) {
-  std::string in, out, unit = "m", mesher = "lattice";
-  FillSettings settings;
-  Arguments arguments("sim_server mesh", "fills a closed surface with tetrahedra and says how good they are");
-  arguments.option("IN", in, "surface (OBJ, STL, PLY, glTF) or tetrahedra (.msh, .vtk, .node)", Need::required);
-  arguments.option("--tets", out, "file for the tetrahedra, in metres: .msh, .vtk or .node (with .ele)");
-  arguments.choice("--unit", unit, {"m", "cm", "mm"}, "length of IN's unit");
-  arguments.choice("--mesher", mesher, {"lattice", "tetgen", "best"}, "best: the one with the larger stable step");
-  arguments.option("--tetrahedra", settings.tetrahedra, "about so many");
-  arguments.option("--young-pa", settings.material.young_pa, "for the stable step");
-  arguments.option("--poisson", settings.material.poisson, "for the stable step");
-  arguments.option("--density-kg-per-m3", settings.material.density_kg_per_m3, "for the stable step");
-  if (!arguments.parse(argc, argv)) return 0;
-  const ElasticConstants& m = settings.material;
-  if (!(settings.tetrahedra >= 12)) throw InputError("--tetrahedra: expected at least 12");
-  if (!(m.young_pa > 0)) throw InputError("--young-pa: expected > 0");
-  if (!(m.poisson >= 0 && m.poisson < 0.5)) throw InputError("--poisson: expected at least 0 and below 0.5");
-  if (!(m.density_kg_per_m3 > 0)) throw InputError("--density-kg-per-m3: expected > 0");
-  settings.mesher = mesher == "lattice" ? Mesher::lattice : mesher == "tetgen" ? Mesher::tetgen : Mesher::best;
-  const double unit_m = unit == "m" ? 1 : unit == "cm" ? 0.01 : 0.001;
-
-  FilledVolume filled;
-  if (is_tet_file(in)) {
-    TetFile file = read_tet_file(in, unit_m);
-    filled.mesh = std::move(file.mesh);
-    filled.notes = std::move(file.notes);
-    filled.report = report_on(filled.mesh, "file", check(filled.mesh).volume_m3, m);
-    filled.compared = {filled.report};
-  } else {
-    const ImportedMesh surface = import_mesh(in, unit_m);
-    try {
-      filled = fill(surface.soup, settings);
-    } catch (const InputError& error) {
-      throw InputError(in + ": " + error.what());
-    }
-    filled.notes.insert(filled.notes.begin(), surface.mended.begin(), surface.mended.end());
-  }
-  for (const std::string& note : filled.notes) std::printf("note: %s\n", note.c_str());
-  for (const FillReport& report : filled.compared) std::printf("%s\n", to_string(report).c_str());
-  if (filled.compared.size() > 1) std::printf("kept: %s\n", filled.report.mesher.c_str());
-  if (!out.empty()) write_tet_file(out, filled.mesh);
   return 0;
 }
 
@@ -175,7 +128,7 @@ int main(int argc, char** argv) {
   const std::string_view first = argc > 1 ? argv[1] : "";
   return run_program("sim_server", [&] {
     if (first == "replay") return run_replay(argc - 1, argv + 1);
-    if (first == "mesh") return make_tetrahedra(argc - 1, argv + 1);
+    if (first == "mesh") return run_mesh_command(argc - 1, argv + 1);
     if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);
     if (first == "servers") return list_servers(argc - 1, argv + 1);

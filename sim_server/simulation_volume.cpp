@@ -61,6 +61,7 @@ VolumeSettings volume_settings(const EngineSite& site) {
   VolumeSettings settings;
   settings.step_s = site.scene.step_s;
   settings.gravity_m_per_s2 = site.scene.gravity_m_per_s2;
+  settings.least_part_s = site.spec.volume.least_part_s;
   if (!site.spec.fixed) return settings;
   for (const Vec3& home : site.spec.tets.vertices_body_m) {
     const Vec3 x = site.frame_world.to_world(home);

@@ -45,9 +45,9 @@ struct CuttingSpec {
   bool loops_free_islands = true;  // closing a loop parts the island from the body
 };
 
-// What an instrument that presses moves: the vertices under it, or "templates", paper A's way: temporary particles. These
-// follow its form more closely, but the force goes over from one to the next where the vertices' is interpolated, and
-// each sends topology: hence the default.
+// What an instrument that presses moves: the vertices under it, or "templates", paper A's way: temporary particles.
+// These follow its form more closely, but the force goes over from one to the next where the vertices' is interpolated,
+// and each sends topology: hence the default.
 struct ContactSpec {
   std::string style = "vertices";
 };
@@ -75,6 +75,7 @@ struct VolumeSpec {
   double second_share = 0.5;         // of tetra_springs: stiffness that second neighbours have
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
+  double least_part_s = 0;           // vertices too light for parts of a step this long get mass; 0: none
 };
 
 struct Box {
@@ -134,7 +135,8 @@ struct Scene {
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean, server: name (main)
 //     volume:    mesher: lattice | tetgen | best, tetrahedra, driver: automatic | implicit, second_share, damper_s,
-//                floor_kept_velocity; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without mesh
+//                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
+//                mesh
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
@@ -144,8 +146,8 @@ struct Scene {
 //     fixed:     min_world_m*, max_world_m*
 //     colours:   skin, wall: [red, green, blue] in [0, 1]
 //   tools:     a list of
-//     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace: file
-//     geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
+//     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
+//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
 Scene load_scene(const std::string& path);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for

@@ -80,6 +80,10 @@ inline const std::vector<Room>& rooms() {
        {"common/core/", "common/math/", "common/mesh/", "common/delta/", "common/messages/", "sim_server/run",
         "sim_server/simulation.h", "sim_server/scene/scene.h", "sim_server/step_io.h"},
        {"Eigen/", "nlohmann/"}},
+      {"sim_server/mesh_command",
+       {"common/core/", "common/mesh/", "sim_server/mesh_command.h", "sim_server/meshing/", "sim_server/tet_cutting/",
+        "sim_server/scene/mesh_import.h"},
+       {"Eigen/"}},
       {"sim_server/main.cpp", {"common/", "sim_server/"}, {}},
 
       {"render_client/replica/",

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "sim_server/deformation/spring_star.h"
 #include "sim_server/deformation/tetra/tet_star.h"
 
 namespace sectio {
@@ -14,6 +15,8 @@ namespace {
 double safety(double poisson) {
   return poisson > 0.47 ? 0.45 : 0.6;
 }
+// Of the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
+constexpr double kRoomForDeformation = 1.2;
 constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
 constexpr double kLeastMargin = 1.1;
 constexpr int kSweeps = 30;
@@ -39,6 +42,31 @@ double start_value(std::size_t n) {
 }
 
 }  // namespace
+
+std::vector<double> stiffness_bounds_n_per_m(const TetMesh& mesh, const TetStiffness& stiffness) {
+  const TetStars stars(mesh);
+  std::vector<double> bound(mesh.vertices_body_m.size(), 0);
+  std::vector<std::pair<VertexId, Mat3>> row;
+  for (VertexId v = 0; v < bound.size(); ++v) {
+    row.clear();
+    for (const std::uint32_t t : stars.of(v)) {
+      const TetShape shape = tet_shape(mesh, mesh.tetrahedra[t]);
+      const double mu = stiffness.shear_pa[t], lambda = stiffness.bulk_pa[t] - mu;
+      const Vec3& g = shape.gradient[static_cast<std::size_t>(std::ranges::find(mesh.tetrahedra[t], v) -
+                                                              mesh.tetrahedra[t].begin())];
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Vec3& h = shape.gradient[k];
+        const Mat3 block =
+            shape.volume_m3 * (lambda * g * h.transpose() + mu * h * g.transpose() + mu * g.dot(h) * Mat3::Identity());
+        const VertexId to = mesh.tetrahedra[t][k];
+        const auto at = std::ranges::find(row, to, &std::pair<VertexId, Mat3>::first);
+        at != row.end() ? void(at->second += block) : void(row.emplace_back(to, block));
+      }
+    }
+    for (const auto& [to, block] : row) bound[v] += std::sqrt(largest_eigenvalue_bound(block.transpose() * block));
+  }
+  return bound;
+}
 
 double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness, std::span<const double> inverse_mass,
                               int iterations) {
@@ -100,11 +128,22 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
       mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
       inverse_mass_(mass_.size()) {
   std::vector<TetVertex> vertices(mass_.size());
+  std::vector<double> heavy;  // enough for parts as long as asked for
+  if (settings_.least_part_s > 0) {
+    heavy = stiffness_bounds_n_per_m(mesh_, stiffness_);
+    const double part_s = kRoomForDeformation * settings_.least_part_s;
+    for (double& m : heavy) m *= part_s * part_s / 4;
+  }
+  double added = 0, total = 0;
   for (VertexId v = 0; v < mass_.size(); ++v) {
     const bool fixed = !settings_.fixed.empty() && settings_.fixed[v];
-    inverse_mass_[v] = fixed ? 0 : 1 / mass_[v];
-    vertices[v] = {inverse_mass_[v], fixed ? 0.0 : 1.0};
+    const double mass = std::max(mass_[v], heavy.empty() ? 0.0 : heavy[v]);
+    added += mass - mass_[v];
+    total += mass_[v];
+    inverse_mass_[v] = fixed ? 0 : 1 / mass;
+    vertices[v] = {inverse_mass_[v], fixed ? 0.0 : mass_[v] / mass};
   }
+  added_mass_fraction_ = added / total;
   const double omega2 = largest_omega2_at_rest(mesh_, stiffness_, inverse_mass_);
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2);
   parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));

@@ -18,6 +18,8 @@ double factor_of(const VolumeMaterial& material, std::size_t t) {
 
 // Of the bound at rest: directions change and stretched springs are stiff across, too.
 constexpr double kSafety = 0.8;
+constexpr double kRoomForDamping = 1.05;
+constexpr double kLeastSecondLength = 0.3;  // of a spring between second neighbours, in mean lengths of edges
 
 // Neighbours of every vertex, ascending.
 std::vector<std::vector<VertexId>> neighbours_of(const TetMesh& mesh) {
@@ -86,7 +88,13 @@ void TetSprings::make_springs(const TetMesh& mesh, double second_share) {
   }
   if (second_share == 0) return;
   std::vector<std::vector<VertexId>> second(neighbours.size());
-  for (VertexId a = 0; a < second.size(); ++a) second[a] = second_neighbours(a, neighbours);
+  double mean_m = 0;
+  for (const Spring& s : springs_) mean_m += s.rest_length_m / static_cast<double>(edge_count_);
+  // Twins at the tip of a cut are second neighbours without a length.
+  for (VertexId a = 0; a < second.size(); ++a) {
+    second[a] = second_neighbours(a, neighbours);
+    std::erase_if(second[a], [&](VertexId b) { return length(a, b) < kLeastSecondLength * mean_m; });
+  }
   double sum = 0;  // of k l^2 before it is what it should be
   for (VertexId a = 0; a < second.size(); ++a)
     for (const VertexId b : second[a]) {
@@ -114,7 +122,16 @@ void TetSprings::make_rows(const TetMesh& mesh) {
     half_edges[s.a].push_back({s.b, k, k_l0});
     half_edges[s.b].push_back({s.a, k, k_l0});
   }
-  double omega2 = 0;
+  double omega2 = 0, added = 0, total = 0;
+  for (VertexId v = 0; v < mass_.size(); ++v) {
+    total += mass_[v];
+    const double part_s = kRoomForDamping * settings_.least_part_s / kSafety;
+    const double heavy = 0.5 * largest_eigenvalue_bound(own[v]) * part_s * part_s;
+    if (inverse_mass_[v] == 0 || heavy <= mass_[v]) continue;
+    inverse_mass_[v] = 1 / heavy;
+    added += heavy - mass_[v];
+  }
+  added_mass_fraction_ = added / total;
   for (VertexId v = 0; v < mass_.size(); ++v)
     omega2 = std::max(omega2, 2 * largest_eigenvalue_bound(own[v]) * inverse_mass_[v]);
   part_limit_s_ = kSafety * damped_limit_s(omega2);
@@ -124,7 +141,7 @@ void TetSprings::make_rows(const TetMesh& mesh) {
     std::ranges::sort(half_edges[v], {}, &HalfEdge::to);
     VertexRow row;
     row.step_over_mass = static_cast<float>(settings_.step_s / parts_ * inverse_mass_[v]);
-    row.gravity_share = inverse_mass_[v] > 0 ? 1 : 0;
+    row.gravity_share = static_cast<float>(mass_[v] * inverse_mass_[v]);
     rows_.set(v, row, half_edges[v]);
   }
 }

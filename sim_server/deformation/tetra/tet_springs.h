@@ -44,7 +44,7 @@ class TetSprings final : public VolumeModel {
 
   double mass_kg(VertexId v) const override { return mass_[v]; }
   double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
-  double added_mass_fraction() const override { return 0; }
+  double added_mass_fraction() const override { return added_mass_fraction_; }
   double largest_stable_step_s() const override { return 1000 * part_limit_s_; }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   double elastic_energy_j(std::span<const Vec4f> position_world_m) const override;
@@ -73,7 +73,8 @@ class TetSprings final : public VolumeModel {
   VolumeMaterial material_;
   VolumeSettings settings_;
   TetSpringOptions options_;
-  std::vector<double> mass_, inverse_mass_;
+  std::vector<double> mass_, inverse_mass_;  // the tissue's own; with added mass, 0 when fixed
+  double added_mass_fraction_ = 0;
   std::vector<Spring> springs_;
   std::size_t edge_count_ = 0;
   TensileTest as_made_, calibrated_;

@@ -23,6 +23,9 @@ struct VolumeSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<std::uint8_t> fixed;  // by vertex; empty: none
+  // A step is taken in equal parts that are stable. Vertices too light for parts of this length, where a cut or a
+  // mesher has left small elements, are made heavier until they are not; their weight stays. 0: none is.
+  double least_part_s = 0;
 };
 
 // Faster than any surgical motion.

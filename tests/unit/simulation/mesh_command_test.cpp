@@ -1,0 +1,41 @@
+#include "sim_server/mesh_command.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/error.h"
+#include "common/mesh/tet_mesh.h"
+#include "sim_server/meshing/tet_file.h"
+
+namespace sectio {
+namespace {
+
+int run(std::vector<std::string> words) {
+  words.insert(words.begin(), "mesh");
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  return run_mesh_command(static_cast<int>(argv.size()), argv.data());
+}
+
+const std::string kLiver = SECTIO_SOURCE_DIR "/deploy/meshes/liver_2k.obj";
+
+TEST(MeshCommand, C_IMP_1_an_organ_in_one_command_cut_in_four) {
+  const std::string out = testing::TempDir() + "/sectio_mesh_command.vtk";
+  EXPECT_EQ(run({kLiver, "--tetrahedra", "3000", "--cut", "0,0,0,1,0.2,0.1", "--cut", "0,0,0,0,1,0", "--tets", out}),
+            0);
+  const TetReport report = check(read_tet_file(out, 1).mesh);
+  EXPECT_TRUE(report.valid) << report.first_defect;
+  EXPECT_EQ(report.components, 4u);
+  EXPECT_EQ(run({out}), 0);
+}
+
+TEST(MeshCommand, C_IMP_1_what_can_t_be_done_is_refused) {
+  EXPECT_THROW(run({kLiver, "--tetrahedra", "3"}), InputError);
+  EXPECT_THROW(run({kLiver, "--cut", "0,0,0"}), InputError);
+  EXPECT_THROW(run({kLiver, "--cut", "0,0,0,0,0,0"}), InputError);
+  EXPECT_THROW(run({kLiver, "--poisson", "0.5"}), InputError);
+  EXPECT_THROW(run({kLiver, "--tets", "organ.stl", "--tetrahedra", "1000"}), InputError);
+  EXPECT_THROW(run({"nothing.obj"}), InputError);
+}
+
+}  // namespace
+}  // namespace sectio
