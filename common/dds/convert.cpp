@@ -335,6 +335,8 @@ wire::SceneInfo to_wire(const SceneInfo& scene) {
   m.camera_target_world_m(triple(scene.camera.target_world_m));
   m.camera_up_world(triple(scene.camera.up_world));
   m.camera_field_of_view_deg(scene.camera.field_of_view_deg);
+  m.has_floor(scene.floor_z_m.has_value());
+  m.floor_z_m(scene.floor_z_m.value_or(0));
   m.world_bodies().resize(scene.world_bodies.size());
   for (std::size_t i = 0; i < scene.world_bodies.size(); ++i) m.world_bodies()[i].name(scene.world_bodies[i]);
   m.bodies().resize(scene.bodies.size());
@@ -362,9 +364,14 @@ std::optional<SceneInfo> from_wire(const wire::SceneInfo& m) {
   if (!session || m.world_bodies().size() > kMaxBodies || m.bodies().size() > kMaxBodies ||
       m.tools().size() > kMaxTools || !(m.step_s() > 0) || !(m.step_s() <= 1) || !is_position(m.camera_eye_world_m()) ||
       !is_position(m.camera_target_world_m()) || !is_position(m.camera_up_world()) ||
-      !(m.camera_field_of_view_deg() >= 1) || !(m.camera_field_of_view_deg() <= 170))
+      !(m.camera_field_of_view_deg() >= 1) || !(m.camera_field_of_view_deg() <= 170) ||
+      !is_position({0, 0, m.floor_z_m()}))
     return std::nullopt;
-  SceneInfo scene{m.epoch(), *session, m.step_s(), {}, {}, {}, {}};
+  SceneInfo scene;
+  scene.epoch = m.epoch();
+  scene.session = *session;
+  scene.step_s = m.step_s();
+  if (m.has_floor()) scene.floor_z_m = m.floor_z_m();
   scene.camera = {vec3(m.camera_eye_world_m()), vec3(m.camera_target_world_m()), vec3(m.camera_up_world()),
                   m.camera_field_of_view_deg()};
   for (const wire::BodyName& b : m.world_bodies()) {

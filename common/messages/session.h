@@ -40,6 +40,7 @@ struct SceneInfo {
   std::string session;
   double step_s = 0.001;
   CameraInfo camera;
+  std::optional<double> floor_z_m = {};  // a plane on which what falls comes to rest
   // Of all bodies of the scene. Several servers of one session may have a share each; nobody else has a body of theirs.
   std::vector<std::string> world_bodies;
   std::vector<BodyInfo> bodies;  // of this server, then parts that came off; body_id is the index

@@ -19,7 +19,7 @@ struct CanvasVertex {
   Vec3f position_m = Vec3f::Zero();
   Vec3f normal = Vec3f::UnitZ();  // unit
   Vec3f rest_m = Vec3f::Zero();
-  float depth_m = 0;  // of a wall vertex below the lip of its cut, along the surface
+  float depth_m = 0;  // of a wall vertex below the lip of its cut, along the surface; of a drape: its shade, 0 to 1
 };
 static_assert(sizeof(CanvasVertex) == 40);
 
@@ -29,20 +29,22 @@ struct IndexRange {
 };
 
 enum class Shading : std::uint8_t {
-  skin,     // moist organ surface; back faces are not drawn
+  skin,     // moist organ surface; back faces of it and of drapes are not drawn
   wall,     // cut tissue, lit from both sides
   metal,    // bare steel
   polymer,  // insulation
   glow,     // hot tip
+  drape,    // cloth beneath the bodies
 };
-inline constexpr std::array kAllShadings{Shading::skin, Shading::wall, Shading::metal, Shading::polymer, Shading::glow};
+inline constexpr std::array kAllShadings{Shading::skin,    Shading::wall, Shading::metal,
+                                         Shading::polymer, Shading::glow, Shading::drape};
 
 struct Material {
   Shading shading = Shading::skin;
   Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0..1
 };
 
-// Throws a soft shadow on skin and walls: a cone between two spheres.
+// Throws a soft shadow on skin, walls and drapes: a cone between two spheres.
 struct Occluder {
   Vec3f from_world_m = Vec3f::Zero();
   Vec3f to_world_m = Vec3f::Zero();

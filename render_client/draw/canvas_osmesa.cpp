@@ -75,6 +75,8 @@ const char* fragment_source(Shading shading) {
       return shaders::kMetal;
     case Shading::polymer:
       return shaders::kPolymer;
+    case Shading::drape:
+      return shaders::kDrape;
     case Shading::glow:
       return shaders::kGlow;
   }
@@ -306,7 +308,7 @@ void OsmesaCanvas::begin(const CanvasView& view) {
     from(3, i) = occluder.from_radius_m;
     to(3, i) = occluder.to_radius_m;
   }
-  for (const Shading shading : {Shading::skin, Shading::wall}) {
+  for (const Shading shading : {Shading::skin, Shading::wall, Shading::drape}) {
     const Program& program = programs_[static_cast<std::size_t>(shading)];
     glUseProgram(program.id);
     glUniform4fv(program.occluder_from, 2, from.data());
@@ -332,7 +334,7 @@ void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
   glUniformMatrix4fv(program.view_from_mesh, 1, GL_FALSE, view_from_mesh.data());
   glUniformMatrix4fv(program.projection, 1, GL_FALSE, view_.projection.data());
   glUniform3fv(program.base_colour, 1, material.colour.data());
-  if (material.shading == Shading::skin) {
+  if (material.shading == Shading::skin || material.shading == Shading::drape) {
     glEnable(GL_CULL_FACE);
   } else {
     glDisable(GL_CULL_FACE);

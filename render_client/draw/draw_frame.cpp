@@ -38,11 +38,24 @@ int text_size_px(int height_px) {
 
 }  // namespace
 
-FramePainter::FramePainter(Canvas& canvas) : canvas_(canvas), text_(text_size_px(canvas.height_px())) {}
+FramePainter::FramePainter(Canvas& canvas)
+    : canvas_(canvas), text_(text_size_px(canvas.height_px())), floor_mesh_(canvas.add_mesh()) {
+  canvas_.set_indices(floor_mesh_, floor_.indices());
+}
 
 FramePainter::~FramePainter() {
   for (const DrawnBody& body : bodies_) canvas_.remove_mesh(body.canvas_mesh);
   for (const DrawnTool& tool : tools_) canvas_.remove_mesh(tool.canvas_mesh);
+  canvas_.remove_mesh(floor_mesh_);
+}
+
+void FramePainter::draw_floor(const Frame& frame, const CameraView& camera) {
+  if (!frame.floor_z_m) return;
+  constexpr float kCloth[] = {0.16f, 0.42f, 0.42f};
+  floor_.move(frame, camera);
+  canvas_.set_vertices(floor_mesh_, floor_.vertices());
+  canvas_.draw(floor_mesh_, {0, static_cast<std::uint32_t>(floor_.indices().size())},
+               {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])}, Eigen::Matrix4f::Identity());
 }
 
 void FramePainter::update_bodies(const Frame& frame) {
@@ -127,6 +140,7 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
       canvas_.draw(tools_[i].canvas_mesh, part.range, part.material, world_from_tool);
     }
   }
+  draw_floor(frame, camera);
   Image& image = canvas_.finish();
   if (options.overlay) draw_panel(image, text_, overlay_lines(frame, options));
   return image;

@@ -7,6 +7,7 @@
 
 #include "render_client/draw/body_mesh.h"
 #include "render_client/draw/canvas.h"
+#include "render_client/draw/floor_mesh.h"
 #include "render_client/draw/overlay.h"
 #include "render_client/draw/tool_mesh.h"
 #include "render_client/replica/frame.h"
@@ -51,6 +52,7 @@ class FramePainter {
 
   void update_bodies(const Frame& frame);
   void update_tools(const Frame& frame);
+  void draw_floor(const Frame& frame, const CameraView& camera);
   std::vector<std::string> overlay_lines(const Frame& frame, const DrawOptions& options) const;
 
   Canvas& canvas_;
@@ -58,6 +60,8 @@ class FramePainter {
   std::string session_;
   std::vector<DrawnBody> bodies_;
   std::vector<DrawnTool> tools_;
+  FloorMesh floor_;
+  MeshId floor_mesh_ = 0;
 };
 
 }  // namespace sectio

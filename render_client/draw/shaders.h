@@ -176,6 +176,18 @@ void main() {
   emit(mix(hot * 0.9, hot * 2.2 + vec3(1.2, 0.9, 0.5), facing * facing));
 })";
 
+// Surgical cloth: a weave, folds, the shade of what lies on it; into the dark with distance from the middle.
+constexpr const char* kDrape = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  vec4 folds = texture(noise, rest.xyz * 5.0 + 0.21);
+  vec4 weave = texture(relief, rest.xyz * 150.0);
+  vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * folds.r) * (0.88 + 0.20 * weave.a);
+  float key = mix(0.35, 1.0, key_light_at(p_view));
+  vec3 light = albedo * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22);
+  emit(light * (1.0 - rest.w));
+})";
+
 // A triangle over the whole picture, at the far plane.
 constexpr const char* kBackgroundVertex = R"(
 out vec2 screen;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct Frame {
   double step_wall_time_s = 0;  // as the server measured it
   bool in_contact = false;
   CameraView camera;
+  std::optional<double> floor_z_m;
   std::vector<BodyFrame> bodies;
   std::vector<ToolFrame> tools;
 };

@@ -115,6 +115,7 @@ void Replica::fill(const StateHeader& header, Frame& frame) {
   frame.in_contact = header.in_contact;
   frame.camera = {scene_->camera.eye_world_m, scene_->camera.target_world_m, scene_->camera.up_world,
                   scene_->camera.field_of_view_deg};
+  frame.floor_z_m = scene_->floor_z_m;
   frame.bodies.resize(bodies_.size());
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     frame.bodies[b].name = scene_->bodies[b].name;

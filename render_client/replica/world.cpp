@@ -154,6 +154,7 @@ void World::merge(Frame& frame) {
   frame.sim_time_s = newest->frame.sim_time_s;
   frame.step_wall_time_s = newest->frame.step_wall_time_s;
   frame.camera = newest->frame.camera;
+  frame.floor_z_m = newest->frame.floor_z_m;
   frame.tools = newest->frame.tools;
   frame.in_contact = in_contact;
 }

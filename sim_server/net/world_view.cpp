@@ -16,6 +16,7 @@ SceneInfo scene_info(const Scene& scene) {
   info.step_s = scene.step_s;
   info.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
                  scene.camera.field_of_view_deg};
+  info.floor_z_m = scene.floor_z_m;
   info.world_bodies = scene.world_bodies;
   for (const BodySpec& body : scene.bodies) info.bodies.push_back({body.name, body.skin_colour, body.wall_colour});
   for (const ToolSpec& tool : scene.tools) {

@@ -54,6 +54,7 @@ inline SceneInfo some_scene() {
   SceneInfo scene;
   scene.epoch = 7;
   scene.session = "theatre";
+  scene.floor_z_m = -0.03;
   scene.world_bodies = {"kidney", "liver"};
   scene.bodies = {{"liver", Vec3(0.1, 0.2, 0.3), Vec3(1, 0, 1)}};
   scene.tools = {{"left", "cautery_hook", {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}, 0.008}};

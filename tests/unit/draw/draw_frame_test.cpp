@@ -186,6 +186,22 @@ TEST(DrawFrame, blades_are_drawn_as_far_apart_as_they_are) {
   EXPECT_GT(pixels_that_differ(closed, drawn(frame), 10), 100);
 }
 
+TEST(DrawFrame, a_floor_lies_beneath_and_is_darker_under_what_lies_on_it) {
+  Frame frame = seen_from_above();
+  const Image without = drawn(frame);
+  frame.floor_z_m = -0.05;
+  const Image far = drawn(frame);
+  const auto [x, y] = pixel_of(frame.camera, Vec3(0, 0, 0.03));
+  EXPECT_EQ(difference(without, far, x, y), 0) << "the body is in front of it";
+  EXPECT_GT(pixels_that_differ(without, far, 10), 5000);
+  frame.floor_z_m = 0.0;
+  EXPECT_GT(pixels_that_differ(far, drawn(frame), 10), 1000) << "shade";
+  frame.camera.eye_world_m.z() = -0.3;
+  const Image from_below = drawn(frame);
+  frame.floor_z_m.reset();
+  EXPECT_EQ(pixels_that_differ(from_below, drawn(frame), 0), 0) << "nobody looks from under it";
+}
+
 TEST(DrawFrame, wireframe_adds_dark_lines) {
   const Frame frame = test::make_frame();
   EXPECT_GT(pixels_that_differ(drawn(frame), drawn(frame, {.wireframe = true, .overlay = false}), 10), 2000);
