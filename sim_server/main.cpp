@@ -96,16 +96,21 @@ int run_gaps(int argc, char** argv) {
   return 0;
 }
 
-// The names that the bodies of a scene give their servers, one a line, each once, in the order of the bodies.
+// The names that the bodies of a scene give their servers, one a line, each with its bodies, in the order of these.
 int list_servers(int argc, char** argv) {
   std::string scene_file;
-  Arguments arguments("sim_server servers", "says among which servers a scene divides its bodies: NAME");
+  Arguments arguments("sim_server servers", "says among which servers a scene divides its bodies: NAME<tab>BODY,BODY");
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   if (!arguments.parse(argc, argv)) return 0;
-  std::vector<std::string> names;
-  for (const BodySpec& body : load_scene(scene_file).bodies)
-    if (std::find(names.begin(), names.end(), body.server) == names.end()) names.push_back(body.server);
-  for (const std::string& name : names) std::puts(name.c_str());
+  std::vector<std::pair<std::string, std::string>> servers;
+  for (const BodySpec& body : load_scene(scene_file).bodies) {
+    const auto known = std::ranges::find(servers, body.server, &std::pair<std::string, std::string>::first);
+    if (known == servers.end())
+      servers.emplace_back(body.server, body.name);
+    else
+      known->second += "," + body.name;
+  }
+  for (const auto& [server, bodies] : servers) std::printf("%s\t%s\n", server.c_str(), bodies.c_str());
   return 0;
 }
 

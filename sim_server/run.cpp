@@ -1,14 +1,18 @@
 #include "sim_server/run.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -22,6 +26,12 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double processor_time_s() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
 std::string hex(std::uint64_t x) {
@@ -63,12 +73,16 @@ struct RunRecord::State {
   void write(const Simulation& simulation, const std::string& json) const;
   nlohmann::ordered_json body(const Simulation& simulation, std::uint32_t id) const;
   nlohmann::ordered_json run();
+  nlohmann::ordered_json session();
 
   const Scene& scene;
   const Simulation& world;
   std::string directory;
   std::unique_ptr<JournalWriter> journal;
   std::vector<float> step_times_s;
+  std::vector<float> publish_times_s;
+  std::optional<SyncCost> cost;
+  double processor_begun_s = processor_time_s();
   StepReport last;
   std::uint64_t steps = 0;
   std::map<std::string, std::uint64_t> events;
@@ -103,6 +117,14 @@ void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
   for (const ContactModel& c : output.contacts) s.largest_force_n = std::max(s.largest_force_n, c.force_world_n.norm());
 }
 
+void RunRecord::add_publish(double time_s) {
+  state_->publish_times_s.push_back(static_cast<float>(time_s));
+}
+
+void RunRecord::set(const SyncCost& cost) {
+  state_->cost = cost;
+}
+
 nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std::uint32_t id) const {
   const TriangleMesh& mesh = simulation.mesh(id);
   const SurfaceReport rest = check(mesh);
@@ -118,6 +140,7 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   body["manifold"] = rest.manifold;
   body["enclosed_volume_m3"] = check(mesh, now).volume_m3;
   body["rest_volume_m3"] = rest.volume_m3;
+  body["copy_bytes"] = simulation.copy_bytes(id);
   body["revision"] = mesh.revision();
   body["topology_hash"] = hex(mesh.hash());
   return body;
@@ -132,6 +155,8 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["removed_volume_m3"] = last.removed_volume_m3;
   run["contact_time_s"] = last.contact_time_s;
   run["step_time_median_s"] = quantile(step_times_s, 0.5);
+  run["step_time_total_s"] = std::accumulate(step_times_s.begin(), step_times_s.end(), 0.0);
+  run["processor_time_s"] = processor_time_s() - processor_begun_s;
   run["step_time_p99_s"] = quantile(step_times_s, 0.99);
   run["stability_margin"] = least_margin;
   run["added_mass_fraction"] = largest_added_mass;
@@ -141,6 +166,24 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["global_searches"] = last.global_searches;
   run["events"] = events;
   return run;
+}
+
+nlohmann::ordered_json RunRecord::State::session() {
+  nlohmann::ordered_json session;
+  session["copy_bytes"] = cost->copy_bytes;
+  session["publish_time_median_s"] = quantile(publish_times_s, 0.5);
+  session["publish_time_p99_s"] = quantile(publish_times_s, 0.99);
+  session["publish_time_total_s"] = std::accumulate(publish_times_s.begin(), publish_times_s.end(), 0.0);
+  session["network_time_total_s"] = cost->network_total_s;
+  session["waited_for_servers_s"] = cost->waited_for_servers_s;
+  session["deferred_steps"] = cost->deferred_steps;
+  session["reduced_steps"] = cost->reduced_steps;
+  session["slowed_steps"] = cost->slowed_steps;
+  session["most_behind_s"] = cost->most_behind_s;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  session["peak_memory_bytes"] = 1024 * static_cast<std::uint64_t>(usage.ru_maxrss);
+  return session;
 }
 
 void RunRecord::State::write(const Simulation& simulation, const std::string& json) const {
@@ -156,6 +199,7 @@ std::string RunRecord::finish(const Simulation& simulation) {
   report["scene"] = std::filesystem::path(s.scene.file).filename().string();
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i) report["bodies"].push_back(s.body(simulation, i));
   report["run"] = s.run();
+  if (s.cost) report["session_cost"] = s.session();
   const std::string json = report.dump(2) + "\n";
   s.journal.reset();  // closes the file
   if (!s.directory.empty()) s.write(simulation, json);

@@ -11,8 +11,18 @@
 
 namespace sectio {
 
+// What it costs that there are several copies of a body (paper A, conclusion): the simulation's, the one from which the
+// network's thread serves viewers, and one in each viewer (its own report has that).
+struct SyncCost {
+  std::size_t copy_bytes = 0;       // of the network's thread: topology and positions
+  double network_total_s = 0;       // of the network's thread
+  double waited_for_servers_s = 0;  // for others of the session, so that all stay together
+  std::uint64_t deferred_steps = 0, reduced_steps = 0, slowed_steps = 0;  // see net/budget.h
+  double most_behind_s = 0;
+};
+
 // What a run leaves behind: with a directory, BODY.obj of every final surface, journal (all deltas) and report.json.
-// Step times are the only numbers in the report that differ between two runs on the same samples.
+// Times of steps and processor are the only numbers in the report that differ between two runs on the same samples.
 class RunRecord {
  public:
   // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Scene and
@@ -21,6 +31,9 @@ class RunRecord {
   ~RunRecord();
 
   void add(const StepOutput& output, double step_wall_time_s);
+  // Of a live session; its samples are those of publishing after each step.
+  void add_publish(double time_s);
+  void set(const SyncCost& cost);
   // Writes what there is to write. Returns the report as JSON text: per body vertices, triangles, components, Euler
   // characteristic, closed and manifold flags, volume now and at rest, revision and hash; for the run steps, cuts,
   // contact time, step times, stability margin.

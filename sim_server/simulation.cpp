@@ -111,6 +111,7 @@ struct Simulation::State {
   void press(std::uint32_t body_id);
   void release(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
+  bool is_idle(std::uint32_t body_id);
   void split(std::uint32_t body_id);
   void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
   void move_rigid_pieces();
@@ -136,13 +137,14 @@ struct Simulation::State {
   std::vector<Edge> edges;               // of all tools; cutting knows each as a tool of its own
   std::vector<SimulationTouch> touches;  // a row a body, a column an edge
   StepOutput output;
+  bool spare_idle_bodies = false;
 
   // Scratch.
   std::vector<Entry> entries;
   std::vector<BladeMotion> motions;
   std::vector<TriangleId> changed;
   std::vector<ContactPoint> contact_points;
-  std::vector<ContactParticle> held;
+  std::vector<HeldParticle> held_particles;
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
@@ -230,9 +232,16 @@ void Simulation::State::press(std::uint32_t body_id) {
     const auto points = touch(body_id, i).contact_points();
     contact_points.insert(contact_points.end(), points.begin(), points.end());
   }
-  if (auto delta = press_body(body, contact_points, scene.step_s, held))
+  if (auto delta = press_body(body, contact_points, scene.step_s, held_particles))
     output.deltas.push_back({body_id, std::move(*delta)});
-  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held);
+  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held_particles);
+}
+
+// Nothing touches it, and no cut has changed it in this step.
+bool Simulation::State::is_idle(std::uint32_t body_id) {
+  for (std::uint32_t i = 0; i < edges.size(); ++i)
+    if (touch(body_id, i).state() != ContactState::free || !touch(body_id, i).constraints().empty()) return false;
+  return std::ranges::none_of(output.deltas, [&](const BodyDelta& d) { return d.body_id == body_id; });
 }
 
 void Simulation::State::deform(std::uint32_t body_id) {
@@ -242,7 +251,7 @@ void Simulation::State::deform(std::uint32_t body_id) {
     if (const auto c = touch(body_id, i).constraints(); tool_of(i).pose)
       constraints.insert(constraints.end(), c.begin(), c.end());
   reactions.assign(constraints.size(), {});
-  body.deform(constraints, reactions, scene.step_s);
+  if (!(spare_idle_bodies && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
   for (const Reaction& reaction : reactions) output.report.instrument_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
@@ -382,6 +391,8 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.contacts.clear();
   out.events.clear();
   out.publish_now = false;
+  s.spare_idle_bodies = input.spare_idle_bodies;
+  if (!input.overrun.empty()) s.say(EventKind::step_overrun, 0, 0, input.overrun);
   s.take(input);
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
@@ -427,6 +438,9 @@ ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;
   return rigid ? &rigid->body : nullptr;
+}
+std::size_t Simulation::copy_bytes(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->bytes();
 }
 std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->bodies[body_id]->positions_world_m();

@@ -35,6 +35,8 @@ class Simulation {
   // Nothing when it deforms.
   const RigidBody* rigid_body(std::uint32_t body_id) const;
   const TriangleMesh& mesh(std::uint32_t body_id) const;
+  // Memory of a body's topology and state, what engines keep beside them not counted.
+  std::size_t copy_bytes(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
   // Kinetic, elastic and gravitational, of all bodies; heights count from the origin. O(all), for tests and reports.

@@ -34,6 +34,7 @@ class SimulationBody {
   SimulationBody(const BodySpec& spec, const Scene& scene, std::uint32_t id, TriangleMesh mesh, ParticleState particles,
                  const Pose& frame, const SimulationBody* parent = nullptr, std::span<const VertexId> vertex_from = {});
 
+  std::size_t bytes() const { return mesh.bytes() + particles.bytes() + compact_.bytes(); }
   SharedBody shared() { return {id, mesh, particles, compact_}; }
   SurfaceView view() { return {mesh, compact_.of(particles), id}; }
   std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }

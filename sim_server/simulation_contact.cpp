@@ -71,13 +71,21 @@ TriangleId original_triangle(const SimulationBody& body, TriangleId t) {
   if (!body.contact.inverse) return t;
   const MeshDraft original = original_surface(body);
   if (original.triangle(t).alive()) return t;
-  for (const VertexId v : body.mesh.triangle(t).v)
-    if (const TriangleId beside = original.incident(v); beside != kNone) return beside;
-  return original.incident(body.contact.points.front().place.face[0]);
+  // Temporary particles are few: an original vertex is close by.
+  const MeshDraft now(body.mesh, body.particle_view());
+  std::vector<VertexId> ring(body.mesh.triangle(t).v.begin(), body.mesh.triangle(t).v.end());
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    if (const TriangleId beside = original.incident(ring[i]); beside != kNone) return beside;
+    for (const TriangleId around : now.fan(ring[i])) {
+      const auto& v = body.mesh.triangle(around).v;
+      ring.insert(ring.end(), v.begin(), v.end());
+    }
+  }
+  return kNone;
 }
 
 std::optional<TopologyDelta> press_body(SimulationBody& body, std::span<const ContactPoint> points, double step_s,
-                                        std::vector<ContactParticle>& held) {
+                                        std::vector<HeldParticle>& held) {
   held.clear();
   std::vector<ContactPoint> all(points.begin(), points.end());
   const std::vector<ContactPoint> left = on_the_way_home(body, points, step_s);

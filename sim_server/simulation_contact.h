@@ -19,7 +19,7 @@ TriangleId original_triangle(const SimulationBody& body, TriangleId t);
 // Brings the temporary elements to what instruments touch now: of each in order, the most important first. Fills
 // `held`, for this step only. Returns the change of topology to publish, if there is one.
 std::optional<TopologyDelta> press_body(SimulationBody& body, std::span<const ContactPoint> points, double step_s,
-                                        std::vector<ContactParticle>& held);
+                                        std::vector<HeldParticle>& held);
 // Undoes all of them; nothing if there are none.
 std::optional<TopologyDelta> release_body(SimulationBody& body);
 

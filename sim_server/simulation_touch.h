@@ -33,7 +33,7 @@ class SimulationTouch {
   // Where it presses on a body with contact templates, the most important first.
   std::span<const ContactPoint> contact_points() const { return contact_points_; }
   // The particles that have been made of these.
-  void hold_particles(std::span<const ContactParticle> held);
+  void hold_particles(std::span<const HeldParticle> held);
   // What holds or presses the surface in this step; nothing while free or cutting.
   std::span<const PointConstraint> constraints() const { return constraints_; }
   // After the step: the reaction of the constraints together.

@@ -49,8 +49,8 @@ std::vector<std::size_t> SimulationTouch::corners_beside_contact() const {
   return beside;
 }
 
-void SimulationTouch::hold_particles(std::span<const ContactParticle> held) {
-  for (const ContactParticle& h : held) {
+void SimulationTouch::hold_particles(std::span<const HeldParticle> held) {
+  for (const HeldParticle& h : held) {
     if (h.owner != stroke_id_) continue;
     PointConstraint c = hold(h.vertex, h.target_world_m);
     c.unilateral = c.sticks = true;

@@ -15,6 +15,9 @@ namespace sectio {
 struct StepInput {
   // All samples since the last step, in order of sequence for each tool. The instrument is swept through all of them.
   std::vector<ToolSample> samples;
+  // The session is behind its clock: bodies that no instrument touches stay as they are in this step.
+  bool spare_idle_bodies = false;
+  std::string overrun;  // what the session does about it, when that has changed: becomes an event; else empty
 };
 
 struct BodyDelta {
@@ -37,7 +40,7 @@ enum class EventKind : std::uint8_t {
   joined,            // a cut ran into the end of another, or of itself
   island_freed,      // a loop was closed and its inside parted
   cut_refused,       // the mesh is as before
-  step_overrun,      // a step took longer than its time
+  step_overrun,      // the session is behind its clock; the text says what it does about it
   body_frozen,       // numerics failed in this body
   body_split,        // a part came off and is a body of its own
   fragment_removed,  // a part below the stated size

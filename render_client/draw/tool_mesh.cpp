@@ -218,17 +218,18 @@ ToolMesh make_rod(const std::array<Vec3, 4>& abcd, const Axes& axes) {
 }
 
 ToolMesh make_probe(const std::array<Vec3, 4>& abcd, const Axes& axes) {
-  constexpr double kRadius_m = 0.0018;
+  const Vec3 out = abcd[2] - abcd[0];
+  const double radius_m = std::clamp(1.2 * (out - out.dot(axes.up) * axes.up).norm(), 0.0002, 0.02);
   Builder builder;
   std::vector<Section> sections;
   constexpr int kRings = 10;
   for (int i = 1; i <= kRings; ++i) {
     const double angle = std::numbers::pi * (0.5 * i / kRings - 0.5);
-    const double radius = kRadius_m * std::max(0.02, std::cos(angle));
+    const double ring_m = radius_m * std::max(0.02, std::cos(angle));
     sections.push_back(
-        {abcd[0] + kRadius_m * (1 + std::sin(angle)) * axes.up, axes.forward, -axes.aside, radius, radius});
+        {abcd[0] + radius_m * (1 + std::sin(angle)) * axes.up, axes.forward, -axes.aside, ring_m, ring_m});
   }
-  sections.push_back({abcd[1] + 0.1 * axes.up, axes.forward, -axes.aside, 1.3 * kRadius_m, 1.3 * kRadius_m});
+  sections.push_back({abcd[1] + 0.1 * axes.up, axes.forward, -axes.aside, 1.3 * radius_m, 1.3 * radius_m});
   builder.loft(sections);
   builder.end_part({Shading::metal, Vec3f(0.72f, 0.73f, 0.75f)});
   builder.mesh.shadow = {abcd[0].cast<float>(), sections.back().centre_m.cast<float>(), 0.0015f, 0.002f};

@@ -77,6 +77,7 @@ class Chart {
   Image image_;
   Text text_{14}, title_{18};
   Range x_, y_;
+  bool whole_x_ = true;  // counts: no ticks between them
   Rect area_;
 };
 
@@ -87,9 +88,11 @@ Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int w
     for (std::size_t i = 0; i < s.x.size(); ++i) {
       if (!std::isfinite(s.x[i]) || !std::isfinite(s.y[i])) continue;
       x_.take(s.x[i]);
+      whole_x_ = whole_x_ && s.x[i] == std::round(s.x[i]);
       y_.take(s.y[i]);
     }
   }
+  if (labels.y_from_zero) y_.take(0);
   x_.settle(0);
   y_.settle(0.06);
   area_ = {72, 64, std::max(width_px - 72 - 24, 10), std::max(height_px - 64 - 56, 10)};
@@ -100,8 +103,9 @@ Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int w
 
 void Chart::draw_axes(const ChartLabels& labels) {
   const int bottom = area_.y_px + area_.height_px;
-  const double step_x = tick_step(x_.low, x_.high, 9), step_y = tick_step(y_.low, y_.high, 6);
-  for (const double x : round_ticks(x_.low, x_.high, 9)) {
+  const int wanted_x = whole_x_ ? std::clamp(static_cast<int>(x_.high - x_.low), 1, 9) : 9;
+  const double step_x = tick_step(x_.low, x_.high, wanted_x), step_y = tick_step(y_.low, y_.high, 6);
+  for (const double x : round_ticks(x_.low, x_.high, wanted_x)) {
     const Eigen::Vector2f p = at(x, y_.low);
     line(p, at(x, y_.high), kGrid);
     const std::string text = tick_text(x, step_x);

@@ -18,6 +18,7 @@ struct ChartLabels {
   std::string title;
   std::string x;  // with the unit: "time / s"
   std::string y;  // "force / N"
+  bool y_from_zero = false;
 };
 
 // Without any finite point the axes run from 0 to 1. Throws InputError when a series has x and y of unequal length.

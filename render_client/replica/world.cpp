@@ -55,9 +55,9 @@ void World::announce(const SceneInfo& scene) {
     server->end = end->second;
     server->replica.feed(end->second);
   }
-  if (!taken) return enter(std::move(server));
+  if (!taken && servers_.size() < kMaxServers) return enter(std::move(server));
   claimants_.push_back(std::move(server));
-  if (claimants_.size() > kMaxWaiting) claimants_.erase(claimants_.begin());
+  if (claimants_.size() > kMaxServers) claimants_.erase(claimants_.begin());
 }
 
 void World::enter(std::unique_ptr<Server> server) {
@@ -99,7 +99,7 @@ void World::feed(const SessionEnd& end) {
   Server* server = find(end.epoch);
   if (!server) {
     early_ends_.insert_or_assign(end.epoch, end);
-    if (early_ends_.size() > kMaxWaiting) early_ends_.erase(early_ends_.begin());
+    if (early_ends_.size() > kMaxServers) early_ends_.erase(early_ends_.begin());
     return;
   }
   server->replica.feed(end);

@@ -25,7 +25,7 @@ namespace sectio {
 class World {
  public:
   static constexpr double kGather_s = 2;
-  static constexpr std::size_t kMaxWaiting = 64;  // servers that wait for the place of others, or to be announced
+  static constexpr std::size_t kMaxServers = 64;  // on the screen; and as many that wait for the place of others
 
   // Messages as from_wire() has validated them; of servers that haven't been announced: dropped.
   void announce(const SceneInfo& scene);

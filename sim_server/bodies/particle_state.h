@@ -16,6 +16,9 @@ struct ParticleState {
   std::vector<Vec4f> velocity_world_m_per_s;
 
   std::size_t size() const { return position_world_m.size(); }
+  std::size_t bytes() const {
+    return (position_world_m.capacity() + velocity_world_m_per_s.capacity()) * sizeof(Vec4f);
+  }
 
   // New entries are at rest at the origin until they are placed.
   void resize(std::size_t vertex_slots) {
@@ -58,6 +61,8 @@ class CompactPositions {
     }
     return copy_;
   }
+
+  std::size_t bytes() const { return copy_.capacity() * sizeof(Vec3f); }
 
  private:
   std::vector<Vec3f> copy_;

@@ -64,12 +64,25 @@ void tidy(PathPoint& p, double least_ratio) {
                 p.bary[static_cast<int>((first + 2) % 3)]);
 }
 
+// In the face beside an edge, close to a point of it: for a second instrument on the edge.
+PathPoint beside_edge(const MeshDraft& draft, const PathPoint& p, double ratio) {
+  PathPoint q;
+  q.kind = Kind::in_face;
+  q.face = draft.triangle(draft.triangle_of_edge(p.from, p.to)).v;
+  for (int i = 0; i < 3; ++i) {
+    const VertexId corner = q.face[static_cast<std::size_t>(i)];
+    q.bary[i] = corner == p.from ? (1 - ratio) * (1 - p.t) : corner == p.to ? (1 - ratio) * p.t : ratio;
+  }
+  tidy(q, ratio);
+  return q;
+}
+
 struct Sorted {
   std::vector<ContactPoint> points;      // those on edges first: in the order in which particles are made
   std::vector<std::size_t> particle_of;  // which of them each point asked for has become; kNone: it is not there
 };
 
-// Where two fall together the first is kept; so are two on one edge, which has one particle.
+// Where two fall together the first is kept; an edge has one particle.
 Sorted told_apart(const MeshDraft& draft, std::span<const ContactPoint> points, const PressSettings& settings) {
   std::vector<ContactPoint> kept;
   std::vector<Vec3> at;
@@ -81,11 +94,13 @@ Sorted told_apart(const MeshDraft& draft, std::span<const ContactPoint> points, 
     const Vec3 x = state_at(draft, p.place).rest_body_m;
     const double least_m = settings.coincidence * size_m(draft, p.place);
     std::size_t k = 0;
-    while (k < kept.size() && (x - at[k]).norm() >= least_m &&
-           !(p.place.kind == Kind::on_edge && same_place(kept[k].place, p.place)))
-      ++k;
+    const auto on_one_edge = [&](const ContactPoint& other) {
+      return p.place.kind == Kind::on_edge && same_place(other.place, p.place);
+    };
+    while (k < kept.size() && (x - at[k]).norm() >= least_m && !(on_one_edge(kept[k]) && kept[k].owner == p.owner)) ++k;
     sorted.particle_of.back() = k;
     if (k < kept.size()) continue;
+    if (std::ranges::any_of(kept, on_one_edge)) p.place = beside_edge(draft, p.place, settings.least_ratio);
     at.push_back(x);
     kept.push_back(p);
   }
@@ -114,13 +129,17 @@ std::optional<Vec3> bary_in(const std::array<VertexId, 3>& face, const PathPoint
 }
 
 // Of what has become of a face, the triangle that a point of it lies in.
-TriangleId piece_at(const MeshDraft& draft, const PathPoint& p, std::span<const ContactPoint> made,
-                    std::span<const VertexId> particles) {
+struct Piece {
+  TriangleId triangle = kNone;
+  Vec3 bary = Vec3::Zero();
+};
+Piece piece_at(const MeshDraft& draft, const PathPoint& p, std::span<const ContactPoint> made,
+               std::span<const VertexId> particles) {
   std::map<VertexId, Vec3> inside;
   for (int i = 0; i < 3; ++i) inside[p.face[static_cast<std::size_t>(i)]] = Vec3::Unit(i);
   for (std::size_t k = 0; k < made.size(); ++k)
     if (const auto bary = bary_in(p.face, made[k].place)) inside[particles[k]] = *bary;
-  TriangleId best = kNone;
+  Piece best;
   double most = -1e9;
   for (const auto& [v, bary] : inside)
     for (const TriangleId t : draft.fan(v)) {
@@ -131,13 +150,15 @@ TriangleId piece_at(const MeshDraft& draft, const PathPoint& p, std::span<const 
       const double area = corners.determinant();
       if (area < 1e-9) continue;
       // Areas of p with each side, over the whole: where p is in the piece.
-      double least = 1e9;
+      Vec3 in_piece;
       for (int i = 0; i < 3; ++i) {
         Mat3 part = corners;
         part.col(i) = p.bary;
-        least = std::min(least, part.determinant() / area);
+        in_piece[i] = part.determinant() / area;
       }
-      if (least > most) most = least, best = t;
+      if (in_piece.minCoeff() <= most) continue;
+      most = in_piece.minCoeff();
+      best = {t, in_piece};
     }
   return best;
 }
@@ -152,7 +173,7 @@ VertexId insert_within(MeshDraft& draft, const PathPoint& p, std::span<const Con
       if (made[k].place.kind == Kind::on_edge && !triangles_of(draft, cell).empty())
         return insert_in_cell(draft, cell, state);
     }
-  const TriangleId piece = piece_at(draft, p, made, particles);
+  const TriangleId piece = piece_at(draft, p, made, particles).triangle;
   return piece != kNone ? insert_in_face(draft, piece, state) : kNone;
 }
 
@@ -224,7 +245,26 @@ void follow(MeshDraft& draft, const MeshDraft& original, TemporaryContact& conta
   contact.points = std::move(points);
 }
 
-// From the original; a particle that stays goes on as it was.
+// Where a place of the original surface is on the surface with its temporary elements.
+VertexState state_on(const MeshDraft& now, const TemporaryContact& contact, PathPoint p) {
+  tidy(p, 0);
+  if (p.kind == Kind::on_edge) {
+    for (std::size_t k = 0; k < contact.points.size(); ++k) {
+      const PathPoint& on = contact.points[k].place;
+      if (!same_place(on, p)) continue;
+      const VertexState middle = now.state(contact.particles[k]);
+      return p.t < on.t ? VertexState::mix(now.state(p.from), middle, p.t / on.t)
+                        : VertexState::mix(middle, now.state(p.to), (p.t - on.t) / (1 - on.t));
+    }
+    return state_at(now, p);
+  }
+  const Piece piece = piece_at(now, p, contact.points, contact.particles);
+  if (piece.triangle == kNone) return state_at(now, p);
+  const auto& v = now.triangle(piece.triangle).v;
+  return VertexState::mix({now.state(v[0]), now.state(v[1]), now.state(v[2])}, piece.bary);
+}
+
+// From the original; a particle that stays goes on as it was, others begin on the surface as it is.
 bool exchange(const MeshDraft& before, MeshDraft& original, TemporaryContact& contact,
               std::vector<ContactPoint> points) {
   TemporaryContact next;
@@ -234,12 +274,11 @@ bool exchange(const MeshDraft& before, MeshDraft& original, TemporaryContact& co
   next.inverse = original.inverse_since_mark();
   for (std::size_t i = 0; i < next.points.size(); ++i) {
     VertexState state = original.state(next.particles[i]);
+    VertexState now = state_on(before, contact, next.points[i].place);
     for (std::size_t k = 0; k < contact.points.size(); ++k)
-      if (same_place(contact.points[k].place, next.points[i].place)) {
-        const VertexState old = before.state(contact.particles[k]);
-        state.position_world_m = old.position_world_m;
-        state.velocity_world_m_per_s = old.velocity_world_m_per_s;
-      }
+      if (same_place(contact.points[k].place, next.points[i].place)) now = before.state(contact.particles[k]);
+    state.position_world_m = now.position_world_m;
+    state.velocity_world_m_per_s = now.velocity_world_m_per_s;
     displace(state, next.points[i]);
     original.move_vertex(next.particles[i], state);
   }
@@ -266,9 +305,9 @@ Press press(MeshDraft& draft, TemporaryContact& contact, std::span<const Contact
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].presses || next.particle_of[i] == kNone) continue;
-    const ContactParticle held{contact.particles[next.particle_of[i]], points[i].target_world_m, points[i].owner};
+    const HeldParticle held{contact.particles[next.particle_of[i]], points[i].target_world_m, points[i].owner};
     const bool known = std::ranges::any_of(
-        result.held, [&](const ContactParticle& h) { return h.vertex == held.vertex && h.owner == held.owner; });
+        result.held, [&](const HeldParticle& h) { return h.vertex == held.vertex && h.owner == held.owner; });
     if (!known) result.held.push_back(held);
   }
   return result;

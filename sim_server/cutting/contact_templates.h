@@ -46,7 +46,7 @@ struct ContactPoint {
   bool presses = true;      // false: it has let go, the particle is on its way home
 };
 
-struct ContactParticle {
+struct HeldParticle {
   VertexId vertex = kNone;
   Vec3 target_world_m = Vec3::Zero();
   std::uint32_t owner = 0;
@@ -69,7 +69,7 @@ struct Press {
   ContactChange change = ContactChange::displaced;
   // To be held at their targets for one step; nothing remembers them beyond it. One that instruments share is named
   // for each of them; the first of an owner belongs to the first of its points.
-  std::vector<ContactParticle> held;
+  std::vector<HeldParticle> held;
 };
 
 // The draft as it would be without the contact: what contact points refer to, so that touching the new faces counts as

@@ -19,6 +19,7 @@ struct CutFront {
   bool bottom_on_surface = false;  // the blade came out on the other side
   // Before the bottom along the trail: a pair, or one vertex twice.
   VertexId before_left = kNone, before_right = kNone;
+  Vec3 ahead_body = Vec3::Zero();            // unit, at rest: out of the groove
   std::optional<VertexState> bottom_at_tip;  // where the bottom is going in the next step; nothing: it is there
 };
 

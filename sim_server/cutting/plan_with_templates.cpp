@@ -6,6 +6,9 @@
 namespace sectio {
 namespace {
 
+// A step's share in the smoothed displacement of the tissue: lips that draw back do not shake the blade's path.
+constexpr double kFollows = 0.02;
+
 TemplateSettings template_settings(const StrokeSettings& s) {
   TemplateSettings t;
   t.open_top_m = s.open_top_m;
@@ -84,10 +87,12 @@ Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mot
                 const StrokeSettings& settings) {
   Followed f;
   const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
+  if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;
+  *stroke.displacement_body_m += kFollows * (displacement_m - *stroke.displacement_body_m);
   for (const Blade& blade : motion.path) {
     const std::optional<RestBlade> newest = stroke.newest;
     const std::optional<Blade> before = std::exchange(stroke.blade, blade);
-    const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - displacement_m,
+    const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - *stroke.displacement_body_m,
                             motion.frame_world.orientation.conjugate() * blade.up_world};
     switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
       case TemplateStrokeEnd::refused:

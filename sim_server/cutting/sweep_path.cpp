@@ -146,9 +146,8 @@ class PathFinder {
     if (top == kNone || (f.bottom_on_surface && goes_on && bottom == kNone)) return false;
     anchors_.push_back({f.top, f.bottom, goes_on, rim, top});
     if (bottom != kNone) anchors_.push_back({f.bottom, f.top, !goes_on, rim, bottom});
-    for (const TriangleId t : draft_.fan(f.bottom)) behind_.insert(t);
-    for (const TriangleId t : draft_.fan(f.top))
-      if (draft_.triangle(t).corner_of(f.bottom) >= 0) behind_.insert(t);
+    for (const VertexId v : {f.top, f.bottom})
+      for (const TriangleId t : draft_.fan(v)) at_front_.insert(t);
     return true;
   }
 
@@ -250,7 +249,7 @@ class PathFinder {
 
   // Follows the path through a face both ways. False when it leads nowhere.
   bool trace(TriangleId start, std::vector<SurfacePath>& paths) {
-    if (visited_.contains(start) || (behind_.contains(start) && !is_anchor(start))) return true;
+    if (visited_.contains(start)) return true;
     const std::optional<Face> first = face_of(start);
     if (!first) return !is_anchor(start);
     if (!first->from && !first->to &&
@@ -285,7 +284,10 @@ class PathFinder {
       visited_.insert(next);
       faces.push_front(*f);
     }
-    return append(faces, closed, paths);
+    // The walls of the groove so far meet in the front, so the plane may graze them.
+    const bool grazes = !is_anchor(start) && std::any_of(faces.begin(), faces.end(),
+                                                         [&](const Face& f) { return at_front_.contains(f.id); });
+    return grazes || append(faces, closed, paths);
   }
 
   SweepRim rim_near(const Vec2& x) const {
@@ -371,7 +373,7 @@ class PathFinder {
   const BladeSweep& sweep_;
   double snap_, inset_;
   std::vector<Anchor> anchors_;
-  std::set<TriangleId> visited_, behind_;
+  std::set<TriangleId> visited_, at_front_;
 };
 
 }  // namespace

@@ -398,10 +398,12 @@ class Step {
       if (rim[i].point + 1 == path.points.size() && p.rim == SweepRim::last_pose) {
         const std::size_t j = (i + 1) % n, k = (i + 2) % n;
         step.fronts.push_back(front_of(rim, slit, {i, j}, slit.rim[k].left, slit.rim[k].right, step));
+        step.fronts.back().ahead_body = sweep_.ahead;
       }
       if (rim[i].point == 0 && p.rim == SweepRim::first_pose) {
         const std::size_t j = (i + n - 1) % n, k = (i + n - 2) % n;
         step.starts.push_back(front_of(rim, slit, {i, j}, slit.rim[k].right, slit.rim[k].left, step));
+        step.starts.back().ahead_body = -sweep_.ahead;
       }
     }
     const auto height = [&](const CutFront& f) { return sweep_.in_plane(draft_.rest(f.top)).y(); };
@@ -412,7 +414,7 @@ class Step {
   CutFront front_of(const Rim& rim, const Slit& slit, std::array<std::size_t, 2> ends, VertexId before_left,
                     VertexId before_right, const TemplateStep& step) const {
     const bool on_surface = rim[ends[1]].what == RimItem::What::path;
-    CutFront f{slit.rim[ends[0]].left, slit.rim[ends[1]].left, on_surface, kNone, kNone, {}};
+    CutFront f{slit.rim[ends[0]].left, slit.rim[ends[1]].left, on_surface, kNone, kNone, {}, {}};
     if (on_surface) return f;
     f.before_left = before_left;
     f.before_right = before_right;

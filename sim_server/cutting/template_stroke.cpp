@@ -105,19 +105,6 @@ RestBlade blade_at(const BladeSweep& sweep, double ahead_m, const RestBlade& bla
   return at;
 }
 
-// In the plane: is a groove's front turned this way, so that its walls are on the other side?
-bool faces(const MeshDraft& draft, const BladeSweep& sweep, const CutFront& f, bool towards_first) {
-  const Vec2 bottom = sweep.in_plane(draft.rest(f.bottom)), up = sweep.in_plane(draft.rest(f.top)) - bottom;
-  for (const auto& [from, to] : {std::pair(f.top, f.bottom), std::pair(f.bottom, f.top)}) {
-    const Triangle wall = draft.triangle(draft.triangle_of_edge(from, to));
-    const VertexId third = wall.v[static_cast<std::size_t>((wall.corner_of(to) + 1) % 3)];
-    const Vec2 x = sweep.in_plane(draft.rest(third)) - bottom;
-    const double ahead = x.x() * up.y() - x.y() * up.x();
-    if (towards_first ? ahead <= 0 : ahead >= 0) return false;
-  }
-  return true;
-}
-
 bool is_own(const TemplateStroke& stroke, const CutFront& f) {
   return std::any_of(stroke.fronts.begin(), stroke.fronts.end(), [&](const CutFront& o) { return o.top == f.top; });
 }
@@ -134,7 +121,7 @@ std::optional<CutFront> groove_ahead(const MeshDraft& draft, const TemplateStrok
     const double ahead_m = sweep.in_plane(top).x(), bottom_ahead_m = sweep.in_plane(bottom).x();
     if (ahead_m < from_m || bottom_ahead_m < from_m || std::max(ahead_m, bottom_ahead_m) > nearest_m) continue;
     if (std::max(std::abs(sweep.side(top)), std::abs(sweep.side(bottom))) > tolerance_m) continue;
-    if (sweep.in_plane(top).y() < sweep.trail_height(ahead_m) || !faces(draft, sweep, f, true)) continue;
+    if (sweep.in_plane(top).y() < sweep.trail_height(ahead_m) || f.ahead_body.dot(sweep.ahead) >= 0) continue;
     nearest = f;
     nearest_m = std::max(ahead_m, bottom_ahead_m);
   }
@@ -166,7 +153,7 @@ void take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBl
       distance_m = std::max(distance_m, std::hypot(sweep.side(x), ahead_m));
       if (ahead_m > sweep.length_m() - settings.min_step_m) distance_m = settings.join_tolerance_m;
     }
-    if (distance_m >= nearest_m || !faces(draft, sweep, f, false)) continue;
+    if (distance_m >= nearest_m || f.ahead_body.dot(sweep.ahead) <= 0) continue;
     nearest = &f;
     nearest_m = distance_m;
   }
@@ -217,6 +204,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
   SweepEnds ends{stroke.fronts};
   BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
   if (!(sweep.length_m() >= settings.min_step_m)) return Went::nowhere;
+  if (!stroke.fronts.empty() && stroke.fronts.front().ahead_body.dot(sweep.ahead) <= 0) return Went::refused;
   RestBlade last = blade;
   ends.target = groove_ahead(draft, stroke, sweep, grooves, settings);
   if (ends.target) {

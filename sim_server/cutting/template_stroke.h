@@ -18,13 +18,14 @@ struct TemplateStroke {
   std::uint32_t tool_id = 0;
   std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle where it began, and where in it
   Vec3 bary = Vec3::UnitX();
-  std::vector<CutFront> fronts;       // of what is permanent
-  std::optional<RestBlade> at_front;  // pose there, or where the stroke began
-  std::optional<RestBlade> newest;    // pose
-  std::optional<Blade> blade;         // the same in the world
-  std::vector<TriangleId> active;     // that the temporary part began with
-  TargetStates bottoms_at_tip;        // of permanent bottoms
-  std::vector<ActiveFace> faces;      // that became permanent in the last step
+  std::vector<CutFront> fronts;             // of what is permanent
+  std::optional<RestBlade> at_front;        // pose there, or where the stroke began
+  std::optional<RestBlade> newest;          // pose
+  std::optional<Blade> blade;               // the same in the world
+  std::optional<Vec3> displacement_body_m;  // of the tissue at the instrument from its place at rest, smoothed
+  std::vector<TriangleId> active;           // that the temporary part began with
+  TargetStates bottoms_at_tip;              // of permanent bottoms
+  std::vector<ActiveFace> faces;            // that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
   std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // world, metres: back when it is undone
   std::vector<CutFront> temporary_fronts, temporary_starts;

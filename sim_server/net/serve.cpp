@@ -8,6 +8,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "sim_server/net/budget.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/run.h"
 
@@ -17,7 +18,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kGiveUpS = 0.25;     // this far behind, the clock is set back: the session runs slower, not in bursts
+constexpr double kTogether_s = 0.1;   // no server of a session gets further ahead of the slowest
 constexpr double kLeaveTimeoutS = 5;  // how long the end is served to viewers
 constexpr double kListen_s = 0.3;     // before the clock starts: is there another server with our bodies?
 constexpr auto kPollPeriod = std::chrono::milliseconds(2);
@@ -41,6 +42,30 @@ std::vector<TriangleMesh> meshes_of(const Simulation& simulation) {
 void yield_to_an_older_server(const ServerNet& net, const ServeOptions& options) {
   if (const auto body = net.claimed_body())
     throw InputError("session '" + options.network.session + "': another server has the body '" + *body + "'");
+}
+
+// Seconds that it took until no other server was further behind than may be.
+double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
+  const auto begun = Clock::now();
+  const auto too_far = [&] {
+    const std::optional<double> slowest_s = net.slowest_other_s();
+    return slowest_s && sim_time_s > *slowest_s + kTogether_s;
+  };
+  if (!too_far()) return 0;
+  while (!stop_requested && too_far()) std::this_thread::sleep_for(kPollPeriod);
+  return Seconds(Clock::now() - begun).count();
+}
+
+// What is done about a session that is behind its clock goes into the next step and, when it changes, into the log.
+void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
+  const Budget budget = planner.plan(behind_s);
+  input.spare_idle_bodies = budget == Budget::reduced;
+  input.overrun.clear();
+  if (budget == Budget::kept && !planner.changed()) return;
+  char text[96];
+  std::snprintf(text, sizeof text, "%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
+  if (planner.changed()) input.overrun = text;
+  log_limited(LogLevel::warning, to_string(budget), text);
 }
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -89,9 +114,16 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
   Progress progress(steps);
   WorldView world;
   double stall_s = options.stall_at_s >= 0 ? options.stall_s : 0;
+  BudgetPlanner planner(!options.play_traces);
+  SyncCost cost;
   auto due = Clock::now();
   for (std::uint64_t k = 1; k <= steps && !stop_requested; ++k) {
     yield_to_an_older_server(net, options);
+    if (const double waited_s = wait_for_the_slowest(net, static_cast<double>(k) * scene.step_s); waited_s > 0) {
+      cost.waited_for_servers_s += waited_s;
+      due = Clock::now();
+    }
+    answer_lag(planner, Seconds(Clock::now() - due).count(), input);
     if (options.play_traces)
       input.samples = samples_of_traces(scene, k);
     else
@@ -105,20 +137,25 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
     const double step_wall_time_s = Seconds(Clock::now() - start).count();
     record.add(output, step_wall_time_s);
     view_world(simulation, scene.tools.size(), world);
+    const auto published = Clock::now();
     net.publish(output, world, step_wall_time_s);
+    record.add_publish(Seconds(Clock::now() - published).count());
     progress.show(output);
     input.samples.clear();
 
+    if (planner.now() == Budget::slowed) due = start;  // the session runs slower, not in bursts
     due += to_duration(scene.step_s);
-    if (Clock::now() - due > to_duration(kGiveUpS)) {
-      log_limited(LogLevel::warning, "overrun",
-                  "steps take longer than their time; the session runs slower than real time");
-      due = Clock::now();
-    }
     std::this_thread::sleep_until(due);
   }
   net.end_session(stop_requested ? "stopped" : "complete");
   net.wait_for_viewers_to_leave(kLeaveTimeoutS);
+  cost.copy_bytes = net.copy_bytes();
+  cost.network_total_s = net.busy_s();
+  cost.deferred_steps = planner.steps(Budget::deferred);
+  cost.reduced_steps = planner.steps(Budget::reduced);
+  cost.slowed_steps = planner.steps(Budget::slowed);
+  cost.most_behind_s = planner.most_behind_s();
+  record.set(cost);
   return record.finish(simulation);
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -119,6 +120,8 @@ struct ServerNet::State {
   Reader<wire::ToolPacket> tool_reader;
   Reader<wire::KeyframeRequest> request_reader;
   Reader<wire::SceneInfo> scene_reader;
+  Reader<wire::StateHeader> header_reader;
+  Reader<wire::SessionEnd> end_reader;
   Writer<wire::SceneInfo> scene_writer;
   Writer<wire::TopologyDelta> delta_writer;
   Writer<wire::KeyframeChunk> chunk_writer;
@@ -144,6 +147,14 @@ struct ServerNet::State {
   std::uint64_t refused = 0;
   std::vector<std::string> missing;
   std::optional<std::string> claimed;
+  struct Other {
+    double sim_time_s = 0;
+    Clock::time_point heard{};
+    bool ended = false;
+  };
+  std::map<std::uint64_t, Other> others;  // servers of the session, by epoch
+  std::size_t copy_bytes = 0;
+  double busy_s = 0;
 
   // Publishing thread.
   struct Shadow {
@@ -160,6 +171,7 @@ struct ServerNet::State {
   std::deque<KeyframeChunk> chunks;
   Clock::time_point next_status{};
   std::uint64_t refused_here = 0;
+  double busy_here_s = 0;
   std::thread thread;
 };
 
@@ -171,6 +183,8 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       tool_reader(participant),
       request_reader(participant),
       scene_reader(participant),
+      header_reader(participant),
+      end_reader(participant),
       scene_writer(participant),
       delta_writer(participant),
       chunk_writer(participant),
@@ -219,17 +233,20 @@ void ServerNet::State::run() {
       refused = refused_here;
       if (!outbox.urgent() && !stop) wake.wait_for(lock, Seconds(chunks.empty() ? kIdle_s : kChunkPause_s));
       if (stop && !outbox.urgent()) return;
+      busy_s = busy_here_s;
       std::swap(batch, outbox);
       outbox.report = batch.report;
       outbox.step = batch.step;
       outbox.samples_refused = batch.samples_refused;
     }
+    const Clock::time_point begun = Clock::now();
     send(batch);
     take_requests();
     hear_others();
     queue_keyframes(Clock::now());
     send_chunks();
     if (batch.end_reason) send_end(*batch.end_reason);
+    busy_here_s += Seconds(Clock::now() - begun).count();
     batch.new_bodies.clear();
     batch.deltas.clear();
     batch.edits = 0;
@@ -315,6 +332,8 @@ void ServerNet::State::send_end(const std::string& reason) {
   {
     const std::lock_guard lock(mutex);
     session_end = std::move(end);
+    for (const Shadow& shadow : shadows) copy_bytes += shadow.mesh.bytes();
+    for (const auto& body : last_snapshot.bodies) copy_bytes += body.positions_world_m.capacity() * sizeof(Vec3f);
   }
   ended.notify_all();
 }
@@ -339,6 +358,18 @@ void ServerNet::State::hear_others() {
       const bool ours = std::ranges::find(scene.bodies, body.name, &BodyInfo::name) != scene.bodies.end();
       if (ours && !claimed && other->epoch < scene.epoch) claimed = body.name;
     }
+    if (other->world_bodies == scene.world_bodies) others.try_emplace(other->epoch);
+  }
+  wire::StateHeader header;
+  while (header_reader.take(header)) {
+    const std::lock_guard lock(mutex);
+    if (const auto other = others.find(header.epoch()); other != others.end())
+      other->second = {header.sim_time_s(), Clock::now(), other->second.ended};
+  }
+  wire::SessionEnd end;
+  while (end_reader.take(end)) {
+    const std::lock_guard lock(mutex);
+    others[end.epoch()].ended = true;
   }
 }
 
@@ -458,6 +489,25 @@ std::vector<std::string> ServerNet::missing_bodies() const {
 std::optional<std::string> ServerNet::claimed_body() const {
   const std::lock_guard lock(state_->mutex);
   return state_->claimed;
+}
+
+std::optional<double> ServerNet::slowest_other_s() const {
+  const std::lock_guard lock(state_->mutex);
+  std::optional<double> slowest;
+  for (const auto& [epoch, other] : state_->others)
+    if (!other.ended && Seconds(Clock::now() - other.heard).count() < kSilence_s)
+      slowest = std::min(slowest.value_or(other.sim_time_s), other.sim_time_s);
+  return slowest;
+}
+
+std::size_t ServerNet::copy_bytes() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->copy_bytes;
+}
+
+double ServerNet::busy_s() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->busy_s;
 }
 
 std::uint32_t ServerNet::viewers() const {

@@ -54,6 +54,14 @@ class ServerNet {
   std::vector<std::string> missing_bodies() const;
   std::optional<std::string> claimed_body() const;
 
+  // The simulated time of the slowest other server of the session; nothing when none has been heard for kSilence_s.
+  std::optional<double> slowest_other_s() const;
+  static constexpr double kSilence_s = 1;
+
+  // After end_session(): what the network's thread holds of the bodies, and how long it was at work.
+  std::size_t copy_bytes() const;
+  double busy_s() const;
+
   // Viewers that are connected now.
   std::uint32_t viewers() const;
   // Serves them until the last one has left or the time is over; true for the former.

@@ -44,9 +44,11 @@ struct CuttingSpec {
   bool loops_free_islands = true;  // closing a loop parts the island from the body
 };
 
-// How an instrument that presses moves the surface.
+// What an instrument that presses moves: the vertices under it, or "templates", paper A's way: temporary particles. These
+// follow its form more closely, but the force goes over from one to the next where the vertices' is interpolated, and
+// each sends topology: hence the default.
 struct ContactSpec {
-  std::string style = "vertices";  // it moves the vertices under it; or "templates", paper A's way: temporary ones
+  std::string style = "vertices";
 };
 
 // What becomes of a part that a cut has separated.

@@ -91,7 +91,7 @@ TEST(A_DEF, A_DEF_0_no_original_particle_is_moved) {
   const std::uint32_t old_vertices = pad.mesh.vertex_slots();
   const Press p = pad.touch({pad.on_edge(kB, kC, 0.4), pad.inside(0.012, 0.017)});
   ASSERT_EQ(p.held.size(), 2u);
-  for (const ContactParticle& held : p.held) {
+  for (const HeldParticle& held : p.held) {
     EXPECT_GE(held.vertex, old_vertices);
     for (int i = 0; i < 3; ++i)
       EXPECT_NEAR(pad.positions[4 * held.vertex + static_cast<std::size_t>(i)], held.target_world_m[i], 1e-8);
@@ -222,9 +222,9 @@ class PressedSprings : public PressedPad {
     s.gravity_m_per_s2.setZero();
     return s;
   }
-  void step(std::span<const ContactParticle> held) {
+  void step(std::span<const HeldParticle> held) {
     std::vector<PointConstraint> constraints;
-    for (const ContactParticle& p : held) constraints.push_back(hold(p.vertex, p.target_world_m));
+    for (const HeldParticle& p : held) constraints.push_back(hold(p.vertex, p.target_world_m));
     std::vector<Vec4f> x(mesh.vertex_slots()), v(mesh.vertex_slots());
     for (std::size_t i = 0; i < x.size(); ++i)
       for (int k = 0; k < 4; ++k)
@@ -278,7 +278,7 @@ TEST(A_DEF, A_DEF_10_contact_with_the_new_faces_adds_no_elements) {
     const double x = 0.011 + 0.003 * u(random), y = 0.0165 + 0.003 * u(random);
     const Press p = press(draft, pad.contact, std::vector{pad.inside(x, y), pad.inside(x + 0.001, y - 0.0012)}, {});
     exchanged += p.change != ContactChange::displaced;
-    for (const ContactParticle& held : p.held) {
+    for (const HeldParticle& held : p.held) {
       EXPECT_LT((draft.position(held.vertex) - held.target_world_m).norm(), 1e-12);
     }
     ASSERT_TRUE(pad.commit(draft));

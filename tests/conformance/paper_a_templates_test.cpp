@@ -110,7 +110,7 @@ TEST_F(Along, A_CUT_2_templates_first_then_faces_then_structures_and_closed) {
   // Faces and structures are there only together: nothing of a refused step is.
   PadUnderKnife other;
   const std::uint64_t hash = other.mesh.hash();
-  const CutFront elsewhere{0, 1, false, 2, 3, {}};
+  const CutFront elsewhere{0, 1, false, 2, 3, Vec3::UnitX(), {}};
   EXPECT_EQ(other.cut(other.at(0.03, 0.014, 0.006), other.at(0.035, 0.014, 0.006), {{elsewhere}}).outcome,
             TemplateOutcome::refused);
   EXPECT_EQ(other.mesh.hash(), hash);

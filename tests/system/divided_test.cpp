@@ -136,5 +136,30 @@ TEST_F(Divided, a_hand_reaches_the_server_that_has_the_organ_it_touches) {
   EXPECT_GT(most_n, 0.02);
 }
 
+TEST_F(Divided, A_ARCH_6_A_ARCH_12_what_is_done_about_a_stall_is_logged_and_what_copies_cost_is_reported) {
+  auto server = share({"--wait-for-viewers", "1", "--steps", "1000", "--stall-at-s", "0.4", "--stall-s", "0.12",
+                       "--export", file("out")});
+  auto screen = viewer("screen", {"--no-pictures"});
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_TRUE(server->output().find("reduced: ") != std::string::npos ||
+              server->output().find("slowed: ") != std::string::npos)
+      << server->output();
+  const nlohmann::json report = json("out/report.json"), cost = report["session_cost"], seen = json("screen.json");
+  EXPECT_GT(cost["reduced_steps"].get<int>() + cost["slowed_steps"].get<int>(), 0);
+  EXPECT_GE(cost["most_behind_s"].get<double>(), 0.11);
+  EXPECT_GE(report["run"]["events"]["step overrun"].get<int>(), 1);
+  EXPECT_GT(cost["publish_time_total_s"].get<double>(), 0);
+  EXPECT_GT(cost["network_time_total_s"].get<double>(), 0);
+  EXPECT_GT(seen["total_sync_time_s"].get<double>(), 0);
+  // Rest positions, corners, neighbours and positions in each copy: some 100 bytes a triangle.
+  std::size_t triangles = 0;
+  for (const auto& body : report["bodies"]) triangles += body["triangles"].get<std::size_t>();
+  for (const std::size_t bytes : {cost["copy_bytes"].get<std::size_t>(), seen["copy_bytes"].get<std::size_t>()}) {
+    EXPECT_GT(bytes, 40 * triangles);
+    EXPECT_LT(bytes, 400 * triangles);
+  }
+}
+
 }  // namespace
 }  // namespace sectio

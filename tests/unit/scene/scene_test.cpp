@@ -27,6 +27,7 @@ bodies:
     cutting: {threshold_force_n: 0.3, hysteresis: 0.5}
     fixed: {min_world_m: [0, 0, 0], max_world_m: [1, 1, 1]}
     colours: {skin: [1, 0, 0], wall: [0, 1, 0]}
+    contact: {style: templates}
 tools:
   - {name: knife, kind: scalpel, trace: knife.csv}
   - {name: hook, kind: cautery_hook, intensity: 0.5}
@@ -90,6 +91,7 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_EQ(body.material.young_pa, 7000);
   EXPECT_EQ(body.material.density_kg_per_m3, MaterialSpec().density_kg_per_m3);
   EXPECT_EQ(body.cutting.threshold_force_n, 0.3);
+  EXPECT_EQ(body.contact.style, "templates");
   EXPECT_EQ(body.cutting.hysteresis, 0.5);
   ASSERT_TRUE(body.fixed.has_value());
   EXPECT_EQ(body.fixed->max_world_m, Vec3(1, 1, 1));
@@ -144,6 +146,8 @@ TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
   EXPECT_EQ(refusal("[0, 0, -1]", "[0, zero, -1]"),
             "s.yaml:4: gravity_m_per_s2[1]: expected a finite number, got zero");
   EXPECT_EQ(refusal("unit: cm", "unit: inch"), "s.yaml:8: bodies[0].mesh.unit: expected one of m, cm, mm, got inch");
+  EXPECT_EQ(refusal("style: templates", "style: glue"),
+            "s.yaml:15: bodies[0].contact.style: expected one of vertices, templates, got glue");
   EXPECT_EQ(refusal("model: surface_springs", "model: jelly"),
             "s.yaml:10: bodies[0].model: expected surface_springs, got jelly");
   EXPECT_EQ(refusal("[1, 0, 0], wall", "[1, 0, 255], wall"),
@@ -160,7 +164,7 @@ TEST_F(SceneFile, unknown_keys_are_errors_with_the_nearest_known) {
   EXPECT_EQ(refusal("unit: cm", "unit: cm, files: x"),
             "s.yaml:8: bodies[0].mesh.files: unknown key; did you mean file?");
   EXPECT_EQ(refusal("intensity: 0.5", "intensty: 0.5"),
-            "s.yaml:17: tools[1].intensty: unknown key; did you mean intensity?");
+            "s.yaml:18: tools[1].intensty: unknown key; did you mean intensity?");
 }
 
 TEST_F(SceneFile, missing_and_duplicate_keys_are_errors) {
@@ -177,16 +181,16 @@ TEST_F(SceneFile, lists_and_names) {
   EXPECT_EQ(refusal(bodies, "bodies: []\n"), "s.yaml:6: bodies: expected at least one entry, the list is empty");
   EXPECT_EQ(refusal(bodies, "bodies: cube\n"), "s.yaml:6: bodies: expected a list, got cube");
   EXPECT_EQ(refusal(bodies, "bodies: [cube]\n"), "s.yaml:6: bodies[0]: expected keys with values, got cube");
-  EXPECT_EQ(refusal("name: hook", "name: knife"), "s.yaml:17: tools[1]: the name knife is used twice");
+  EXPECT_EQ(refusal("name: hook", "name: knife"), "s.yaml:18: tools[1]: the name knife is used twice");
   EXPECT_EQ(refusal("session: test", "session: a/b").substr(0, 18), "s.yaml:1: session:");
   EXPECT_EQ(refusal("session: test", "session: \"\""), "s.yaml:1: session: expected a text, got \"\"");
 }
 
 TEST_F(SceneFile, files_are_named_where_they_are_asked_for) {
   EXPECT_EQ(refusal("cube.obj", "absent.obj"), "s.yaml:8: bodies[0].mesh.file: absent.obj: no such file");
-  EXPECT_EQ(refusal("knife.csv", "absent.csv").substr(0, 35), "s.yaml:16: tools[0].trace: absent.c");
+  EXPECT_EQ(refusal("knife.csv", "absent.csv").substr(0, 35), "s.yaml:17: tools[0].trace: absent.c");
   std::ofstream(folder_ / "knife.csv") << "time_s\n";
-  EXPECT_EQ(refusal("hysteresis: 0.5", "hysteresis: 0.6").substr(0, 26), "s.yaml:16: tools[0].trace:");
+  EXPECT_EQ(refusal("hysteresis: 0.5", "hysteresis: 0.6").substr(0, 26), "s.yaml:17: tools[0].trace:");
 }
 
 TEST_F(SceneFile, sizes_and_shapes_that_make_no_sense_are_refused) {

@@ -1,0 +1,117 @@
+// Draws moments of scenes side by side, simulated here and now: how pictures of documents are made. The same picture
+// every time on one machine.
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+
+#include "common/core/arguments.h"
+#include "common/core/error.h"
+#include "render_client/draw/canvas.h"
+#include "render_client/draw/draw_frame.h"
+#include "render_client/output/png.h"
+#include "sim_server/run.h"
+
+namespace sectio {
+namespace {
+
+constexpr int kGap_px = 4;
+
+struct Options {
+  std::string out, size = "600x500";
+  std::vector<std::string> moments;
+  int samples = 4;
+  bool wireframe = false;
+  int width_px = 0, height_px = 0;
+};
+
+struct Moment {
+  std::string scene_file;
+  double time_s = 0;
+};
+
+Moment parse_moment(const std::string& text) {
+  const std::size_t at = text.rfind('@');
+  Moment moment;
+  const char* const end = text.data() + text.size();
+  if (at == std::string::npos || std::from_chars(text.data() + at + 1, end, moment.time_s).ptr != end ||
+      !(moment.time_s >= 0))
+    throw InputError("--scene: expected SCENE.yaml@SECONDS, got " + text);
+  moment.scene_file = text.substr(0, at);
+  return moment;
+}
+
+Frame frame_of(const Scene& scene, Simulation& simulation) {
+  Frame frame;
+  frame.session = scene.session;
+  frame.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
+                  scene.camera.field_of_view_deg};
+  for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
+    const TriangleMesh& mesh = simulation.mesh(b);
+    const auto positions = simulation.positions_world_m(b);
+    BodyFrame& body = frame.bodies.emplace_back();
+    body.name = simulation.body(b).name;
+    body.revision = mesh.revision();
+    body.skin_colour = simulation.body(b).skin_colour;
+    body.wall_colour = simulation.body(b).wall_colour;
+    for (const Vec3& rest : mesh.rest_body_m()) body.rest_body_m.push_back(rest.cast<float>());
+    body.positions_world_m.assign(positions.begin(), positions.end());
+    body.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());
+  }
+  for (std::uint32_t t = 0; t < scene.tools.size(); ++t) {
+    const ToolGeometry& g = scene.tools[t].geometry;
+    const std::optional<JointPose>& pose = simulation.tool_pose_world(t);
+    frame.tools.push_back({scene.tools[t].name,
+                           scene.tools[t].kind,
+                           pose.has_value(),
+                           pose.value_or(JointPose{}),
+                           {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m},
+                           g.gauge_m});
+  }
+  return frame;
+}
+
+Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
+  const Scene scene = load_scene(moment.scene_file);
+  Simulation simulation(scene);
+  StepInput input;
+  for (std::uint64_t k = 1; static_cast<double>(k) * scene.step_s <= moment.time_s + 1e-9; ++k) {
+    input.samples = samples_of_traces(scene, k);
+    simulation.step(input);
+  }
+  FramePainter painter(canvas);
+  return painter.draw_frame(frame_of(scene, simulation), {options.wireframe, false, false, 0});
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  Arguments arguments("draw_scenes", "draws moments of scenes side by side");
+  arguments.option("OUT", options.out, "picture (PNG)", Need::required);
+  arguments.option("--scene", options.moments, "SCENE.yaml@SECONDS; may be repeated", Need::required);
+  arguments.option("--size", options.size, "of each, WIDTHxHEIGHT in pixels");
+  arguments.option("--samples", options.samples, "per pixel: 1 or 4");
+  arguments.toggle("--wireframe", options.wireframe, "with the edges of triangles");
+  if (!arguments.parse(argc, argv)) return 0;
+  char rest = 0;
+  if (std::sscanf(options.size.c_str(), "%dx%d%c", &options.width_px, &options.height_px, &rest) != 2 ||
+      std::min(options.width_px, options.height_px) < 16 || std::max(options.width_px, options.height_px) > 8192)
+    throw InputError("--size: expected WIDTHxHEIGHT in pixels, 16 to 8192 each, got " + options.size);
+  if (options.samples != 1 && options.samples != 4)
+    throw InputError("--samples: expected 1 or 4, got " + std::to_string(options.samples));
+
+  const int n = static_cast<int>(options.moments.size());
+  Image picture(n * options.width_px + (n - 1) * kGap_px, options.height_px, {255, 255, 255, 255});
+  for (int i = 0; i < n; ++i) {
+    const auto canvas = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
+    paste(picture, draw(parse_moment(options.moments[static_cast<std::size_t>(i)]), options, *canvas),
+          i * (options.width_px + kGap_px), 0);
+  }
+  write_png(options.out, picture);
+  return 0;
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  return sectio::run_program("draw_scenes", [&] { return sectio::run(argc, argv); });
+}

@@ -1,0 +1,114 @@
+// The cost of contact with temporary elements at 1 kHz (paper A, 2.2): a probe on an organ, a step of the whole
+// simulation each, as ratios to a step in which nothing touches.
+//
+//   untouched  the probe is far away
+//   vertices   it presses by moving the vertices under it
+//   rests      it presses with temporary elements, which stay
+//   slides     the same at 2 cm/s: particles follow, templates are exchanged from face to face
+//   churns     it jumps to another face in every step: all is undone and made anew
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <cstdio>
+
+#include "sim_server/simulation.h"
+#include "tests/bench/best_times.h"
+#include "tests/support/shapes.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kRadius_m = 0.06, kTop_m = 0.03, kDepth_m = 0.003;
+
+Scene organ(int levels, const char* style) {
+  Scene scene;
+  scene.step_s = 5e-4;
+  BodySpec body;
+  body.name = "organ";
+  body.mesh = test::ellipsoid(levels, Vec3(kRadius_m, kRadius_m, kTop_m));
+  body.material.skin_thickness_m = 0.004;
+  body.material.foundation_radius_m = 0.02;
+  body.contact.style = style;
+  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.01)};
+  scene.bodies.push_back(std::move(body));
+  scene.tools.resize(1);
+  scene.tools[0].kind = "probe";
+  scene.tools[0].geometry = instrument_of("probe").geometry;
+  return scene;
+}
+
+double height_m(double x_m, double y_m) {
+  return kTop_m * std::sqrt(1 - (x_m * x_m + y_m * y_m) / (kRadius_m * kRadius_m));
+}
+
+// `at(k)`: x and y of the probe in step k, and its depth.
+template <class At>
+void run(benchmark::State& state, const char* style, const At& at) {
+  const Scene scene = organ(static_cast<int>(state.range(0)), style);
+  Simulation simulation(scene);
+  std::uint64_t k = 0, deltas = 0;
+  const auto step = [&] {
+    const Vec3 p = at(k);
+    ++k;
+    const Pose pose{Vec3(p.x(), p.y(), height_m(p.x(), p.y()) - p.z()), Eigen::Quaterniond::Identity()};
+    deltas += simulation.step({{{0, k, static_cast<double>(k) * scene.step_s, pose}}}).deltas.size();
+  };
+  for (int i = 0; i < 300; ++i) step();
+  deltas = 0;
+  for (auto _ : state) step();
+  state.counters["triangles"] = simulation.mesh(0).triangle_count();
+  state.counters["deltas_a_step"] = static_cast<double>(deltas) / static_cast<double>(state.iterations());
+}
+
+// From above onto the organ in the first steps.
+double sunk_m(std::uint64_t k) {
+  return std::min(kDepth_m, -0.002 + 5e-5 * static_cast<double>(k));
+}
+
+void untouched(benchmark::State& state) {
+  run(state, "vertices", [](std::uint64_t) { return Vec3(0.003, 0.002, -0.1); });
+}
+void vertices(benchmark::State& state) {
+  run(state, "vertices", [](std::uint64_t k) { return Vec3(0.003, 0.002, sunk_m(k)); });
+}
+void rests(benchmark::State& state) {
+  run(state, "templates", [](std::uint64_t k) { return Vec3(0.003, 0.002, sunk_m(k)); });
+}
+void slides(benchmark::State& state) {
+  run(state, "templates", [](std::uint64_t k) {
+    const double a = 1e-5 / 0.015 * static_cast<double>(k);
+    return Vec3(0.015 * std::cos(a), 0.015 * std::sin(a), sunk_m(k));
+  });
+}
+void churns(benchmark::State& state) {
+  run(state, "templates", [](std::uint64_t k) {
+    const double step = k > 200 && k % 2 == 1 ? 0.004 : 0;
+    return Vec3(0.003 + step, 0.002, sunk_m(k));
+  });
+}
+
+#define SIZES ->Arg(3)->Arg(5)->Iterations(4000)->Repetitions(3)->Unit(benchmark::kMicrosecond)
+BENCHMARK(untouched) SIZES;
+BENCHMARK(vertices) SIZES;
+BENCHMARK(rests) SIZES;
+BENCHMARK(slides) SIZES;
+BENCHMARK(churns) SIZES;
+
+void print_ratios(const bench::BestTimes& best) {
+  for (const std::string levels : {"3", "5"}) {
+    const auto of = [&](const std::string& name) { return best.find(name + "/" + levels); };
+    const auto base = of("untouched");
+    if (base == best.end()) continue;
+    for (const std::string name : {"vertices", "rests", "slides", "churns"})
+      if (const auto t = of(name); t != best.end())
+        std::fprintf(stderr, "%s takes %.2f times as long as an untouched step of %s triangles\n", name.c_str(),
+                     t->second / base->second, levels == "3" ? "1280" : "20480");
+  }
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  return sectio::bench::run(argc, argv, sectio::print_ratios);
+}
