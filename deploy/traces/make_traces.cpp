@@ -189,17 +189,17 @@ struct Passage {
 // The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
 const std::array<Passage, 2> kPassages{{
     {.name = "bar_one_sequence",
-     .places = {{.tip_world_m = {0.0043, -0.022, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+     .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
-                {.tip_world_m = {0.0052, 0.022, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
+                {.tip_world_m = {0.0052, 0.026, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
     {.name = "bar_two_sequences",
-     .places = {{.tip_world_m = {0.0044, -0.022, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
-                {.tip_world_m = {0.0048, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
-                {.tip_world_m = {0.0044, -0.022, 0.045}, .ahead_deg = 90},
-                {.tip_world_m = {-0.0042, -0.022, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0053, 0.022, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0053, 0.022, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0045, -0.015, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
+     .places = {{.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+                {.tip_world_m = {0.0046, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
+                {.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90},
+                {.tip_world_m = {-0.0044, -0.026, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0051, 0.026, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0051, 0.026, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0043, -0.030, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
 }};
 
 double smooth_step(double s) {
