@@ -9,9 +9,10 @@ namespace sectio {
 
 namespace {
 
-constexpr double kDeeperM = 1e-5;  // a deepened groove is clear of the trail by this
-constexpr double kBeyondM = 1e-3;  // a tip that is out on the other side is this far out, at least
-constexpr int kMostSteps = 64;     // of its own that one motion is divided into
+constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
+constexpr double kBeyondM = 1e-3;    // a tip that is out on the other side is this far out, at least
+constexpr double kBackwards = -0.2;  // cosine to the way of a front: a blade that has drawn back does not cut
+constexpr int kMostSteps = 64;       // of its own that one motion is divided into
 
 // All of it runs along the plane, in the groove that the blade is in.
 bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle& t, double within_m) {
@@ -204,7 +205,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
   SweepEnds ends{stroke.fronts};
   BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
   if (!(sweep.length_m() >= settings.min_step_m)) return Went::nowhere;
-  if (!stroke.fronts.empty() && stroke.fronts.front().ahead_body.dot(sweep.ahead) <= 0) return Went::refused;
+  if (!stroke.fronts.empty() && stroke.fronts.front().ahead_body.dot(sweep.ahead) < kBackwards) return Went::refused;
   RestBlade last = blade;
   ends.target = groove_ahead(draft, stroke, sweep, grooves, settings);
   if (ends.target) {

@@ -52,9 +52,18 @@ void expect_one_part(const Operation& op) {
   }
 }
 
-TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_split_when_they_close) {
+// Degrees: the first arc ends, the second begins beside its end, or a little before it.
+struct Arcs {
+  double first_end, second_begin;
+};
+class TwoSequences : public testing::TestWithParam<Arcs> {};
+INSTANTIATE_TEST_SUITE_P(A_SEQ, TwoSequences,
+                         testing::Values(Arcs{130, 138}, Arcs{200, 208}, Arcs{250, 246}, Arcs{250, 258}, Arcs{290, 292},
+                                         Arcs{290, 295}));
+
+TEST_P(TwoSequences, A_SEQ_4_with_other_starts_and_other_actions_between_split_when_they_close) {
   Operation op(loop_scene(FreeParts::rigid));
-  cut_arc(op, 0, 250);
+  cut_arc(op, 0, GetParam().first_end);
   lift(op);
   EXPECT_EQ(op.simulation.body_count(), 1u);
   // Meanwhile the other instrument presses elsewhere, and the organ rests.
@@ -66,7 +75,7 @@ TEST(A_SEQ, A_SEQ_4_two_sequences_with_other_starts_and_other_actions_between_sp
     EXPECT_EQ(out.new_bodies.empty(),
               std::ranges::none_of(out.events, [](const Event& e) { return e.kind == EventKind::body_split; }));
   };
-  cut_arc(op, 258, 370);  // begins beside the end of the first
+  cut_arc(op, GetParam().second_begin, 370);
   lift(op);
   expect_one_part(op);
   EXPECT_EQ(step_of(op, EventKind::body_split), step_of(op, EventKind::island_freed)) << "in the step that closed it";

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "tests/support/scalpel_on_mesh.h"
-#include "tests/support/shapes.h"
+#include "tests/support/stroke_shapes.h"
 
 namespace sectio::test {
 namespace {
@@ -104,10 +104,13 @@ Storm storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double st
   return result;
 }
 
-void expect_storm(const TriangleSoup& soup, double step_m) {
+class RandomStrokes : public testing::TestWithParam<StrokeShape> {};
+INSTANTIATE_TEST_SUITE_P(On, RandomStrokes, testing::ValuesIn(stroke_shapes()), name_of);
+
+TEST_P(RandomStrokes, leave_a_closed_manifold) {
   Storm sum;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const Storm s = storm(soup, seed, 90, step_m);
+  for (std::uint64_t seed = 1; seed <= kStrokeSeeds; ++seed) {
+    const Storm s = storm(GetParam().soup, seed, kStrokesPerSeed, GetParam().step_m);
     if (testing::Test::HasFailure()) return;
     sum.strokes += s.strokes;
     sum.refused += s.refused;
@@ -115,31 +118,8 @@ void expect_storm(const TriangleSoup& soup, double step_m) {
     sum.islands += s.islands;
   }
   std::printf("%u strokes, %u refused, %u joins, %u islands\n", sum.strokes, sum.refused, sum.joins, sum.islands);
-  EXPECT_GT(sum.strokes, 600u);
-  EXPECT_LT(sum.refused, sum.strokes / 5) << "refusals are for the exception";
-}
-
-TEST(RandomStrokes, ball) {
-  expect_storm(ellipsoid(2, Vec3::Constant(0.05)), 0.012);
-}
-TEST(RandomStrokes, ball_with_small_steps) {
-  expect_storm(ellipsoid(2, Vec3::Constant(0.05)), 0.003);
-}
-TEST(RandomStrokes, box_with_sharp_edges) {
-  expect_storm(box(4, 3, 2, Vec3(0.08, 0.06, 0.04)), 0.012);
-}
-TEST(RandomStrokes, flat_lens) {
-  expect_storm(ellipsoid(2, Vec3(0.05, 0.05, 0.004)), 0.01);
-}
-TEST(RandomStrokes, torus) {
-  expect_storm(torus(16, 8, 0.05, 0.02), 0.01);
-}
-TEST(RandomStrokes, slivers) {
-  expect_storm(ellipsoid(2, Vec3(0.2, 0.01, 0.01)), 0.004);
-}
-TEST(RandomStrokes, one_tetrahedron) {
-  expect_storm({{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}},
-               0.01);
+  EXPECT_GT(sum.strokes, 600u / kSampled);
+  EXPECT_LT(sum.refused, sum.strokes / 5 + 1) << "refusals are for the exception";
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <set>
 
 #include "common/mesh/check.h"
@@ -65,11 +66,13 @@ class KnifeOnMesh : public MeshAtRest {
     const ApplyStatus status = apply(delta, mesh);
     EXPECT_EQ(status, ApplyStatus::applied) << to_string(status);
     seed(draft.seeds());
+    if (applied) applied(delta);
     return status == ApplyStatus::applied;
   }
 
   TemplateSettings settings;
   Grooves grooves;
+  std::function<void(const TopologyDelta&)> applied;  // after each delta
   std::vector<ActiveFace> faces;
 };
 
