@@ -123,7 +123,7 @@ void make_volume(BodySpec& body) {
 
 Scene with_volumes(Scene scene) {
   for (BodySpec& body : scene.bodies) {
-    if (body.model == "surface_springs") continue;
+    if (body.model != "tetra_springs" && body.model != "neo_hookean") continue;
     try {
       make_volume(body);
     } catch (const InputError& error) {

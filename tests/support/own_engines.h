@@ -95,7 +95,7 @@ class Bleeding final : public ProcessEngine {
   double bled_ml_ = 0, lost_ml_ = 0;
 };
 
-// Another integrator: position Verlet on home springs and one spring an edge, in double precision.
+// Another integrator: velocity Verlet on home springs and one spring an edge, with the accelerations of the last step.
 class Verlet final : public DeformationEngine {
  public:
   Verlet(const SharedBody& body, const Pose& frame, const BodySpec& spec, double step_s)
@@ -105,34 +105,23 @@ class Verlet final : public DeformationEngine {
 
   void follow(const SharedBody& body, const TopologyChange& change) override {
     add_points(body);
-    for (const VertexId v : change.placed) before_[v] = body.particles.position_world_m[v].head<3>().cast<double>();
+    for (const VertexId v : change.placed) acceleration_[v].setZero();
   }
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
-    std::vector<Vec3> force_n(before_.size(), Vec3::Zero());
-    const auto at = [&](VertexId v) { return body.particles.position_world_m[v].head<3>().cast<double>().eval(); };
-    for (const auto& t : body.mesh.triangles())
-      for (std::size_t i = 0; t.alive() && i < 3; ++i) {
-        const VertexId a = t.v[i], b = t.v[(i + 1) % 3];
-        const Vec3 d = at(b) - at(a);
-        const double rest_m = (body.mesh.rest_body_m(b) - body.mesh.rest_body_m(a)).norm();
-        if (a < b && d.norm() > 0) {
-          const Vec3 pull = kEdge_n_per_m * (1 - rest_m / d.norm()) * d;
-          force_n[a] += pull;
-          force_n[b] -= pull;
-        }
-      }
-    std::vector<double> inverse_mass(before_.size(), 0);
-    for (VertexId v = 0; v < before_.size(); ++v) {
+    std::vector<double> inverse_mass(acceleration_.size(), 0);
+    for (VertexId v = 0; v < acceleration_.size(); ++v) {
       if (!body.mesh.vertex_alive(v) || fixed(v)) continue;
       inverse_mass[v] = 1 / kMass_kg;
-      const Vec3 now = at(v), home = frame_.to_world(body.mesh.rest_body_m(v));
-      force_n[v] += kHome_n_per_m * (home - now);
-      const Vec3 next = now + (1 - kDrag) * (now - before_[v]) + step_s_ * step_s_ / kMass_kg * force_n[v];
-      before_[v] = now;
-      body.particles.place(v, next, (next - now) / step_s_);
+      const Vec3 half = velocity(body, v) + 0.5 * step_s_ * acceleration_[v];
+      body.particles.place(v, position(body, v) + step_s_ * half, half);
     }
+    accelerate(body);
+    for (VertexId v = 0; v < acceleration_.size(); ++v)
+      if (inverse_mass[v] > 0)
+        body.particles.place(v, position(body, v),
+                             (1 - kDrag) * (velocity(body, v) + 0.5 * step_s_ * acceleration_[v]));
     project(constraints, inverse_mass, step_s_, body.particles.position_world_m, body.particles.velocity_world_m_per_s,
             reactions);
     ++steps_;
@@ -156,7 +145,7 @@ class Verlet final : public DeformationEngine {
       for (const VertexId w : around) {
         const double rest_m = (body.mesh.rest_body_m(w) - body.mesh.rest_body_m(v)).norm();
         const double now_m = (body.particles.position_world_m[w] - body.particles.position_world_m[v]).head<3>().norm();
-        energy += 0.25 * kEdge_n_per_m * (now_m - rest_m) * (now_m - rest_m);
+        energy += 0.25 * kEdge_n_per_m * std::pow(now_m - (1 - kPretension) * rest_m, 2);
       }
     }
     return energy;
@@ -164,15 +153,39 @@ class Verlet final : public DeformationEngine {
   std::uint64_t steps() const { return steps_; }
 
  private:
-  static constexpr double kMass_kg = 1e-3, kHome_n_per_m = 10, kEdge_n_per_m = 2, kDrag = 0.05;
+  static constexpr double kMass_kg = 1e-3, kHome_n_per_m = 10, kEdge_n_per_m = 8, kDrag = 0.05;
+  static constexpr double kPretension = 0.2;
+
+  static Vec3 position(const SharedBody& body, VertexId v) {
+    return body.particles.position_world_m[v].head<3>().cast<double>();
+  }
+  static Vec3 velocity(const SharedBody& body, VertexId v) {
+    return body.particles.velocity_world_m_per_s[v].head<3>().cast<double>();
+  }
+
+  void accelerate(const SharedBody& body) {
+    std::vector<Vec3> force_n(acceleration_.size(), Vec3::Zero());
+    for (const auto& t : body.mesh.triangles())
+      for (std::size_t i = 0; t.alive() && i < 3; ++i) {
+        const VertexId a = t.v[i], b = t.v[(i + 1) % 3];
+        const Vec3 d = position(body, b) - position(body, a);
+        const double rest_m = (body.mesh.rest_body_m(b) - body.mesh.rest_body_m(a)).norm();
+        if (a > b || d.norm() == 0) continue;
+        const Vec3 pull = kEdge_n_per_m * (1 - (1 - kPretension) * rest_m / d.norm()) * d;
+        force_n[a] += pull;
+        force_n[b] -= pull;
+      }
+    for (VertexId v = 0; v < acceleration_.size(); ++v) {
+      if (!body.mesh.vertex_alive(v)) continue;
+      force_n[v] += kHome_n_per_m * (frame_.to_world(body.mesh.rest_body_m(v)) - position(body, v));
+      acceleration_[v] = force_n[v] / kMass_kg;
+    }
+  }
 
   void add_points(const SharedBody& body) {
-    const std::size_t old = before_.size();
-    before_.resize(body.mesh.vertex_slots());
-    fixed_.resize(before_.size());
-    for (std::size_t v = old; v < before_.size(); ++v)
-      before_[v] = body.particles.position_world_m[v].head<3>().cast<double>();
-    for (VertexId v = 0; v < before_.size(); ++v) {
+    acceleration_.resize(body.mesh.vertex_slots(), Vec3::Zero());
+    fixed_.resize(acceleration_.size());
+    for (VertexId v = 0; v < acceleration_.size(); ++v) {
       const Vec3 home = frame_.to_world(body.mesh.rest_body_m(v));
       fixed_[v] = fixed_box_ && (home.array() >= fixed_box_->min_world_m.array()).all() &&
                   (home.array() <= fixed_box_->max_world_m.array()).all();
@@ -182,7 +195,7 @@ class Verlet final : public DeformationEngine {
   Pose frame_;
   std::optional<Box> fixed_box_;
   double step_s_;
-  std::vector<Vec3> before_;
+  std::vector<Vec3> acceleration_;  // m/s2
   std::vector<bool> fixed_;
   std::uint64_t steps_ = 0;
 };
