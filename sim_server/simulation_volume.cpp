@@ -98,6 +98,8 @@ BodyEngines engines_of(const EngineSite& site, std::unique_ptr<VolumeModel> mode
 }
 
 void make_volume(BodySpec& body) {
+  if (body.contact.style == "templates")
+    throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
   FilledVolume volume = filled(body);
   const TetSurface surface = surface_of(volume.mesh);
   body.tets = renumbered(volume.mesh, surface.of_volume);

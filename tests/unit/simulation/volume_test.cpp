@@ -82,6 +82,9 @@ TEST(Volume, tetrahedra_from_a_file_are_the_body) {
 TEST(Volume, what_can_t_be_filled_is_refused_with_scene_and_body) {
   Scene scene = block_on_table("neo_hookean");
   scene.file = "a.yaml";
+  scene.bodies[0].contact.style = "templates";
+  EXPECT_THROW(Simulation{scene}, InputError);
+  scene.bodies[0].contact.style = "vertices";
   scene.bodies[0].volume.file = "nothing.msh";
   try {
     const Simulation simulation(scene);
