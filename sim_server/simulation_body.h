@@ -89,8 +89,8 @@ class SimulationBody {
   std::vector<RestingLoad> loads;     // while it sleeps
   std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // numerics failed: it stays as it was
-  bool implicit = false;              // the last step was taken over by a driver that is always stable
-  std::uint64_t implicit_steps = 0;   // so far, as the deformation engine says
+  bool implicit = false;         // the last step was taken over by a driver that is always stable
+  std::uint64_t implicit_steps = 0;  // so far, as the deformation engine says
 
  private:
   void begin(const EngineSite& site);

@@ -71,12 +71,16 @@ VolumeSettings volume_settings(const EngineSite& site) {
   return settings;
 }
 
-// Presses and lifts do nothing to a volume's topology.
+// Refuses every cut.
 class NoCutting final : public CuttingEngine {
  public:
   const StrokeSettings& settings() const override { return settings_; }
-  CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry>, std::span<const BladeMotion>) override {
-    return CutPlan(cuts);
+  CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
+               std::span<const BladeMotion>) override {
+    CutPlan plan(cuts);
+    for (const Entry& entry : entries) plan.outcomes.push_back({entry.tool_id, StrokeEnd::refused});
+    plan.refused = static_cast<std::uint32_t>(entries.size());
+    return plan;
   }
   void follow(const SharedBody&, const TopologyChange&) override {}
 
@@ -98,6 +102,8 @@ BodyEngines engines_of(const EngineSite& site, std::unique_ptr<VolumeModel> mode
 }
 
 void make_volume(BodySpec& body) {
+  if (body.contact.style == "templates")
+    throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
   FilledVolume volume = filled(body);
   const TetSurface surface = surface_of(volume.mesh);
   body.tets = renumbered(volume.mesh, surface.of_volume);

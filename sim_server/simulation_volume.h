@@ -10,7 +10,7 @@ namespace sectio {
 // came out is said in BodySpec::mesh_notes. Throws InputError that names scene and body.
 Scene with_volumes(Scene scene);
 
-// Collision and splitting as for surfaces; nothing cuts a volume.
+// Collision and splitting as for surfaces; every cut is refused.
 BodyEngines tetra_spring_engines(const EngineSite& site);
 BodyEngines neo_hookean_engines(const EngineSite& site);
 

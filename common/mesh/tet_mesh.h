@@ -37,8 +37,8 @@ struct TetSurface {
 TetSurface surface_of(const TetMesh& mesh);
 
 struct TetReport {
-  bool valid = true;       // all of check()'s demands
-  bool conforming = true;  // all but that on the surface, which may touch itself in a vertex or an edge after cuts
+  bool valid = true;           // all of check()'s demands
+  bool conforming = true;      // all but that on the surface, which may touch itself in a vertex or an edge after cuts
   std::uint32_t vertices = 0;  // that a tetrahedron uses
   std::uint32_t tetrahedra = 0;
   std::uint32_t components = 0;  // connected through faces

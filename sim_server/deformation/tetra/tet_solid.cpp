@@ -185,7 +185,7 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     constraints_.project_part(0, settings_.step_s, inverse_mass_, position_world_m, velocity_m_per_s);
   }
   constraints_.finish(reactions);
-  last_velocity_ = start_velocity_;
+  last_velocity_.swap(start_velocity_);
 }
 
 bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
