@@ -51,7 +51,9 @@ void run(benchmark::State& state, const char* style, const At& at) {
     const Vec3 p = at(k);
     ++k;
     const Pose pose{Vec3(p.x(), p.y(), height_m(p.x(), p.y()) - p.z()), Eigen::Quaterniond::Identity()};
-    deltas += simulation.step({{{0, k, static_cast<double>(k) * scene.step_s, pose}}}).deltas.size();
+    StepInput input;
+    input.samples.push_back({0, k, static_cast<double>(k) * scene.step_s, pose});
+    deltas += simulation.step(input).deltas.size();
   };
   for (int i = 0; i < 300; ++i) step();
   deltas = 0;
