@@ -142,6 +142,7 @@ struct Simulation::State {
   std::vector<Edge> edges;               // of all tools; cutting knows each as a tool of its own
   std::vector<SimulationTouch> touches;  // a row a body, a column an edge
   StepOutput output;
+  double contact_work_j = 0;  // so far
   bool spare_idle_bodies = false;
 
   // Scratch.
@@ -257,7 +258,7 @@ void Simulation::State::deform(std::uint32_t body_id) {
       constraints.insert(constraints.end(), c.begin(), c.end());
   reactions.assign(constraints.size(), {});
   if (!(spare_idle_bodies && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
-  for (const Reaction& reaction : reactions) output.report.instrument_work_j += reaction.work_j;
+  for (const Reaction& reaction : reactions) contact_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
@@ -425,7 +426,9 @@ const StepOutput& Simulation::step(const StepInput& input) {
         std::min(out.report.stability_margin, deformation.largest_stable_step_s() / s.scene.step_s);
     out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, deformation.added_mass_fraction());
   }
+  out.report.instrument_work_j = s.contact_work_j;
   for (SimulationTouch& t : s.touches) {
+    out.report.instrument_work_j += t.cutting_work_j();
     out.report.local_searches += t.local_searches();
     out.report.global_searches += t.global_searches();
     out.report.penetration_m = std::max(out.report.penetration_m, t.penetration_m());

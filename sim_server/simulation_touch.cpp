@@ -288,10 +288,7 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
         motion.path.push_back(blade);
         from = at_surface;
       }
-      // The work is the toughness times the area at rest, against the motion of the blade.
-      const double depth_m = std::max(0.0, (home - blade.tip_world_m).dot(normal_));
-      if (travel.norm() > kNoTravelM)
-        cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * depth_m * travel.normalized();
+      cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
       tip_before_ = blade.tip_world_m;
       continue;
     }
@@ -311,6 +308,14 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
     break;
   }
   motions.push_back(std::move(motion));
+}
+
+// The work is the toughness times the area at rest, against the motion of the blade.
+void SimulationTouch::cut_along(const Vec3& travel, double length_in_tissue_m) {
+  if (travel.norm() <= kNoTravelM) return;
+  const double force_n = body_.spec.material.toughness_j_per_m2 * length_in_tissue_m;
+  cutting_force_n_ = -force_n * travel.normalized();
+  cutting_work_j_ += force_n * travel.norm();  // of a cautery hook: the current does what the hand does not
 }
 
 void SimulationTouch::search() {

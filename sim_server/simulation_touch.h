@@ -53,6 +53,7 @@ class SimulationTouch {
 
   // Since the last call.
   std::vector<EventKind> take_events();
+  double cutting_work_j() const { return cutting_work_j_; }  // so far
 
  private:
   static constexpr double kNearM = 0.02;  // an instrument further from the body's box than this is not looked at
@@ -89,6 +90,7 @@ class SimulationTouch {
                          double& cut_length_m);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
 
+  void cut_along(const Vec3& travel, double length_in_tissue_m);
   void search();
   void rest_in_groove();
   Blade limited_blade(const JointPose& pose, const Vec3& surface_world_m) const;
@@ -119,6 +121,7 @@ class SimulationTouch {
   std::vector<ContactPoint> contact_points_;
   std::optional<Entry> entry_;
   Vec3 force_n_ = Vec3::Zero();
+  double cutting_work_j_ = 0;
   Vec3 cutting_force_n_ = Vec3::Zero(), smooth_cutting_n_ = Vec3::Zero();
   Vec3 tip_before_ = Vec3::Zero();  // of the blade
   double smooth_force_n_ = 0;

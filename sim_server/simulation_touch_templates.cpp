@@ -94,7 +94,7 @@ void SimulationTouch::follow_with_templates(const Stroke& stroke, std::span<cons
         motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9});
         from = at_surface;
       }
-      cutting_force_n_ = -body_.spec.material.toughness_j_per_m2 * cut_length_m * travel.stableNormalized();
+      cut_along(travel, cut_length_m);
     } else if (leaf == Leaf::detect_again) {  // in what it has opened, or out of it
       motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > body_.stroke_settings.join_tolerance_m;
       break;

@@ -27,7 +27,7 @@ void survive(std::uint32_t seed, Survived& survived) {
                     {1, 0, 0, 0}};
     const ToolPacket packet{77, 0, {{0, i, static_cast<double>(i) * 0.001, pose}}};
     std::vector<std::uint8_t> bytes = encode(to_wire(packet));
-    const bool damage = random() % 3 == 0;
+    const bool damage = random() % 10 == 0;
     if (damage) bytes = test::damaged(std::move(bytes), random);
     wire::ToolPacket received;
     input.samples.clear();
