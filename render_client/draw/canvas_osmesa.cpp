@@ -179,10 +179,11 @@ void OsmesaCanvas::make_programs() {
   for (const Shading shading : kAllShadings) {
     programs_[static_cast<std::size_t>(shading)] =
         link({compile(GL_VERTEX_SHADER, "", shaders::kVertex),
-              compile(GL_FRAGMENT_SHADER, shaders::kLighting, fragment_source(shading))});
+              compile(GL_FRAGMENT_SHADER, (std::string(shaders::kLighting) + shaders::kBackdrop).c_str(),
+                      fragment_source(shading))});
   }
   background_ = link({compile(GL_VERTEX_SHADER, "", shaders::kBackgroundVertex),
-                      compile(GL_FRAGMENT_SHADER, "", shaders::kBackground)});
+                      compile(GL_FRAGMENT_SHADER, shaders::kBackdrop, shaders::kBackground)});
   wire_ =
       link({compile(GL_VERTEX_SHADER, "", shaders::kVertex), compile(GL_GEOMETRY_SHADER, "", shaders::kWireGeometry),
             compile(GL_FRAGMENT_SHADER, "", shaders::kWire)});
@@ -314,6 +315,8 @@ void OsmesaCanvas::begin(const CanvasView& view) {
     glUniform4fv(program.occluder_from, 2, from.data());
     glUniform4fv(program.occluder_to, 2, to.data());
     glUniform1i(program.occluder_count, view.occluder_count);
+    glUniform2f(program.half_size_px, 0.5f * static_cast<float>(image_.width_px),
+                0.5f * static_cast<float>(image_.height_px));
   }
 }
 

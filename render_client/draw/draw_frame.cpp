@@ -51,7 +51,7 @@ FramePainter::~FramePainter() {
 
 void FramePainter::draw_floor(const Frame& frame, const CameraView& camera) {
   if (!frame.floor_z_m) return;
-  constexpr float kCloth[] = {0.16f, 0.42f, 0.42f};
+  constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
   floor_.move(frame, camera);
   canvas_.set_vertices(floor_mesh_, floor_.vertices());
   canvas_.draw(floor_mesh_, {0, static_cast<std::uint32_t>(floor_.indices().size())},

@@ -9,6 +9,7 @@ namespace {
 constexpr int kSide = 97;               // vertices along a side
 constexpr float kSizeOfView = 1.3f;     // half the side, of the distance that the camera looks
 constexpr float kShadeReach_m = 0.02f;  // what is this far above leaves a third of the shade
+constexpr float kPlain = 0.3f;          // of half the side: from here on it passes into the backdrop
 constexpr float kDarkest = 0.75f;
 constexpr int kBlurs = 3;
 
@@ -48,9 +49,9 @@ void FloorMesh::move(const Frame& frame, const CameraView& camera) {
       const Vec3f on_square(2.0f * static_cast<float>(x) / (kSide - 1) - 1,
                             2.0f * static_cast<float>(y) / (kSide - 1) - 1, 0);
       CanvasVertex& v = vertices_[at(x, y)];
-      v.position_m = v.rest_m = middle + half_m * on_square;
-      const float rim = std::clamp((on_square.norm() - 0.25f) / 0.7f, 0.0f, 1.0f);
-      v.depth_m = 0.96f * rim * (2 - rim);
+      v.position_m = middle + half_m * on_square;
+      const float rim = std::clamp((on_square.norm() - kPlain) / (0.98f - kPlain), 0.0f, 1.0f);
+      v.rest_m = Vec3f(v.position_m.x(), v.position_m.y(), 1e-3f * rim * rim * (3 - 2 * rim));
     }
   shade(frame);
 }
@@ -70,8 +71,7 @@ void FloorMesh::shade(const Frame& frame) {
     }
   for (float& h : height_m_) h = kDarkest * std::exp2(-h / kShadeReach_m);
   for (int i = 0; i < kBlurs; ++i) blur(height_m_, blurred_);
-  for (std::size_t i = 0; i < vertices_.size(); ++i)
-    vertices_[i].depth_m = 1 - (1 - vertices_[i].depth_m) * (1 - height_m_[i]);
+  for (std::size_t i = 0; i < vertices_.size(); ++i) vertices_[i].depth_m = height_m_[i];
 }
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// The plane that things fall on, as cloth under the bodies: a square around where the camera looks, dark towards its
-// rim, and darker beneath what is close above it, as light from all sides leaves it.
+// The plane that things fall on, as cloth under the bodies: around where the camera looks, passing into the backdrop
+// with distance, and darker beneath what is close above it, as light from all sides leaves it.
 #pragma once
 
 #include <cstdint>

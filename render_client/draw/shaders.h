@@ -176,8 +176,19 @@ void main() {
   emit(mix(hot * 0.9, hot * 2.2 + vec3(1.2, 0.9, 0.5), facing * facing));
 })";
 
-// Surgical cloth: a weave, folds, the shade of what lies on it; into the dark with distance from the middle.
+// What is behind everything, as shown on the screen, by place in the picture, -1 to 1.
+constexpr const char* kBackdrop = R"(
+vec3 backdrop(vec2 screen) {
+  vec2 d = screen * vec2(0.62, 0.55) - vec2(-0.06, 0.18);
+  float light = max(1.0 - dot(d, d), 0.0);
+  return mix(vec3(0.085, 0.10, 0.115), vec3(0.36, 0.40, 0.43), light * light);
+}
+)";
+
+// Surgical cloth: a weave, folds, the shade of what lies on it. Far from the middle it passes into the backdrop: its
+// rest.z says how far, in thousandths.
 constexpr const char* kDrape = R"(
+uniform vec2 half_size_px;
 void main() {
   vec3 n = normalize(n_view);
   vec4 folds = texture(noise, rest.xyz * 5.0 + 0.21);
@@ -186,6 +197,7 @@ void main() {
   float key = mix(0.35, 1.0, key_light_at(p_view));
   vec3 light = albedo * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22);
   emit(light * (1.0 - rest.w));
+  fragment.rgb = mix(fragment.rgb, backdrop(gl_FragCoord.xy / half_size_px - 1.0), 1000.0 * rest.z);
 })";
 
 // A triangle over the whole picture, at the far plane.
@@ -200,9 +212,7 @@ constexpr const char* kBackground = R"(
 in vec2 screen;
 out vec4 fragment;
 void main() {
-  vec2 d = screen * vec2(0.62, 0.55) - vec2(-0.06, 0.18);
-  float light = max(1.0 - dot(d, d), 0.0);
-  vec3 c = mix(vec3(0.085, 0.10, 0.115), vec3(0.36, 0.40, 0.43), light * light);
+  vec3 c = backdrop(screen);
   // Half a grey level of fixed grain: no bands.
   float grain = fract(dot(gl_FragCoord.xy, vec2(0.7548777, 0.5698403))) - 0.5;
   fragment = vec4(c + grain / 255.0, 1.0);

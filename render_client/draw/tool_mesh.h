@@ -25,8 +25,8 @@ struct ToolMesh {
 // cautery_hook: an insulated shaft along AB, a wire hook A to C with a hot tip, its spark reaching to D.
 // knife: a scalpel's blade, larger. scissors, medical_scissors: two blades about the pivot C, as far apart as the pose
 // says, plain or two abreast in the form of a U, with handles and rings towards B; forceps: the same with blunt jaws.
-// probe: a rod as thick as C says, with a round end at A. Other kinds are drawn as a rod along AB. Points may coincide; the tool then is
-// small or plain, never broken.
+// probe: a rod as thick as C says, with a round end at A. Other kinds are drawn as a rod along AB. Points may coincide;
+// the tool then is small or plain, never broken.
 ToolMesh make_tool_mesh(const ToolFrame& tool);
 
 }  // namespace sectio
