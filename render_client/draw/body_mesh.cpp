@@ -25,10 +25,18 @@ void compute_normals(std::span<CanvasVertex> vertices, std::span<const std::uint
   }
 }
 
-void BodyMesh::add_surface(const BodyFrame& body, Surface surface, std::vector<std::uint32_t>& drawn_vertex) {
-  std::fill(drawn_vertex.begin(), drawn_vertex.end(), kNone);
+namespace {
+
+constexpr float kDeep_m = 0.03f;  // at first
+constexpr float kAcross_m = 0.002f;
+
+}  // namespace
+
+template <class Belongs>
+void BodyMesh::add_triangles(const BodyFrame& body, const Belongs& belongs) {
+  std::vector<std::uint32_t> drawn_vertex(body.rest_body_m.size(), kNone);
   for (const Triangle& triangle : body.triangles) {
-    if (!triangle.alive() || triangle.surface != surface) continue;
+    if (!triangle.alive() || !belongs(triangle)) continue;
     for (const VertexId v : triangle.v) {
       if (drawn_vertex[v] == kNone) {
         drawn_vertex[v] = static_cast<std::uint32_t>(source_.size());
@@ -42,26 +50,27 @@ void BodyMesh::add_surface(const BodyFrame& body, Surface surface, std::vector<s
 void BodyMesh::arrange(const BodyFrame& body) {
   indices_.clear();
   source_.clear();
-  std::vector<std::uint32_t> drawn_vertex(body.rest_body_m.size());
-  add_surface(body, Surface::skin, drawn_vertex);
+  add_triangles(body, [](const Triangle& t) { return t.surface == Surface::skin; });
   skin_index_count_ = static_cast<std::uint32_t>(indices_.size());
-  const auto skin_vertex_count = static_cast<std::uint32_t>(source_.size());
-  add_surface(body, Surface::wall, drawn_vertex);
+  std::vector<std::uint8_t> on_skin(body.rest_body_m.size(), 0);
+  for (const VertexId v : source_) on_skin[v] = 1;
+  const auto from_lip_to_lip = [&](const Triangle& t) { return on_skin[t.v[0]] && on_skin[t.v[1]] && on_skin[t.v[2]]; };
+  const auto first_wall = source_.size();
+  add_triangles(body, [&](const Triangle& t) { return t.surface == Surface::wall && !from_lip_to_lip(t); });
+  const auto first_across = source_.size();
+  add_triangles(body, [&](const Triangle& t) { return t.surface == Surface::wall && from_lip_to_lip(t); });
   vertices_.assign(source_.size(), {});
   for (std::size_t i = 0; i < source_.size(); ++i) vertices_[i].rest_m = body.rest_body_m[source_[i]];
-  measure_depth(body, skin_vertex_count);
+  for (std::size_t i = first_wall; i < first_across; ++i) vertices_[i].depth_m = on_skin[source_[i]] ? 0.0f : kDeep_m;
+  // Walls that go from lip to lip have no vertex inside that could be deep.
+  for (std::size_t i = first_across; i < source_.size(); ++i) vertices_[i].depth_m = kAcross_m;
+  measure_depth();
 }
 
 // Shortest way along wall edges to the skin, at rest: relaxation until nothing changes. Walls are a few triangles deep,
 // so it takes a few sweeps; the limit only bounds the work on a strange mesh.
-void BodyMesh::measure_depth(const BodyFrame& body, std::uint32_t skin_vertex_count) {
-  constexpr float kDeep_m = 0.03f;
+void BodyMesh::measure_depth() {
   constexpr int kMaxSweeps = 24;
-  std::vector<std::uint8_t> on_skin(body.rest_body_m.size(), 0);
-  for (std::uint32_t i = 0; i < skin_vertex_count; ++i) on_skin[source_[i]] = 1;
-  for (std::size_t i = skin_vertex_count; i < source_.size(); ++i) {
-    vertices_[i].depth_m = on_skin[source_[i]] ? 0.0f : kDeep_m;
-  }
   bool changed = true;
   for (int sweep = 0; changed && sweep < kMaxSweeps; ++sweep) {
     changed = false;

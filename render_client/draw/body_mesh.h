@@ -27,8 +27,9 @@ class BodyMesh {
   }
 
  private:
-  void add_surface(const BodyFrame& body, Surface surface, std::vector<std::uint32_t>& drawn_vertex);
-  void measure_depth(const BodyFrame& body, std::uint32_t skin_vertex_count);
+  template <class Belongs>
+  void add_triangles(const BodyFrame& body, const Belongs& belongs);
+  void measure_depth();
 
   std::vector<CanvasVertex> vertices_;
   std::vector<VertexId> source_;  // slot of each drawn vertex
