@@ -267,6 +267,11 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
   if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = frame.orientation * n;
   const Vec3 home = frame.to_world(rest_of(now, stroke));
   BladeMotion motion{stroke_id_, {}, false};
+  if (edge_at(shape_at(pose_.opening_rad), pose_).up_world.dot(normal_) < kSteep && is_on_wall(stroke)) {
+    motion.lift = true;  // it came to an open groove: nothing to cut down there
+    motions.push_back(std::move(motion));
+    return;
+  }
   const std::array resting{pose_};
   Vec3 from = point_;
   double opening_rad = opening_before_rad_;
@@ -283,10 +288,13 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
     const bool in_world = correct_direction(shape, pose, travel, normal_);
     const Leaf leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
     if (leaf == Leaf::cut) {
-      // Tissue that has drawn back ahead of the blade waits for it.
+      // Tissue that has drawn back ahead of the blade waits for it; a cut that a blade left behind has ended.
       if (over_surface) {
         motion.path.push_back(blade);
         from = at_surface;
+      } else if ((from - blade.tip_world_m).cross(blade.up_world).norm() > left_behind_m()) {
+        motion.lift = true;
+        break;
       }
       cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
       tip_before_ = blade.tip_world_m;
@@ -308,6 +316,10 @@ void SimulationTouch::follow_stroke(const Stroke& stroke, std::span<const JointP
     break;
   }
   motions.push_back(std::move(motion));
+}
+
+bool SimulationTouch::is_on_wall(const Stroke& stroke) const {
+  return std::ranges::any_of(stroke.cell.rim, [&](VertexId v) { return body_.cuts.grooves.bottoms.contains(v); });
 }
 
 // The work is the toughness times the area at rest, against the motion of the blade.
@@ -340,7 +352,7 @@ void SimulationTouch::rest_in_groove() {
   const Vec3 tip = pose_.to_world(shape_at(pose_.opening_rad).edge_tip_tool_m);
   if ((tip - ended_at_).dot(normal_) > kLetGoM && !body_.tree().inside(body_.view(), tip)) return set_free();
   const Vec3 away = tip - ended_at_;
-  if ((away - away.dot(normal_) * normal_).norm() > 3 * body_.stroke_settings.join_tolerance_m)
+  if ((away - away.dot(normal_) * normal_).norm() > left_behind_m())
     phase_ = body_.tree().inside(body_.view(), tip) ? Phase::searching : Phase::free;
 }
 

@@ -90,6 +90,10 @@ class SimulationTouch {
                          double& cut_length_m);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
 
+  // A blade that is further from where its cut stands has left it.
+  double left_behind_m() const { return 3 * body_.stroke_settings.join_tolerance_m; }
+  // Is the triangle that a stroke leads into one of a groove's?
+  bool is_on_wall(const Stroke& stroke) const;
   void cut_along(const Vec3& travel, double length_in_tissue_m);
   void search();
   void rest_in_groove();
