@@ -19,7 +19,7 @@ constexpr int kGap_px = 4;
 struct Options {
   std::string out, size = "600x500";
   std::vector<std::string> moments;
-  int samples = 4;
+  int samples = 4, columns = 0;
   bool wireframe = false;
   int width_px = 0, height_px = 0;
 };
@@ -45,6 +45,7 @@ Frame frame_of(const Scene& scene, Simulation& simulation) {
   frame.session = scene.session;
   frame.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
                   scene.camera.field_of_view_deg};
+  frame.floor_z_m = scene.floor_z_m;
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
     const TriangleMesh& mesh = simulation.mesh(b);
     const auto positions = simulation.positions_world_m(b);
@@ -88,6 +89,7 @@ int run(int argc, char** argv) {
   arguments.option("OUT", options.out, "picture (PNG)", Need::required);
   arguments.option("--scene", options.moments, "SCENE.yaml@SECONDS; may be repeated", Need::required);
   arguments.option("--size", options.size, "of each, WIDTHxHEIGHT in pixels");
+  arguments.option("--columns", options.columns, "pictures in a row; 0: all of them");
   arguments.option("--samples", options.samples, "per pixel: 1 or 4");
   arguments.toggle("--wireframe", options.wireframe, "with the edges of triangles");
   if (!arguments.parse(argc, argv)) return 0;
@@ -98,12 +100,16 @@ int run(int argc, char** argv) {
   if (options.samples != 1 && options.samples != 4)
     throw InputError("--samples: expected 1 or 4, got " + std::to_string(options.samples));
 
+  if (options.columns < 0) throw InputError("--columns: expected 0 or more, got " + std::to_string(options.columns));
+
   const int n = static_cast<int>(options.moments.size());
-  Image picture(n * options.width_px + (n - 1) * kGap_px, options.height_px, {255, 255, 255, 255});
+  const int columns = options.columns == 0 ? n : std::min(n, options.columns), rows = (n + columns - 1) / columns;
+  const int across_px = options.width_px + kGap_px, down_px = options.height_px + kGap_px;
+  Image picture(columns * across_px - kGap_px, rows * down_px - kGap_px, {255, 255, 255, 255});
   for (int i = 0; i < n; ++i) {
     const auto canvas = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
     paste(picture, draw(parse_moment(options.moments[static_cast<std::size_t>(i)]), options, *canvas),
-          i * (options.width_px + kGap_px), 0);
+          i % columns * across_px, i / columns * down_px);
   }
   write_png(options.out, picture);
   return 0;
