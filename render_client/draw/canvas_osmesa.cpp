@@ -191,14 +191,14 @@ void OsmesaCanvas::make_programs() {
 
 void OsmesaCanvas::make_noise() {
   const TissueNoise volumes = make_tissue_noise();
-  constexpr GLsizei n = kTissueNoiseSize;
+  constexpr GLsizei kSize = kTissueNoiseSize;
   std::array<GLuint, 2> textures{};
   glGenTextures(2, textures.data());
   for (std::size_t i = 0; i < 2; ++i) {
     const auto& texels = i == 0 ? volumes.noise : volumes.relief;
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
     glBindTexture(GL_TEXTURE_3D, textures[i]);
-    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, n, n, n, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
+    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kSize, kSize, kSize, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
     glGenerateMipmap(GL_TEXTURE_3D);
     for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
       glTexParameteri(GL_TEXTURE_3D, axis, GL_REPEAT);

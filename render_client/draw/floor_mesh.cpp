@@ -14,7 +14,7 @@ constexpr float kDarkest = 0.75f;
 constexpr int kBlurs = 3;
 
 std::size_t at(int x, int y) {
-  return static_cast<std::size_t>(y * kSide + x);
+  return static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x);
 }
 
 // The mean of the 3 by 3 around each, the rim as it is.
