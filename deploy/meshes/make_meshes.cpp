@@ -1,9 +1,8 @@
-// make_meshes DIR [NAME...]: writes organ-like surfaces and a bar as NAME.obj in metres (all of the table below, or
-// those named).
-// make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
+// make_meshes DIR [NAME...]: writes organ-like surfaces, a bar and a sheet as NAME.obj in metres (all of the table
+// below, or those named). make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
 //
 // An organ: a geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and
-// back to the surface, and edges flip to Delaunay's, until triangles are even. A bar: a grid on each side.
+// back to the surface, and edges flip to Delaunay's, until triangles are even. A bar or sheet: a grid on each side.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -217,15 +216,19 @@ TriangleSoup bar(const std::array<int, 3>& cells, double cell_m) {
   return soup;
 }
 
-const std::array<Recipe, 8> kRecipes{{{"liver_2k", [] { return organ(liver, 10, 400); }},
+const std::array<Recipe, 9> kRecipes{{{"liver_2k", [] { return organ(liver, 10, 400); }},
                                       {"liver_10k", [] { return organ(liver, 22, 1200); }},
                                       {"liver_40k", [] { return organ(liver, 45, 1500); }},
                                       {"kidney_2k", [] { return organ(kidney, 10, 400); }},
                                       {"kidney_10k", [] { return organ(kidney, 22, 1200); }},
                                       {"kidney_40k", [] { return organ(kidney, 45, 1500); }},
                                       {"skin_pad", [] { return organ(skin_pad, 18, 1200); }},
-                                      {"bar", [] {
+                                      {"bar",
+                                       [] {
                                          return bar({40, 8, 8}, 0.0025);
+                                       }},
+                                      {"sheet", [] {
+                                         return bar({32, 20, 2}, 0.0025);
                                        }}}};
 
 std::string make(const Recipe& recipe) {

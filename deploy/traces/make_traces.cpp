@@ -202,6 +202,32 @@ const std::array<Passage, 2> kPassages{{
                 {.tip_world_m = {0.0043, -0.030, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
 }};
 
+// Scissors, blades flat ahead, go forward along a line: wide open to the next place, then they close there, not all the
+// way, and open again.
+struct Snips {
+  const char* name;
+  Vec3 first_tips_world_m;
+  double ahead_deg;  // from +x towards +y
+  double advance_m;  // from one snip to the next
+  int snips;
+  double open_rad, shut_rad;
+  double close_s = 0.6;
+  double speed_m_per_s = 0.03;
+  double hover_s = 0.4;
+  double back_m = 0.04;  // from the first place: where they come from, and go
+};
+
+// The sheet of scissors_edge.yaml: 80 mm along x, 50 mm along y, its middle 60 mm above the floor.
+const std::array<Snips, 1> kSnips{{
+    {.name = "scissors_edge",
+     .first_tips_world_m = {0.0055, 0.017, 0.060},
+     .ahead_deg = 88,
+     .advance_m = 0.0125,
+     .snips = 3,
+     .open_rad = 0.4,
+     .shut_rad = 0.2},
+}};
+
 double smooth_step(double s) {
   return s * s * (3 - 2 * s);
 }
@@ -401,6 +427,43 @@ class CarryWriter : Recorder {
   const Carry& carry_;
 };
 
+class SnipWriter : Recorder {
+ public:
+  explicit SnipWriter(const Snips& snips) : Recorder(true), snips_(snips) {}
+
+  std::string run() {
+    opening_rad_ = snips_.open_rad;
+    hold(at(-snips_.back_m), snips_.hover_s);
+    for (int i = 0; i < snips_.snips; ++i) {
+      go_to(i * snips_.advance_m);
+      turn_blades(snips_.shut_rad);
+      turn_blades(snips_.open_rad);
+    }
+    go_to(-snips_.back_m);
+    hold(now_, snips_.hover_s);
+    return text_;
+  }
+
+ private:
+  Pose at(double ahead_m) const {
+    const Eigen::Quaterniond q(Eigen::AngleAxisd(snips_.ahead_deg * M_PI / 180, Vec3::UnitZ()));
+    return {snips_.first_tips_world_m + ahead_m * (q * Vec3::UnitX()), q};
+  }
+  void go_to(double ahead_m) {
+    const Pose to = at(ahead_m);
+    travel(to, (to.position_m - now_.position_m).norm() / snips_.speed_m_per_s, 0);
+  }
+  void turn_blades(double to_rad) {
+    const double from_rad = opening_rad_;
+    timed(snips_.close_s, [&](double t) {
+      opening_rad_ = from_rad + smooth_step(t) * (to_rad - from_rad);
+      return now_;
+    });
+  }
+
+  const Snips& snips_;
+};
+
 std::string trace_of(const Passage& passage) {
   std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
   double time_s = 0;
@@ -442,6 +505,8 @@ int main(int argc, char** argv) {
     written &= sectio::write(argv[1], motion.name, sectio::TraceWriter(motion).run());
   for (const sectio::Carry& carry : sectio::kCarries)
     written &= sectio::write(argv[1], carry.name, sectio::CarryWriter(carry).run());
+  for (const sectio::Snips& snips : sectio::kSnips)
+    written &= sectio::write(argv[1], snips.name, sectio::SnipWriter(snips).run());
   for (const sectio::Passage& passage : sectio::kPassages)
     written &= sectio::write(argv[1], passage.name, sectio::trace_of(passage));
   return written ? 0 : 1;

@@ -138,29 +138,34 @@ RestBlade along(const MeshDraft& draft, const CutFront& f) {
   return blade;
 }
 
-// A stroke that begins where a groove ends goes on with that groove.
-void take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const GrooveDraft& grooves,
+// A stroke that begins where a groove ends goes on with that groove. False while it has yet to come to that end: lips
+// that it brushes on the way are not cut.
+bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const GrooveDraft& grooves,
                     const TemplateSettings& settings) {
   const BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, {});
-  if (!(sweep.length_m() >= settings.min_step_m)) return;
+  if (!(sweep.length_m() >= settings.min_step_m)) return true;
   double nearest_m = settings.join_tolerance_m;
   const CutFront* nearest = nullptr;
+  bool is_behind = true;
   for (const CutFront& f : grooves.fronts()) {
     if (!still_there(draft, f)) continue;
-    double distance_m = 0;
+    double distance_m = 0, most_ahead_m = 0;
     for (const VertexId v : {f.top, f.bottom}) {
       const Vec3 x = draft.rest(v);
       const double ahead_m = sweep.in_plane(x).x() - sweep.tip_first().x();
       distance_m = std::max(distance_m, std::hypot(sweep.side(x), ahead_m));
-      if (ahead_m > sweep.length_m() - settings.min_step_m) distance_m = settings.join_tolerance_m;
+      most_ahead_m = std::max(most_ahead_m, ahead_m);
     }
     if (distance_m >= nearest_m || f.ahead_body.dot(sweep.ahead) <= 0) continue;
     nearest = &f;
     nearest_m = distance_m;
+    is_behind = most_ahead_m <= sweep.length_m() - settings.min_step_m;
   }
-  if (!nearest) return;
+  if (!nearest) return true;
+  if (!is_behind) return false;
   stroke.fronts = {*nearest};
   stroke.at_front = along(draft, *nearest);
+  return true;
 }
 
 void replace_fronts(const TemplateStroke& stroke, std::span<const CutFront> fronts, std::span<const CutFront> starts,
@@ -250,7 +255,8 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
   std::sort(stroke.active.begin(), stroke.active.end());
   stroke.active.erase(std::unique(stroke.active.begin(), stroke.active.end()), stroke.active.end());
   if (newest) deepen_groove(draft, *newest, blade, grooves, active, settings);
-  if (stroke.fronts.empty()) take_up_groove(draft, stroke, blade, grooves, settings);
+  stroke.waits = stroke.fronts.empty() && !take_up_groove(draft, stroke, blade, grooves, settings);
+  if (stroke.waits) return TemplateStrokeEnd::going;
 
   bool went_on = false;
   for (int k = 0; k < kMostSteps; ++k) switch (go_on(draft, stroke, blade, grooves, settings)) {
@@ -274,7 +280,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
 }
 
 void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSettings& settings) {
-  if (!stroke.at_front || !stroke.newest) return;
+  if (!stroke.at_front || !stroke.newest || stroke.waits) return;
   const MeshDraft before = draft;
   draft.mark();
   const TemplateStep step =
