@@ -182,6 +182,46 @@ TEST(A_TOOL, A_TOOL_2_they_cut_where_the_blades_cross_as_they_close) {
   EXPECT_EQ(check(snip.op.mesh()).euler_characteristic, 2);
 }
 
+// Paper A, figure 6: angle above 90 degrees. Each snip goes on where the one before ended, wherever the blades are put.
+TEST(A_TOOL, A_TOOL_2_snips_from_the_rim_cut_a_sheet_through) {
+  for (const double aside_m : {0.0, 0.0004, -0.0003}) {
+    Scene scene = scene_with("scissors");
+    const Vec3 size_m(0.06, 0.04, 0.005);
+    scene.bodies[0].mesh = box(24, 16, 2, size_m);
+    for (Vec3& x : scene.bodies[0].mesh.vertices_body_m) x -= size_m / 2;
+    scene.bodies[0].cutting.style = "templates";
+    scene.bodies[0].fixed = Box{Vec3(-1, -1, -1), Vec3(-0.02, 1, 1)};
+    scene.tools[0].geometry = {Vec3::Zero(), Vec3(-0.1, 0, 0), Vec3(-0.06, 0, 0), Vec3(0, 0, -0.006)};
+    Operation op(scene);
+    const auto snip = [&](double tips_y_m, double from_rad, double to_rad) {
+      for (int i = 0; i <= 400; ++i) {
+        StepInput input;
+        const Eigen::Quaterniond towards_y(Eigen::AngleAxisd(1.54, Vec3::UnitZ()));
+        input.samples.push_back(op.sample(0, {{0.0055 + aside_m, tips_y_m, 0}, towards_y}));
+        input.samples.back().opening_rad = from_rad + (to_rad - from_rad) * i / 400;
+        op.step(input);
+      }
+    };
+    for (const double tips_y_m : {0.022, 0.033}) {
+      snip(tips_y_m, 0.4, 0.2);
+      op.expect_valid();
+      snip(tips_y_m, 0.2, 0.4);
+    }
+    EXPECT_EQ(op.count(EventKind::penetrated), 2u) << aside_m;
+    EXPECT_EQ(op.count(EventKind::cut_ended), 2u) << aside_m;
+    EXPECT_EQ(op.count(EventKind::cut_refused), 0u) << aside_m;
+    EXPECT_EQ(check(op.mesh()).euler_characteristic, 2) << "a slit; a bridge between the snips would make a handle";
+    Box3 walls;
+    for (const Triangle& t : op.mesh().triangles())
+      if (t.alive() && t.surface == Surface::wall)
+        for (const VertexId v : t.v) walls.extend(op.mesh().rest_body_m(v));
+    EXPECT_LT(walls.min().y(), -0.0195) << "from the rim";
+    EXPECT_GT(walls.max().y(), 0.0);
+    EXPECT_LT(walls.min().z(), -0.00249) << "from one side of the sheet";
+    EXPECT_GT(walls.max().z(), 0.00249) << "to the other";
+  }
+}
+
 TEST(A_TOOL, A_TOOL_2_jaws_that_stand_still_cut_nothing_more) {
   Snip snip("scissors");
   snip.hold(0.01, 0.001, -0.025, kOpen_rad);
