@@ -85,7 +85,7 @@ struct RunRecord::State {
   double processor_begun_s = processor_time_s();
   StepReport last;
   std::uint64_t steps = 0;
-  std::map<std::string, std::uint64_t> events;
+  std::map<std::string, std::uint64_t> events, refusals;  // how many of each kind; of each reason
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
 };
 
@@ -110,7 +110,12 @@ void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
   s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
   s.last = output.report;
   s.steps = output.step;
-  for (const Event& e : output.events) ++s.events[to_string(e.kind)];
+  for (const Event& e : output.events) {
+    ++s.events[to_string(e.kind)];
+    if (e.kind != EventKind::cut_refused) continue;
+    ++s.refusals[e.text];
+    log_limited(LogLevel::warning, "cut refused", "cut refused: " + e.text);
+  }
   s.least_margin = std::min(s.least_margin, output.report.stability_margin);
   s.largest_penetration_m = std::max(s.largest_penetration_m, output.report.penetration_m);
   s.largest_added_mass = std::max(s.largest_added_mass, output.report.added_mass_fraction);
@@ -166,6 +171,7 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["local_searches"] = last.local_searches;
   run["global_searches"] = last.global_searches;
   run["events"] = events;
+  if (!refusals.empty()) run["refusals"] = refusals;
   return run;
 }
 

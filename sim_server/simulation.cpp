@@ -287,8 +287,8 @@ void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id,
     reaction.active |= reactions[next].active;
   }
   t.deformed(reaction, scene.step_s);
-  for (const EventKind kind : t.take_events()) {
-    say(kind, body_id, edges[edge_id].tool_id);
+  for (const auto& [kind, text] : t.take_events()) {
+    say(kind, body_id, edges[edge_id].tool_id, std::string(text));
     output.publish_now |= kind == EventKind::contact_began;
   }
 }

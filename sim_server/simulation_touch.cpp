@@ -59,7 +59,7 @@ ContactState SimulationTouch::state() const {
   }
 }
 
-std::vector<EventKind> SimulationTouch::take_events() {
+std::vector<TouchEvent> SimulationTouch::take_events() {
   return std::exchange(events_, {});
 }
 
@@ -93,8 +93,8 @@ bool SimulationTouch::near_body(const std::optional<JointPose>& before, std::spa
 }
 
 void SimulationTouch::set_free() {
-  if (phase_ == Phase::pressing) events_.push_back(EventKind::contact_ended);
-  if (phase_ == Phase::cutting || phase_ == Phase::searching) events_.push_back(EventKind::cut_ended);
+  if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
+  if (phase_ == Phase::cutting || phase_ == Phase::searching) events_.push_back({EventKind::cut_ended});
   phase_ = Phase::free;
   force_n_.setZero();
   smooth_force_n_ = 0;
@@ -165,7 +165,7 @@ void SimulationTouch::look_for_contact(const ToolContact& contact) {
 
 void SimulationTouch::press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along,
                                bool at_tip) {
-  if (phase_ == Phase::free) events_.push_back(EventKind::contact_began);
+  if (phase_ == Phase::free) events_.push_back({EventKind::contact_began});
   phase_ = Phase::pressing;
   contact_corners_ = corners;
   contact_along_ = along;
@@ -220,7 +220,7 @@ void SimulationTouch::enter_tissue(const SurfaceHit& hit) {
         nearest_from(original_surface(body_), original_triangle(body_, hit.triangle), hit.point_world_m);
     entry_ = Entry{stroke_id_, at.triangle, at.bary};
   }
-  events_.push_back(EventKind::penetrated);
+  events_.push_back({EventKind::penetrated});
 }
 
 Blade SimulationTouch::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
@@ -359,9 +359,10 @@ void SimulationTouch::rest_in_groove() {
 void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed) {
   if (!changed.empty()) tracker_.topology_changed(body_.view(), changed);
   StrokeEnd end = StrokeEnd::going;
+  std::string_view why;
   for (const StrokeOutcome& o : plan.outcomes)
-    if (o.tool_id == stroke_id_) end = o.end;
-  if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused;
+    if (o.tool_id == stroke_id_) end = o.end, why = o.why;
+  if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused, why = "the surface would not stay whole";
   if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
   has_just_cut_ = true;
   ended_at_ = point_;
@@ -370,18 +371,18 @@ void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<cons
   switch (end) {
     case StrokeEnd::lifted:
       phase_ = Phase::spent;
-      events_.push_back(EventKind::cut_ended);
+      events_.push_back({EventKind::cut_ended});
       break;
     case StrokeEnd::lost:
       phase_ = Phase::searching;
       break;
     case StrokeEnd::joined:
       phase_ = Phase::spent;
-      events_.push_back(EventKind::joined);
+      events_.push_back({EventKind::joined});
       break;
     default:
       phase_ = Phase::spent;
-      events_.push_back(EventKind::cut_refused);
+      events_.push_back({EventKind::cut_refused, why});
   }
 }
 
@@ -404,7 +405,7 @@ void SimulationTouch::part_left(std::span<const TriangleId> removed) {
     phase_ = Phase::spent;
     cutting_force_n_.setZero();
     constraints_.clear();
-    events_.push_back(EventKind::cut_ended);
+    events_.push_back({EventKind::cut_ended});
   }
 }
 
@@ -433,7 +434,7 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
     entry_ = Entry{stroke_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;
-    events_.push_back(EventKind::penetrated);
+    events_.push_back({EventKind::penetrated});
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "sim_server/collision/front_tracker.h"
@@ -12,6 +13,11 @@
 #include "sim_server/step_io.h"
 
 namespace sectio {
+
+struct TouchEvent {
+  EventKind kind;
+  std::string_view text = {};  // a constant
+};
 
 class SimulationTouch {
  public:
@@ -52,7 +58,7 @@ class SimulationTouch {
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 
   // Since the last call.
-  std::vector<EventKind> take_events();
+  std::vector<TouchEvent> take_events();
   double cutting_work_j() const { return cutting_work_j_; }  // so far
 
  private:
@@ -132,7 +138,7 @@ class SimulationTouch {
   Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
   std::uint64_t searches_ = 0;
   bool has_just_cut_ = false;
-  std::vector<EventKind> events_;
+  std::vector<TouchEvent> events_;
 };
 
 }  // namespace sectio

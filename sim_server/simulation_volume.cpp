@@ -78,7 +78,8 @@ class NoCutting final : public CuttingEngine {
   CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion>) override {
     CutPlan plan(cuts);
-    for (const Entry& entry : entries) plan.outcomes.push_back({entry.tool_id, StrokeEnd::refused});
+    for (const Entry& entry : entries)
+      plan.outcomes.push_back({entry.tool_id, StrokeEnd::refused, "a body whose inside deforms can't be cut"});
     plan.refused = static_cast<std::uint32_t>(entries.size());
     return plan;
   }

@@ -39,7 +39,7 @@ enum class EventKind : std::uint8_t {
   cut_ended,          // the instrument was lifted
   joined,             // a cut ran into the end of another, or of itself
   island_freed,       // a loop was closed and its inside parted
-  cut_refused,        // the mesh is as before
+  cut_refused,        // the mesh is as before; the text says why
   step_overrun,       // the session is behind its clock; the text says what it does about it
   body_frozen,        // numerics failed in this body
   body_split,         // a part came off and is a body of its own

@@ -1,6 +1,7 @@
 #include "sim_server/cutting/plan_cut.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace sectio {
 
@@ -10,6 +11,8 @@ const Stroke* BodyCuts::stroke_of(std::uint32_t tool_id) const {
 }
 
 namespace {
+
+constexpr std::string_view kCantReachBlade = "the face that the blade is in can't be opened up to it";
 
 const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id) {
   const auto it =
@@ -49,15 +52,15 @@ bool carry_over(Entry& e, const MeshDraft& with_temporaries, const MeshDraft& wi
   return at.triangle != kNone;
 }
 
-// All strokes of a body at once; one that can't be continued validly makes the whole attempt fail.
-bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts,
-             std::span<const Entry> entries, std::span<const BladeMotion> motions, const StrokeSettings& settings,
-             bool loops_free_islands) {
+// All strokes of a body at once; one that can't be continued validly makes the whole attempt fail: why.
+std::optional<std::string_view> attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts,
+                                        std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                                        const StrokeSettings& settings, bool loops_free_islands) {
   std::vector<Stroke> strokes = cuts.strokes;
   for (auto it = strokes.rbegin(); it != strokes.rend(); ++it)
-    if (!undo_temporary(draft, *it)) return false;
+    if (!undo_temporary(draft, *it)) return kChangedBeneath;
   for (Entry e : entries) {
-    if (!carry_over(e, now, draft, cuts.strokes)) return false;
+    if (!carry_over(e, now, draft, cuts.strokes)) return "the surface where the cut begins is gone";
     Stroke s;
     s.tool_id = e.tool_id;
     s.touched = draft.triangle(e.triangle).v;
@@ -68,15 +71,15 @@ bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCu
   std::vector<Stroke> ended;
   for (Stroke& s : strokes) {
     const StrokeEnd end = follow(draft, s, motion_of(motions, s.tool_id), plan.grooves, settings);
-    if (end == StrokeEnd::refused) return false;
+    if (end == StrokeEnd::refused) return s.why_refused;
     if (end == StrokeEnd::going) {
       plan.strokes.push_back(s);
       continue;
     }
     plan.outcomes.push_back({s.tool_id, end});
     s.temporary_inverse.reset();
-    if (end == StrokeEnd::lifted && s.blade && !open_temporarily(draft, s, *s.blade, settings)) return false;
-    if (end != StrokeEnd::joined && !finish(draft, s, plan.grooves)) return false;
+    if (end == StrokeEnd::lifted && s.blade && !open_temporarily(draft, s, *s.blade, settings)) return kCantReachBlade;
+    if (end != StrokeEnd::joined && !finish(draft, s, plan.grooves)) return "the end of the cut can't be closed";
     ended.push_back(s);
   }
   if (loops_free_islands)
@@ -85,8 +88,8 @@ bool attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCu
         if (const auto island = free_island(draft, plan.grooves, s.cell.apex, s.joined_twin))
           plan.islands.push_back(*island);
   for (Stroke& s : plan.strokes)
-    if (s.blade && !open_temporarily(draft, s, *s.blade, settings)) return false;
-  return true;
+    if (s.blade && !open_temporarily(draft, s, *s.blade, settings)) return kCantReachBlade;
+  return {};
 }
 
 bool at_rest(const BladeMotion& motion) {
@@ -108,7 +111,8 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
   CutPlan plan(cuts);
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
-  if (attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands)) {
+  const auto why = attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands);
+  if (!why) {
     plan.delta = draft.delta();
     plan.seeds = draft.seeds();
     return plan;
@@ -118,9 +122,9 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
   refusal.refused = 1;
   for (Stroke s : cuts.strokes) {
     keep_what_is_open(s, refusal.grooves);
-    refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused});
+    refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused, *why});
   }
-  for (const Entry& e : entries) refusal.outcomes.push_back({e.tool_id, StrokeEnd::refused});
+  for (const Entry& e : entries) refusal.outcomes.push_back({e.tool_id, StrokeEnd::refused, *why});
   return refusal;
 }
 

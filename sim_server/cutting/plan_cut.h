@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim_server/cutting/islands.h"
@@ -37,9 +38,12 @@ struct BodyCuts {
   const Stroke* stroke_of(std::uint32_t tool_id) const;
 };
 
+inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
+
 struct StrokeOutcome {
   std::uint32_t tool_id = 0;
   StrokeEnd end = StrokeEnd::going;
+  std::string_view why = {};  // refused: for a person
 };
 
 struct CutPlan {

@@ -130,10 +130,10 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
   for (auto it = strokes.rbegin(); it != strokes.rend(); ++it) {
     if (undo_temporary(draft, *it)) continue;
     for (const TemplateStroke& s : cuts.template_strokes) {
-      plan.outcomes.push_back({s.tool_id, StrokeEnd::refused});
+      plan.outcomes.push_back({s.tool_id, StrokeEnd::refused, kChangedBeneath});
       keep_what_is_open(s, plan.grooves);
     }
-    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused});
+    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused, kChangedBeneath});
     ++plan.refused;
     return plan;
   }
@@ -161,7 +161,7 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
       continue;
     }
     plan.refused += f.end == StrokeEnd::refused;
-    plan.outcomes.push_back({s.tool_id, f.end});
+    plan.outcomes.push_back({s.tool_id, f.end, f.end == StrokeEnd::refused ? s.why_refused : std::string_view()});
     if (f.end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
     finish(draft, s, plan.grooves);
   }

@@ -162,7 +162,7 @@ class Walk {
     stroke_.advanced_m = 0;
     if (stroke_.cell.apex == kNone) {
       if (plane_.distance_m < settings_.min_step_m) return ended_by_depth();
-      if (!begin()) return StrokeEnd::refused;
+      if (!begin()) return refuse("the surface can't be divided where the cut begins");
     }
     if (plane_.distance_m < 1e-9) return ended_by_depth();
     if (stroke_.cell.rim.size() == 2 && stroke_.bary[0] == 1 && !enter_at(stroke_.cell.apex)) {
@@ -193,6 +193,11 @@ class Walk {
   }
 
  private:
+  StrokeEnd refuse(std::string_view why) {
+    stroke_.why_refused = why;
+    return StrokeEnd::refused;
+  }
+
   // The cut is a little ahead of the instrument: it stays where it is until the instrument comes.
   StrokeEnd wait_here() {
     waits_ = true;
@@ -277,7 +282,7 @@ class Walk {
       const Triangle t_across = draft_.triangle(across);
       const VertexId y = t_across.v[static_cast<std::size_t>((t_across.corner_of(u) + 1) % 3)];
       next = insert_on_edge(draft_, u, w, VertexState::mix(draft_.state(u), draft_.state(w), t));
-      if (next == kNone) return StrokeEnd::refused;
+      if (next == kNone) return refuse("an edge that the blade crosses can't be divided");
       if (grooves_.is_bottom(u) && grooves_.is_bottom(w)) grooves_.add_bottom(next);
       beyond = {next, {u, y, w}};
       bary_in = {1 - t, 0, t};
@@ -304,7 +309,7 @@ class Walk {
     const VertexId apex = stroke_.cell.apex;
     if (stroke_.cell.rim.size() == 3) (plane_.side(draft_.position(apex)) < 0 ? u : w) = apex;
     const TriangleId across = draft_.triangle_of_edge(w, u);
-    if (across == kNone) return StrokeEnd::refused;
+    if (across == kNone) return refuse("there is no surface beyond an edge");
     const Triangle next = draft_.triangle(across);
     if (stroke_.bottom != kNone && next.corner_of(stroke_.bottom) >= 0) return wait_here();  // back into the groove
     const Vec3 x_u = draft_.position(u), x_w = draft_.position(w);
@@ -323,7 +328,7 @@ class Walk {
 
   // Makes the cut permanent from the apex to `next`, which are joined by an edge.
   StrokeEnd cut_to(VertexId next, const std::array<VertexId, 3>& corners) {
-    if (next == stroke_.start || next == stroke_.bottom) return StrokeEnd::refused;
+    if (next == stroke_.start || next == stroke_.bottom) return refuse("the cut comes back to its last point");
     const VertexId bottom_there = grooves_.end_at(next);
     VertexState bottom = bottom_under(draft_, corners, draft_.state(next), blade_, settings_);
     if (bottom_there != kNone && stroke_.bottom != kNone)
@@ -335,7 +340,7 @@ class Walk {
     } else if (stroke_.bottom == kNone) {
       const auto opening = open_start(draft_, stroke_.start, stroke_.cell.apex, next,
                                       {*stroke_.start_bottom, *stroke_.apex_bottom, bottom});
-      if (!opening) return StrokeEnd::refused;
+      if (!opening) return refuse("the faces where the cut begins can't be opened");
       part_lips(draft_, stroke_, opening->twin);
       grooves_.set_end(stroke_.start, opening->bottom[0]);
       for (const VertexId g : opening->bottom) grooves_.add_bottom(g);
@@ -343,7 +348,7 @@ class Walk {
       stroke_.start = kNone;
     } else {
       const auto extension = extend(draft_, stroke_.cell.apex, stroke_.bottom, next, bottom);
-      if (!extension) return StrokeEnd::refused;
+      if (!extension) return refuse("the faces ahead of the cut can't be opened");
       part_lips(draft_, stroke_, extension->twin);
       if (grooves_.is_bottom(stroke_.cell.apex)) grooves_.add_bottom(extension->twin);
       grooves_.add_bottom(extension->bottom);
@@ -356,7 +361,7 @@ class Walk {
 
   StrokeEnd join(VertexId v, VertexId bottom_there) {
     stroke_.joined_twin = join_grooves(draft_, v, stroke_.bottom, bottom_there);
-    if (stroke_.joined_twin == kNone) return StrokeEnd::refused;
+    if (stroke_.joined_twin == kNone) return refuse("the two grooves can't be joined");
     grooves_.remove_end(v);
     stroke_.cell.rim.clear();
     return StrokeEnd::joined;

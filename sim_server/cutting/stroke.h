@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "sim_server/cutting/grooves.h"
 #include "sim_server/cutting/templates.h"
@@ -61,6 +62,7 @@ struct Stroke {
   double depth_m = 0;                                    // of the tip below the surface
   double advanced_m = 0;                                 // length of surface cut in the last step
   std::optional<Blade> blade;                            // the newest pose at which it cut
+  std::string_view why_refused;                          // for a person
   VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
 
   // While the temporary subdivision is undone: where the halves of the apex were. The apex is between them as long.

@@ -28,21 +28,23 @@ class Step {
       : draft_(draft), sweep_(sweep), ends_(ends), settings_(settings) {}
 
   // The order of the paper: templates, then the surface, then the structures inside.
-  bool run(std::vector<SurfacePath> paths, TemplateStep& step) {
+  // Why there is no valid subdivision; empty: there is.
+  std::string_view run(std::vector<SurfacePath> paths, TemplateStep& step) {
     paths_ = std::move(paths);
     for (SurfacePath& path : paths_)
-      if (!prepare(path)) return false;
+      if (!prepare(path)) return "the blade's path over the surface is too short";
     if (auto rims = join_paths(paths_, sweep_)) rims_ = std::move(*rims);
-    if (rims_.empty()) return false;
+    if (rims_.empty()) return "the blade's paths over the surface don't make a whole";
     choose_templates(step.faces);
     for (Rim& rim : rims_) hang_bottoms(rim, step.faces);
-    if (!subdivide_faces()) return false;
+    if (!subdivide_faces()) return "a face that the blade crosses can't be divided";
     std::vector<Slit> slits;
     for (const Rim& rim : rims_) slits.push_back(slit_of(rim, step));
-    if (!ends_.may_part && std::any_of(slits.begin(), slits.end(), parts)) return false;
-    if (!open_slits(draft_, slits)) return false;
+    if (!ends_.may_part && std::any_of(slits.begin(), slits.end(), parts))
+      return "nothing would hold the sides together";
+    if (!open_slits(draft_, slits)) return "the faces along the cut can't be opened";
     for (std::size_t k = 0; k < rims_.size(); ++k) find_fronts(rims_[k], slits[k], step);
-    return true;
+    return {};
   }
 
  private:
@@ -440,19 +442,23 @@ TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const 
                                 std::span<const TriangleId> active, const TemplateSettings& settings) {
   const BladeSweep sweep = sweep_between(draft, first, last, ends.fronts);
   if (!(sweep.length_m() >= settings.min_step_m)) return {};
+  TemplateStep refused;
+  refused.outcome = TemplateOutcome::refused;
   for (const double snap : {settings.snap_ratio, 0.0}) {
     auto paths = sweep_paths(draft, sweep, ends, active, snap, settings.inset);
-    if (!paths) break;
+    if (!paths) {
+      refused.why = kNoPath;
+      break;
+    }
     if (paths->empty()) return {};
     TemplateStep step;
     MeshDraft trial = draft;
-    if (!Step(trial, sweep, ends, settings).run(std::move(*paths), step)) continue;
+    refused.why = Step(trial, sweep, ends, settings).run(std::move(*paths), step);
+    if (!refused.why.empty()) continue;
     draft = std::move(trial);
     step.outcome = TemplateOutcome::cut;
     return step;
   }
-  TemplateStep refused;
-  refused.outcome = TemplateOutcome::refused;
   return refused;
 }
 

@@ -14,6 +14,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -52,8 +53,11 @@ enum class TemplateOutcome : std::uint8_t {
   refused,  // no valid subdivision; the draft is as before
 };
 
+inline constexpr std::string_view kNoPath = "the blade's path over the surface can't be followed";
+
 struct TemplateStep {
   TemplateOutcome outcome = TemplateOutcome::nothing;
+  std::string_view why;  // refused: for a person
   std::vector<ActiveFace> faces;
   std::vector<CutFront> fronts;  // where the blade stands now; none: it has left the body, or joined a groove
   std::vector<CutFront> starts;  // ends of grooves that begin with this step, where its first pose was

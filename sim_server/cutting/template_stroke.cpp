@@ -210,7 +210,12 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
   SweepEnds ends{stroke.fronts};
   BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
   if (!(sweep.length_m() >= settings.min_step_m)) return Went::nowhere;
-  if (!stroke.fronts.empty() && stroke.fronts.front().ahead_body.dot(sweep.ahead) < kBackwards) return Went::refused;
+  const auto refuse = [&](std::string_view why) {
+    stroke.why_refused = why;
+    return Went::refused;
+  };
+  if (!stroke.fronts.empty() && stroke.fronts.front().ahead_body.dot(sweep.ahead) < kBackwards)
+    return refuse("the blade goes back from where its cut has come to");
   RestBlade last = blade;
   ends.target = groove_ahead(draft, stroke, sweep, grooves, settings);
   if (ends.target) {
@@ -218,7 +223,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
     sweep = sweep_between(draft, *stroke.at_front, last, ends.fronts);
   }
   const auto paths = sweep_paths(draft, sweep, ends, stroke.active, settings.snap_ratio, settings.inset);
-  if (!paths) return Went::refused;
+  if (!paths) return refuse(kNoPath);
   if (paths->empty()) return Went::nowhere;
   const LastCrossing crossing = last_crossing(*paths, settings.min_step_m);
   if (const auto hole_m = middle_of_hole(*paths)) {
@@ -229,7 +234,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
     last = blade_at(sweep, crossing.at_m, last);
   }
   const TemplateStep step = cut_with_templates(draft, *stroke.at_front, last, ends, stroke.active, settings);
-  if (step.outcome == TemplateOutcome::refused) return Went::refused;
+  if (step.outcome == TemplateOutcome::refused) return refuse(step.why);
   if (step.outcome == TemplateOutcome::nothing) return Went::nowhere;
   replace_fronts(stroke, step.fronts, step.starts, grooves);
   if (ends.target) grooves.remove_front(*ends.target);

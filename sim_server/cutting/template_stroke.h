@@ -23,6 +23,7 @@ struct TemplateStroke {
   std::optional<RestBlade> newest;          // pose
   std::optional<Blade> blade;               // the same in the world
   std::optional<Vec3> displacement_body_m;  // of the tissue at the instrument from its place at rest, smoothed
+  std::string_view why_refused;             // for a person
   bool waits = false;                       // until the blade is at the end of the groove that it goes on with
   std::vector<TriangleId> active;           // that the temporary part began with
   TargetStates bottoms_at_tip;              // of permanent bottoms

@@ -1,6 +1,8 @@
 // Paper A's method and paper B's are two styles behind one plan_cut().
 #include <gtest/gtest.h>
 
+#include "sim_server/run.h"
+#include "tests/support/operation.h"
 #include "tests/support/pad_under_scalpel.h"
 
 namespace sectio::test {
@@ -51,6 +53,63 @@ TEST(A_STYLE, A_STYLE_two_instruments_interleaved) {
   EXPECT_EQ(plan.outcomes.size(), 2u);
   pad.expect_valid();
   EXPECT_TRUE(pad.cuts.template_strokes.empty());
+}
+
+TEST(A_STYLE, A_STYLE_a_refused_cut_says_why) {
+  for (const StrokeSettings& settings : {with_templates(), StrokeSettings{}}) {
+    PadUnderScalpel pad(settings), other(settings);
+    pad.enter_at(0.012, 0.0143);
+    for (double x = 0.012; x < 0.034; x += 0.0007) pad.go(x, 0.0143);
+    ASSERT_TRUE(pad.going());
+    other.cuts = pad.cuts;
+    const CutPlan plan = other.go(0.035, 0.0143);
+    ASSERT_EQ(plan.outcomes.size(), 1u);
+    EXPECT_EQ(plan.outcomes[0].end, StrokeEnd::refused);
+    EXPECT_EQ(plan.outcomes[0].why, kChangedBeneath);
+  }
+  PadUnderScalpel back(with_templates());
+  back.enter_at(0.012, 0.0143);
+  for (double x = 0.012; x < 0.034; x += 0.0007) back.go(x, 0.0143);
+  std::string_view why;
+  for (double x = 0.034; x > 0.016 && why.empty(); x -= 0.0007)
+    for (const StrokeOutcome& o : back.go(x, 0.0143).outcomes) why = o.why;
+  EXPECT_EQ(why, "the blade goes back from where its cut has come to");
+  back.expect_valid();
+}
+
+// Lets no blade in.
+class NoEntry final : public CuttingEngine {
+ public:
+  const StrokeSettings& settings() const override { return settings_; }
+  CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
+               std::span<const BladeMotion>) override {
+    CutPlan plan(cuts);
+    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused, "no entry"});
+    plan.refused = static_cast<std::uint32_t>(entries.size());
+    return plan;
+  }
+  void follow(const SharedBody&, const TopologyChange&) override {}
+
+ private:
+  StrokeSettings settings_;
+};
+
+TEST(A_STYLE, A_STYLE_events_and_report_say_why_a_cut_was_refused) {
+  EngineTable table;
+  table.models["surface_springs"] = [](const EngineSite& site) {
+    BodyEngines engines = surface_spring_engines(site);
+    engines.cutting = std::make_unique<NoEntry>();
+    return engines;
+  };
+  Operation op(organ_scene(), table);
+  RunRecord record(op.scene, op.simulation, "");
+  op.after_each = [&](const StepOutput& out) { record.add(out, 0.001); };
+  op.place({0, 0.001, kOrganTop_m + 0.004});
+  op.tip_to(0, 0.001, 0.008);
+  ASSERT_GE(op.count(EventKind::cut_refused), 1u);
+  for (const Event& e : op.events)
+    EXPECT_EQ(e.text, e.kind == EventKind::cut_refused ? "no entry" : "");
+  EXPECT_NE(record.finish(op.simulation).find("\"no entry\": "), std::string::npos);
 }
 
 }  // namespace

@@ -80,6 +80,7 @@ TEST(Volume, a_cut_is_refused_and_said_so) {
   ASSERT_EQ(plan.outcomes.size(), 1u);
   EXPECT_EQ(plan.outcomes[0].tool_id, 3u);
   EXPECT_EQ(plan.outcomes[0].end, StrokeEnd::refused);
+  EXPECT_FALSE(plan.outcomes[0].why.empty());
 }
 
 TEST(Volume, tetrahedra_from_a_file_are_the_body) {
