@@ -36,7 +36,7 @@ std::vector<std::vector<double>> read_columns(const std::string& path, const std
   std::vector<std::size_t> at;
   for (const std::string& name : names) {
     const auto found = std::find(header.begin(), header.end(), name);
-    if (found == header.end()) throw InputError(path + ":1: no column " + name);
+    if (found == header.end()) throw InputError(std::string(path).append(":1: no column ").append(name));
     at.push_back(static_cast<std::size_t>(found - header.begin()));
   }
   std::vector<std::vector<double>> columns(names.size());

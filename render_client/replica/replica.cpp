@@ -54,7 +54,9 @@ void Replica::feed(StateHeader header) {
 }
 
 void Replica::feed(StatePiece piece) {
-  if (ours(piece.epoch) && piece.body_id < bodies_.size()) bodies_[piece.body_id].feed(std::move(piece));
+  if (!ours(piece.epoch) || piece.body_id >= bodies_.size()) return;
+  ReplicaBody& body = bodies_[piece.body_id];
+  body.feed(std::move(piece));
 }
 
 void Replica::feed(const SessionEnd& end) {
