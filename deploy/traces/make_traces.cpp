@@ -210,23 +210,18 @@ struct Snips {
   double ahead_deg;  // from +x towards +y
   double advance_m;  // from one snip to the next
   int snips;
-  double open_rad, shut_rad;
+  double open_rad = 0.4, shut_rad = 0.2;
   double close_s = 0.6;
   double speed_m_per_s = 0.03;
-  double hover_s = 0.4;
   double back_m = 0.04;  // from the first place: where they come from, and go
 };
 
 // The sheet of scissors_edge.yaml: 80 mm along x, 50 mm along y, its middle 60 mm above the floor.
-const std::array<Snips, 1> kSnips{{
-    {.name = "scissors_edge",
-     .first_tips_world_m = {0.0055, 0.017, 0.060},
-     .ahead_deg = 88,
-     .advance_m = 0.0125,
-     .snips = 3,
-     .open_rad = 0.4,
-     .shut_rad = 0.2},
-}};
+const Snips kSnips{.name = "scissors_edge",
+                   .first_tips_world_m = {0.0055, 0.017, 0.060},
+                   .ahead_deg = 88,
+                   .advance_m = 0.0125,
+                   .snips = 3};
 
 double smooth_step(double s) {
   return s * s * (3 - 2 * s);
@@ -252,6 +247,13 @@ class Recorder {
     add(pose);
     time_s_ += duration_s - kStep_s;
     add(pose);
+  }
+  void turn_jaws(double to_rad, double duration_s) {
+    const double from_rad = opening_rad_;
+    timed(duration_s, [&](double t) {
+      opening_rad_ = from_rad + smooth_step(t) * (to_rad - from_rad);
+      return now_;
+    });
   }
   // In an arc.
   void travel(const Pose& to, double duration_s, double rise_m) {
@@ -401,11 +403,11 @@ class CarryWriter : Recorder {
     hold(at(carry_.park_m), carry_.wait_s);
     travel(at(skin + up), 1.0, 0);
     travel(at(skin - carry_.depth_m * Vec3::UnitZ()), 0.8, 0);
-    turn_jaws(0);
+    turn_jaws(0, 0.4);
     travel(at(skin + up), 1.2, 0);
     travel(at(carry_.to_m + up), 1.4, 0);
     travel(at(carry_.to_m), 1.0, 0);
-    turn_jaws(carry_.open_rad);
+    turn_jaws(carry_.open_rad, 0.4);
     travel(at(carry_.to_m + up), 0.8, 0);
     hold(now_, 0.4);
     return text_;
@@ -415,13 +417,6 @@ class CarryWriter : Recorder {
   Pose at(const Vec3& tips_m) const {
     const double half_rad = carry_.turn_deg * M_PI / 360;
     return {tips_m, Eigen::Quaterniond(std::cos(half_rad), 0, 0, std::sin(half_rad))};
-  }
-  void turn_jaws(double to_rad) {
-    const double from_rad = opening_rad_;
-    timed(0.4, [&](double t) {
-      opening_rad_ = from_rad + smooth_step(t) * (to_rad - from_rad);
-      return now_;
-    });
   }
 
   const Carry& carry_;
@@ -433,14 +428,14 @@ class SnipWriter : Recorder {
 
   std::string run() {
     opening_rad_ = snips_.open_rad;
-    hold(at(-snips_.back_m), snips_.hover_s);
+    hold(at(-snips_.back_m), 0.4);
     for (int i = 0; i < snips_.snips; ++i) {
       go_to(i * snips_.advance_m);
-      turn_blades(snips_.shut_rad);
-      turn_blades(snips_.open_rad);
+      turn_jaws(snips_.shut_rad, snips_.close_s);
+      turn_jaws(snips_.open_rad, snips_.close_s);
     }
     go_to(-snips_.back_m);
-    hold(now_, snips_.hover_s);
+    hold(now_, 0.4);
     return text_;
   }
 
@@ -452,13 +447,6 @@ class SnipWriter : Recorder {
   void go_to(double ahead_m) {
     const Pose to = at(ahead_m);
     travel(to, (to.position_m - now_.position_m).norm() / snips_.speed_m_per_s, 0);
-  }
-  void turn_blades(double to_rad) {
-    const double from_rad = opening_rad_;
-    timed(snips_.close_s, [&](double t) {
-      opening_rad_ = from_rad + smooth_step(t) * (to_rad - from_rad);
-      return now_;
-    });
   }
 
   const Snips& snips_;
@@ -505,8 +493,7 @@ int main(int argc, char** argv) {
     written &= sectio::write(argv[1], motion.name, sectio::TraceWriter(motion).run());
   for (const sectio::Carry& carry : sectio::kCarries)
     written &= sectio::write(argv[1], carry.name, sectio::CarryWriter(carry).run());
-  for (const sectio::Snips& snips : sectio::kSnips)
-    written &= sectio::write(argv[1], snips.name, sectio::SnipWriter(snips).run());
+  written &= sectio::write(argv[1], sectio::kSnips.name, sectio::SnipWriter(sectio::kSnips).run());
   for (const sectio::Passage& passage : sectio::kPassages)
     written &= sectio::write(argv[1], passage.name, sectio::trace_of(passage));
   return written ? 0 : 1;
