@@ -5,7 +5,8 @@
 //   blade's sweep -> cut(volume) -> surface before and after -> delta; undo     plan(), the volume as before
 //   delta accepted -> volume, its model, its state exchanged                    follow()
 //
-// Parts stay in the body; they move by themselves. Cost of a cut: O(n), the model is made anew.
+// Parts stay in the body; they move by themselves. Cost of a cut: O(n), the model is made anew. Where the tissue turns
+// a lot while the blade passes, sheets that follow each other are not one surface, and crumbs are left between them.
 #pragma once
 
 #include <functional>
