@@ -224,8 +224,10 @@ void SimulationTouch::enter_tissue(const SurfaceHit& hit) {
 }
 
 Blade SimulationTouch::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
-  const EdgeInWorld edge = edge_at(shape_at(pose.opening_rad), pose);
+  const InstrumentShape shape = shape_at(pose.opening_rad);
+  const EdgeInWorld edge = edge_at(shape, pose);
   Blade blade;
+  blade.length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
   blade.tip_world_m = edge.tip_world_m;
   blade.up_world = edge.up_world;
   const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);

@@ -91,7 +91,8 @@ void SimulationTouch::follow_with_templates(const Stroke& stroke, std::span<cons
                                         jaws, cut_length_m);
     if (leaf == Leaf::cut || (leaf == Leaf::detect_again && ahead)) {
       if (ahead) {
-        motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9});
+        motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9, Vec3::Zero(),
+                               (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()});
         from = at_surface;
       }
       cut_along(travel, cut_length_m);

@@ -10,6 +10,7 @@
 #include "sim_server/deformation/tetra/volume_engine.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/tet_file.h"
+#include "sim_server/simulation_volume_cut.h"
 
 namespace sectio {
 namespace {
@@ -37,39 +38,29 @@ FilledVolume filled(const BodySpec& body) {
   return volume;
 }
 
-// The surface's vertices first.
-TetMesh renumbered(const TetMesh& mesh, std::span<const VertexId> first) {
-  std::vector<VertexId> new_id(mesh.vertices_body_m.size(), kNone);
-  TetMesh out;
-  const auto take = [&](VertexId v) {
-    if (new_id[v] != kNone) return;
-    new_id[v] = static_cast<VertexId>(out.vertices_body_m.size());
-    out.vertices_body_m.push_back(mesh.vertices_body_m[v]);
-  };
-  for (const VertexId v : first) take(v);
-  for (VertexId v = 0; v < new_id.size(); ++v) take(v);
-  for (const Tetrahedron& t : mesh.tetrahedra)
-    out.tetrahedra.push_back({new_id[t[0]], new_id[t[1]], new_id[t[2]], new_id[t[3]]});
-  return out;
-}
-
 VolumeMaterial volume_material(const MaterialSpec& m) {
   return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
 }
 
-VolumeSettings volume_settings(const EngineSite& site) {
+// The settings of a model for a mesh, which a cut changes.
+std::function<VolumeSettings(const TetMesh&)> settings_for(const EngineSite& site) {
   VolumeSettings settings;
   settings.step_s = site.scene.step_s;
   settings.gravity_m_per_s2 = site.scene.gravity_m_per_s2;
   settings.least_part_s = site.spec.volume.least_part_s;
-  if (!site.spec.fixed) return settings;
-  for (const Vec3& home : site.spec.tets.vertices_body_m) {
-    const Vec3 x = site.frame_world.to_world(home);
-    settings.fixed.push_back((x.array() >= site.spec.fixed->min_world_m.array()).all() &&
-                             (x.array() <= site.spec.fixed->max_world_m.array()).all());
-  }
-  return settings;
+  return [settings, fixed = site.spec.fixed, frame = site.frame_world](const TetMesh& mesh) {
+    VolumeSettings of_mesh = settings;
+    if (!fixed) return of_mesh;
+    for (const Vec3& home : mesh.vertices_body_m) {
+      const Vec3 x = frame.to_world(home);
+      of_mesh.fixed.push_back((x.array() >= fixed->min_world_m.array()).all() &&
+                              (x.array() <= fixed->max_world_m.array()).all());
+    }
+    return of_mesh;
+  };
 }
+
+constexpr const char* kSemiProgressive = "semi_progressive";
 
 // Refuses every cut.
 class NoCutting final : public CuttingEngine {
@@ -89,29 +80,39 @@ class NoCutting final : public CuttingEngine {
   StrokeSettings settings_;
 };
 
-BodyEngines engines_of(const EngineSite& site, std::unique_ptr<VolumeModel> model) {
+BodyEngines engines_of(const EngineSite& site, VolumeCutting::MakeModel make_model) {
   BodyEngines engines;
   engines.collision =
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
-  engines.cutting = std::make_unique<NoCutting>();
   engines.splitting = std::make_unique<PartSearcher>();
   std::optional<VolumeFloor> floor;
   if (site.scene.floor_z_m) floor = VolumeFloor{*site.scene.floor_z_m, site.spec.volume.floor_kept_velocity};
-  engines.deformation = std::make_unique<VolumeEngine>(std::move(model), site.spec.tets, site.body.mesh.vertex_slots(),
-                                                       site.frame_world, floor);
+  auto volume = std::make_unique<VolumeEngine>(make_model(site.spec.tets), site.spec.tets,
+                                               site.body.mesh.vertex_slots(), site.frame_world, floor);
+  if (site.spec.cutting.style == kSemiProgressive) {
+    StrokeSettings strokes;
+    strokes.join_tolerance_m = site.spec.cutting.join_tolerance_m;
+    engines.cutting = std::make_unique<VolumeCutting>(site.spec.tets, strokes, *volume, std::move(make_model));
+  } else {
+    engines.cutting = std::make_unique<NoCutting>();
+  }
+  engines.deformation = std::move(volume);
   return engines;
 }
 
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
+  if (body.splitting.free_parts != FreeParts::keep)
+    throw InputError("splitting: the parts of a volume stay in it: free_parts: keep");
   FilledVolume volume = filled(body);
   const TetSurface surface = surface_of(volume.mesh);
-  body.tets = renumbered(volume.mesh, surface.of_volume);
+  body.tets = renumbered(volume.mesh, surface.of_volume).mesh;
   body.mesh = surface.soup;
-  // Its own surface can't be opened by the engines that cut surfaces.
-  body.cutting.threshold_displacement_m.reset();
-  body.cutting.threshold_force_n = 1e9;
+  if (body.cutting.style != kSemiProgressive) {  // the engines that cut surfaces can't open that of a volume
+    body.cutting.threshold_displacement_m.reset();
+    body.cutting.threshold_force_n = 1e9;
+  }
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
   if (body.model != "tetra_springs") return;
@@ -140,16 +141,32 @@ Scene with_volumes(Scene scene) {
   return scene;
 }
 
+// After a cut the springs are made by the same formula; the correction stays what it was for the whole body.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
+  const VolumeMaterial material = volume_material(site.spec.material);
   const TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
-  return engines_of(site, std::make_unique<TetSprings>(site.spec.tets, volume_material(site.spec.material),
-                                                       volume_settings(site), options));
+  const auto settings = settings_for(site);
+  std::optional<double> correction;
+  return engines_of(site, [=](const TetMesh& mesh) mutable -> std::unique_ptr<VolumeModel> {
+    if (!correction) {
+      auto whole = std::make_unique<TetSprings>(mesh, material, settings(mesh), options);
+      correction = material.young_pa / whole->as_made().mean_young_pa;
+      return whole;
+    }
+    VolumeMaterial corrected = material;
+    corrected.young_pa *= *correction;
+    return std::make_unique<TetSprings>(mesh, corrected, settings(mesh),
+                                        TetSpringOptions{options.second_share, options.damper_s, false});
+  });
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
   const TetDriver driver = site.spec.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
-  return engines_of(site, std::make_unique<TetSolid>(site.spec.tets, volume_material(site.spec.material),
-                                                     volume_settings(site), driver));
+  return engines_of(site,
+                    [=, material = volume_material(site.spec.material),
+                     settings = settings_for(site)](const TetMesh& mesh) -> std::unique_ptr<VolumeModel> {
+                      return std::make_unique<TetSolid>(mesh, material, settings(mesh), driver);
+                    });
 }
 
 }  // namespace sectio

@@ -10,7 +10,8 @@ namespace sectio {
 // came out is said in BodySpec::mesh_notes. Throws InputError that names scene and body.
 Scene with_volumes(Scene scene);
 
-// Collision and splitting as for surfaces; every cut is refused.
+// Collision as for surfaces. Cuts by the style semi_progressive (simulation_volume_cut.h); without it every one is
+// refused.
 BodyEngines tetra_spring_engines(const EngineSite& site);
 BodyEngines neo_hookean_engines(const EngineSite& site);
 

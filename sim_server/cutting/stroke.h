@@ -22,6 +22,7 @@ struct Blade {
   Vec3 up_world = Vec3::UnitZ();  // unit
   double max_depth_m = 1e9;       // of the groove here: what the tissue's thickness leaves
   Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
+  double length_m = 1e9;          // of the sharp edge
 };
 
 // Two ways to cut a surface; a scene chooses.

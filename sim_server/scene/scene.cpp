@@ -85,7 +85,7 @@ CuttingSpec read_cutting(YamlMap& map) {
     cutting.threshold_displacement_m = displacement->number(at_least(0));
     cutting.threshold_force_n.reset();
   }
-  map.read("style", cutting.style, {"progressive", "templates"});
+  map.read("style", cutting.style, {"progressive", "templates", "semi_progressive"});
   map.read("open_top_m", cutting.open_top_m, above(0));
   map.read("open_bottom_m", cutting.open_bottom_m, above(0));
   map.read("hysteresis", cutting.hysteresis, above_to(0, 1));
@@ -172,7 +172,11 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     if (body.contact.style == "templates" && body.model != "surface_springs")
       part.value().fail("templates divide a surface: they need the model surface_springs");
   });
-  map.part("cutting", [&](YamlMap& part) { body.cutting = read_cutting(part); });
+  map.part("cutting", [&](YamlMap& part) {
+    body.cutting = read_cutting(part);
+    if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
+      part.value().fail("semi_progressive cuts tetrahedra: it needs the model tetra_springs or neo_hookean");
+  });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
   map.part("colours", [&](YamlMap& part) {

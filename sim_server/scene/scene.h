@@ -34,7 +34,7 @@ struct MaterialSpec {
 };
 
 struct CuttingSpec {
-  std::string style = "progressive";              // paper B's way, or "templates", paper A's
+  std::string style = "progressive";              // paper B's way; "templates", A's; "semi_progressive", C's: volumes
   double open_top_m = 0.0004;                     // of templates: width of the opening at the surface
   double open_bottom_m = 0.0002;                  // and at the bottom
   std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
@@ -141,10 +141,9 @@ struct Scene {
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
 //     contact:   style: vertices | templates (of surface_springs)
-//     cutting:   the members of CuttingSpec; threshold_force_n or threshold_displacement_m
-//     splitting: free_parts: keep | rigid | deformable, least_volume_m3, friction
-//     fixed:     min_world_m*, max_world_m*
-//     colours:   skin, wall: [red, green, blue] in [0, 1]
+//     cutting:   the members of CuttingSpec (style semi_progressive: of a volume, which else can't be cut);
+//     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
+//     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
 //     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)

@@ -102,6 +102,13 @@ void TetTopology::undo_part(const Operation& operation) {
   star_[v] = operation.tets;
 }
 
+std::optional<std::array<VertexId, 2>> TetTopology::made_from(VertexId v) const {
+  const std::size_t older = vertices_.size() - journal_.size();  // each operation makes one vertex
+  if (v < older) return {};
+  const Operation& operation = journal_[v - older];
+  return std::array{operation.a, operation.b == kNone ? operation.a : operation.b};
+}
+
 void TetTopology::undo_to(std::size_t mark) {
   while (journal_.size() > mark) {
     const Operation& operation = journal_.back();

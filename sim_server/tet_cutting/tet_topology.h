@@ -8,6 +8,8 @@
 // so that deformation, momentum (with masses by volume) and the energy of each element are unchanged.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,6 +47,9 @@ class TetTopology {
   void undo_to(std::size_t mark);
   // Operations are final: they can't be undone any more.
   void forget() { journal_.clear(); }
+  // Of a vertex that one of these operations has made: the ends of its edge, or the vertex whose twin it is, twice.
+  // Nothing of an older one.
+  std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
 
  private:
   struct Operation {

@@ -74,7 +74,7 @@ inline const std::vector<Room>& rooms() {
        {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/simulation",
         "sim_server/step_io.h", "sim_server/engine.h", "sim_server/scene/scene.h", "sim_server/bodies/",
         "sim_server/deformation/", "sim_server/collision/", "sim_server/cutting/", "sim_server/splitting/",
-        "sim_server/meshing/", "sim_server/haptics/", "sim_server/instruments/instrument.h"},
+        "sim_server/meshing/", "sim_server/tet_cutting/", "sim_server/haptics/", "sim_server/instruments/instrument.h"},
        {"Eigen/"}},
       {"sim_server/run",
        {"common/core/", "common/math/", "common/mesh/", "common/delta/", "common/messages/", "sim_server/run",

@@ -15,14 +15,29 @@ VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, const TetMesh& me
       frame_(body),
       position_(home_body_m_.size(), Vec4f::Zero()),
       velocity_(home_body_m_.size(), Vec4f::Zero()) {
-  for (VertexId v = 0; v < position_.size(); ++v) {
-    position_[v].head<3>() = body.to_world(home_body_m_[v]).cast<float>();
-    anchored_ = anchored_ || model_->inverse_mass_per_kg(v) == 0;
-  }
+  for (VertexId v = 0; v < position_.size(); ++v) position_[v].head<3>() = body.to_world(home_body_m_[v]).cast<float>();
+  look_for_anchors();
+}
+
+void VolumeEngine::look_for_anchors() {
+  anchored_ = false;
+  for (VertexId v = 0; v < position_.size(); ++v) anchored_ = anchored_ || model_->inverse_mass_per_kg(v) == 0;
+}
+
+void VolumeEngine::exchange(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
+                            std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {
+  implicit_before_ += model_->implicit_steps();
+  model_ = std::move(model);
+  home_body_m_ = mesh.vertices_body_m;
+  surface_vertices_ = surface_vertices;
+  position_ = std::move(position_world_m);
+  velocity_ = std::move(velocity_m_per_s);
+  look_for_anchors();
 }
 
 void VolumeEngine::step(const SharedBody& body, std::span<const PointConstraint> constraints,
                         std::span<Reaction> reactions) {
+  SECTIO_ASSERT(body.mesh.vertex_slots() == surface_vertices_, "the surface is that of the volume");
   ParticleState& outside = body.particles;
   for (VertexId v = 0; v < surface_vertices_; ++v) {
     position_[v].head<3>() = outside.position_world_m[v].head<3>();
@@ -39,11 +54,6 @@ void VolumeEngine::step(const SharedBody& body, std::span<const PointConstraint>
   for (VertexId v = 0; v < position_.size(); ++v)
     matched_.push_back({home_body_m_[v], position_[v].head<3>().cast<double>(), model_->mass_kg(v)});
   frame_ = match_shape(matched_, frame_);
-}
-
-void VolumeEngine::follow(const SharedBody& body, const TopologyChange&) {
-  SECTIO_ASSERT(body.mesh.vertex_count() == surface_vertices_, "the surface of a volume stays as it is");
-  static_cast<void>(body);
 }
 
 double VolumeEngine::energy_j(const SharedBody& body) const {

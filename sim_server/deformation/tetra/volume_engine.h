@@ -25,8 +25,8 @@ class VolumeEngine final : public DeformationEngine {
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
-  // The surface's topology can't change without the volume's.
-  void follow(const SharedBody& body, const TopologyChange& change) override;
+  // The surface's topology changes with the volume's: see exchange().
+  void follow(const SharedBody&, const TopologyChange&) override {}
   Pose home_frame_world(VertexId v) const override;
   void release(std::span<const VertexId>, const std::optional<Bed>&) override {}
 
@@ -37,19 +37,28 @@ class VolumeEngine final : public DeformationEngine {
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   double added_mass_fraction() const override { return model_->added_mass_fraction(); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
-  std::uint64_t implicit_steps() const override { return model_->implicit_steps(); }
+  std::uint64_t implicit_steps() const override { return implicit_before_ + model_->implicit_steps(); }
+
+  // The volume has been cut: from now on it is this one, with its state; vertices of the surface first again. Before
+  // the next step(), whose body has that surface.
+  void exchange(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
+                std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
 
   const VolumeModel& model() const { return *model_; }
+  // Of the inside; those of the surface are the body's.
   std::span<const Vec4f> position_world_m() const { return position_; }
+  std::span<const Vec4f> velocity_m_per_s() const { return velocity_; }
 
  private:
   void stop_at_floor();
+  void look_for_anchors();
 
   std::unique_ptr<VolumeModel> model_;
   std::vector<Vec3> home_body_m_;
   std::uint32_t surface_vertices_;
   std::optional<VolumeFloor> floor_;
   bool anchored_ = false;
+  std::uint64_t implicit_before_ = 0;  // of models before a cut
   Pose frame_;
   std::vector<Vec4f> position_, velocity_;
   std::vector<MatchedPoint> matched_;

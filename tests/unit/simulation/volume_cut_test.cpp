@@ -1,0 +1,138 @@
+// Cuts in bodies that are volumes, through the whole simulation (paper C, 3.2).
+#include <gtest/gtest.h>
+
+#include "common/delta/keyframe.h"
+#include "common/mesh/check.h"
+#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/simulation.h"
+#include "sim_server/simulation_body.h"
+#include "sim_server/simulation_volume.h"
+#include "sim_server/simulation_volume_cut.h"
+#include "tests/support/shapes.h"
+
+namespace sectio {
+namespace {
+
+// A block, held at its lower side, and a knife upright in the plane y z that goes through it along y.
+Scene block_under_knife(const std::string& model) {
+  Scene scene;
+  scene.bodies.emplace_back();
+  BodySpec& body = scene.bodies[0];
+  body.name = "block";
+  body.model = model;
+  body.mesh = test::box(6, 4, 4, Vec3(0.06, 0.04, 0.04));
+  body.pose.position_m = Vec3(-0.03, -0.02, 0);
+  body.volume.tetrahedra = 800;
+  body.volume.least_part_s = 1e-4;
+  body.cutting.style = "semi_progressive";
+  body.cutting.threshold_force_n = 0.05;
+  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.004)};
+  return scene;
+}
+
+// The engines of the block, without the rest of a simulation: a blade of any length goes where it is told to.
+class BlockUnderBlade {
+ public:
+  explicit BlockUnderBlade(const std::string& model)
+      : scene_(with_volumes(block_under_knife(model))), body_(scene_.bodies[0], scene_, 0, maker(model)) {}
+
+  SimulationBody& body() { return body_; }
+  const VolumeCutting& cutting() const { return dynamic_cast<const VolumeCutting&>(*body_.engines.cutting); }
+  double volume_m3() { return check(body_.mesh).volume_m3; }
+
+  // With its edge from z upwards, at y. Nothing but the plan.
+  CutPlan plan_to(double y_m, double z_m, bool lift = false) {
+    BladeMotion motion{7, {Blade{Vec3(0.0013, y_m, z_m), Vec3::UnitZ()}}, lift};
+    motion.path[0].length_m = 0.1;
+    motion.frame_world = body_.spec.pose;
+    std::vector<Entry> entries;
+    if (!begun_) entries.push_back({7, 0, Vec3::Constant(1.0 / 3)});
+    begun_ = true;
+    return body_.engines.cutting->plan(body_.shared(), body_.cuts, entries, std::array{motion});
+  }
+  // And what comes of it, with a millisecond of deformation.
+  CutPlan cut_to(double y_m, double z_m, bool lift = false) {
+    CutPlan plan = plan_to(y_m, z_m, lift);
+    std::vector<TriangleId> changed;
+    EXPECT_TRUE(body_.accept_plan(plan, changed));
+    body_.deform({}, {}, 0.001);
+    return plan;
+  }
+  void go(double to_m, double z_m, const std::function<void(const CutPlan&)>& look = {}) {
+    for (double y_m = -0.025; y_m < to_m; y_m += 0.0005) {
+      const CutPlan plan = cut_to(y_m, z_m);
+      if (look && !plan.delta.empty()) look(plan);
+    }
+    cut_to(to_m, z_m, true);
+  }
+
+ private:
+  static MakeEngines maker(const std::string& model) {
+    return model == "neo_hookean" ? MakeEngines(neo_hookean_engines) : MakeEngines(tetra_spring_engines);
+  }
+  Scene scene_;
+  SimulationBody body_;
+  bool begun_ = false;
+};
+
+class VolumeCuts : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(All, VolumeCuts, testing::Values("tetra_springs", "neo_hookean"));
+
+TEST_P(VolumeCuts, C_CUT_6_every_delta_leaves_a_closed_surface_of_the_same_volume_that_a_replica_has_too) {
+  BlockUnderBlade block(GetParam());
+  const double volume_m3 = block.volume_m3();
+  auto replica = mesh_of(keyframe_of(block.body().mesh));
+  ASSERT_TRUE(replica);
+  int deltas = 0;
+  std::uint32_t walls = 0;
+  block.go(0.025, 0.02, [&](const CutPlan& plan) {
+    ++deltas;
+    const auto received = delta_from_bytes(to_bytes(plan.delta));
+    ASSERT_TRUE(received);
+    ASSERT_EQ(apply(*received, *replica), ApplyStatus::applied);
+    EXPECT_TRUE(replica->same_database(block.body().mesh));
+    const SurfaceReport surface = check(*replica);
+    EXPECT_TRUE(surface.valid()) << surface.first_defect;
+    EXPECT_NEAR(surface.volume_m3, volume_m3, 1e-9 * volume_m3);
+    const TetReport inside = check(block.cutting().volume().mesh());
+    EXPECT_TRUE(inside.valid) << inside.first_defect;
+    EXPECT_NEAR(inside.volume_m3, volume_m3, 1e-9 * volume_m3);
+  });
+  for (const Triangle& t : replica->triangles()) walls += t.alive() && t.surface == Surface::wall;
+  EXPECT_GT(deltas, 5);
+  EXPECT_GT(walls, 40u);
+}
+
+TEST_P(VolumeCuts, C_CUT_4_the_body_is_alive_after_a_cut_and_what_was_cut_opens) {
+  BlockUnderBlade block(GetParam());
+  block.go(0.025, 0.012);
+  for (int n = 0; n < 200; ++n) block.body().deform({}, {}, 0.001);
+  EXPECT_EQ(block.body().engines.deformation->first_bad_vertex(), kNone);
+  EXPECT_LT(block.body().engines.deformation->added_mass_fraction(), 0.05);
+  for (const Vec3f& x : block.body().positions_world_m()) EXPECT_LT(x.norm(), 0.1f);
+  EXPECT_EQ(check(block.body().mesh).components, 1u);
+}
+
+TEST_P(VolumeCuts, C_CUT_8_what_is_cut_through_has_two_parts) {
+  BlockUnderBlade block(GetParam());
+  block.go(0.025, -0.01);
+  EXPECT_EQ(check(block.body().mesh).components, 2u);
+  EXPECT_EQ(check(block.cutting().volume().mesh()).components, 2u);
+}
+
+TEST_P(VolumeCuts, a_plan_that_is_not_accepted_leaves_all_as_it_was) {
+  BlockUnderBlade block(GetParam());
+  const TetMesh before = block.cutting().volume().mesh();
+  const std::uint64_t hash = block.body().mesh.hash();
+  std::vector<TriangleId> changed;
+  ASSERT_TRUE(block.body().accept_plan(block.plan_to(-0.025, 0.02), changed));  // the stroke has begun
+  const CutPlan plan = block.plan_to(0.01, 0.02);
+  ASSERT_FALSE(plan.delta.empty());
+  EXPECT_EQ(block.body().mesh.hash(), hash);
+  const TetMesh after = block.cutting().volume().mesh();
+  EXPECT_EQ(after.vertices_body_m, before.vertices_body_m);
+  EXPECT_EQ(after.tetrahedra, before.tetrahedra);
+}
+
+}  // namespace
+}  // namespace sectio
