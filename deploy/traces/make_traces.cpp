@@ -213,7 +213,7 @@ struct Snips {
   double open_rad = 0.4, shut_rad = 0.2;
   double close_s = 0.6;
   double speed_m_per_s = 0.03;
-  double back_m = 0.04;  // from the first place: where they come from, and go
+  double back_m = 0.06;  // from the first place: where they come from, and go
 };
 
 // The sheet of scissors_edge.yaml: 80 mm along x, 50 mm along y, its middle 60 mm above the floor.
