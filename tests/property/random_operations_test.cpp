@@ -117,7 +117,8 @@ TEST_P(RandomOperations, leave_a_whole_body) {
     if (std::string(style) == "progressive") {
       EXPECT_NEAR(change, 0, 1e-9) << "lips that touch take nothing away";
     } else {
-      // What the grooves take away; a slit's sides stand beside the edges that it crosses, which adds a trace in a hollow.
+      // What the grooves take away; a slit's sides stand beside the edges that it crosses, which adds a trace in a
+      // hollow.
       EXPECT_TRUE(change < 1e-4 && change > -0.02) << change;
     }
     EXPECT_EQ(op.last.report.cuts_made > 0, kind != "probe" && kind != "forceps");
