@@ -107,8 +107,7 @@ TEST(A_STYLE, A_STYLE_events_and_report_say_why_a_cut_was_refused) {
   op.place({0, 0.001, kOrganTop_m + 0.004});
   op.tip_to(0, 0.001, 0.008);
   ASSERT_GE(op.count(EventKind::cut_refused), 1u);
-  for (const Event& e : op.events)
-    EXPECT_EQ(e.text, e.kind == EventKind::cut_refused ? "no entry" : "");
+  for (const Event& e : op.events) EXPECT_EQ(e.text, e.kind == EventKind::cut_refused ? "no entry" : "");
   EXPECT_NE(record.finish(op.simulation).find("\"no entry\": "), std::string::npos);
 }
 
