@@ -10,27 +10,24 @@ const Stroke* BodyCuts::stroke_of(std::uint32_t tool_id) const {
   return it != strokes.end() ? &*it : nullptr;
 }
 
-namespace {
-
-constexpr std::string_view kCantReachBlade = "the face that the blade is in can't be opened up to it";
-
 const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id) {
   const auto it =
       std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.tool_id == tool_id; });
   return it != motions.end() ? &*it : nullptr;
 }
 
+namespace {
+
+constexpr std::string_view kCantReachBlade = "the face that the blade is in can't be opened up to it";
+
 StrokeEnd follow(MeshDraft& draft, Stroke& stroke, const BladeMotion* motion, GrooveDraft& grooves,
                  const StrokeSettings& settings) {
   if (!motion) return StrokeEnd::going;
-  double advanced_m = 0;
   for (const Blade& blade : motion->path) {
     const StrokeEnd end = advance(draft, stroke, blade, grooves, settings);
-    advanced_m += stroke.advanced_m;
     if (end != StrokeEnd::going) return end;
     stroke.blade = blade;
   }
-  stroke.advanced_m = advanced_m;
   return motion->lift ? StrokeEnd::lifted : StrokeEnd::going;
 }
 

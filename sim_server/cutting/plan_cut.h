@@ -22,6 +22,9 @@ struct BladeMotion {
   Pose frame_world = {};  // where the body's shape at rest is, for the same
 };
 
+// Nothing when the instrument does nothing here.
+const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id);
+
 // Where an instrument breaks the surface: as the collision engine found it, used as it is.
 struct Entry {
   std::uint32_t tool_id = 0;

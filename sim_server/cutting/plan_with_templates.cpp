@@ -41,13 +41,12 @@ Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
 }
 
 // How others see it.
-Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s, double advanced_m) {
+Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
   Stroke seen;
   seen.tool_id = s.tool_id;
   seen.touched = s.touched;
   seen.bary = s.bary;
   seen.blade = s.blade;
-  seen.advanced_m = advanced_m;
   if (s.blade) seen.depth_m = (surface_point(draft, s) - s.blade->tip_world_m).dot(s.blade->up_world);
   const VertexId top = top_of(s);
   if (top == kNone) return seen;
@@ -78,44 +77,32 @@ Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const 
   return sum / static_cast<double>(around.size());
 }
 
-struct Followed {
-  StrokeEnd end = StrokeEnd::going;
-  double advanced_m = 0;
-};
-
-Followed follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveDraft& grooves,
-                const StrokeSettings& settings) {
-  Followed f;
+StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveDraft& grooves,
+                 const StrokeSettings& settings) {
   const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
   if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;
   *stroke.displacement_body_m += kFollows * (displacement_m - *stroke.displacement_body_m);
   for (const Blade& blade : motion.path) {
     const std::optional<RestBlade> newest = stroke.newest;
-    const std::optional<Blade> before = std::exchange(stroke.blade, blade);
+    stroke.blade = blade;
     const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - *stroke.displacement_body_m,
                             motion.frame_world.orientation.conjugate() * blade.up_world};
     switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
       case TemplateStrokeEnd::refused:
-        f.end = StrokeEnd::refused;
-        return f;
+        return StrokeEnd::refused;
       case TemplateStrokeEnd::left_body:
-        f.end = StrokeEnd::lifted;
-        return f;
+        return StrokeEnd::lifted;
       case TemplateStrokeEnd::joined:
-        f.end = StrokeEnd::joined;
-        return f;
+        return StrokeEnd::joined;
       case TemplateStrokeEnd::going:
         break;
     }
-    if (before) f.advanced_m += (blade.tip_world_m - before->tip_world_m).cross(blade.up_world).norm();
     if ((surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
       stroke.newest = newest;
-      f.end = StrokeEnd::lifted;
-      return f;
+      return StrokeEnd::lifted;
     }
   }
-  if (motion.lift) f.end = StrokeEnd::lifted;
-  return f;
+  return motion.lift ? StrokeEnd::lifted : StrokeEnd::going;
 }
 
 }  // namespace
@@ -150,24 +137,21 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
 
   for (TemplateStroke& s : strokes) take_bottoms_to_tip(draft, s);
 
-  std::vector<double> advanced_m;
   for (TemplateStroke& s : strokes) {
-    const auto motion =
-        std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.tool_id == s.tool_id; });
-    const Followed f = motion != motions.end() ? follow(draft, s, *motion, plan.grooves, settings) : Followed{};
-    if (f.end == StrokeEnd::going) {
+    const BladeMotion* const motion = motion_of(motions, s.tool_id);
+    const StrokeEnd end = motion ? follow(draft, s, *motion, plan.grooves, settings) : StrokeEnd::going;
+    if (end == StrokeEnd::going) {
       plan.template_strokes.push_back(s);
-      advanced_m.push_back(f.advanced_m);
       continue;
     }
-    plan.refused += f.end == StrokeEnd::refused;
-    plan.outcomes.push_back({s.tool_id, f.end, f.end == StrokeEnd::refused ? s.why_refused : std::string_view()});
-    if (f.end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
+    plan.refused += end == StrokeEnd::refused;
+    plan.outcomes.push_back({s.tool_id, end, end == StrokeEnd::refused ? s.why_refused : std::string_view()});
+    if (end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
     finish(draft, s, plan.grooves);
   }
   for (std::size_t i = 0; i < plan.template_strokes.size(); ++i) {
     open_temporarily(draft, plan.template_strokes[i], template_settings(settings));
-    plan.strokes.push_back(as_stroke(draft, plan.template_strokes[i], advanced_m[i]));
+    plan.strokes.push_back(as_stroke(draft, plan.template_strokes[i]));
   }
   plan.delta = draft.delta();
   plan.seeds = draft.seeds();

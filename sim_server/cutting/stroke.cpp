@@ -159,7 +159,6 @@ class Walk {
         plane_(position_of(draft, stroke), blade) {}
 
   StrokeEnd run() {
-    stroke_.advanced_m = 0;
     if (stroke_.cell.apex == kNone) {
       if (plane_.distance_m < settings_.min_step_m) return ended_by_depth();
       if (!begin()) return refuse("the surface can't be divided where the cut begins");
@@ -182,10 +181,8 @@ class Walk {
         const double progress_in = std::min(0.0, plane_.progress(in));
         const double s = progress_out > progress_in ? progress_in / (progress_in - progress_out) : 0.0;
         stroke_.bary = bary_in + s * (bary_out - bary_in);
-        stroke_.advanced_m += s * (out - in).norm();
         return join_if_close();
       }
-      stroke_.advanced_m += (out - in).norm();
       const StrokeEnd end = leave(exit, bary_in);
       if (end != StrokeEnd::going || waits_) return end;
     }

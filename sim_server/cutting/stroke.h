@@ -61,7 +61,6 @@ struct Stroke {
   VertexId first = kNone;                                // where the cut began, for closing a loop
   std::uint32_t points = 0;                              // permanent points so far
   double depth_m = 0;                                    // of the tip below the surface
-  double advanced_m = 0;                                 // length of surface cut in the last step
   std::optional<Blade> blade;                            // the newest pose at which it cut
   std::string_view why_refused;                          // for a person
   VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
