@@ -1,5 +1,6 @@
 #include "sim_server/instruments/forceps.h"
 
+#include "sim_server/instruments/probe.h"
 #include "sim_server/instruments/scissors.h"
 
 namespace sectio {
@@ -12,10 +13,6 @@ InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
   return s;
 }
 
-Leaf decide(const Situation& s) {
-  return s.crossings.ab ? Leaf::deform_with_shaft : Leaf::detect_again;
-}
-
 }  // namespace
 
 InstrumentKind forceps() {
@@ -23,7 +20,7 @@ InstrumentKind forceps() {
   f.name = "forceps";
   f.geometry = {Vec3::Zero(), Vec3(0, 0, 0.12), Vec3(0, 0, 0.05), Vec3(0.002, 0, 0)};
   f.shape = shape;
-  f.decide = decide;
+  f.decide = probe_decide;
   f.flaw = scissors_flaw;
   f.grip_below_rad = 0.1;
   f.grip_force_n = 2;

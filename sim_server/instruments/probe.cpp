@@ -9,11 +9,11 @@ InstrumentShape shape(const ToolGeometry& g, const InstrumentState&) {
   return {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m, g.a_tool_m, g.a_tool_m, std::nullopt};
 }
 
-Leaf decide(const Situation& s) {
+}  // namespace
+
+Leaf probe_decide(const Situation& s) {
   return s.crossings.ab ? Leaf::deform_with_shaft : Leaf::detect_again;
 }
-
-}  // namespace
 
 InstrumentKind probe() {
   InstrumentKind p;
@@ -21,7 +21,7 @@ InstrumentKind probe() {
   // A the middle of the round end, CD the side of the rod.
   p.geometry = {Vec3::Zero(), Vec3(0, 0, 0.05), Vec3(0.0015, 0, 0.0015), Vec3(0.0015, 0, 0.05)};
   p.shape = shape;
-  p.decide = decide;
+  p.decide = probe_decide;
   p.flaw = corners_flaw;
   p.presses_with_tip = true;
   return p;

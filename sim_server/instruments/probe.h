@@ -7,4 +7,7 @@ namespace sectio {
 
 InstrumentKind probe();
 
+// Felt where its shaft crosses; no way of moving it cuts.
+Leaf probe_decide(const Situation& situation);
+
 }  // namespace sectio
