@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/math/fixed_sequence.h"
+
 namespace sectio {
 namespace {
 
@@ -22,15 +24,6 @@ Element element(const TetMesh& mesh, const Tetrahedron& t) {
   return e;
 }
 
-// A start that no mode is likely to be orthogonal to: a fixed sequence in [-1, 1].
-double start_value(std::size_t n) {
-  std::uint64_t x = (n + 1) * 0x9e3779b97f4a7c15u;
-  x ^= x >> 29;
-  x *= 0xbf58476d1ce4e5b9u;
-  x ^= x >> 32;
-  return static_cast<double>(x & 0xffffff) / 0x800000 - 1;
-}
-
 }  // namespace
 
 double explicit_step_limit_s(const TetMesh& mesh, const ElasticConstants& constants, int iterations) {
@@ -43,8 +36,7 @@ double explicit_step_limit_s(const TetMesh& mesh, const ElasticConstants& consta
     for (const VertexId v : t) mass[v] += 0.25 * constants.density_kg_per_m3 * elements.back().volume_m3;
   }
   std::vector<Vec3> u(mass.size()), next(mass.size());
-  for (std::size_t v = 0; v < u.size(); ++v)
-    u[v] = Vec3(start_value(3 * v), start_value(3 * v + 1), start_value(3 * v + 2));
+  for (std::size_t v = 0; v < u.size(); ++v) u[v] = fixed_vector(v);
 
   double eigenvalue = 0;
   for (int n = 0; n < iterations; ++n) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/math/fixed_sequence.h"
 #include "sim_server/deformation/spring_star.h"
 #include "sim_server/deformation/tetra/tet_star.h"
 
@@ -31,14 +32,6 @@ TetStiffness stiffness_of(const TetMesh& mesh, const VolumeMaterial& m) {
     stiffness.bulk_pa.push_back(factor * (lambda + mu));
   }
   return stiffness;
-}
-
-double start_value(std::size_t n) {
-  std::uint64_t x = (n + 1) * 0x9e3779b97f4a7c15u;
-  x ^= x >> 29;
-  x *= 0xbf58476d1ce4e5b9u;
-  x ^= x >> 32;
-  return static_cast<double>(x & 0xffffff) / 0x800000 - 1;
 }
 
 }  // namespace
@@ -81,9 +74,7 @@ double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness
     }
   }
   std::vector<Vec3> u(n), force(n);
-  for (std::size_t v = 0; v < n; ++v)
-    u[v] =
-        inverse_mass[v] > 0 ? Vec3(start_value(3 * v), start_value(3 * v + 1), start_value(3 * v + 2)) : Vec3::Zero();
+  for (std::size_t v = 0; v < n; ++v) u[v] = inverse_mass[v] > 0 ? fixed_vector(v) : Vec3::Zero();
   std::vector<Mat3> gradient(shapes.size());
   std::vector<double> pressure(n);
   double omega2 = 0;
