@@ -11,6 +11,11 @@ struct Lanes3 {
 };
 
 template <class R>
+[[gnu::always_inline]] inline typename R::Reg dot(const Lanes3<R>& a, const Lanes3<R>& b) {
+  return R::fma(a.x, b.x, R::fma(a.y, b.y, R::mul(a.z, b.z)));
+}
+
+template <class R>
 struct Lanes4 {
   typename R::Reg x, y, z, w;
 };

@@ -33,6 +33,22 @@ VelocityOutcome spring_loop_avx512(const SpringLoopInput& in);
 void limit_speed(float* v, int lanes, std::uint32_t bad_lanes, const std::uint32_t* offset, float max_speed_m_per_s,
                  VelocityOutcome& outcome);
 
+// Velocities of the first `count` lanes, none faster than the cap.
+template <class R>
+[[gnu::always_inline]] inline Lanes3<R> limited(const Lanes3<R>& v, int count, const std::uint32_t* offset,
+                                                float max_speed_m_per_s, VelocityOutcome& outcome) {
+  const auto max_speed2 = R::all(max_speed_m_per_s * max_speed_m_per_s);
+  const std::uint32_t bad = R::not_less_equal(dot<R>(v, v), max_speed2) & ((1u << count) - 1u);
+  if (bad == 0) [[likely]]
+    return v;
+  alignas(64) float lanes[3 * R::kWidth];
+  R::store(lanes, v.x);
+  R::store(lanes + R::kWidth, v.y);
+  R::store(lanes + 2 * R::kWidth, v.z);
+  limit_speed(lanes, R::kWidth, bad, offset, max_speed_m_per_s, outcome);
+  return {R::load(lanes), R::load(lanes + R::kWidth), R::load(lanes + 2 * R::kWidth)};
+}
+
 // Added to l^2: padding has l = 0 and must give 0 / l = 0. Far below the rounding of any real edge's l^2.
 constexpr float kNoDivisionByZero = 1e-20f;
 
@@ -83,7 +99,6 @@ template <class R, bool kDampers>
 [[gnu::always_inline]] inline VelocityOutcome spring_loop(const SpringLoopInput& in) {
   VelocityOutcome outcome;
   const auto damping = R::all(in.damping_factor);
-  const auto max_speed2 = R::all(in.max_speed_m_per_s * in.max_speed_m_per_s);
   for (const SpringSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice) {
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
       const std::uint32_t* const offset = &slice->offset[first];
@@ -93,21 +108,11 @@ template <class R, bool kDampers>
           spring_force<R, kDampers>(in, x, v, in.columns + slice->first_column, slice->width, first);
       const VertexLanes<R> vertex{R::load(&slice->k_home[first]), R::load(&slice->step_over_mass[first]),
                                   R::load(&slice->gravity_share[first]), damping};
-      Lanes3<R> now{vertex.new_velocity(force.x, &slice->home_x[first], x.x, in.gravity_step[0], v.x),
-                    vertex.new_velocity(force.y, &slice->home_y[first], x.y, in.gravity_step[1], v.y),
-                    vertex.new_velocity(force.z, &slice->home_z[first], x.z, in.gravity_step[2], v.z)};
-      const auto speed2 = R::fma(now.x, now.x, R::fma(now.y, now.y, R::mul(now.z, now.z)));
+      const Lanes3<R> now{vertex.new_velocity(force.x, &slice->home_x[first], x.x, in.gravity_step[0], v.x),
+                          vertex.new_velocity(force.y, &slice->home_y[first], x.y, in.gravity_step[1], v.y),
+                          vertex.new_velocity(force.z, &slice->home_z[first], x.z, in.gravity_step[2], v.z)};
       const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
-      const std::uint32_t bad = R::not_less_equal(speed2, max_speed2) & ((1u << count) - 1u);
-      if (bad != 0) [[unlikely]] {
-        alignas(64) float lanes[3 * R::kWidth];
-        R::store(lanes, now.x);
-        R::store(lanes + R::kWidth, now.y);
-        R::store(lanes + 2 * R::kWidth, now.z);
-        limit_speed(lanes, R::kWidth, bad, offset, in.max_speed_m_per_s, outcome);
-        now = {R::load(lanes), R::load(lanes + R::kWidth), R::load(lanes + 2 * R::kWidth)};
-      }
-      R::scatter(now, in.velocity, offset, count);
+      R::scatter(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
     }
   }
   return outcome;

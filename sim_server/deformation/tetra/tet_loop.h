@@ -54,11 +54,6 @@ template <class R>
           R::minus_fma(a.y, b.x, R::mul(a.x, b.y))};
 }
 template <class R>
-[[gnu::always_inline]] inline typename R::Reg dot(const Lanes3<R>& a, const Lanes3<R>& b) {
-  return R::fma(a.x, b.x, R::fma(a.y, b.y, R::mul(a.z, b.z)));
-}
-
-template <class R>
 struct TetFaceLanes {
   Lanes4<R> a, b, c;
   Lanes3<R> n;
@@ -131,7 +126,6 @@ template <class R>
 [[gnu::always_inline]] inline VelocityOutcome tet_velocities(const TetLoopInput& in) {
   VelocityOutcome outcome;
   const auto damping = R::all(in.damping_factor);
-  const auto max_speed2 = R::all(in.max_speed_m_per_s * in.max_speed_m_per_s);
   for (const TetSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice)
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
       const std::uint32_t* const offset = &slice->offset[first];
@@ -150,19 +144,10 @@ template <class R>
       const auto updated = [&](auto f, auto old, float gravity_step) __attribute__((always_inline)) {
         return R::fma(share, R::all(gravity_step), R::fma(step_over_mass, f, R::mul(damping, old)));
       };
-      Lanes3<R> now{updated(force.x, v.x, in.gravity_step[0]), updated(force.y, v.y, in.gravity_step[1]),
-                    updated(force.z, v.z, in.gravity_step[2])};
+      const Lanes3<R> now{updated(force.x, v.x, in.gravity_step[0]), updated(force.y, v.y, in.gravity_step[1]),
+                          updated(force.z, v.z, in.gravity_step[2])};
       const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
-      const std::uint32_t bad = R::not_less_equal(dot<R>(now, now), max_speed2) & ((1u << count) - 1u);
-      if (bad != 0) [[unlikely]] {
-        alignas(64) float lanes[3 * R::kWidth];
-        R::store(lanes, now.x);
-        R::store(lanes + R::kWidth, now.y);
-        R::store(lanes + 2 * R::kWidth, now.z);
-        limit_speed(lanes, R::kWidth, bad, offset, in.max_speed_m_per_s, outcome);
-        now = {R::load(lanes), R::load(lanes + R::kWidth), R::load(lanes + 2 * R::kWidth)};
-      }
-      R::scatter(now, in.velocity, offset, count);
+      R::scatter(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
     }
   return outcome;
 }
