@@ -50,4 +50,16 @@ inline void jitter(TetMesh& mesh, double by_m) {
   for (Vec3& x : mesh.vertices_body_m) x += by_m * Vec3(next(), next(), next());
 }
 
+// Of all vertices, as particles.
+using Points = std::vector<Vec4f>;
+
+inline Points at_rest(const TetMesh& mesh) {
+  Points x(mesh.vertices_body_m.size(), Vec4f::Zero());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i].head<3>() = mesh.vertices_body_m[i].cast<float>();
+  return x;
+}
+inline Points still(const Points& x) {
+  return Points(x.size(), Vec4f::Zero());
+}
+
 }  // namespace sectio::test

@@ -9,16 +9,10 @@
 namespace sectio {
 namespace {
 
-using Points = std::vector<Vec4f>;
+using test::at_rest;
+using test::Points;
+using test::still;
 
-Points at_rest(const TetMesh& mesh) {
-  Points x(mesh.vertices_body_m.size(), Vec4f::Zero());
-  for (std::size_t i = 0; i < x.size(); ++i) x[i].head<3>() = mesh.vertices_body_m[i].cast<float>();
-  return x;
-}
-Points still(const Points& x) {
-  return Points(x.size(), Vec4f::Zero());
-}
 TetMesh block(int n = 4) {
   TetMesh mesh = test::tet_box(2 * n, n, n, Vec3(0.1, 0.05, 0.05));
   test::jitter(mesh, 0.05 * 0.15 / n);
