@@ -40,7 +40,7 @@ double over_timoshenko(int across, double poisson) {
   std::vector<Vec3> load;
   std::size_t at_end = 0;
   for (const Vec3& p : bar.nodes_m()) {
-    held.push_back(p.x() == 0);
+    held.push_back(held_if(p.x() == 0));
     at_end += p.x() > l - 1e-9;
   }
   for (const Vec3& p : bar.nodes_m())

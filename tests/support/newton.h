@@ -27,6 +27,12 @@ inline Mat3 cofactor(const Mat3& f) {
   return c;
 }
 
+// What of a point is held: the sum of kHeldX, ...Y, ...Z.
+constexpr std::uint8_t kHeldX = 1, kHeldY = 2, kHeldZ = 4, kHeldAll = 7;
+inline std::uint8_t held_if(bool condition) {
+  return condition ? kHeldAll : 0;
+}
+
 // At rest under `load`, with the points of `held` where they are. Model: energy_j(x), forces_n(x), hessian(x).
 template <class Model>
 std::vector<Vec3> newton_equilibrium(const Model& model, std::vector<Vec3> x, const std::vector<std::uint8_t>& held,
@@ -35,22 +41,17 @@ std::vector<Vec3> newton_equilibrium(const Model& model, std::vector<Vec3> x, co
   using Points = std::vector<Vec3>;
   for (int n = 0; n < 60; ++n) {
     const Points f = model.forces_n(x);
+    const auto is_held = [&](Eigen::Index i) { return (held[static_cast<std::size_t>(i / 3)] >> (i % 3) & 1) != 0; };
     Eigen::VectorXd r(static_cast<Eigen::Index>(3 * x.size()));
-    double worst = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const Vec3 out = held[i] ? Vec3::Zero() : Vec3(f[i] + load[i]);
-      r.segment<3>(static_cast<Eigen::Index>(3 * i)) = out;
-      worst = std::max(worst, out.norm());
+    for (Eigen::Index i = 0; i < r.size(); ++i) {
+      const auto v = static_cast<std::size_t>(i / 3);
+      r[i] = is_held(i) ? 0 : f[v][i % 3] + load[v][i % 3];
     }
-    if (worst < tolerance_n) break;
+    if (r.cwiseAbs().maxCoeff() < tolerance_n) break;
     Sparse h = model.hessian(x);
-    h.prune([&](Eigen::Index i, Eigen::Index j, double) {
-      return (!held[static_cast<std::size_t>(i / 3)] && !held[static_cast<std::size_t>(j / 3)]) || i == j;
-    });
-    for (std::size_t i = 0; i < x.size(); ++i)
-      if (held[i])
-        for (int k = 0; k < 3; ++k)
-          h.coeffRef(static_cast<Eigen::Index>(3 * i) + k, static_cast<Eigen::Index>(3 * i) + k) = 1;
+    h.prune([&](Eigen::Index i, Eigen::Index j, double) { return (!is_held(i) && !is_held(j)) || i == j; });
+    for (Eigen::Index i = 0; i < r.size(); ++i)
+      if (is_held(i)) h.coeffRef(i, i) = 1;
     const auto total = [&](const Points& at) {
       double energy = model.energy_j(at);
       for (std::size_t i = 0; i < at.size(); ++i) energy -= load[i].dot(at[i]);
