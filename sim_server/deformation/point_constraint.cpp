@@ -59,8 +59,7 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
       for (const auto& [particle, weight] : by) inverse += weight * weight * inverse_mass[particle];
       if (!(inverse > 0)) continue;
       const Vec3 so_far = -step_s * reactions[n].force_on_tool_n;
-      const Vec3 impulse =
-          missing_impulse(constraints[n], carried(by, position_world_m), 1 / inverse, step_s, so_far);
+      const Vec3 impulse = missing_impulse(constraints[n], carried(by, position_world_m), 1 / inverse, step_s, so_far);
       if (impulse.isZero(0)) continue;
       for (const auto& [particle, weight] : by) {
         const Vec3 dv = weight * inverse_mass[particle] * impulse;

@@ -61,9 +61,8 @@ void pieces(const Simplex<N>& whole, std::vector<GridPiece>& out) {
     GridPiece piece;
     for (std::size_t k = 0; k < 3; ++k)
       piece.cell[k] = static_cast<int>(std::floor(centroid[static_cast<Eigen::Index>(k)]));
-    const auto at =
-        std::lower_bound(out.begin(), out.end(), piece.cell,
-                         [](const GridPiece& p, const GridPlace& cell) { return p.cell < cell; });
+    const auto at = std::lower_bound(out.begin(), out.end(), piece.cell,
+                                     [](const GridPiece& p, const GridPlace& cell) { return p.cell < cell; });
     const auto same = at != out.end() && at->cell == piece.cell ? at : out.insert(at, piece);
     same->size += size_of(s);
     same->centroid += size_of(s) * centroid;

@@ -7,18 +7,25 @@
 namespace sectio {
 namespace {
 
-double sign(std::size_t corner, std::size_t mode) {
-  return std::popcount(~corner & mode) % 2 == 0 ? 1 : -1;
-}
-
 using Modes = std::array<Vec3, 8>;
+
+constexpr auto kSigns = [] {
+  std::array<std::array<double, 8>, 8> signs{};
+  for (unsigned corner = 0; corner < 8; ++corner)
+    for (unsigned mode = 0; mode < 8; ++mode) signs[corner][mode] = std::popcount(~corner & mode) % 2 == 0 ? 1 : -1;
+  return signs;
+}();
 
 Modes modes_of(const HexCell& cell, std::span<const Vec3> x) {
   Modes m;
-  for (std::size_t k = 0; k < 8; ++k) {
-    m[k].setZero();
-    for (std::size_t c = 0; c < 8; ++c) m[k] += sign(c, k) * x[cell.nodes[c]];
-  }
+  for (std::size_t c = 0; c < 8; ++c) m[c] = x[cell.nodes[c]];
+  for (std::size_t step = 1; step < 8; step *= 2)
+    for (std::size_t c = 0; c < 8; ++c) {
+      if ((c & step) != 0) continue;
+      const Vec3 sum = m[c] + m[c | step];
+      m[c | step] -= m[c];
+      m[c] = sum;
+    }
   return m;
 }
 
@@ -74,13 +81,12 @@ double HexDescent::sweep(double step_s, std::span<const double> mass_kg, std::sp
       const HexCell& cell = lattice_.cells[e];
       const Weights w(cell, material_, lattice_.grid.cell_m);
       const Modes m = modes_of(cell, x);
+      const std::array<double, 8>& s = kSigns[c];
       // 64 h^3 dJ / dx
-      const Vec3 growth =
-          sign(c, 1) * m[2].cross(m[4]) + sign(c, 2) * m[4].cross(m[1]) + sign(c, 4) * m[1].cross(m[2]);
-      force -= w.a * (sign(c, 1) * m[1] + sign(c, 2) * m[2] + sign(c, 4) * m[4]);
+      const Vec3 growth = s[1] * m[2].cross(m[4]) + s[2] * m[4].cross(m[1]) + s[4] * m[1].cross(m[2]);
+      force -= w.a * (s[1] * m[1] + s[2] * m[2] + s[4] * m[4]);
       force -= (w.b * w.swelling(m) - w.a / (4 * w.h)) * growth;
-      force -= 2 * kHourglass * w.a *
-               (sign(c, 3) * m[3] + sign(c, 5) * m[5] + sign(c, 6) * m[6] + 0.5 * sign(c, 7) * m[7]);
+      force -= 2 * kHourglass * w.a * (s[3] * m[3] + s[5] * m[5] + s[6] * m[6] + 0.5 * s[7] * m[7]);
       hessian.diagonal().array() += w.a * (3 + 7 * kHourglass);
       hessian += w.b / (64 * w.h * w.h * w.h) * growth * growth.transpose();
     }

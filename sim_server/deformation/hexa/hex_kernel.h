@@ -40,8 +40,8 @@ struct alignas(64) HexBatch {
 struct HexRows {
   std::vector<HexBatch> batches;
   float cell_m = 0;
-  float bulk_over_shear = 0;    // kappa / mu
-  float omega2_per_shear = 0;   // 4 mu / (rho h^2), 1/s^2
+  float bulk_over_shear = 0;   // kappa / mu
+  float omega2_per_shear = 0;  // 4 mu / (rho h^2), 1/s^2
 };
 HexRows rows_of(const HexLattice& lattice, const HexMaterial& material);
 

@@ -166,8 +166,7 @@ class Builder {
       if (node == kNone) {
         node = static_cast<std::uint32_t>(lattice_.nodes.size());
         const int c = static_cast<int>(i % 8);
-        lattice_.nodes.push_back(
-            {cell.place[0] + (c & 1), cell.place[1] + (c >> 1 & 1), cell.place[2] + (c >> 2 & 1)});
+        lattice_.nodes.push_back({cell.place[0] + (c & 1), cell.place[1] + (c >> 1 & 1), cell.place[2] + (c >> 2 & 1)});
       }
       cell.nodes[i % 8] = node;
     }
@@ -194,7 +193,7 @@ class Builder {
   std::span<const double> factor_;
   std::vector<Vec3> at_;
   HexLattice lattice_;
-  std::vector<std::uint32_t> first_;                            // of the shares of a tetrahedron
+  std::vector<std::uint32_t> first_;                               // of the shares of a tetrahedron
   std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings_;  // shares in neighbouring cells, the lower one first
 };
 

@@ -61,16 +61,16 @@ template <class R, bool kBound>
   const Lanes3<R> yz = cross<R>(n[2], n[4]), zx = cross<R>(n[4], n[1]), xy = cross<R>(n[1], n[2]);
   // J - 1 = M_x . (M_y x M_z) / (4 h)^3 - 1
   const Reg swelling = R::fma(R::all(1 / (64 * h * h * h)), dot<R>(n[1], yz), R::all(-1));
-  const Reg pressure =
-      R::sub(R::mul(R::load(&batch.bulk[first]), swelling), R::mul(shear, R::all(1 / (4 * h))));
+  const Reg pressure = R::sub(R::mul(R::load(&batch.bulk[first]), swelling), R::mul(shear, R::all(1 / (4 * h))));
   Reg bound = R::all(0);
   if constexpr (kBound) {
-    const Reg f2 = R::mul(R::all(1 / (16 * h * h)), R::add(dot<R>(n[1], n[1]), R::add(dot<R>(n[2], n[2]), dot<R>(n[4], n[4]))));
-    const Reg c2 = R::mul(R::all(1 / (256 * h * h * h * h)), R::add(dot<R>(yz, yz), R::add(dot<R>(zx, zx), dot<R>(xy, xy))));
+    const Reg f2 =
+        R::mul(R::all(1 / (16 * h * h)), R::add(dot<R>(n[1], n[1]), R::add(dot<R>(n[2], n[2]), dot<R>(n[4], n[4]))));
+    const Reg c2 =
+        R::mul(R::all(1 / (256 * h * h * h * h)), R::add(dot<R>(yz, yz), R::add(dot<R>(zx, zx), dot<R>(xy, xy))));
     const Reg ratio = R::all(in.bulk_over_shear), q = R::fma(ratio, swelling, R::all(-1));
     const Reg size = R::max(q, R::sub(R::all(0), q));
-    bound = R::mul(R::load(&batch.stiffness[first]),
-                   R::fma(ratio, c2, R::fma(size, R::sqrt(f2), R::all(1))));
+    bound = R::mul(R::load(&batch.stiffness[first]), R::fma(ratio, c2, R::fma(size, R::sqrt(f2), R::all(1))));
   }
   const Reg minus_shear = R::sub(R::all(0), shear), minus_pressure = R::sub(R::all(0), pressure);
   n[1] = combined<R>(minus_shear, n[1], minus_pressure, yz);

@@ -9,14 +9,14 @@
 namespace sectio {
 namespace {
 
-constexpr double kSafety = 0.8;      // of the bound at rest, which no state at rest exceeds: room for deformation
-constexpr double kLeastMargin = 1.1; // between two looks at the bound
-constexpr int kBoundEvery = 8;       // parts
-constexpr int kMostRefined = 4;      // times as many parts as at rest
+constexpr double kSafety = 0.8;       // of the bound at rest, which no state at rest exceeds: room for deformation
+constexpr double kLeastMargin = 1.1;  // between two looks at the bound
+constexpr int kBoundEvery = 8;        // parts
+constexpr int kMostRefined = 4;       // times as many parts as at rest
 constexpr int kSweeps = 30;
 constexpr double kStill_m = 1e-8;
-constexpr int kFits = 20;            // rounds in which nodes follow their vertices
-constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
+constexpr int kFits = 20;         // rounds in which nodes follow their vertices
+constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
 
 HexMaterial hex_material_of(const VolumeMaterial& m) {
   const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
@@ -43,7 +43,7 @@ HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& 
       rows_(rows_of(*lattice_, hex_material_)),
       node_mass_(lattice_->nodes.size(), 0),
       vertex_mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
-      vertex_held_(vertex_mass_.size(), 0) {
+      vertex_inverse_(vertex_mass_.size(), 0) {
   double stiffest = 0;
   for (const HexCell& cell : lattice_->cells) {
     stiffest = std::max(stiffest, cell.stiffness);
@@ -55,9 +55,11 @@ HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& 
     for (std::size_t c = 0; c < 8; ++c) w[c] = static_cast<float>(point.weight(c));
   }
   find_held();
+  share_masses();
   const double omega2 = omega2_at_rest(hex_material_, grid.cell_m, stiffest);
   explicit_limit_s_ = kSafety * damped_limit_s(omega2, material.damping_per_s);
-  parts_ = last_parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
+  parts_ = last_parts_ =
+      std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
   position_.assign(node_mass_.size(), Vec4f::Zero());
   velocity_ = force_ = last_velocity_ = position_;
   if (before) inherit(*before);
@@ -85,13 +87,26 @@ void HexSolid::find_held() {
     inverse_mass_.push_back(m > 0 ? 1 / m : 0);
     inverse_mass_float_.push_back(static_cast<float>(inverse_mass_.back()));
   }
-  for (VertexId v = 0; v < weight_.size(); ++v) {
-    const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
-    bool held = true;
-    for (std::size_t c = 0; c < 8; ++c)
-      held = held && (std::abs(double{weight_[v][c]}) < kSlight || inverse_mass_[cell.nodes[c]] == 0);
-    vertex_held_[v] = held || fixed(v);
-  }
+}
+
+// With N_a the sum of the weights of a node's vertices: 1 / m_v = sum_a w_va N_a / m_a, the row sum of what impulses on
+// all vertices do to this one.
+void HexSolid::share_masses() {
+  std::vector<double> weights(node_mass_.size(), 0);
+  const std::vector<VertexId> surface = surface_of(mesh_).of_volume;
+  const auto nodes_of = [&](VertexId v) -> const auto& {
+    return lattice_->cells[lattice_->points[v].cell].nodes;
+  };
+  for (const VertexId v : surface)
+    for (std::size_t c = 0; c < 8; ++c) weights[nodes_of(v)[c]] += std::abs(double{weight_[v][c]});
+  for (VertexId v = 0; v < weight_.size(); ++v)
+    for (std::size_t c = 0; c < 8; ++c) {
+      const double w = std::abs(double{weight_[v][c]});
+      if (w < kSlight) continue;
+      vertex_inverse_[v] += w * std::max(1.0, weights[nodes_of(v)[c]]) * inverse_mass_[nodes_of(v)[c]];
+    }
+  for (VertexId v = 0; v < settings_.fixed.size(); ++v)
+    if (settings_.fixed[v] != 0) vertex_inverse_[v] = 0;
 }
 
 void HexSolid::inherit(const HexSolid& before) {
@@ -162,10 +177,11 @@ void HexSolid::take_over(std::span<const Vec4f> position_world_m, std::span<cons
     if (position_world_m[v] == written_position_[v] && velocity_m_per_s[v] == written_velocity_[v]) continue;
     Vec4f dx = position_world_m[v] - written_position_[v], dv = velocity_m_per_s[v] - written_velocity_[v];
     dx.w() = dv.w() = 0;
+    if (!(vertex_inverse_[v] > 0)) continue;
     const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
     for (std::size_t c = 0; c < 8; ++c) {
       const std::uint32_t n = cell.nodes[c];
-      const auto share = static_cast<float>(double{weight_[v][c]} * vertex_mass_[v] * inverse_mass_[n]);
+      const auto share = static_cast<float>(double{weight_[v][c]} * inverse_mass_[n] / vertex_inverse_[v]);
       position_[n] += share * dx;
       velocity_[n] += share * dv;
     }
@@ -252,7 +268,8 @@ int HexSolid::explicit_step(int parts) {
     const double omega2 = double{add_forces(rows_, look, position_, force_)};
     if (look) {
       const double limit = damped_limit_s(omega2, material_.damping_per_s) / kLeastMargin;
-      if (!(limit >= h)) return limit > 0 ? static_cast<int>(std::min(1e6, std::ceil(settings_.step_s / limit))) : 1 << 20;
+      if (!(limit >= h))
+        return limit > 0 ? static_cast<int>(std::min(1e6, std::ceil(settings_.step_s / limit))) : 1 << 20;
     }
     const VelocityOutcome outcome =
         move_nodes(update, static_cast<float>(h), inverse_mass_float_, force_, velocity_, position_);

@@ -19,14 +19,16 @@ class HexSolid final : public VolumeModel {
   HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
            TetDriver driver = TetDriver::automatic, const HexSolid* before = nullptr);
 
-  // What has happened to vertices since the last step happens to their nodes, weighted by mass: momentum is kept.
+  // What has happened to vertices since the last step was done by impulses, which their nodes get.
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   double mass_kg(VertexId v) const override { return vertex_mass_[v]; }
-  double inverse_mass_per_kg(VertexId v) const override { return vertex_held_[v] ? 0 : 1 / vertex_mass_[v]; }
+  // As if each vertex of the surface had its share of its nodes' masses: impulses to any number of them, each found as
+  // if it were alone, together never make a node faster than what hit it.
+  double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
   double added_mass_fraction() const override { return 0; }
   double largest_stable_step_s() const override;
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
@@ -52,6 +54,7 @@ class HexSolid final : public VolumeModel {
 
  private:
   void find_held();
+  void share_masses();
   // Before the first step: a rigid body's nodes go along, of one that is deformed each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   void inherit(const HexSolid& before);
@@ -72,8 +75,7 @@ class HexSolid final : public VolumeModel {
   HexRows rows_;
   std::vector<double> node_mass_, free_mass_, inverse_mass_;  // the latter two 0 when held
   std::vector<float> inverse_mass_float_;
-  std::vector<double> vertex_mass_;
-  std::vector<std::uint8_t> vertex_held_;
+  std::vector<double> vertex_mass_, vertex_inverse_;
   std::vector<std::array<float, 8>> weight_;  // of the vertices
   double explicit_limit_s_ = 0;
   int parts_ = 1, last_parts_ = 1;
