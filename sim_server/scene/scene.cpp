@@ -125,6 +125,7 @@ VolumeSpec read_volume(YamlMap& map, const std::string& scene_file) {
   VolumeSpec volume;
   map.read("mesher", volume.mesher, {"lattice", "tetgen", "best"});
   map.read("tetrahedra", volume.tetrahedra, between(12, 5e6));
+  map.read("cell_m", volume.cell_m, between(1e-5, 1));
   map.read("driver", volume.driver, {"automatic", "implicit"});
   map.read("second_share", volume.second_share, between(0, 0.95));
   map.read("damper_s", volume.damper_s, at_least(0));
@@ -164,7 +165,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   BodySpec body;
   body.name = name_of(map.require("name"));
   if (const auto server = map.find("server")) body.server = name_of(*server);
-  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean"});
+  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"});
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
   map.part("contact", [&](YamlMap& part) {
@@ -175,7 +176,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   map.part("cutting", [&](YamlMap& part) {
     body.cutting = read_cutting(part);
     if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
-      part.value().fail("semi_progressive cuts tetrahedra: it needs the model tetra_springs or neo_hookean");
+      part.value().fail("semi_progressive cuts tetrahedra: it needs a model with a volume");
   });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });

@@ -69,9 +69,10 @@ struct SplittingSpec {
 struct VolumeSpec {
   std::string mesher = "lattice";    // tetgen, best: whichever of the two gives the larger stable step
   double tetrahedra = 4000;          // about so many
+  double cell_m = 0;                 // of neo_hookean_lattice: edge of a hexahedron; 0: about 2000 in the body
   std::string file;                  // instead of a surface: tetrahedra; resolved path
   double file_unit_m = 1;            // length of the file's unit
-  std::string driver = "automatic";  // of neo_hookean; implicit: never the explicit one
+  std::string driver = "automatic";  // of neo_hookean and its lattice; implicit: never the explicit one
   double second_share = 0.5;         // of tetra_springs: stiffness that second neighbours have
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
@@ -91,7 +92,7 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  std::string model = "surface_springs";  // or tetra_springs, neo_hookean
+  std::string model = "surface_springs";  // or tetra_springs, neo_hookean, neo_hookean_lattice
   VolumeSpec volume;
   TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
   MaterialSpec material;
@@ -133,8 +134,8 @@ struct Scene {
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
-//     name*, model: surface_springs | tetra_springs | neo_hookean, server: name (main)
-//     volume:    mesher: lattice | tetgen | best, tetrahedra, driver: automatic | implicit, second_share, damper_s,
+//     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
+//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share, damper_s,
 //                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
 //                mesh
 //     mesh*:     file*, unit*: m | cm | mm
