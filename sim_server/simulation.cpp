@@ -445,6 +445,12 @@ const TriangleMesh& Simulation::mesh(std::uint32_t body_id) const {
 const BodySpec& Simulation::body(std::uint32_t body_id) const {
   return state_->bodies[body_id]->spec;
 }
+std::uint32_t Simulation::region_of(std::uint32_t body_id, VertexId v) const {
+  return region_at(body(body_id).regions, mesh(body_id).rest_body_m(v));
+}
+RegionVolumes Simulation::region_volumes(std::uint32_t body_id) const {
+  return sectio::region_volumes(body(body_id).regions, mesh(body_id).rest_body_m(), mesh(body_id).triangles());
+}
 ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
   ContactGap deepest;
   for (std::uint32_t i = 0; i < state_->edges.size(); ++i)

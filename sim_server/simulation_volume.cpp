@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "common/core/error.h"
+#include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
@@ -42,6 +43,14 @@ FilledVolume filled(const BodySpec& body) {
 
 VolumeMaterial volume_material(const MaterialSpec& m) {
   return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
+}
+
+// With the stiffness of the region in the middle of each tetrahedron.
+VolumeMaterial volume_material(VolumeMaterial whole, const Regions& regions, const TetMesh& mesh) {
+  if (!vary_in_stiffness(regions)) return whole;
+  for (const std::uint32_t region : regions_of(regions, mesh))
+    whole.stiffness_factor.push_back(region == kNoRegion ? 1 : regions[region].stiffness_factor);
+  return whole;
 }
 
 // The settings of a model for a mesh, which a cut changes.
@@ -163,19 +172,21 @@ Scene with_volumes(Scene scene) {
   return scene;
 }
 
-// After a cut the springs are made by the same formula; the correction stays what it was for the whole body.
+// The tensile test corrects the tissue, whatever regions are in it. After a cut the springs are made by the same
+// formula; the correction stays what it was for the whole body.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
   const VolumeMaterial material = volume_material(site.spec.material);
   const TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
   const auto settings = settings_for(site);
+  const Regions regions = site.spec.regions;
   std::optional<double> correction;
   return engines_of(site, [=](const TetMesh& mesh) mutable -> std::unique_ptr<VolumeModel> {
     if (!correction) {
       auto whole = std::make_unique<TetSprings>(mesh, material, settings(mesh), options);
       correction = material.young_pa / whole->as_made().mean_young_pa;
-      return whole;
+      if (!vary_in_stiffness(regions)) return whole;
     }
-    VolumeMaterial corrected = material;
+    VolumeMaterial corrected = volume_material(material, regions, mesh);
     corrected.young_pa *= *correction;
     return std::make_unique<TetSprings>(mesh, corrected, settings(mesh),
                                         TetSpringOptions{options.second_share, options.damper_s, false});
@@ -185,9 +196,10 @@ BodyEngines tetra_spring_engines(const EngineSite& site) {
 BodyEngines neo_hookean_engines(const EngineSite& site) {
   const TetDriver driver = driver_of(site.spec);
   return engines_of(site,
-                    [=, material = volume_material(site.spec.material),
+                    [=, material = volume_material(site.spec.material), regions = site.spec.regions,
                      settings = settings_for(site)](const TetMesh& mesh) -> std::unique_ptr<VolumeModel> {
-                      return std::make_unique<TetSolid>(mesh, material, settings(mesh), driver);
+                      return std::make_unique<TetSolid>(mesh, volume_material(material, regions, mesh), settings(mesh),
+                                                        driver);
                     });
 }
 

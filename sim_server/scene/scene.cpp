@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/scene/mesh_import.h"
+#include "sim_server/scene/region_reader.h"
 #include "sim_server/scene/yaml_reader.h"
 
 namespace sectio {
@@ -51,15 +52,10 @@ Camera read_camera(YamlMap& map) {
   return camera;
 }
 
-// Turns about the world's x, then y, then z axis.
 Pose read_pose(YamlMap& map) {
   Pose pose;
-  Vec3 rotation_deg = Vec3::Zero();
   map.read("position_world_m", pose.position_m);
-  map.read("rotation_deg", rotation_deg);
-  const Vec3 angle = rotation_deg * (M_PI / 180);
-  pose.orientation = Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
-                     Eigen::AngleAxisd(angle.x(), Vec3::UnitX());
+  pose.orientation = read_rotation(map);
   return pose;
 }
 
@@ -184,6 +180,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     part.read("skin", body.skin_colour, between(0, 1));
     part.read("wall", body.wall_colour, between(0, 1));
   });
+  if (const auto regions = map.find("regions")) body.regions = read_regions(*regions);
   if (const auto volume = map.find("volume")) {
     if (body.model == "surface_springs") volume->fail("the model surface_springs has no volume");
     YamlMap part(*volume);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/trace.h"
 #include "common/math/types.h"
 #include "common/mesh/tet_mesh.h"
@@ -102,6 +103,7 @@ struct BodySpec {
   std::optional<Box> fixed;  // vertices inside stay where they are
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
+  Regions regions;  // of its inside, in the frame of the mesh
 };
 
 struct ToolSpec {
@@ -145,6 +147,7 @@ struct Scene {
 //     cutting:   the members of CuttingSpec (style semi_progressive: of a volume, which else can't be cut);
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
+//     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
 //     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)

@@ -95,12 +95,20 @@ void TetSprings::make_springs(const TetMesh& mesh, double second_share) {
     second[a] = second_neighbours(a, neighbours);
     std::erase_if(second[a], [&](VertexId b) { return length(a, b) < kLeastSecondLength * mean_m; });
   }
+  // Of the tissue around a vertex; where all is alike, exactly 1.
+  std::vector<double> volume(mass_.size(), 0), factor(mass_.size(), 0);
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+    for (const VertexId v : mesh.tetrahedra[t]) {
+      volume[v] += tet_volume_m3(mesh, mesh.tetrahedra[t]);
+      factor[v] += factor_of(material_, t) * tet_volume_m3(mesh, mesh.tetrahedra[t]);
+    }
+  for (VertexId v = 0; v < factor.size(); ++v) factor[v] /= volume[v];
   double sum = 0;  // of k l^2 before it is what it should be
   for (VertexId a = 0; a < second.size(); ++a)
     for (const VertexId b : second[a]) {
       if (b < a) continue;
-      const double l = length(a, b), weight = mass_[a] / static_cast<double>(second[a].size()) +
-                                              mass_[b] / static_cast<double>(second[b].size());
+      const double l = length(a, b), weight = factor[a] * mass_[a] / static_cast<double>(second[a].size()) +
+                                              factor[b] * mass_[b] / static_cast<double>(second[b].size());
       springs_.push_back({a, b, weight / (l * l), l});
       sum += weight;
     }
