@@ -107,7 +107,8 @@ struct ToolSpec {
   std::string name;
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
-  double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
+  double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
+  std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
@@ -146,7 +147,8 @@ struct Scene {
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
-//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
+//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
+//     grip_radius_m
 Scene load_scene(const std::string& path);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for
