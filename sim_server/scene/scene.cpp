@@ -205,7 +205,16 @@ ToolGeometry read_geometry(YamlMap& map, ToolGeometry geometry) {
   map.read("d_tool_m", geometry.d_tool_m);
   map.read("sharp_length_m", geometry.sharp_length_m, above(0));
   map.read("gauge_m", geometry.gauge_m, above(0));
+  map.read("sphere_radius_m", geometry.sphere_radius_m, above_to(0, 0.1));
   return geometry;
+}
+
+void read_grip(YamlMap& map, const InstrumentKind& instrument, ToolSpec& tool) {
+  if (instrument.grip_force_n == 0) return;
+  if (const auto force = map.find("grip_force_n")) tool.grip_force_n = force->number(above_to(0, 1000));
+  if (const auto radius = map.find("grip_radius_m")) tool.grip_radius_m = radius->number(above_to(0, 0.1));
+  if (tool.grip_radius_m.value_or(instrument.grip_radius_m) <= tool.geometry.sphere_radius_m)
+    map.value().fail("grip_radius_m must be more than sphere_radius_m: the ball pushes out what is held");
 }
 
 ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
@@ -216,6 +225,7 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   tool.geometry = instrument.geometry;
   map.part("geometry", [&](YamlMap& part) { tool.geometry = read_geometry(part, tool.geometry); });
   map.read("intensity", tool.intensity, above_to(0, 10));
+  read_grip(map, instrument, tool);
   if (const std::string flaw = instrument.flaw(tool.geometry); !flaw.empty()) map.value().fail("geometry: " + flaw);
   const auto trace = map.find("trace");
   map.finish();

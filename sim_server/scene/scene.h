@@ -110,7 +110,8 @@ struct ToolSpec {
   std::string name;
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
-  double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
+  double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
+  std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
@@ -150,7 +151,8 @@ struct Scene {
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
-//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
+//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
+//     grip_radius_m
 Scene load_scene(const std::string& path);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for
