@@ -145,6 +145,11 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   body["manifold"] = rest.manifold;
   body["enclosed_volume_m3"] = check(mesh, now).volume_m3;
   body["rest_volume_m3"] = rest.volume_m3;
+  if (const Regions& regions = simulation.body(id).regions; !regions.empty()) {
+    const RegionVolumes volumes = simulation.region_volumes(id);
+    for (std::size_t i = 0; i < regions.size(); ++i) body["region_volumes_m3"][regions[i].name] = volumes.region_m3[i];
+    body["marked_volume_m3"] = volumes.marked_m3(regions);
+  }
   body["copy_bytes"] = simulation.copy_bytes(id);
   body["revision"] = mesh.revision();
   body["topology_hash"] = hex(mesh.hash());

@@ -29,6 +29,8 @@ SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) 
     s.fixed = [box = *spec.fixed](const Vec3& x) {
       return (x.array() >= box.min_world_m.array()).all() && (x.array() <= box.max_world_m.array()).all();
     };
+  if (vary_in_stiffness(spec.regions))
+    s.stiffness_factor = [regions = spec.regions](const Vec3& rest_m) { return stiffness_factor_at(regions, rest_m); };
   return s;
 }
 
@@ -80,7 +82,8 @@ BodyEngines surface_spring_engines(const EngineSite& site) {
 EngineTable standard_engines() {
   return {{{"surface_springs", surface_spring_engines},
            {"tetra_springs", tetra_spring_engines},
-           {"neo_hookean", neo_hookean_engines}}};
+           {"neo_hookean", neo_hookean_engines},
+           {"neo_hookean_lattice", neo_hookean_lattice_engines}}};
 }
 
 }  // namespace sectio

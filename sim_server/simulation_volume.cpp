@@ -1,11 +1,14 @@
 #include "sim_server/simulation_volume.h"
 
+#include <cmath>
 #include <cstdio>
 #include <numeric>
 
 #include "common/core/error.h"
+#include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/collision/surface_tree.h"
+#include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/deformation/tetra/volume_engine.h"
@@ -41,6 +44,14 @@ FilledVolume filled(const BodySpec& body) {
 
 VolumeMaterial volume_material(const MaterialSpec& m) {
   return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
+}
+
+// With the stiffness of the region in the middle of each tetrahedron.
+VolumeMaterial volume_material(VolumeMaterial whole, const Regions& regions, const TetMesh& mesh) {
+  if (!vary_in_stiffness(regions)) return whole;
+  for (const std::uint32_t region : regions_of(regions, mesh))
+    whole.stiffness_factor.push_back(region == kNoRegion ? 1 : regions[region].stiffness_factor);
+  return whole;
 }
 
 VolumeCutting::IsFixed fixed_places(const EngineSite& site) {
@@ -139,6 +150,21 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
+constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
+
+TetDriver driver_of(const BodySpec& body) {
+  return body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+}
+
+std::string note_on(const HexSolid& solid) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
+                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
+                1e3 * solid.explicit_limit_s());
+  return text;
+}
+
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
@@ -152,6 +178,11 @@ void make_volume(BodySpec& body) {
   }
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
+  if (body.model == "neo_hookean_lattice") {
+    if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
+    body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
+                                               volume_material(body.material), {}, driver_of(body))));
+  }
   if (body.model != "tetra_springs") return;
   const TetSprings springs(body.tets, volume_material(body.material), {}, {body.volume.second_share, 0, true});
   char text[240];
@@ -168,7 +199,7 @@ void make_volume(BodySpec& body) {
 
 Scene with_volumes(Scene scene) {
   for (BodySpec& body : scene.bodies) {
-    if (body.model != "tetra_springs" && body.model != "neo_hookean") continue;
+    if (body.model == "surface_springs" || !standard_engines().models.contains(body.model)) continue;
     try {
       make_volume(body);
     } catch (const InputError& error) {
@@ -178,26 +209,40 @@ Scene with_volumes(Scene scene) {
   return scene;
 }
 
-// A part's springs are what they were in the whole.
+// The tensile test corrects the tissue, whatever regions are in it. A part's springs are what they were in the whole.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
   if (is_rigid_part(site)) return surface_spring_engines(site);
   VolumePart volume = volume_of(site);
+  const VolumeMaterial material = volume_material(site.spec.material);
+  const VolumeSettings settings = settings_for(site, volume.mesh);
   TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
   if (site.parent) {
     options = dynamic_cast<const TetSprings&>(model_of(*site.parent)).options();
-    options.calibrate = false;
+  } else if (vary_in_stiffness(site.spec.regions)) {
+    options = TetSprings(volume.mesh, material, settings, options).options();
   }
-  auto model = std::make_unique<TetSprings>(volume.mesh, volume_material(site.spec.material),
-                                            settings_for(site, volume.mesh), options);
+  options.calibrate = options.correction == 1;
+  auto model = std::make_unique<TetSprings>(volume.mesh, volume_material(material, site.spec.regions, volume.mesh),
+                                            settings, options);
   return engines_of(site, std::move(volume), std::move(model));
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
   if (is_rigid_part(site)) return surface_spring_engines(site);
-  const TetDriver driver = site.spec.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
   VolumePart volume = volume_of(site);
-  auto model = std::make_unique<TetSolid>(volume.mesh, volume_material(site.spec.material),
-                                          settings_for(site, volume.mesh), driver);
+  auto model = std::make_unique<TetSolid>(
+      volume.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
+      settings_for(site, volume.mesh), driver_of(site.spec));
+  return engines_of(site, std::move(volume), std::move(model));
+}
+
+BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
+  if (is_rigid_part(site)) return surface_spring_engines(site);
+  VolumePart volume = volume_of(site);
+  const Grid grid = site.parent ? dynamic_cast<const HexSolid&>(model_of(*site.parent)).lattice().grid
+                                : grid_around(volume.mesh, site.spec.volume.cell_m);
+  auto model = std::make_unique<HexSolid>(volume.mesh, grid, volume_material(site.spec.material),
+                                          settings_for(site, volume.mesh), driver_of(site.spec));
   return engines_of(site, std::move(volume), std::move(model));
 }
 

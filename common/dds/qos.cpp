@@ -26,7 +26,7 @@ constexpr TopicQos kKeyframeRequest{"keyframe_requests", kReliable, kLateJoiners
 constexpr TopicQos kStateHeader{"state_headers", kBestEffort, kNowOnly, 64, kMiB};
 // A reader that looks ten times a second finds 60 Hz of a body of 100 000 vertices.
 constexpr TopicQos kStatePiece{"state_pieces", kBestEffort, kNowOnly, 4096, 2 * kKiB};
-constexpr TopicQos kScene{"scene", kReliable, kLateJoiners, 1, 256 * kKiB};
+constexpr TopicQos kScene{"scene", kReliable, kLateJoiners, 1, 2 * kMiB};
 constexpr TopicQos kEvent{"events", kReliable, kLateJoiners, 256, 4 * kKiB};
 constexpr TopicQos kStatus{"server_status", kBestEffort, kNowOnly, 1, 64 * kKiB};
 constexpr TopicQos kEnd{"session_end", kReliable, kLateJoiners, 1, 64 * kKiB};

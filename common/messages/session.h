@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/types.h"
 
 namespace sectio {
@@ -20,6 +21,7 @@ struct BodyInfo {
   std::string name;
   Vec3 skin_colour = Vec3::Constant(0.6);  // red, green, blue; 0 to 1
   Vec3 wall_colour = Vec3::Constant(0.5);
+  Regions regions = {};  // of its inside
 };
 
 struct ToolInfo {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 
@@ -18,6 +19,7 @@ struct BodyFrame {
   std::uint64_t revision = 0;
   Vec3 skin_colour = Vec3::Constant(0.6);
   Vec3 wall_colour = Vec3::Constant(0.5);
+  Regions regions;  // of its inside
   // One entry a slot; dead triangles have v[0] == kNone. The revision tells a renderer when its index buffers are old.
   std::vector<Vec3f> rest_body_m;
   std::vector<Vec3f> positions_world_m;

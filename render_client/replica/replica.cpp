@@ -123,6 +123,7 @@ void Replica::fill(const StateHeader& header, Frame& frame) {
     frame.bodies[b].name = scene_->bodies[b].name;
     frame.bodies[b].skin_colour = scene_->bodies[b].skin_colour;
     frame.bodies[b].wall_colour = scene_->bodies[b].wall_colour;
+    frame.bodies[b].regions = scene_->bodies[b].regions;
     bodies_[b].fill(frame.bodies[b]);
   }
   frame.tools.resize(header.tools.size());

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/trace.h"
 #include "common/math/types.h"
 #include "common/mesh/tet_mesh.h"
@@ -69,9 +70,10 @@ struct SplittingSpec {
 struct VolumeSpec {
   std::string mesher = "lattice";    // tetgen, best: whichever of the two gives the larger stable step
   double tetrahedra = 4000;          // about so many
+  double cell_m = 0;                 // of neo_hookean_lattice: edge of a hexahedron; 0: about 2000 in the body
   std::string file;                  // instead of a surface: tetrahedra; resolved path
   double file_unit_m = 1;            // length of the file's unit
-  std::string driver = "automatic";  // of neo_hookean; implicit: never the explicit one
+  std::string driver = "automatic";  // of neo_hookean and its lattice; implicit: never the explicit one
   double second_share = 0.5;         // of tetra_springs: stiffness that second neighbours have
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
@@ -91,7 +93,7 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  std::string model = "surface_springs";  // or tetra_springs, neo_hookean
+  std::string model = "surface_springs";  // or tetra_springs, neo_hookean, neo_hookean_lattice
   VolumeSpec volume;
   TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
   MaterialSpec material;
@@ -101,13 +103,15 @@ struct BodySpec {
   std::optional<Box> fixed;  // vertices inside stay where they are
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
+  Regions regions;  // of its inside, in the frame of the mesh
 };
 
 struct ToolSpec {
   std::string name;
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
-  double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
+  double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
+  std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
@@ -133,8 +137,8 @@ struct Scene {
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
-//     name*, model: surface_springs | tetra_springs | neo_hookean, server: name (main)
-//     volume:    mesher: lattice | tetgen | best, tetrahedra, driver: automatic | implicit, second_share, damper_s,
+//     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
+//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share, damper_s,
 //                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
 //                mesh
 //     mesh*:     file*, unit*: m | cm | mm
@@ -144,9 +148,11 @@ struct Scene {
 //     cutting:   the members of CuttingSpec (style semi_progressive: of a volume, which else can't be cut);
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
+//     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
-//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
+//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
+//     grip_radius_m
 Scene load_scene(const std::string& path);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for

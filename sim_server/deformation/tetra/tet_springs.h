@@ -56,8 +56,12 @@ class TetSprings final : public VolumeModel {
   double added_mass_fraction() const override { return body_.added_mass_fraction(); }
   double largest_stable_step_s() const override { return 1000 * part_limit_s(); }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
-  double elastic_energy_j(std::span<const Vec4f> position_world_m) const override;
-  void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const override;
+  double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
+    return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
+  }
+  // For tests and reports, O(n): the elastic energy, and the forces that the kernels compute, fixed vertices included.
+  double elastic_energy_j(std::span<const Vec4f> position_world_m) const;
+  void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const;
 
   struct Spring {
     VertexId a, b;  // a < b
@@ -97,7 +101,7 @@ class TetSprings final : public VolumeModel {
   VolumeSettings settings_;
   TetSpringOptions options_;
   std::vector<std::vector<VertexId>> neighbours_, second_;  // by vertex, ascending
-  double second_scale_ = 0;                                 // Pa m^3 / kg
+  std::vector<double> stiff_mass_;                          // by vertex: as often as its tissue is stiff
   TensileTest as_made_, calibrated_;
   SpringRows rows_;
   MaxTree omega2_;  // by vertex, 1/s^2

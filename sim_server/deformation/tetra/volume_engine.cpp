@@ -117,14 +117,7 @@ double VolumeEngine::energy_j(const SharedBody& body) const {
     x[vertex_of_[slot]] = body.particles.position_world_m[slot];
     v[vertex_of_[slot]] = body.particles.velocity_world_m_per_s[slot];
   }
-  double energy = model_->elastic_energy_j(x);
-  for (VertexId i = 0; i < x.size(); ++i) {
-    const double inverse = model_->inverse_mass_per_kg(i);
-    if (inverse == 0) continue;
-    energy += 0.5 / inverse * v[i].head<3>().cast<double>().squaredNorm();
-    energy -= model_->mass_kg(i) * model_->gravity_m_per_s2().dot(x[i].head<3>().cast<double>());
-  }
-  return energy;
+  return model_->energy_j(x, v);
 }
 
 Pose VolumeEngine::home_frame_world(VertexId) const {
