@@ -52,6 +52,7 @@ std::vector<SharedFace> shared_faces(const TetMesh& mesh) {
   std::vector<SharedFace> sides, shared;
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
     for (const auto& face : kTetFaces) {
+      if (mesh.tetrahedra[t] == kNoTetrahedron) break;
       std::array<VertexId, 3> v{mesh.tetrahedra[t][face[0]], mesh.tetrahedra[t][face[1]], mesh.tetrahedra[t][face[2]]};
       std::ranges::sort(v);
       sides.push_back({v, t, t});
@@ -85,7 +86,8 @@ class Builder {
     first_.push_back(0);
     for (std::uint32_t t = 0; t < mesh_.tetrahedra.size(); ++t) {
       const Tetrahedron& c = mesh_.tetrahedra[t];
-      pieces_of({at_[c[0]], at_[c[1]], at_[c[2]], at_[c[3]]}, pieces);
+      pieces.clear();
+      if (c != kNoTetrahedron) pieces_of({at_[c[0]], at_[c[1]], at_[c[2]], at_[c[3]]}, pieces);
       for (const GridPiece& p : pieces)
         if (p.size > kLeastVolume) lattice_.shares.push_back({t, 0, p.cell, p.size, p.centroid});
       first_.push_back(static_cast<std::uint32_t>(lattice_.shares.size()));

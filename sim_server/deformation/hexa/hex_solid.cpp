@@ -69,7 +69,7 @@ void HexSolid::find_held() {
   free_mass_ = node_mass_;
   const auto fixed = [&](VertexId v) { return !settings_.fixed.empty() && settings_.fixed[v] != 0; };
   for (VertexId v = 0; v < weight_.size(); ++v) {
-    if (!fixed(v)) continue;
+    if (!fixed(v) || vertex_mass_[v] == 0) continue;
     const auto most = static_cast<std::size_t>(std::ranges::max_element(weight_[v]) - weight_[v].begin());
     free_mass_[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 0;
   }
@@ -107,6 +107,21 @@ void HexSolid::share_masses() {
     }
   for (VertexId v = 0; v < settings_.fixed.size(); ++v)
     if (settings_.fixed[v] != 0) vertex_inverse_[v] = 0;
+}
+
+void HexSolid::change(const TetChange& change) {
+  TetMesh mesh = mesh_;
+  follow(mesh, change);
+  settings_.fixed.resize(mesh_.vertices_body_m.size(), 0);
+  settings_.fixed.insert(settings_.fixed.end(), change.fixed.begin(), change.fixed.end());
+  settings_.fixed.resize(mesh.vertices_body_m.size(), 0);
+  if (!material_.stiffness_factor.empty()) {
+    material_.stiffness_factor.resize(mesh.tetrahedra.size(), 1);
+    for (const TetEdit& e : change.tetrahedra) material_.stiffness_factor[e.id] = material_.stiffness_factor[e.origin];
+  }
+  HexSolid now(mesh, lattice_->grid, material_, settings_, driver_, this);
+  now.implicit_steps_ = implicit_steps_;
+  *this = std::move(now);
 }
 
 void HexSolid::inherit(const HexSolid& before) {

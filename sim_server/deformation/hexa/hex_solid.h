@@ -19,12 +19,15 @@ class HexSolid final : public VolumeModel {
   HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
            TetDriver driver = TetDriver::automatic, const HexSolid* before = nullptr);
 
+  // Made anew, O(n); nodes pass their state on.
+  void change(const TetChange& change) override;
   // What has happened to vertices since the last step was done by impulses, which their nodes get.
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
+  const TetMesh& mesh() const override { return mesh_; }
   double mass_kg(VertexId v) const override { return vertex_mass_[v]; }
   // As if each vertex of the surface had its share of its nodes' masses: impulses to any number of them, each found as
   // if it were alone, together never make a node faster than what hit it.
