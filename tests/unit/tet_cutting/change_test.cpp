@@ -63,7 +63,8 @@ TetChange with_fixed(TetChange change) {
   return change;
 }
 
-void expect_same(const VolumeModel& followed, const VolumeModel& made, std::uint32_t seed) {
+template <class Model>
+void expect_same(const Model& followed, const Model& made, std::uint32_t seed) {
   const TetMesh& mesh = made.mesh();
   ASSERT_EQ(followed.mesh().tetrahedra, mesh.tetrahedra);
   Points x = test::at_rest(mesh);
