@@ -1,6 +1,7 @@
 #include "sim_server/tet_cutting/tet_topology.h"
 
 #include <algorithm>
+#include <unordered_set>
 #include <utility>
 
 #include "common/core/error.h"
@@ -48,6 +49,17 @@ std::uint32_t TetTopology::across(std::uint32_t t, std::size_t corner) const {
   for (const std::uint32_t u : star_[a])
     if (u != t && has(tets_[u], b) && has(tets_[u], c)) return u;
   return kNone;
+}
+
+std::vector<std::uint32_t> TetTopology::connected(std::vector<std::uint32_t> tetrahedra) const {
+  std::unordered_set<std::uint32_t> seen(tetrahedra.begin(), tetrahedra.end());  // asked, never walked
+  for (std::size_t k = 0; k < tetrahedra.size(); ++k)
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      if (const std::uint32_t u = across(tetrahedra[k], corner); u != kNone && seen.insert(u).second)
+        tetrahedra.push_back(u);
+  std::ranges::sort(tetrahedra);
+  tetrahedra.erase(std::unique(tetrahedra.begin(), tetrahedra.end()), tetrahedra.end());
+  return tetrahedra;
 }
 
 void TetTopology::forget() {

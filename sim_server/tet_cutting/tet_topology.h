@@ -43,6 +43,8 @@ class TetTopology {
   bool alive(VertexId v) const { return !star_[v].empty(); }
   // The tetrahedron beyond the face opposite a corner; kNone at the surface. O(star).
   std::uint32_t across(std::uint32_t t, std::size_t corner) const;
+  // All that faces connect with these, ascending. O(that).
+  std::vector<std::uint32_t> connected(std::vector<std::uint32_t> tetrahedra) const;
   // At rest, without numbers that are not used any more.
   TetMesh mesh() const;
 

@@ -16,7 +16,7 @@ double safety(double poisson) {
   return poisson > 0.47 ? 0.45 : 0.6;
 }
 // Of the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
-constexpr double kRoomForDeformation = 1.2;
+constexpr double kRoomForDeformation = 1.05;
 constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
 constexpr double kLeastMargin = 1.1;
 constexpr int kSweeps = 30;
