@@ -27,6 +27,7 @@ void VolumeEngine::look_for_anchors() {
 void VolumeEngine::exchange(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
                             std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {
   implicit_before_ += model_->implicit_steps();
+  model->set_gravity(model_->gravity_m_per_s2());
   model_ = std::move(model);
   home_body_m_ = mesh.vertices_body_m;
   surface_vertices_ = surface_vertices;

@@ -25,6 +25,7 @@ class VolumeEngine final : public DeformationEngine {
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
+  void set_gravity(const Vec3& gravity_m_per_s2) override { model_->set_gravity(gravity_m_per_s2); }
   // The surface's topology changes with the volume's: see exchange().
   void follow(const SharedBody&, const TopologyChange&) override {}
   Pose home_frame_world(VertexId v) const override;
@@ -39,8 +40,8 @@ class VolumeEngine final : public DeformationEngine {
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
   std::uint64_t implicit_steps() const override { return implicit_before_ + model_->implicit_steps(); }
 
-  // The volume has been cut: from now on it is this one, with its state; vertices of the surface first again. Before
-  // the next step(), whose body has that surface.
+  // The volume has been cut: from now on it is this one, with its state, in the gravity that there is; vertices of the
+  // surface first again. Before the next step(), whose body has that surface.
   void exchange(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
                 std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
 
