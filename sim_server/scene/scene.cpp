@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 // No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
 constexpr double kSmallestBody_m = 1e-3;
 constexpr double kLargestBody_m = 5;
+constexpr double kMostGravity = 1000;  // m/s2
 
 std::string resolved(const YamlValue& file, const std::string& scene_file) {
   return (fs::path(scene_file).parent_path() / file.text()).lexically_normal().string();
@@ -239,6 +240,20 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   return tool;
 }
 
+std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
+  std::vector<GravityChange> changes;
+  for (const YamlValue& value : list.list()) {
+    YamlMap map(value);
+    GravityChange change;
+    change.at_s = map.require("at_s").number(at_least(0));
+    change.gravity_m_per_s2 = map.require("gravity_m_per_s2").vector3(between(-kMostGravity, kMostGravity));
+    map.finish();
+    if (!changes.empty() && change.at_s <= changes.back().at_s) value.fail("at_s must be later than the one before");
+    changes.push_back(change);
+  }
+  return changes;
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& path) {
@@ -248,7 +263,9 @@ Scene load_scene(const std::string& path) {
   scene.session = name_of(map.require("session"));
   map.read("step_s", scene.step_s, above_to(0, 0.1));
   map.read("duration_s", scene.duration_s, above_to(0, 86400));
-  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-1000, 1000));
+  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-kMostGravity, kMostGravity));
+  if (const auto changes = map.find("gravity_changes")) scene.gravity_changes = read_gravity_changes(*changes);
+  map.read("gravity_turns_deg_per_s", scene.gravity_turns_deg_per_s, above_to(0, 360));
   if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");

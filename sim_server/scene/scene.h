@@ -116,13 +116,21 @@ struct ToolSpec {
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
 
+// From at_s on, gravity turns there.
+struct GravityChange {
+  double at_s = 0;
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
+};
+
 struct Scene {
   std::string session = "session";
   std::string file;  // where it came from, for messages
   double step_s = 0.001;
   double duration_s = 5;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
-  std::optional<double> floor_z_m;  // parts that fall come to rest on this plane
+  std::vector<GravityChange> gravity_changes;  // ascending in time: the patient is tilted
+  double gravity_turns_deg_per_s = 20;         // at most
+  std::optional<double> floor_z_m;             // parts that fall come to rest on this plane
   Camera camera;
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
@@ -135,6 +143,7 @@ struct Scene {
 // default:
 //
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
+//   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)

@@ -103,6 +103,22 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
 }
 
+TEST_F(SceneFile, gravity_turns_by_a_plan) {
+  std::string text = kScene;
+  const std::string plan =
+      "gravity_changes:\n  - {at_s: 1, gravity_m_per_s2: [5, 0, -8]}\n"
+      "  - {at_s: 2.5, gravity_m_per_s2: [0, 0, -9]}\ngravity_turns_deg_per_s: 30\n";
+  const Scene scene = load(plan + text);
+  ASSERT_EQ(scene.gravity_changes.size(), 2u);
+  EXPECT_EQ(scene.gravity_changes[1].at_s, 2.5);
+  EXPECT_EQ(scene.gravity_changes[0].gravity_m_per_s2, Vec3(5, 0, -8));
+  EXPECT_EQ(scene.gravity_turns_deg_per_s, 30);
+  EXPECT_EQ(refusal("session: test",
+                    "gravity_changes: [{at_s: 2, gravity_m_per_s2: [0, 0, 1]}, {at_s: 1, "
+                    "gravity_m_per_s2: [0, 0, 1]}]\nsession: test"),
+            "s.yaml:1: gravity_changes[1]: at_s must be later than the one before");
+}
+
 TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
   const std::string colours = "    contact: {style: templates}\n";
   const std::string regions =
