@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/core/error.h"
 #include "sim_server/deformation/home_frame.h"
@@ -38,35 +39,44 @@ HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& 
       settings_(std::move(settings)),
       driver_(driver),
       hex_material_(hex_material_of(material)),
-      lattice_(std::make_unique<HexLattice>()) {
-  lattice_->grid = grid;
+      maker_(grid) {
+  std::vector<std::uint32_t> all(mesh.tetrahedra.size());
+  std::iota(all.begin(), all.end(), 0u);
+  maker_.look_at(all, mesh, body_.stars());
   build();
-  if (from)
-    inherit(*from->lattice_, from->mesh(), from->free_mass_, from->position_, from->velocity_, from->last_velocity_),
-        placed_ = from->placed_;
-  else
+  if (from) {
+    inherit(*from->lattice_, cells_before(*lattice_, *from->lattice_, from->mesh()), from->free_mass_, from->position_,
+            from->velocity_, from->last_velocity_);
+    placed_ = from->placed_;
+  } else {
     find_held();
+  }
   share_masses();
 }
 
 void HexSolid::change(const TetChange& change) {
   const std::unique_ptr<HexLattice> lattice = std::move(lattice_);
-  const TetMesh mesh = body_.mesh();
   const std::vector<double> free_mass = std::move(free_mass_);
   const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_),
                            last_velocity = std::move(last_velocity_);
   body_.follow(change);
-  lattice_ = std::make_unique<HexLattice>();
-  lattice_->grid = lattice->grid;
+  std::vector<std::uint32_t> touched;
+  for (const TetEdit& e : change.tetrahedra) touched.push_back(e.id);
+  maker_.look_at(touched, mesh(), body_.stars());
   build();
-  inherit(*lattice, mesh, free_mass, position, velocity, last_velocity);
+  const auto origin = [&](std::uint32_t t) {
+    const auto at = std::ranges::lower_bound(change.tetrahedra, t, {}, &TetEdit::id);
+    return at != change.tetrahedra.end() && at->id == t ? at->origin : t;
+  };
+  inherit(*lattice, cells_before(*lattice_, *lattice, origin), free_mass, position, velocity, last_velocity);
   share_masses();
 }
 
 // All that follows from the tetrahedra.
 void HexSolid::build() {
+  lattice_ =
+      std::make_unique<HexLattice>(maker_.make(mesh(), [&](std::uint32_t t) { return body_.stiffness_factor(t); }));
   const double h = lattice_->grid.cell_m;
-  *lattice_ = lattice_of(body_.mesh(), lattice_->grid, [&](std::uint32_t t) { return body_.stiffness_factor(t); });
   descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_);
   rows_ = rows_of(*lattice_, hex_material_);
   node_mass_.assign(lattice_->nodes.size(), 0);
@@ -139,13 +149,13 @@ void HexSolid::share_masses() {
   }
 }
 
-void HexSolid::inherit(const HexLattice& lattice, const TetMesh& mesh, const std::vector<double>& free_mass,
-                       const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
-                       const std::vector<Vec4f>& last_velocity) {
-  const std::vector<std::uint32_t> from = cells_before(*lattice_, lattice, mesh);
+void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t> from,
+                       const std::vector<double>& free_mass, const std::vector<Vec4f>& position,
+                       const std::vector<Vec4f>& velocity, const std::vector<Vec4f>& last_velocity) {
   free_mass_ = node_mass_;
   for (std::uint32_t e = 0; e < from.size(); ++e)
     for (std::size_t c = 0; c < 8; ++c) {
+      SECTIO_ASSERT(from[e] != kNone, "the material was there before");
       const std::uint32_t node = lattice_->cells[e].nodes[c], old = lattice.cells[from[e]].nodes[c];
       position_[node] = position[old];
       velocity_[node] = velocity[old];

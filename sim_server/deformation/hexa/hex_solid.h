@@ -19,7 +19,8 @@ class HexSolid final : public VolumeModel {
   HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
            TetDriver driver = TetDriver::automatic, const HexSolid* from = nullptr);
 
-  // The lattice is made anew, O(n); what divides copies divides nothing else, and the stable step stays.
+  // Copies of cells are divided, their nodes pass their state on; the stable step stays. O(n), the costly part of it
+  // O(change).
   void change(const TetChange& change) override;
 
   // What has happened to vertices since the last step was done by impulses, which their nodes get.
@@ -61,7 +62,7 @@ class HexSolid final : public VolumeModel {
   void find_held();
   void share_masses();
   void invert_masses();
-  void inherit(const HexLattice& lattice, const TetMesh& mesh, const std::vector<double>& free_mass,
+  void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<double>& free_mass,
                const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
                const std::vector<Vec4f>& last_velocity);
   // Before the first step: a rigid body's nodes go along, of one that is deformed each with the vertices around it.
@@ -78,6 +79,7 @@ class HexSolid final : public VolumeModel {
   VolumeSettings settings_;
   TetDriver driver_;
   HexMaterial hex_material_;
+  LatticeMaker maker_;
   std::unique_ptr<HexLattice> lattice_;
   std::unique_ptr<HexDescent> descent_;
   HexRows rows_;
