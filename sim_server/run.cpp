@@ -79,6 +79,7 @@ struct RunRecord::State {
   const Simulation& world;
   std::string directory;
   std::unique_ptr<JournalWriter> journal;
+  Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
   std::vector<float> step_times_s;
   std::vector<float> publish_times_s;
   std::optional<SyncCost> cost;
@@ -106,7 +107,10 @@ void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
   if (s.journal) {
     for (const BodyDelta& d : output.deltas) s.journal->append(d.body_id, d.delta);
     for (const NewBody& b : output.new_bodies) s.journal->append({b.name, s.world.mesh(b.body_id)});
+    if (output.gravity_target_m_per_s2 != s.gravity_m_per_s2)
+      s.journal->append({output.step, output.gravity_target_m_per_s2});
   }
+  s.gravity_m_per_s2 = output.gravity_target_m_per_s2;
   s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
   s.last = output.report;
   s.steps = output.step;
@@ -145,6 +149,11 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   body["manifold"] = rest.manifold;
   body["enclosed_volume_m3"] = check(mesh, now).volume_m3;
   body["rest_volume_m3"] = rest.volume_m3;
+  if (const Regions& regions = simulation.body(id).regions; !regions.empty()) {
+    const RegionVolumes volumes = simulation.region_volumes(id);
+    for (std::size_t i = 0; i < regions.size(); ++i) body["region_volumes_m3"][regions[i].name] = volumes.region_m3[i];
+    body["marked_volume_m3"] = volumes.marked_m3(regions);
+  }
   body["copy_bytes"] = simulation.copy_bytes(id);
   body["revision"] = mesh.revision();
   body["topology_hash"] = hex(mesh.hash());
@@ -315,6 +324,12 @@ std::string measure_gaps(const Scene& scene) {
 
 void replay(const std::string& journal, const std::string& export_directory) {
   if (!export_directory.empty()) make_directory(export_directory);
+  for (const auto& [step, g] : read_gravity(journal)) {
+    char text[128];
+    std::snprintf(text, sizeof text, "gravity turned at step %" PRIu64 " to [%.3g, %.3g, %.3g] m/s2", step, g.x(),
+                  g.y(), g.z());
+    log_info(text);
+  }
   for (const JournalBody& body : read_journal(journal)) {
     log_info(body.name + ": revision " + std::to_string(body.mesh.revision()) + ", topology hash " +
              hex(body.mesh.hash()));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "common/material/region_volumes.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/step_io.h"
 
@@ -30,6 +31,10 @@ class Simulation {
   // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
   const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh
+  // Of a vertex of its surface, where it is at rest: an index into body().regions, or kNoRegion.
+  std::uint32_t region_of(std::uint32_t body_id, VertexId v) const;
+  // What a body holds of each of its regions, at rest. O(volume), for reports.
+  RegionVolumes region_volumes(std::uint32_t body_id) const;
   // Of the instrument that presses deepest, after a step.
   ContactGap contact_gap(std::uint32_t body_id) const;
   // Nothing when it deforms.

@@ -29,6 +29,8 @@ SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) 
     s.fixed = [box = *spec.fixed](const Vec3& x) {
       return (x.array() >= box.min_world_m.array()).all() && (x.array() <= box.max_world_m.array()).all();
     };
+  if (vary_in_stiffness(spec.regions))
+    s.stiffness_factor = [regions = spec.regions](const Vec3& rest_m) { return stiffness_factor_at(regions, rest_m); };
   return s;
 }
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/core/error.h"
+#include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
@@ -43,6 +44,14 @@ FilledVolume filled(const BodySpec& body) {
 
 VolumeMaterial volume_material(const MaterialSpec& m) {
   return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
+}
+
+// With the stiffness of the region in the middle of each tetrahedron.
+VolumeMaterial volume_material(VolumeMaterial whole, const Regions& regions, const TetMesh& mesh) {
+  if (!vary_in_stiffness(regions)) return whole;
+  for (const std::uint32_t region : regions_of(regions, mesh))
+    whole.stiffness_factor.push_back(region == kNoRegion ? 1 : regions[region].stiffness_factor);
+  return whole;
 }
 
 VolumeCutting::IsFixed fixed_places(const EngineSite& site) {
@@ -125,21 +134,6 @@ BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_pt
   return engines;
 }
 
-constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
-
-TetDriver driver_of(const BodySpec& body) {
-  return body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
-}
-
-std::string note_on(const HexSolid& solid) {
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
-                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
-                1e3 * solid.explicit_limit_s());
-  return text;
-}
-
 // The same volume with these vertices as the first ones, then the others in their order.
 TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   TetMesh out;
@@ -154,6 +148,21 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   for (const Tetrahedron& t : mesh.tetrahedra)
     out.tetrahedra.push_back({number[t[0]], number[t[1]], number[t[2]], number[t[3]]});
   return out;
+}
+
+constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
+
+TetDriver driver_of(const BodySpec& body) {
+  return body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+}
+
+std::string note_on(const HexSolid& solid) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
+                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
+                1e3 * solid.explicit_limit_s());
+  return text;
 }
 
 void make_volume(BodySpec& body) {
@@ -200,25 +209,30 @@ Scene with_volumes(Scene scene) {
   return scene;
 }
 
-// A part's springs are what they were in the whole.
+// The tensile test corrects the tissue, whatever regions are in it. A part's springs are what they were in the whole.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
   if (is_rigid_part(site)) return surface_spring_engines(site);
   VolumePart volume = volume_of(site);
+  const VolumeMaterial material = volume_material(site.spec.material);
+  const VolumeSettings settings = settings_for(site, volume.mesh);
   TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
   if (site.parent) {
     options = dynamic_cast<const TetSprings&>(model_of(*site.parent)).options();
-    options.calibrate = false;
+  } else if (vary_in_stiffness(site.spec.regions)) {
+    options = TetSprings(volume.mesh, material, settings, options).options();
   }
-  auto model = std::make_unique<TetSprings>(volume.mesh, volume_material(site.spec.material),
-                                            settings_for(site, volume.mesh), options);
+  options.calibrate = options.correction == 1;
+  auto model = std::make_unique<TetSprings>(volume.mesh, volume_material(material, site.spec.regions, volume.mesh),
+                                            settings, options);
   return engines_of(site, std::move(volume), std::move(model));
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
   if (is_rigid_part(site)) return surface_spring_engines(site);
   VolumePart volume = volume_of(site);
-  auto model = std::make_unique<TetSolid>(volume.mesh, volume_material(site.spec.material),
-                                          settings_for(site, volume.mesh), driver_of(site.spec));
+  auto model = std::make_unique<TetSolid>(
+      volume.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
+      settings_for(site, volume.mesh), driver_of(site.spec));
   return engines_of(site, std::move(volume), std::move(model));
 }
 
@@ -227,8 +241,9 @@ BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
   VolumePart volume = volume_of(site);
   const auto* whole = site.parent ? &dynamic_cast<const HexSolid&>(model_of(*site.parent)) : nullptr;
   const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
-  auto model = std::make_unique<HexSolid>(volume.mesh, grid, volume_material(site.spec.material),
-                                          settings_for(site, volume.mesh), driver_of(site.spec), whole);
+  auto model = std::make_unique<HexSolid>(
+      volume.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
+      settings_for(site, volume.mesh), driver_of(site.spec), whole);
   return engines_of(site, std::move(volume), std::move(model));
 }
 

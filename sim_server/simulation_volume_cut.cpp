@@ -87,10 +87,12 @@ TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const
   return {volume_.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
+// In the world, where the blade and the tissue are what they are; only where it has been is carried along.
 TetCutOutcome VolumeCutting::cut_along(Way& way) {
-  const Edge &from = way.edges.front(), &to = way.edges.back();
+  const Edge &from = way.edges.front(), &to = way.now_world;
   // The sheet goes on from all that the blade has cut: no lip is cut again because it has moved a little.
-  const CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut};
+  const CutSheet sheet{
+      {way.frame_world.to_world(from.tip_m), way.frame_world.to_world(from.heel_m), to.heel_m, to.tip_m}, way.cut};
   TetCutSettings settings;
   settings.snap = settings_.snap_ratio;
   settings.semi_progressive = true;
@@ -135,6 +137,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
 
   std::map<std::uint32_t, Way> after = ways_;
   std::uint32_t twins = 0;
+  volume_.fetch_states_from([&](VertexId v) { return state_of(body, v); });
   for (const Stroke& s : strokes) {
     if (!ways_.contains(s.tool_id)) continue;
     Way& way = after[s.tool_id];
@@ -157,6 +160,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   }
   if (twins > 0) plan_change(body, plan, std::move(after));
   volume_.undo_to(0);
+  volume_.fetch_states_from({});
   return plan;
 }
 
@@ -192,20 +196,6 @@ std::optional<BoundaryChange> VolumeCutting::open_pinched(const TriangleMesh& me
   }
 }
 
-// What was made on an edge moves as the edge does. `made`: those before v that were made.
-TetVertexState VolumeCutting::made_state_of(const SharedBody& body, VertexId v,
-                                            std::span<const TetVertexState> made) const {
-  const auto first_made = static_cast<VertexId>(engine_.position_world_m().size());
-  const auto from = volume_.made_from(v);
-  const auto state = [&](VertexId w) { return w < first_made ? state_of(body, w) : made[w - first_made]; };
-  const TetVertexState a = state((*from)[0]), b = state((*from)[1]);
-  const Vec3& rest = volume_.vertex(v).rest_body_m;
-  const Vec3 edge = b.rest_body_m - a.rest_body_m;
-  const double t = edge.isZero(0) ? 0 : (rest - a.rest_body_m).dot(edge) / edge.squaredNorm();
-  return {rest, a.position_world_m + t * (b.position_world_m - a.position_world_m),
-          a.velocity_m_per_s + t * (b.velocity_m_per_s - a.velocity_m_per_s)};
-}
-
 bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways) {
   Pending pending;
   std::vector<VertexId> opened;
@@ -215,13 +205,13 @@ bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, std::map<
     if (way.since_cut_m == 0) way.cut.insert(way.cut.end(), opened.begin(), opened.end());
   const auto first_made = static_cast<VertexId>(engine_.position_world_m().size());
   for (VertexId v = first_made; v < volume_.vertex_count(); ++v) {
-    pending.added.push_back(made_state_of(body, v, pending.added));
+    pending.added.push_back(volume_.vertex(v));
     pending.change.fixed.push_back(is_fixed_ && is_fixed_(volume_.vertex(v).rest_body_m));
   }
   MeshDraft draft(body.mesh, {body.particles.position_world_m.front().data(),
                               body.particles.velocity_world_m_per_s.front().data()});
   const auto state = [&](VertexId v) {
-    const TetVertexState s = v < first_made ? state_of(body, v) : pending.added[v - first_made];
+    const TetVertexState& s = volume_.vertex(v);
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
   };
   const auto kind = [&](const Corners3& corners) { return kind_of_made(body.mesh, corners); };

@@ -49,14 +49,16 @@ class VolumeCutting final : public CuttingEngine {
   VolumePart part(std::span<const VertexId> slots) const;
 
  private:
-  // The sharp edge of a blade, in the shape at rest.
+  // The sharp edge of a blade.
   struct Edge {
     Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
   };
   // Where a blade has been since its cut began, as far back as an element reaches; and the vertices of its cut.
   struct Way {
-    std::vector<Edge> edges;
+    std::vector<Edge> edges;             // in the shape at rest, by the frames of the tissue around the blade then
     Edge cut_to;                         // where the last cut was made, or the way began
+    Edge now_world;                      // the last one, where it is
+    Pose frame_world;                    // of the tissue around it
     double since_cut_m = 0, next_m = 0;  // gone since the last cut; the next one is tried there
     std::vector<VertexId> cut;
     std::vector<VertexId> near;  // vertices around the blade, where the next cut begins to look
@@ -72,11 +74,12 @@ class VolumeCutting final : public CuttingEngine {
   };
 
   TetVertexState state_of(const SharedBody& body, VertexId v) const;
-  TetVertexState made_state_of(const SharedBody& body, VertexId v, std::span<const TetVertexState> made) const;
   VertexId closest_to(const SharedBody& body, const Blade& blade, VertexId from) const;
-  Edge at_rest(const SharedBody& body, const Blade& blade, const Pose& frame_world, std::vector<VertexId>& near) const;
+  Pose frame_around(const SharedBody& body, const Blade& blade, const Pose& frame_world,
+                    std::vector<VertexId>& near) const;
   Way begin_way(const SharedBody& body, const MeshDraft& now, const Stroke& stroke,
                 std::span<const BladeMotion> motions) const;
+  static void add_edge(Way& way, const Blade& blade);
   void go(const SharedBody& body, Way& way, const BladeMotion& motion);
   void go_through(Way& way);
   TetCutOutcome cut_along(Way& way);
@@ -91,7 +94,7 @@ class VolumeCutting final : public CuttingEngine {
   StrokeSettings settings_;
   VolumeEngine& engine_;
   IsFixed is_fixed_;
-  TetTopology volume_;  // at rest, where it is cut
+  TetTopology volume_;
   VolumeSurface surface_;
   double element_m_;  // mean length of the edges
   std::map<std::uint32_t, Way> ways_;

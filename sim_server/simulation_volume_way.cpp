@@ -41,10 +41,10 @@ VertexId VolumeCutting::closest_to(const SharedBody& body, const Blade& blade, V
   return from;
 }
 
-// The tissue around a blade has a motion of its own: with it goes what the blade is in the shape at rest, in which lips
-// that have opened lie together. `near`: where to begin to look; afterwards what is around the blade.
-VolumeCutting::Edge VolumeCutting::at_rest(const SharedBody& body, const Blade& blade, const Pose& frame_world,
-                                           std::vector<VertexId>& near) const {
+// The tissue around a blade has a motion of its own, and takes with it where the blade has been. `near`: where to begin
+// to look; afterwards what is around the blade.
+Pose VolumeCutting::frame_around(const SharedBody& body, const Blade& blade, const Pose& frame_world,
+                                 std::vector<VertexId>& near) const {
   const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
   const std::vector<VertexId> begin = std::exchange(near, {});
   std::unordered_set<VertexId> seen;  // asked, never walked
@@ -62,8 +62,7 @@ VolumeCutting::Edge VolumeCutting::at_rest(const SharedBody& body, const Blade& 
     for (const std::uint32_t t : volume_.star(near[k]))
       for (const VertexId v : volume_.tetrahedra()[t]) meet(v);
   if (near.empty()) near = begin;
-  const Pose frame = around.size() < kFewest ? frame_world : match_shape(around, frame_world);
-  return {frame.to_local(blade.tip_world_m), frame.to_local(heel_m)};
+  return around.size() < kFewest ? frame_world : match_shape(around, frame_world);
 }
 
 // The tissue that a blade had pressed in springs back over it: the way begins where the blade would be without that.
@@ -74,26 +73,34 @@ VolumeCutting::Way VolumeCutting::begin_way(const SharedBody& body, const MeshDr
   for (const VertexId slot : stroke.touched) way.near.push_back(surface_.vertex_of(slot));
   const auto motion = std::ranges::find(motions, stroke.tool_id, &BladeMotion::tool_id);
   if (motion == motions.end() || motion->path.empty()) return way;
+  way.frame_world = motion->frame_world;
   Vec3 home = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i)
     home += stroke.bary[static_cast<int>(i)] * motion->frame_world.to_world(body.mesh.rest_body_m(stroke.touched[i]));
-  const Vec3 pressed_in = motion->frame_world.orientation.conjugate() * (position_of(now, stroke) - home);
-  Edge edge = at_rest(body, motion->path.front(), motion->frame_world, way.near);
-  edge.tip_m -= pressed_in;
-  edge.heel_m -= pressed_in;
-  way.edges.push_back(edge);
-  way.cut_to = edge;
+  const Vec3 pressed_in = position_of(now, stroke) - home;
+  Blade blade = motion->path.front();
+  way.frame_world = frame_around(body, blade, way.frame_world, way.near);
+  blade.tip_world_m -= pressed_in;
+  add_edge(way, blade);
+  way.cut_to = way.edges.back();
   return way;
+}
+
+void VolumeCutting::add_edge(Way& way, const Blade& blade) {
+  way.now_world = {blade.tip_world_m, blade.tip_world_m + blade.length_m * blade.up_world};
+  way.edges.push_back({way.frame_world.to_local(way.now_world.tip_m), way.frame_world.to_local(way.now_world.heel_m)});
 }
 
 void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& motion) {
   for (const Blade& blade : motion.path) {
-    const Edge edge = at_rest(body, blade, motion.frame_world, way.near);
-    if (way.edges.empty()) way.cut_to = edge;
+    const Pose last = way.edges.empty() ? motion.frame_world : way.frame_world;
+    way.frame_world = frame_around(body, blade, last, way.near);
+    add_edge(way, blade);
+    const Edge& edge = way.edges.back();
+    if (way.edges.size() == 1) way.cut_to = edge;
     const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
     way.since_cut_m =
         std::max((edge.tip_m - way.cut_to.tip_m).cross(up).norm(), (edge.heel_m - way.cut_to.heel_m).cross(up).norm());
-    way.edges.push_back(edge);
   }
   const auto far = [&](const Edge& e, double m) {
     return (e.tip_m - way.edges.back().tip_m).norm() > m && (e.heel_m - way.edges.back().heel_m).norm() > m;
@@ -116,6 +123,7 @@ void VolumeCutting::go_through(Way& way) {
   const Edge &first = way.edges.front(), last = way.edges.back();
   const Vec3 ahead = kThrough * element_m_ * (last.tip_m + last.heel_m - first.tip_m - first.heel_m).stableNormalized();
   way.edges.push_back({last.tip_m + ahead, last.heel_m + ahead});
+  way.now_world = {way.frame_world.to_world(way.edges.back().tip_m), way.frame_world.to_world(way.edges.back().heel_m)};
   way.next_m = 0;
   way.since_cut_m += ahead.norm();
 }

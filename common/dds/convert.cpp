@@ -2,80 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
-#include <string>
 
+#include "common/dds/convert_parts.h"
 #include "common/messages/chunks.h"
 
 namespace sectio {
 
+using namespace convert;
+
 namespace {
-
-using Triple = std::array<double, 3>;
-
-Triple triple(const Vec3& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
-Vec3 vec3(const Triple& t) {
-  return {t[0], t[1], t[2]};
-}
-
-std::array<double, 4> quadruple(const Eigen::Quaterniond& q) {
-  return {q.w(), q.x(), q.y(), q.z()};
-}
-
-bool finite(std::initializer_list<double> values) {
-  return std::ranges::all_of(values, [](double x) { return std::isfinite(x); });
-}
-
-bool not_negative(std::initializer_list<double> values) {
-  return std::ranges::all_of(values, [](double x) { return std::isfinite(x) && x >= 0; });
-}
-
-bool is_position(const Triple& t) {
-  return std::ranges::all_of(t, [](double x) { return std::abs(x) <= kMaxCoordinate_m; });
-}
-
-bool is_colour(const Triple& t) {
-  return std::ranges::all_of(t, [](double x) { return x >= 0 && x <= 1; });
-}
-
-bool is_unit(const Vec3& v) {
-  return std::abs(v.norm() - 1) < 1e-3;
-}
-
-std::optional<Pose> pose_from(const Triple& position_m, const std::array<double, 4>& wxyz) {
-  Pose pose{vec3(position_m), Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3])};
-  if (!is_position(position_m) || !(std::abs(pose.orientation.norm() - 1) < 1e-3)) return std::nullopt;
-  // Rounding must not grow from hop to hop: what is normalised already stays as it is, bit for bit.
-  if (std::abs(pose.orientation.squaredNorm() - 1) > 1e-12) pose.orientation.normalize();
-  return pose;
-}
-
-template <std::size_t N>
-std::optional<std::string> text_from(const eprosima::fastrtps::fixed_string<N>& fixed, std::size_t min_bytes) {
-  std::string text = fixed.c_str();
-  const bool printable = std::ranges::all_of(text, [](unsigned char c) { return c >= 0x20 && c != 0x7f; });
-  if (text.size() < min_bytes || !printable) return std::nullopt;
-  return text;
-}
-
-std::vector<wire::BodyVersion> versions_to_wire(const std::vector<BodyVersion>& bodies) {
-  std::vector<wire::BodyVersion> result(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    result[i].revision(bodies[i].revision);
-    result[i].topology_hash(bodies[i].topology_hash);
-  }
-  return result;
-}
-
-std::vector<BodyVersion> versions_from(const std::vector<wire::BodyVersion>& bodies) {
-  std::vector<BodyVersion> result;
-  result.reserve(bodies.size());
-  for (const wire::BodyVersion& body : bodies) result.push_back({body.revision(), body.topology_hash()});
-  return result;
-}
 
 template <class Edit, class Slot>
 bool ascending(const std::vector<Edit>& edits, Slot slot) {
@@ -267,6 +202,7 @@ wire::StateHeader to_wire(const StateHeader& header) {
   m.sim_time_s(header.sim_time_s);
   m.step_wall_time_s(header.step_wall_time_s);
   m.in_contact(header.in_contact);
+  m.gravity_world_m_per_s2(triple(header.gravity_m_per_s2));
   m.tools().resize(header.tools.size());
   for (std::size_t i = 0; i < header.tools.size(); ++i) {
     m.tools()[i].present(header.tools[i].present);
@@ -285,9 +221,16 @@ wire::StateHeader to_wire(const StateHeader& header) {
 
 std::optional<StateHeader> from_wire(const wire::StateHeader& m) {
   if (m.tools().size() > kMaxTools || m.bodies().size() > kMaxBodies || !finite({m.sim_time_s()}) ||
-      !not_negative({m.step_wall_time_s()}))
+      !is_gravity(m.gravity_world_m_per_s2()) || !not_negative({m.step_wall_time_s()}))
     return std::nullopt;
-  StateHeader header{m.epoch(), m.step(), m.sim_time_s(), m.step_wall_time_s(), m.in_contact(), {}, {}};
+  StateHeader header{m.epoch(),
+                     m.step(),
+                     m.sim_time_s(),
+                     m.step_wall_time_s(),
+                     m.in_contact(),
+                     {},
+                     {},
+                     vec3(m.gravity_world_m_per_s2())};
   for (const wire::ToolState& t : m.tools()) {
     const std::optional<Pose> pose = pose_from(t.position_world_m(), t.orientation_wxyz());
     if (!pose || !(t.opening_rad() >= 0 && t.opening_rad() <= kWidestOpening_rad)) return std::nullopt;
@@ -324,138 +267,6 @@ std::optional<StatePiece> from_wire(const wire::StatePiece& m) {
     return std::nullopt;
   return StatePiece{m.epoch(), m.step(),      m.revision(),      m.body_id(),
                     m.piece(), m.quantum_m(), m.origin_quanta(), m.offsets_quanta()};
-}
-
-wire::SceneInfo to_wire(const SceneInfo& scene) {
-  wire::SceneInfo m;
-  m.epoch(scene.epoch);
-  m.session(scene.session);
-  m.step_s(scene.step_s);
-  m.camera_eye_world_m(triple(scene.camera.eye_world_m));
-  m.camera_target_world_m(triple(scene.camera.target_world_m));
-  m.camera_up_world(triple(scene.camera.up_world));
-  m.camera_field_of_view_deg(scene.camera.field_of_view_deg);
-  m.has_floor(scene.floor_z_m.has_value());
-  m.floor_z_m(scene.floor_z_m.value_or(0));
-  m.world_bodies().resize(scene.world_bodies.size());
-  for (std::size_t i = 0; i < scene.world_bodies.size(); ++i) m.world_bodies()[i].name(scene.world_bodies[i]);
-  m.bodies().resize(scene.bodies.size());
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    m.bodies()[i].name(scene.bodies[i].name);
-    m.bodies()[i].skin_colour_rgb(triple(scene.bodies[i].skin_colour));
-    m.bodies()[i].wall_colour_rgb(triple(scene.bodies[i].wall_colour));
-  }
-  m.tools().resize(scene.tools.size());
-  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
-    const auto& [a, b, c, d] = scene.tools[i].abcd_tool_m;
-    m.tools()[i].name(scene.tools[i].name);
-    m.tools()[i].kind(scene.tools[i].kind);
-    m.tools()[i].a_tool_m(triple(a));
-    m.tools()[i].b_tool_m(triple(b));
-    m.tools()[i].c_tool_m(triple(c));
-    m.tools()[i].d_tool_m(triple(d));
-    m.tools()[i].gauge_m(scene.tools[i].gauge_m);
-  }
-  return m;
-}
-
-std::optional<SceneInfo> from_wire(const wire::SceneInfo& m) {
-  const std::optional<std::string> session = text_from(m.session(), 1);
-  if (!session || m.world_bodies().size() > kMaxBodies || m.bodies().size() > kMaxBodies ||
-      m.tools().size() > kMaxTools || !(m.step_s() > 0) || !(m.step_s() <= 1) || !is_position(m.camera_eye_world_m()) ||
-      !is_position(m.camera_target_world_m()) || !is_position(m.camera_up_world()) ||
-      !(m.camera_field_of_view_deg() >= 1) || !(m.camera_field_of_view_deg() <= 170) ||
-      !is_position({0, 0, m.floor_z_m()}))
-    return std::nullopt;
-  SceneInfo scene;
-  scene.epoch = m.epoch();
-  scene.session = *session;
-  scene.step_s = m.step_s();
-  if (m.has_floor()) scene.floor_z_m = m.floor_z_m();
-  scene.camera = {vec3(m.camera_eye_world_m()), vec3(m.camera_target_world_m()), vec3(m.camera_up_world()),
-                  m.camera_field_of_view_deg()};
-  for (const wire::BodyName& b : m.world_bodies()) {
-    const std::optional<std::string> name = text_from(b.name(), 1);
-    if (!name) return std::nullopt;
-    scene.world_bodies.push_back(*name);
-  }
-  for (const wire::BodyInfo& b : m.bodies()) {
-    const std::optional<std::string> name = text_from(b.name(), 1);
-    if (!name || !is_colour(b.skin_colour_rgb()) || !is_colour(b.wall_colour_rgb())) return std::nullopt;
-    scene.bodies.push_back({*name, vec3(b.skin_colour_rgb()), vec3(b.wall_colour_rgb())});
-  }
-  for (const wire::ToolInfo& t : m.tools()) {
-    const std::optional<std::string> name = text_from(t.name(), 1), kind = text_from(t.kind(), 1);
-    if (!name || !kind || !is_position(t.a_tool_m()) || !is_position(t.b_tool_m()) || !is_position(t.c_tool_m()) ||
-        !is_position(t.d_tool_m()) || !(t.gauge_m() >= 0 && t.gauge_m() <= 1))
-      return std::nullopt;
-    scene.tools.push_back(
-        {*name, *kind, {vec3(t.a_tool_m()), vec3(t.b_tool_m()), vec3(t.c_tool_m()), vec3(t.d_tool_m())}, t.gauge_m()});
-  }
-  return scene;
-}
-
-wire::Event to_wire(const SessionEvent& event) {
-  wire::Event m;
-  m.epoch(event.epoch);
-  m.step(event.step);
-  m.kind(event.kind);
-  m.body_id(event.body_id);
-  m.tool_id(event.tool_id);
-  m.text(event.text);
-  return m;
-}
-
-std::optional<SessionEvent> from_wire(const wire::Event& m) {
-  const std::optional<std::string> text = text_from(m.text(), 0);
-  if (!text || m.body_id() >= kMaxBodies || m.tool_id() >= kMaxTools) return std::nullopt;
-  return SessionEvent{m.epoch(), m.step(), m.kind(), m.body_id(), m.tool_id(), *text};
-}
-
-wire::ServerStatus to_wire(const ServerStatus& status) {
-  wire::ServerStatus m;
-  m.epoch(status.epoch);
-  m.step(status.step);
-  m.sim_time_s(status.sim_time_s);
-  m.step_wall_time_s(status.step_wall_time_s);
-  m.stability_margin_1(status.stability_margin);
-  m.cuts_made_count(status.cuts_made);
-  m.cuts_refused_count(status.cuts_refused);
-  m.samples_refused_count(status.samples_refused);
-  m.viewers_count(status.viewers);
-  m.bodies(versions_to_wire(status.bodies));
-  return m;
-}
-
-std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
-  if (m.bodies().size() > kMaxBodies || !finite({m.sim_time_s(), m.stability_margin_1()}) ||
-      !not_negative({m.step_wall_time_s()}))
-    return std::nullopt;
-  return ServerStatus{m.epoch(),
-                      m.step(),
-                      m.sim_time_s(),
-                      m.step_wall_time_s(),
-                      m.stability_margin_1(),
-                      m.cuts_made_count(),
-                      m.cuts_refused_count(),
-                      m.samples_refused_count(),
-                      m.viewers_count(),
-                      versions_from(m.bodies())};
-}
-
-wire::SessionEnd to_wire(const SessionEnd& end) {
-  wire::SessionEnd m;
-  m.epoch(end.epoch);
-  m.step(end.step);
-  m.reason(end.reason);
-  m.bodies(versions_to_wire(end.bodies));
-  return m;
-}
-
-std::optional<SessionEnd> from_wire(const wire::SessionEnd& m) {
-  const std::optional<std::string> reason = text_from(m.reason(), 0);
-  if (!reason || m.bodies().size() > kMaxBodies) return std::nullopt;
-  return SessionEnd{m.epoch(), m.step(), *reason, versions_from(m.bodies())};
 }
 
 }  // namespace sectio

@@ -35,6 +35,8 @@ struct TetChange {
   std::vector<TetEdit> tetrahedra;  // ascending; some are what they were, where only their neighbours are not
 };
 
+void follow(TetMesh& mesh, const TetChange& change);
+
 // The faces of a tetrahedron, each seen counter-clockwise from outside; face i is opposite corner i.
 constexpr std::array<std::array<std::size_t, 3>, 4> kTetFaces = {{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 constexpr std::array<std::array<std::size_t, 2>, 6> kTetEdges = {{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};

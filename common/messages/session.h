@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/types.h"
 
 namespace sectio {
@@ -20,6 +21,7 @@ struct BodyInfo {
   std::string name;
   Vec3 skin_colour = Vec3::Constant(0.6);  // red, green, blue; 0 to 1
   Vec3 wall_colour = Vec3::Constant(0.5);
+  Regions regions = {};  // of its inside
 };
 
 struct ToolInfo {
@@ -77,6 +79,15 @@ struct ServerStatus {
   std::uint64_t samples_refused = 0;
   std::uint32_t viewers = 0;
   std::vector<BodyVersion> bodies;
+  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
+};
+
+constexpr double kMostGravity_m_per_s2 = 1000;
+
+// Gravity is to turn there.
+struct GravityRequest {
+  std::uint64_t source = 0;  // grows; a lower one than the last is a ghost
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
 };
 
 struct SessionEnd {

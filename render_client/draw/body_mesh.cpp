@@ -1,6 +1,7 @@
 #include "render_client/draw/body_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace sectio {
@@ -83,6 +84,25 @@ void BodyMesh::measure_depth() {
       }
     }
   }
+}
+
+Regions BodyMesh::regions_at_skin(const BodyFrame& body) {
+  Regions regions = body.regions;
+  std::vector<std::pair<Vec3, double>> balls;  // around the triangles
+  for (const Triangle& t : body.triangles) {
+    if (regions.empty() || !t.alive() || t.surface != Surface::skin) continue;
+    const Vec3f middle = (body.rest_body_m[t.v[0]] + body.rest_body_m[t.v[1]] + body.rest_body_m[t.v[2]]) / 3;
+    float radius2 = 0;
+    for (const VertexId v : t.v) radius2 = std::max(radius2, (body.rest_body_m[v] - middle).squaredNorm());
+    balls.emplace_back(middle.cast<double>(), std::sqrt(radius2));
+  }
+  for (Region& region : regions)
+    std::erase_if(region.parts, [&](const RegionPart& part) {
+      return std::ranges::none_of(
+          balls, [&](const auto& ball) { return may_reach(part, ball.first, ball.second + region.ripple_m); });
+    });
+  std::erase_if(regions, [](const Region& region) { return region.parts.empty(); });
+  return regions;
 }
 
 bool BodyMesh::move(const BodyFrame& body) {

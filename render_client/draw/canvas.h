@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "common/material/regions.h"
 #include "common/math/types.h"
 #include "render_client/draw/image.h"
 
@@ -42,6 +43,7 @@ inline constexpr std::array kAllShadings{Shading::skin,    Shading::wall, Shadin
 struct Material {
   Shading shading = Shading::skin;
   Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0..1
+  std::span<const Region> regions = {};  // what else there is in skin or wall, by rest_m; at most kMaxRegions
 };
 
 // Throws a soft shadow on skin, walls and drapes: a cone between two spheres.

@@ -14,6 +14,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "render_client/draw/canvas.h"
+#include "render_client/draw/region_uniforms.h"
 #include "render_client/draw/shaders.h"
 #include "render_client/draw/tissue_noise.h"
 
@@ -40,6 +41,8 @@ struct Program {
   GLuint id = 0;
   GLint view_from_mesh = -1, projection = -1, base_colour = -1, occluder_from = -1, occluder_to = -1,
         occluder_count = -1, half_size_px = -1;
+  GLint region_count = -1, part_end = -1, part_a = -1, part_b = -1, part_q = -1, region_colour = -1, region_grain = -1,
+        region_rim = -1;  // of skin and walls
 };
 
 Program link(std::initializer_list<GLuint> stages) {
@@ -59,6 +62,14 @@ Program link(std::initializer_list<GLuint> stages) {
   program.occluder_to = uniform("occluder_to");
   program.occluder_count = uniform("occluder_count");
   program.half_size_px = uniform("half_size_px");
+  program.region_count = uniform("region_count");
+  program.part_end = uniform("part_end");
+  program.part_a = uniform("part_a");
+  program.part_b = uniform("part_b");
+  program.part_q = uniform("part_q");
+  program.region_colour = uniform("region_colour");
+  program.region_grain = uniform("region_grain");
+  program.region_rim = uniform("region_rim");
   glUseProgram(program.id);
   glUniform1i(uniform("noise"), 0);
   glUniform1i(uniform("relief"), 1);
@@ -177,10 +188,10 @@ void OsmesaCanvas::make_current() {
 
 void OsmesaCanvas::make_programs() {
   for (const Shading shading : kAllShadings) {
-    programs_[static_cast<std::size_t>(shading)] =
-        link({compile(GL_VERTEX_SHADER, "", shaders::kVertex),
-              compile(GL_FRAGMENT_SHADER, (std::string(shaders::kLighting) + shaders::kBackdrop).c_str(),
-                      fragment_source(shading))});
+    programs_[static_cast<std::size_t>(shading)] = link(
+        {compile(GL_VERTEX_SHADER, "", shaders::kVertex),
+         compile(GL_FRAGMENT_SHADER, (std::string(shaders::kLighting) + shaders::kBackdrop + shaders::kRegions).c_str(),
+                 fragment_source(shading))});
   }
   background_ = link({compile(GL_VERTEX_SHADER, "", shaders::kBackgroundVertex),
                       compile(GL_FRAGMENT_SHADER, shaders::kBackdrop, shaders::kBackground)});
@@ -328,6 +339,23 @@ void OsmesaCanvas::draw_elements(MeshId mesh, IndexRange range) {
                  reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t{range.first}));
 }
 
+// Into the program in use.
+void set_regions(const Program& program, std::span<const Region> regions) {
+  const RegionUniforms u = pack(regions);
+  glUniform1i(program.region_count, u.count);
+  if (u.count == 0) return;
+  const auto vectors = [](GLint location, const auto& values) {
+    glUniform4fv(location, static_cast<GLsizei>(values.size()), values.front().data());
+  };
+  glUniform3iv(program.part_end, static_cast<GLsizei>(kMaxRegions), u.part_end.front().data());
+  vectors(program.part_a, u.part_a);
+  vectors(program.part_b, u.part_b);
+  vectors(program.part_q, u.part_q);
+  vectors(program.region_colour, u.colour);
+  vectors(program.region_grain, u.grain);
+  vectors(program.region_rim, u.rim);
+}
+
 void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
                         const Eigen::Matrix4f& world_from_mesh) {
   if (range.count == 0) return;
@@ -337,6 +365,7 @@ void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
   glUniformMatrix4fv(program.view_from_mesh, 1, GL_FALSE, view_from_mesh.data());
   glUniformMatrix4fv(program.projection, 1, GL_FALSE, view_.projection.data());
   glUniform3fv(program.base_colour, 1, material.colour.data());
+  set_regions(program, material.regions);
   if (material.shading == Shading::skin || material.shading == Shading::drape) {
     glEnable(GL_CULL_FACE);
   } else {

@@ -117,11 +117,13 @@ void main() {
   albedo *= (0.66 + 0.68 * broad.r) * (0.80 + 0.34 * fine.a);
   albedo = mix(albedo, albedo * vec3(0.60, 0.42, 0.48), 0.55 * smoothstep(0.45, 0.95, broad.a));
   albedo = mix(albedo, vec3(dot(albedo, vec3(0.35))), 0.10 + 0.10 * broad.b);
+  albedo = tissue_at(rest.xyz, albedo, smoothstep(0.35, 0.75, broad.r), 0.80 + 0.34 * fine.a);
   vec3 film = bumped(n, 0.15 * (fine.rgb - 0.5));
   emit_tissue(mix(n, film, 0.5), film, albedo, 1.0, 0.75 + 0.4 * broad.b);
 })";
 
-// Parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood that gathers
+// Where the scene says what is inside, that is shown as it is, and only the light knows how deep a cut is. Otherwise,
+// parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood that gathers
 // towards the bottom, where little light comes.
 constexpr const char* kWall = R"(
 void main() {
@@ -134,9 +136,12 @@ void main() {
   albedo *= (0.50 + 0.62 * coarse.r) * (0.66 + 0.60 * fine.a);
   albedo = mix(albedo, vec3(0.50, 0.25, 0.20), 0.28 * smoothstep(0.50, 0.9, coarse.g));
   albedo = mix(albedo, vec3(0.09, 0.007, 0.009), 0.85 * smoothstep(0.50, 0.85, coarse.a));
+  float plain = region_count == 0 ? 1.0 : 0.0;
   float low = depth + 0.004 * (coarse.r - 0.5);
-  albedo = mix(albedo, vec3(0.15, 0.010, 0.010), 0.75 * smoothstep(0.001, 0.010, low));
-  albedo = mix(vec3(0.55, 0.33, 0.28), albedo, smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5)));
+  albedo = mix(albedo, vec3(0.15, 0.010, 0.010), plain * 0.75 * smoothstep(0.001, 0.010, low));
+  float lip = 1.0 - smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5));
+  albedo = mix(albedo, vec3(0.55, 0.33, 0.28), plain * lip);
+  albedo = tissue_at(rest.xyz, albedo, smoothstep(0.35, 0.75, coarse.r), 0.80 + 0.34 * fine.a);
   float openness = 0.36 + 0.64 * exp2(-170.0 * depth);
   vec3 film = bumped(n, 0.34 * (fine.rgb - 0.5));
   emit_tissue(mix(n, film, 0.7), film, albedo, openness, 1.0);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 
@@ -18,6 +19,7 @@ struct BodyFrame {
   std::uint64_t revision = 0;
   Vec3 skin_colour = Vec3::Constant(0.6);
   Vec3 wall_colour = Vec3::Constant(0.5);
+  Regions regions;  // of its inside
   // One entry a slot; dead triangles have v[0] == kNone. The revision tells a renderer when its index buffers are old.
   std::vector<Vec3f> rest_body_m;
   std::vector<Vec3f> positions_world_m;
@@ -48,6 +50,7 @@ struct Frame {
   bool in_contact = false;
   CameraView camera;
   std::optional<double> floor_z_m;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<BodyFrame> bodies;
   std::vector<ToolFrame> tools;
 };

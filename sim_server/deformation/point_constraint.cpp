@@ -13,7 +13,11 @@ constexpr int kSweeps = 8;  // a handful of constraints that share at most a tri
 Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_mass, double step_s,
                      const Vec3& so_far) {
   const Vec3 needed = point_mass / step_s * (c.target_world_m - point);
-  if (!c.unilateral) return needed;
+  if (!c.unilateral) {
+    const Vec3 total = so_far + needed;
+    const double most = step_s * c.largest_force_n, size = total.norm();
+    return size <= most ? needed : Vec3(most / size * total - so_far);
+  }
   // Along the inward normal the sum of impulses may push but not pull.
   const double given = -so_far.dot(c.normal);
   const double total = std::max(0.0, given - needed.dot(c.normal));
@@ -70,8 +74,11 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
       reactions[n].active = true;
     }
   }
-  for (std::size_t n = 0; n < constraints.size(); ++n)
+  for (std::size_t n = 0; n < constraints.size(); ++n) {
     reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(carried(supports.of(n), velocity_m_per_s));
+    if (!constraints[n].stops || !reactions[n].active) continue;
+    for (const auto& [particle, weight] : supports.of(n)) velocity_m_per_s[particle].setZero();
+  }
 }
 
 void project(std::span<const PointConstraint> constraints, std::span<const double> inverse_mass, double step_s,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -13,15 +14,18 @@
 namespace sectio {
 
 // The point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
-// Two-sided: it is at target_world_m after the step. Unilateral: it is not further out along `normal` (unit, out of the
-// tissue) than the target; only motion along the normal is constrained, and the tissue is never pulled. One that sticks
-// is at the target as long as the tissue presses against it.
+// Two-sided: it is at target_world_m after the step, or as far on its way as the largest force brings it. Unilateral:
+// it is not further out along `normal` (unit, out of the tissue) than the target; only motion along the normal is
+// constrained, and the tissue is never pulled. One that sticks is at the target as long as the tissue presses against
+// it; one that stops leaves what it moved without velocity.
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
   Vec3 target_world_m = Vec3::Zero();
   bool unilateral = false;
   bool sticks = false;
+  bool stops = false;
+  double largest_force_n = std::numeric_limits<double>::infinity();  // of a two-sided one
   Vec3 normal = Vec3::UnitZ();
 };
 

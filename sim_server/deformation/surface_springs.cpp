@@ -13,6 +13,8 @@ namespace {
 // A vertex is given at least this share of the mean area: crumbs left by a cut must not be almost massless.
 constexpr double kLeastAreaShare = 1e-4;
 
+constexpr int kColumnPoints = 8;  // at which the tissue beneath a vertex is looked at
+
 // How far beyond the bound at rest a row is made stable after a cut: folding turns springs towards one direction, which
 // raises lambda_max from sum k / 2 (a flat ring) towards sum k, and cuts are where instruments fold the surface.
 constexpr double kMassMargin = 2;
@@ -67,6 +69,24 @@ double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {
   return stiffness_n_per_m * h * h / budget;
 }
 
+double SurfaceSprings::column_factor(const TriangleMesh& mesh, VertexId v) const {
+  if (!settings_.stiffness_factor) return 1;
+  Vec3 outward = Vec3::Zero();
+  const TriangleId first = mesh.incident(v);
+  TriangleId t = first;
+  do {
+    const auto& c = mesh.triangle(t).v;
+    const Vec3& a = mesh.rest_body_m(c[0]);
+    outward += (mesh.rest_body_m(c[1]) - a).cross(mesh.rest_body_m(c[2]) - a);
+    t = mesh.neighbour(t, (mesh.triangle(t).corner_of(v) + 2) % 3);
+  } while (t != first);
+  const Vec3 down_m = -material_.foundation_radius_m * outward.stableNormalized();
+  double compliance = 0;
+  for (int i = 0; i < kColumnPoints; ++i)
+    compliance += 1 / settings_.stiffness_factor(mesh.rest_body_m(v) + (i + 0.5) / kColumnPoints * down_m);
+  return kColumnPoints / compliance;
+}
+
 void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   forget_mass(v);
   gather_star(mesh, v, membrane_, star_);
@@ -74,7 +94,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
                             return temporary_[e.to] != 0;
                           });
   const double area_m2 = std::max(star_.area_m2, least_area_m2_);
-  const double k_home = material_.home_springs ? foundation_pa_per_m_ * area_m2 : 0;
+  const double k_home = material_.home_springs ? foundation_pa_per_m_ * area_m2 * column_factor(mesh, v) : 0;
   const double stiffness = 2 * star_.stiffness_n_per_m + k_home;
   const double physical = area_density_kg_per_m2_ * area_m2;
   home_body_m_[v] = mesh.rest_body_m(v);

@@ -47,7 +47,10 @@ struct SurfaceSpringSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   // Vertices whose home this accepts never move; empty: none.
-  std::function<bool(const Vec3& home_world_m)> fixed;
+  std::function<bool(const Vec3& home_world_m)> fixed = {};
+  // Of the tissue at a point at rest; empty: 1. A home spring stands for the column of tissue beneath its vertex, a_ref
+  // deep: parts of it that differ are springs in series.
+  std::function<double(const Vec3& rest_body_m)> stiffness_factor = {};
 };
 
 class SurfaceSprings final : public DeformationEngine {
@@ -63,6 +66,8 @@ class SurfaceSprings final : public DeformationEngine {
             std::span<Reaction> reactions) override {
     step(body.particles.position_world_m, body.particles.velocity_world_m_per_s, constraints, reactions);
   }
+
+  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   // After a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles, before and
   // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
@@ -132,6 +137,7 @@ class SurfaceSprings final : public DeformationEngine {
   void follow_free_components(std::span<const Vec4f> position_world_m);
   void stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
   double stable_mass_kg(double stiffness_n_per_m) const;
+  double column_factor(const TriangleMesh& mesh, VertexId v) const;
 
   SurfaceSpringMaterial material_;
   SurfaceSpringSettings settings_;

@@ -18,7 +18,8 @@ SceneInfo scene_info(const Scene& scene) {
                  scene.camera.field_of_view_deg};
   info.floor_z_m = scene.floor_z_m;
   info.world_bodies = scene.world_bodies;
-  for (const BodySpec& body : scene.bodies) info.bodies.push_back({body.name, body.skin_colour, body.wall_colour});
+  for (const BodySpec& body : scene.bodies)
+    info.bodies.push_back({body.name, body.skin_colour, body.wall_colour, body.regions});
   for (const ToolSpec& tool : scene.tools) {
     const ToolGeometry& g = tool.geometry;
     info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}, g.gauge_m});

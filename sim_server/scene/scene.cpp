@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/scene/mesh_import.h"
+#include "sim_server/scene/region_reader.h"
 #include "sim_server/scene/yaml_reader.h"
 
 namespace sectio {
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 // No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
 constexpr double kSmallestBody_m = 1e-3;
 constexpr double kLargestBody_m = 5;
+constexpr double kMostGravity = 1000;  // m/s2
 
 std::string resolved(const YamlValue& file, const std::string& scene_file) {
   return (fs::path(scene_file).parent_path() / file.text()).lexically_normal().string();
@@ -51,15 +53,10 @@ Camera read_camera(YamlMap& map) {
   return camera;
 }
 
-// Turns about the world's x, then y, then z axis.
 Pose read_pose(YamlMap& map) {
   Pose pose;
-  Vec3 rotation_deg = Vec3::Zero();
   map.read("position_world_m", pose.position_m);
-  map.read("rotation_deg", rotation_deg);
-  const Vec3 angle = rotation_deg * (M_PI / 180);
-  pose.orientation = Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
-                     Eigen::AngleAxisd(angle.x(), Vec3::UnitX());
+  pose.orientation = read_rotation(map);
   return pose;
 }
 
@@ -184,6 +181,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     part.read("skin", body.skin_colour, between(0, 1));
     part.read("wall", body.wall_colour, between(0, 1));
   });
+  if (const auto regions = map.find("regions")) body.regions = read_regions(*regions);
   if (const auto volume = map.find("volume")) {
     if (body.model == "surface_springs") volume->fail("the model surface_springs has no volume");
     YamlMap part(*volume);
@@ -208,7 +206,16 @@ ToolGeometry read_geometry(YamlMap& map, ToolGeometry geometry) {
   map.read("d_tool_m", geometry.d_tool_m);
   map.read("sharp_length_m", geometry.sharp_length_m, above(0));
   map.read("gauge_m", geometry.gauge_m, above(0));
+  map.read("sphere_radius_m", geometry.sphere_radius_m, above_to(0, 0.1));
   return geometry;
+}
+
+void read_grip(YamlMap& map, const InstrumentKind& instrument, ToolSpec& tool) {
+  if (instrument.grip_force_n == 0) return;
+  if (const auto force = map.find("grip_force_n")) tool.grip_force_n = force->number(above_to(0, 1000));
+  if (const auto radius = map.find("grip_radius_m")) tool.grip_radius_m = radius->number(above_to(0, 0.1));
+  if (tool.grip_radius_m.value_or(instrument.grip_radius_m) <= tool.geometry.sphere_radius_m)
+    map.value().fail("grip_radius_m must be more than sphere_radius_m: the ball pushes out what is held");
 }
 
 ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
@@ -219,6 +226,7 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   tool.geometry = instrument.geometry;
   map.part("geometry", [&](YamlMap& part) { tool.geometry = read_geometry(part, tool.geometry); });
   map.read("intensity", tool.intensity, above_to(0, 10));
+  read_grip(map, instrument, tool);
   if (const std::string flaw = instrument.flaw(tool.geometry); !flaw.empty()) map.value().fail("geometry: " + flaw);
   const auto trace = map.find("trace");
   map.finish();
@@ -232,6 +240,20 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   return tool;
 }
 
+std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
+  std::vector<GravityChange> changes;
+  for (const YamlValue& value : list.list()) {
+    YamlMap map(value);
+    GravityChange change;
+    change.at_s = map.require("at_s").number(at_least(0));
+    change.gravity_m_per_s2 = map.require("gravity_m_per_s2").vector3(between(-kMostGravity, kMostGravity));
+    map.finish();
+    if (!changes.empty() && change.at_s <= changes.back().at_s) value.fail("at_s must be later than the one before");
+    changes.push_back(change);
+  }
+  return changes;
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& path) {
@@ -241,7 +263,9 @@ Scene load_scene(const std::string& path) {
   scene.session = name_of(map.require("session"));
   map.read("step_s", scene.step_s, above_to(0, 0.1));
   map.read("duration_s", scene.duration_s, above_to(0, 86400));
-  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-1000, 1000));
+  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-kMostGravity, kMostGravity));
+  if (const auto changes = map.find("gravity_changes")) scene.gravity_changes = read_gravity_changes(*changes);
+  map.read("gravity_turns_deg_per_s", scene.gravity_turns_deg_per_s, above_to(0, 360));
   if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");

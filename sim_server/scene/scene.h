@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/regions.h"
 #include "common/math/trace.h"
 #include "common/math/types.h"
 #include "common/mesh/tet_mesh.h"
@@ -102,15 +103,23 @@ struct BodySpec {
   std::optional<Box> fixed;  // vertices inside stay where they are
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
+  Regions regions;  // of its inside, in the frame of the mesh
 };
 
 struct ToolSpec {
   std::string name;
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
-  double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
+  double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
+  std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
+};
+
+// From at_s on, gravity turns there.
+struct GravityChange {
+  double at_s = 0;
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
 };
 
 struct Scene {
@@ -119,7 +128,9 @@ struct Scene {
   double step_s = 0.001;
   double duration_s = 5;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
-  std::optional<double> floor_z_m;  // parts that fall come to rest on this plane
+  std::vector<GravityChange> gravity_changes;  // ascending in time: the patient is tilted
+  double gravity_turns_deg_per_s = 20;         // at most
+  std::optional<double> floor_z_m;             // parts that fall come to rest on this plane
   Camera camera;
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
@@ -132,6 +143,7 @@ struct Scene {
 // default:
 //
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
+//   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
@@ -145,9 +157,11 @@ struct Scene {
 //     cutting:   the members of CuttingSpec (style semi_progressive: of a volume, which else can't be cut);
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
+//     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
-//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
+//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
+//     grip_radius_m
 Scene load_scene(const std::string& path);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for

@@ -248,4 +248,12 @@ YamlMap load_yaml(const std::string& path) {
   return YamlMap(YamlValue(documents[0], path, ""));
 }
 
+Eigen::Quaterniond read_rotation(YamlMap& map) {
+  Vec3 rotation_deg = Vec3::Zero();
+  map.read("rotation_deg", rotation_deg);
+  const Vec3 angle = rotation_deg * (M_PI / 180);
+  return Eigen::AngleAxisd(angle.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(angle.y(), Vec3::UnitY()) *
+         Eigen::AngleAxisd(angle.x(), Vec3::UnitX());
+}
+
 }  // namespace sectio

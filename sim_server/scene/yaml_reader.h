@@ -86,6 +86,9 @@ class YamlMap {
 // The one document of a file, which must be a map.
 YamlMap load_yaml(const std::string& path);
 
+// rotation_deg: [x, y, z], about the world's x, then y, then z axis; none when the key is absent.
+Eigen::Quaterniond read_rotation(YamlMap& map);
+
 // The candidate that differs least from `word` by letters put in, left out or changed, when it is near enough to be
 // meant; "" otherwise.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -28,6 +29,19 @@ TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra), star_(me
 void TetTopology::set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
   vertices_[v].position_world_m = position_world_m;
   vertices_[v].velocity_m_per_s = velocity_m_per_s;
+}
+
+void TetTopology::fetch_states_from(StateOf source) {
+  source_ = std::move(source);
+  ++fetch_;
+  resize_slots(fetched_, vertices_.size(), 0u);
+}
+
+void TetTopology::fetch(VertexId v) const {
+  fetched_[v] = fetch_;
+  const TetVertexState state = source_(v);
+  vertices_[v].position_world_m = state.position_world_m;
+  vertices_[v].velocity_m_per_s = state.velocity_m_per_s;
 }
 
 TetMesh TetTopology::mesh() const {
@@ -115,7 +129,7 @@ TetChange TetTopology::remove(std::span<const std::uint32_t> tetrahedra) {
 VertexId TetTopology::split(VertexId a, VertexId b, double t) {
   SECTIO_ASSERT(t > 0 && t < 1, "an edge is split between its ends");
   const auto n = static_cast<VertexId>(vertices_.size());
-  const TetVertexState &from = vertices_[a], &to = vertices_[b];
+  const TetVertexState from = vertex(a), to = vertex(b);
   const auto between = [t](const Vec3& p, const Vec3& q) -> Vec3 { return p + t * (q - p); };
   vertices_.push_back({between(from.rest_body_m, to.rest_body_m), between(from.position_world_m, to.position_world_m),
                        between(from.velocity_m_per_s, to.velocity_m_per_s)});
@@ -153,7 +167,7 @@ void TetTopology::undo_split(const Operation& operation) {
 
 VertexId TetTopology::part(VertexId v, std::span<const std::uint32_t> of) {
   const auto twin = static_cast<VertexId>(vertices_.size());
-  vertices_.push_back(TetVertexState(vertices_[v]));
+  vertices_.push_back(TetVertexState(vertex(v)));
   Operation operation{v, kNone, twin, 0, star_[v], {}, {of.begin(), of.end()}};
   for (const std::uint32_t t : star_[v]) operation.corners.push_back(tets_[t]);
   journal_.push_back(std::move(operation));

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -36,8 +37,15 @@ class TetTopology {
   explicit TetTopology(const TetMesh& mesh);
 
   std::size_t vertex_count() const { return vertices_.size(); }
-  const TetVertexState& vertex(VertexId v) const { return vertices_[v]; }
+  const TetVertexState& vertex(VertexId v) const {
+    if (source_ && v < vertices_before_ && fetched_[v] != fetch_) fetch(v);
+    return vertices_[v];
+  }
   void set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s);
+  // From now on the states of vertices that no operation since forget() has made come from there, each when it is first
+  // asked for: a cut looks at few. Nothing: they stay as they are.
+  using StateOf = std::function<TetVertexState(VertexId v)>;
+  void fetch_states_from(StateOf source);
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }
   std::span<const std::uint32_t> star(VertexId v) const { return star_[v]; }
   bool alive(VertexId v) const { return !star_[v].empty(); }
@@ -83,8 +91,12 @@ class TetTopology {
   void undo_split(const Operation& operation);
   void undo_part(const Operation& operation);
   double volume_at(VertexId v) const;
+  void fetch(VertexId v) const;
 
-  std::vector<TetVertexState> vertices_;
+  StateOf source_;
+  std::uint32_t fetch_ = 0;
+  mutable std::vector<std::uint32_t> fetched_;  // by vertex: when
+  mutable std::vector<TetVertexState> vertices_;
   std::vector<Tetrahedron> tets_;
   std::vector<std::vector<std::uint32_t>> star_;
   std::vector<Operation> journal_;

@@ -1,7 +1,5 @@
 #include "sim_server/deformation/tetra/tet_body.h"
 
-#include "common/core/error.h"
-
 namespace sectio {
 
 TetBody::TetBody(const TetMesh& mesh, const VolumeMaterial& material, std::span<const std::uint8_t> fixed)
@@ -36,24 +34,15 @@ void TetBody::weigh_at_least(VertexId v, double mass_kg) {
 }
 
 std::vector<VertexId> TetBody::follow(const TetChange& change) {
-  for (const Vec3& x : change.added_body_m) {
-    if (mesh_.vertices_body_m.size() == mesh_.vertices_body_m.capacity())
-      mesh_.vertices_body_m.reserve(with_room(mesh_.vertices_body_m.size()));
-    mesh_.vertices_body_m.push_back(x);
-  }
+  sectio::follow(mesh_, change);
   const std::size_t before = mass_.size(), vertices = mesh_.vertices_body_m.size();
   for (auto* table : {&mass_, &added_, &inverse_mass_}) resize_slots(*table, vertices, 0.0);
   resize_slots<std::uint8_t>(fixed_, vertices, 0);
   std::ranges::copy(change.fixed, fixed_.begin() + static_cast<std::ptrdiff_t>(before));
+  if (!stiffness_factor_.empty()) resize_slots(stiffness_factor_, mesh_.tetrahedra.size(), 1.0);
   std::vector<VertexId> touched;
   for (const TetEdit& e : change.tetrahedra) {
-    if (e.id >= mesh_.tetrahedra.size()) {
-      resize_slots(mesh_.tetrahedra, e.id + 1, kNoTetrahedron);
-      if (!stiffness_factor_.empty()) resize_slots(stiffness_factor_, e.id + 1, 1.0);
-    }
     if (e.before == e.after) continue;
-    SECTIO_ASSERT(mesh_.tetrahedra[e.id] == e.before, "a change follows on what was there");
-    mesh_.tetrahedra[e.id] = e.after;
     if (!stiffness_factor_.empty()) stiffness_factor_[e.id] = stiffness_factor_[e.origin];
     for (const Tetrahedron& t : {e.before, e.after})
       for (const VertexId v : t)

@@ -23,18 +23,15 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
       settings_(std::move(settings)),
       options_(options),
       neighbours_(mesh.vertices_body_m.size()),
-      second_(neighbours_.size()) {
+      second_(neighbours_.size()),
+      stiff_mass_(neighbours_.size(), 0) {
   const std::uint32_t vertices = body_.vertex_count();
   for (VertexId v = 0; v < vertices; ++v) find_neighbours(v);
   if (options_.second_share > 0) {
-    double length_m = 0, stiff_volume = 0;  // sum of E V
+    double length_m = 0;
     for (const Spring& s : springs()) length_m += s.rest_length_m / static_cast<double>(edge_count());
     if (!(options_.least_second_m > 0)) options_.least_second_m = kLeastSecondLength * length_m;
-    for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
-      stiff_volume += material_.young_pa * body_.stiffness_factor(t) * tet_volume_m3(mesh, mesh.tetrahedra[t]);
     for (VertexId v = 0; v < vertices; ++v) find_second_neighbours(v);
-    // k l^2 = scale (m_i / d_i + m_j / d_j), over all springs the scale times the mass of all.
-    second_scale_ = options_.second_share * 6 * stiff_volume / body_.total_kg();
   }
   if (options_.calibrate) {
     as_made_ = tensile_test(mesh, springs());
@@ -54,6 +51,10 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
 void TetSprings::find_neighbours(VertexId v) {
   std::vector<VertexId>& found = neighbours_[v];
   found.clear();
+  stiff_mass_[v] = 0;
+  for (const std::uint32_t t : body_.stars().of(v))
+    stiff_mass_[v] += 0.25 * material_.density_kg_per_m3 * body_.stiffness_factor(t) *
+                      tet_volume_m3(body_.mesh(), body_.mesh().tetrahedra[t]);
   for (const std::uint32_t t : body_.stars().of(v))
     for (const VertexId w : body_.mesh().tetrahedra[t])
       if (w != v) found.push_back(w);
@@ -89,10 +90,13 @@ void TetSprings::gather(VertexId v, std::vector<Half>& row) const {
       half.stiffness_n_per_m += (1 - options_.second_share) * ev / (half.rest_length_m * half.rest_length_m);
     }
   }
-  const auto share = [&](VertexId i) { return body_.mass_kg(i) / static_cast<double>(second_[i].size()); };
+  // k l^2 is 6 beta E / rho (m_i / d_i + m_j / d_j), with masses that count as often as the tissue is stiff: all
+  // together 6 beta sum of E V.
+  const double scale = 6 * options_.second_share * material_.young_pa / material_.density_kg_per_m3;
+  const auto share = [&](VertexId i) { return stiff_mass_[i] / static_cast<double>(second_[i].size()); };
   for (const VertexId w : second_[v]) {
     const double l = (x[v] - x[w]).norm();
-    row.push_back({w, second_scale_ * (share(std::min(v, w)) + share(std::max(v, w))) / (l * l), l, true});
+    row.push_back({w, scale * (share(std::min(v, w)) + share(std::max(v, w))) / (l * l), l, true});
   }
   for (Half& half : row) half.stiffness_n_per_m *= options_.correction;
 }
@@ -143,6 +147,7 @@ void TetSprings::write(VertexId v) {
 void TetSprings::change(const TetChange& change) {
   const std::vector<VertexId> touched = body_.follow(change);
   for (auto* lists : {&neighbours_, &second_}) resize_slots(*lists, body_.vertex_count(), {});
+  resize_slots(stiff_mass_, body_.vertex_count(), 0.0);
   for (const VertexId v : touched) find_neighbours(v);
   const auto with_all = [](std::vector<VertexId> of, const std::vector<std::vector<VertexId>>& lists) {
     for (std::size_t n = 0, size = of.size(); n < size; ++n)

@@ -101,7 +101,7 @@ class TetSprings final : public VolumeModel {
   VolumeSettings settings_;
   TetSpringOptions options_;
   std::vector<std::vector<VertexId>> neighbours_, second_;  // by vertex, ascending
-  double second_scale_ = 0;                                 // Pa m^3 / kg
+  std::vector<double> stiff_mass_;                          // by vertex: as often as its tissue is stiff
   TensileTest as_made_, calibrated_;
   SpringRows rows_;
   MaxTree omega2_;  // by vertex, 1/s^2

@@ -65,7 +65,8 @@ class VolumeModel {
 inline std::vector<double> masses_by_volume(const TetMesh& mesh, double density_kg_per_m3) {
   std::vector<double> mass(mesh.vertices_body_m.size(), 0);
   for (const Tetrahedron& t : mesh.tetrahedra)
-    for (const VertexId v : t) mass[v] += 0.25 * density_kg_per_m3 * tet_volume_m3(mesh, t);
+    for (const VertexId v : t)
+      if (v != kNone) mass[v] += 0.25 * density_kg_per_m3 * tet_volume_m3(mesh, t);
   return mass;
 }
 

@@ -43,6 +43,7 @@ inline KeyframeChunk some_chunk() {
 inline StateHeader some_header() {
   StateHeader header{7, 100, 0.1, 0.002, true, {{true, {some_pose(), 0.4}}}, {}};
   header.bodies = {{5, 400, {0b101}}};
+  header.gravity_m_per_s2 = Vec3(3, 0, -9);
   return header;
 }
 
@@ -57,6 +58,10 @@ inline SceneInfo some_scene() {
   scene.floor_z_m = -0.03;
   scene.world_bodies = {"kidney", "liver"};
   scene.bodies = {{"liver", Vec3(0.1, 0.2, 0.3), Vec3(1, 0, 1)}};
+  Region tumour{"tumour", Vec3(0.8, 0.7, 0.5), Vec3(0.6, 0.5, 0.4), Vec3(0.9, 0.9, 0.8), 0.001, 0.0004, 3, true, {}};
+  tumour.parts = {{RegionForm::ellipsoid, Vec3(0.01, 0, 0), Vec3(0.01, 0.02, 0.01), 0, 0, some_pose().orientation},
+                  {RegionForm::tube, Vec3(0, 0, 0), Vec3(0, 0, 0.1), 0.002, 0.001, {1, 0, 0, 0}}};
+  scene.bodies[0].regions = {tumour};
   scene.tools = {{"left", "cautery_hook", {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}, 0.008}};
   return scene;
 }
@@ -66,7 +71,7 @@ inline SessionEvent some_event() {
 }
 
 inline ServerStatus some_status() {
-  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}};
+  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9)};
 }
 
 inline SessionEnd some_end() {

@@ -103,6 +103,89 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
 }
 
+TEST_F(SceneFile, gravity_turns_by_a_plan) {
+  std::string text = kScene;
+  const std::string plan =
+      "gravity_changes:\n  - {at_s: 1, gravity_m_per_s2: [5, 0, -8]}\n"
+      "  - {at_s: 2.5, gravity_m_per_s2: [0, 0, -9]}\ngravity_turns_deg_per_s: 30\n";
+  const Scene scene = load(plan + text);
+  ASSERT_EQ(scene.gravity_changes.size(), 2u);
+  EXPECT_EQ(scene.gravity_changes[1].at_s, 2.5);
+  EXPECT_EQ(scene.gravity_changes[0].gravity_m_per_s2, Vec3(5, 0, -8));
+  EXPECT_EQ(scene.gravity_turns_deg_per_s, 30);
+  EXPECT_EQ(refusal("session: test",
+                    "gravity_changes: [{at_s: 2, gravity_m_per_s2: [0, 0, 1]}, {at_s: 1, "
+                    "gravity_m_per_s2: [0, 0, 1]}]\nsession: test"),
+            "s.yaml:1: gravity_changes[1]: at_s must be later than the one before");
+}
+
+TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
+  const std::string colours = "    contact: {style: templates}\n";
+  const std::string regions =
+      "    regions:\n"
+      "      - name: tumour\n"
+      "        colour: [0.8, 0.7, 0.5]\n"
+      "        rim: {width_m: 0.001, colour: [1, 1, 0.5]}\n"
+      "        stiffness_factor: 4\n"
+      "        marked: true\n"
+      "        shapes: [{sphere: {centre_body_m: [1, 2, 3], radius_m: 0.02}},\n"
+      "                 {box: {min_body_m: [0, 0, 0], max_body_m: [2, 4, 6]}}]\n"
+      "      - name: vein\n"
+      "        shapes: [{tube: {points_body_m: [[0, 0, 0], [1, 0, 0], [1, 1, 0]], radii_m: [3, 2, 1]}}]\n";
+  std::string text = kScene;
+  text.replace(text.find(colours), colours.size(), colours + regions);
+  const Regions read = load(text).bodies[0].regions;
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].name, "tumour");
+  EXPECT_EQ(read[0].rim_m, 0.001);
+  EXPECT_TRUE(read[0].marked);
+  EXPECT_EQ(read[0].stiffness_factor, 4);
+  ASSERT_EQ(read[0].parts.size(), 2u);
+  EXPECT_EQ(read[0].parts[0].b_m, Vec3::Constant(0.02));
+  EXPECT_EQ(read[0].parts[1].form, RegionForm::box);
+  EXPECT_EQ(read[0].parts[1].a_m, Vec3(1, 2, 3));
+  ASSERT_EQ(read[1].parts.size(), 2u);
+  EXPECT_EQ(read[1].parts[1].radius_a_m, 2);
+  EXPECT_EQ(read[1].parts[1].radius_b_m, 1);
+
+  const auto refused = [&](const std::string& from, const std::string& to) {
+    std::string wrong = regions;
+    const std::size_t at = wrong.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return refusal(colours, colours + wrong.replace(at, from.size(), to));
+  };
+  EXPECT_EQ(refused("radii_m: [3, 2, 1]", "radii_m: [3, 2]"),
+            "s.yaml:25: bodies[0].regions[1].shapes[0].tube: expected two points or more, and a radius for each");
+  EXPECT_EQ(refused("radius_m: 0.02", "radius_m: 0"),
+            "s.yaml:22: bodies[0].regions[0].shapes[0].sphere.radius_m: expected in (0, 10], got 0");
+  EXPECT_EQ(refused("sphere: {", "cone: {"),
+            "s.yaml:22: bodies[0].regions[0].shapes[0].cone: unknown key; known are ellipsoid, sphere, box, tube");
+  EXPECT_EQ(refused("name: vein", "name: tumour"), "s.yaml:24: bodies[0].regions[1]: the name tumour is used twice");
+  std::string many = "radii_m: [1", points = "points_body_m: [[0, 0, 0]";
+  for (int i = 1; i < 32; ++i) many += ", 1", points += ", [0, 0, " + std::to_string(0.1 * i) + "]";
+  EXPECT_EQ(
+      refused("points_body_m: [[0, 0, 0], [1, 0, 0], [1, 1, 0]], radii_m: [3, 2, 1]", points + "], " + many + "]"),
+      "s.yaml:17: bodies[0].regions: 33 ellipsoids, boxes and pieces of tubes; at most 32 can be drawn");
+}
+
+TEST_F(SceneFile, forceps_have_a_grip_and_others_do_not) {
+  const auto with = [](const std::string& tool) {
+    const std::string text = kScene;
+    return text.substr(0, text.find("  - {name: knife")) + "  - " + tool + "\n";
+  };
+  const ToolSpec usual = load(with("{name: f, kind: forceps}")).tools[0];
+  EXPECT_FALSE(usual.grip_force_n || usual.grip_radius_m);
+  const ToolSpec tool = load(with("{name: f, kind: forceps, grip_force_n: 3, grip_radius_m: 0.01, geometry: "
+                                  "{sphere_radius_m: 0.008}}"))
+                            .tools[0];
+  EXPECT_EQ(tool.grip_force_n, 3);
+  EXPECT_EQ(tool.grip_radius_m, 0.01);
+  EXPECT_EQ(tool.geometry.sphere_radius_m, 0.008);
+  EXPECT_THROW(load(with("{name: p, kind: probe, grip_force_n: 3}")), InputError);
+  EXPECT_THROW(load(with("{name: f, kind: forceps, grip_radius_m: 0.01, geometry: {sphere_radius_m: 0.01}}")),
+               InputError);
+}
+
 TEST_F(SceneFile, a_file_in_metres_centimetres_or_millimetres_arrives_in_metres) {
   for (const auto& [unit, length_m] : {std::pair("unit: m}", 1.0), {"unit: cm}", 0.01}, {"unit: mm}", 0.001}}) {
     std::string text = kScene;
