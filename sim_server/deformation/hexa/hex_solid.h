@@ -67,6 +67,10 @@ class HexSolid final : public VolumeModel {
                const std::vector<Vec4f>& last_velocity);
   // Before the first step: a rigid body's nodes go along, of one that is deformed each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
+  // A cut makes vertices where they are in the world, on straight edges: they ride there, a little beside where they
+  // are at rest, so that the next cut goes on from where this one ends.
+  void bind_new(std::span<const Vec4f> position_world_m);
+  void weigh_corners(VertexId v);
   void take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   void write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void support(std::span<const PointConstraint> constraints);
@@ -87,6 +91,8 @@ class HexSolid final : public VolumeModel {
   std::vector<float> inverse_mass_float_;
   std::vector<double> vertex_inverse_;
   std::vector<std::array<float, 8>> weight_;  // of the vertices
+  std::vector<Vec3> beside_;                  // of the vertices: where they ride less where they are at rest, in cells
+  std::size_t bound_ = 0;                     // vertices of which that is known
   double explicit_limit_s_ = 0;
   int parts_ = 1, last_parts_ = 1;
   bool was_implicit_ = false, bad_ = false, placed_ = false;
