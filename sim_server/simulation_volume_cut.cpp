@@ -69,9 +69,9 @@ struct Particles {
 
 }  // namespace
 
-VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const StrokeSettings& settings,
+VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
                              VolumeEngine& volume, IsFixed is_fixed)
-    : settings_(settings),
+    : cut_settings_(settings),
       engine_(volume),
       is_fixed_(std::move(is_fixed)),
       volume_(mesh),
@@ -87,21 +87,17 @@ TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const
   return {volume_.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
-// In the world, where the blade and the tissue are what they are; only where it has been is carried along.
+// In the world, where the blade and the tissue are what they are; only where it has been is carried along. The sheet
+// goes on from all that the blade has cut: no lip is cut again because it has moved a little.
 TetCutOutcome VolumeCutting::cut_along(Way& way) {
-  const Edge &from = way.edges.front(), &to = way.now_world;
-  // The sheet goes on from all that the blade has cut: no lip is cut again because it has moved a little.
-  const CutSheet sheet{
-      {way.frame_world.to_world(from.tip_m), way.frame_world.to_world(from.heel_m), to.heel_m, to.tip_m}, way.cut};
-  TetCutSettings settings;
-  settings.snap = settings_.snap_ratio;
-  settings.semi_progressive = true;
+  const Edge from = sheet_begins(way), to = way.now_world;
+  const CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut};
   std::vector<std::uint32_t> begin;
   for (const VertexId v : way.near) begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
   if (begin.empty()) return {};
   std::ranges::sort(begin);
   begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
-  return cut(volume_, sheet, settings, begin);
+  return cut(volume_, sheet, cut_settings_, begin);
 }
 
 CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
