@@ -28,7 +28,7 @@ int run(int argc, char** argv) {
   std::vector<Series> series;
   series.reserve(logs.size());
   for (const std::string& log : logs) series.push_back(read_force(log));
-  write_png(picture, plot({"Force at the hand", "time / s", "force / N", false}, series));
+  write_png(picture, plot({"Force at the hand", "time / s", "force / N"}, series));
   return 0;
 }
 

@@ -16,44 +16,6 @@
 
 namespace sectio {
 
-const char* to_string(EventKind kind) {
-  switch (kind) {
-    case EventKind::contact_began:
-      return "contact began";
-    case EventKind::contact_ended:
-      return "contact ended";
-    case EventKind::penetrated:
-      return "penetrated";
-    case EventKind::cut_ended:
-      return "cut ended";
-    case EventKind::joined:
-      return "joined";
-    case EventKind::island_freed:
-      return "island freed";
-    case EventKind::cut_refused:
-      return "cut refused";
-    case EventKind::step_overrun:
-      return "step overrun";
-    case EventKind::driver_taken_over:
-      return "driver_taken_over";
-    case EventKind::driver_handed_back:
-      return "driver_handed_back";
-    case EventKind::gravity_turned:
-      return "gravity turned";
-    case EventKind::body_frozen:
-      return "body frozen";
-    case EventKind::body_split:
-      return "body split";
-    case EventKind::fragment_removed:
-      return "fragment removed";
-    case EventKind::grasped:
-      return "grasped";
-    case EventKind::released:
-      return "released";
-  }
-  return "?";
-}
-
 namespace {
 
 constexpr std::size_t kMostBodies = 256;  // that a session can announce
@@ -81,6 +43,7 @@ struct Tool {
   std::optional<JointPose> before;
   std::vector<JointPose> poses;
   bool continuous = true;
+  std::size_t grip_constraints = 0;  // on the body that deforms, or on all rigid ones
 };
 
 // Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
@@ -123,8 +86,11 @@ struct Simulation::State {
   void split(std::uint32_t body_id);
   void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
   void move_rigid_pieces();
-  void grip_pieces();
+  void follow_hands();
+  void tell_grips(std::span<const Reaction> reactions);
+  void changed_topology(std::uint32_t body_id, TopologyDelta delta);
   void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next);
+  void tell_of_grips();
   void fit_contact_models();
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
     output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
@@ -217,7 +183,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
     const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     const bool accepted = body.accept_plan(plan, changed);
     if (accepted && !plan.delta.empty()) {
-      output.deltas.push_back({body_id, plan.delta});
+      changed_topology(body_id, plan.delta);
       ++output.report.cuts_made;
     }
     output.report.cuts_refused += plan.refused + (accepted ? 0u : 1u);
@@ -231,7 +197,12 @@ void Simulation::State::step_body(std::uint32_t body_id) {
 }
 
 void Simulation::State::release(std::uint32_t body_id) {
-  if (auto delta = release_body(*bodies[body_id])) output.deltas.push_back({body_id, std::move(*delta)});
+  if (auto delta = release_body(*bodies[body_id])) changed_topology(body_id, std::move(*delta));
+}
+
+void Simulation::State::changed_topology(std::uint32_t body_id, TopologyDelta delta) {
+  for (Tool& tool : tools) tool.grip.topology_changed(body_id, delta);
+  output.deltas.push_back({body_id, std::move(delta)});
 }
 
 void Simulation::State::press(std::uint32_t body_id) {
@@ -243,7 +214,7 @@ void Simulation::State::press(std::uint32_t body_id) {
     contact_points.insert(contact_points.end(), points.begin(), points.end());
   }
   if (auto delta = press_body(body, contact_points, scene.step_s, held_particles))
-    output.deltas.push_back({body_id, std::move(*delta)});
+    changed_topology(body_id, std::move(*delta));
   for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).hold_particles(held_particles);
 }
 
@@ -260,14 +231,18 @@ void Simulation::State::deform(std::uint32_t body_id) {
   for (std::uint32_t i = 0; i < edges.size(); ++i)
     if (const auto c = touch(body_id, i).constraints(); tool_of(i).pose)
       constraints.insert(constraints.end(), c.begin(), c.end());
+  const std::size_t of_touches = constraints.size();
+  for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
   reactions.assign(constraints.size(), {});
-  if (!(spare_idle_bodies && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
+  const bool gripped = constraints.size() > of_touches;
+  if (!(spare_idle_bodies && !gripped && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
   for (const Reaction& reaction : reactions) contact_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
     if (!tool_of(i).pose) continue;
     tell_touch(body_id, i, next);
   }
+  tell_grips(std::span(reactions).subspan(of_touches));
   if (const std::uint64_t steps = body.engines.deformation->implicit_steps(); steps != body.implicit_steps) {
     if (!body.implicit) say(EventKind::driver_taken_over, body_id, 0);
     body.implicit = true;
@@ -279,6 +254,13 @@ void Simulation::State::deform(std::uint32_t body_id) {
   if (const VertexId bad = body.engines.deformation->first_bad_vertex(); !body.frozen && bad != kNone) {
     body.frozen = true;
     say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(bad));
+  }
+}
+
+void Simulation::State::tell_grips(std::span<const Reaction> of_grips) {
+  for (Tool& tool : tools) {
+    tool.grip.felt(of_grips.first(tool.grip_constraints));
+    of_grips = of_grips.subspan(tool.grip_constraints);
   }
 }
 
@@ -301,11 +283,13 @@ void Simulation::State::split(std::uint32_t body_id) {
   const auto next_id = static_cast<std::uint32_t>(bodies.size());
   const auto room = static_cast<std::uint32_t>(kMostBodies - std::min(kMostBodies, bodies.size()));
   Split split = split_body(*bodies[body_id], scene, next_id, room, part_specs);
+  for (std::size_t n = 0; n < split.parts.size(); ++n)
+    for (Tool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
   for (TopologyDelta& delta : split.deltas) {
     changed.clear();
     for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
     for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).part_left(changed);
-    output.deltas.push_back({body_id, std::move(delta)});
+    changed_topology(body_id, std::move(delta));
   }
   for (auto& part : split.parts) add_part(std::move(part), body_id);
   for (const double volume_m3 : split.removed_m3) {
@@ -325,20 +309,14 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   bodies.push_back(std::move(part));
 }
 
-void Simulation::State::grip_pieces() {
-  grips.clear();
-  for (std::uint32_t i = 0; i < tools.size(); ++i) {
-    SimulationGrip& grip = tools[i].grip;
-    grip.force_on_tool_n.setZero();
-    const std::optional<std::uint32_t> before = grip.held();
-    if (tools[i].pose) grip.follow(*tools[i].pose, bodies, grips);
-    if (before && before != grip.held()) say(EventKind::released, *before, i);
-    if (grip.held() && before != grip.held()) say(EventKind::grasped, *grip.held(), i);
-  }
+void Simulation::State::follow_hands() {
+  for (Tool& tool : tools)
+    if (tool.pose) tool.grip.follow(*tool.pose, bodies);
 }
 
 void Simulation::State::move_rigid_pieces() {
-  grip_pieces();
+  grips.clear();
+  for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
   rigid_touches.clear();
   stirred.assign(bodies.size(), 0);
   for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
@@ -350,14 +328,16 @@ void Simulation::State::move_rigid_pieces() {
     }
   reactions.assign(rigid_touches.size() + grips.size(), {});
   step_rigid_pieces(bodies, {rigid_touches, grips, stirred}, scene, reactions);
-  std::size_t next = rigid_touches.size();
-  for (Tool& tool : tools)
-    for (std::size_t i = 0; tool.grip.held() && i < SimulationGrip::kPoints; ++i)
-      tool.grip.force_on_tool_n += reactions[next++].force_on_tool_n;
-  next = 0;
+  tell_grips(std::span(reactions).subspan(rigid_touches.size()));
+  std::size_t next = 0;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i)
       if (tool_of(i).pose) tell_touch(b, i, next);
+}
+
+void Simulation::State::tell_of_grips() {
+  for (std::uint32_t i = 0; i < tools.size(); ++i)
+    for (const auto& [kind, body_id, text] : tools[i].grip.take_events()) say(kind, body_id, i, std::string(text));
 }
 
 void Simulation::State::fit_contact_models() {
@@ -366,10 +346,11 @@ void Simulation::State::fit_contact_models() {
     const Tool& tool = tools[i];
     if (!tool.pose) continue;
     ContactStep step;
-    step.reaction_world_n = tool.grip.force_on_tool_n;
-    if (tool.grip.held()) {
+    step.reaction_world_n = tool.grip.force_on_tool_n();
+    if (tool.grip.is_at_work()) {  // what it holds pulls as well as pushes
       step.state = ContactState::contact;
       step.point_world_m = tool.pose->position_m;
+      if (step.reaction_world_n.norm() > 0) step.normal_world = step.reaction_world_n.normalized();
     }
     step.sim_time_s = output.sim_time_s;
     step.tool_time_s = tool.time_s;
@@ -413,11 +394,13 @@ const StepOutput& Simulation::step(const StepInput& input) {
   if (!input.overrun.empty()) s.say(EventKind::step_overrun, 0, 0, input.overrun);
   s.take(input);
   if (s.gravity.step(input, out)) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
+  s.follow_hands();
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
   for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)
     if (!s.bodies[b]->rigid) s.deform(b);
   s.move_rigid_pieces();
+  s.tell_of_grips();
   s.fit_contact_models();
 
   out.report.stability_margin = 1e9;

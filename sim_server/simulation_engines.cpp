@@ -82,7 +82,8 @@ BodyEngines surface_spring_engines(const EngineSite& site) {
 EngineTable standard_engines() {
   return {{{"surface_springs", surface_spring_engines},
            {"tetra_springs", tetra_spring_engines},
-           {"neo_hookean", neo_hookean_engines}}};
+           {"neo_hookean", neo_hookean_engines},
+           {"neo_hookean_lattice", neo_hookean_lattice_engines}}};
 }
 
 }  // namespace sectio

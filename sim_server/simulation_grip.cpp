@@ -1,27 +1,78 @@
 #include "sim_server/simulation_grip.h"
 
+#include <algorithm>
+#include <map>
 #include <utility>
 
 namespace sectio {
 namespace {
 
-constexpr double kBetweenJawsM = 0.0015;  // a surface this close to the tips is between them
-constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold
-constexpr double kSlipsM = 0.003;         // a point pulled this far away is lost
+constexpr double kBetweenJawsM = 0.0015;  // a piece whose surface is this close to the tips is between them
+constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold a piece
+constexpr std::size_t kFewestPoints = 3;  // that hold tissue, so that it turns with the jaws
+constexpr double kFastestM_per_s = 1;     // that tissue follows the hand; no surgeon's is faster
+constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
+constexpr double kBeforeBallM = 0.0005;   // vertices this close to the ball may run into it in a step
 
-// In the frame of the tool.
-std::array<Vec3, SimulationGrip::kPoints> points_of_jaws_m(const ToolGeometry& g) {
-  const Vec3 up = (g.c_tool_m - g.a_tool_m).stableNormalized(), aside = up.unitOrthogonal();
-  return {g.a_tool_m + kJawM * up, g.a_tool_m + kJawM * aside, g.a_tool_m + kJawM * up.cross(aside)};
+Vec3 position_of(const SimulationBody& body, VertexId v) {
+  return body.particles.position_world_m[v].head<3>().cast<double>();
+}
+
+// Vertices of triangles that come near a point, ascending.
+std::vector<VertexId> vertices_near(SimulationBody& body, const Vec3& at_world_m, double within_m) {
+  std::vector<VertexId> near;
+  Box3 box = body.bounds_world_m();
+  if (box.isEmpty() || box.exteriorDistance(at_world_m) > within_m + kStirredM) return near;
+  constexpr std::array<std::array<std::size_t, 2>, 1> kPoint{{{0, 0}}};
+  std::vector<TriangleId> triangles;
+  body.tree().near_segments(body.view(), std::array{at_world_m}, kPoint, within_m, triangles);
+  for (const TriangleId t : triangles)
+    for (const VertexId v : body.mesh.triangle(t).v)
+      if ((position_of(body, v) - at_world_m).norm() <= within_m) near.push_back(v);
+  std::ranges::sort(near);
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  return near;
 }
 
 }  // namespace
 
 SimulationGrip::SimulationGrip(const ToolSpec& tool)
-    : instrument_(instrument_of(tool.kind)), geometry_(tool.geometry) {}
+    : instrument_(instrument_of(tool.kind)),
+      geometry_(tool.geometry),
+      largest_force_n_(tool.grip_force_n.value_or(instrument_.grip_force_n)),
+      radius_m_(tool.grip_radius_m.value_or(instrument_.grip_radius_m)) {}
 
-void SimulationGrip::close_about(const JointPose& pose, std::span<const std::unique_ptr<SimulationBody>> bodies) {
-  const Vec3 tips = pose.to_world(geometry_.a_tool_m);
+bool SimulationGrip::holds(std::uint32_t body_id) const {
+  return std::ranges::find(held_, body_id, &Held::body_id) != held_.end();
+}
+
+std::vector<GripEvent> SimulationGrip::take_events() {
+  return std::exchange(events_, {});
+}
+
+void SimulationGrip::let_go(std::string_view why) {
+  for (const Held& held : held_) events_.push_back({EventKind::released, held.body_id, why});
+  held_.clear();
+}
+
+// In the frame of the tool three points about its tips, in that of the piece where these are now.
+std::vector<SimulationGrip::Point> SimulationGrip::points_of_jaws(const SimulationBody& piece, double share) const {
+  const ToolGeometry& g = geometry_;
+  const Vec3 up = (g.c_tool_m - g.a_tool_m).stableNormalized(), aside = up.unitOrthogonal();
+  std::vector<Point> points;
+  for (const Vec3& jaw : {up, aside, Vec3(up.cross(aside))}) {
+    Point p;
+    p.at_tool_m = g.a_tool_m + kJawM * jaw;
+    p.at_piece_m = piece.rigid->body.pose_world().to_local(pose_.to_world(p.at_tool_m));
+    p.share = share / 3;
+    points.push_back(p);
+  }
+  return points;
+}
+
+// A loose piece comes before the tissue that it lies in.
+bool SimulationGrip::hold_piece(std::span<const std::unique_ptr<SimulationBody>> bodies) {
+  const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
   double nearest_m = kBetweenJawsM;
   for (const auto& body : bodies) {
     if (!body->rigid || body->frozen) continue;
@@ -31,32 +82,168 @@ void SimulationGrip::close_about(const JointPose& pose, std::span<const std::uni
                                                                       : kBetweenJawsM;
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
-    held_ = body->id;
-    const Pose& piece = body->rigid->body.pose_world();
-    const std::array<Vec3, SimulationGrip::kPoints> points = points_of_jaws_m(geometry_);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      at_piece_m_[i] = piece.orientation.conjugate() * (pose.to_world(points[i]) - piece.position_m);
+    held_.assign(1, {body->id, points_of_jaws(*body, 1)});
+  }
+  return !held_.empty();
+}
+
+// Of the nearest body the vertices in the sphere; where its mesh is wider than that, the corners of a triangle.
+void SimulationGrip::hold_tissue(std::span<const std::unique_ptr<SimulationBody>> bodies) {
+  const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
+  SimulationBody* body = nullptr;
+  std::optional<ClosestSurfacePoint> nearest;
+  for (const auto& b : bodies) {
+    if (b->rigid || b->frozen) continue;
+    const auto closest = b->tree().closest(b->view(), tips, radius_m_);
+    if (!closest || (nearest && nearest->distance_m <= closest->distance_m)) continue;
+    nearest = closest;
+    body = b.get();
+  }
+  if (!body) return;
+  std::vector<VertexId> vertices = vertices_near(*body, tips, radius_m_);
+  if (vertices.size() < kFewestPoints) {
+    const auto& corners = body->mesh.triangle(nearest->triangle).v;
+    vertices.insert(vertices.end(), corners.begin(), corners.end());
+    std::ranges::sort(vertices);
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  }
+  Held held{body->id, {}};
+  const Pose& tool = pose_;
+  for (const VertexId v : vertices)
+    if (!body->engines.deformation->fixed(v))
+      held.points.push_back(
+          {v, Vec3::Zero(), tool.to_local(position_of(*body, v)), body->engines.deformation->mass_kg(v)});
+  if (held.points.empty()) return;
+  held_.assign(1, std::move(held));
+  share_out();
+}
+
+void SimulationGrip::share_out() {
+  double sum = 0;
+  for (const Held& held : held_)
+    for (const Point& p : held.points) sum += p.share;
+  for (Held& held : held_)
+    for (Point& p : held.points) p.share /= sum;
+}
+
+// How far what it holds is behind the hand, in the mean.
+Vec3 SimulationGrip::lag_m(std::span<const std::unique_ptr<SimulationBody>> bodies) const {
+  Vec3 lag = Vec3::Zero();
+  for (const Held& held : held_) {
+    const SimulationBody& body = *bodies[held.body_id];
+    for (const Point& p : held.points) {
+      const Vec3 at =
+          p.vertex == kNone ? body.rigid->body.pose_world().to_world(p.at_piece_m) : position_of(body, p.vertex);
+      lag += p.share * (pose_.to_world(p.at_tool_m) - at);
+    }
+  }
+  return lag;
+}
+
+void SimulationGrip::follow(const JointPose& pose, std::span<const std::unique_ptr<SimulationBody>> bodies) {
+  pose_ = pose;
+  force_on_tool_n_.setZero();
+  pushes_ = false;
+  if (!(instrument_.grip_below_rad > 0)) return;
+  const bool was_open = std::exchange(open_, pose.opening_rad >= instrument_.grip_below_rad);
+  if (open_) let_go("opened");
+  std::erase_if(held_, [&](const Held& held) {
+    const bool gone = held.points.empty(), frozen = bodies[held.body_id]->frozen;
+    if (gone || frozen) events_.push_back({EventKind::released, held.body_id, gone ? "cut away" : "frozen"});
+    return gone || frozen;
+  });
+  if (was_open && !open_) {
+    if (!hold_piece(bodies)) hold_tissue(bodies);
+    for (const Held& held : held_) events_.push_back({EventKind::grasped, held.body_id});
+  }
+  if (lag_m(bodies).norm() > radius_m_) let_go("slipped");
+}
+
+std::size_t SimulationGrip::append(SimulationBody& body, double step_s,
+                                   std::vector<PointConstraint>& constraints) const {
+  const std::size_t before = constraints.size();
+  const auto held = std::ranges::find(held_, body.id, &Held::body_id);
+  if (held == held_.end()) {
+    push_out(body, constraints);
+    return constraints.size() - before;
+  }
+  for (const Point& p : held->points) {
+    const Vec3 at = position_of(body, p.vertex), way = pose_.to_world(p.at_tool_m) - at;
+    const double furthest_m = kFastestM_per_s * step_s;
+    constraints.push_back(hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way));
+    constraints.back().largest_force_n = p.share * largest_force_n_;
+  }
+  return constraints.size() - before;
+}
+
+void SimulationGrip::push_out(SimulationBody& body, std::vector<PointConstraint>& constraints) const {
+  const double radius_m = geometry_.sphere_radius_m;
+  if (!(radius_m > 0)) return;
+  const Vec3 centre = pose_.to_world(geometry_.a_tool_m);
+  for (const VertexId v : vertices_near(body, centre, radius_m + kBeforeBallM)) {
+    const Vec3 from = position_of(body, v) - centre;
+    const Vec3 out = from.isZero(0) ? Vec3(-Vec3::UnitZ()) : Vec3(from.normalized());
+    PointConstraint c = hold(v, centre + radius_m * out);
+    c.unilateral = c.sticks = c.stops = true;
+    c.normal = -out;
+    constraints.push_back(c);
   }
 }
 
-void SimulationGrip::follow(const JointPose& pose, std::span<const std::unique_ptr<SimulationBody>> bodies,
-                            std::vector<Grip>& grips) {
-  if (!(instrument_.grip_below_rad > 0)) return;
-  const bool was_open = std::exchange(open_, pose.opening_rad >= instrument_.grip_below_rad);
-  if (open_ || (held_ && bodies[*held_]->frozen)) held_.reset();
-  if (was_open && !open_) close_about(pose, bodies);
-  if (!held_) return;
-  const Pose& piece = bodies[*held_]->rigid->body.pose_world();
-  const std::array<Vec3, SimulationGrip::kPoints> points = points_of_jaws_m(geometry_);
-  Vec3 off = Vec3::Zero();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    grips.push_back({*held_, piece.to_world(at_piece_m_[i]), pose.to_world(points[i]),
-                     instrument_.grip_force_n / static_cast<double>(points.size())});
-    off += (grips.back().to_world_m - grips.back().point_world_m) / static_cast<double>(points.size());
+std::size_t SimulationGrip::append(std::span<const std::unique_ptr<SimulationBody>> bodies,
+                                   std::vector<Grip>& grips) const {
+  const std::size_t before = grips.size();
+  for (const Held& held : held_) {
+    if (!bodies[held.body_id]->rigid) continue;
+    const Pose& piece = bodies[held.body_id]->rigid->body.pose_world();
+    for (const Point& p : held.points)
+      grips.push_back(
+          {held.body_id, piece.to_world(p.at_piece_m), pose_.to_world(p.at_tool_m), p.share * largest_force_n_});
   }
-  if (off.norm() <= kSlipsM) return;
-  held_.reset();
-  grips.resize(grips.size() - points.size());
+  return grips.size() - before;
+}
+
+void SimulationGrip::felt(std::span<const Reaction> reactions) {
+  for (const Reaction& reaction : reactions) {
+    force_on_tool_n_ += reaction.force_on_tool_n;
+    pushes_ |= reaction.active;
+  }
+}
+
+void SimulationGrip::topology_changed(std::uint32_t body_id, const TopologyDelta& delta) {
+  const auto held = std::ranges::find(held_, body_id, &Held::body_id);
+  if (held == held_.end()) return;
+  const auto changed = [&](const Point& p) {
+    return p.vertex != kNone && (p.vertex >= delta.vertex_slots_after ||
+                                 std::ranges::binary_search(delta.vertices, p.vertex, {}, &VertexEdit::id));
+  };
+  if (std::erase_if(held->points, changed) > 0) share_out();
+}
+
+void SimulationGrip::part_left(std::uint32_t parent_id, const SimulationBody& part,
+                               std::span<const VertexId> vertex_from) {
+  const auto held = std::ranges::find(held_, parent_id, &Held::body_id);
+  if (held == held_.end()) return;
+  std::map<VertexId, VertexId> slot_in_part;
+  for (VertexId v = 0; v < vertex_from.size(); ++v) slot_in_part[vertex_from[v]] = v;
+  Held taken{part.id, {}};
+  double share = 0;
+  std::erase_if(held->points, [&](Point p) {
+    const auto in_part = slot_in_part.find(p.vertex);
+    if (in_part == slot_in_part.end()) return false;
+    p.vertex = in_part->second;
+    share += p.share;
+    taken.points.push_back(p);
+    return true;
+  });
+  if (taken.points.empty()) return;
+  if (part.rigid) taken.points = points_of_jaws(part, share);
+  if (held->points.empty()) {
+    events_.push_back({EventKind::released, parent_id, "what it holds came off"});
+    held_.erase(held);
+  }
+  events_.push_back({EventKind::grasped, part.id, "came off"});
+  held_.push_back(std::move(taken));
 }
 
 }  // namespace sectio

@@ -1,11 +1,14 @@
-// What the jaws of one instrument hold: from closing about a loose piece to opening, or until it slips out. Part of
-// simulation.*.
+// What the tips of one instrument do to what is between them or around them (paper C, 3.1). A ball about the tips
+// pushes vertices out to its surface and stops them there. Jaws that close hold what is in a slightly larger sphere, a
+// loose piece or the points of the tissue: these follow the hand by a force that has a cap, and not faster than hands
+// are, so that no motion brings more energy than the cap times the way of the tissue. What is pulled further than the
+// sphere's radius slips out. Part of simulation.*.
 #pragma once
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "sim_server/instruments/instrument.h"
@@ -14,28 +17,65 @@
 
 namespace sectio {
 
+struct GripEvent {
+  EventKind kind;  // grasped, released
+  std::uint32_t body_id;
+  std::string_view text = {};  // why; a constant
+};
+
 class SimulationGrip {
  public:
-  static constexpr std::size_t kPoints = 3;  // so that a piece also turns with the jaws
-
   explicit SimulationGrip(const ToolSpec& tool);
 
-  // The instrument is at `pose`; appends kPoints grips while it holds something.
-  void follow(const JointPose& pose, std::span<const std::unique_ptr<SimulationBody>> bodies, std::vector<Grip>& grips);
-  bool holds(std::uint32_t body_id) const { return held_ == body_id; }
-  const std::optional<std::uint32_t>& held() const { return held_; }
+  // At the beginning of a step: closes, opens or loses what it held. The instrument is at `pose` from then on.
+  void follow(const JointPose& pose, std::span<const std::unique_ptr<SimulationBody>> bodies);
+  // Of a body that deforms: what it wants of its points in this step, appended; returns how many.
+  std::size_t append(SimulationBody& body, double step_s, std::vector<PointConstraint>& constraints) const;
+  // The same of rigid pieces.
+  std::size_t append(std::span<const std::unique_ptr<SimulationBody>> bodies, std::vector<Grip>& grips) const;
+  // What came of these.
+  void felt(std::span<const Reaction> reactions);
 
-  // Of the last step that held something; for the caller to keep.
-  Vec3 force_on_tool_n = Vec3::Zero();
+  // A body has changed: vertices that are new or gone are not held.
+  void topology_changed(std::uint32_t body_id, const TopologyDelta& delta);
+  // A part came off; by vertex its slot in the parent. Before the change of the parent.
+  void part_left(std::uint32_t parent_id, const SimulationBody& part, std::span<const VertexId> vertex_from);
+
+  bool holds(std::uint32_t body_id) const;
+  // Does it hold or push anything?
+  bool is_at_work() const { return !held_.empty() || pushes_; }
+  const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // of this step
+  std::vector<GripEvent> take_events();                             // since the last call
 
  private:
-  void close_about(const JointPose& pose, std::span<const std::unique_ptr<SimulationBody>> bodies);
+  struct Point {
+    VertexId vertex = kNone;  // of tissue; of a rigid piece none
+    Vec3 at_piece_m = Vec3::Zero();
+    Vec3 at_tool_m = Vec3::Zero();
+    double share = 0;  // of the force, of all points 1
+  };
+  struct Held {
+    std::uint32_t body_id = 0;
+    std::vector<Point> points;
+  };
+
+  bool hold_piece(std::span<const std::unique_ptr<SimulationBody>> bodies);
+  void hold_tissue(std::span<const std::unique_ptr<SimulationBody>> bodies);
+  std::vector<Point> points_of_jaws(const SimulationBody& piece, double share) const;
+  void push_out(SimulationBody& body, std::vector<PointConstraint>& constraints) const;
+  Vec3 lag_m(std::span<const std::unique_ptr<SimulationBody>> bodies) const;
+  void share_out();
+  void let_go(std::string_view why);
 
   const InstrumentKind& instrument_;
   ToolGeometry geometry_;
+  double largest_force_n_, radius_m_;
+  JointPose pose_;
   bool open_ = false;  // since when there is a pose
-  std::optional<std::uint32_t> held_;
-  std::array<Vec3, kPoints> at_piece_m_{};  // the points that are held, in the frame of the piece
+  std::vector<Held> held_;
+  bool pushes_ = false;
+  Vec3 force_on_tool_n_ = Vec3::Zero();
+  std::vector<GripEvent> events_;
 };
 
 }  // namespace sectio

@@ -96,6 +96,7 @@ Split split_body(SimulationBody& body, const Scene& scene, std::uint32_t next_id
     } else {
       const std::uint32_t id = next_id + static_cast<std::uint32_t>(result.parts.size());
       const BodySpec& spec = specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
+      result.vertex_from.push_back(leaving.vertex_from);
       result.parts.push_back(make_body(body, std::move(leaving), spec, scene, id, frame));
     }
     body.give_up(result.deltas.back());

@@ -13,6 +13,7 @@ namespace sectio {
 struct Split {
   std::vector<TopologyDelta> deltas;                   // of the body that was split, in the order applied
   std::vector<std::unique_ptr<SimulationBody>> parts;  // new bodies, numbered from `next_id` on
+  std::vector<std::vector<VertexId>> vertex_from;      // of each part, by vertex: its slot in the body
   std::vector<double> removed_m3;                      // volumes of fragments, at rest
 };
 

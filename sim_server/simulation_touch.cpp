@@ -185,6 +185,9 @@ void SimulationTouch::press() {
   const Vec3 contact = contact_world_m();
   if (body_.contact_by_templates()) return press_with_templates(contact);
   slide_to(contact);
+  const Corners corners = body_.view().corners(triangle_);
+  const Vec3 at = bary_[0] * corners[0] + bary_[1] * corners[1] + bary_[2] * corners[2];
+  if ((at - contact).norm() > kNearM) return set_free();  // no hand presses so far in a step: it has jumped through
   const MeshDraft surface(body_.mesh, body_.particle_view());
   normal_ = body_.home_normal_world(surface, body_.mesh.triangle(triangle_).v, bary_);
   PointConstraint c;

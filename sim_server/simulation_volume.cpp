@@ -1,11 +1,13 @@
 #include "sim_server/simulation_volume.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include "common/core/error.h"
 #include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/collision/surface_tree.h"
+#include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/deformation/tetra/volume_engine.h"
@@ -109,6 +111,21 @@ BodyEngines engines_of(const EngineSite& site, VolumeCutting::MakeModel make_mod
   return engines;
 }
 
+constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
+
+TetDriver driver_of(const BodySpec& body) {
+  return body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+}
+
+std::string note_on(const HexSolid& solid) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
+                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
+                1e3 * solid.explicit_limit_s());
+  return text;
+}
+
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
@@ -124,6 +141,11 @@ void make_volume(BodySpec& body) {
   }
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
+  if (body.model == "neo_hookean_lattice") {
+    if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
+    body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
+                                               volume_material(body.material), {}, driver_of(body))));
+  }
   if (body.model != "tetra_springs") return;
   const TetSprings springs(body.tets, volume_material(body.material), {}, {body.volume.second_share, 0, true});
   char text[240];
@@ -140,7 +162,7 @@ void make_volume(BodySpec& body) {
 
 Scene with_volumes(Scene scene) {
   for (BodySpec& body : scene.bodies) {
-    if (body.model != "tetra_springs" && body.model != "neo_hookean") continue;
+    if (body.model == "surface_springs" || !standard_engines().models.contains(body.model)) continue;
     try {
       make_volume(body);
     } catch (const InputError& error) {
@@ -172,12 +194,23 @@ BodyEngines tetra_spring_engines(const EngineSite& site) {
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
-  const TetDriver driver = site.spec.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+  const TetDriver driver = driver_of(site.spec);
   return engines_of(site,
                     [=, material = volume_material(site.spec.material), regions = site.spec.regions,
                      settings = settings_for(site)](const TetMesh& mesh) -> std::unique_ptr<VolumeModel> {
                       return std::make_unique<TetSolid>(mesh, volume_material(material, regions, mesh), settings(mesh),
                                                         driver);
+                    });
+}
+
+BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
+  const TetDriver driver = driver_of(site.spec);
+  const Grid grid = grid_around(site.spec.tets, site.spec.volume.cell_m);
+  return engines_of(site,
+                    [=, material = volume_material(site.spec.material), regions = site.spec.regions,
+                     settings = settings_for(site)](const TetMesh& mesh) -> std::unique_ptr<VolumeModel> {
+                      return std::make_unique<HexSolid>(mesh, grid, volume_material(material, regions, mesh),
+                                                        settings(mesh), driver);
                     });
 }
 

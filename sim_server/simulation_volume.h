@@ -1,4 +1,5 @@
-// Bodies that are volumes of tetrahedra: models tetra_springs (M2) and neo_hookean (M3). Part of simulation.*.
+// Bodies that are volumes of tetrahedra: models tetra_springs (M2), neo_hookean (M3) and
+// neo_hookean_lattice (M4), where the tetrahedra ride on hexahedra. Part of simulation.*.
 #pragma once
 
 #include "sim_server/simulation_engines.h"
@@ -14,5 +15,6 @@ Scene with_volumes(Scene scene);
 // refused.
 BodyEngines tetra_spring_engines(const EngineSite& site);
 BodyEngines neo_hookean_engines(const EngineSite& site);
+BodyEngines neo_hookean_lattice_engines(const EngineSite& site);
 
 }  // namespace sectio

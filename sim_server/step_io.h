@@ -47,8 +47,8 @@ enum class EventKind : std::uint8_t {
   body_frozen,        // numerics failed in this body
   body_split,         // a part came off and is a body of its own
   fragment_removed,   // a part below the stated size
-  grasped,            // jaws hold a piece
-  released,           // they opened, or it slipped out
+  grasped,            // jaws hold a piece, or tissue
+  released,           // the text says why: opened, slipped, cut away
   driver_taken_over,  // a step was beyond what the explicit driver of a volume can do safely: the implicit one goes on
   driver_handed_back,
   gravity_turned,  // it begins to, or to elsewhere; the text says where to

@@ -186,8 +186,9 @@ struct Passage {
   std::vector<Place> places;
 };
 
-// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
-const std::array<Passage, 2> kPassages{{
+// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor. The kidney of
+// kidney_section.yaml: on its side, its middle 50 mm above the floor, from pole to pole.
+const std::array<Passage, 3> kPassages{{
     {.name = "bar_one_sequence",
      .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
@@ -200,6 +201,10 @@ const std::array<Passage, 2> kPassages{{
                 {.tip_world_m = {0.0051, 0.026, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
                 {.tip_world_m = {0.0051, 0.026, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
                 {.tip_world_m = {0.0043, -0.030, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
+    {.name = "kidney_section",
+     .places = {{.tip_world_m = {-0.066, -0.0012, 0.012}, .ahead_deg = 0, .rest_s = 0.3},
+                {.tip_world_m = {0.066, -0.0012, 0.012}, .ahead_deg = 0},
+                {.tip_world_m = {0.160, -0.0012, 0.090}, .ahead_deg = 0, .rest_s = 1.3, .speed_m_per_s = 0.12}}},
 }};
 
 // Scissors, blades flat ahead, go forward along a line: wide open to the next place, then they close there, not all the

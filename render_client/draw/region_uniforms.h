@@ -62,7 +62,8 @@ float box_m(int i, vec3 x) {
   return max(d.x, max(d.y, d.z));
 }
 
-// `around` where there is no region. Borders are as sharp as a pixel. grain: 0 to 1; shade: about 1.
+// `around` where there is no region. Borders are as sharp as a pixel, a little darker inside. grain: 0 to 1; shade:
+// about 1.
 vec3 tissue_at(vec3 x, vec3 around, float grain, float shade) {
   float ripple = ripple_at(x);
   vec3 tissue = around;
@@ -74,7 +75,7 @@ vec3 tissue_at(vec3 x, vec3 around, float grain, float shade) {
     for (; i < part_end[r].z; ++i) d = min(d, box_m(i, x));
     d -= region_grain[r].w * ripple;
     float pixel_m = max(fwidth(d), 1e-7);
-    vec3 own = mix(region_colour[r].rgb, region_grain[r].rgb, grain);
+    vec3 own = mix(region_colour[r].rgb, region_grain[r].rgb, grain) * mix(0.7, 1.0, smoothstep(0.0, 0.0015, -d));
     float rim = region_colour[r].w;
     own = mix(own, region_rim[r].rgb, rim > 0.0 ? clamp(0.5 + (d + rim) / pixel_m, 0.0, 1.0) : 0.0);
     tissue = mix(tissue, shade * own, clamp(0.5 - d / pixel_m, 0.0, 1.0));

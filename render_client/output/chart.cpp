@@ -15,6 +15,8 @@ namespace {
 
 constexpr Colour kInk{45, 50, 58, 255};
 constexpr Colour kGrid{224, 228, 232, 255};
+constexpr std::array<Colour, 4> kFaintColours{Colour{120, 126, 134, 255}, Colour{178, 158, 128, 255},
+                                              Colour{160, 190, 195, 255}, Colour{196, 178, 204, 255}};
 constexpr std::array<Colour, 6> kColours{Colour{190, 40, 45},  Colour{35, 105, 180}, Colour{40, 140, 85},
                                          Colour{215, 135, 20}, Colour{120, 75, 165}, Colour{90, 95, 100}};
 
@@ -56,12 +58,42 @@ std::string tick_text(double value, double step) {
   return text.data();
 }
 
+constexpr std::size_t kMostAbove = 6;  // series whose names have room over the picture
+
+Colour colour_of(const std::vector<Series>& series, std::size_t i) {
+  if (series[i].style == Series::Style::dashes) return kInk;
+  std::size_t own = 0, faint = 0;
+  for (std::size_t k = 0; k < i; ++k) ++(series[k].faint ? faint : own);
+  return series[i].faint ? kFaintColours[faint % kFaintColours.size()] : kColours[own % kColours.size()];
+}
+
+// In decades: 1, 2 and 5 times each power of ten, or the powers alone when there are many.
+std::vector<double> decades(double low, double high) {
+  std::vector<double> ticks;
+  for (double power = std::floor(low); power <= high; power += 1)
+    for (const double lead : {1.0, 2.0, 5.0}) {
+      const double tick = power + std::log10(lead);
+      if (tick >= low && tick <= high && (lead == 1 || high - low < 3)) ticks.push_back(tick);
+    }
+  return ticks;
+}
+
+std::string decade_text(double decade) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", std::pow(10.0, decade));
+  return text.data();
+}
+
 class Chart {
  public:
   Chart(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px);
   Image take() { return std::move(image_); }
 
  private:
+  // Along the axes everything is in their scale, decades when it is logarithmic.
+  double scaled_x(double x) const { return labels_.log_x ? std::log10(x) : x; }
+  double scaled_y(double y) const { return labels_.log_y ? std::log10(y) : y; }
+  bool has_place(double x, double y) const { return std::isfinite(scaled_x(x)) && std::isfinite(scaled_y(y)); }
   Eigen::Vector2f at(double x, double y) const {
     return Eigen::Vector2d(area_.x_px + (x - x_.low) / (x_.high - x_.low) * area_.width_px,
                            area_.y_px + (y_.high - y) / (y_.high - y_.low) * area_.height_px)
@@ -70,10 +102,20 @@ class Chart {
   void line(const Eigen::Vector2f& a, const Eigen::Vector2f& b, Colour colour) {
     draw_polyline(image_, std::array{a, b}, 1.0f, colour);
   }
-  void draw_axes(const ChartLabels& labels);
+  void dash(const Eigen::Vector2f& a, const Eigen::Vector2f& b, Colour colour) {
+    const Eigen::Vector2f along = (b - a).stableNormalized();
+    for (float s = 0; s < (b - a).norm(); s += 10)
+      draw_polyline(image_, std::array<Eigen::Vector2f, 2>{a + s * along, a + std::min(s + 6, (b - a).norm()) * along},
+                    1.6f, colour);
+  }
+  void draw_axes();
+  void draw_marks();
   void draw_series(const Series& series, Colour colour);
+  void draw_dot(const Eigen::Vector2f& at, Colour colour);
   void draw_legend(const std::vector<Series>& series);
+  void draw_legend_beside(const std::vector<Series>& series);
 
+  const ChartLabels& labels_;
   Image image_;
   Text text_{14}, title_{18};
   Range x_, y_;
@@ -82,39 +124,93 @@ class Chart {
 };
 
 Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px)
-    : image_(width_px, height_px, {255, 255, 255, 255}) {
+    : labels_(labels), image_(width_px, height_px, {255, 255, 255, 255}) {
   for (const Series& s : series) {
     if (s.x.size() != s.y.size()) throw InputError("chart: series " + s.name + ": x and y differ in length");
     for (std::size_t i = 0; i < s.x.size(); ++i) {
-      if (!std::isfinite(s.x[i]) || !std::isfinite(s.y[i])) continue;
-      x_.take(s.x[i]);
+      if (!has_place(s.x[i], s.y[i])) continue;
+      x_.take(scaled_x(s.x[i]));
       whole_x_ = whole_x_ && s.x[i] == std::round(s.x[i]);
-      y_.take(s.y[i]);
+      y_.take(scaled_y(s.y[i]));
     }
   }
   if (labels.y_from_zero) y_.take(0);
-  x_.settle(0);
+  x_.settle(labels.log_x ? 0.03 : 0);
+  whole_x_ = whole_x_ && !labels.log_x;
   y_.settle(0.06);
-  area_ = {72, 64, std::max(width_px - 72 - 24, 10), std::max(height_px - 64 - 56, 10)};
-  draw_axes(labels);
-  for (std::size_t i = 0; i < series.size(); ++i) draw_series(series[i], kColours[i % kColours.size()]);
-  draw_legend(series);
+  const bool beside = series.size() > kMostAbove;
+  int right = 24;
+  for (std::size_t i = 0; i < series.size() && beside; ++i)
+    right = std::max(right, 56 + text_.width_px(series[i].name));
+  area_ = {72, 64, std::max(width_px - 72 - right, 10), std::max(height_px - 64 - 56, 10)};
+  draw_axes();
+  draw_marks();
+  for (const bool faint : {true, false})
+    for (std::size_t i = 0; i < series.size(); ++i)
+      if (series[i].faint == faint) draw_series(series[i], colour_of(series, i));
+  if (beside)
+    draw_legend_beside(series);
+  else
+    draw_legend(series);
 }
 
-void Chart::draw_axes(const ChartLabels& labels) {
+void Chart::draw_marks() {
+  for (const ChartLabels::Mark& mark : labels_.marks) {
+    const double x = scaled_x(mark.x);
+    if (!(x >= x_.low && x <= x_.high)) continue;
+    line(at(x, y_.low), at(x, y_.high), kInk);
+    const Eigen::Vector2f top = at(x, y_.high);
+    text_.draw(image_, static_cast<int>(top.x()) - text_.width_px(mark.name) - 6, static_cast<int>(top.y()) + 4,
+               mark.name, kInk);
+  }
+}
+
+void Chart::draw_dot(const Eigen::Vector2f& at, Colour colour) {
+  constexpr int kRadius = 4;
+  for (int row = -kRadius; row <= kRadius; ++row) {
+    const int half = static_cast<int>(std::lround(std::sqrt(kRadius * kRadius + 2 - row * row)));
+    fill(image_, {static_cast<int>(at.x()) - half, static_cast<int>(at.y()) + row, 2 * half + 1, 1}, colour);
+  }
+}
+
+void Chart::draw_legend_beside(const std::vector<Series>& series) {
+  int y = area_.y_px;
+  const int x = area_.x_px + area_.width_px + 14;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    if (series[i].name.empty()) continue;
+    const Eigen::Vector2f left(static_cast<float>(x), static_cast<float>(y + text_.line_height_px() / 2));
+    if (series[i].style == Series::Style::dashes)
+      for (int k = 0; k < 3; ++k)
+        line(left + Eigen::Vector2f(static_cast<float>(8 * k), 0),
+             left + Eigen::Vector2f(static_cast<float>(8 * k + 5), 0), colour_of(series, i));
+    else
+      draw_dot(left + Eigen::Vector2f(10, 0), colour_of(series, i));
+    text_.draw(image_, x + 28, y, series[i].name, kInk);
+    y += text_.line_height_px() + 6;
+  }
+}
+
+void Chart::draw_axes() {
+  const ChartLabels& labels = labels_;
   const int bottom = area_.y_px + area_.height_px;
   const int wanted_x = whole_x_ ? std::clamp(static_cast<int>(x_.high - x_.low), 1, 9) : 9;
   const double step_x = tick_step(x_.low, x_.high, wanted_x), step_y = tick_step(y_.low, y_.high, 6);
-  for (const double x : round_ticks(x_.low, x_.high, wanted_x)) {
+  const auto ticks = [](bool logarithmic, const Range& range, int wanted) {
+    return logarithmic ? decades(range.low, range.high) : round_ticks(range.low, range.high, wanted);
+  };
+  const auto label = [](bool logarithmic, double value, double step) {
+    return logarithmic ? decade_text(value) : tick_text(value, step);
+  };
+  for (const double x : ticks(labels.log_x, x_, wanted_x)) {
     const Eigen::Vector2f p = at(x, y_.low);
     line(p, at(x, y_.high), kGrid);
-    const std::string text = tick_text(x, step_x);
+    const std::string text = label(labels.log_x, x, step_x);
     text_.draw(image_, static_cast<int>(p.x()) - text_.width_px(text) / 2, bottom + 5, text, kInk);
   }
-  for (const double y : round_ticks(y_.low, y_.high, 6)) {
+  for (const double y : ticks(labels.log_y, y_, 6)) {
     const Eigen::Vector2f p = at(x_.low, y);
     line(p, at(x_.high, y), kGrid);
-    const std::string text = tick_text(y, step_y);
+    const std::string text = label(labels.log_y, y, step_y);
     text_.draw(image_, area_.x_px - 8 - text_.width_px(text), static_cast<int>(p.y()) - text_.line_height_px() / 2,
                text, kInk);
   }
@@ -128,12 +224,15 @@ void Chart::draw_axes(const ChartLabels& labels) {
 void Chart::draw_series(const Series& series, Colour colour) {
   std::vector<Eigen::Vector2f> run;
   const auto flush = [&] {
-    draw_polyline(image_, run, 1.8f, colour);
+    if (series.style == Series::Style::line) draw_polyline(image_, run, 1.8f, colour);
+    for (std::size_t k = 1; k < run.size() && series.style == Series::Style::dashes; ++k)
+      dash(run[k - 1], run[k], colour);
+    for (std::size_t k = 0; k < run.size() && series.style == Series::Style::points; ++k) draw_dot(run[k], colour);
     run.clear();
   };
   for (std::size_t i = 0; i < series.x.size(); ++i) {
-    if (std::isfinite(series.x[i]) && std::isfinite(series.y[i])) {
-      run.push_back(at(series.x[i], series.y[i]));
+    if (has_place(series.x[i], series.y[i])) {
+      run.push_back(at(scaled_x(series.x[i]), scaled_y(series.y[i])));
     } else {
       flush();
     }
@@ -148,12 +247,29 @@ void Chart::draw_legend(const std::vector<Series>& series) {
     x -= text_.width_px(series[i].name) + 8;
     const int y = area_.y_px - 6 - text_.line_height_px();
     text_.draw(image_, x + 8, y, series[i].name, kInk);
-    fill(image_, {x - 20, y + text_.line_height_px() / 2 - 1, 22, 3}, kColours[i % kColours.size()]);
+    fill(image_, {x - 20, y + text_.line_height_px() / 2 - 1, 22, 3}, colour_of(series, i));
     x -= 36;
   }
 }
 
 }  // namespace
+
+Series front_of(const std::vector<Series>& series) {
+  std::vector<std::pair<double, double>> all;
+  for (const Series& s : series)
+    for (std::size_t i = 0; i < s.x.size(); ++i)
+      if (std::isfinite(s.x[i]) && std::isfinite(s.y[i])) all.emplace_back(s.x[i], s.y[i]);
+  std::sort(all.begin(), all.end());
+  Series front;
+  front.name = "front";
+  front.style = Series::Style::dashes;
+  for (const auto& [x, y] : all) {
+    if (!front.y.empty() && y >= front.y.back()) continue;
+    front.x.push_back(x);
+    front.y.push_back(y);
+  }
+  return front;
+}
 
 std::vector<double> round_ticks(double low, double high, int wanted) {
   std::vector<double> ticks;

@@ -1,4 +1,4 @@
-// A line chart as a picture: axes with round ticks, units in the labels, a legend.
+// Lines and points as a picture: axes with round ticks, units in the labels, a legend.
 #pragma once
 
 #include <string>
@@ -9,9 +9,13 @@
 namespace sectio {
 
 struct Series {
+  enum class Style { line, points, dashes };
+
   std::string name;       // for the legend
   std::vector<double> x;  // same length as y; a pair that is not finite breaks the line
   std::vector<double> y;
+  Style style = Style::line;
+  bool faint = false;  // what the others are compared with
 };
 
 struct ChartLabels {
@@ -19,10 +23,19 @@ struct ChartLabels {
   std::string x;  // with the unit: "time / s"
   std::string y;  // "force / N"
   bool y_from_zero = false;
+  bool log_x = false, log_y = false;  // what is not positive is not drawn
+  struct Mark {
+    double x = 0;
+    std::string name;
+  };
+  std::vector<Mark> marks = {};  // vertical lines; they don't widen the axis
 };
 
 // Without any finite point the axes run from 0 to 1. Throws InputError when a series has x and y of unequal length.
 Image plot(const ChartLabels& labels, const std::vector<Series>& series, int width_px = 960, int height_px = 480);
+
+// Of pairs of which less is better in both, those that no other one beats: ascending in x, the rest left out.
+Series front_of(const std::vector<Series>& series);
 
 // Steps of 1, 2 or 5 times a power of ten: all multiples within [low, high], about `wanted` of them.
 std::vector<double> round_ticks(double low, double high, int wanted);

@@ -16,6 +16,12 @@ template <class R>
 }
 
 template <class R>
+[[gnu::always_inline]] inline Lanes3<R> cross(const Lanes3<R>& a, const Lanes3<R>& b) {
+  return {R::minus_fma(a.z, b.y, R::mul(a.y, b.z)), R::minus_fma(a.x, b.z, R::mul(a.z, b.x)),
+          R::minus_fma(a.y, b.x, R::mul(a.x, b.y))};
+}
+
+template <class R>
 struct Lanes4 {
   typename R::Reg x, y, z, w;
 };

@@ -29,6 +29,11 @@ struct Avx2 {
   static Reg all(float a) { return _mm256_set1_ps(a); }
   static Reg load(const float* p) { return _mm256_load_ps(p); }
   static void store(float* p, Reg a) { _mm256_store_ps(p, a); }
+  // One entry of four floats.
+  static void add_entry(char* to, const char* by) {
+    float* const sum = reinterpret_cast<float*>(to);
+    _mm_store_ps(sum, _mm_add_ps(_mm_load_ps(sum), _mm_load_ps(reinterpret_cast<const float*>(by))));
+  }
   static Reg add(Reg a, Reg b) { return _mm256_add_ps(a, b); }
   static Reg max(Reg a, Reg b) { return _mm256_max_ps(a, b); }
   static Reg sub(Reg a, Reg b) { return _mm256_sub_ps(a, b); }

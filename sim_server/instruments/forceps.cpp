@@ -24,6 +24,7 @@ InstrumentKind forceps() {
   f.flaw = scissors_flaw;
   f.grip_below_rad = 0.1;
   f.grip_force_n = 2;
+  f.grip_radius_m = 0.004;
   return f;
 }
 

@@ -24,8 +24,9 @@ struct ToolGeometry {
   Vec3 b_tool_m = Vec3(0, 0, 0.03);
   Vec3 c_tool_m = Vec3(0.006, 0, 0.012);
   Vec3 d_tool_m = Vec3(0.006, 0, 0.03);
-  double sharp_length_m = 0;  // knife: of AC from A on; the rest is blunt
-  double gauge_m = 0;         // medical scissors: between the two edges of a U
+  double sharp_length_m = 0;   // knife: of AC from A on; the rest is blunt
+  double gauge_m = 0;          // medical scissors: between the two edges of a U
+  double sphere_radius_m = 0;  // about A: what a ball there pushes out of the way; 0: none
 };
 
 // What else the parts depend on.
@@ -96,8 +97,9 @@ struct InstrumentKind {
   bool edge_enters = false;       // the edge cuts where it reaches into the tissue, however light the touch
   bool only_closing = false;      // and only while the jaws close
   bool front_is_virtual = false;  // CD is no body: it doesn't press
-  double grip_below_rad = 0;      // jaws closed further hold a loose piece between their tips; 0: never
+  double grip_below_rad = 0;      // jaws closed further hold what is between their tips; 0: never
   double grip_force_n = 0;        // at most
+  double grip_radius_m = 0;       // about A: tissue in this sphere is between the tips
   double drag = 1;                // of the force that cutting takes
 
   // May an edge that reaches into tissue begin to cut?

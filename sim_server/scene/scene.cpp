@@ -122,6 +122,7 @@ VolumeSpec read_volume(YamlMap& map, const std::string& scene_file) {
   VolumeSpec volume;
   map.read("mesher", volume.mesher, {"lattice", "tetgen", "best"});
   map.read("tetrahedra", volume.tetrahedra, between(12, 5e6));
+  map.read("cell_m", volume.cell_m, between(1e-5, 1));
   map.read("driver", volume.driver, {"automatic", "implicit"});
   map.read("second_share", volume.second_share, between(0, 0.95));
   map.read("damper_s", volume.damper_s, at_least(0));
@@ -161,7 +162,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   BodySpec body;
   body.name = name_of(map.require("name"));
   if (const auto server = map.find("server")) body.server = name_of(*server);
-  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean"});
+  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"});
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
   map.part("contact", [&](YamlMap& part) {
@@ -172,7 +173,7 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   map.part("cutting", [&](YamlMap& part) {
     body.cutting = read_cutting(part);
     if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
-      part.value().fail("semi_progressive cuts tetrahedra: it needs the model tetra_springs or neo_hookean");
+      part.value().fail("semi_progressive cuts tetrahedra: it needs a model with a volume");
   });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
@@ -205,7 +206,16 @@ ToolGeometry read_geometry(YamlMap& map, ToolGeometry geometry) {
   map.read("d_tool_m", geometry.d_tool_m);
   map.read("sharp_length_m", geometry.sharp_length_m, above(0));
   map.read("gauge_m", geometry.gauge_m, above(0));
+  map.read("sphere_radius_m", geometry.sphere_radius_m, above_to(0, 0.1));
   return geometry;
+}
+
+void read_grip(YamlMap& map, const InstrumentKind& instrument, ToolSpec& tool) {
+  if (instrument.grip_force_n == 0) return;
+  if (const auto force = map.find("grip_force_n")) tool.grip_force_n = force->number(above_to(0, 1000));
+  if (const auto radius = map.find("grip_radius_m")) tool.grip_radius_m = radius->number(above_to(0, 0.1));
+  if (tool.grip_radius_m.value_or(instrument.grip_radius_m) <= tool.geometry.sphere_radius_m)
+    map.value().fail("grip_radius_m must be more than sphere_radius_m: the ball pushes out what is held");
 }
 
 ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
@@ -216,6 +226,7 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   tool.geometry = instrument.geometry;
   map.part("geometry", [&](YamlMap& part) { tool.geometry = read_geometry(part, tool.geometry); });
   map.read("intensity", tool.intensity, above_to(0, 10));
+  read_grip(map, instrument, tool);
   if (const std::string flaw = instrument.flaw(tool.geometry); !flaw.empty()) map.value().fail("geometry: " + flaw);
   const auto trace = map.find("trace");
   map.finish();

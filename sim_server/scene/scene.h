@@ -70,9 +70,10 @@ struct SplittingSpec {
 struct VolumeSpec {
   std::string mesher = "lattice";    // tetgen, best: whichever of the two gives the larger stable step
   double tetrahedra = 4000;          // about so many
+  double cell_m = 0;                 // of neo_hookean_lattice: edge of a hexahedron; 0: about 2000 in the body
   std::string file;                  // instead of a surface: tetrahedra; resolved path
   double file_unit_m = 1;            // length of the file's unit
-  std::string driver = "automatic";  // of neo_hookean; implicit: never the explicit one
+  std::string driver = "automatic";  // of neo_hookean and its lattice; implicit: never the explicit one
   double second_share = 0.5;         // of tetra_springs: stiffness that second neighbours have
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
@@ -92,7 +93,7 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  std::string model = "surface_springs";  // or tetra_springs, neo_hookean
+  std::string model = "surface_springs";  // or tetra_springs, neo_hookean, neo_hookean_lattice
   VolumeSpec volume;
   TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
   MaterialSpec material;
@@ -109,7 +110,8 @@ struct ToolSpec {
   std::string name;
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
-  double intensity = 1;  // cautery: |CD| = intensity x geometry's |CD|
+  double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
+  std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
@@ -144,8 +146,8 @@ struct Scene {
 //   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
-//     name*, model: surface_springs | tetra_springs | neo_hookean, server: name (main)
-//     volume:    mesher: lattice | tetgen | best, tetrahedra, driver: automatic | implicit, second_share, damper_s,
+//     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
+//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share, damper_s,
 //                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
 //                mesh
 //     mesh*:     file*, unit*: m | cm | mm
@@ -158,7 +160,8 @@ struct Scene {
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
-//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h)
+//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
+//     grip_radius_m
 Scene load_scene(const std::string& path);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for

@@ -3,23 +3,14 @@
 // at rest. What the fast models are compared with.
 #pragma once
 
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
 #include <functional>
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/tetra/tet_star.h"
+#include "tests/support/newton.h"
 
 namespace sectio::test {
-
-struct Lame {
-  double mu, lambda;
-};
-inline Lame lame(double young_pa, double poisson) {
-  const double mu = young_pa / (2 * (1 + poisson));
-  return {mu, 2 * mu * poisson / (1 - 2 * poisson)};
-}
 
 class TetReference {
  public:
@@ -91,14 +82,6 @@ class TetReference {
     return pressure;
   }
 
-  static Mat3 cofactor(const Mat3& f) {
-    Mat3 c;
-    c.col(0) = f.col(1).cross(f.col(2));
-    c.col(1) = f.col(2).cross(f.col(0));
-    c.col(2) = f.col(0).cross(f.col(1));
-    return c;
-  }
-
   using Sparse = Eigen::SparseMatrix<double>;
   Sparse hessian(const Points& x) const {
     std::vector<Eigen::Triplet<double>> entries;
@@ -141,53 +124,9 @@ class TetReference {
     return h;
   }
 
-  // At rest under `load`, with the vertices of `held` where they are. Newton with a line search on the energy.
-  Points equilibrium(Points x, const std::vector<std::uint8_t>& held, const Points& load,
+  Points equilibrium(const Points& x, const std::vector<std::uint8_t>& held, const Points& load,
                      double tolerance_n = 1e-9) const {
-    for (int n = 0; n < 60; ++n) {
-      const Points f = forces_n(x);
-      Eigen::VectorXd r(static_cast<Eigen::Index>(3 * x.size()));
-      double worst = 0;
-      for (std::size_t i = 0; i < x.size(); ++i) {
-        const Vec3 out = held[i] ? Vec3::Zero() : Vec3(f[i] + load[i]);
-        r.segment<3>(static_cast<Eigen::Index>(3 * i)) = out;
-        worst = std::max(worst, out.norm());
-      }
-      if (worst < tolerance_n) break;
-      Sparse h = hessian(x);
-      h.prune([&](Eigen::Index i, Eigen::Index j, double) {
-        return (!held[static_cast<std::size_t>(i / 3)] && !held[static_cast<std::size_t>(j / 3)]) || i == j;
-      });
-      for (std::size_t i = 0; i < x.size(); ++i)
-        if (held[i])
-          for (int k = 0; k < 3; ++k)
-            h.coeffRef(static_cast<Eigen::Index>(3 * i) + k, static_cast<Eigen::Index>(3 * i) + k) = 1;
-      const auto total = [&](const Points& at) {
-        double energy = energy_j(at);
-        for (std::size_t i = 0; i < at.size(); ++i) energy -= load[i].dot(at[i]);
-        return energy;
-      };
-      const double before = total(x);
-      Points next = x;
-      // Where the Hessian is not positive, or leads nowhere, a multiple of the unit matrix is added.
-      const double stiff = h.diagonal().cwiseAbs().mean();
-      for (double shift = 0;; shift = std::max(1e-3 * stiff, 10 * shift)) {
-        Sparse shifted = h;
-        for (Eigen::Index i = 0; i < h.rows() && shift > 0; ++i) shifted.coeffRef(i, i) += shift;
-        Eigen::SimplicialLDLT<Sparse> solver(shifted);
-        const Eigen::VectorXd step = solver.solve(r);
-        if (!(solver.vectorD().minCoeff() > 0) && shift < 1e3 * stiff) continue;
-        double way = 1;
-        for (;; way *= 0.5) {
-          for (std::size_t i = 0; i < x.size(); ++i)
-            next[i] = x[i] + way * step.segment<3>(static_cast<Eigen::Index>(3 * i));
-          if (total(next) <= before + 1e-12 * std::abs(before) || way < 1e-4) break;
-        }
-        break;
-      }
-      x = next;
-    }
-    return x;
+    return newton_equilibrium(*this, x, held, load, tolerance_n);
   }
 
  private:

@@ -49,11 +49,6 @@ template <class R>
   return {R::sub(a.x, b.x), R::sub(a.y, b.y), R::sub(a.z, b.z)};
 }
 template <class R>
-[[gnu::always_inline]] inline Lanes3<R> cross(const Lanes3<R>& a, const Lanes3<R>& b) {
-  return {R::minus_fma(a.z, b.y, R::mul(a.y, b.z)), R::minus_fma(a.x, b.z, R::mul(a.z, b.x)),
-          R::minus_fma(a.y, b.x, R::mul(a.x, b.y))};
-}
-template <class R>
 struct TetFaceLanes {
   Lanes4<R> a, b, c;
   Lanes3<R> n;

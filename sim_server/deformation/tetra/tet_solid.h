@@ -27,8 +27,12 @@ class TetSolid final : public VolumeModel {
   double added_mass_fraction() const override { return added_mass_fraction_; }
   double largest_stable_step_s() const override;
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
-  double elastic_energy_j(std::span<const Vec4f> position_world_m) const override;
-  void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const override;
+  double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
+    return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
+  }
+  // For tests and reports, O(n): the elastic energy, and the forces that the kernels compute, fixed vertices included.
+  double elastic_energy_j(std::span<const Vec4f> position_world_m) const;
+  void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const;
 
   // Parts of a step for the explicit driver, and the step that they may have at rest.
   int parts() const { return parts_; }

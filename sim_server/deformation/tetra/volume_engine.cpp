@@ -61,14 +61,7 @@ double VolumeEngine::energy_j(const SharedBody& body) const {
   std::vector<Vec4f> x = position_, v = velocity_;
   std::copy_n(body.particles.position_world_m.begin(), surface_vertices_, x.begin());
   std::copy_n(body.particles.velocity_world_m_per_s.begin(), surface_vertices_, v.begin());
-  double energy = model_->elastic_energy_j(x);
-  for (VertexId i = 0; i < x.size(); ++i) {
-    const double inverse = model_->inverse_mass_per_kg(i);
-    if (inverse == 0) continue;
-    energy += 0.5 / inverse * v[i].head<3>().cast<double>().squaredNorm();
-    energy -= model_->mass_kg(i) * model_->gravity_m_per_s2().dot(x[i].head<3>().cast<double>());
-  }
-  return energy;
+  return model_->energy_j(x, v);
 }
 
 Pose VolumeEngine::home_frame_world(VertexId) const {

@@ -2,8 +2,27 @@
 
 namespace sectio {
 
+double VolumeModel::energy_of_motion_j(std::span<const Vec4f> position_world_m,
+                                       std::span<const Vec4f> velocity_m_per_s) const {
+  double energy = 0;
+  for (VertexId i = 0; i < position_world_m.size(); ++i) {
+    const double inverse = inverse_mass_per_kg(i);
+    if (inverse == 0) continue;
+    energy += 0.5 / inverse * velocity_m_per_s[i].head<3>().cast<double>().squaredNorm();
+    energy -= mass_kg(i) * gravity_m_per_s2().dot(position_world_m[i].head<3>().cast<double>());
+  }
+  return energy;
+}
+
 void DividedConstraints::begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m,
                                int parts) {
+  corners_of(constraints, supports_);
+  begin(constraints, supports_, position_world_m, parts);
+}
+
+void DividedConstraints::begin(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
+                               std::span<const Vec4f> position_world_m, int parts) {
+  supports_ = supports;
   constraints_.assign(constraints.begin(), constraints.end());
   start_.resize(constraints_.size());
   end_.resize(constraints_.size());
@@ -13,8 +32,8 @@ void DividedConstraints::begin(std::span<const PointConstraint> constraints, std
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
     const PointConstraint& c = constraints_[n];
     Vec3 point = Vec3::Zero();
-    for (std::size_t a = 0; a < 3; ++a)
-      if (c.v[a] != kNone) point += c.w[a] * position_world_m[c.v[a]].head<3>().cast<double>();
+    for (const auto& [particle, weight] : supports_.of(n))
+      point += weight * position_world_m[particle].head<3>().cast<double>();
     end_[n] = c.target_world_m;
     // Where a unilateral constraint is not broken yet, its plane is where it will be.
     const bool keeps = c.unilateral && (point - c.target_world_m).dot(c.normal) <= 0;
@@ -28,7 +47,7 @@ void DividedConstraints::project_part(int part, double part_s, std::span<const d
   const double s = static_cast<double>(part + 1) / parts_;
   for (std::size_t n = 0; n < constraints_.size(); ++n)
     constraints_[n].target_world_m = start_[n] + s * (end_[n] - start_[n]);
-  project(constraints_, inverse_mass, part_s, position_world_m, velocity_m_per_s, part_);
+  project(constraints_, supports_, inverse_mass, part_s, position_world_m, velocity_m_per_s, part_);
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
     mean_[n].force_on_tool_n += part_[n].force_on_tool_n / parts_;
     mean_[n].active = mean_[n].active || part_[n].active;

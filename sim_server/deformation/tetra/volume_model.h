@@ -48,9 +48,12 @@ class VolumeModel {
   virtual std::uint64_t implicit_steps() const { return 0; }  // taken over from an explicit driver, so far
   virtual VertexId first_bad_vertex() const = 0;              // kNone while all is finite
 
-  // For tests and reports, O(n): the elastic energy, and the forces that the kernels compute, fixed vertices included.
-  virtual double elastic_energy_j(std::span<const Vec4f> position_world_m) const = 0;
-  virtual void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const = 0;
+  // Kinetic, elastic and gravitational. O(n).
+  virtual double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const = 0;
+
+ protected:
+  // Without the elastic part, for models whose particles are the vertices.
+  double energy_of_motion_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
 };
 
 // rho V / 4 from each tetrahedron at a vertex.
@@ -66,7 +69,10 @@ inline std::vector<double> masses_by_volume(const TetMesh& mesh, double density_
 // its work their sum.
 class DividedConstraints {
  public:
+  // On the vertices, or on what carries them.
   void begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m, int parts);
+  void begin(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
+             std::span<const Vec4f> position_world_m, int parts);
   // After the movement of a part, of which there were `part` before it.
   void project_part(int part, double part_s, std::span<const double> inverse_mass, std::span<Vec4f> position_world_m,
                     std::span<Vec4f> velocity_m_per_s);
@@ -74,6 +80,7 @@ class DividedConstraints {
 
  private:
   std::vector<PointConstraint> constraints_;
+  ConstraintSupports supports_;
   std::vector<Vec3> start_, end_;
   std::vector<Reaction> part_, mean_;
   int parts_ = 1;

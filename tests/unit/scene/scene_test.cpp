@@ -168,6 +168,24 @@ TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
       "s.yaml:17: bodies[0].regions: 33 ellipsoids, boxes and pieces of tubes; at most 32 can be drawn");
 }
 
+TEST_F(SceneFile, forceps_have_a_grip_and_others_do_not) {
+  const auto with = [](const std::string& tool) {
+    const std::string text = kScene;
+    return text.substr(0, text.find("  - {name: knife")) + "  - " + tool + "\n";
+  };
+  const ToolSpec usual = load(with("{name: f, kind: forceps}")).tools[0];
+  EXPECT_FALSE(usual.grip_force_n || usual.grip_radius_m);
+  const ToolSpec tool = load(with("{name: f, kind: forceps, grip_force_n: 3, grip_radius_m: 0.01, geometry: "
+                                  "{sphere_radius_m: 0.008}}"))
+                            .tools[0];
+  EXPECT_EQ(tool.grip_force_n, 3);
+  EXPECT_EQ(tool.grip_radius_m, 0.01);
+  EXPECT_EQ(tool.geometry.sphere_radius_m, 0.008);
+  EXPECT_THROW(load(with("{name: p, kind: probe, grip_force_n: 3}")), InputError);
+  EXPECT_THROW(load(with("{name: f, kind: forceps, grip_radius_m: 0.01, geometry: {sphere_radius_m: 0.01}}")),
+               InputError);
+}
+
 TEST_F(SceneFile, a_file_in_metres_centimetres_or_millimetres_arrives_in_metres) {
   for (const auto& [unit, length_m] : {std::pair("unit: m}", 1.0), {"unit: cm}", 0.01}, {"unit: mm}", 0.001}}) {
     std::string text = kScene;
@@ -216,11 +234,11 @@ TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
   EXPECT_EQ(refusal("style: templates", "style: glue"),
             "s.yaml:15: bodies[0].contact.style: expected one of vertices, templates, got glue");
   const std::string semi = refusal("hysteresis: 0.5", "hysteresis: 0.5, style: semi_progressive");
-  EXPECT_NE(semi.find("cutting: semi_progressive cuts tetrahedra: it needs the model tetra_springs or neo_hookean"),
-            std::string::npos)
+  EXPECT_NE(semi.find("cutting: semi_progressive cuts tetrahedra: it needs a model with a volume"), std::string::npos)
       << semi;
   EXPECT_EQ(refusal("model: surface_springs", "model: jelly"),
-            "s.yaml:10: bodies[0].model: expected one of surface_springs, tetra_springs, neo_hookean, got jelly");
+            "s.yaml:10: bodies[0].model: expected one of surface_springs, tetra_springs, neo_hookean, "
+            "neo_hookean_lattice, got jelly");
   EXPECT_EQ(refusal("[1, 0, 0], wall", "[1, 0, 255], wall"),
             "s.yaml:14: bodies[0].colours.skin[2]: expected in [0, 1], got 255");
   EXPECT_EQ(refusal("hysteresis: 0.5", "loops_free_islands: 1"),

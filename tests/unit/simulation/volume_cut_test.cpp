@@ -68,7 +68,7 @@ class BlockUnderBlade {
 
  private:
   static MakeEngines maker(const std::string& model) {
-    return model == "neo_hookean" ? MakeEngines(neo_hookean_engines) : MakeEngines(tetra_spring_engines);
+    return standard_engines().models.at(model);
   }
   Scene scene_;
   SimulationBody body_;
@@ -76,7 +76,7 @@ class BlockUnderBlade {
 };
 
 class VolumeCuts : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(All, VolumeCuts, testing::Values("tetra_springs", "neo_hookean"));
+INSTANTIATE_TEST_SUITE_P(All, VolumeCuts, testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(VolumeCuts, C_CUT_6_every_delta_leaves_a_closed_surface_of_the_same_volume_that_a_replica_has_too) {
   BlockUnderBlade block(GetParam());

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
@@ -71,6 +72,19 @@ Engine surface_engine() {
           6000 * 0.002 * 0.08};
 }
 
+// On its nodes; the cells at the border are filled in part.
+Engine lattice_engine(double poisson) {
+  const TetMesh mesh = block();
+  VolumeMaterial material;
+  material.poisson = poisson;
+  const auto solid = std::make_shared<HexSolid>(mesh, grid_around(mesh, 0.017), material, VolumeSettings{});
+  std::vector<Vec3> nodes;
+  for (std::uint32_t n = 0; n < solid->lattice().nodes.size(); ++n) nodes.push_back(solid->lattice().rest_m(n));
+  Engine engine = volume_engine("lattice " + std::to_string(poisson), solid, mesh, 6000);
+  engine.rest = points(nodes);
+  return engine;
+}
+
 std::vector<Engine> engines() {
   const TetMesh mesh = block();
   std::vector<Engine> all;
@@ -89,6 +103,7 @@ std::vector<Engine> engines() {
         "springs " + std::to_string(share),
         std::make_shared<TetSprings>(mesh, VolumeMaterial{}, VolumeSettings{}, TetSpringOptions{share, 0, true}), mesh,
         6000));
+  for (const double poisson : {0.3, 0.45, 0.49}) all.push_back(lattice_engine(poisson));
   all.push_back(surface_engine());
   return all;
 }

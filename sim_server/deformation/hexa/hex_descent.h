@@ -1,0 +1,35 @@
+// The lattice hexahedra once more, node by node and in double precision: their energy (hex_kernel.h), and vertex block
+// descent on it (Chen et al. 2024), the driver that is stable at any step. With one node free J is affine and the rest
+// quadratic, so that each move is the exact minimum of a convex quadratic: no line search, the objective
+//   sum_i m_i |x_i - y_i|^2 / (2 h^2) + E(x)
+// never grows, however inverted the state. Plain code, a hundred times as slow as the explicit driver: a safety net.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "sim_server/deformation/hexa/hex_kernel.h"
+
+namespace sectio {
+
+class HexDescent {
+ public:
+  // Both outlive this.
+  HexDescent(const HexLattice& lattice, const HexMaterial& material);
+
+  double elastic_energy_j(std::span<const Vec3> position_world_m) const;
+  // One sweep over all nodes of mass > 0; the others stay. Returns the longest way that one moved, m.
+  double sweep(double step_s, std::span<const double> mass_kg, std::span<const Vec3> inertial_world_m,
+               std::span<Vec3> position_world_m) const;
+
+ private:
+  struct Corner {
+    std::uint32_t cell, corner;
+  };
+  const HexLattice& lattice_;
+  HexMaterial material_;
+  std::vector<std::size_t> first_;  // of a node's corners
+  std::vector<Corner> corners_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,337 @@
+#include "sim_server/deformation/hexa/hex_solid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/core/error.h"
+#include "sim_server/deformation/home_frame.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kSafety = 0.8;       // of the bound at rest, which no state at rest exceeds: room for deformation
+constexpr double kLeastMargin = 1.1;  // between two looks at the bound
+constexpr int kBoundEvery = 8;        // parts
+constexpr int kMostRefined = 4;       // times as many parts as at rest
+constexpr int kSweeps = 30;
+constexpr double kStill_m = 1e-8;
+constexpr int kFits = 20;         // rounds in which nodes follow their vertices
+constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
+
+HexMaterial hex_material_of(const VolumeMaterial& m) {
+  const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
+  return {mu, lambda + mu, m.density_kg_per_m3};
+}
+
+// omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega): damping is explicit, too.
+double damped_limit_s(double omega2, double damping_per_s) {
+  const double omega = std::sqrt(omega2), zeta = damping_per_s / (2 * omega);
+  return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
+}
+
+}  // namespace
+
+HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
+                   TetDriver driver, const HexSolid* before)
+    : mesh_(mesh),
+      material_(material),
+      settings_(std::move(settings)),
+      driver_(driver),
+      hex_material_(hex_material_of(material)),
+      lattice_(std::make_unique<HexLattice>(lattice_of(mesh, grid, material.stiffness_factor))),
+      descent_(*lattice_, hex_material_),
+      rows_(rows_of(*lattice_, hex_material_)),
+      node_mass_(lattice_->nodes.size(), 0),
+      vertex_mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
+      vertex_inverse_(vertex_mass_.size(), 0) {
+  double stiffest = 0;
+  for (const HexCell& cell : lattice_->cells) {
+    stiffest = std::max(stiffest, cell.stiffness);
+    const double mass = cell.fill * std::pow(grid.cell_m, 3) * material.density_kg_per_m3;
+    for (const std::uint32_t n : cell.nodes) node_mass_[n] += mass / 8;
+  }
+  for (const HexPoint& point : lattice_->points) {
+    std::array<float, 8>& w = weight_.emplace_back();
+    for (std::size_t c = 0; c < 8; ++c) w[c] = static_cast<float>(point.weight(c));
+  }
+  find_held();
+  share_masses();
+  const double omega2 = omega2_at_rest(hex_material_, grid.cell_m, stiffest);
+  explicit_limit_s_ = kSafety * damped_limit_s(omega2, material.damping_per_s);
+  parts_ = last_parts_ =
+      std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
+  position_.assign(node_mass_.size(), Vec4f::Zero());
+  velocity_ = force_ = last_velocity_ = position_;
+  if (before) inherit(*before);
+}
+
+void HexSolid::find_held() {
+  free_mass_ = node_mass_;
+  const auto fixed = [&](VertexId v) { return !settings_.fixed.empty() && settings_.fixed[v] != 0; };
+  for (VertexId v = 0; v < weight_.size(); ++v) {
+    if (!fixed(v)) continue;
+    const auto most = static_cast<std::size_t>(std::ranges::max_element(weight_[v]) - weight_[v].begin());
+    free_mass_[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 0;
+  }
+  for (const HexShare& share : lattice_->shares) {
+    const Tetrahedron& t = mesh_.tetrahedra[share.tet];
+    if (!std::ranges::all_of(t, fixed)) continue;
+    Eigen::AlignedBox3d box;
+    for (const VertexId v : t) box.extend(lattice_->grid.at(mesh_.vertices_body_m[v]));
+    for (const std::uint32_t n : lattice_->cells[share.cell].nodes) {
+      const GridPlace& p = lattice_->nodes[n];
+      if (box.contains(Vec3(p[0], p[1], p[2]))) free_mass_[n] = 0;
+    }
+  }
+  for (const double m : free_mass_) {
+    inverse_mass_.push_back(m > 0 ? 1 / m : 0);
+    inverse_mass_float_.push_back(static_cast<float>(inverse_mass_.back()));
+  }
+}
+
+// With N_a the sum of the weights of a node's vertices: 1 / m_v = sum_a w_va N_a / m_a, the row sum of what impulses on
+// all vertices do to this one.
+void HexSolid::share_masses() {
+  std::vector<double> weights(node_mass_.size(), 0);
+  const std::vector<VertexId> surface = surface_of(mesh_).of_volume;
+  const auto nodes_of = [&](VertexId v) -> const auto& {
+    return lattice_->cells[lattice_->points[v].cell].nodes;
+  };
+  for (const VertexId v : surface)
+    for (std::size_t c = 0; c < 8; ++c) weights[nodes_of(v)[c]] += std::abs(double{weight_[v][c]});
+  for (VertexId v = 0; v < weight_.size(); ++v)
+    for (std::size_t c = 0; c < 8; ++c) {
+      const double w = std::abs(double{weight_[v][c]});
+      if (w < kSlight) continue;
+      vertex_inverse_[v] += w * std::max(1.0, weights[nodes_of(v)[c]]) * inverse_mass_[nodes_of(v)[c]];
+    }
+  for (VertexId v = 0; v < settings_.fixed.size(); ++v)
+    if (settings_.fixed[v] != 0) vertex_inverse_[v] = 0;
+}
+
+void HexSolid::inherit(const HexSolid& before) {
+  const std::vector<std::uint32_t> from = cells_before(*lattice_, *before.lattice_, before.mesh_);
+  for (std::uint32_t e = 0; e < from.size(); ++e)
+    for (std::size_t c = 0; c < 8; ++c) {
+      const std::uint32_t node = lattice_->cells[e].nodes[c], old = before.lattice_->cells[from[e]].nodes[c];
+      position_[node] = before.position_[old];
+      velocity_[node] = before.velocity_[old];
+      last_velocity_[node] = before.last_velocity_[old];
+    }
+  placed_ = true;
+}
+
+Vec3 HexSolid::carried(VertexId v, std::span<const Vec4f> nodes) const {
+  const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
+  Vec4f sum = Vec4f::Zero();
+  for (std::size_t c = 0; c < 8; ++c) sum += weight_[v][c] * nodes[cell.nodes[c]];
+  return sum.head<3>().cast<double>();
+}
+
+void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
+  placed_ = true;
+  std::vector<MatchedPoint> matched;
+  Vec3 drift = Vec3::Zero();
+  double total = 0;
+  for (VertexId v = 0; v < position_world_m.size(); ++v) {
+    matched.push_back({mesh_.vertices_body_m[v], position_world_m[v].head<3>().cast<double>(), vertex_mass_[v]});
+    drift += vertex_mass_[v] * velocity_m_per_s[v].head<3>().cast<double>();
+    total += vertex_mass_[v];
+  }
+  Pose frame;
+  frame = match_shape(matched, frame);
+  for (std::uint32_t n = 0; n < position_.size(); ++n) {
+    position_[n].head<3>() = frame.to_world(lattice_->rest_m(n)).cast<float>();
+    velocity_[n].head<3>() = (drift / total).cast<float>();
+  }
+  std::vector<Vec3> residual(2 * position_.size());
+  std::vector<double> weight(position_.size());
+  for (int round = 0; round < kFits; ++round) {
+    std::ranges::fill(residual, Vec3::Zero());
+    std::ranges::fill(weight, 0.0);
+    for (VertexId v = 0; v < position_world_m.size(); ++v) {
+      const Vec3 dx = position_world_m[v].head<3>().cast<double>() - carried(v, position_);
+      const Vec3 dv = velocity_m_per_s[v].head<3>().cast<double>() - carried(v, velocity_);
+      const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
+      for (std::size_t c = 0; c < 8; ++c) {
+        const double w = vertex_mass_[v] * std::max(0.0, double{weight_[v][c]});
+        weight[cell.nodes[c]] += w;
+        residual[2 * cell.nodes[c]] += w * dx;
+        residual[2 * cell.nodes[c] + 1] += w * dv;
+      }
+    }
+    for (std::size_t n = 0; n < weight.size(); ++n) {
+      if (!(weight[n] > 0)) continue;
+      position_[n].head<3>() += (residual[2 * n] / weight[n]).cast<float>();
+      velocity_[n].head<3>() += (residual[2 * n + 1] / weight[n]).cast<float>();
+    }
+  }
+  for (std::size_t n = 0; n < velocity_.size(); ++n)
+    if (inverse_mass_[n] == 0) velocity_[n].setZero();
+  last_velocity_ = velocity_;
+}
+
+void HexSolid::take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
+  if (written_position_.empty()) return;
+  for (VertexId v = 0; v < position_world_m.size(); ++v) {
+    if (position_world_m[v] == written_position_[v] && velocity_m_per_s[v] == written_velocity_[v]) continue;
+    Vec4f dx = position_world_m[v] - written_position_[v], dv = velocity_m_per_s[v] - written_velocity_[v];
+    dx.w() = dv.w() = 0;
+    if (!(vertex_inverse_[v] > 0)) continue;
+    const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
+    for (std::size_t c = 0; c < 8; ++c) {
+      const std::uint32_t n = cell.nodes[c];
+      const auto share = static_cast<float>(double{weight_[v][c]} * inverse_mass_[n] / vertex_inverse_[v]);
+      position_[n] += share * dx;
+      velocity_[n] += share * dv;
+    }
+  }
+}
+
+void HexSolid::write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+  for (VertexId v = 0; v < position_world_m.size(); ++v) {
+    const auto& nodes = lattice_->cells[lattice_->points[v].cell].nodes;
+    const std::array<float, 8>& w = weight_[v];
+    Vec4f x = w[0] * position_[nodes[0]], u = w[0] * velocity_[nodes[0]];
+    for (std::size_t c = 1; c < 8; ++c) {
+      x += w[c] * position_[nodes[c]];
+      u += w[c] * velocity_[nodes[c]];
+    }
+    x.w() = u.w() = 0;
+    position_world_m[v] = x;
+    velocity_m_per_s[v] = u;
+  }
+  written_position_.assign(position_world_m.begin(), position_world_m.end());
+  written_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
+}
+
+void HexSolid::support(std::span<const PointConstraint> constraints) {
+  supports_.clear();
+  for (const PointConstraint& constraint : constraints) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const VertexId v = constraint.v[a];
+      if (v == kNone) continue;
+      const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
+      for (std::size_t c = 0; c < 8; ++c)
+        if (std::abs(double{weight_[v][c]}) > kSlight)
+          supports_.add(cell.nodes[c], constraint.w[a] * double{weight_[v][c]});
+    }
+    supports_.finish();
+  }
+}
+
+double HexSolid::largest_stable_step_s() const {
+  return HUGE_VAL;
+}
+
+void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                    std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  if (!placed_) place(position_world_m, velocity_m_per_s);
+  take_over(position_world_m, velocity_m_per_s);
+  support(constraints);
+  start_position_ = position_;
+  start_velocity_ = velocity_;
+  const auto back_to_start = [&] {
+    position_ = start_position_;
+    velocity_ = start_velocity_;
+  };
+  was_implicit_ = driver_ == TetDriver::implicit_only;
+  for (int parts = parts_; !was_implicit_;) {
+    constraints_.begin(constraints, supports_, position_, parts);
+    last_parts_ = parts;
+    const int needed = explicit_step(parts);
+    if (needed == 0) break;
+    back_to_start();
+    was_implicit_ = needed > kMostRefined * parts_ || parts >= kMostRefined * parts_;
+    parts = std::min(kMostRefined * parts_, std::max(needed, 2 * parts));
+  }
+  if (was_implicit_) {
+    implicit_steps_ += driver_ == TetDriver::automatic;
+    implicit_step();
+    constraints_.begin(constraints, supports_, start_position_, 1);
+    constraints_.project_part(0, settings_.step_s, inverse_mass_, position_, velocity_);
+  }
+  constraints_.finish(reactions);
+  last_velocity_.swap(start_velocity_);
+  write_vertices(position_world_m, velocity_m_per_s);
+}
+
+int HexSolid::explicit_step(int parts) {
+  const double h = settings_.step_s / parts;
+  VelocityUpdate update;
+  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
+  update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
+  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  std::ranges::fill(force_, Vec4f::Zero());
+  for (int part = 0; part < parts; ++part) {
+    const bool look = part % kBoundEvery == 0;
+    const double omega2 = double{add_forces(rows_, look, position_, force_)};
+    if (look) {
+      const double limit = damped_limit_s(omega2, material_.damping_per_s) / kLeastMargin;
+      if (!(limit >= h))
+        return limit > 0 ? static_cast<int>(std::min(1e6, std::ceil(settings_.step_s / limit))) : 1 << 20;
+    }
+    const VelocityOutcome outcome =
+        move_nodes(update, static_cast<float>(h), inverse_mass_float_, force_, velocity_, position_);
+    if (outcome.clamped > 0 || outcome.not_finite != kNone) return 1 << 20;
+    constraints_.project_part(part, h, inverse_mass_, position_, velocity_);
+  }
+  return 0;
+}
+
+void HexSolid::implicit_step() {
+  const double h = settings_.step_s;
+  const Vec3 g = settings_.gravity_m_per_s2;
+  const double g2 = g.squaredNorm();
+  inertial_.resize(position_.size());
+  target_.resize(position_.size());
+  for (std::size_t n = 0; n < position_.size(); ++n) {
+    const Vec3 at = position_[n].head<3>().cast<double>(), old = velocity_[n].head<3>().cast<double>();
+    inertial_[n] = target_[n] = at;
+    if (inverse_mass_[n] == 0) continue;
+    const Vec3 drift = (1 - material_.damping_per_s * h) * h * old;
+    inertial_[n] += drift + h * h * g;
+    // Begin with as much of gravity's pull as the node followed in the last step: none where it is at rest.
+    const Vec3 acceleration = (old - last_velocity_[n].head<3>().cast<double>()) / h;
+    target_[n] += drift + (g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0) * h * h * g;
+  }
+  for (int n = 0; n < kSweeps; ++n)
+    if (descent_.sweep(h, free_mass_, inertial_, target_) < kStill_m) break;
+  for (std::size_t n = 0; n < position_.size(); ++n) {
+    if (inverse_mass_[n] == 0) continue;
+    Vec3 moved = target_[n] - position_[n].head<3>().cast<double>();
+    const double furthest = kMaxVolumeSpeed_m_per_s * h, distance = moved.norm();
+    if (!std::isfinite(distance)) {
+      bad_ = true;
+      moved.setZero();
+    } else if (distance > furthest) {
+      moved *= furthest / distance;
+    }
+    position_[n].head<3>() += moved.cast<float>();
+    velocity_[n].head<3>() = (moved / h).cast<float>();
+  }
+}
+
+double HexSolid::elastic_energy_j(std::span<const Vec4f> node_position_world_m) const {
+  std::vector<Vec3> x;
+  for (const Vec4f& p : node_position_world_m) x.push_back(p.head<3>().cast<double>());
+  return descent_.elastic_energy_j(x);
+}
+
+void HexSolid::elastic_forces_n(std::span<const Vec4f> node_position_world_m, std::span<Vec3> force_n) const {
+  std::vector<Vec4f> force(node_position_world_m.size(), Vec4f::Zero());
+  add_forces(rows_, false, node_position_world_m, force);
+  for (std::size_t n = 0; n < force.size(); ++n) force_n[n] = force[n].head<3>().cast<double>();
+}
+
+double HexSolid::energy_j(std::span<const Vec4f>, std::span<const Vec4f>) const {
+  double energy = elastic_energy_j(position_);
+  for (std::size_t n = 0; n < position_.size(); ++n) {
+    if (inverse_mass_[n] == 0) continue;
+    energy += 0.5 * node_mass_[n] * velocity_[n].head<3>().cast<double>().squaredNorm();
+    energy -= node_mass_[n] * settings_.gravity_m_per_s2.dot(position_[n].head<3>().cast<double>());
+  }
+  return energy;
+}
+
+}  // namespace sectio

@@ -1,0 +1,93 @@
+// Model M4: lattice hexahedra with virtual nodes (hex_lattice.h, hex_kernel.h) that carry a mesh of tetrahedra, whose
+// vertices are what the engine moves. Two drivers as TetSolid has them: explicit in equal parts of the step, whose
+// bound on the largest frequency holds in any state and is not changed by cuts; more parts, up to four times as many,
+// where deformation has stiffened the body; beyond that, block descent. Deterministic, one thread.
+#pragma once
+
+#include <memory>
+
+#include "sim_server/deformation/hexa/hex_descent.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/volume_model.h"
+
+namespace sectio {
+
+class HexSolid final : public VolumeModel {
+ public:
+  // `before`: the same body before it was cut; its nodes pass their state on. settings.least_part_s isn't needed.
+  // A fixed vertex holds the node next to it, and what lies between four fixed corners of a tetrahedron.
+  HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
+           TetDriver driver = TetDriver::automatic, const HexSolid* before = nullptr);
+
+  // What has happened to vertices since the last step was done by impulses, which their nodes get.
+  void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+            std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
+  const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
+  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
+
+  double mass_kg(VertexId v) const override { return vertex_mass_[v]; }
+  // As if each vertex of the surface had its share of its nodes' masses: impulses to any number of them, each found as
+  // if it were alone, together never make a node faster than what hit it.
+  double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
+  double added_mass_fraction() const override { return 0; }
+  double largest_stable_step_s() const override;
+  VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
+  std::uint64_t implicit_steps() const override { return implicit_steps_; }
+  double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
+
+  // Parts of a step as long as nothing is stretched much, and of the last one; the longest part that is stable at rest.
+  int parts() const { return parts_; }
+  int last_parts() const { return last_parts_; }
+  double explicit_limit_s() const { return explicit_limit_s_; }
+  bool last_step_was_implicit() const { return was_implicit_; }
+
+  const HexLattice& lattice() const { return *lattice_; }
+  const HexRows& rows() const { return rows_; }
+  const HexMaterial& material() const { return hex_material_; }
+  std::span<const double> node_mass_kg() const { return node_mass_; }
+  std::span<const Vec4f> node_position_world_m() const { return position_; }
+  std::span<const Vec4f> node_velocity_m_per_s() const { return velocity_; }
+  double elastic_energy_j(std::span<const Vec4f> node_position_world_m) const;
+  void elastic_forces_n(std::span<const Vec4f> node_position_world_m, std::span<Vec3> force_n) const;
+  // Of a vertex that rides on these nodes.
+  Vec3 carried(VertexId v, std::span<const Vec4f> nodes) const;
+
+ private:
+  void find_held();
+  void share_masses();
+  // Before the first step: a rigid body's nodes go along, of one that is deformed each with the vertices around it.
+  void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
+  void inherit(const HexSolid& before);
+  void take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
+  void write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
+  void support(std::span<const PointConstraint> constraints);
+  // Parts that would have been needed, 0 when the step was taken.
+  int explicit_step(int parts);
+  void implicit_step();
+
+  TetMesh mesh_;
+  VolumeMaterial material_;
+  VolumeSettings settings_;
+  TetDriver driver_;
+  HexMaterial hex_material_;
+  std::unique_ptr<HexLattice> lattice_;
+  HexDescent descent_;
+  HexRows rows_;
+  std::vector<double> node_mass_, free_mass_, inverse_mass_;  // the latter two 0 when held
+  std::vector<float> inverse_mass_float_;
+  std::vector<double> vertex_mass_, vertex_inverse_;
+  std::vector<std::array<float, 8>> weight_;  // of the vertices
+  double explicit_limit_s_ = 0;
+  int parts_ = 1, last_parts_ = 1;
+  bool was_implicit_ = false, bad_ = false, placed_ = false;
+  std::uint64_t implicit_steps_ = 0;
+
+  std::vector<Vec4f> position_, velocity_, force_;  // of the nodes
+  std::vector<Vec4f> written_position_, written_velocity_;
+  std::vector<Vec4f> start_position_, start_velocity_, last_velocity_;
+  std::vector<Vec3> inertial_, target_;
+  ConstraintSupports supports_;
+  DividedConstraints constraints_;
+};
+
+}  // namespace sectio

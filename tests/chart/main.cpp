@@ -1,0 +1,167 @@
+// Error against cost: every scene of the chart with every method and resolution, as a table. Rows that the table has
+// are not made again, so that an interrupted run goes on.
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "common/core/arguments.h"
+#include "common/core/error.h"
+#include "tests/chart/specimen.h"
+
+namespace sectio::chart {
+namespace {
+
+double processor_s() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+struct Measured {
+  std::vector<double> answer;
+  double cost_s = 0;  // processor's time for a second
+  bool too_slow = false;
+};
+
+constexpr int kWindows = 40;
+
+// The cost is the median of windows: what else the machine does in a few of them does not count. The answer is the mean
+// of the last tenth.
+Measured run(Specimen& specimen, const ChartScene& scene, double limit_s) {
+  Measured m;
+  const int per_window = std::max(1, static_cast<int>(std::lround(scene.duration_s / specimen.step_s() / kWindows)));
+  std::vector<double> windows;
+  int answers = 0, n = 0;
+  for (int w = 0; w < kWindows; ++w) {
+    const double start = processor_s();
+    for (int i = 0; i < per_window; ++i) specimen.step(scene.share(++n * specimen.step_s()));
+    windows.push_back(processor_s() - start);
+    if (w == 0 && windows.front() * kWindows > limit_s) {
+      m.too_slow = true;
+      return m;
+    }
+    if (w < kWindows - kWindows / 10) continue;
+    const std::vector<double> now = specimen.answer();
+    m.answer.resize(now.size(), 0);
+    for (std::size_t k = 0; k < now.size(); ++k) m.answer[k] += now[k];
+    ++answers;
+  }
+  for (double& a : m.answer) a /= answers;
+  std::sort(windows.begin(), windows.end());
+  m.cost_s = windows[windows.size() / 2] / (per_window * specimen.step_s());
+  return m;
+}
+
+// One row a measurement; the first four columns name it.
+class Table {
+ public:
+  explicit Table(const std::string& file) : file_(file) {
+    std::ifstream in(file);
+    std::string line;
+    while (std::getline(in, line)) {
+      std::istringstream row(line);
+      std::string part, key;
+      for (int i = 0; i < 4 && std::getline(row, part, ','); ++i) key += part + ",";
+      rows_[key] = line;
+    }
+    if (rows_.empty()) append("scene,model,driver,across", "ours,elements,cpu_s_per_s,error,answer");
+  }
+  bool has(const std::string& key) const { return rows_.contains(key + ","); }
+  const std::string& row(const std::string& key) const { return rows_.at(key + ","); }
+  void append(const std::string& key, const std::string& values) {
+    std::ofstream out(file_, std::ios::app);
+    out << (rows_[key + ","] = key + "," + values) << "\n";
+    if (!out.flush()) throw InputError(file_ + ": can't be written");
+  }
+
+ private:
+  std::string file_;
+  std::map<std::string, std::string> rows_;
+};
+
+std::string text_of(const std::vector<double>& answer) {
+  std::string text;
+  char number[40];
+  for (const double a : answer) {
+    std::snprintf(number, sizeof number, "%s%.9g", text.empty() ? "" : " ", a);
+    text += number;
+  }
+  return text;
+}
+
+std::vector<double> reference(const ChartScene& scene, Table& table, bool quick) {
+  const std::string key = scene.name + ",reference,,0";
+  if (!table.has(key)) {
+    const Reference found = reference_of(scene, quick);
+    char values[80];
+    std::snprintf(values, sizeof values, "0,0,,%.4g,", found.uncertainty);  // no cost: not a point of the chart
+    table.append(key, values + text_of(found.answer));
+  }
+  const std::string& row = table.row(key);
+  std::istringstream numbers(row.substr(row.rfind(',') + 1));
+  std::vector<double> answer;
+  for (double a; numbers >> a;) answer.push_back(a);
+  return answer;
+}
+
+void measure(const ChartScene& scene, const Method& method, int across, const std::vector<double>& expected,
+             Table& table, double limit_s) {
+  const std::string key = scene.name + "," + method.model + "," + method.driver + "," + std::to_string(across);
+  if (table.has(key)) return;
+  const auto specimen = method.make(scene, across);
+  if (!specimen) return;
+  const Measured m = run(*specimen, scene, limit_s);
+  const double error = m.too_slow ? NAN : relative_error(m.answer, expected);
+  char values[120];
+  std::snprintf(values, sizeof values, "%d,%zu,%.4g,%s,", int(method.is_ours), specimen->elements(), m.cost_s,
+                m.too_slow                           ? "too slow"
+                : std::isfinite(error) && error < 10 ? std::to_string(error).c_str()
+                                                     : "failed");
+  table.append(key, values + text_of(m.answer));
+  std::printf("%-7s %-24s %-22s n=%-2d %8zu elements %10.4g s/s  error %s\n", scene.name.c_str(), method.model.c_str(),
+              method.driver.c_str(), across, specimen->elements(), m.cost_s,
+              m.too_slow ? "(too slow)" : std::to_string(error).c_str());
+  std::fflush(stdout);
+}
+
+int run(int argc, char** argv) {
+  std::string out = "out/chart.csv", only;
+  bool quick = false;
+  double limit_s = 12;
+  Arguments arguments("error_chart", "Measures error and cost of every model on the scenes of the chart.");
+  arguments.option("--out", out, "table (CSV); rows that it has are not made again");
+  arguments.option("--scene", only, "only this one: bend, twist, indent, open");
+  arguments.option("--limit-s", limit_s, "a run that would take more of the processor's time is left out");
+  arguments.toggle("--quick", quick, "coarse meshes, few drivers");
+  if (!arguments.parse(argc, argv)) return 0;
+  if (const auto folder = std::filesystem::path(out).parent_path(); !folder.empty())
+    std::filesystem::create_directories(folder);
+  Table table(out);
+  const std::vector<ChartScene> scenes = chart_scenes();
+  if (!only.empty() && std::ranges::find(scenes, only, &ChartScene::name) == scenes.end())
+    throw InputError("--scene " + only + ": there is none of this name");
+  const std::vector<int> resolutions = quick ? std::vector<int>{2, 4} : std::vector<int>{1, 2, 3, 4, 6, 8, 12};
+  for (const ChartScene& scene : scenes) {
+    if (!only.empty() && scene.name != only) continue;
+    std::printf("%s: %s\n", scene.name.c_str(), scene.title.c_str());
+    std::fflush(stdout);
+    const std::vector<double> expected = reference(scene, table, quick);
+    for (const Method& method : methods(quick))
+      for (const int across : resolutions) measure(scene, method, across, expected, table, limit_s);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace sectio::chart
+
+int main(int argc, char** argv) {
+  return sectio::run_program("error_chart", [&] { return sectio::chart::run(argc, argv); });
+}

@@ -1,0 +1,99 @@
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "tests/chart/baselines.h"
+#include "tests/chart/surface_specimen.h"
+#include "tests/chart/tet_specimen.h"
+
+namespace sectio::chart {
+namespace {
+
+constexpr double kStep = 1e-3;  // of the scenes; explicit models divide it
+
+// The implicit driver with a step and a number of sweeps of its own.
+class Descent final : public VolumeModel {
+ public:
+  Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
+      : solid_(mesh, material, settings, TetDriver::implicit_only), step_s_(settings.step_s), sweeps_(sweeps) {
+    for (VertexId v = 0; v < mesh.vertices_body_m.size(); ++v) inverse_mass_.push_back(solid_.inverse_mass_per_kg(v));
+  }
+  void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
+            std::span<Reaction> reactions) override {
+    solid_.implicit_step(x, v, step_s_, sweeps_);
+    project(constraints, inverse_mass_, step_s_, x, v, reactions);
+  }
+  const Vec3& gravity_m_per_s2() const override { return solid_.gravity_m_per_s2(); }
+  void set_gravity(const Vec3& g) override { solid_.set_gravity(g); }
+  double mass_kg(VertexId v) const override { return solid_.mass_kg(v); }
+  double inverse_mass_per_kg(VertexId v) const override { return solid_.inverse_mass_per_kg(v); }
+  double added_mass_fraction() const override { return solid_.added_mass_fraction(); }
+  double largest_stable_step_s() const override { return solid_.largest_stable_step_s(); }
+  VertexId first_bad_vertex() const override { return solid_.first_bad_vertex(); }
+  double elastic_energy_j(std::span<const Vec4f> x) const override { return solid_.elastic_energy_j(x); }
+  void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const override { solid_.elastic_forces_n(x, f); }
+
+ private:
+  TetSolid solid_;
+  double step_s_;
+  int sweeps_;
+  std::vector<double> inverse_mass_;
+};
+
+std::string steps_text(double step_s, const std::string& with) {
+  char text[60];
+  std::snprintf(text, sizeof text, "%.3g ms%s%s", 1000 * step_s, with.empty() ? "" : " ", with.c_str());
+  return text;
+}
+
+Method on_tets(const std::string& model, const std::string& driver, double step_s, bool is_ours, MakeVolume make) {
+  return {model, driver, [=](const ChartScene& scene, int across) { return tet_specimen(scene, across, step_s, make); },
+          is_ours};
+}
+
+using Mesh = TetMesh;
+using Material = VolumeMaterial;
+using Settings = VolumeSettings;
+
+Method surface_springs() {
+  return {"surface springs (M1)", "explicit", [](const ChartScene& scene, int across) -> std::unique_ptr<Specimen> {
+            return scene.ball ? surface_specimen(scene, across, kStep) : nullptr;
+          }};
+}
+Method tetra_springs() {
+  return on_tets(
+      "tetra springs (M2)", "explicit", kStep, true,
+      [](const Mesh& m, const Material& t, const Settings& s) { return std::make_unique<TetSprings>(m, t, s); });
+}
+Method neo_hookean() {
+  return on_tets(
+      "neo-Hookean tetra (M3)", "explicit", kStep, true,
+      [](const Mesh& m, const Material& t, const Settings& s) { return std::make_unique<TetSolid>(m, t, s); });
+}
+Method descent(double step_s, int sweeps) {
+  return on_tets("neo-Hookean tetra (M3)", steps_text(step_s, std::to_string(sweeps) + " sweeps"), step_s, true,
+                 [sweeps](const Mesh& m, const Material& t, const Settings& s) {
+                   return std::make_unique<Descent>(m, t, s, sweeps);
+                 });
+}
+
+}  // namespace
+
+std::vector<Method> methods(bool quick) {
+  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean()};
+  // Steps and sweeps; steps and iterations.
+  using Drivers = std::vector<std::pair<double, int>>;
+  for (const auto& [step_s, sweeps] :
+       quick ? Drivers{{1e-3, 2}} : Drivers{{1e-3, 2}, {5e-4, 2}, {2.5e-4, 2}, {1e-3, 8}})
+    all.push_back(descent(step_s, sweeps));
+  for (const auto& [step_s, n] : quick ? Drivers{{5e-4, 1}} : Drivers{{1e-3, 1}, {5e-4, 1}, {2.5e-4, 1}, {1e-3, 4}})
+    all.push_back(on_tets("XPBD", steps_text(step_s, std::to_string(n) + " iterations"), step_s, false,
+                          [n = n](const Mesh& m, const Material& t, const Settings& s) { return xpbd(m, t, s, n); }));
+  for (const auto& [step_s, n] : quick ? Drivers{{2e-3, 10}} : Drivers{{4e-3, 20}, {2e-3, 10}, {1e-3, 5}, {5e-4, 5}})
+    all.push_back(
+        on_tets("implicit corotational", steps_text(step_s, std::to_string(n) + " iterations"), step_s, false,
+                [n = n](const Mesh& m, const Material& t, const Settings& s) { return corotational(m, t, s, n); }));
+  all.push_back(on_tets("plain tetrahedra", "explicit", kStep, false, plain_tetrahedra));
+  all.push_back(on_tets("paper C's springs", "explicit", kStep, false, papers_springs));
+  return all;
+}
+
+}  // namespace sectio::chart

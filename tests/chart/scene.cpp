@@ -1,0 +1,168 @@
+#include "tests/chart/scene.h"
+
+#include <cmath>
+#include <limits>
+
+namespace sectio::chart {
+namespace {
+
+ChartScene bend() {
+  ChartScene s;
+  s.name = "bend";
+  s.title = "a bar sags under its own weight (100 x 25 x 25 mm, 30 kPa, Poisson's ratio 0.45)";
+  s.answer = "displacement along its axis";
+  s.size_m = {0.1, 0.025, 0.025};
+  s.gravity_m_per_s2 = 9.81;
+  s.cells_per_across = {4, 1, 1};
+  s.held = [](const Vec3& p) { return p.x() < 1e-9; };
+  s.duration_s = 1.2;
+  s.load_s = 1e-9;
+  for (int i = 1; i <= 8; ++i) s.probes.push_back({{0.1 * i / 8, 0.0125, 0.0125}});
+  return s;
+}
+
+ChartScene twist() {
+  ChartScene s;
+  s.name = "twist";
+  s.title = "a bar is twisted by 45 degrees (100 x 25 x 25 mm, 30 kPa, Poisson's ratio 0.45)";
+  s.answer = "torque";
+  s.size_m = {0.1, 0.025, 0.025};
+  s.damping_per_s = 60;
+  s.cells_per_across = {4, 1, 1};
+  s.held = [](const Vec3& p) { return p.x() < 1e-9 || p.x() > 0.1 - 1e-9; };
+  s.held_at = [](const Vec3& p, double share) -> Vec3 {
+    if (p.x() < 0.05) return p;
+    const Vec3 axis(p.x(), 0.0125, 0.0125);
+    return axis + Eigen::AngleAxisd(share * M_PI / 4, Vec3::UnitX()) * (p - axis);
+  };
+  s.load_s = 0.2;
+  s.duration_s = 0.6;
+  s.asks_torque = true;
+  return s;
+}
+
+ChartScene indent() {
+  ChartScene s;
+  s.name = "indent";
+  s.title = "a ball of 10 mm radius is pressed 2 mm into a block (60 x 60 x 20 mm, 10 kPa, Poisson's ratio 0.45)";
+  s.answer = "force";
+  s.size_m = {0.06, 0.06, 0.02};
+  s.young_pa = 10000;
+  s.damping_per_s = 60;
+  s.cells_per_across = {3, 3, 1};
+  s.held = [](const Vec3& p) { return p.z() < 1e-9; };
+  s.ball = Ball{0.01, 0.002};
+  s.load_s = 0.1;
+  s.duration_s = 0.35;
+  s.asks_force = true;
+  return s;
+}
+
+ChartScene open() {
+  ChartScene s;
+  s.name = "open";
+  s.title = "a bar that is cut half through is pulled by 5 % (60 x 10 x 20 mm, 30 kPa, Poisson's ratio 0.45)";
+  s.answer = "opening of the cut";
+  s.size_m = {0.06, 0.01, 0.02};
+  s.damping_per_s = 60;
+  s.cells_per_across = {6, 1, 2};
+  s.held = [](const Vec3& p) { return p.x() < 1e-9 || p.x() > 0.06 - 1e-9; };
+  s.held_at = [](const Vec3& p, double share) -> Vec3 {
+    return {p.x() + (p.x() > 0.03 ? share * 0.003 : 0), p.y(), p.z()};
+  };
+  s.slit = test::Slit{0.03, 0.01};
+  s.load_s = 0.1;
+  s.duration_s = 0.5;
+  s.reference_across = 3;
+  for (const double z : {0.02, 0.0175, 0.015}) s.probes.push_back({{0.03, 0.005, z}, true});
+  return s;
+}
+
+// Of a ball on a layer that is bonded to its ground, any Poisson's ratio: Hertz's force times Dimitriadis' series in
+// sqrt(R d) / H.
+double ball_on_layer_n(const ChartScene& s) {
+  const double nu = s.poisson, r = s.ball->radius_m, d = s.ball->depth_m;
+  const double modulus = s.young_pa / (1 - nu * nu), chi = std::sqrt(r * d) / s.size_m.z();
+  const double a = -(1.2876 - 1.4678 * nu + 1.3442 * nu * nu) / (1 - nu);
+  const double b = (0.6387 - 1.0277 * nu + 1.5164 * nu * nu) / (1 - nu);
+  const double pi = M_PI;
+  return 4.0 / 3 * modulus * std::sqrt(r) * std::pow(d, 1.5) *
+         (1 - 2 * a / pi * chi + 4 * a * a / (pi * pi) * chi * chi -
+          8 / (pi * pi * pi) * (a * a * a + 4 * pi * pi * b / 15) * std::pow(chi, 3) +
+          16 * a / std::pow(pi, 4) * (a * a * a + 3 * pi * pi * b / 5) * std::pow(chi, 4));
+}
+
+std::vector<double> answer_of_bricks(const ChartScene& s, int n) {
+  const auto& c = s.cells_per_across;
+  const test::BrickReference bricks({n * c[0], n * c[1], n * c[2]}, s.size_m, test::lame(s.young_pa, s.poisson),
+                                    s.slit);
+  std::vector<std::uint8_t> held;
+  for (const Vec3& p : bricks.nodes_m()) held.push_back(test::held_if(s.held(p)));
+  std::vector<Vec3> load = bricks.body_load_n(Vec3(0, 0, -s.gravity_m_per_s2 * s.density_kg_per_m3));
+  std::vector<Vec3> x = bricks.nodes_m();
+  constexpr int kParts = 3;
+  const double scale_n = s.young_pa * s.size_m.y() * s.size_m.z();
+  for (int part = 1; part <= kParts; ++part) {
+    std::vector<Vec3> now = load;
+    for (Vec3& f : now) f *= double(part) / kParts;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (held[i]) x[i] = s.held_at(bricks.nodes_m()[i], double(part) / kParts);
+    x = bricks.equilibrium(x, held, now, 1e-7 * scale_n);
+  }
+  std::vector<double> answer;
+  if (s.asks_torque) {
+    const std::vector<Vec3> force = bricks.forces_n(x);
+    double torque = 0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (held[i] && bricks.nodes_m()[i].x() > s.size_m.x() / 2) {
+        const Vec3 arm = x[i] - Vec3(x[i].x(), s.size_m.y() / 2, s.size_m.z() / 2);
+        torque -= arm.cross(force[i]).x();
+      }
+    return {torque};
+  }
+  for (const Probe& probe : s.probes) {
+    Vec3 u = bricks.at(probe.rest_m, x) - probe.rest_m;
+    if (probe.right) u = bricks.at(probe.rest_m + Vec3(1e-7, 0, 0), x) - Vec3(1e-7, 0, 0) - probe.rest_m - u;
+    for (int k = 0; k < 3; ++k) answer.push_back(u[k]);
+  }
+  return answer;
+}
+
+}  // namespace
+
+std::vector<ChartScene> chart_scenes() {
+  return {bend(), twist(), indent(), open()};
+}
+
+double distance(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum);
+}
+
+double relative_error(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size()) return std::numeric_limits<double>::infinity();
+  return distance(a, b) / distance(b, std::vector<double>(b.size(), 0));
+}
+
+// Three meshes n - 2, n - 1, n across: the error is taken to be c n^-p, with the p that the differences have.
+Reference reference_of(const ChartScene& scene, bool quick) {
+  if (scene.ball) return {{ball_on_layer_n(scene)}, 0};
+  const int n = quick ? 3 : scene.reference_across;
+  const auto first = answer_of_bricks(scene, n - 2), second = answer_of_bricks(scene, n - 1),
+             third = answer_of_bricks(scene, n);
+  const double ratio = distance(second, first) / distance(third, second);
+  const auto gap = [](int m, double p) { return std::pow(m, -p) - std::pow(m + 1, -p); };
+  double low = 0.5, high = 6;
+  for (int i = 0; i < 50; ++i) {
+    const double p = (low + high) / 2;
+    (gap(n - 2, p) / gap(n - 1, p) < ratio ? low : high) = p;
+  }
+  const double left = std::pow(n, -low) / gap(n - 1, low);
+  Reference reference{third, 0};
+  for (std::size_t i = 0; i < third.size(); ++i) reference.answer[i] += left * (third[i] - second[i]);
+  reference.uncertainty = relative_error(third, reference.answer);
+  return reference;
+}
+
+}  // namespace sectio::chart

@@ -1,0 +1,35 @@
+// A body of a chart scene in the hands of one method: it is loaded, stepped, and asked for the scene's answer.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "sim_server/deformation/tetra/volume_model.h"
+#include "tests/chart/scene.h"
+
+namespace sectio::chart {
+
+class Specimen {
+ public:
+  virtual ~Specimen() = default;
+  virtual void step(double share) = 0;  // by step_s(), towards the load's share
+  virtual double step_s() const = 0;
+  virtual std::vector<double> answer() = 0;  // now
+  virtual std::size_t elements() const = 0;
+};
+
+// One way to simulate a scene: model, driver, step; the chart goes through resolutions n. Nothing when this method
+// makes no claim on the scene or the resolution.
+struct Method {
+  std::string model, driver;
+  std::function<std::unique_ptr<Specimen>(const ChartScene& scene, int across)> make;
+  bool is_ours = true;
+};
+
+std::vector<Method> methods(bool quick);
+
+// By its name, for fits: the default driver of one of the simulator's own models.
+std::unique_ptr<Specimen> own_specimen(const std::string& model, const ChartScene& scene, int across);
+
+}  // namespace sectio::chart

@@ -1,0 +1,140 @@
+#include "tests/chart/tet_specimen.h"
+
+#include "sim_server/tet_cutting/tet_cut.h"
+#include "tests/support/tet_shapes.h"
+
+namespace sectio::chart {
+namespace {
+
+TetMesh mesh_of(const ChartScene& s, int n) {
+  const auto& c = s.cells_per_across;
+  TetMesh mesh = test::tet_box(n * c[0], n * c[1], n * c[2], s.size_m);
+  if (!s.slit) return mesh;
+  TetTopology topology(mesh);
+  const double x = s.slit->at_x_m, y0 = -s.size_m.y(), y1 = 2 * s.size_m.y(), z0 = s.slit->from_z_m - 1e-9,
+               z1 = 2 * s.size_m.z();
+  cut(topology, {{Vec3(x, y0, z0), Vec3(x, y1, z0), Vec3(x, y1, z1), Vec3(x, y0, z1)}}, {});
+  return topology.mesh();
+}
+
+class TetSpecimen final : public Specimen {
+ public:
+  TetSpecimen(const ChartScene& scene, int across, double step_s, const MakeVolume& make)
+      : scene_(scene), mesh_(mesh_of(scene, across)), step_s_(step_s) {
+    VolumeSettings settings;
+    settings.step_s = step_s;
+    settings.gravity_m_per_s2 = Vec3(0, 0, -scene.gravity_m_per_s2);
+    for (const Vec3& p : mesh_.vertices_body_m) settings.fixed.push_back(scene.held(p));
+    held_ = settings.fixed;
+    model_ = make(mesh_, {scene.young_pa, scene.poisson, scene.density_kg_per_m3, scene.damping_per_s, {}}, settings);
+    x_ = test::at_rest(mesh_);
+    v_ = test::still(x_);
+    if (scene.ball)
+      for (VertexId v = 0; v < x_.size(); ++v)
+        if (mesh_.vertices_body_m[v].z() > scene.size_m.z() - 1e-9) top_.push_back(v);
+  }
+
+  void step(double share) override {
+    for (VertexId v = 0; v < held_.size() && share != share_; ++v)
+      if (held_[v]) x_[v].head<3>() = scene_.held_at(mesh_.vertices_body_m[v], share).cast<float>();
+    share_ = share;
+    press(share);
+    reactions_.resize(constraints_.size());
+    model_->step(x_, v_, constraints_, reactions_);
+  }
+  double step_s() const override { return step_s_; }
+  std::size_t elements() const override { return mesh_.tetrahedra.size(); }
+
+  std::vector<double> answer() override {
+    if (scene_.asks_force) return {force_on_ball_n()};
+    if (scene_.asks_torque) return {torque()};
+    std::vector<double> answer;
+    for (const Probe& probe : scene_.probes) {
+      Vec3 u = at(probe.rest_m, false);
+      if (probe.right) u = at(probe.rest_m, true) - u;
+      if (!probe.right) u -= probe.rest_m;
+      for (int k = 0; k < 3; ++k) answer.push_back(u[k]);
+    }
+    return answer;
+  }
+
+ private:
+  // The ball pushes the vertices that are in it, or would be after a step, out to its surface.
+  void press(double share) {
+    constraints_.clear();
+    if (!scene_.ball) return;
+    const Vec3 centre = scene_.ball->centre_m(scene_.size_m, share);
+    const double reach_m = 2 * scene_.ball->depth_m / scene_.load_s * step_s_ + 1e-4;
+    for (const VertexId v : top_) {
+      const Vec3 out = centre - x_[v].head<3>().cast<double>();
+      if (out.norm() > scene_.ball->radius_m + reach_m) continue;
+      PointConstraint c = hold(v, centre - scene_.ball->radius_m * out.normalized());
+      c.unilateral = true;
+      c.normal = out.normalized();
+      constraints_.push_back(c);
+    }
+  }
+
+  // At rest it bears what the tissue pushes the vertices out with that touch it.
+  double force_on_ball_n() const {
+    std::vector<Vec3> force(x_.size());
+    model_->elastic_forces_n(x_, force);
+    double sum = 0;
+    for (const PointConstraint& c : constraints_)
+      if ((x_[c.v[0]].head<3>().cast<double>() - c.target_world_m).dot(c.normal) > -1e-5) sum += force[c.v[0]].z();
+    return sum;
+  }
+
+  double torque() const {
+    std::vector<Vec3> force(x_.size());
+    model_->elastic_forces_n(x_, force);
+    double torque = 0;
+    for (VertexId v = 0; v < x_.size(); ++v)
+      if (held_[v] && mesh_.vertices_body_m[v].x() > scene_.size_m.x() / 2) {
+        const Vec3 arm(0, x_[v].y() - scene_.size_m.y() / 2, x_[v].z() - scene_.size_m.z() / 2);
+        torque -= arm.cross(force[v]).x();
+      }
+    return torque;
+  }
+
+  // Where the tetrahedron that has this rest point has it now; on a slit: the one on that side.
+  Vec3 at(const Vec3& rest_m, bool right) const {
+    double best = -1e30;
+    Vec3 found = rest_m;
+    for (const Tetrahedron& t : mesh_.tetrahedra) {
+      Mat3 d;
+      Vec3 middle = mesh_.vertices_body_m[t[0]];
+      for (int k = 0; k < 3; ++k) {
+        d.col(k) = mesh_.vertices_body_m[t[static_cast<std::size_t>(k) + 1]] - mesh_.vertices_body_m[t[0]];
+        middle += mesh_.vertices_body_m[t[static_cast<std::size_t>(k) + 1]];
+      }
+      if (scene_.slit && (middle.x() / 4 > scene_.slit->at_x_m) != right) continue;
+      const Vec3 w = d.inverse() * (rest_m - mesh_.vertices_body_m[t[0]]);
+      const double inside = std::min(w.minCoeff(), 1 - w.sum());
+      if (inside <= best) continue;
+      best = inside;
+      found = (1 - w.sum()) * x_[t[0]].head<3>().cast<double>();
+      for (int k = 0; k < 3; ++k) found += w[k] * x_[t[static_cast<std::size_t>(k) + 1]].head<3>().cast<double>();
+    }
+    return found;
+  }
+
+  const ChartScene& scene_;
+  TetMesh mesh_;
+  double step_s_;
+  std::vector<std::uint8_t> held_;
+  std::unique_ptr<VolumeModel> model_;
+  std::vector<Vec4f> x_, v_;
+  std::vector<VertexId> top_;
+  std::vector<PointConstraint> constraints_;
+  std::vector<Reaction> reactions_;
+  double share_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Specimen> tet_specimen(const ChartScene& scene, int across, double step_s, const MakeVolume& make) {
+  return std::make_unique<TetSpecimen>(scene, across, step_s, make);
+}
+
+}  // namespace sectio::chart
