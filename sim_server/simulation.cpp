@@ -393,8 +393,8 @@ const StepOutput& Simulation::step(const StepInput& input) {
   s.spare_idle_bodies = input.spare_idle_bodies;
   if (!input.overrun.empty()) s.say(EventKind::step_overrun, 0, 0, input.overrun);
   s.take(input);
-  if (s.gravity.step(input, out)) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
   s.follow_hands();
+  if (s.gravity.step(input, out)) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
   for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)

@@ -27,7 +27,7 @@ bool is_worked_on(const SimulationBody& body, const Part& part) {
 }
 
 // The parts that leave; the search never lists the component that it didn't see whole.
-std::vector<Part> leaving_parts(const SimulationBody& body, PartSearch search) {
+std::vector<Part> leaving_parts(SimulationBody& body, PartSearch search) {
   if (search.parts.empty()) return {};
   std::uint32_t fixed_in_body = 0, fixed_in_parts = 0;
   for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) fixed_in_body += body.engines.deformation->fixed(v);
@@ -38,13 +38,15 @@ std::vector<Part> leaving_parts(const SimulationBody& body, PartSearch search) {
     fixed_in_parts += fixed;
     if (fixed > 0 && (!anchored || part.triangles.size() > anchored->triangles.size())) anchored = &part;
   }
-  if (anchored && fixed_in_body == fixed_in_parts) *anchored = part_at(body.mesh, search.rest);
+  if (anchored && fixed_in_body == fixed_in_parts)
+    *anchored = body.engines.splitting->whole(body.shared(), search.rest);
   return std::move(search.parts);
 }
 
 BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored) {
   BodySpec spec = parent;
   spec.mesh = {};
+  spec.tets = {};
   spec.mesh_notes.clear();
   const std::string number = std::to_string(part);
   spec.name.resize(std::min(spec.name.size(), kLongestName - number.size() - 1));

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 #include "common/core/error.h"
 #include "common/material/region_volumes.h"
@@ -13,7 +14,7 @@
 #include "sim_server/deformation/tetra/volume_engine.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/tet_file.h"
-#include "sim_server/simulation_volume_cut.h"
+#include "sim_server/simulation_volume_split.h"
 
 namespace sectio {
 namespace {
@@ -53,22 +54,22 @@ VolumeMaterial volume_material(VolumeMaterial whole, const Regions& regions, con
   return whole;
 }
 
-// The settings of a model for a mesh, which a cut changes.
-std::function<VolumeSettings(const TetMesh&)> settings_for(const EngineSite& site) {
+VolumeCutting::IsFixed fixed_places(const EngineSite& site) {
+  if (!site.spec.fixed) return {};
+  return [fixed = *site.spec.fixed, frame = site.frame_world](const Vec3& home) {
+    const Vec3 x = frame.to_world(home);
+    return (x.array() >= fixed.min_world_m.array()).all() && (x.array() <= fixed.max_world_m.array()).all();
+  };
+}
+
+VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
   VolumeSettings settings;
   settings.step_s = site.scene.step_s;
   settings.gravity_m_per_s2 = site.scene.gravity_m_per_s2;
   settings.least_part_s = site.spec.volume.least_part_s;
-  return [settings, fixed = site.spec.fixed, frame = site.frame_world](const TetMesh& mesh) {
-    VolumeSettings of_mesh = settings;
-    if (!fixed) return of_mesh;
-    for (const Vec3& home : mesh.vertices_body_m) {
-      const Vec3 x = frame.to_world(home);
-      of_mesh.fixed.push_back((x.array() >= fixed->min_world_m.array()).all() &&
-                              (x.array() <= fixed->max_world_m.array()).all());
-    }
-    return of_mesh;
-  };
+  if (const auto is_fixed = fixed_places(site))
+    for (const Vec3& home : mesh.vertices_body_m) settings.fixed.push_back(is_fixed(home));
+  return settings;
 }
 
 constexpr const char* kSemiProgressive = "semi_progressive";
@@ -91,24 +92,62 @@ class NoCutting final : public CuttingEngine {
   StrokeSettings settings_;
 };
 
-BodyEngines engines_of(const EngineSite& site, VolumeCutting::MakeModel make_model) {
+const VolumeCutting& cutting_of(const BodyEngines& engines) {
+  return dynamic_cast<const VolumeCutting&>(*engines.cutting);
+}
+const VolumeModel& model_of(const BodyEngines& engines) {
+  return dynamic_cast<const VolumeEngine&>(*engines.deformation).model();
+}
+
+// Its inside does not count any more.
+bool is_rigid_part(const EngineSite& site) {
+  return site.is_part && !site.spec.fixed && site.spec.splitting.free_parts == FreeParts::rigid;
+}
+
+// The volume of a body, or of a part with its state.
+VolumePart volume_of(const EngineSite& site) {
+  if (site.parent) return cutting_of(*site.parent).part(site.vertex_from);
+  VolumePart whole{site.spec.tets, std::vector<VertexId>(site.body.mesh.vertex_slots()), {}, {}};
+  std::iota(whole.vertex_of.begin(), whole.vertex_of.end(), VertexId{0});  // see with_volumes()
+  return whole;
+}
+
+BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_ptr<VolumeModel> model) {
   BodyEngines engines;
   engines.collision =
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
-  engines.splitting = std::make_unique<PartSearcher>();
   std::optional<VolumeFloor> floor;
   if (site.scene.floor_z_m) floor = VolumeFloor{*site.scene.floor_z_m, site.spec.volume.floor_kept_velocity};
-  auto volume = std::make_unique<VolumeEngine>(make_model(site.spec.tets), site.spec.tets,
-                                               site.body.mesh.vertex_slots(), site.frame_world, floor);
+  auto engine = std::make_unique<VolumeEngine>(std::move(model), volume.vertex_of, site.frame_world, floor);
+  if (site.parent) engine->set_state(std::move(volume.position_world_m), std::move(volume.velocity_m_per_s));
   if (site.spec.cutting.style == kSemiProgressive) {
     StrokeSettings strokes;
     strokes.join_tolerance_m = site.spec.cutting.join_tolerance_m;
-    engines.cutting = std::make_unique<VolumeCutting>(site.spec.tets, strokes, *volume, std::move(make_model));
+    auto cutting = std::make_unique<VolumeCutting>(volume.mesh, volume.vertex_of, strokes, *engine, fixed_places(site));
+    engines.splitting = std::make_unique<VolumeSplitting>(*cutting);
+    engines.cutting = std::move(cutting);
   } else {
+    engines.splitting = std::make_unique<PartSearcher>();
     engines.cutting = std::make_unique<NoCutting>();
   }
-  engines.deformation = std::move(volume);
+  engines.deformation = std::move(engine);
   return engines;
+}
+
+// The same volume with these vertices as the first ones, then the others in their order.
+TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
+  TetMesh out;
+  std::vector<VertexId> number(mesh.vertices_body_m.size(), kNone);
+  const auto take = [&](VertexId v) {
+    if (number[v] != kNone) return;
+    number[v] = static_cast<VertexId>(out.vertices_body_m.size());
+    out.vertices_body_m.push_back(mesh.vertices_body_m[v]);
+  };
+  for (const VertexId v : first) take(v);
+  for (VertexId v = 0; v < number.size(); ++v) take(v);
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    out.tetrahedra.push_back({number[t[0]], number[t[1]], number[t[2]], number[t[3]]});
+  return out;
 }
 
 constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
@@ -129,11 +168,9 @@ std::string note_on(const HexSolid& solid) {
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
-  if (body.splitting.free_parts != FreeParts::keep)
-    throw InputError("splitting: the parts of a volume stay in it: free_parts: keep");
   FilledVolume volume = filled(body);
   const TetSurface surface = surface_of(volume.mesh);
-  body.tets = renumbered(volume.mesh, surface.of_volume).mesh;
+  body.tets = with_first(volume.mesh, surface.of_volume);
   body.mesh = surface.soup;
   if (body.cutting.style != kSemiProgressive) {  // the engines that cut surfaces can't open that of a volume
     body.cutting.threshold_displacement_m.reset();
@@ -172,46 +209,42 @@ Scene with_volumes(Scene scene) {
   return scene;
 }
 
-// The tensile test corrects the tissue, whatever regions are in it. After a cut the springs are made by the same
-// formula; the correction stays what it was for the whole body.
+// The tensile test corrects the tissue, whatever regions are in it. A part's springs are what they were in the whole.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
+  if (is_rigid_part(site)) return surface_spring_engines(site);
+  VolumePart volume = volume_of(site);
   const VolumeMaterial material = volume_material(site.spec.material);
-  const TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
-  const auto settings = settings_for(site);
-  const Regions regions = site.spec.regions;
-  std::optional<double> correction;
-  return engines_of(site, [=](const TetMesh& mesh) mutable -> std::unique_ptr<VolumeModel> {
-    if (!correction) {
-      auto whole = std::make_unique<TetSprings>(mesh, material, settings(mesh), options);
-      correction = material.young_pa / whole->as_made().mean_young_pa;
-      if (!vary_in_stiffness(regions)) return whole;
-    }
-    VolumeMaterial corrected = volume_material(material, regions, mesh);
-    corrected.young_pa *= *correction;
-    return std::make_unique<TetSprings>(mesh, corrected, settings(mesh),
-                                        TetSpringOptions{options.second_share, options.damper_s, false});
-  });
+  const VolumeSettings settings = settings_for(site, volume.mesh);
+  TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
+  if (site.parent) {
+    options = dynamic_cast<const TetSprings&>(model_of(*site.parent)).options();
+  } else if (vary_in_stiffness(site.spec.regions)) {
+    options = TetSprings(volume.mesh, material, settings, options).options();
+  }
+  options.calibrate = options.correction == 1;
+  auto model = std::make_unique<TetSprings>(volume.mesh, volume_material(material, site.spec.regions, volume.mesh),
+                                            settings, options);
+  return engines_of(site, std::move(volume), std::move(model));
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
-  const TetDriver driver = driver_of(site.spec);
-  return engines_of(site,
-                    [=, material = volume_material(site.spec.material), regions = site.spec.regions,
-                     settings = settings_for(site)](const TetMesh& mesh) -> std::unique_ptr<VolumeModel> {
-                      return std::make_unique<TetSolid>(mesh, volume_material(material, regions, mesh), settings(mesh),
-                                                        driver);
-                    });
+  if (is_rigid_part(site)) return surface_spring_engines(site);
+  VolumePart volume = volume_of(site);
+  auto model = std::make_unique<TetSolid>(
+      volume.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
+      settings_for(site, volume.mesh), driver_of(site.spec));
+  return engines_of(site, std::move(volume), std::move(model));
 }
 
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
-  const TetDriver driver = driver_of(site.spec);
-  const Grid grid = grid_around(site.spec.tets, site.spec.volume.cell_m);
-  return engines_of(site,
-                    [=, material = volume_material(site.spec.material), regions = site.spec.regions,
-                     settings = settings_for(site)](const TetMesh& mesh) -> std::unique_ptr<VolumeModel> {
-                      return std::make_unique<HexSolid>(mesh, grid, volume_material(material, regions, mesh),
-                                                        settings(mesh), driver);
-                    });
+  if (is_rigid_part(site)) return surface_spring_engines(site);
+  VolumePart volume = volume_of(site);
+  const auto* whole = site.parent ? &dynamic_cast<const HexSolid&>(model_of(*site.parent)) : nullptr;
+  const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
+  auto model = std::make_unique<HexSolid>(
+      volume.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
+      settings_for(site, volume.mesh), driver_of(site.spec), whole);
+  return engines_of(site, std::move(volume), std::move(model));
 }
 
 }  // namespace sectio

@@ -7,39 +7,14 @@
 namespace sectio {
 namespace {
 
-using Corners3 = std::array<VertexId, 3>;
-
-constexpr double kEvery = 0.5;      // mean edges that a blade goes between two cuts
-constexpr double kBehind = 2.0;     // mean edges that a sheet reaches behind the last cut: into what was cut in part
-constexpr double kAgain = 0.1;      // and after one that could not be made
-constexpr double kAround = 2;       // mean edges: tissue this close to a blade
-constexpr std::size_t kFewest = 8;  // vertices whose motion is one
-constexpr double kThrough = 0.5;    // mean edges beyond where a blade comes out
-constexpr int kRounds = 3;          // edges are opened that opening others has pinched
-constexpr double kLongest = 8;      // mean edges: a sheet is flat, a way isn't
-
-// The lowest corner first: the same triangle is the same key.
-Corners3 turned(Corners3 v) {
-  std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
-  return v;
-}
+constexpr double kAgain = 0.1;  // mean edges that a blade goes after a cut that could not be made
+constexpr int kRounds = 3;      // edges are opened that opening others has pinched
 
 double mean_edge_m(const TetMesh& mesh) {
   double sum = 0;
   for (const Tetrahedron& t : mesh.tetrahedra)
     for (const auto& [i, j] : kTetEdges) sum += (mesh.vertices_body_m[t[i]] - mesh.vertices_body_m[t[j]]).norm();
   return sum / (6.0 * static_cast<double>(mesh.tetrahedra.size()));
-}
-
-Vec4f padded(const Vec3& x) {
-  Vec4f out = Vec4f::Zero();
-  out.head<3>() = x.cast<float>();
-  return out;
-}
-
-double distance_to_segment_m(const Vec3& x, const Vec3& a, const Vec3& b) {
-  const double along = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-  return (a + along * (b - a) - x).norm();
 }
 
 // The blade goes through the surface where it did, moved on with it: the nearest of the triangles that it has swept.
@@ -57,20 +32,6 @@ void move_on(const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
   if (nearest.triangle == kNone) return;
   stroke.touched = now.triangle(nearest.triangle).v;
   stroke.bary = nearest.bary;
-}
-
-// Edges at which four triangles of the surface meet: both ends of each lie at the tip of a cut that is open on either
-// side of it. Ascending.
-std::vector<std::array<VertexId, 2>> pinched_edges(const TriangleSoup& surface) {
-  std::vector<std::array<VertexId, 2>> edges;  // as directed, once a triangle
-  for (const Corners3& t : surface.triangles)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (t[i] < t[(i + 1) % 3]) edges.push_back({t[i], t[(i + 1) % 3]});
-  std::sort(edges.begin(), edges.end());
-  std::vector<std::array<VertexId, 2>> pinched;
-  for (std::size_t k = 1; k < edges.size(); ++k)
-    if (edges[k] == edges[k - 1] && (pinched.empty() || pinched.back() != edges[k])) pinched.push_back(edges[k]);
-  return pinched;
 }
 
 // The tetrahedra at v that faces connect with each other, without those of the first.
@@ -97,108 +58,50 @@ std::vector<std::vector<std::uint32_t>> further_components(const TetTopology& vo
   return components;
 }
 
+struct Particles {
+  std::vector<Vec4f> position_world_m, velocity_m_per_s;
+
+  void add(const TetVertexState& state) {
+    position_world_m.emplace_back(Vec4f::Zero()).head<3>() = state.position_world_m.cast<float>();
+    velocity_m_per_s.emplace_back(Vec4f::Zero()).head<3>() = state.velocity_m_per_s.cast<float>();
+  }
+};
+
 }  // namespace
 
-Renumbered renumbered(const TetMesh& mesh, std::span<const VertexId> first) {
-  Renumbered out;
-  std::vector<VertexId> new_id(mesh.vertices_body_m.size(), kNone);
-  const auto take = [&](VertexId v) {
-    if (new_id[v] != kNone) return;
-    new_id[v] = static_cast<VertexId>(out.from.size());
-    out.from.push_back(v);
-    out.mesh.vertices_body_m.push_back(mesh.vertices_body_m[v]);
-  };
-  for (const VertexId v : first) take(v);
-  for (VertexId v = 0; v < new_id.size(); ++v) take(v);
-  for (const Tetrahedron& t : mesh.tetrahedra)
-    out.mesh.tetrahedra.push_back({new_id[t[0]], new_id[t[1]], new_id[t[2]], new_id[t[3]]});
-  return out;
-}
-
-VolumeCutting::VolumeCutting(const TetMesh& mesh, const StrokeSettings& settings, VolumeEngine& volume,
-                             MakeModel make_model)
+VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const StrokeSettings& settings,
+                             VolumeEngine& volume, IsFixed is_fixed)
     : settings_(settings),
       engine_(volume),
-      make_model_(std::move(make_model)),
+      is_fixed_(std::move(is_fixed)),
       volume_(mesh),
+      surface_(std::move(vertex_of)),
       element_m_(mean_edge_m(mesh)) {
   settings_.style = CutStyle::templates;  // all of the edge that is in the body cuts
 }
 
 TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const {
-  const bool outside = v < body.mesh.vertex_slots();
-  const Vec4f& x = outside ? body.particles.position_world_m[v] : engine_.position_world_m()[v];
-  const Vec4f& u = outside ? body.particles.velocity_world_m_per_s[v] : engine_.velocity_m_per_s()[v];
+  const auto slots = surface_.slots_of(v);
+  const Vec4f& x = slots.empty() ? engine_.position_world_m()[v] : body.particles.position_world_m[slots[0]];
+  const Vec4f& u = slots.empty() ? engine_.velocity_m_per_s()[v] : body.particles.velocity_world_m_per_s[slots[0]];
   return {volume_.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
-// The tissue around a blade has a motion of its own: with it goes what the blade is in the shape at rest, in which lips
-// that have opened lie together.
-VolumeCutting::Edge VolumeCutting::at_rest(const SharedBody& body, const Blade& blade, const Pose& frame_world) const {
-  const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
-  std::vector<MatchedPoint> around;
-  for (VertexId v = 0; v < volume_.vertex_count(); ++v) {
-    const TetVertexState state = state_of(body, v);
-    if (distance_to_segment_m(state.position_world_m, blade.tip_world_m, heel_m) < kAround * element_m_)
-      around.push_back({state.rest_body_m, state.position_world_m, 1});
-  }
-  const Pose frame = around.size() < kFewest ? frame_world : match_shape(around, frame_world);
-  return {frame.to_local(blade.tip_world_m), frame.to_local(heel_m)};
-}
-
-// The tissue that a blade had pressed in springs back over it: the way begins where the blade would be without that.
-VolumeCutting::Way VolumeCutting::begin_way(const SharedBody& body, const MeshDraft& now, const Stroke& stroke,
-                                            std::span<const BladeMotion> motions) const {
-  Way way;
-  way.next_m = kEvery * element_m_;
-  const auto motion = std::ranges::find(motions, stroke.tool_id, &BladeMotion::tool_id);
-  if (motion == motions.end() || motion->path.empty()) return way;
-  Vec3 home = Vec3::Zero();
-  for (std::size_t i = 0; i < 3; ++i)
-    home += stroke.bary[static_cast<int>(i)] * motion->frame_world.to_world(body.mesh.rest_body_m(stroke.touched[i]));
-  const Vec3 pressed_in = motion->frame_world.orientation.conjugate() * (position_of(now, stroke) - home);
-  Edge edge = at_rest(body, motion->path.front(), motion->frame_world);
-  edge.tip_m -= pressed_in;
-  edge.heel_m -= pressed_in;
-  way.edges.push_back(edge);
-  way.cut_to = edge;
-  return way;
-}
-
-void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& motion) {
-  for (const Blade& blade : motion.path) {
-    const Edge edge = at_rest(body, blade, motion.frame_world);
-    if (way.edges.empty()) way.cut_to = edge;
-    const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
-    way.since_cut_m =
-        std::max((edge.tip_m - way.cut_to.tip_m).cross(up).norm(), (edge.heel_m - way.cut_to.heel_m).cross(up).norm());
-    way.edges.push_back(edge);
-  }
-  const auto far = [&](const Edge& e, double m) {
-    return (e.tip_m - way.edges.back().tip_m).norm() > m && (e.heel_m - way.edges.back().heel_m).norm() > m;
-  };
-  const double reach_m = std::min(kLongest * element_m_, way.since_cut_m + kBehind * element_m_);
-  while (way.edges.size() > 2 && far(way.edges[1], reach_m)) way.edges.erase(way.edges.begin());
-}
-
-// A blade that comes out has cut what it passed through in its last step; tissue that it bulged is still behind it.
-void VolumeCutting::go_through(Way& way) {
-  if (way.edges.size() < 2) return;
-  const Edge &first = way.edges.front(), last = way.edges.back();
-  const Vec3 ahead = kThrough * element_m_ * (last.tip_m + last.heel_m - first.tip_m - first.heel_m).stableNormalized();
-  way.edges.push_back({last.tip_m + ahead, last.heel_m + ahead});
-  way.next_m = 0;
-  way.since_cut_m += ahead.norm();
-}
-
+// In the world, where the blade and the tissue are what they are; only where it has been is carried along.
 TetCutOutcome VolumeCutting::cut_along(Way& way) {
-  const Edge &from = way.edges.front(), &to = way.edges.back();
+  const Edge &from = way.edges.front(), &to = way.now_world;
   // The sheet goes on from all that the blade has cut: no lip is cut again because it has moved a little.
-  const CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut};
+  const CutSheet sheet{
+      {way.frame_world.to_world(from.tip_m), way.frame_world.to_world(from.heel_m), to.heel_m, to.tip_m}, way.cut};
   TetCutSettings settings;
   settings.snap = settings_.snap_ratio;
   settings.semi_progressive = true;
-  return cut(volume_, sheet, settings);
+  std::vector<std::uint32_t> begin;
+  for (const VertexId v : way.near) begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
+  if (begin.empty()) return {};
+  std::ranges::sort(begin);
+  begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
+  return cut(volume_, sheet, settings, begin);
 }
 
 CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
@@ -234,6 +137,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
 
   std::map<std::uint32_t, Way> after = ways_;
   std::uint32_t twins = 0;
+  volume_.fetch_states_from([&](VertexId v) { return state_of(body, v); });
   for (const Stroke& s : strokes) {
     if (!ways_.contains(s.tool_id)) continue;
     Way& way = after[s.tool_id];
@@ -248,7 +152,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
     twins += outcome.twins;
     way.since_cut_m = 0;
     way.cut_to = way.edges.back();
-    way.next_m = kEvery * element_m_;
+    way.next_m = next_cut_m();
     std::vector<VertexId> both;
     std::ranges::sort(way.cut);
     std::ranges::set_union(way.cut, outcome.on_sheet, std::back_inserter(both));
@@ -256,128 +160,141 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   }
   if (twins > 0) plan_change(body, plan, std::move(after));
   volume_.undo_to(0);
+  volume_.fetch_states_from({});
   return plan;
 }
 
 // A triangle that lies in one of the surface before is of that one's kind; others are walls.
-Surface VolumeCutting::surface_of_made(const TriangleMesh& mesh, const Corners3& corners,
-                                       const std::map<Corners3, TriangleId>& before) const {
-  std::set<VertexId> origins;
-  std::vector<VertexId> left(corners.begin(), corners.end());
-  while (!left.empty()) {
-    const VertexId v = left.back();
-    left.pop_back();
-    if (const auto from = volume_.made_from(v))
-      left.insert(left.end(), from->begin(), from->end());
-    else
-      origins.insert(v);
+Surface VolumeCutting::kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const {
+  std::set<VertexId> from(corners.begin(), corners.end());
+  while (const auto edge = volume_.made_from(*from.rbegin())) {  // the ends of an edge are older
+    from.erase(std::prev(from.end()));
+    from.insert(edge->begin(), edge->end());
   }
-  if (origins.size() != 3 || *origins.rbegin() >= mesh.vertex_slots()) return Surface::wall;
-  const std::vector<VertexId> o(origins.begin(), origins.end());
-  for (const Corners3& key : {Corners3{o[0], o[1], o[2]}, Corners3{o[0], o[2], o[1]}})
-    if (const auto it = before.find(key); it != before.end()) return mesh.triangle(it->second).surface;
+  const std::vector<VertexId> origins(from.begin(), from.end());
+  if (origins.size() != 3) return Surface::wall;
+  for (const Corners3& key : {Corners3{origins[0], origins[1], origins[2]}, {origins[0], origins[2], origins[1]}})
+    if (const TriangleId t = surface_.triangle_of(mesh, key); t != kNone) return mesh.triangle(t).surface;
   return Surface::wall;
 }
 
-// A surface is a manifold: where the two halves of a cut would meet in an edge, it is opened through the edge's middle.
-TetSurface VolumeCutting::open_pinched(std::vector<VertexId>& made) {
-  TetSurface surface = sectio::surface_of(volume_.mesh());
-  for (int round = 0; round < kRounds; ++round) {
-    const auto pinched = pinched_edges(surface.soup);
-    if (pinched.empty()) break;
+// Where the two halves of a cut would meet in an edge, both ends at the tip of a cut that is open on either side of it,
+// the surface is no manifold: the edge is opened through its middle. Nothing when that does not help.
+std::optional<BoundaryChange> VolumeCutting::open_pinched(const TriangleMesh& mesh, TetChange& change,
+                                                          std::vector<VertexId>& made) {
+  for (int round = 0;; ++round) {
+    change = volume_.change();
+    BoundaryChange boundary = boundary_change(change.tetrahedra);
+    const auto pinched = surface_.pinched_edges(mesh, boundary);
+    if (pinched.empty()) return boundary;
+    if (round == kRounds) return {};
     for (const auto& [a, b] : pinched) {
-      const VertexId n = volume_.split(surface.of_volume[a], surface.of_volume[b], 0.5);
+      const VertexId n = volume_.split(a, b, 0.5);
       made.push_back(n);
       for (const auto& component : further_components(volume_, n)) made.push_back(volume_.part(n, component));
     }
-    surface = sectio::surface_of(volume_.mesh());
   }
-  return surface;
-}
-
-// What was made on an edge moves as the edge does.
-std::vector<TetVertexState> VolumeCutting::states_of_all(const SharedBody& body) const {
-  std::vector<TetVertexState> states;
-  for (VertexId v = 0; v < volume_.vertex_count(); ++v) {
-    const auto from = volume_.made_from(v);
-    if (!from) {
-      states.push_back(state_of(body, v));
-      continue;
-    }
-    const TetVertexState a = states[(*from)[0]], b = states[(*from)[1]];
-    const Vec3& rest = volume_.vertex(v).rest_body_m;
-    const Vec3 edge = b.rest_body_m - a.rest_body_m;
-    const double t = edge.isZero(0) ? 0 : (rest - a.rest_body_m).dot(edge) / edge.squaredNorm();
-    states.push_back({rest, a.position_world_m + t * (b.position_world_m - a.position_world_m),
-                      a.velocity_m_per_s + t * (b.velocity_m_per_s - a.velocity_m_per_s)});
-  }
-  return states;
 }
 
 bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways) {
+  Pending pending;
   std::vector<VertexId> opened;
-  const TetSurface surface = open_pinched(opened);
+  const auto boundary = open_pinched(body.mesh, pending.change, opened);
+  if (!boundary) return false;
   for (auto& [tool, way] : ways)
     if (way.since_cut_m == 0) way.cut.insert(way.cut.end(), opened.begin(), opened.end());
-  const TetMesh cut_mesh = volume_.mesh();
-  std::map<Corners3, TriangleId> before;
-  for (TriangleId t = 0; t < body.mesh.triangle_slots(); ++t)
-    if (body.mesh.triangle(t).alive()) before[turned(body.mesh.triangle(t).v)] = t;
-
-  // Vertices of the surface stay there, so the surface before has the first slots.
-  std::vector<Triangle> added;
-  std::set<TriangleId> gone;
-  for (const auto& [key, t] : before) gone.insert(t);
-  for (const Corners3& triangle : surface.soup.triangles) {
-    const auto same = before.find(turned(triangle));
-    if (same != before.end()) {
-      gone.erase(same->second);
-      continue;
-    }
-    Corners3 in_volume;
-    for (std::size_t i = 0; i < 3; ++i) in_volume[i] = surface.of_volume[triangle[i]];
-    added.push_back({triangle, surface_of_made(body.mesh, in_volume, before)});
+  const auto first_made = static_cast<VertexId>(engine_.position_world_m().size());
+  for (VertexId v = first_made; v < volume_.vertex_count(); ++v) {
+    pending.added.push_back(volume_.vertex(v));
+    pending.change.fixed.push_back(is_fixed_ && is_fixed_(volume_.vertex(v).rest_body_m));
   }
-  Renumbered made = renumbered(cut_mesh, surface.of_volume);
-  const std::vector<TetVertexState> states = states_of_all(body);
   MeshDraft draft(body.mesh, {body.particles.position_world_m.front().data(),
                               body.particles.velocity_world_m_per_s.front().data()});
-  for (VertexId v = body.mesh.vertex_slots(); v < surface.of_volume.size(); ++v) {
-    const TetVertexState& state = states[made.from[v]];
-    draft.add_vertex({state.rest_body_m, state.position_world_m, state.velocity_m_per_s});
-  }
-  const std::vector<TriangleId> removed(gone.begin(), gone.end());
-  if (!draft.replace(removed, added)) return false;
-  TopologyDelta delta = draft.delta();
-  TriangleMesh trial = body.mesh;
-  if (apply(delta, trial) != ApplyStatus::applied) return false;  // it would touch itself: later, further on
-
-  Pending pending;
-  pending.surface_vertices = static_cast<std::uint32_t>(surface.of_volume.size());
-  pending.hash = delta.hash_after;
-  std::vector<VertexId> new_id(made.from.size());
-  for (VertexId v = 0; v < made.from.size(); ++v) {
-    new_id[made.from[v]] = v;
-    pending.position_world_m.push_back(padded(states[made.from[v]].position_world_m));
-    pending.velocity_m_per_s.push_back(padded(states[made.from[v]].velocity_m_per_s));
-  }
-  for (auto& [tool, way] : ways)
-    for (VertexId& v : way.cut) v = new_id[v];
-  pending.ways = std::move(ways);
-  pending.mesh = std::move(made.mesh);
-  pending_ = std::move(pending);
+  const auto state = [&](VertexId v) {
+    const TetVertexState& s = volume_.vertex(v);
+    return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
+  };
+  const auto kind = [&](const Corners3& corners) { return kind_of_made(body.mesh, corners); };
+  if (!surface_.plan(body.mesh, *boundary, state, kind, draft, pending.slots)) return false;
+  plan.delta = draft.delta();
   plan.seeds = draft.seeds();
-  plan.delta = std::move(delta);
+  pending.hash = plan.delta.hash_after;
+  pending.steps = volume_.take_back();
+  pending.ways = std::move(ways);
+  pending_ = std::move(pending);
   return true;
 }
 
-void VolumeCutting::follow(const SharedBody& body, const TopologyChange&) {
-  if (!pending_ || body.mesh.hash() != pending_->hash) return;
-  engine_.exchange(make_model_(pending_->mesh), pending_->mesh, pending_->surface_vertices,
-                   std::move(pending_->position_world_m), std::move(pending_->velocity_m_per_s));
-  volume_ = TetTopology(pending_->mesh);
-  ways_ = std::move(pending_->ways);
+void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change) {
+  if (pending_ && body.mesh.hash() == pending_->hash) {
+    volume_.redo(pending_->steps);
+    volume_.forget();
+    surface_.accept(pending_->slots);
+    std::vector<VolumeEngine::Slot> slots;
+    for (const VertexId slot : pending_->slots.freed) slots.push_back({slot, kNone});
+    for (const auto& [slot, v] : pending_->slots.taken) slots.push_back({slot, v});
+    Particles added;
+    for (const TetVertexState& state : pending_->added) added.add(state);
+    engine_.change(pending_->change, added.position_world_m, added.velocity_m_per_s, slots);
+    ways_ = std::move(pending_->ways);
+  } else {
+    std::vector<VertexId> gone;
+    for (const VertexEdit& e : change.delta.vertices)
+      if (!e.alive) gone.push_back(e.id);
+    let_go(gone);
+  }
   pending_.reset();
+}
+
+// A vertex may be of other parts, too, where they touch: it has other slots there.
+std::vector<std::uint32_t> VolumeCutting::tetrahedra_of(std::span<const VertexId> slots) const {
+  std::vector<VertexId> sorted(slots.begin(), slots.end());
+  std::ranges::sort(sorted);
+  std::vector<std::uint32_t> begin;
+  for (const VertexId slot : slots) {
+    const VertexId v = surface_.vertex_of(slot);
+    if (!std::ranges::all_of(surface_.slots_of(v), [&](VertexId s) { return std::ranges::binary_search(sorted, s); }))
+      continue;
+    begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
+  }
+  return volume_.connected(std::move(begin));
+}
+
+VolumePart VolumeCutting::part(std::span<const VertexId> slots) const {
+  VolumePart part;
+  std::map<VertexId, VertexId> number;
+  const auto number_of = [&](VertexId v) {
+    const auto [it, is_new] = number.try_emplace(v, static_cast<VertexId>(number.size()));
+    if (is_new) {
+      part.mesh.vertices_body_m.push_back(volume_.vertex(v).rest_body_m);
+      part.position_world_m.push_back(engine_.position_world_m()[v]);
+      part.velocity_m_per_s.push_back(engine_.velocity_m_per_s()[v]);
+    }
+    return it->second;
+  };
+  for (const VertexId slot : slots) part.vertex_of.push_back(number_of(surface_.vertex_of(slot)));
+  for (const std::uint32_t t : tetrahedra_of(slots)) {
+    Tetrahedron corners = volume_.tetrahedra()[t];
+    for (VertexId& v : corners) v = number_of(v);
+    part.mesh.tetrahedra.push_back(corners);
+  }
+  return part;
+}
+
+void VolumeCutting::let_go(std::span<const VertexId> slots) {
+  if (slots.empty()) return;
+  const TetChange change = volume_.remove(tetrahedra_of(slots));
+  volume_.forget();
+  VolumeSurface::Change freed;
+  std::vector<VolumeEngine::Slot> dead;
+  for (const VertexId slot : slots) {
+    freed.freed.push_back(slot);
+    dead.push_back({slot, kNone});
+  }
+  surface_.accept(freed);
+  engine_.change(change, {}, {}, dead);
+  for (auto& [tool, way] : ways_)
+    for (auto* list : {&way.cut, &way.near}) std::erase_if(*list, [&](VertexId v) { return !volume_.alive(v); });
 }
 
 }  // namespace sectio

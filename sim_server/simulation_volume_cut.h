@@ -2,11 +2,11 @@
 // whole is split along its sweep, and parts. A cut is planned on the volume itself and taken back exactly; what it has
 // done to the surface becomes the delta. Part of simulation.*.
 //
-//   blade's sweep -> cut(volume) -> surface before and after -> delta; undo     plan(), the volume as before
-//   delta accepted -> volume, its model, its state exchanged                    follow()
+//   blade's sweep -> cut(volume) -> what changed -> surface's delta; undo       plan(), the volume as before
+//   delta accepted -> redo; model, surface's slots and state follow             follow()
+//   delta by which a part left -> its tetrahedra leave                          follow()
 //
-// Parts stay in the body; they move by themselves. Cost of a cut: O(n), the model is made anew. Where the tissue turns
-// a lot while the blade passes, sheets that follow each other are not one surface, and crumbs are left between them.
+// Cost of a step with a cut: O(tetrahedra that are cut and their neighbours), whatever the volume's size.
 #pragma once
 
 #include <functional>
@@ -17,24 +17,25 @@
 
 #include "sim_server/cutting/cutting_engine.h"
 #include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/simulation_volume_surface.h"
 #include "sim_server/tet_cutting/tet_cut.h"
 
 namespace sectio {
 
-// The same volume with the vertices named as the first ones, then the others in their order, and for each its number
-// before.
-struct Renumbered {
+// What comes off a volume, with its state and the vertex of each slot of its surface.
+struct VolumePart {
   TetMesh mesh;
-  std::vector<VertexId> from;
+  std::vector<VertexId> vertex_of;
+  std::vector<Vec4f> position_world_m, velocity_m_per_s;
 };
-Renumbered renumbered(const TetMesh& mesh, std::span<const VertexId> first);
 
 class VolumeCutting final : public CuttingEngine {
  public:
-  using MakeModel = std::function<std::unique_ptr<VolumeModel>(const TetMesh&)>;
+  using IsFixed = std::function<bool(const Vec3& rest_body_m)>;  // empty: nothing is
 
-  // `volume` moves the mesh, whose surface's vertices come first, and outlives the last call.
-  VolumeCutting(const TetMesh& mesh, const StrokeSettings& settings, VolumeEngine& volume, MakeModel make_model);
+  // `volume` moves the mesh and outlives the last call; `vertex_of` each slot of its surface.
+  VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const StrokeSettings& settings,
+                VolumeEngine& volume, IsFixed is_fixed);
 
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
@@ -42,47 +43,60 @@ class VolumeCutting final : public CuttingEngine {
   void follow(const SharedBody& body, const TopologyChange& change) override;
 
   const TetTopology& volume() const { return volume_; }
+  const VolumeSurface& surface() const { return surface_; }
+
+  // The whole component whose surface has these slots. Its surface is as it was after the last step. O(part).
+  VolumePart part(std::span<const VertexId> slots) const;
 
  private:
-  // The sharp edge of a blade, in the shape at rest.
+  // The sharp edge of a blade.
   struct Edge {
     Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
   };
   // Where a blade has been since its cut began, as far back as an element reaches; and the vertices of its cut.
   struct Way {
-    std::vector<Edge> edges;
+    std::vector<Edge> edges;             // in the shape at rest, by the frames of the tissue around the blade then
     Edge cut_to;                         // where the last cut was made, or the way began
+    Edge now_world;                      // the last one, where it is
+    Pose frame_world;                    // of the tissue around it
     double since_cut_m = 0, next_m = 0;  // gone since the last cut; the next one is tried there
     std::vector<VertexId> cut;
+    std::vector<VertexId> near;  // vertices around the blade, where the next cut begins to look
   };
   // What becomes of the volume if the delta is accepted.
   struct Pending {
-    TetMesh mesh;
-    std::uint32_t surface_vertices = 0;
-    std::vector<Vec4f> position_world_m, velocity_m_per_s;
+    std::vector<TetStep> steps;
+    TetChange change;
+    std::vector<TetVertexState> added;
+    VolumeSurface::Change slots;
     std::map<std::uint32_t, Way> ways;
     std::uint64_t hash = 0;
   };
 
   TetVertexState state_of(const SharedBody& body, VertexId v) const;
-  std::vector<TetVertexState> states_of_all(const SharedBody& body) const;
-  Edge at_rest(const SharedBody& body, const Blade& blade, const Pose& frame_world) const;
+  VertexId closest_to(const SharedBody& body, const Blade& blade, VertexId from) const;
+  Pose frame_around(const SharedBody& body, const Blade& blade, const Pose& frame_world,
+                    std::vector<VertexId>& near) const;
   Way begin_way(const SharedBody& body, const MeshDraft& now, const Stroke& stroke,
                 std::span<const BladeMotion> motions) const;
+  static void add_edge(Way& way, const Blade& blade);
   void go(const SharedBody& body, Way& way, const BladeMotion& motion);
   void go_through(Way& way);
   TetCutOutcome cut_along(Way& way);
+  double next_cut_m() const;
   static bool is_due(const Way& way) { return way.edges.size() > 1 && way.since_cut_m > way.next_m; }
-  TetSurface open_pinched(std::vector<VertexId>& made);
+  std::optional<BoundaryChange> open_pinched(const TriangleMesh& mesh, TetChange& change, std::vector<VertexId>& made);
   bool plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways);
-  Surface surface_of_made(const TriangleMesh& mesh, const std::array<VertexId, 3>& corners,
-                          const std::map<std::array<VertexId, 3>, TriangleId>& before) const;
+  Surface kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const;
+  std::vector<std::uint32_t> tetrahedra_of(std::span<const VertexId> slots) const;
+  void let_go(std::span<const VertexId> slots);
 
   StrokeSettings settings_;
   VolumeEngine& engine_;
-  MakeModel make_model_;
-  TetTopology volume_;  // at rest, where it is cut
-  double element_m_;    // mean length of the edges
+  IsFixed is_fixed_;
+  TetTopology volume_;
+  VolumeSurface surface_;
+  double element_m_;  // mean length of the edges
   std::map<std::uint32_t, Way> ways_;
   std::optional<Pending> pending_;
 };

@@ -5,7 +5,9 @@
 #include <cstdio>
 #include <numeric>
 
+#include "common/core/error.h"
 #include "common/mesh/check.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -25,7 +27,7 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
   std::vector<Face> faces;
   faces.reserve(4 * mesh.tetrahedra.size());
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
-    for (std::uint32_t side = 0; side < 4; ++side) {
+    for (std::uint32_t side = 0; side < 4 && mesh.tetrahedra[t] != kNoTetrahedron; ++side) {
       auto key = corners(mesh.tetrahedra[t], side);
       std::sort(key.begin(), key.end());
       faces.push_back({key, t, side});
@@ -140,6 +142,17 @@ class TetCheck {
 };
 
 }  // namespace
+
+void follow(TetMesh& mesh, const TetChange& change) {
+  const std::size_t vertices = mesh.vertices_body_m.size();
+  resize_slots<Vec3>(mesh.vertices_body_m, vertices + change.added_body_m.size(), Vec3::Zero());
+  std::ranges::copy(change.added_body_m, mesh.vertices_body_m.begin() + static_cast<std::ptrdiff_t>(vertices));
+  for (const TetEdit& e : change.tetrahedra) {
+    if (e.id >= mesh.tetrahedra.size()) resize_slots(mesh.tetrahedra, e.id + 1, kNoTetrahedron);
+    SECTIO_ASSERT(mesh.tetrahedra[e.id] == e.before, "a change follows on what was there");
+    mesh.tetrahedra[e.id] = e.after;
+  }
+}
 
 TetSurface surface_of(const TetMesh& mesh) {
   const std::vector<Face> faces = sorted_faces(mesh);

@@ -17,6 +17,26 @@ struct TetMesh {
   std::vector<Tetrahedron> tetrahedra;
 };
 
+// Corners of what is not there.
+constexpr Tetrahedron kNoTetrahedron{kNone, kNone, kNone, kNone};
+
+// What a change makes of one tetrahedron; kNoTetrahedron where it is not there.
+struct TetEdit {
+  std::uint32_t id = kNone;
+  Tetrahedron before = kNoTetrahedron, after = kNoTetrahedron;
+  std::uint32_t origin = kNone;  // that it was cut out of; itself when it was there before
+};
+
+// A change of a volume as those follow it who keep data beside it. Vertices and tetrahedra keep their numbers for good,
+// what is new has the next ones, and what is gone leaves its number unused.
+struct TetChange {
+  std::vector<Vec3> added_body_m;   // vertices, at rest
+  std::vector<std::uint8_t> fixed;  // of these, as VolumeSettings::fixed; empty: none
+  std::vector<TetEdit> tetrahedra;  // ascending; some are what they were, where only their neighbours are not
+};
+
+void follow(TetMesh& mesh, const TetChange& change);
+
 // The faces of a tetrahedron, each seen counter-clockwise from outside; face i is opposite corner i.
 constexpr std::array<std::array<std::size_t, 3>, 4> kTetFaces = {{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
 constexpr std::array<std::array<std::size_t, 2>, 6> kTetEdges = {{{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};

@@ -173,22 +173,26 @@ const auto kCarries = std::to_array<Carry>({
      .turn_deg = 30},
 });
 
-// A blade that is longer than a body is thick, and goes through it: upright, its tip from place to place at constant
-// speed, its sharp edge ahead.
+// An instrument that is held upright: its tip goes from place to place at constant speed, its sharp edge ahead. A blade
+// that is longer than a body is thick goes through it.
 struct Place {
   Vec3 tip_world_m;
   double ahead_deg;             // the sharp edge points there, from +x towards +y
   double rest_s = 0;            // here, before it goes on
   double speed_m_per_s = 0.03;  // to here
+  double opening_rad = 0;       // of jaws; at one place they turn while they rest
 };
 struct Passage {
   const char* name;
   std::vector<Place> places;
+  bool has_jaws = false;
 };
 
-// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor. The kidney of
-// kidney_section.yaml: on its side, its middle 50 mm above the floor, from pole to pole.
-const std::array<Passage, 3> kPassages{{
+// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
+// The kidney of kidney_section.yaml: on its side, its middle 50 mm above the floor, cut from pole to pole.
+// The box of paper_box.yaml: 80 x 80 x 25 mm on the floor; the corner at (40, 40) mm is cut off.
+constexpr double kWide_rad = 0.35;
+const auto kPassages = std::to_array<Passage>({
     {.name = "bar_one_sequence",
      .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
@@ -204,8 +208,28 @@ const std::array<Passage, 3> kPassages{{
     {.name = "kidney_section",
      .places = {{.tip_world_m = {-0.066, -0.0012, 0.012}, .ahead_deg = 0, .rest_s = 0.3},
                 {.tip_world_m = {0.066, -0.0012, 0.012}, .ahead_deg = 0},
-                {.tip_world_m = {0.160, -0.0012, 0.090}, .ahead_deg = 0, .rest_s = 1.3, .speed_m_per_s = 0.12}}},
-}};
+                {.tip_world_m = {0.160, -0.0012, 0.090}, .ahead_deg = 0, .rest_s = 1.2, .speed_m_per_s = 0.12}}},
+    {.name = "paper_box_knife",
+     .places = {{.tip_world_m = {0.052, -0.002, 0.060}, .ahead_deg = 135, .rest_s = 1.6},
+                {.tip_world_m = {0.052, -0.002, -0.004}, .ahead_deg = 135, .rest_s = 0.2, .speed_m_per_s = 0.1},
+                {.tip_world_m = {-0.006, 0.056, -0.004}, .ahead_deg = 135, .rest_s = 0.1},
+                {.tip_world_m = {-0.006, 0.056, 0.060}, .ahead_deg = 135, .rest_s = 3, .speed_m_per_s = 0.1}}},
+    {.name = "paper_box_corner",  // takes the corner, lifts it a little, and carries it away once it is off
+     .places = {{.tip_world_m = {0.033, 0.033, 0.060}, .ahead_deg = 45, .opening_rad = kWide_rad},
+                {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.1, .opening_rad = kWide_rad},
+                {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.3},
+                {.tip_world_m = {0.034, 0.034, 0.026}, .ahead_deg = 45, .rest_s = 4.0},
+                {.tip_world_m = {0.050, 0.050, 0.050}, .ahead_deg = 45, .rest_s = 0.5},
+                {.tip_world_m = {0.060, 0.060, 0.028}, .ahead_deg = 45, .rest_s = 0.2},
+                {.tip_world_m = {0.060, 0.060, 0.028}, .ahead_deg = 45, .rest_s = 0.3, .opening_rad = kWide_rad},
+                {.tip_world_m = {0.060, 0.060, 0.080}, .ahead_deg = 45, .rest_s = 1, .opening_rad = kWide_rad}},
+     .has_jaws = true},
+    {.name = "paper_box_hold",  // holds the other side down
+     .places = {{.tip_world_m = {-0.025, -0.025, 0.060}, .ahead_deg = 225, .opening_rad = kWide_rad},
+                {.tip_world_m = {-0.025, -0.025, 0.024}, .ahead_deg = 225, .rest_s = 0.1, .opening_rad = kWide_rad},
+                {.tip_world_m = {-0.025, -0.025, 0.024}, .ahead_deg = 225, .rest_s = 0.3}},
+     .has_jaws = true},
+});
 
 // Scissors, blades flat ahead, go forward along a line: wide open to the next place, then they close there, not all the
 // way, and open again.
@@ -458,19 +482,24 @@ class SnipWriter : Recorder {
 };
 
 std::string trace_of(const Passage& passage) {
-  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
+  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz";
+  text += passage.has_jaws ? ",opening_rad\n" : "\n";
   double time_s = 0;
   const auto add = [&](const Place& at) {
     const double half_rad = at.ahead_deg * M_PI / 360;
     char line[160];
-    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", time_s, at.tip_world_m.x(),
+    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f", time_s, at.tip_world_m.x(),
                   at.tip_world_m.y(), at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
     text += line;
+    std::snprintf(line, sizeof line, ",%.6f", at.opening_rad);
+    if (passage.has_jaws) text += line;
+    text += "\n";
   };
   for (std::size_t i = 0; i < passage.places.size(); ++i) {
     const Place& to = passage.places[i];
-    if (i > 0) time_s += (to.tip_world_m - passage.places[i - 1].tip_world_m).norm() / to.speed_m_per_s;
-    add(to);
+    const double way_m = i > 0 ? (to.tip_world_m - passage.places[i - 1].tip_world_m).norm() : 0;
+    if (way_m > 0) time_s += way_m / to.speed_m_per_s;
+    if (i == 0 || way_m > 0) add(to);
     if (to.rest_s == 0) continue;
     time_s += to.rest_s;
     add(to);

@@ -10,8 +10,8 @@ namespace {
 // One search; several that have met are one.
 struct Search {
   std::uint32_t joined_to = kNone;
-  std::vector<TriangleId> seen;
-  std::vector<TriangleId> open;  // from `next` on
+  std::vector<std::uint32_t> seen;
+  std::vector<std::uint32_t> open;  // from `next` on
   std::size_t next = 0;
 
   bool exhausted() const { return next == open.size(); }
@@ -20,7 +20,8 @@ struct Search {
 
 class Searches {
  public:
-  Searches(const TriangleMesh& mesh, std::span<const TriangleId> seeds) : mesh_(mesh), seeds_(seeds) {
+  Searches(std::span<const std::uint32_t> seeds, const Neighbours& neighbours)
+      : neighbours_(neighbours), seeds_(seeds) {
     searches_.resize(seeds.size());
     for (std::uint32_t i = 0; i < seeds.size(); ++i) {
       owner_.emplace(seeds[i], i);
@@ -33,7 +34,7 @@ class Searches {
   void run() {
     std::vector<std::uint32_t> going;
     for (std::uint32_t i = 0; i < searches_.size(); ++i) {
-      for (const TriangleId n : mesh_.neighbours(seeds_[i]))
+      for (const std::uint32_t n : neighbours_of(seeds_[i]))
         if (const auto it = owner_.find(n); it != owner_.end()) join(i, it->second);
     }
     for (std::uint32_t i = 0; i < searches_.size(); ++i)
@@ -46,8 +47,8 @@ class Searches {
     }
   }
 
-  // Those that ran out of triangles; the largest when all did is the rest.
-  std::vector<std::vector<TriangleId>> parts(TriangleId& rest) {
+  // Those that ran out of neighbours; the largest when all did is the rest.
+  std::vector<std::vector<std::uint32_t>> parts(std::uint32_t& rest) {
     std::vector<std::uint32_t> roots;
     for (std::uint32_t i = 0; i < searches_.size(); ++i)
       if (searches_[i].joined_to == kNone) roots.push_back(i);
@@ -57,7 +58,7 @@ class Searches {
       return x.seen.size() > y.seen.size();
     };
     const auto keeps = std::min_element(roots.begin(), roots.end(), larger);
-    std::vector<std::vector<TriangleId>> result;
+    std::vector<std::vector<std::uint32_t>> result;
     for (const std::uint32_t i : roots) {
       if (i == *keeps)
         rest = searches_[i].seen.front();
@@ -92,8 +93,8 @@ class Searches {
   }
 
   void expand(std::uint32_t i) {
-    const TriangleId t = searches_[i].open[searches_[i].next++];
-    for (const TriangleId n : mesh_.neighbours(t)) {
+    const std::uint32_t t = searches_[i].open[searches_[i].next++];
+    for (const std::uint32_t n : neighbours_of(t)) {
       const auto [it, is_new] = owner_.emplace(n, i);
       if (is_new) {
         searches_[i].seen.push_back(n);
@@ -104,10 +105,17 @@ class Searches {
     }
   }
 
-  const TriangleMesh& mesh_;
-  std::span<const TriangleId> seeds_;
+  std::span<const std::uint32_t> neighbours_of(std::uint32_t t) {
+    around_.clear();
+    neighbours_(t, around_);
+    return around_;
+  }
+
+  const Neighbours& neighbours_;
+  std::vector<std::uint32_t> around_;
+  std::span<const std::uint32_t> seeds_;
   std::vector<Search> searches_;
-  std::unordered_map<TriangleId, std::uint32_t> owner_;  // asked, never iterated
+  std::unordered_map<std::uint32_t, std::uint32_t> owner_;  // asked, never iterated
 };
 
 Part part_of(const TriangleMesh& mesh, std::vector<TriangleId> triangles) {
@@ -124,19 +132,29 @@ Part part_of(const TriangleMesh& mesh, std::vector<TriangleId> triangles) {
 
 }  // namespace
 
+Separated separated(std::span<const std::uint32_t> seeds, const Neighbours& neighbours) {
+  Separated result;
+  if (seeds.empty()) return result;
+  Searches searches(seeds, neighbours);
+  searches.run();
+  result.parts = searches.parts(result.rest);
+  result.visited = searches.visited();
+  return result;
+}
+
 PartSearch separated_parts(const TriangleMesh& mesh, std::span<const TriangleId> changed) {
   std::vector<TriangleId> seeds;
   for (const TriangleId t : changed)
     if (t < mesh.triangle_slots() && mesh.triangle(t).alive()) seeds.push_back(t);
   std::sort(seeds.begin(), seeds.end());
   seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  Separated found = separated(seeds, [&](TriangleId t, std::vector<std::uint32_t>& neighbours) {
+    neighbours.insert(neighbours.end(), mesh.neighbours(t).begin(), mesh.neighbours(t).end());
+  });
   PartSearch result;
-  if (seeds.empty()) return result;
-  Searches searches(mesh, seeds);
-  searches.run();
-  for (std::vector<TriangleId>& triangles : searches.parts(result.rest))
-    result.parts.push_back(part_of(mesh, std::move(triangles)));
-  result.visited = searches.visited();
+  result.rest = found.rest;
+  result.visited = found.visited;
+  for (std::vector<TriangleId>& triangles : found.parts) result.parts.push_back(part_of(mesh, std::move(triangles)));
   return result;
 }
 

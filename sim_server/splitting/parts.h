@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,15 @@ struct PartSearch {
   TriangleId rest = kNone;    // a triangle of the rest; kNone when there was nothing alive to look at
   std::uint64_t visited = 0;  // triangles looked at
 };
+
+// The same search for any things that have neighbours: `seeds`, ascending, each once.
+struct Separated {
+  std::vector<std::vector<std::uint32_t>> parts;
+  std::uint32_t rest = kNone;
+  std::uint64_t visited = 0;
+};
+using Neighbours = std::function<void(std::uint32_t of, std::vector<std::uint32_t>& neighbours)>;  // appends
+Separated separated(std::span<const std::uint32_t> seeds, const Neighbours& neighbours);
 
 // `changed`: triangle slots of a delta already applied, in any order; dead ones are skipped.
 PartSearch separated_parts(const TriangleMesh& mesh, std::span<const TriangleId> changed);

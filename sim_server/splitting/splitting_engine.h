@@ -12,6 +12,8 @@ class SplittingEngine : public Engine {
  public:
   // See separated_parts().
   virtual PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) = 0;
+  // All that hangs together with a triangle. O(part).
+  virtual Part whole(const SharedBody& body, TriangleId triangle) = 0;
 };
 
 // Searches when it is asked.
@@ -20,6 +22,7 @@ class PartSearcher final : public SplittingEngine {
   PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) override {
     return separated_parts(body.mesh, changed);
   }
+  Part whole(const SharedBody& body, TriangleId triangle) override { return part_at(body.mesh, triangle); }
   void follow(const SharedBody&, const TopologyChange&) override {}
 };
 

@@ -1,8 +1,11 @@
 #include "sim_server/tet_cutting/tet_topology.h"
 
 #include <algorithm>
+#include <unordered_set>
+#include <utility>
 
 #include "common/core/error.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
@@ -20,6 +23,7 @@ TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra), star_(me
   for (const Vec3& x : mesh.vertices_body_m) vertices_.push_back({x, x, Vec3::Zero()});
   for (std::uint32_t t = 0; t < tets_.size(); ++t)
     for (const VertexId v : tets_[t]) star_[v].push_back(t);
+  forget();
 }
 
 void TetTopology::set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
@@ -27,37 +31,125 @@ void TetTopology::set_state(VertexId v, const Vec3& position_world_m, const Vec3
   vertices_[v].velocity_m_per_s = velocity_m_per_s;
 }
 
+void TetTopology::fetch_states_from(StateOf source) {
+  source_ = std::move(source);
+  ++fetch_;
+  resize_slots(fetched_, vertices_.size(), 0u);
+}
+
+void TetTopology::fetch(VertexId v) const {
+  fetched_[v] = fetch_;
+  const TetVertexState state = source_(v);
+  vertices_[v].position_world_m = state.position_world_m;
+  vertices_[v].velocity_m_per_s = state.velocity_m_per_s;
+}
+
 TetMesh TetTopology::mesh() const {
   TetMesh mesh;
-  for (const TetVertexState& v : vertices_) mesh.vertices_body_m.push_back(v.rest_body_m);
-  mesh.tetrahedra = tets_;
+  std::vector<VertexId> number(vertices_.size(), kNone);
+  for (VertexId v = 0; v < vertices_.size(); ++v) {
+    if (!alive(v)) continue;
+    number[v] = static_cast<VertexId>(mesh.vertices_body_m.size());
+    mesh.vertices_body_m.push_back(vertices_[v].rest_body_m);
+  }
+  for (const Tetrahedron& t : tets_)
+    if (t != kNoTetrahedron) mesh.tetrahedra.push_back({number[t[0]], number[t[1]], number[t[2]], number[t[3]]});
   return mesh;
+}
+
+std::uint32_t TetTopology::across(std::uint32_t t, std::size_t corner) const {
+  const auto& side = kTetFaces[corner];
+  const VertexId a = tets_[t][side[0]], b = tets_[t][side[1]], c = tets_[t][side[2]];
+  for (const std::uint32_t u : star_[a])
+    if (u != t && has(tets_[u], b) && has(tets_[u], c)) return u;
+  return kNone;
+}
+
+std::vector<std::uint32_t> TetTopology::connected(std::vector<std::uint32_t> tetrahedra) const {
+  std::unordered_set<std::uint32_t> seen(tetrahedra.begin(), tetrahedra.end());  // asked, never walked
+  for (std::size_t k = 0; k < tetrahedra.size(); ++k)
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      if (const std::uint32_t u = across(tetrahedra[k], corner); u != kNone && seen.insert(u).second)
+        tetrahedra.push_back(u);
+  std::ranges::sort(tetrahedra);
+  tetrahedra.erase(std::unique(tetrahedra.begin(), tetrahedra.end()), tetrahedra.end());
+  return tetrahedra;
+}
+
+void TetTopology::forget() {
+  journal_.clear();
+  vertices_before_ = vertices_.size();
+  tets_before_ = tets_.size();
+}
+
+TetChange TetTopology::change() const {
+  TetChange change;
+  for (std::size_t v = vertices_before_; v < vertices_.size(); ++v)
+    change.added_body_m.push_back(vertices_[v].rest_body_m);
+  seen_.resize(std::max(seen_.size(), tets_.capacity()), 0);
+  ++round_;
+  std::vector<std::uint32_t> origin;  // of those that are new
+  for (const Operation& operation : journal_) {
+    for (std::size_t k = 0; k < operation.tets.size(); ++k) {
+      const std::uint32_t t = operation.tets[k];
+      if (operation.b != kNone) origin.push_back(t < tets_before_ ? t : origin[t - tets_before_]);
+      if (t >= tets_before_ || seen_[t] == round_) continue;
+      seen_[t] = round_;
+      change.tetrahedra.push_back({t, operation.corners[k], tets_[t], t});
+    }
+  }
+  std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
+  for (std::uint32_t t = static_cast<std::uint32_t>(tets_before_); t < tets_.size(); ++t)
+    change.tetrahedra.push_back({t, kNoTetrahedron, tets_[t], origin[t - tets_before_]});
+  return change;
+}
+
+std::vector<TetStep> TetTopology::take_back() {
+  std::vector<TetStep> steps;
+  for (const Operation& o : journal_) steps.push_back({o.a, o.b, o.t, o.of});
+  undo_to(0);
+  return steps;
+}
+
+void TetTopology::redo(std::span<const TetStep> steps) {
+  for (const TetStep& s : steps) s.b == kNone ? part(s.a, s.of) : split(s.a, s.b, s.t);
+}
+
+TetChange TetTopology::remove(std::span<const std::uint32_t> tetrahedra) {
+  SECTIO_ASSERT(journal_.empty(), "what leaves can't be undone");
+  TetChange change;
+  for (const std::uint32_t t : tetrahedra) {
+    for (const VertexId v : tets_[t]) std::erase(star_[v], t);
+    change.tetrahedra.push_back({t, std::exchange(tets_[t], kNoTetrahedron), kNoTetrahedron, t});
+  }
+  std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
+  return change;
 }
 
 VertexId TetTopology::split(VertexId a, VertexId b, double t) {
   SECTIO_ASSERT(t > 0 && t < 1, "an edge is split between its ends");
   const auto n = static_cast<VertexId>(vertices_.size());
-  const TetVertexState &from = vertices_[a], &to = vertices_[b];
+  const TetVertexState from = vertex(a), to = vertex(b);
   const auto between = [t](const Vec3& p, const Vec3& q) -> Vec3 { return p + t * (q - p); };
   vertices_.push_back({between(from.rest_body_m, to.rest_body_m), between(from.position_world_m, to.position_world_m),
                        between(from.velocity_m_per_s, to.velocity_m_per_s)});
   star_.emplace_back();
-  Operation operation{a, b, n, {}, 0};
+  Operation operation{a, b, n, t, {}, {}, {}};
   for (std::uint32_t& at_b : star_[b]) {
     const std::uint32_t old = at_b;
     if (!has(tets_[old], a)) continue;
     const auto made = static_cast<std::uint32_t>(tets_.size());
-    tets_.push_back(tets_[old]);
+    operation.tets.push_back(old);
+    operation.corners.push_back(tets_[old]);
+    tets_.push_back(Tetrahedron(tets_[old]));
     replace(tets_[made], a, n);
     replace(tets_[old], b, n);
     at_b = made;
     for (const VertexId v : tets_[made])
       if (v != n && v != b) star_[v].push_back(made);
     star_[n].insert(star_[n].end(), {old, made});
-    operation.tets.push_back(old);
-    ++operation.added;
   }
-  SECTIO_ASSERT(operation.added > 0, "an edge has a tetrahedron");
+  SECTIO_ASSERT(!operation.tets.empty(), "an edge has a tetrahedron");
   journal_.push_back(std::move(operation));
   return n;
 }
@@ -75,8 +167,10 @@ void TetTopology::undo_split(const Operation& operation) {
 
 VertexId TetTopology::part(VertexId v, std::span<const std::uint32_t> of) {
   const auto twin = static_cast<VertexId>(vertices_.size());
-  vertices_.push_back(TetVertexState(vertices_[v]));
-  journal_.push_back({v, kNone, twin, star_[v], 0});
+  vertices_.push_back(TetVertexState(vertex(v)));
+  Operation operation{v, kNone, twin, 0, star_[v], {}, {of.begin(), of.end()}};
+  for (const std::uint32_t t : star_[v]) operation.corners.push_back(tets_[t]);
+  journal_.push_back(std::move(operation));
   star_.emplace_back(of.begin(), of.end());
   for (const std::uint32_t t : of) replace(tets_[t], v, twin);
   std::erase_if(star_[v], [&](std::uint32_t t) { return !has(tets_[t], v); });

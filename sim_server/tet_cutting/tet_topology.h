@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,17 +24,37 @@ struct TetVertexState {
   Vec3 velocity_m_per_s = Vec3::Zero();
 };
 
+// One of the two, as it can be done again.
+struct TetStep {
+  VertexId a = kNone, b = kNone;  // split: the edge; part: a, and b is kNone
+  double t = 0;
+  std::vector<std::uint32_t> of;
+};
+
 class TetTopology {
  public:
   // At rest, at its own place.
   explicit TetTopology(const TetMesh& mesh);
 
   std::size_t vertex_count() const { return vertices_.size(); }
-  const TetVertexState& vertex(VertexId v) const { return vertices_[v]; }
+  const TetVertexState& vertex(VertexId v) const {
+    if (source_ && v < vertices_before_ && fetched_[v] != fetch_) fetch(v);
+    return vertices_[v];
+  }
   void set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s);
+  // From now on the states of vertices that no operation since forget() has made come from there, each when it is first
+  // asked for: a cut looks at few. Nothing: they stay as they are.
+  using StateOf = std::function<TetVertexState(VertexId v)>;
+  void fetch_states_from(StateOf source);
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }
   std::span<const std::uint32_t> star(VertexId v) const { return star_[v]; }
-  TetMesh mesh() const;  // at rest
+  bool alive(VertexId v) const { return !star_[v].empty(); }
+  // The tetrahedron beyond the face opposite a corner; kNone at the surface. O(star).
+  std::uint32_t across(std::uint32_t t, std::size_t corner) const;
+  // All that faces connect with these, ascending. O(that).
+  std::vector<std::uint32_t> connected(std::vector<std::uint32_t> tetrahedra) const;
+  // At rest, without numbers that are not used any more.
+  TetMesh mesh() const;
 
   // At a + t (b - a), 0 < t < 1. Returns the new vertex, the highest number. O(star).
   VertexId split(VertexId a, VertexId b, double t);
@@ -45,8 +66,15 @@ class TetTopology {
   // middle of the two by mass.
   std::size_t mark() const { return journal_.size(); }
   void undo_to(std::size_t mark);
+  // The same, and what has to be done to have it again, in order.
+  std::vector<TetStep> take_back();
+  void redo(std::span<const TetStep> steps);
   // Operations are final: they can't be undone any more.
-  void forget() { journal_.clear(); }
+  void forget();
+  // What they are together, since the last forget(). O(operations).
+  TetChange change() const;
+  // These leave; so do vertices that have no other. There are no operations to undo.
+  TetChange remove(std::span<const std::uint32_t> tetrahedra);
   // Of a vertex that one of these operations has made: the ends of its edge, or the vertex whose twin it is, twice.
   // Nothing of an older one.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
@@ -55,17 +83,26 @@ class TetTopology {
   struct Operation {
     VertexId a = kNone, b = kNone;  // split: the edge; part: a, and b is kNone
     VertexId made = kNone;
-    std::vector<std::uint32_t> tets;  // split: those that had the edge; part: the star of a before
-    std::uint32_t added = 0;          // tetrahedra
+    double t = 0;
+    std::vector<std::uint32_t> tets;   // split: those that had the edge; part: the star of a before
+    std::vector<Tetrahedron> corners;  // of these, before
+    std::vector<std::uint32_t> of;     // part: those that have the twin
   };
   void undo_split(const Operation& operation);
   void undo_part(const Operation& operation);
   double volume_at(VertexId v) const;
+  void fetch(VertexId v) const;
 
-  std::vector<TetVertexState> vertices_;
+  StateOf source_;
+  std::uint32_t fetch_ = 0;
+  mutable std::vector<std::uint32_t> fetched_;  // by vertex: when
+  mutable std::vector<TetVertexState> vertices_;
   std::vector<Tetrahedron> tets_;
   std::vector<std::vector<std::uint32_t>> star_;
   std::vector<Operation> journal_;
+  std::size_t vertices_before_ = 0, tets_before_ = 0;  // at the last forget()
+  mutable std::vector<std::uint32_t> seen_;            // by tetrahedron: the round that saw it last
+  mutable std::uint32_t round_ = 0;
 };
 
 }  // namespace sectio

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <limits>
+
+#include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "tests/chart/baselines.h"
@@ -28,8 +32,8 @@ class Descent final : public VolumeModel {
   double added_mass_fraction() const override { return solid_.added_mass_fraction(); }
   double largest_stable_step_s() const override { return solid_.largest_stable_step_s(); }
   VertexId first_bad_vertex() const override { return solid_.first_bad_vertex(); }
-  double elastic_energy_j(std::span<const Vec4f> x) const override { return solid_.elastic_energy_j(x); }
-  void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const override { solid_.elastic_forces_n(x, f); }
+  double energy_j(std::span<const Vec4f> x, std::span<const Vec4f> v) const override { return solid_.energy_j(x, v); }
+  void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const { solid_.elastic_forces_n(x, f); }
 
  private:
   TetSolid solid_;
@@ -59,26 +63,43 @@ Method surface_springs() {
           }};
 }
 Method tetra_springs() {
-  return on_tets(
-      "tetra springs (M2)", "explicit", kStep, true,
-      [](const Mesh& m, const Material& t, const Settings& s) { return std::make_unique<TetSprings>(m, t, s); });
+  return on_tets("tetra springs (M2)", "explicit", kStep, true,
+                 [](const Mesh& m, const Material& t, const Settings& s) {
+                   return with_forces(std::make_unique<TetSprings>(m, t, s));
+                 });
 }
 Method neo_hookean() {
-  return on_tets(
-      "neo-Hookean tetra (M3)", "explicit", kStep, true,
-      [](const Mesh& m, const Material& t, const Settings& s) { return std::make_unique<TetSolid>(m, t, s); });
+  return on_tets("neo-Hookean tetra (M3)", "explicit", kStep, true,
+                 [](const Mesh& m, const Material& t, const Settings& s) {
+                   return with_forces(std::make_unique<TetSolid>(m, t, s));
+                 });
+}
+// Cells as large as those of the tetrahedra that they carry; `offset`: by how much of a cell they lie beside them.
+Method lattice(const std::string& driver, double offset) {
+  return on_tets("hexahedra (M4)", driver, kStep, true, [offset](const Mesh& m, const Material& t, const Settings& s) {
+    const double bottom = std::ranges::min(m.vertices_body_m, {}, [](const Vec3& p) { return p.z(); }).z();
+    double cell_m = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : m.vertices_body_m)
+      if (p.z() > bottom + 1e-9) cell_m = std::min(cell_m, p.z() - bottom);
+    Grid grid = grid_around(m, cell_m);
+    grid.origin_m.array() -= offset * cell_m;
+    auto solid = std::make_unique<HexSolid>(m, grid, t, s);
+    const std::size_t cells = solid->lattice().cells.size();
+    return ChartModel{std::move(solid), nullptr, offset > 0, cells};
+  });
 }
 Method descent(double step_s, int sweeps) {
   return on_tets("neo-Hookean tetra (M3)", steps_text(step_s, std::to_string(sweeps) + " sweeps"), step_s, true,
                  [sweeps](const Mesh& m, const Material& t, const Settings& s) {
-                   return std::make_unique<Descent>(m, t, s, sweeps);
+                   return with_forces(std::make_unique<Descent>(m, t, s, sweeps));
                  });
 }
 
 }  // namespace
 
 std::vector<Method> methods(bool quick) {
-  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean()};
+  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("explicit", 0),
+                          lattice("explicit, beside faces", 0.37)};
   // Steps and sweeps; steps and iterations.
   using Drivers = std::vector<std::pair<double, int>>;
   for (const auto& [step_s, sweeps] :

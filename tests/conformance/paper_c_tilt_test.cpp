@@ -40,7 +40,7 @@ Scene standing_block(const std::string& model) {
   body.name = "block";
   body.model = model;
   body.mesh = test::box(4, 4, 8, Vec3(0.03, 0.03, 0.06));
-  body.material.young_pa = 3000;
+  body.material.young_pa = 10000;
   body.material.damping_per_s = 60;
   body.volume.tetrahedra = 600;
   body.volume.cell_m = 0.006;

@@ -43,7 +43,7 @@ struct Weights {
 }  // namespace
 
 HexDescent::HexDescent(const HexLattice& lattice, const HexMaterial& material)
-    : lattice_(lattice), material_(material), first_(lattice.nodes.size() + 1, 0) {
+    : lattice_(&lattice), material_(material), first_(lattice.nodes.size() + 1, 0) {
   for (const HexCell& cell : lattice.cells)
     for (const std::uint32_t n : cell.nodes) ++first_[n + 1];
   for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
@@ -56,8 +56,8 @@ HexDescent::HexDescent(const HexLattice& lattice, const HexMaterial& material)
 // In modes: phi V mu / 2 |F|^2 = a/2 |M|^2 and so on.
 double HexDescent::elastic_energy_j(std::span<const Vec3> position_world_m) const {
   double energy = 0;
-  for (const HexCell& cell : lattice_.cells) {
-    const Weights w(cell, material_, lattice_.grid.cell_m);
+  for (const HexCell& cell : lattice_->cells) {
+    const Weights w(cell, material_, lattice_->grid.cell_m);
     const Modes m = modes_of(cell, position_world_m);
     const double j1 = w.swelling(m), h = w.h;
     energy += 0.5 * w.a * (m[1].squaredNorm() + m[2].squaredNorm() + m[4].squaredNorm() - 48 * h * h);
@@ -78,8 +78,8 @@ double HexDescent::sweep(double step_s, std::span<const double> mass_kg, std::sp
     Mat3 hessian = inertia * Mat3::Identity();
     for (std::size_t i = first_[n]; i < first_[n + 1]; ++i) {
       const auto [e, c] = corners_[i];
-      const HexCell& cell = lattice_.cells[e];
-      const Weights w(cell, material_, lattice_.grid.cell_m);
+      const HexCell& cell = lattice_->cells[e];
+      const Weights w(cell, material_, lattice_->grid.cell_m);
       const Modes m = modes_of(cell, x);
       const std::array<double, 8>& s = kSigns[c];
       // 64 h^3 dJ / dx

@@ -26,7 +26,7 @@ class HexDescent {
   struct Corner {
     std::uint32_t cell, corner;
   };
-  const HexLattice& lattice_;
+  const HexLattice* lattice_;
   HexMaterial material_;
   std::vector<std::size_t> first_;  // of a node's corners
   std::vector<Corner> corners_;

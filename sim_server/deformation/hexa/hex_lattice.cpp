@@ -48,24 +48,31 @@ struct SharedFace {
   std::uint32_t a = 0, b = 0;  // tetrahedra
 };
 
-std::vector<SharedFace> shared_faces(const TetMesh& mesh) {
-  std::vector<SharedFace> sides, shared;
+// Those that one tetrahedron has are twice its own: outside.
+std::vector<SharedFace> all_faces(const TetMesh& mesh) {
+  std::vector<SharedFace> sides, faces;
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
     for (const auto& face : kTetFaces) {
+      if (mesh.tetrahedra[t] == kNoTetrahedron) break;
       std::array<VertexId, 3> v{mesh.tetrahedra[t][face[0]], mesh.tetrahedra[t][face[1]], mesh.tetrahedra[t][face[2]]};
       std::ranges::sort(v);
       sides.push_back({v, t, t});
     }
   std::ranges::stable_sort(sides, {}, &SharedFace::corners);
-  for (std::size_t i = 1; i < sides.size(); ++i)
-    if (sides[i].corners == sides[i - 1].corners) shared.push_back({sides[i].corners, sides[i - 1].a, sides[i].a});
-  return shared;
+  for (const SharedFace& side : sides)
+    if (!faces.empty() && faces.back().corners == side.corners)
+      faces.back().b = side.a;
+    else
+      faces.push_back(side);
+  return faces;
 }
 
 class Builder {
  public:
-  Builder(const TetMesh& mesh, const Grid& grid, std::span<const double> factor) : mesh_(mesh), factor_(factor) {
+  Builder(const TetMesh& mesh, const Grid& grid, const std::function<double(std::uint32_t)>& factor)
+      : mesh_(mesh), factor_(factor) {
     lattice_.grid = grid;
+    lattice_.outside.assign(mesh.vertices_body_m.size(), 0);
     for (const Vec3& x : mesh.vertices_body_m) at_.push_back(grid.at(x));
   }
 
@@ -85,6 +92,10 @@ class Builder {
     first_.push_back(0);
     for (std::uint32_t t = 0; t < mesh_.tetrahedra.size(); ++t) {
       const Tetrahedron& c = mesh_.tetrahedra[t];
+      if (c == kNoTetrahedron) {
+        first_.push_back(first_.back());
+        continue;
+      }
       pieces_of({at_[c[0]], at_[c[1]], at_[c[2]], at_[c[3]]}, pieces);
       for (const GridPiece& p : pieces)
         if (p.size > kLeastVolume) lattice_.shares.push_back({t, 0, p.cell, p.size, p.centroid});
@@ -100,7 +111,11 @@ class Builder {
 
   void join_material(Joined& together) {
     std::vector<GridPiece> pieces;
-    for (const SharedFace& face : shared_faces(mesh_)) {
+    for (const SharedFace& face : all_faces(mesh_)) {
+      if (face.a == face.b) {
+        for (const VertexId v : face.corners) lattice_.outside[v] = 1;
+        continue;
+      }
       const std::array<Vec3, 3> x{at_[face.corners[0]], at_[face.corners[1]], at_[face.corners[2]]};
       pieces_of(x, pieces);
       Eigen::Index flat = 3;  // the face lies in a plane of the grid, between cells
@@ -146,7 +161,7 @@ class Builder {
       share.cell = cell_of[together.of(s)];
       HexCell& cell = lattice_.cells[share.cell];
       cell.fill += share.volume;
-      cell.stiffness += share.volume * (factor_.empty() ? 1 : factor_[share.tet]);
+      cell.stiffness += share.volume * (factor_ ? factor_(share.tet) : 1);
     }
     for (HexCell& cell : lattice_.cells) cell.stiffness /= cell.fill;
   }
@@ -190,7 +205,7 @@ class Builder {
   }
 
   const TetMesh& mesh_;
-  std::span<const double> factor_;
+  const std::function<double(std::uint32_t)>& factor_;
   std::vector<Vec3> at_;
   HexLattice lattice_;
   std::vector<std::uint32_t> first_;                               // of the shares of a tetrahedron
@@ -207,7 +222,8 @@ Grid grid_around(const TetMesh& mesh, double cell_m) {
   return {box.min(), cell_m};
 }
 
-HexLattice lattice_of(const TetMesh& mesh, const Grid& grid, std::span<const double> stiffness_factor) {
+HexLattice lattice_of(const TetMesh& mesh, const Grid& grid,
+                      const std::function<double(std::uint32_t)>& stiffness_factor) {
   return Builder(mesh, grid, stiffness_factor).build();
 }
 

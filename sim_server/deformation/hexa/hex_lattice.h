@@ -10,7 +10,7 @@
 // Each vertex of the tetrahedra rides on one copy, by eight weights. Deterministic; O(n log n). Pure functions.
 #pragma once
 
-#include <span>
+#include <functional>
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
@@ -52,21 +52,24 @@ struct HexShare {
 
 struct HexLattice {
   Grid grid;
-  std::vector<HexCell> cells;    // ascending in place, z first
-  std::vector<GridPlace> nodes;  // where they are at rest
-  std::vector<HexPoint> points;  // of the mesh's vertices
-  std::vector<HexShare> shares;  // ascending in tetrahedron, then place
+  std::vector<HexCell> cells;         // ascending in place, z first
+  std::vector<GridPlace> nodes;       // where they are at rest
+  std::vector<HexPoint> points;       // of the mesh's vertices
+  std::vector<std::uint8_t> outside;  // of these: on the surface
+  std::vector<HexShare> shares;       // ascending in tetrahedron, then place
 
   Vec3 rest_m(std::uint32_t node) const { return grid.point_m(nodes[node]); }
 };
 
-// The origin is the lower corner of the mesh's box: a box of whole cells is filled by them. `stiffness_factor`: of each
-// tetrahedron; empty: 1.
-HexLattice lattice_of(const TetMesh& mesh, const Grid& grid, std::span<const double> stiffness_factor = {});
+// Numbers of tetrahedra and vertices that are not used any more (kNoTetrahedron) are passed over.
+HexLattice lattice_of(const TetMesh& mesh, const Grid& grid,
+                      const std::function<double(std::uint32_t tetrahedron)>& stiffness_factor = {});
+
+// The origin is the lower corner of the mesh's box: a box of whole cells is filled by them.
 Grid grid_around(const TetMesh& mesh, double cell_m);
 
-// After tetrahedra were split and parted, which only divides copies: for each cell of `now` the one of `before` whose
-// material it has.
+// After tetrahedra were split and parted, which only divides copies, or some have left: for each cell of `now` the one
+// of `before` whose material it has.
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before, const TetMesh& mesh_before);
 
 }  // namespace sectio

@@ -32,57 +32,86 @@ double damped_limit_s(double omega2, double damping_per_s) {
 }  // namespace
 
 HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
-                   TetDriver driver, const HexSolid* before)
-    : mesh_(mesh),
+                   TetDriver driver, const HexSolid* from)
+    : body_(mesh, material, settings.fixed),
       material_(material),
       settings_(std::move(settings)),
       driver_(driver),
       hex_material_(hex_material_of(material)),
-      lattice_(std::make_unique<HexLattice>(lattice_of(mesh, grid, material.stiffness_factor))),
-      descent_(*lattice_, hex_material_),
-      rows_(rows_of(*lattice_, hex_material_)),
-      node_mass_(lattice_->nodes.size(), 0),
-      vertex_mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
-      vertex_inverse_(vertex_mass_.size(), 0) {
+      lattice_(std::make_unique<HexLattice>()) {
+  lattice_->grid = grid;
+  build();
+  if (from)
+    inherit(*from->lattice_, from->mesh(), from->free_mass_, from->position_, from->velocity_, from->last_velocity_),
+        placed_ = from->placed_;
+  else
+    find_held();
+  share_masses();
+}
+
+void HexSolid::change(const TetChange& change) {
+  const std::unique_ptr<HexLattice> lattice = std::move(lattice_);
+  const TetMesh mesh = body_.mesh();
+  const std::vector<double> free_mass = std::move(free_mass_);
+  const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_),
+                           last_velocity = std::move(last_velocity_);
+  body_.follow(change);
+  lattice_ = std::make_unique<HexLattice>();
+  lattice_->grid = lattice->grid;
+  build();
+  inherit(*lattice, mesh, free_mass, position, velocity, last_velocity);
+  share_masses();
+}
+
+// All that follows from the tetrahedra.
+void HexSolid::build() {
+  const double h = lattice_->grid.cell_m;
+  *lattice_ = lattice_of(body_.mesh(), lattice_->grid, [&](std::uint32_t t) { return body_.stiffness_factor(t); });
+  descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_);
+  rows_ = rows_of(*lattice_, hex_material_);
+  node_mass_.assign(lattice_->nodes.size(), 0);
   double stiffest = 0;
   for (const HexCell& cell : lattice_->cells) {
     stiffest = std::max(stiffest, cell.stiffness);
-    const double mass = cell.fill * std::pow(grid.cell_m, 3) * material.density_kg_per_m3;
-    for (const std::uint32_t n : cell.nodes) node_mass_[n] += mass / 8;
+    for (const std::uint32_t n : cell.nodes) node_mass_[n] += cell.fill * h * h * h * material_.density_kg_per_m3 / 8;
   }
-  for (const HexPoint& point : lattice_->points) {
-    std::array<float, 8>& w = weight_.emplace_back();
-    for (std::size_t c = 0; c < 8; ++c) w[c] = static_cast<float>(point.weight(c));
-  }
-  find_held();
-  share_masses();
-  const double omega2 = omega2_at_rest(hex_material_, grid.cell_m, stiffest);
-  explicit_limit_s_ = kSafety * damped_limit_s(omega2, material.damping_per_s);
-  parts_ = last_parts_ =
-      std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
+  weight_.resize(lattice_->points.size());
+  for (VertexId v = 0; v < weight_.size(); ++v)
+    for (std::size_t c = 0; c < 8; ++c) weight_[v][c] = static_cast<float>(lattice_->points[v].weight(c));
+  const double omega2 = omega2_at_rest(hex_material_, h, stiffest);
+  explicit_limit_s_ = kSafety * damped_limit_s(omega2, material_.damping_per_s);
+  const double parts = std::ceil(settings_.step_s / explicit_limit_s_);
+  parts_ = last_parts_ = std::max(1, static_cast<int>(std::min(1000.0, parts)));
   position_.assign(node_mass_.size(), Vec4f::Zero());
   velocity_ = force_ = last_velocity_ = position_;
-  if (before) inherit(*before);
+  written_position_.clear();
 }
 
 void HexSolid::find_held() {
   free_mass_ = node_mass_;
-  const auto fixed = [&](VertexId v) { return !settings_.fixed.empty() && settings_.fixed[v] != 0; };
+  const TetMesh& mesh = body_.mesh();
+  const auto fixed = [&](VertexId v) { return body_.fixed(v); };
   for (VertexId v = 0; v < weight_.size(); ++v) {
-    if (!fixed(v)) continue;
+    if (!fixed(v) || body_.stars().of(v).empty()) continue;
     const auto most = static_cast<std::size_t>(std::ranges::max_element(weight_[v]) - weight_[v].begin());
     free_mass_[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 0;
   }
   for (const HexShare& share : lattice_->shares) {
-    const Tetrahedron& t = mesh_.tetrahedra[share.tet];
+    const Tetrahedron& t = mesh.tetrahedra[share.tet];
     if (!std::ranges::all_of(t, fixed)) continue;
     Eigen::AlignedBox3d box;
-    for (const VertexId v : t) box.extend(lattice_->grid.at(mesh_.vertices_body_m[v]));
+    for (const VertexId v : t) box.extend(lattice_->grid.at(mesh.vertices_body_m[v]));
     for (const std::uint32_t n : lattice_->cells[share.cell].nodes) {
       const GridPlace& p = lattice_->nodes[n];
       if (box.contains(Vec3(p[0], p[1], p[2]))) free_mass_[n] = 0;
     }
   }
+  invert_masses();
+}
+
+void HexSolid::invert_masses() {
+  inverse_mass_.clear();
+  inverse_mass_float_.clear();
   for (const double m : free_mass_) {
     inverse_mass_.push_back(m > 0 ? 1 / m : 0);
     inverse_mass_float_.push_back(static_cast<float>(inverse_mass_.back()));
@@ -93,32 +122,37 @@ void HexSolid::find_held() {
 // all vertices do to this one.
 void HexSolid::share_masses() {
   std::vector<double> weights(node_mass_.size(), 0);
-  const std::vector<VertexId> surface = surface_of(mesh_).of_volume;
   const auto nodes_of = [&](VertexId v) -> const auto& {
     return lattice_->cells[lattice_->points[v].cell].nodes;
   };
-  for (const VertexId v : surface)
-    for (std::size_t c = 0; c < 8; ++c) weights[nodes_of(v)[c]] += std::abs(double{weight_[v][c]});
   for (VertexId v = 0; v < weight_.size(); ++v)
+    for (std::size_t c = 0; c < 8 && lattice_->outside[v] != 0; ++c)
+      weights[nodes_of(v)[c]] += std::abs(double{weight_[v][c]});
+  vertex_inverse_.assign(weight_.size(), 0);
+  for (VertexId v = 0; v < weight_.size(); ++v) {
+    if (body_.fixed(v) || body_.stars().of(v).empty()) continue;
     for (std::size_t c = 0; c < 8; ++c) {
       const double w = std::abs(double{weight_[v][c]});
       if (w < kSlight) continue;
       vertex_inverse_[v] += w * std::max(1.0, weights[nodes_of(v)[c]]) * inverse_mass_[nodes_of(v)[c]];
     }
-  for (VertexId v = 0; v < settings_.fixed.size(); ++v)
-    if (settings_.fixed[v] != 0) vertex_inverse_[v] = 0;
+  }
 }
 
-void HexSolid::inherit(const HexSolid& before) {
-  const std::vector<std::uint32_t> from = cells_before(*lattice_, *before.lattice_, before.mesh_);
+void HexSolid::inherit(const HexLattice& lattice, const TetMesh& mesh, const std::vector<double>& free_mass,
+                       const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
+                       const std::vector<Vec4f>& last_velocity) {
+  const std::vector<std::uint32_t> from = cells_before(*lattice_, lattice, mesh);
+  free_mass_ = node_mass_;
   for (std::uint32_t e = 0; e < from.size(); ++e)
     for (std::size_t c = 0; c < 8; ++c) {
-      const std::uint32_t node = lattice_->cells[e].nodes[c], old = before.lattice_->cells[from[e]].nodes[c];
-      position_[node] = before.position_[old];
-      velocity_[node] = before.velocity_[old];
-      last_velocity_[node] = before.last_velocity_[old];
+      const std::uint32_t node = lattice_->cells[e].nodes[c], old = lattice.cells[from[e]].nodes[c];
+      position_[node] = position[old];
+      velocity_[node] = velocity[old];
+      last_velocity_[node] = last_velocity[old];
+      if (free_mass[old] == 0) free_mass_[node] = 0;
     }
-  placed_ = true;
+  invert_masses();
 }
 
 Vec3 HexSolid::carried(VertexId v, std::span<const Vec4f> nodes) const {
@@ -134,9 +168,9 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
   Vec3 drift = Vec3::Zero();
   double total = 0;
   for (VertexId v = 0; v < position_world_m.size(); ++v) {
-    matched.push_back({mesh_.vertices_body_m[v], position_world_m[v].head<3>().cast<double>(), vertex_mass_[v]});
-    drift += vertex_mass_[v] * velocity_m_per_s[v].head<3>().cast<double>();
-    total += vertex_mass_[v];
+    matched.push_back({mesh().vertices_body_m[v], position_world_m[v].head<3>().cast<double>(), body_.mass_kg(v)});
+    drift += body_.mass_kg(v) * velocity_m_per_s[v].head<3>().cast<double>();
+    total += body_.mass_kg(v);
   }
   Pose frame;
   frame = match_shape(matched, frame);
@@ -154,7 +188,7 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
       const Vec3 dv = velocity_m_per_s[v].head<3>().cast<double>() - carried(v, velocity_);
       const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
       for (std::size_t c = 0; c < 8; ++c) {
-        const double w = vertex_mass_[v] * std::max(0.0, double{weight_[v][c]});
+        const double w = body_.mass_kg(v) * std::max(0.0, double{weight_[v][c]});
         weight[cell.nodes[c]] += w;
         residual[2 * cell.nodes[c]] += w * dx;
         residual[2 * cell.nodes[c] + 1] += w * dv;
@@ -296,7 +330,7 @@ void HexSolid::implicit_step() {
     target_[n] += drift + (g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0) * h * h * g;
   }
   for (int n = 0; n < kSweeps; ++n)
-    if (descent_.sweep(h, free_mass_, inertial_, target_) < kStill_m) break;
+    if (descent_->sweep(h, free_mass_, inertial_, target_) < kStill_m) break;
   for (std::size_t n = 0; n < position_.size(); ++n) {
     if (inverse_mass_[n] == 0) continue;
     Vec3 moved = target_[n] - position_[n].head<3>().cast<double>();
@@ -315,7 +349,7 @@ void HexSolid::implicit_step() {
 double HexSolid::elastic_energy_j(std::span<const Vec4f> node_position_world_m) const {
   std::vector<Vec3> x;
   for (const Vec4f& p : node_position_world_m) x.push_back(p.head<3>().cast<double>());
-  return descent_.elastic_energy_j(x);
+  return descent_->elastic_energy_j(x);
 }
 
 void HexSolid::elastic_forces_n(std::span<const Vec4f> node_position_world_m, std::span<Vec3> force_n) const {
@@ -327,7 +361,6 @@ void HexSolid::elastic_forces_n(std::span<const Vec4f> node_position_world_m, st
 double HexSolid::energy_j(std::span<const Vec4f>, std::span<const Vec4f>) const {
   double energy = elastic_energy_j(position_);
   for (std::size_t n = 0; n < position_.size(); ++n) {
-    if (inverse_mass_[n] == 0) continue;
     energy += 0.5 * node_mass_[n] * velocity_[n].head<3>().cast<double>().squaredNorm();
     energy -= node_mass_[n] * settings_.gravity_m_per_s2.dot(position_[n].head<3>().cast<double>());
   }

@@ -1,163 +1,285 @@
 #include "sim_server/deformation/tetra/tet_rows.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/core/error.h"
-#include "sim_server/deformation/tetra/tet_star.h"
 
 namespace sectio {
 namespace {
 
 constexpr std::size_t kWindow = 256;
+constexpr std::uint32_t kLeastOverflowWidth = 8;
 
-// Greedy, in the order of the vertices: the smallest colour that no vertex of a common tetrahedron has.
-std::vector<std::uint32_t> colours_of(const TetMesh& mesh, const TetStars& stars) {
-  std::vector<std::uint32_t> colour(mesh.vertices_body_m.size(), kNone);
-  std::vector<std::uint32_t> taken_by;
-  for (VertexId v = 0; v < colour.size(); ++v) {
-    for (const std::uint32_t t : stars.of(v))
-      for (const VertexId w : mesh.tetrahedra[t]) {
-        if (colour[w] == kNone) continue;
-        if (colour[w] >= taken_by.size()) taken_by.resize(colour[w] + 1, kNone);
-        taken_by[colour[w]] = v;
-      }
-    std::uint32_t free = 0;
-    while (free < taken_by.size() && taken_by[free] == v) ++free;
-    colour[v] = free;
-  }
-  return colour;
+template <class T>
+void append(std::vector<T>& columns, std::uint32_t count) {
+  resize_slots(columns, columns.size() + count, T{});
 }
-
-// Rows in the order of the slices: by colour, then by number of faces within windows.
-std::vector<VertexId> order_of(const std::vector<std::uint32_t>& colour, const TetStars& stars) {
-  std::vector<VertexId> order(colour.size());
-  for (VertexId v = 0; v < order.size(); ++v) order[v] = v;
-  std::stable_sort(order.begin(), order.end(), [&](VertexId a, VertexId b) { return colour[a] < colour[b]; });
-  for (std::size_t first = 0; first < order.size();) {
-    std::size_t last = first;
-    while (last < order.size() && last < first + kWindow && colour[order[last]] == colour[order[first]]) ++last;
-    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first),
-                     order.begin() + static_cast<std::ptrdiff_t>(last),
-                     [&](VertexId a, VertexId b) { return stars.of(a).size() > stars.of(b).size(); });
-    first = last;
-  }
-  return order;
-}
-
-class RowWriter {
- public:
-  RowWriter(const TetMesh& mesh, const TetStiffness& stiffness, const TetStars& stars)
-      : mesh_(mesh), stiffness_(stiffness), stars_(stars), shape_(mesh.tetrahedra.size()), row_(mesh, stars) {
-    for (std::size_t t = 0; t < shape_.size(); ++t) shape_[t] = tet_shape(mesh, mesh.tetrahedra[t]);
-  }
-
-  void write(TetSlice& slice, std::span<TetEdgeColumn> edges, std::span<TetFaceColumn> faces,
-             std::span<TetBlockColumn> blocks, std::uint32_t lane, VertexId v) {
-    slice.offset[lane] = byte_offset(v);
-    double volume = 0, bulk = 0;
-    std::size_t f = 0;
-    row_.begin(v);
-    for (const std::uint32_t t : stars_.of(v)) {
-      const TetShape& shape = shape_[t];
-      const auto corner =
-          static_cast<std::size_t>(std::ranges::find(mesh_.tetrahedra[t], v) - mesh_.tetrahedra[t].begin());
-      const auto& side = kTetFaces[corner];  // counter-clockwise from outside
-      faces[f].a[lane] = byte_offset(mesh_.tetrahedra[t][side[0]]);
-      faces[f].b[lane] = byte_offset(mesh_.tetrahedra[t][side[2]]);
-      faces[f].c[lane] = byte_offset(mesh_.tetrahedra[t][side[1]]);
-      faces[f].shear[lane] = static_cast<float>(stiffness_.shear_pa[t] / 6);
-      blocks[f].bulk[lane] = static_cast<float>(stiffness_.bulk_pa[t] / (36 * shape.volume_m3));
-      ++f;
-      volume += shape.volume_m3;
-      bulk += stiffness_.bulk_pa[t] * shape.volume_m3;
-      for (std::size_t k = 0; k < 4; ++k) {
-        if (k == corner) continue;
-        row_.add(mesh_.tetrahedra[t][k],
-                 -stiffness_.shear_pa[t] * shape.volume_m3 * shape.gradient[corner].dot(shape.gradient[k]));
-      }
-    }
-    for (; f < faces.size(); ++f) faces[f].a[lane] = faces[f].b[lane] = faces[f].c[lane] = byte_offset(v);
-    bulk /= volume;
-    double sum = 0;
-    std::size_t e = 0;
-    for (const auto& [to, weight] : row_.entries()) {
-      edges[e].offset[lane] = byte_offset(to);
-      edges[e++].weight[lane] = static_cast<float>(weight);
-      sum += weight;
-    }
-    for (; e < edges.size(); ++e) edges[e].offset[lane] = byte_offset(v);
-    slice.pressure_scale[lane] = static_cast<float>(bulk / (24 * 6 * volume));
-    slice.pressure_shift[lane] = static_cast<float>(bulk / 24);
-    slice.weight_sum[lane] = static_cast<float>(sum);
-  }
-
- private:
-  const TetMesh& mesh_;
-  const TetStiffness& stiffness_;
-  const TetStars& stars_;
-  std::vector<TetShape> shape_;
-  NeighbourRow row_;
-};
 
 }  // namespace
 
-void TetRows::build(const TetMesh& mesh, const TetStiffness& stiffness) {
-  *this = TetRows();
-  const TetStars stars(mesh);
-  const std::vector<std::uint32_t> colour = colours_of(mesh, stars);
-  const std::vector<VertexId> order = order_of(colour, stars);
-  NeighbourRow row(mesh, stars);
-  for (std::size_t n = 0; n < order.size();) {
-    TetSlice slice;
-    slice.colour = colour[order[n]];
-    slice.first_edge = static_cast<std::uint32_t>(edges_.size());
-    slice.first_face = static_cast<std::uint32_t>(faces_.size());
-    while (slice.count < kLanes && n < order.size() && colour[order[n]] == slice.colour) {
-      const VertexId v = order[n++];
-      slice.offset[slice.count++] = byte_offset(v);
-      slice.faces = std::max(slice.faces, static_cast<std::uint32_t>(stars.of(v).size()));
-      row.begin(v);
-      slice.edges = std::max(slice.edges, static_cast<std::uint32_t>(row.entries().size()));
-    }
-    // Lanes without a row gather some vertex; what they compute is not stored.
-    for (std::uint32_t lane = slice.count; lane < kLanes; ++lane) slice.offset[lane] = slice.offset[0];
-    most_faces_ = std::max(most_faces_, slice.faces);
-    edges_.resize(edges_.size() + slice.edges);
-    faces_.resize(faces_.size() + slice.faces);
-    slices_.push_back(slice);
+// The smallest colour that no vertex of a common tetrahedron has.
+void TetRows::choose_colour(VertexId v, std::span<const NeighbourRow::Entry> neighbours) {
+  for (const auto& n : neighbours) {
+    const std::uint32_t taken = colour_[n.to];
+    if (taken == kNone) continue;
+    if (taken >= taken_by_.size()) taken_by_.resize(taken + 1, kNone);
+    taken_by_[taken] = v;
   }
-  blocks_.resize(faces_.size());
-  pressure_scale_.resize(mesh.vertices_body_m.size());
-  RowWriter writer(mesh, stiffness, stars);
-  for (TetSlice& slice : slices_) {
-    const std::span edges(edges_.data() + slice.first_edge, slice.edges);
-    const std::span faces(faces_.data() + slice.first_face, slice.faces);
-    for (std::uint32_t lane = 0; lane < slice.count; ++lane) {
-      const VertexId v = vertex_at(slice.offset[lane]);
-      writer.write(slice, edges, faces, {blocks_.data() + slice.first_face, slice.faces}, lane, v);
-      pressure_scale_[v] = slice.pressure_scale[lane];
+  const auto is_taken = [&](std::uint32_t c) { return c < taken_by_.size() && taken_by_[c] == v; };
+  if (colour_[v] == kNone || is_taken(colour_[v])) {
+    std::uint32_t free = 0;
+    while (is_taken(free)) ++free;
+    colour_[v] = free;
+    colours_ = std::max(colours_, free + 1);
+  }
+  // Who asks next may be v again.
+  for (const auto& n : neighbours)
+    if (colour_[n.to] != kNone) taken_by_[colour_[n.to]] = kNone;
+}
+
+std::uint32_t TetRows::add_slice(std::uint32_t colour, Width width) {
+  TetSlice slice;
+  slice.colour = colour;
+  slice.first_edge = static_cast<std::uint32_t>(edges_.size());
+  slice.first_face = static_cast<std::uint32_t>(faces_.size());
+  slice.edges = width.edges;
+  slice.faces = width.faces;
+  slice.weight_sum.fill(1);
+  most_faces_ = std::max(most_faces_, slice.faces);
+  append(edges_, slice.edges);
+  append(faces_, slice.faces);
+  append(blocks_, slice.faces);
+  append(slices_, 1);
+  slices_.back() = slice;
+  return static_cast<std::uint32_t>(slices_.size() - 1);
+}
+
+// Rows in the order of the slices: by colour, then by number of faces within windows.
+void TetRows::layout() {
+  std::vector<VertexId> order;
+  for (VertexId v = 0; v < colour_.size(); ++v)
+    if (colour_[v] != kNone) order.push_back(v);
+  std::stable_sort(order.begin(), order.end(), [&](VertexId a, VertexId b) { return colour_[a] < colour_[b]; });
+  for (std::size_t first = 0; first < order.size();) {
+    std::size_t last = first;
+    while (last < order.size() && last < first + kWindow && colour_[order[last]] == colour_[order[first]]) ++last;
+    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first),
+                     order.begin() + static_cast<std::ptrdiff_t>(last),
+                     [&](VertexId a, VertexId b) { return width_[a].faces > width_[b].faces; });
+    first = last;
+  }
+  for (std::size_t n = 0; n < order.size();) {
+    const std::uint32_t colour = colour_[order[n]];
+    Width width;
+    std::size_t end = n;
+    for (; end < order.size() && end < n + kLanes && colour_[order[end]] == colour; ++end) {
+      width.edges = std::max(width.edges, width_[order[end]].edges);
+      width.faces = std::max(width.faces, width_[order[end]].faces);
     }
-    for (std::uint32_t lane = slice.count; lane < kLanes; ++lane) {
-      for (TetEdgeColumn& column : edges) column.offset[lane] = slice.offset[0];
-      for (TetFaceColumn& column : faces) column.a[lane] = column.b[lane] = column.c[lane] = slice.offset[0];
-      slice.weight_sum[lane] = 1;
+    const std::uint32_t s = add_slice(colour, width);
+    for (; n < end; ++n) {
+      row_of_[order[n]] = s * kLanes + slices_[s].count;
+      slices_[s].offset[slices_[s].count++] = byte_offset(order[n]);
     }
+  }
+  base_slices_ = static_cast<std::uint32_t>(slices_.size());
+  rows_ = static_cast<std::uint32_t>(order.size());
+}
+
+void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness) {
+  *this = TetRows();
+  const std::size_t vertices = mesh.vertices_body_m.size();
+  colour_.assign(vertices, kNone);
+  row_of_.assign(vertices, kNone);
+  width_.resize(vertices);
+  pressure_scale_.resize(vertices, 0.0f);
+  NeighbourRow row(mesh, stars);
+  for (VertexId v = 0; v < vertices; ++v) {
+    if (stars.of(v).empty()) continue;
+    row.begin(v);
+    choose_colour(v, row.entries());
+    width_[v] = {static_cast<std::uint32_t>(row.entries().size()), static_cast<std::uint32_t>(stars.of(v).size())};
+  }
+  layout();
+  for (VertexId v = 0; v < vertices; ++v)
+    if (contains(v)) write(mesh, stars, stiffness, v, row);
+}
+
+std::uint32_t TetRows::take_overflow_lane(std::uint32_t colour, Width width) {
+  width = {std::bit_ceil(std::max(width.edges, kLeastOverflowWidth)),
+           std::bit_ceil(std::max(width.faces, kLeastOverflowWidth))};
+  std::vector<std::uint32_t>& open = open_[{colour, width.edges, width.faces}];
+  if (open.empty()) open.push_back(add_slice(colour, width));
+  const std::uint32_t s = open.back(), lane = slices_[s].count++;
+  if (slices_[s].count == kLanes) open.pop_back();
+  ++overflow_rows_;
+  return s * kLanes + lane;
+}
+
+void TetRows::copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32_t to_row) {
+  const TetSlice& source = from.slices_[from_row / kLanes];
+  TetSlice& slice = slices_[to_row / kLanes];
+  const std::uint32_t a = from_row % kLanes, b = to_row % kLanes;
+  const std::uint32_t own = source.offset[a];
+  slice.offset[b] = own;
+  for (auto field : {&TetSlice::pressure_scale, &TetSlice::pressure_shift, &TetSlice::weight_sum,
+                     &TetSlice::step_over_mass, &TetSlice::gravity_share, &TetSlice::bound})
+    (slice.*field)[b] = (source.*field)[a];
+  for (std::uint32_t e = 0; e < slice.edges; ++e) {
+    TetEdgeColumn& to = edges_[slice.first_edge + e];
+    const bool has = e < source.edges;
+    to.offset[b] = has ? from.edges_[source.first_edge + e].offset[a] : own;
+    to.weight[b] = has ? from.edges_[source.first_edge + e].weight[a] : 0;
+  }
+  for (std::uint32_t f = 0; f < slice.faces; ++f) {
+    TetFaceColumn& to = faces_[slice.first_face + f];
+    TetBlockColumn& block = blocks_[slice.first_face + f];
+    to.a[b] = to.b[b] = to.c[b] = own;
+    to.shear[b] = block.bulk[b] = 0;
+    if (f >= source.faces) continue;
+    const TetFaceColumn& column = from.faces_[source.first_face + f];
+    to.a[b] = column.a[a];
+    to.b[b] = column.b[a];
+    to.c[b] = column.c[a];
+    to.shear[b] = column.shear[a];
+    block.bulk[b] = from.blocks_[source.first_face + f].bulk[a];
   }
 }
 
-void TetRows::set(std::span<const TetVertex> vertices, double step_s) {
-  step_s_ = static_cast<float>(step_s);
-  for (TetSlice& slice : slices_)
-    for (std::uint32_t lane = 0; lane < slice.count; ++lane) {
-      const TetVertex& vertex = vertices[vertex_at(slice.offset[lane])];
-      slice.step_over_mass[lane] = static_cast<float>(step_s * vertex.inverse_mass);
-      slice.gravity_share[lane] = static_cast<float>(vertex.gravity_share);
-      double weights = 0;
-      for (std::uint32_t e = 0; e < slice.edges; ++e)
-        weights += std::abs(double{edges_[slice.first_edge + e].weight[lane]});
-      slice.bound[lane] = static_cast<float>(2 * weights * vertex.inverse_mass);
+// The last row of the slice takes its lane. Lanes without a row gather some vertex; what they compute is not stored.
+void TetRows::remove(VertexId v) {
+  if (!contains(v)) return;
+  const std::uint32_t row = row_of_[v], s = row / kLanes;
+  TetSlice& slice = slices_[s];
+  const std::uint32_t last = s * kLanes + slice.count - 1;
+  if (row != last) {
+    copy_lane(*this, last, row);
+    row_of_[vertex_at(slice.offset[row % kLanes])] = row;
+  }
+  slice.weight_sum[last % kLanes] = 1;
+  slice.step_over_mass[last % kLanes] = 0;
+  if (s >= base_slices_) {
+    if (slice.count == kLanes) open_[{slice.colour, slice.edges, slice.faces}].push_back(s);
+    --overflow_rows_;
+  }
+  --slice.count;
+  --rows_;
+  row_of_[v] = kNone;
+}
+
+void TetRows::update(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness,
+                     std::span<const VertexId> touched) {
+  const std::size_t vertices = mesh.vertices_body_m.size();
+  for (auto* table : {&row_of_, &colour_}) resize_slots(*table, vertices, kNone);
+  resize_slots(width_, vertices, Width{});
+  resize_slots(pressure_scale_, vertices, 0.0f);
+  NeighbourRow row(mesh, stars);
+  for (const VertexId v : touched) {
+    if (stars.of(v).empty()) {
+      remove(v);
+      colour_[v] = kNone;
+      continue;
     }
+    row.begin(v);
+    choose_colour(v, row.entries());
+    width_[v] = {static_cast<std::uint32_t>(row.entries().size()), static_cast<std::uint32_t>(stars.of(v).size())};
+    if (contains(v)) {
+      const TetSlice& slice = slices_[row_of_[v] / kLanes];
+      if (slice.colour != colour_[v] || slice.edges < width_[v].edges || slice.faces < width_[v].faces) remove(v);
+    }
+    if (!contains(v)) {
+      row_of_[v] = take_overflow_lane(colour_[v], width_[v]);
+      ++rows_;
+    }
+    write(mesh, stars, stiffness, v, row);
+  }
+  if (wants_compaction()) compact();
+}
+
+void TetRows::compact() {
+  TetRows sorted;
+  sorted.colour_ = colour_;
+  sorted.width_ = width_;
+  sorted.row_of_.assign(row_of_.size(), kNone);
+  sorted.colours_ = colours_;
+  sorted.step_s_ = step_s_;
+  sorted.pressure_scale_ = pressure_scale_;
+  sorted.layout();
+  for (VertexId v = 0; v < row_of_.size(); ++v)
+    if (contains(v)) sorted.copy_lane(*this, row_of_[v], sorted.row_of_[v]);
+  *this = std::move(sorted);
+}
+
+// `row` holds the neighbours of some vertex; afterwards it is v's.
+void TetRows::write(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v,
+                    NeighbourRow& row) {
+  TetSlice& slice = slices_[row_of_[v] / kLanes];
+  const std::uint32_t lane = row_of_[v] % kLanes;
+  const std::span faces(faces_.data() + slice.first_face, slice.faces);
+  const std::span edges(edges_.data() + slice.first_edge, slice.edges);
+  TetBlockColumn* const blocks = blocks_.data() + slice.first_face;
+  const std::uint32_t own = byte_offset(v);
+  slice.offset[lane] = own;
+  double volume = 0, bulk = 0;
+  std::size_t f = 0;
+  row.begin(v);
+  for (const std::uint32_t t : stars.of(v)) {
+    const Tetrahedron& tet = mesh.tetrahedra[t];
+    const TetShape shape = tet_shape(mesh, tet);
+    const std::size_t corner = corner_of(tet, v);
+    const auto& side = kTetFaces[corner];  // counter-clockwise from outside
+    faces[f].a[lane] = byte_offset(tet[side[0]]);
+    faces[f].b[lane] = byte_offset(tet[side[2]]);
+    faces[f].c[lane] = byte_offset(tet[side[1]]);
+    faces[f].shear[lane] = static_cast<float>(stiffness.shear_pa[t] / 6);
+    blocks[f].bulk[lane] = static_cast<float>(stiffness.bulk_pa[t] / (36 * shape.volume_m3));
+    ++f;
+    volume += shape.volume_m3;
+    bulk += stiffness.bulk_pa[t] * shape.volume_m3;
+    for (std::size_t k = 0; k < 4; ++k)
+      if (k != corner)
+        row.add(tet[k], -stiffness.shear_pa[t] * shape.volume_m3 * shape.gradient[corner].dot(shape.gradient[k]));
+  }
+  for (; f < faces.size(); ++f) {
+    faces[f].a[lane] = faces[f].b[lane] = faces[f].c[lane] = own;
+    faces[f].shear[lane] = blocks[f].bulk[lane] = 0;
+  }
+  bulk /= volume;
+  double sum = 0;
+  std::size_t e = 0;
+  for (const auto& [to, weight] : row.entries()) {
+    edges[e].offset[lane] = byte_offset(to);
+    edges[e++].weight[lane] = static_cast<float>(weight);
+    sum += weight;
+  }
+  for (; e < edges.size(); ++e) {
+    edges[e].offset[lane] = own;
+    edges[e].weight[lane] = 0;
+  }
+  slice.pressure_scale[lane] = static_cast<float>(bulk / (24 * 6 * volume));
+  slice.pressure_shift[lane] = static_cast<float>(bulk / 24);
+  slice.weight_sum[lane] = static_cast<float>(sum);
+  slice.step_over_mass[lane] = slice.gravity_share[lane] = slice.bound[lane] = 0;
+  pressure_scale_[v] = slice.pressure_scale[lane];
+}
+
+void TetRows::set(VertexId v, const TetVertex& vertex) {
+  TetSlice& slice = slices_[row_of_[v] / kLanes];
+  const std::uint32_t lane = row_of_[v] % kLanes;
+  slice.step_over_mass[lane] = static_cast<float>(step_s_ * vertex.inverse_mass);
+  slice.gravity_share[lane] = static_cast<float>(vertex.gravity_share);
+  double weights = 0;
+  for (std::uint32_t e = 0; e < slice.edges; ++e)
+    weights += std::abs(double{edges_[slice.first_edge + e].weight[lane]});
+  slice.bound[lane] = static_cast<float>(2 * weights * vertex.inverse_mass);
+}
+
+void TetRows::set(std::span<const TetVertex> vertices, double step_s) {
+  step_s_ = step_s;
+  for (VertexId v = 0; v < vertices.size(); ++v)
+    if (contains(v)) set(v, vertices[v]);
 }
 
 double TetRows::padding() const {

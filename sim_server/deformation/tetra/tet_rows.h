@@ -1,7 +1,8 @@
 // A volume of tetrahedra as its vertices see it, in sliced ELLPACK (SELL-16): a row a vertex, slices of 16 rows,
 // columns of 16 edges or faces. Both drivers of the neo-Hookean solid (tet_solid.h) read the same data, and only
 // gather. A slice holds one colour: no two of its vertices share a tetrahedron, so that the implicit driver may move
-// all of them at once.
+// all of them at once. A row that is new, or outgrows its slice, goes to an overflow slice of its colour; when these
+// hold a tenth of all rows, they are laid out anew.
 //
 //   edge column   the neighbour and the weight w_ij = - sum_e mu_e V_e g_i . g_j  (the I_C term of linear tetrahedra is
 //                 a constant Laplacian)
@@ -11,11 +12,13 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <span>
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/spring_rows.h"
+#include "sim_server/deformation/tetra/tet_star.h"
 
 namespace sectio {
 
@@ -61,11 +64,16 @@ struct TetVertex {
 
 class TetRows {
  public:
-  // O(n log n). Every vertex has a tetrahedron.
-  void build(const TetMesh& mesh, const TetStiffness& stiffness);
-  // Masses and step, to be called after build() and when they change. O(n).
+  // O(n log n). Every vertex of a tetrahedron gets a row, without mass.
+  void build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness);
+  // The tetrahedra at these vertices have changed: their rows are written anew, without mass, or are gone. A vertex
+  // keeps its colour unless a neighbour has it; else it gets the smallest that is free. O(touched), compaction aside.
+  void update(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness,
+              std::span<const VertexId> touched);
+  // Masses and step of all rows, O(n); or the mass of one.
   void set(std::span<const TetVertex> vertices, double step_s);
-  float step_s() const { return step_s_; }
+  void set(VertexId v, const TetVertex& vertex);
+  float step_s() const { return static_cast<float>(step_s_); }
 
   std::span<const TetSlice> slices() const { return slices_; }
   std::span<const TetEdgeColumn> edges() const { return edges_; }
@@ -73,19 +81,42 @@ class TetRows {
   std::span<const TetBlockColumn> blocks() const { return blocks_; }
   // TetSlice::pressure_scale by vertex.
   std::span<const float> pressure_scale() const { return pressure_scale_; }
-  std::uint32_t colours() const { return slices_.empty() ? 0 : slices_.back().colour + 1; }
+  bool contains(VertexId v) const { return v < row_of_.size() && row_of_[v] != kNone; }
+  std::uint32_t colour(VertexId v) const { return colour_[v]; }
+  std::uint32_t colours() const { return colours_; }
   std::uint32_t most_faces() const { return most_faces_; }
+  std::uint32_t row_count() const { return rows_; }
+  std::uint32_t overflow_row_count() const { return overflow_rows_; }
+  bool wants_compaction() const { return overflow_rows_ > 256 && overflow_rows_ > rows_ / 10; }
   // Share of the face columns' lanes that are padding.
   double padding() const;
 
  private:
-  std::vector<TetSlice> slices_;  // ascending in colour
+  // Columns that a row needs.
+  struct Width {
+    std::uint32_t edges = 0, faces = 0;
+  };
+  void layout();
+  void compact();
+  std::uint32_t add_slice(std::uint32_t colour, Width width);
+  std::uint32_t take_overflow_lane(std::uint32_t colour, Width width);
+  void copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32_t to_row);
+  void remove(VertexId v);
+  void write(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v, NeighbourRow& row);
+  void choose_colour(VertexId v, std::span<const NeighbourRow::Entry> neighbours);
+
+  std::vector<TetSlice> slices_;  // each of one colour; ascending in it, but for overflow slices
   std::vector<TetEdgeColumn> edges_;
   std::vector<TetFaceColumn> faces_;
   std::vector<TetBlockColumn> blocks_;  // one a face column
   std::vector<float> pressure_scale_;
-  std::uint32_t most_faces_ = 0;
-  float step_s_ = 0;
+  std::vector<std::uint32_t> row_of_, colour_;  // by vertex: slice * kLanes + lane; kNone: none
+  std::vector<Width> width_;                    // by vertex
+  std::map<std::array<std::uint32_t, 3>, std::vector<std::uint32_t>> open_;  // overflow slices with a free lane
+  std::uint32_t base_slices_ = 0, rows_ = 0, overflow_rows_ = 0;
+  std::uint32_t colours_ = 0, most_faces_ = 0;
+  std::vector<VertexId> taken_by_;  // by colour; scratch
+  double step_s_ = 0;
 };
 
 }  // namespace sectio

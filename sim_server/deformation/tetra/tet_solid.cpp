@@ -6,7 +6,6 @@
 #include "common/core/error.h"
 #include "common/math/fixed_sequence.h"
 #include "sim_server/deformation/spring_star.h"
-#include "sim_server/deformation/tetra/tet_star.h"
 
 namespace sectio {
 namespace {
@@ -17,47 +16,37 @@ double safety(double poisson) {
   return poisson > 0.47 ? 0.45 : 0.6;
 }
 // Of the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
-constexpr double kRoomForDeformation = 1.2;
+constexpr double kRoomForDeformation = 1.05;
 constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
 constexpr double kLeastMargin = 1.1;
 constexpr int kSweeps = 30;
 constexpr double kStill_m = 1e-8;  // sweeps that move no vertex further are enough
 
-TetStiffness stiffness_of(const TetMesh& mesh, const VolumeMaterial& m) {
+void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetStiffness& stiffness) {
   const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
-  TetStiffness stiffness;
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-    const double factor = m.stiffness_factor.empty() ? 1 : m.stiffness_factor[t];
-    stiffness.shear_pa.push_back(factor * mu);
-    stiffness.bulk_pa.push_back(factor * (lambda + mu));
-  }
-  return stiffness;
+  stiffness.shear_pa[t] = factor * mu;
+  stiffness.bulk_pa[t] = factor * (lambda + mu);
 }
 
 }  // namespace
 
-std::vector<double> stiffness_bounds_n_per_m(const TetMesh& mesh, const TetStiffness& stiffness) {
-  const TetStars stars(mesh);
-  std::vector<double> bound(mesh.vertices_body_m.size(), 0);
+double stiffness_bound_n_per_m(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v) {
   std::vector<std::pair<VertexId, Mat3>> row;
-  for (VertexId v = 0; v < bound.size(); ++v) {
-    row.clear();
-    for (const std::uint32_t t : stars.of(v)) {
-      const TetShape shape = tet_shape(mesh, mesh.tetrahedra[t]);
-      const double mu = stiffness.shear_pa[t], lambda = stiffness.bulk_pa[t] - mu;
-      const Vec3& g = shape.gradient[static_cast<std::size_t>(std::ranges::find(mesh.tetrahedra[t], v) -
-                                                              mesh.tetrahedra[t].begin())];
-      for (std::size_t k = 0; k < 4; ++k) {
-        const Vec3& h = shape.gradient[k];
-        const Mat3 block =
-            shape.volume_m3 * (lambda * g * h.transpose() + mu * h * g.transpose() + mu * g.dot(h) * Mat3::Identity());
-        const VertexId to = mesh.tetrahedra[t][k];
-        const auto at = std::ranges::find(row, to, &std::pair<VertexId, Mat3>::first);
-        at != row.end() ? void(at->second += block) : void(row.emplace_back(to, block));
-      }
+  for (const std::uint32_t t : stars.of(v)) {
+    const Tetrahedron& c = mesh.tetrahedra[t];
+    const TetShape shape = tet_shape(mesh, c);
+    const double mu = stiffness.shear_pa[t], lambda = stiffness.bulk_pa[t] - mu;
+    const Vec3& g = shape.gradient[corner_of(c, v)];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec3& h = shape.gradient[k];
+      const Mat3 block =
+          shape.volume_m3 * (lambda * g * h.transpose() + mu * h * g.transpose() + mu * g.dot(h) * Mat3::Identity());
+      const auto at = std::ranges::find(row, c[k], &std::pair<VertexId, Mat3>::first);
+      at != row.end() ? void(at->second += block) : void(row.emplace_back(c[k], block));
     }
-    for (const auto& [to, block] : row) bound[v] += std::sqrt(largest_eigenvalue_bound(block.transpose() * block));
   }
+  double bound = 0;
+  for (const auto& [to, block] : row) bound += std::sqrt(largest_eigenvalue_bound(block.transpose() * block));
   return bound;
 }
 
@@ -111,41 +100,53 @@ double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness
 }
 
 TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
-    : mesh_(mesh),
-      material_(material),
-      settings_(std::move(settings)),
-      driver_(driver),
-      stiffness_(stiffness_of(mesh, material)),
-      mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
-      inverse_mass_(mass_.size()) {
-  std::vector<TetVertex> vertices(mass_.size());
-  std::vector<double> heavy;  // enough for parts as long as asked for
-  if (settings_.least_part_s > 0) {
-    heavy = stiffness_bounds_n_per_m(mesh_, stiffness_);
-    const double part_s = kRoomForDeformation * settings_.least_part_s;
-    for (double& m : heavy) m *= part_s * part_s / 4;
-  }
-  double added = 0, total = 0;
-  for (VertexId v = 0; v < mass_.size(); ++v) {
-    const bool fixed = !settings_.fixed.empty() && settings_.fixed[v];
-    const double mass = std::max(mass_[v], heavy.empty() ? 0.0 : heavy[v]);
-    added += mass - mass_[v];
-    total += mass_[v];
-    inverse_mass_[v] = fixed ? 0 : 1 / mass;
-    vertices[v] = {inverse_mass_[v], fixed ? 0.0 : mass_[v] / mass};
-  }
-  added_mass_fraction_ = added / total;
-  const double omega2 = largest_omega2_at_rest(mesh_, stiffness_, inverse_mass_);
+    : body_(mesh, material, settings.fixed), material_(material), settings_(std::move(settings)), driver_(driver) {
+  stiffness_.shear_pa.resize(mesh.tetrahedra.size());
+  stiffness_.bulk_pa.resize(mesh.tetrahedra.size());
+  for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
+    set_stiffness(material_, body_.stiffness_factor(t), t, stiffness_);
+  const std::uint32_t vertices = body_.vertex_count();
+  for (VertexId v = 0; v < vertices && settings_.least_part_s > 0; ++v) weigh(v, settings_.least_part_s);
+  const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2);
   parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
-  rows_.build(mesh_, stiffness_);
-  rows_.set(vertices, settings_.step_s / parts_);
+  rows_.build(body_.mesh(), body_.stars(), stiffness_);
+  std::vector<TetVertex> rows(vertices);
+  for (VertexId v = 0; v < vertices; ++v) rows[v] = row_of(v);
+  rows_.set(rows, settings_.step_s / parts_);
   scratch_.resize(3 * rows_.most_faces() + 1);
-  std::vector<Vec4f> rest(mass_.size(), Vec4f::Zero());
-  for (VertexId v = 0; v < rest.size(); ++v) rest[v].head<3>() = mesh_.vertices_body_m[v].cast<float>();
+  std::vector<Vec4f> rest(vertices, Vec4f::Zero());
+  for (VertexId v = 0; v < vertices; ++v) rest[v].head<3>() = mesh.vertices_body_m[v].cast<float>();
   const double bound = double{update_pressures(rows_, true, rest)};
   omega2_per_bound_ = bound > 0 ? omega2 / bound : 0;
-  last_velocity_.assign(mass_.size(), Vec4f::Zero());
+  last_velocity_.assign(vertices, Vec4f::Zero());
+}
+
+// Heavy enough for parts of a step of this length.
+void TetSolid::weigh(VertexId v, double part_s) {
+  if (body_.fixed(v)) return;
+  const double h = kRoomForDeformation * part_s;
+  body_.weigh_at_least(v, 0.25 * h * h * stiffness_bound_n_per_m(body_.mesh(), body_.stars(), stiffness_, v));
+}
+
+TetVertex TetSolid::row_of(VertexId v) const {
+  const double inverse = body_.inverse_mass()[v];
+  return {inverse, body_.mass_kg(v) * inverse};
+}
+
+void TetSolid::change(const TetChange& change) {
+  const std::vector<VertexId> touched = body_.follow(change);
+  for (auto* table : {&stiffness_.shear_pa, &stiffness_.bulk_pa})
+    resize_slots(*table, body_.mesh().tetrahedra.size(), 0.0);
+  for (const TetEdit& e : change.tetrahedra) set_stiffness(material_, body_.stiffness_factor(e.id), e.id, stiffness_);
+  rows_.update(body_.mesh(), body_.stars(), stiffness_, touched);
+  for (const VertexId v : touched) {
+    if (!rows_.contains(v)) continue;
+    weigh(v, std::max(settings_.least_part_s, settings_.step_s / parts_));
+    rows_.set(v, row_of(v));
+  }
+  scratch_.resize(3 * rows_.most_faces() + 1);
+  resize_slots<Vec4f>(last_velocity_, body_.vertex_count(), Vec4f::Zero());
 }
 
 // omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega): damping is explicit, too.
@@ -173,7 +174,7 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
     implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps);
     constraints_.begin(constraints, start_position_, 1);
-    constraints_.project_part(0, settings_.step_s, inverse_mass_, position_world_m, velocity_m_per_s);
+    constraints_.project_part(0, settings_.step_s, body_.inverse_mass(), position_world_m, velocity_m_per_s);
   }
   constraints_.finish(reactions);
   last_velocity_.swap(start_velocity_);
@@ -195,7 +196,7 @@ bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
     const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
     if (outcome.clamped > 0 || outcome.not_finite != kNone) return false;
     update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
-    constraints_.project_part(part, h, inverse_mass_, position_world_m, velocity_m_per_s);
+    constraints_.project_part(part, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
   }
   return true;
 }
@@ -209,7 +210,7 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   for (VertexId v = 0; v < inertial_.size(); ++v) {
     inertial_[v] = position_world_m[v];
-    if (inverse_mass_[v] == 0) continue;
+    if (body_.inverse_mass()[v] == 0) continue;
     const Vec3 old = velocity_m_per_s[v].head<3>().cast<double>();
     const Vec3 drift = (1 - material_.damping_per_s * h) * h * old;
     inertial_[v].head<3>() += (drift + h * h * g).cast<float>();
@@ -225,7 +226,7 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
     if (moved2 < static_cast<float>(kStill_m * kStill_m)) break;
   }
   for (VertexId v = 0; v < inertial_.size(); ++v) {
-    if (inverse_mass_[v] == 0) continue;
+    if (body_.inverse_mass()[v] == 0) continue;
     Vec3 moved = (position_world_m[v] - start_position_[v]).head<3>().cast<double>();
     const double furthest = kMaxVolumeSpeed_m_per_s * h, distance = moved.norm();
     if (!std::isfinite(distance)) {
@@ -240,12 +241,14 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
 }
 
 double TetSolid::elastic_energy_j(std::span<const Vec4f> position_world_m) const {
-  std::vector<double> volume(mass_.size(), 0), rest(mass_.size(), 0), bulk(mass_.size(), 0);
+  const TetMesh& mesh = body_.mesh();
+  std::vector<double> volume(body_.vertex_count(), 0), rest(volume), bulk(volume);
   double energy = 0;
   const auto at = [&](VertexId v) -> Vec3 { return position_world_m[v].head<3>().cast<double>(); };
-  for (std::size_t t = 0; t < mesh_.tetrahedra.size(); ++t) {
-    const Tetrahedron& c = mesh_.tetrahedra[t];
-    const TetShape shape = tet_shape(mesh_, c);
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+    const Tetrahedron& c = mesh.tetrahedra[t];
+    if (c == kNoTetrahedron) continue;
+    const TetShape shape = tet_shape(mesh, c);
     Mat3 f = Mat3::Zero();
     for (std::size_t k = 0; k < 4; ++k) f += at(c[k]) * shape.gradient[k].transpose();
     const double j = f.determinant();
@@ -257,6 +260,7 @@ double TetSolid::elastic_energy_j(std::span<const Vec4f> position_world_m) const
     }
   }
   for (VertexId v = 0; v < volume.size(); ++v) {
+    if (!(rest[v] > 0)) continue;
     const double strain = volume[v] / rest[v] - 1;
     energy += 0.25 * 0.5 * bulk[v] * strain * strain;
   }
@@ -265,7 +269,7 @@ double TetSolid::elastic_energy_j(std::span<const Vec4f> position_world_m) const
 
 void TetSolid::elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const {
   TetRows rows = rows_;
-  const std::vector<TetVertex> unit(mass_.size(), TetVertex{1, 0});
+  const std::vector<TetVertex> unit(body_.vertex_count(), TetVertex{1, 0});
   rows.set(unit, 1);
   std::vector<Vec4f> x(position_world_m.begin(), position_world_m.end()), v(x.size(), Vec4f::Zero());
   update_pressures(rows, false, x);
@@ -278,8 +282,8 @@ void TetSolid::elastic_forces_n(std::span<const Vec4f> position_world_m, std::sp
 double TetSolid::objective_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> inertial_world_m,
                              double step_s) const {
   double inertia = 0;
-  for (VertexId v = 0; v < mass_.size(); ++v)
-    inertia += mass_[v] * (position_world_m[v] - inertial_world_m[v]).head<3>().cast<double>().squaredNorm();
+  for (VertexId v = 0; v < body_.vertex_count(); ++v)
+    inertia += body_.mass_kg(v) * (position_world_m[v] - inertial_world_m[v]).head<3>().cast<double>().squaredNorm();
   return inertia / (2 * step_s * step_s) + elastic_energy_j(position_world_m);
 }
 

@@ -5,6 +5,7 @@
 // Deterministic, one thread.
 #pragma once
 
+#include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/tet_kernel.h"
 #include "sim_server/deformation/tetra/volume_model.h"
 
@@ -17,14 +18,15 @@ class TetSolid final : public VolumeModel {
   TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
            TetDriver driver = TetDriver::automatic);
 
+  void change(const TetChange& change) override;
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
-  double mass_kg(VertexId v) const override { return mass_[v]; }
-  double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
-  double added_mass_fraction() const override { return added_mass_fraction_; }
+  double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
+  double inverse_mass_per_kg(VertexId v) const override { return body_.inverse_mass()[v]; }
+  double added_mass_fraction() const override { return body_.added_mass_fraction(); }
   double largest_stable_step_s() const override;
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
@@ -44,7 +46,7 @@ class TetSolid final : public VolumeModel {
   std::uint64_t implicit_steps() const override { return implicit_steps_; }
 
   const TetRows& rows() const { return rows_; }
-  const TetMesh& mesh() const { return mesh_; }
+  const TetMesh& mesh() const override { return body_.mesh(); }
 
   // One step of the implicit driver with so many sweeps. For tests and comparisons.
   void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s, int sweeps);
@@ -56,14 +58,15 @@ class TetSolid final : public VolumeModel {
   bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   double damped_limit_s(double omega2) const;
 
-  TetMesh mesh_;
+  void weigh(VertexId v, double part_s);
+  TetVertex row_of(VertexId v) const;
+
+  TetBody body_;
   VolumeMaterial material_;
   VolumeSettings settings_;
   TetDriver driver_;
   TetStiffness stiffness_;
   TetRows rows_;
-  std::vector<double> mass_, inverse_mass_;  // the tissue's own; with added mass, 0 when fixed
-  double added_mass_fraction_ = 0;
   double omega2_per_bound_ = 0;
   double explicit_limit_s_ = 0;
   int parts_ = 1;
@@ -77,9 +80,9 @@ class TetSolid final : public VolumeModel {
   std::vector<TetBlockColumn> scratch_;  // aligned floats
 };
 
-// sum_b |K_ib| of every vertex, N/m: omega^2 <= max_i of it over m_i, for linear elements at rest and so for those with
+// sum_b |K_ib| of a vertex, N/m: omega^2 <= max_i of it over m_i, for linear elements at rest and so for those with
 // nodal pressures, which are softer. Rigorous; the true limit is 1.4 to 1.9 times as large a step.
-std::vector<double> stiffness_bounds_n_per_m(const TetMesh& mesh, const TetStiffness& stiffness);
+double stiffness_bound_n_per_m(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v);
 
 // The largest omega^2 (1/s^2) of the solid at rest with these masses, fixed vertices (mass 0) held, by power iteration
 // from a fixed start: never above the true one, a few percent below.

@@ -5,153 +5,175 @@
 
 #include "common/core/error.h"
 #include "sim_server/deformation/spring_star.h"
-#include "sim_server/deformation/tetra/tet_star.h"
 
 namespace sectio {
 namespace {
 
 using Spring = TetSprings::Spring;
 
-double factor_of(const VolumeMaterial& material, std::size_t t) {
-  return material.stiffness_factor.empty() ? 1 : material.stiffness_factor[t];
-}
-
-// Of the bound at rest: directions change and stretched springs are stiff across, too.
-constexpr double kSafety = 0.8;
 constexpr double kRoomForDamping = 1.05;
 constexpr double kLeastSecondLength = 0.3;  // of a spring between second neighbours, in mean lengths of edges
-
-// Neighbours of every vertex, ascending.
-std::vector<std::vector<VertexId>> neighbours_of(const TetMesh& mesh) {
-  const TetStars stars(mesh);
-  NeighbourRow row(mesh, stars);
-  std::vector<std::vector<VertexId>> neighbours(mesh.vertices_body_m.size());
-  for (VertexId v = 0; v < neighbours.size(); ++v) {
-    row.begin(v);
-    for (const auto& entry : row.entries()) neighbours[v].push_back(entry.to);
-  }
-  return neighbours;
-}
-
-// Vertices exactly two edges from v, ascending.
-std::vector<VertexId> second_neighbours(VertexId v, const std::vector<std::vector<VertexId>>& neighbours) {
-  std::vector<VertexId> reached;
-  for (const VertexId w : neighbours[v]) reached.insert(reached.end(), neighbours[w].begin(), neighbours[w].end());
-  std::sort(reached.begin(), reached.end());
-  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
-  std::erase_if(reached, [&](VertexId w) { return w == v || std::ranges::binary_search(neighbours[v], w); });
-  return reached;
-}
 
 }  // namespace
 
 TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
                        const TetSpringOptions& options)
-    : material_(material),
+    : body_(mesh, material, settings.fixed),
+      material_(material),
       settings_(std::move(settings)),
       options_(options),
-      mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
-      inverse_mass_(mass_.size()) {
-  for (VertexId v = 0; v < mass_.size(); ++v)
-    inverse_mass_[v] = !settings_.fixed.empty() && settings_.fixed[v] ? 0 : 1 / mass_[v];
-  make_springs(mesh, options.second_share);
-  if (options.calibrate) {
-    as_made_ = tensile_test(mesh, springs_);
-    for (Spring& s : springs_) s.stiffness_n_per_m *= material.young_pa / as_made_.mean_young_pa;
-    calibrated_ = tensile_test(mesh, springs_);
+      neighbours_(mesh.vertices_body_m.size()),
+      second_(neighbours_.size()),
+      stiff_mass_(neighbours_.size(), 0) {
+  const std::uint32_t vertices = body_.vertex_count();
+  for (VertexId v = 0; v < vertices; ++v) find_neighbours(v);
+  if (options_.second_share > 0) {
+    double length_m = 0;
+    for (const Spring& s : springs()) length_m += s.rest_length_m / static_cast<double>(edge_count());
+    if (!(options_.least_second_m > 0)) options_.least_second_m = kLeastSecondLength * length_m;
+    for (VertexId v = 0; v < vertices; ++v) find_second_neighbours(v);
   }
-  make_rows(mesh);
-}
-
-void TetSprings::make_springs(const TetMesh& mesh, double second_share) {
-  const auto neighbours = neighbours_of(mesh);
-  const auto length = [&](VertexId a, VertexId b) {
-    return (mesh.vertices_body_m[a] - mesh.vertices_body_m[b]).norm();
-  };
-  std::vector<std::size_t> first(neighbours.size());
-  for (VertexId a = 0; a < neighbours.size(); ++a) {
-    first[a] = springs_.size();
-    for (const VertexId b : neighbours[a])
-      if (b > a) springs_.push_back({a, b, 0, length(a, b)});
+  if (options_.calibrate) {
+    as_made_ = tensile_test(mesh, springs());
+    options_.correction *= material_.young_pa / as_made_.mean_young_pa;
+    calibrated_ = tensile_test(mesh, springs());
   }
-  edge_count_ = springs_.size();
-  double stiff_volume = 0;  // sum of E V
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-    const double ev = material_.young_pa * factor_of(material_, t) * tet_volume_m3(mesh, mesh.tetrahedra[t]);
-    stiff_volume += ev;
-    for (const auto& [i, j] : kTetEdges) {
-      const auto [a, b] = std::minmax(mesh.tetrahedra[t][i], mesh.tetrahedra[t][j]);
-      auto at = springs_.begin() + static_cast<std::ptrdiff_t>(first[a]);
-      while (at->b != b) ++at;
-      at->stiffness_n_per_m += (1 - second_share) * ev / (at->rest_length_m * at->rest_length_m);
-    }
-  }
-  if (second_share == 0) return;
-  std::vector<std::vector<VertexId>> second(neighbours.size());
-  double mean_m = 0;
-  for (const Spring& s : springs_) mean_m += s.rest_length_m / static_cast<double>(edge_count_);
-  // Twins at the tip of a cut are second neighbours without a length.
-  for (VertexId a = 0; a < second.size(); ++a) {
-    second[a] = second_neighbours(a, neighbours);
-    std::erase_if(second[a], [&](VertexId b) { return length(a, b) < kLeastSecondLength * mean_m; });
-  }
-  // Of the tissue around a vertex; where all is alike, exactly 1.
-  std::vector<double> volume(mass_.size(), 0), factor(mass_.size(), 0);
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
-    for (const VertexId v : mesh.tetrahedra[t]) {
-      volume[v] += tet_volume_m3(mesh, mesh.tetrahedra[t]);
-      factor[v] += factor_of(material_, t) * tet_volume_m3(mesh, mesh.tetrahedra[t]);
-    }
-  for (VertexId v = 0; v < factor.size(); ++v) factor[v] /= volume[v];
-  double sum = 0;  // of k l^2 before it is what it should be
-  for (VertexId a = 0; a < second.size(); ++a)
-    for (const VertexId b : second[a]) {
-      if (b < a) continue;
-      const double l = length(a, b), weight = factor[a] * mass_[a] / static_cast<double>(second[a].size()) +
-                                              factor[b] * mass_[b] / static_cast<double>(second[b].size());
-      springs_.push_back({a, b, weight / (l * l), l});
-      sum += weight;
-    }
-  for (std::size_t n = edge_count_; n < springs_.size(); ++n)
-    springs_[n].stiffness_n_per_m *= second_share * 6 * stiff_volume / sum;
-}
-
-void TetSprings::make_rows(const TetMesh& mesh) {
-  std::vector<std::uint32_t> degree(mass_.size(), 0);
-  std::vector<Mat3> own(mass_.size(), Mat3::Zero());
-  std::vector<std::vector<HalfEdge>> half_edges(mass_.size());
-  for (const Spring& s : springs_) {
-    ++degree[s.a], ++degree[s.b];
-    const Vec3 n = (mesh.vertices_body_m[s.b] - mesh.vertices_body_m[s.a]) / s.rest_length_m;
-    own[s.a] += s.stiffness_n_per_m * n * n.transpose();
-    own[s.b] += s.stiffness_n_per_m * n * n.transpose();
-    const auto k = static_cast<float>(s.stiffness_n_per_m);
-    const auto k_l0 = static_cast<float>(s.stiffness_n_per_m * s.rest_length_m);
-    half_edges[s.a].push_back({s.b, k, k_l0});
-    half_edges[s.b].push_back({s.a, k, k_l0});
-  }
-  double omega2 = 0, added = 0, total = 0;
-  for (VertexId v = 0; v < mass_.size(); ++v) {
-    total += mass_[v];
-    const double part_s = kRoomForDamping * settings_.least_part_s / kSafety;
-    const double heavy = 0.5 * largest_eigenvalue_bound(own[v]) * part_s * part_s;
-    if (inverse_mass_[v] == 0 || heavy <= mass_[v]) continue;
-    inverse_mass_[v] = 1 / heavy;
-    added += heavy - mass_[v];
-  }
-  added_mass_fraction_ = added / total;
-  for (VertexId v = 0; v < mass_.size(); ++v)
-    omega2 = std::max(omega2, 2 * largest_eigenvalue_bound(own[v]) * inverse_mass_[v]);
-  part_limit_s_ = kSafety * damped_limit_s(omega2);
-  parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / part_limit_s_))));
+  omega2_.set(with_room(vertices), 0);
+  for (VertexId v = 0; v < vertices; ++v) weigh(v, settings_.least_part_s);
+  parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / part_limit_s()))));
+  std::vector<std::uint32_t> degree(vertices);
+  for (VertexId v = 0; v < vertices; ++v)
+    degree[v] = static_cast<std::uint32_t>(neighbours_[v].size() + second_[v].size());
   rows_.layout(degree);
-  for (VertexId v = 0; v < mass_.size(); ++v) {
-    std::ranges::sort(half_edges[v], {}, &HalfEdge::to);
-    VertexRow row;
-    row.step_over_mass = static_cast<float>(settings_.step_s / parts_ * inverse_mass_[v]);
-    row.gravity_share = static_cast<float>(mass_[v] * inverse_mass_[v]);
-    rows_.set(v, row, half_edges[v]);
+  for (VertexId v = 0; v < vertices; ++v) write(v);
+}
+
+void TetSprings::find_neighbours(VertexId v) {
+  std::vector<VertexId>& found = neighbours_[v];
+  found.clear();
+  stiff_mass_[v] = 0;
+  for (const std::uint32_t t : body_.stars().of(v))
+    stiff_mass_[v] += 0.25 * material_.density_kg_per_m3 * body_.stiffness_factor(t) *
+                      tet_volume_m3(body_.mesh(), body_.mesh().tetrahedra[t]);
+  for (const std::uint32_t t : body_.stars().of(v))
+    for (const VertexId w : body_.mesh().tetrahedra[t])
+      if (w != v) found.push_back(w);
+  std::ranges::sort(found);
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+}
+
+// Vertices exactly two edges from v; whether they are other ones than before.
+bool TetSprings::find_second_neighbours(VertexId v) {
+  std::vector<VertexId> reached;
+  for (const VertexId w : neighbours_[v]) reached.insert(reached.end(), neighbours_[w].begin(), neighbours_[w].end());
+  std::ranges::sort(reached);
+  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
+  const std::vector<Vec3>& x = body_.mesh().vertices_body_m;
+  std::erase_if(reached, [&](VertexId w) {
+    return w == v || std::ranges::binary_search(neighbours_[v], w) || (x[v] - x[w]).norm() < options_.least_second_m;
+  });
+  if (reached == second_[v]) return false;
+  second_[v] = std::move(reached);
+  return true;
+}
+
+void TetSprings::gather(VertexId v, std::vector<Half>& row) const {
+  const std::vector<Vec3>& x = body_.mesh().vertices_body_m;
+  row.clear();
+  for (const VertexId w : neighbours_[v]) row.push_back({w, 0, (x[v] - x[w]).norm(), false});
+  for (const std::uint32_t t : body_.stars().of(v)) {
+    const Tetrahedron& c = body_.mesh().tetrahedra[t];
+    const double ev = material_.young_pa * body_.stiffness_factor(t) * tet_volume_m3(body_.mesh(), c);
+    for (const VertexId w : c) {
+      if (w == v) continue;
+      Half& half = row[static_cast<std::size_t>(std::ranges::lower_bound(neighbours_[v], w) - neighbours_[v].begin())];
+      half.stiffness_n_per_m += (1 - options_.second_share) * ev / (half.rest_length_m * half.rest_length_m);
+    }
   }
+  // k l^2 is 6 beta E / rho (m_i / d_i + m_j / d_j), with masses that count as often as the tissue is stiff: all
+  // together 6 beta sum of E V.
+  const double scale = 6 * options_.second_share * material_.young_pa / material_.density_kg_per_m3;
+  const auto share = [&](VertexId i) { return stiff_mass_[i] / static_cast<double>(second_[i].size()); };
+  for (const VertexId w : second_[v]) {
+    const double l = (x[v] - x[w]).norm();
+    row.push_back({w, scale * (share(std::min(v, w)) + share(std::max(v, w))) / (l * l), l, true});
+  }
+  for (Half& half : row) half.stiffness_n_per_m *= options_.correction;
+}
+
+std::vector<TetSprings::Spring> TetSprings::springs() const {
+  std::vector<Spring> springs, second;
+  for (VertexId v = 0; v < body_.vertex_count(); ++v) {
+    gather(v, half_);
+    for (const Half& half : half_)
+      if (half.to > v)
+        (half.second ? second : springs).push_back({v, half.to, half.stiffness_n_per_m, half.rest_length_m});
+  }
+  springs.insert(springs.end(), second.begin(), second.end());
+  return springs;
+}
+
+std::size_t TetSprings::edge_count() const {
+  std::size_t halves = 0;
+  for (const auto& row : neighbours_) halves += row.size();
+  return halves / 2;
+}
+
+void TetSprings::weigh(VertexId v, double part_s) {
+  gather(v, half_);
+  Mat3 own = Mat3::Zero();
+  for (const Half& half : half_) {
+    const Vec3 n = (body_.mesh().vertices_body_m[half.to] - body_.mesh().vertices_body_m[v]) / half.rest_length_m;
+    own += half.stiffness_n_per_m * n * n.transpose();
+  }
+  const double stiffness = 2 * largest_eigenvalue_bound(own), h = kRoomForDamping * part_s / kSafety;
+  if (!body_.fixed(v)) body_.weigh_at_least(v, 0.25 * h * h * stiffness);
+  omega2_.set(v, stiffness * body_.inverse_mass()[v]);
+}
+
+void TetSprings::write(VertexId v) {
+  gather(v, half_);
+  std::vector<HalfEdge> half_edges;
+  for (const Half& half : half_)
+    half_edges.push_back({half.to, static_cast<float>(half.stiffness_n_per_m),
+                          static_cast<float>(half.stiffness_n_per_m * half.rest_length_m)});
+  std::ranges::sort(half_edges, {}, &HalfEdge::to);
+  VertexRow row;
+  row.step_over_mass = static_cast<float>(settings_.step_s / parts_ * body_.inverse_mass()[v]);
+  row.gravity_share = static_cast<float>(body_.mass_kg(v) * body_.inverse_mass()[v]);
+  rows_.set(v, row, half_edges);
+}
+
+void TetSprings::change(const TetChange& change) {
+  const std::vector<VertexId> touched = body_.follow(change);
+  for (auto* lists : {&neighbours_, &second_}) resize_slots(*lists, body_.vertex_count(), {});
+  resize_slots(stiff_mass_, body_.vertex_count(), 0.0);
+  for (const VertexId v : touched) find_neighbours(v);
+  const auto with_all = [](std::vector<VertexId> of, const std::vector<std::vector<VertexId>>& lists) {
+    for (std::size_t n = 0, size = of.size(); n < size; ++n)
+      of.insert(of.end(), lists[of[n]].begin(), lists[of[n]].end());
+    std::ranges::sort(of);
+    of.erase(std::unique(of.begin(), of.end()), of.end());
+    return of;
+  };
+  std::vector<VertexId> rows = touched;
+  if (options_.second_share > 0) {
+    // A way of two edges that came or went has an edge with both ends touched. Then the share of every spring changes.
+    for (const VertexId v : with_all(touched, neighbours_))
+      if (find_second_neighbours(v)) rows.push_back(v);
+    rows = with_all(std::move(rows), second_);
+  }
+  const double part_s = std::max(settings_.least_part_s, settings_.step_s / parts_);
+  for (const VertexId v : rows) {
+    if (body_.stars().of(v).empty()) {
+      rows_.remove(v);
+      omega2_.set(v, 0);
+      continue;
+    }
+    weigh(v, part_s);
+    write(v);
+  }
+  if (rows_.wants_compaction()) rows_.compact();
 }
 
 // omega h <= 2 (sqrt(1 + zeta^2) - zeta) with zeta = (alpha / omega + damper_s omega) / 2.
@@ -179,14 +201,14 @@ void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> veloci
     clamped_ += outcome.clamped;
     if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
     update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
-    constraints_.project_part(part, h, inverse_mass_, position_world_m, velocity_m_per_s);
+    constraints_.project_part(part, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
   }
   constraints_.finish(reactions);
 }
 
 double TetSprings::elastic_energy_j(std::span<const Vec4f> position_world_m) const {
   double energy = 0;
-  for (const Spring& s : springs_) {
+  for (const Spring& s : springs()) {
     const double l = (position_world_m[s.b] - position_world_m[s.a]).head<3>().cast<double>().norm();
     energy += 0.5 * s.stiffness_n_per_m * (l - s.rest_length_m) * (l - s.rest_length_m);
   }
@@ -195,7 +217,8 @@ double TetSprings::elastic_energy_j(std::span<const Vec4f> position_world_m) con
 
 void TetSprings::elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const {
   SpringRows rows = rows_;
-  for (VertexId v = 0; v < mass_.size(); ++v) {
+  for (VertexId v = 0; v < body_.vertex_count(); ++v) {
+    if (!rows_.contains(v)) continue;
     std::vector<HalfEdge> half_edges;
     for (std::uint32_t n = 0; n < rows_.degree(v); ++n) half_edges.push_back(rows_.half_edge(v, n));
     VertexRow row;

@@ -14,7 +14,9 @@
 
 #include <array>
 
+#include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/spring_kernel.h"
+#include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/volume_model.h"
 
 namespace sectio {
@@ -23,6 +25,10 @@ struct TetSpringOptions {
   double second_share = 0.5;  // beta
   double damper_s = 0;        // constant of a spring's damper over its stiffness
   bool calibrate = true;
+  // Of what calibration finds for the body that a part comes from; and vertices closer than that at rest are no second
+  // neighbours: twins at the tip of a cut have no length. 0: 0.3 of the mean length of the edges.
+  double correction = 1;
+  double least_second_m = 0;
 };
 
 // Of the net as the formula makes it, by a virtual tensile test along each axis: uniform stress, linear, small strain.
@@ -37,15 +43,18 @@ class TetSprings final : public VolumeModel {
   TetSprings(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
              const TetSpringOptions& options = {});
 
+  // Springs of touched vertices and, where a second neighbour came or went, as far as four edges around them.
+  void change(const TetChange& change) override;
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
-  double mass_kg(VertexId v) const override { return mass_[v]; }
-  double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
-  double added_mass_fraction() const override { return added_mass_fraction_; }
-  double largest_stable_step_s() const override { return 1000 * part_limit_s_; }
+  const TetMesh& mesh() const override { return body_.mesh(); }
+  double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
+  double inverse_mass_per_kg(VertexId v) const override { return body_.inverse_mass()[v]; }
+  double added_mass_fraction() const override { return body_.added_mass_fraction(); }
+  double largest_stable_step_s() const override { return 1000 * part_limit_s(); }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
@@ -58,37 +67,50 @@ class TetSprings final : public VolumeModel {
     VertexId a, b;  // a < b
     double stiffness_n_per_m, rest_length_m;
   };
-  // Edges, then second neighbours; each ascending.
-  std::span<const Spring> springs() const { return springs_; }
-  std::size_t edge_count() const { return edge_count_; }
+  // Edges, then second neighbours; each ascending. O(n), for tests and reports.
+  std::vector<Spring> springs() const;
+  std::size_t edge_count() const;
+  // As given, with what the first mesh made of them.
+  const TetSpringOptions& options() const { return options_; }
   const TensileTest& as_made() const { return as_made_; }  // before the correction
   const TensileTest& calibrated() const { return calibrated_; }
   int parts() const { return parts_; }  // of a step
   // 0.8 of the bound from omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i at rest.
-  double part_limit_s() const { return part_limit_s_; }
+  double part_limit_s() const { return kSafety * damped_limit_s(omega2_.max()); }
   std::uint64_t clamped() const { return clamped_; }
   const SpringRows& rows() const { return rows_; }
 
  private:
-  void make_springs(const TetMesh& mesh, double second_share);
-  void make_rows(const TetMesh& mesh);
+  static constexpr double kSafety = 0.8;  // directions change and stretched springs are stiff across, too
+
+  struct Half {
+    VertexId to;
+    double stiffness_n_per_m, rest_length_m;
+    bool second;
+  };
+  void find_neighbours(VertexId v);
+  bool find_second_neighbours(VertexId v);
+  void gather(VertexId v, std::vector<Half>& row) const;
+  // Stiffness and masses; then, once the parts of a step are known, the row itself.
+  void weigh(VertexId v, double part_s);
+  void write(VertexId v);
   double damped_limit_s(double omega2) const;
 
+  TetBody body_;
   VolumeMaterial material_;
   VolumeSettings settings_;
   TetSpringOptions options_;
-  std::vector<double> mass_, inverse_mass_;  // the tissue's own; with added mass, 0 when fixed
-  double added_mass_fraction_ = 0;
-  std::vector<Spring> springs_;
-  std::size_t edge_count_ = 0;
+  std::vector<std::vector<VertexId>> neighbours_, second_;  // by vertex, ascending
+  std::vector<double> stiff_mass_;                          // by vertex: as often as its tissue is stiff
   TensileTest as_made_, calibrated_;
   SpringRows rows_;
-  double part_limit_s_ = 0;
+  MaxTree omega2_;  // by vertex, 1/s^2
   int parts_ = 1;
   DividedConstraints constraints_;
   std::vector<Vec4f> before_;
   std::uint64_t clamped_ = 0;
   VertexId first_bad_vertex_ = kNone;
+  mutable std::vector<Half> half_;  // scratch
 };
 
 // The tensile test, for any springs on a mesh.

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "common/mesh/slot_table.h"
 #include "common/mesh/tet_mesh.h"
 
 namespace sectio {
@@ -26,22 +27,36 @@ inline TetShape tet_shape(const TetMesh& mesh, const Tetrahedron& t) {
   return shape;
 }
 
-// Ascending at each vertex.
+inline std::size_t corner_of(const Tetrahedron& t, VertexId v) {
+  return static_cast<std::size_t>(std::ranges::find(t, v) - t.begin());
+}
+
+// Ascending at each vertex, so that sums have one order whatever the history.
 class TetStars {
  public:
-  explicit TetStars(const TetMesh& mesh) : first_(mesh.vertices_body_m.size() + 1, 0) {
+  explicit TetStars(const TetMesh& mesh) : tets_(mesh.vertices_body_m.size()) {
+    std::vector<std::uint32_t> size(tets_.size(), 0);
     for (const Tetrahedron& t : mesh.tetrahedra)
-      for (const VertexId v : t) ++first_[v + 1];
-    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
-    tets_.resize(first_.back());
-    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+      for (const VertexId v : t) ++size[v];
+    for (std::size_t v = 0; v < tets_.size(); ++v) tets_[v].reserve(size[v]);
     for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
-      for (const VertexId v : mesh.tetrahedra[t]) tets_[next[v]++] = t;
+      for (const VertexId v : mesh.tetrahedra[t]) tets_[v].push_back(t);
   }
-  std::span<const std::uint32_t> of(VertexId v) const { return {tets_.data() + first_[v], first_[v + 1] - first_[v]}; }
+  std::span<const std::uint32_t> of(VertexId v) const { return tets_[v]; }
+
+  void follow(std::size_t vertices, std::span<const TetEdit> edits) {
+    resize_slots(tets_, vertices, {});
+    for (const TetEdit& e : edits) {
+      if (e.before == e.after) continue;
+      for (const VertexId v : e.before)
+        if (v != kNone && corner_of(e.after, v) == 4) std::erase(tets_[v], e.id);
+      for (const VertexId v : e.after)
+        if (v != kNone && corner_of(e.before, v) == 4) tets_[v].insert(std::ranges::lower_bound(tets_[v], e.id), e.id);
+    }
+  }
 
  private:
-  std::vector<std::uint32_t> first_, tets_;
+  std::vector<std::vector<std::uint32_t>> tets_;
 };
 
 // Sums by neighbour of one vertex at a time.

@@ -1,66 +1,122 @@
 #include "sim_server/deformation/tetra/volume_engine.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/core/error.h"
+#include "common/mesh/slot_table.h"
 
 namespace sectio {
 
-VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
-                           const Pose& body, std::optional<VolumeFloor> floor)
-    : model_(std::move(model)),
-      home_body_m_(mesh.vertices_body_m),
-      surface_vertices_(surface_vertices),
-      floor_(floor),
-      frame_(body),
-      position_(home_body_m_.size(), Vec4f::Zero()),
-      velocity_(home_body_m_.size(), Vec4f::Zero()) {
-  for (VertexId v = 0; v < position_.size(); ++v) position_[v].head<3>() = body.to_world(home_body_m_[v]).cast<float>();
-  look_for_anchors();
+VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
+                           std::optional<VolumeFloor> floor)
+    : model_(std::move(model)), floor_(floor), frame_(body) {
+  const std::vector<Vec3>& home = model_->mesh().vertices_body_m;
+  position_.assign(home.size(), Vec4f::Zero());
+  velocity_.assign(home.size(), Vec4f::Zero());
+  slots_of_.assign(home.size(), 0);
+  for (VertexId slot = 0; slot < vertex_of.size(); ++slot) give({slot, vertex_of[slot]});
+  for (VertexId v = 0; v < home.size(); ++v) {
+    position_[v].head<3>() = body.to_world(home[v]).cast<float>();
+    anchors_ += is_anchor(v);
+  }
 }
 
-void VolumeEngine::look_for_anchors() {
-  anchored_ = false;
-  for (VertexId v = 0; v < position_.size(); ++v) anchored_ = anchored_ || model_->inverse_mass_per_kg(v) == 0;
-}
-
-void VolumeEngine::exchange(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
-                            std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {
-  implicit_before_ += model_->implicit_steps();
-  model->set_gravity(model_->gravity_m_per_s2());
-  model_ = std::move(model);
-  home_body_m_ = mesh.vertices_body_m;
-  surface_vertices_ = surface_vertices;
+void VolumeEngine::set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {
+  SECTIO_ASSERT(position_world_m.size() == position_.size(), "all vertices have a state");
   position_ = std::move(position_world_m);
   velocity_ = std::move(velocity_m_per_s);
-  look_for_anchors();
+}
+
+void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
+                          std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots) {
+  std::vector<VertexId> touched;
+  for (const TetEdit& e : change.tetrahedra)
+    for (const VertexId v : e.before)
+      if (v != kNone) touched.push_back(v);
+  std::ranges::sort(touched);
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  for (const VertexId v : touched) anchors_ -= is_anchor(v);
+  model_->change(change);
+  const auto first_added = static_cast<VertexId>(position_.size());
+  for (auto [table, added] : {std::pair{&position_, added_position_world_m}, {&velocity_, added_velocity_m_per_s}}) {
+    resize_slots<Vec4f>(*table, first_added + added.size(), Vec4f::Zero());
+    std::ranges::copy(added, table->begin() + first_added);
+  }
+  for (VertexId v = first_added; v < position_.size(); ++v) touched.push_back(v);
+  for (const VertexId v : touched) {
+    anchors_ += is_anchor(v);
+    if (!(model_->mass_kg(v) > 0)) velocity_[v].setZero();  // it is gone
+  }
+  resize_slots<std::uint8_t>(slots_of_, position_.size(), 0);
+  for (const Slot& slot : slots) give(slot);
+}
+
+void VolumeEngine::give(const Slot& slot) {
+  if (slot.slot >= vertex_of_.size()) resize_slots(vertex_of_, slot.slot + 1, kNone);
+  VertexId& vertex = vertex_of_[slot.slot];
+  if (vertex != kNone) --slots_of_[vertex];
+  std::erase(shared_slots_, slot.slot);
+  vertex = slot.vertex;
+  if (vertex != kNone && slots_of_[vertex]++ > 0)
+    shared_slots_.insert(std::ranges::lower_bound(shared_slots_, slot.slot), slot.slot);
+}
+
+// Of two slots with one vertex the one that has moved counts.
+void VolumeEngine::take_over(const ParticleState& outside) {
+  std::vector<VertexId> moved;
+  for (const VertexId slot : shared_slots_) {
+    const VertexId v = vertex_of_[slot];
+    if (v != kNone && (outside.position_world_m[slot].head<3>() != position_[v].head<3>() ||
+                       outside.velocity_world_m_per_s[slot].head<3>() != velocity_[v].head<3>()))
+      moved.push_back(slot);
+  }
+  const auto take = [&](VertexId slot) {
+    const VertexId v = vertex_of_[slot];
+    if (v == kNone) return;
+    position_[v].head<3>() = outside.position_world_m[slot].head<3>();
+    velocity_[v].head<3>() = outside.velocity_world_m_per_s[slot].head<3>();
+  };
+  std::size_t shared = 0;
+  for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) {
+    if (shared < shared_slots_.size() && shared_slots_[shared] == slot)
+      ++shared;
+    else
+      take(slot);
+  }
+  for (const VertexId slot : moved) take(slot);
 }
 
 void VolumeEngine::step(const SharedBody& body, std::span<const PointConstraint> constraints,
                         std::span<Reaction> reactions) {
-  SECTIO_ASSERT(body.mesh.vertex_slots() == surface_vertices_, "the surface is that of the volume");
+  SECTIO_ASSERT(body.mesh.vertex_slots() == vertex_of_.size(), "the surface is that of the volume");
   ParticleState& outside = body.particles;
-  for (VertexId v = 0; v < surface_vertices_; ++v) {
-    position_[v].head<3>() = outside.position_world_m[v].head<3>();
-    velocity_[v].head<3>() = outside.velocity_world_m_per_s[v].head<3>();
-  }
-  model_->step(position_, velocity_, constraints, reactions);
+  take_over(outside);
+  constraints_.assign(constraints.begin(), constraints.end());
+  for (PointConstraint& c : constraints_)
+    for (VertexId& v : c.v)
+      if (v != kNone) v = vertex_of_[v];
+  model_->step(position_, velocity_, constraints_, reactions);
   if (floor_) stop_at_floor();
-  for (VertexId v = 0; v < surface_vertices_; ++v) {
-    outside.position_world_m[v].head<3>() = position_[v].head<3>();
-    outside.velocity_world_m_per_s[v].head<3>() = velocity_[v].head<3>();
+  for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) {
+    if (vertex_of_[slot] == kNone) continue;
+    outside.position_world_m[slot].head<3>() = position_[vertex_of_[slot]].head<3>();
+    outside.velocity_world_m_per_s[slot].head<3>() = velocity_[vertex_of_[slot]].head<3>();
   }
-  if (anchored_) return;
+  if (anchors_ > 0) return;
   matched_.clear();
   for (VertexId v = 0; v < position_.size(); ++v)
-    matched_.push_back({home_body_m_[v], position_[v].head<3>().cast<double>(), model_->mass_kg(v)});
+    matched_.push_back({model_->mesh().vertices_body_m[v], position_[v].head<3>().cast<double>(), model_->mass_kg(v)});
   frame_ = match_shape(matched_, frame_);
 }
 
 double VolumeEngine::energy_j(const SharedBody& body) const {
   std::vector<Vec4f> x = position_, v = velocity_;
-  std::copy_n(body.particles.position_world_m.begin(), surface_vertices_, x.begin());
-  std::copy_n(body.particles.velocity_world_m_per_s.begin(), surface_vertices_, v.begin());
+  for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) {
+    if (vertex_of_[slot] == kNone) continue;
+    x[vertex_of_[slot]] = body.particles.position_world_m[slot];
+    v[vertex_of_[slot]] = body.particles.velocity_world_m_per_s[slot];
+  }
   return model_->energy_j(x, v);
 }
 

@@ -1,5 +1,5 @@
-// A volume of tetrahedra behind the surface that the rest of the simulation sees: the surface's vertices are the first
-// ones of the volume, and what happens to them outside is taken over at the start of each step. Its inside stays here.
+// A volume of tetrahedra behind the surface that the rest of the simulation sees in slots: each has a vertex of the
+// volume, and what happens to it outside is taken over at the start of each step. The inside stays here.
 #pragma once
 
 #include <memory>
@@ -19,50 +19,61 @@ struct VolumeFloor {
 
 class VolumeEngine final : public DeformationEngine {
  public:
-  // `mesh`: vertices of the surface first, `surface_vertices` of them; at rest it is at `body`.
-  VolumeEngine(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
-               const Pose& body, std::optional<VolumeFloor> floor);
+  // `vertex_of` each slot of the surface, in the model's mesh; which is at `body`, at rest.
+  VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
+               std::optional<VolumeFloor> floor);
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
   void set_gravity(const Vec3& gravity_m_per_s2) override { model_->set_gravity(gravity_m_per_s2); }
-  // The surface's topology changes with the volume's: see exchange().
+  // The surface's topology changes with the volume's: see change().
   void follow(const SharedBody&, const TopologyChange&) override {}
   Pose home_frame_world(VertexId v) const override;
   void release(std::span<const VertexId>, const std::optional<Bed>&) override {}
 
-  bool fixed(VertexId v) const override { return model_->inverse_mass_per_kg(v) == 0; }
-  double mass_kg(VertexId v) const override { return model_->mass_kg(v); }
-  double inverse_mass_per_kg(VertexId v) const override { return model_->inverse_mass_per_kg(v); }
+  // By slot of the surface.
+  bool fixed(VertexId v) const override { return vertex_of_[v] != kNone && is_anchor(vertex_of_[v]); }
+  double mass_kg(VertexId v) const override { return vertex_of_[v] == kNone ? 0 : model_->mass_kg(vertex_of_[v]); }
+  double inverse_mass_per_kg(VertexId v) const override {
+    return vertex_of_[v] == kNone ? 0 : model_->inverse_mass_per_kg(vertex_of_[v]);
+  }
   double energy_j(const SharedBody& body) const override;
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   double added_mass_fraction() const override { return model_->added_mass_fraction(); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
-  std::uint64_t implicit_steps() const override { return implicit_before_ + model_->implicit_steps(); }
+  std::uint64_t implicit_steps() const override { return model_->implicit_steps(); }
 
-  // The volume has been cut: from now on it is this one, with its state, in the gravity that there is; vertices of the
-  // surface first again. Before the next step(), whose body has that surface.
-  void exchange(std::unique_ptr<VolumeModel> model, const TetMesh& mesh, std::uint32_t surface_vertices,
-                std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
+  // The volume has changed: added vertices with their state, and slots that have another vertex now, or none. Before
+  // the next step(), whose body has that surface. O(change).
+  struct Slot {
+    VertexId slot, vertex;  // kNone: it is dead
+  };
+  void change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
+              std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots);
+  // All vertices, of a part that comes off another volume.
+  void set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
 
   const VolumeModel& model() const { return *model_; }
-  // Of the inside; those of the surface are the body's.
+  // Of all vertices; those of the surface as they were after the last step, the body has them as they are.
   std::span<const Vec4f> position_world_m() const { return position_; }
   std::span<const Vec4f> velocity_m_per_s() const { return velocity_; }
 
  private:
+  bool is_anchor(VertexId v) const { return model_->inverse_mass_per_kg(v) == 0 && model_->mass_kg(v) > 0; }
+  void take_over(const ParticleState& outside);
+  void give(const Slot& slot);
   void stop_at_floor();
-  void look_for_anchors();
 
   std::unique_ptr<VolumeModel> model_;
-  std::vector<Vec3> home_body_m_;
-  std::uint32_t surface_vertices_;
+  std::vector<VertexId> vertex_of_;     // by slot
+  std::vector<VertexId> shared_slots_;  // of vertices that another slot has had before; ascending
+  std::vector<std::uint8_t> slots_of_;  // by vertex: how many
   std::optional<VolumeFloor> floor_;
-  bool anchored_ = false;
-  std::uint64_t implicit_before_ = 0;  // of models before a cut
+  std::size_t anchors_ = 0;
   Pose frame_;
   std::vector<Vec4f> position_, velocity_;
   std::vector<MatchedPoint> matched_;
+  std::vector<PointConstraint> constraints_;
 };
 
 }  // namespace sectio

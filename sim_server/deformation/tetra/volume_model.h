@@ -35,12 +35,17 @@ class VolumeModel {
  public:
   virtual ~VolumeModel() = default;
 
+  // The volume has been cut, or a part of it has left. Rows of what was touched are written anew, nothing else; what
+  // has become small is made heavy enough for the parts of a step that were stable before. O(change).
+  virtual void change(const TetChange& change) = 0;
+
   // By settings.step_s. reactions: one a constraint.
   virtual void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) = 0;
   virtual const Vec3& gravity_m_per_s2() const = 0;
   virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
 
+  virtual const TetMesh& mesh() const = 0;                   // numbers that are not used any more included
   virtual double mass_kg(VertexId v) const = 0;              // the tissue's own
   virtual double inverse_mass_per_kg(VertexId v) const = 0;  // of the effective mass; 0 when fixed
   virtual double added_mass_fraction() const = 0;
@@ -60,7 +65,8 @@ class VolumeModel {
 inline std::vector<double> masses_by_volume(const TetMesh& mesh, double density_kg_per_m3) {
   std::vector<double> mass(mesh.vertices_body_m.size(), 0);
   for (const Tetrahedron& t : mesh.tetrahedra)
-    for (const VertexId v : t) mass[v] += 0.25 * density_kg_per_m3 * tet_volume_m3(mesh, t);
+    for (const VertexId v : t)
+      if (v != kNone) mass[v] += 0.25 * density_kg_per_m3 * tet_volume_m3(mesh, t);
   return mass;
 }
 

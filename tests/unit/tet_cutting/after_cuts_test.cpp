@@ -33,7 +33,8 @@ VolumeSettings standing(const TetMesh& mesh, double least_part_s) {
 }
 
 // Alive 0.2 s later: at rest on its base, nothing faster than a fall.
-void expect_alive(VolumeModel& model, const TetMesh& mesh) {
+template <class Model>
+void expect_alive(Model& model, const TetMesh& mesh) {
   std::vector<Vec4f> x(mesh.vertices_body_m.size(), Vec4f::Zero()), v = x;
   for (std::size_t i = 0; i < x.size(); ++i) x[i].head<3>() = mesh.vertices_body_m[i].cast<float>();
   for (int n = 0; n < 200; ++n) model.step(x, v, {}, {});

@@ -79,8 +79,9 @@ TEST(C_PHY, C_PHY_3_second_neighbours_have_constants_of_their_own_and_save_volum
 
   const TetSprings both(mesh, {}, {}, {0.5, 0, false});
   double edges = 0, second = 0;
-  for (std::size_t n = 0; n < both.springs().size(); ++n) {
-    const auto& s = both.springs()[n];
+  const auto springs = both.springs();
+  for (std::size_t n = 0; n < springs.size(); ++n) {
+    const auto& s = springs[n];
     (n < both.edge_count() ? edges : second) += s.stiffness_n_per_m * s.rest_length_m * s.rest_length_m;
   }
   const double ev = 6000 * 0.08 * 0.08 * 0.08;

@@ -1,0 +1,58 @@
+#include "sim_server/deformation/tetra/tet_body.h"
+
+namespace sectio {
+
+TetBody::TetBody(const TetMesh& mesh, const VolumeMaterial& material, std::span<const std::uint8_t> fixed)
+    : mesh_(mesh),
+      stars_(mesh),
+      density_kg_per_m3_(material.density_kg_per_m3),
+      stiffness_factor_(material.stiffness_factor),
+      fixed_(fixed.begin(), fixed.end()),
+      mass_(mesh.vertices_body_m.size(), 0),
+      added_(mass_.size(), 0),
+      inverse_mass_(mass_.size(), 0) {
+  fixed_.resize(mass_.size(), 0);
+  for (VertexId v = 0; v < mass_.size(); ++v) weigh(v);
+}
+
+void TetBody::weigh(VertexId v) {
+  total_kg_ -= mass_[v];
+  added_kg_ -= added_[v];
+  mass_[v] = added_[v] = 0;
+  for (const std::uint32_t t : stars_.of(v))
+    mass_[v] += 0.25 * density_kg_per_m3_ * tet_volume_m3(mesh_, mesh_.tetrahedra[t]);
+  total_kg_ += mass_[v];
+  inverse_mass_[v] = fixed(v) || !(mass_[v] > 0) ? 0 : 1 / mass_[v];
+}
+
+void TetBody::weigh_at_least(VertexId v, double mass_kg) {
+  if (!(mass_[v] > 0)) return;
+  added_kg_ -= added_[v];
+  added_[v] = std::max(0.0, mass_kg - mass_[v]);
+  added_kg_ += added_[v];
+  if (!fixed(v)) inverse_mass_[v] = 1 / std::max(mass_[v], mass_kg);
+}
+
+std::vector<VertexId> TetBody::follow(const TetChange& change) {
+  sectio::follow(mesh_, change);
+  const std::size_t before = mass_.size(), vertices = mesh_.vertices_body_m.size();
+  for (auto* table : {&mass_, &added_, &inverse_mass_}) resize_slots(*table, vertices, 0.0);
+  resize_slots<std::uint8_t>(fixed_, vertices, 0);
+  std::ranges::copy(change.fixed, fixed_.begin() + static_cast<std::ptrdiff_t>(before));
+  if (!stiffness_factor_.empty()) resize_slots(stiffness_factor_, mesh_.tetrahedra.size(), 1.0);
+  std::vector<VertexId> touched;
+  for (const TetEdit& e : change.tetrahedra) {
+    if (e.before == e.after) continue;
+    if (!stiffness_factor_.empty()) stiffness_factor_[e.id] = stiffness_factor_[e.origin];
+    for (const Tetrahedron& t : {e.before, e.after})
+      for (const VertexId v : t)
+        if (v != kNone) touched.push_back(v);
+  }
+  std::ranges::sort(touched);
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  stars_.follow(vertices, change.tetrahedra);
+  for (const VertexId v : touched) weigh(v);
+  return touched;
+}
+
+}  // namespace sectio
