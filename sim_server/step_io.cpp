@@ -22,8 +22,6 @@ const char* to_string(EventKind kind) {
       return "step overrun";
     case EventKind::driver_taken_over:
       return "driver_taken_over";
-    case EventKind::gravity_turned:
-      return "gravity turned";
     case EventKind::driver_handed_back:
       return "driver_handed_back";
     case EventKind::gravity_turned:
