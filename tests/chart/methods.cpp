@@ -25,6 +25,8 @@ class Descent final : public VolumeModel {
     solid_.implicit_step(x, v, step_s_, sweeps_);
     project(constraints, inverse_mass_, step_s_, x, v, reactions);
   }
+  void change(const TetChange& change) override { solid_.change(change); }
+  const TetMesh& mesh() const override { return solid_.mesh(); }
   const Vec3& gravity_m_per_s2() const override { return solid_.gravity_m_per_s2(); }
   void set_gravity(const Vec3& g) override { solid_.set_gravity(g); }
   double mass_kg(VertexId v) const override { return solid_.mass_kg(v); }

@@ -67,7 +67,6 @@ TEST_P(HexStorm, S_6_the_stable_step_is_the_same_before_and_after) {
   EXPECT_EQ(solid.explicit_limit_s(), limit_s);
   EXPECT_LT(least_fill, 0.01);
   EXPECT_EQ(solid.added_mass_fraction(), 0);
-              solid.lattice().cells.size());
 }
 
 }  // namespace
