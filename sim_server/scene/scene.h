@@ -116,6 +116,12 @@ struct ToolSpec {
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
 
+// Marked tissue is to be removed from a body and put into a bin: see run_score.h.
+struct ExerciseSpec {
+  std::string body;
+  Box bin;  // what lies in it as a whole is in the bin
+};
+
 // From at_s on, gravity turns there.
 struct GravityChange {
   double at_s = 0;
@@ -135,6 +141,7 @@ struct Scene {
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
+  std::optional<ExerciseSpec> exercise;
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
@@ -147,7 +154,8 @@ struct Scene {
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
-//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share, damper_s,
+//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share,
+//     damper_s,
 //                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
 //                mesh
 //     mesh*:     file*, unit*: m | cm | mm
@@ -158,6 +166,7 @@ struct Scene {
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
+//   exercise:  body* (with a region that is marked), bin: min_world_m*, max_world_m*
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
 //     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
