@@ -13,6 +13,8 @@
 namespace sectio {
 namespace {
 
+constexpr double kMostSnapRatio = 0.15;  // above, crumbs come off
+
 namespace fs = std::filesystem;
 
 // No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
@@ -89,6 +91,7 @@ CuttingSpec read_cutting(YamlMap& map) {
   map.read("join_tolerance_m", cutting.join_tolerance_m, at_least(0));
   map.read("groove_min_depth_m", cutting.groove_min_depth_m, above(0));
   map.read("loops_free_islands", cutting.loops_free_islands);
+  map.read("snap_ratio", cutting.snap_ratio, between(0, kMostSnapRatio));
   return cutting;
 }
 
@@ -174,6 +177,10 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     body.cutting = read_cutting(part);
     if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
       part.value().fail("semi_progressive cuts tetrahedra: it needs a model with a volume");
+    if (body.cutting.style == "templates" && body.model != "surface_springs")
+      part.value().fail("templates cut a surface: they need the model surface_springs");
+    if (part.find("snap_ratio") && body.model == "surface_springs")
+      part.value().fail("snap_ratio is of tetrahedra: it needs a model with a volume");
   });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
@@ -240,6 +247,20 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   return tool;
 }
 
+ExerciseSpec read_exercise(const YamlValue& value, const std::vector<BodySpec>& bodies) {
+  YamlMap map(value);
+  const YamlValue name = map.require("body");
+  ExerciseSpec exercise{name.text(), {}};
+  const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
+  if (body == bodies.end()) name.fail("there is no body " + exercise.body);
+  if (std::ranges::none_of(body->regions, &Region::marked)) name.fail(exercise.body + " has no region that is marked");
+  YamlMap bin(map.require("bin"));
+  exercise.bin = read_box(bin);
+  bin.finish();
+  map.finish();
+  return exercise;
+}
+
 std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
   std::vector<GravityChange> changes;
   for (const YamlValue& value : list.list()) {
@@ -269,7 +290,7 @@ Scene load_scene(const std::string& path) {
   if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");
-  const auto tools = map.find("tools");
+  const auto tools = map.find("tools"), exercise = map.find("exercise");
   map.finish();
 
   if (tools) {
@@ -287,6 +308,7 @@ Scene load_scene(const std::string& path) {
     scene.world_bodies.push_back(body.name);
     scene.bodies.push_back(std::move(body));
   }
+  if (exercise) scene.exercise = read_exercise(*exercise, scene.bodies);
   return scene;
 }
 
@@ -296,6 +318,8 @@ void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std:
       throw InputError(who + ": there is no body " + name + " in " + scene.file);
   std::erase_if(scene.bodies, [&](const BodySpec& body) { return std::ranges::find(names, body.name) == names.end(); });
   if (scene.bodies.empty()) throw InputError(who + ": there are no bodies for it in " + scene.file);
+  if (scene.exercise && std::ranges::find(scene.bodies, scene.exercise->body, &BodySpec::name) == scene.bodies.end())
+    scene.exercise.reset();
 }
 
 }  // namespace sectio

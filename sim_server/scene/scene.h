@@ -35,7 +35,9 @@ struct MaterialSpec {
 };
 
 struct CuttingSpec {
-  std::string style = "progressive";              // paper B's way; "templates", A's; "semi_progressive", C's: volumes
+  // Surfaces: "progressive", paper B's way, or "templates", A's. Volumes: "progressive", up to the blade, or
+  // "semi_progressive", C's way, tetrahedra that it has gone through whole.
+  std::string style = "progressive";
   double open_top_m = 0.0004;                     // of templates: width of the opening at the surface
   double open_bottom_m = 0.0002;                  // and at the bottom
   std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
@@ -44,6 +46,7 @@ struct CuttingSpec {
   double join_tolerance_m = 0.002;  // an instrument this close to the end of a cut joins it (paper B, 5.2)
   double groove_min_depth_m = 0.0003;
   bool loops_free_islands = true;  // closing a loop parts the island from the body
+  double snap_ratio = 0.08;        // of volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
 };
 
 // What an instrument that presses moves: the vertices under it, or "templates", paper A's way: temporary particles.
@@ -116,6 +119,12 @@ struct ToolSpec {
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
 
+// Marked tissue is to be removed from a body and put into a bin: see run_score.h.
+struct ExerciseSpec {
+  std::string body;
+  Box bin;  // what lies in it as a whole is in the bin
+};
+
 // From at_s on, gravity turns there.
 struct GravityChange {
   double at_s = 0;
@@ -135,6 +144,7 @@ struct Scene {
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
+  std::optional<ExerciseSpec> exercise;
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
@@ -147,17 +157,19 @@ struct Scene {
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
-//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share, damper_s,
+//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share,
+//     damper_s,
 //                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
 //                mesh
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
 //     contact:   style: vertices | templates (of surface_springs)
-//     cutting:   the members of CuttingSpec (style semi_progressive: of a volume, which else can't be cut);
+//     cutting:   the members of CuttingSpec (style semi_progressive and snap_ratio: of a volume; templates: not);
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
+//   exercise:  body* (with a region that is marked), bin: min_world_m*, max_world_m*
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
 //     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
