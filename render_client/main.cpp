@@ -42,7 +42,8 @@ struct Options {
   double field_of_view_deg = 0;
   double duration_s = 0;
   int samples = 1;
-  bool wireframe = false, no_overlay = false, fit_camera = false, no_pictures = false;
+  bool wireframe = false, no_overlay = false, fit_camera = false, no_pictures = false, stereo = false;
+  Stereo eyes;
   int width_px = 0, height_px = 0;
   std::optional<Vec3> eye_world_m, target_world_m;
 };
@@ -63,6 +64,12 @@ void check(Options& o) {
     throw InputError("--size: expected WIDTHxHEIGHT in pixels, 16 to 8192 each, got " + o.size);
   if (!o.video_file.empty() && (o.width_px % 2 != 0 || o.height_px % 2 != 0))
     throw InputError("--size: a video needs even numbers, got " + o.size);
+  if (o.stereo && (o.width_px % 2 != 0 || o.width_px < 32))
+    throw InputError("--size: a stereo pair needs an even width of 32 or more, got " + o.size);
+  if (!(o.eyes.eye_separation_m >= 0 && o.eyes.eye_separation_m < 1))
+    throw InputError("--eye-separation-m: expected 0 to 1, got " + std::to_string(o.eyes.eye_separation_m));
+  if (!(o.eyes.convergence_m >= 0 && o.eyes.convergence_m < 100))
+    throw InputError("--convergence-m: expected 0 to 100, got " + std::to_string(o.eyes.convergence_m));
   if (!(o.frames_per_s >= 0.1 && o.frames_per_s <= 240))
     throw InputError("--fps: expected 0.1 to 240, got " + std::to_string(o.frames_per_s));
   if (o.field_of_view_deg != 0 && !(o.field_of_view_deg >= 1 && o.field_of_view_deg <= 170))
@@ -89,6 +96,9 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--camera-eye", o.eye, "x,y,z in metres; empty: the scene's");
   arguments.option("--camera-target", o.target, "x,y,z in metres; empty: the scene's");
   arguments.option("--fov", o.field_of_view_deg, "vertical field of view in degrees; 0: the scene's");
+  arguments.toggle("--stereo", o.stereo, "a picture for each eye, the left one's on the left, half of --size each");
+  arguments.option("--eye-separation-m", o.eyes.eye_separation_m, "0: a thirtieth of the convergence distance");
+  arguments.option("--convergence-m", o.eyes.convergence_m, "distance without disparity; 0: the camera's target");
   arguments.toggle("--fit-camera", o.fit_camera, "show all of all bodies");
   arguments.toggle("--wireframe", o.wireframe, "edges of triangles");
   arguments.toggle("--no-overlay", o.no_overlay, "no numbers in the picture");
@@ -114,7 +124,7 @@ class Screen {
       video_ =
           std::make_unique<VideoWriter>(options.video_file, options.width_px, options.height_px, options.frames_per_s);
     if (options.no_pictures) return;
-    canvas_ = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
+    canvas_ = make_osmesa_canvas(options.width_px / (options.stereo ? 2 : 1), options.height_px, options.samples);
     painter_ = std::make_unique<FramePainter>(*canvas_);
   }
 
@@ -124,8 +134,9 @@ class Screen {
     if (options_.eye_world_m) frame.camera.eye_world_m = *options_.eye_world_m;
     if (options_.target_world_m) frame.camera.target_world_m = *options_.target_world_m;
     if (options_.field_of_view_deg != 0) frame.camera.field_of_view_deg = options_.field_of_view_deg;
-    const Image& image =
-        painter_->draw_frame(frame, {options_.wireframe, !options_.no_overlay, options_.fit_camera, frames_per_s});
+    DrawOptions draw{options_.wireframe, !options_.no_overlay, options_.fit_camera, frames_per_s};
+    if (options_.stereo) draw.stereo = options_.eyes;
+    const Image& image = painter_->draw_frame(frame, draw);
     if (pngs_) pngs_->write(image);
     if (!options_.sheet_file.empty()) shots_.offer(image, frame.sim_time_s);
     for (int i = 0; video_ && i <= missed; ++i)

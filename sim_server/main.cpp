@@ -9,6 +9,7 @@
 #include "common/dds/network_arguments.h"
 #include "sim_server/mesh_command.h"
 #include "sim_server/net/serve.h"
+#include "sim_server/net/tilt.h"
 #include "sim_server/run.h"
 
 namespace {
@@ -46,6 +47,26 @@ int run_gaps(int argc, char** argv) {
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   if (!arguments.parse(argc, argv)) return 0;
   std::fputs(measure_gaps(load_scene(scene_file)).c_str(), stdout);
+  return 0;
+}
+
+int run_tilt(int argc, char** argv) {
+  NetworkOptions network;
+  std::string text;
+  double patience_s = 5;
+  Arguments arguments("sim_server tilt",
+                      "tilts the patient of a running session: gravity turns, at the rate that the scene allows");
+  arguments.option("--gravity", text, "where to: x,y,z in m/s2", Need::required);
+  add_network_arguments(arguments, network, "session");
+  arguments.option("--patience-s", patience_s, "how long to wait for the servers' word");
+  if (!arguments.parse(argc, argv)) return 0;
+  Vec3 gravity;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &gravity.x(), &gravity.y(), &gravity.z(), &rest) != 3 ||
+      !gravity.allFinite())
+    throw InputError("--gravity: expected x,y,z in m/s2, got " + text);
+  check_network_options(network);
+  request_gravity(network, gravity, patience_s);
   return 0;
 }
 
@@ -93,7 +114,7 @@ int run_session(int argc, char** argv) {
   Arguments arguments(
       "sim_server",
       "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, traces SCENE, servers SCENE, mesh "
-      "SURFACE, gap SCENE)");
+      "SURFACE, gap SCENE, tilt)");
   arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
   arguments.option("--bodies", bodies,
                    "names, with commas: only these bodies; other servers of the session have the rest");
@@ -129,6 +150,7 @@ int main(int argc, char** argv) {
   return run_program("sim_server", [&] {
     if (first == "replay") return run_replay(argc - 1, argv + 1);
     if (first == "mesh") return run_mesh_command(argc - 1, argv + 1);
+    if (first == "tilt") return run_tilt(argc - 1, argv + 1);
     if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);
     if (first == "servers") return list_servers(argc - 1, argv + 1);

@@ -7,6 +7,7 @@
 #include "common/core/error.h"
 #include "sim_server/haptics/contact_model_fitter.h"
 #include "sim_server/simulation_contact.h"
+#include "sim_server/simulation_gravity.h"
 #include "sim_server/simulation_grip.h"
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
@@ -61,7 +62,7 @@ void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, B
 }  // namespace
 
 struct Simulation::State {
-  State(const Scene& s, const EngineTable& engines) : scene(with_volumes(s)) {
+  State(const Scene& s, const EngineTable& engines) : scene(with_volumes(s)), gravity(scene) {
     for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
       const auto make = engines.models.find(scene.bodies[i].model);
       if (make == engines.models.end())
@@ -99,7 +100,8 @@ struct Simulation::State {
   }
   Tool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
 
-  Scene scene;
+  Scene scene;  // its gravity is that of this step
+  TurningGravity gravity;
   std::vector<std::unique_ptr<SimulationBody>> bodies;
   std::deque<BodySpec> part_specs;
   std::vector<Tool> tools;
@@ -392,6 +394,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   if (!input.overrun.empty()) s.say(EventKind::step_overrun, 0, 0, input.overrun);
   s.take(input);
   s.follow_hands();
+  if (s.gravity.step(input, out)) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
   for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)

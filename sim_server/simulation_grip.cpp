@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kBetweenJawsM = 0.0015;  // a piece whose surface is this close to the tips is between them
 constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold a piece
-constexpr std::size_t kFewestPoints = 3;  // that hold tissue, so that it turns with the jaws
 constexpr double kFastestM_per_s = 1;     // that tissue follows the hand; no surgeon's is faster
 constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
 constexpr double kBeforeBallM = 0.0005;   // vertices this close to the ball may run into it in a step
@@ -101,18 +100,15 @@ void SimulationGrip::hold_tissue(std::span<const std::unique_ptr<SimulationBody>
   }
   if (!body) return;
   std::vector<VertexId> vertices = vertices_near(*body, tips, radius_m_);
-  if (vertices.size() < kFewestPoints) {
+  if (vertices.empty()) {
     const auto& corners = body->mesh.triangle(nearest->triangle).v;
-    vertices.insert(vertices.end(), corners.begin(), corners.end());
-    std::ranges::sort(vertices);
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    vertices.assign(corners.begin(), corners.end());
   }
   Held held{body->id, {}};
-  const Pose& tool = pose_;
   for (const VertexId v : vertices)
     if (!body->engines.deformation->fixed(v))
       held.points.push_back(
-          {v, Vec3::Zero(), tool.to_local(position_of(*body, v)), body->engines.deformation->mass_kg(v)});
+          {v, Vec3::Zero(), pose_.to_local(position_of(*body, v)), body->engines.deformation->mass_kg(v)});
   if (held.points.empty()) return;
   held_.assign(1, std::move(held));
   share_out();

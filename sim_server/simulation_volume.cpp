@@ -216,10 +216,11 @@ BodyEngines neo_hookean_engines(const EngineSite& site) {
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
   if (is_rigid_part(site)) return surface_spring_engines(site);
   VolumePart volume = volume_of(site);
-  const Grid grid = site.parent ? dynamic_cast<const HexSolid&>(model_of(*site.parent)).lattice().grid
-                                : grid_around(volume.mesh, site.spec.volume.cell_m);
-  auto model = std::make_unique<HexSolid>(volume.mesh, grid, volume_material(site.spec.material),
-                                          settings_for(site, volume.mesh), driver_of(site.spec));
+  const auto* whole = site.parent ? &dynamic_cast<const HexSolid&>(model_of(*site.parent)) : nullptr;
+  const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
+  auto model = std::make_unique<HexSolid>(
+      volume.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
+      settings_for(site, volume.mesh), driver_of(site.spec), whole);
   return engines_of(site, std::move(volume), std::move(model));
 }
 

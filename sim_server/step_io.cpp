@@ -24,6 +24,8 @@ const char* to_string(EventKind kind) {
       return "driver_taken_over";
     case EventKind::driver_handed_back:
       return "driver_handed_back";
+    case EventKind::gravity_turned:
+      return "gravity turned";
     case EventKind::body_frozen:
       return "body frozen";
     case EventKind::body_split:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct StepInput {
   std::vector<ToolSample> samples;
   // The session is behind its clock: bodies that no instrument touches stay as they are in this step.
   bool spare_idle_bodies = false;
+  // Gravity turns there from now on: somebody tilts the patient.
+  std::optional<Vec3> gravity_m_per_s2 = {};
   std::string overrun;  // what the session does about it, when that has changed: becomes an event; else empty
 };
 
@@ -48,6 +51,7 @@ enum class EventKind : std::uint8_t {
   released,           // the text says why: opened, slipped, cut away
   driver_taken_over,  // a step was beyond what the explicit driver of a volume can do safely: the implicit one goes on
   driver_handed_back,
+  gravity_turned,  // it begins to, or to elsewhere; the text says where to
 };
 const char* to_string(EventKind kind);
 
@@ -80,6 +84,8 @@ struct StepOutput {
   std::vector<NewBody> new_bodies;     // in order of body_id
   std::vector<ContactModel> contacts;  // one a tool that has a device
   std::vector<Event> events;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};         // in this step, and
+  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
   bool publish_now = false;  // contact just began: viewers must not wait for the frame rhythm (paper A, 2.1)
   StepReport report;
 };

@@ -202,6 +202,7 @@ wire::StateHeader to_wire(const StateHeader& header) {
   m.sim_time_s(header.sim_time_s);
   m.step_wall_time_s(header.step_wall_time_s);
   m.in_contact(header.in_contact);
+  m.gravity_world_m_per_s2(triple(header.gravity_m_per_s2));
   m.tools().resize(header.tools.size());
   for (std::size_t i = 0; i < header.tools.size(); ++i) {
     m.tools()[i].present(header.tools[i].present);
@@ -220,9 +221,16 @@ wire::StateHeader to_wire(const StateHeader& header) {
 
 std::optional<StateHeader> from_wire(const wire::StateHeader& m) {
   if (m.tools().size() > kMaxTools || m.bodies().size() > kMaxBodies || !finite({m.sim_time_s()}) ||
-      !not_negative({m.step_wall_time_s()}))
+      !is_gravity(m.gravity_world_m_per_s2()) || !not_negative({m.step_wall_time_s()}))
     return std::nullopt;
-  StateHeader header{m.epoch(), m.step(), m.sim_time_s(), m.step_wall_time_s(), m.in_contact(), {}, {}};
+  StateHeader header{m.epoch(),
+                     m.step(),
+                     m.sim_time_s(),
+                     m.step_wall_time_s(),
+                     m.in_contact(),
+                     {},
+                     {},
+                     vec3(m.gravity_world_m_per_s2())};
   for (const wire::ToolState& t : m.tools()) {
     const std::optional<Pose> pose = pose_from(t.position_world_m(), t.orientation_wxyz());
     if (!pose || !(t.opening_rad() >= 0 && t.opening_rad() <= kWidestOpening_rad)) return std::nullopt;

@@ -30,6 +30,7 @@ wire::StatePiece to_wire(const StatePiece& piece);
 wire::SceneInfo to_wire(const SceneInfo& scene);
 wire::Event to_wire(const SessionEvent& event);
 wire::ServerStatus to_wire(const ServerStatus& status);
+wire::GravityRequest to_wire(const GravityRequest& request);
 wire::SessionEnd to_wire(const SessionEnd& end);
 
 struct ContactMessage {
@@ -47,6 +48,7 @@ std::optional<StatePiece> from_wire(const wire::StatePiece& m);
 std::optional<SceneInfo> from_wire(const wire::SceneInfo& m);
 std::optional<SessionEvent> from_wire(const wire::Event& m);
 std::optional<ServerStatus> from_wire(const wire::ServerStatus& m);
+std::optional<GravityRequest> from_wire(const wire::GravityRequest& m);
 std::optional<SessionEnd> from_wire(const wire::SessionEnd& m);
 
 }  // namespace sectio

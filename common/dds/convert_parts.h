@@ -42,6 +42,10 @@ inline bool is_colour(const Triple& t) {
   return std::ranges::all_of(t, [](double x) { return x >= 0 && x <= 1; });
 }
 
+inline bool is_gravity(const Triple& t) {
+  return std::ranges::all_of(t, [](double x) { return std::abs(x) <= kMostGravity_m_per_s2; });
+}
+
 inline bool is_unit(const Vec3& v) {
   return std::abs(v.norm() - 1) < 1e-3;
 }

@@ -172,13 +172,14 @@ wire::ServerStatus to_wire(const ServerStatus& status) {
   m.cuts_refused_count(status.cuts_refused);
   m.samples_refused_count(status.samples_refused);
   m.viewers_count(status.viewers);
+  m.gravity_target_world_m_per_s2(triple(status.gravity_target_m_per_s2));
   m.bodies(versions_to_wire(status.bodies));
   return m;
 }
 
 std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
-  if (m.bodies().size() > kMaxBodies || !finite({m.sim_time_s(), m.stability_margin_1()}) ||
-      !not_negative({m.step_wall_time_s()}))
+  if (m.bodies().size() > kMaxBodies || !is_gravity(m.gravity_target_world_m_per_s2()) ||
+      !finite({m.sim_time_s(), m.stability_margin_1()}) || !not_negative({m.step_wall_time_s()}))
     return std::nullopt;
   return ServerStatus{m.epoch(),
                       m.step(),
@@ -189,7 +190,20 @@ std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
                       m.cuts_refused_count(),
                       m.samples_refused_count(),
                       m.viewers_count(),
-                      versions_from(m.bodies())};
+                      versions_from(m.bodies()),
+                      vec3(m.gravity_target_world_m_per_s2())};
+}
+
+wire::GravityRequest to_wire(const GravityRequest& request) {
+  wire::GravityRequest m;
+  m.source(request.source);
+  m.gravity_world_m_per_s2(triple(request.gravity_m_per_s2));
+  return m;
+}
+
+std::optional<GravityRequest> from_wire(const wire::GravityRequest& m) {
+  if (!is_gravity(m.gravity_world_m_per_s2())) return std::nullopt;
+  return GravityRequest{m.source(), vec3(m.gravity_world_m_per_s2())};
 }
 
 wire::SessionEnd to_wire(const SessionEnd& end) {

@@ -34,6 +34,7 @@ template <> struct GeneratedType<wire::StatePiece> { using type = wire::StatePie
 template <> struct GeneratedType<wire::SceneInfo> { using type = wire::SceneInfoPubSubType; };
 template <> struct GeneratedType<wire::Event> { using type = wire::EventPubSubType; };
 template <> struct GeneratedType<wire::ServerStatus> { using type = wire::ServerStatusPubSubType; };
+template <> struct GeneratedType<wire::GravityRequest> { using type = wire::GravityRequestPubSubType; };
 template <> struct GeneratedType<wire::SessionEnd> { using type = wire::SessionEndPubSubType; };
 // clang-format on
 
@@ -203,6 +204,7 @@ SECTIO_ENDPOINTS(wire::StatePiece);
 SECTIO_ENDPOINTS(wire::SceneInfo);
 SECTIO_ENDPOINTS(wire::Event);
 SECTIO_ENDPOINTS(wire::ServerStatus);
+SECTIO_ENDPOINTS(wire::GravityRequest);
 SECTIO_ENDPOINTS(wire::SessionEnd);
 
 }  // namespace sectio

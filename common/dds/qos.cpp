@@ -29,6 +29,7 @@ constexpr TopicQos kStatePiece{"state_pieces", kBestEffort, kNowOnly, 4096, 2 * 
 constexpr TopicQos kScene{"scene", kReliable, kLateJoiners, 1, 2 * kMiB};
 constexpr TopicQos kEvent{"events", kReliable, kLateJoiners, 256, 4 * kKiB};
 constexpr TopicQos kStatus{"server_status", kBestEffort, kNowOnly, 1, 64 * kKiB};
+constexpr TopicQos kGravity{"gravity_requests", kReliable, kLateJoiners, 1, kKiB};
 constexpr TopicQos kEnd{"session_end", kReliable, kLateJoiners, 1, 64 * kKiB};
 
 }  // namespace
@@ -44,6 +45,7 @@ template <> const TopicQos& qos_of<wire::StatePiece>() { return kStatePiece; }
 template <> const TopicQos& qos_of<wire::SceneInfo>() { return kScene; }
 template <> const TopicQos& qos_of<wire::Event>() { return kEvent; }
 template <> const TopicQos& qos_of<wire::ServerStatus>() { return kStatus; }
+template <> const TopicQos& qos_of<wire::GravityRequest>() { return kGravity; }
 template <> const TopicQos& qos_of<wire::SessionEnd>() { return kEnd; }
 // clang-format on
 

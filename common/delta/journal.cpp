@@ -60,6 +60,13 @@ void JournalWriter::append(const JournalBody& body) {
   append(bodies_++, content.bytes());
 }
 
+void JournalWriter::append(const JournalGravity& gravity) {
+  ByteWriter content;
+  content.put(gravity.step);
+  for (int i = 0; i < 3; ++i) content.put(gravity.gravity_m_per_s2[i]);
+  append(kGravityRecord, content.bytes());
+}
+
 void JournalWriter::append(std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
   ByteWriter out;
   out.put(body_id);
@@ -117,11 +124,24 @@ std::optional<JournalEntry> JournalReader::next() {
       add_body(bytes, begin);
       continue;
     }
+    if (body_id == kGravityRecord) {
+      add_gravity(bytes, begin);
+      continue;
+    }
     std::optional<TopologyDelta> delta = delta_from_bytes(bytes);
     if (!delta || body_id > bodies_.size()) fail(begin, "record that no journal holds");
     return JournalEntry{body_id, std::move(*delta)};
   }
   return std::nullopt;
+}
+
+void JournalReader::add_gravity(std::span<const std::uint8_t> bytes, std::uint64_t begin) {
+  if (bytes.size() != 32) fail(begin, "record that no journal holds");
+  ByteReader in(bytes);
+  JournalGravity& gravity = gravity_.emplace_back();
+  gravity.step = in.get<std::uint64_t>();
+  for (int i = 0; i < 3; ++i) gravity.gravity_m_per_s2[i] = in.get<double>();
+  if (!gravity.gravity_m_per_s2.allFinite()) fail(begin, "record that no journal holds");
 }
 
 void JournalReader::add_body(std::span<const std::uint8_t> bytes, std::uint64_t begin) {
@@ -162,6 +182,13 @@ std::vector<JournalBody> read_journal(const std::string& path) {
   }
   while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
   return bodies;
+}
+
+std::vector<JournalGravity> read_gravity(const std::string& path) {
+  JournalReader reader(path);
+  while (reader.next()) {
+  }
+  return reader.gravity();
 }
 
 }  // namespace sectio

@@ -3,7 +3,8 @@
 //
 // File: "SECTIOJ1", bodies (u32), then for each body: name length (u32), name, keyframe length (u64), keyframe; then
 // records until the end: body_id (u32), length (u32), checksum of the bytes (u64), delta. Little-endian. A record whose
-// body_id is the number of bodies so far brings the next body instead: name length (u32), name, keyframe.
+// body_id is the number of bodies so far brings the next body instead: name length (u32), name, keyframe. One with
+// kGravityRecord says that gravity turns: step (u64), x, y, z (f64, m/s2).
 #pragma once
 
 #include <cstdint>
@@ -22,6 +23,14 @@ struct JournalBody {
   TriangleMesh mesh;
 };
 
+constexpr std::uint32_t kGravityRecord = 0xffffffffu;
+
+// From this step on, gravity turned there.
+struct JournalGravity {
+  std::uint64_t step = 0;
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
+};
+
 class JournalWriter {
  public:
   // Creates the file, with every body as it is now. Throws InputError when it can't be written.
@@ -31,6 +40,7 @@ class JournalWriter {
   void append(std::uint32_t body_id, const TopologyDelta& delta);
   // A body that came off another; its number is that of the bodies so far.
   void append(const JournalBody& body);
+  void append(const JournalGravity& gravity);
 
  private:
   void write(std::span<const std::uint8_t> bytes);
@@ -54,6 +64,8 @@ class JournalReader {
 
   // As they were at the beginning: the session's, and of those that came later the ones read so far.
   const std::vector<JournalBody>& bodies() const { return bodies_; }
+  // Of the session, read so far.
+  const std::vector<JournalGravity>& gravity() const { return gravity_; }
 
   // The next delta; nothing at the end of the file.
   std::optional<JournalEntry> next();
@@ -63,15 +75,19 @@ class JournalReader {
   std::vector<std::uint8_t> read(std::uint64_t size, const std::string& what);
   JournalBody read_body();
   void add_body(std::span<const std::uint8_t> bytes, std::uint64_t begin);
+  void add_gravity(std::span<const std::uint8_t> bytes, std::uint64_t begin);
 
   std::string path_;
   std::ifstream file_;
   std::uint64_t size_ = 0;
   std::uint64_t at_ = 0;
   std::vector<JournalBody> bodies_;
+  std::vector<JournalGravity> gravity_;
 };
 
 // The bodies after all deltas. Throws InputError as JournalReader does, and when a delta doesn't fit its body.
 std::vector<JournalBody> read_journal(const std::string& path);
+// All that gravity did, in order.
+std::vector<JournalGravity> read_gravity(const std::string& path);
 
 }  // namespace sectio

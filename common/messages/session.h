@@ -79,6 +79,15 @@ struct ServerStatus {
   std::uint64_t samples_refused = 0;
   std::uint32_t viewers = 0;
   std::vector<BodyVersion> bodies;
+  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
+};
+
+constexpr double kMostGravity_m_per_s2 = 1000;
+
+// Gravity is to turn there.
+struct GravityRequest {
+  std::uint64_t source = 0;  // grows; a lower one than the last is a ghost
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
 };
 
 struct SessionEnd {

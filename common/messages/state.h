@@ -44,6 +44,7 @@ struct StateHeader {
   bool in_contact = false;
   std::vector<ToolState> tools;   // one a tool of SceneInfo
   std::vector<BodyState> bodies;  // one a body of SceneInfo
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
 };
 
 // Vertex slots from kVerticesPerPiece * piece on. position = quantum_m * (origin_quanta + offset).

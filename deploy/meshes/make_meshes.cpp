@@ -1,5 +1,6 @@
-// make_meshes DIR [NAME...]: writes organ-like surfaces, a bar and a sheet as NAME.obj in metres (all of the table
-// below, or those named). make_meshes --check DIR [NAME...]: 1 when a file there isn't what this program makes.
+// make_meshes DIR [NAME...]: writes organ-like surfaces, a bar and a sheet as NAME.obj, and a box of tetrahedra as
+// NAME.msh, in metres (all of the table below, or those named). make_meshes --check DIR [NAME...]: 1 when a file there
+// isn't what this program makes.
 //
 // An organ: a geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and
 // back to the surface, and edges flip to Delaunay's, until triangles are even. A bar or sheet: a grid on each side.
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "common/mesh/check.h"
+#include "deploy/meshes/paper_box.h"
 #include "deploy/meshes/shapes.h"
 
 namespace sectio {
@@ -23,7 +25,8 @@ namespace {
 
 struct Recipe {
   const char* name;
-  std::function<TriangleSoup()> make;
+  std::function<std::string(const char* name)> text;  // of the file; empty when what was made is broken
+  const char* ending = ".obj";
 };
 
 using Corners = std::array<VertexId, 3>;
@@ -216,32 +219,82 @@ TriangleSoup bar(const std::array<int, 3>& cells, double cell_m) {
   return soup;
 }
 
-const std::array<Recipe, 9> kRecipes{{{"liver_2k", [] { return organ(liver, 10, 400); }},
-                                      {"liver_10k", [] { return organ(liver, 22, 1200); }},
-                                      {"liver_40k", [] { return organ(liver, 45, 1500); }},
-                                      {"kidney_2k", [] { return organ(kidney, 10, 400); }},
-                                      {"kidney_10k", [] { return organ(kidney, 22, 1200); }},
-                                      {"kidney_40k", [] { return organ(kidney, 45, 1500); }},
-                                      {"skin_pad", [] { return organ(skin_pad, 18, 1200); }},
-                                      {"bar",
-                                       [] {
-                                         return bar({40, 8, 8}, 0.0025);
-                                       }},
-                                      {"sheet", [] {
-                                         return bar({32, 20, 2}, 0.0025);
-                                       }}}};
-
-std::string make(const Recipe& recipe) {
-  const TriangleSoup soup = recipe.make();
+std::string described(const char* name, const TriangleSoup& soup) {
   const SurfaceReport report = check_soup(soup);
   Eigen::AlignedBox3d box;
   for (const Vec3& p : soup.vertices_body_m) box.extend(p);
   const Vec3 size_mm = 1000 * box.sizes();
-  std::printf("%s: %u triangles, %.0f x %.0f x %.0f mm, %.4f L, least angle %.1f deg%s%s\n", recipe.name,
-              report.triangles, size_mm.x(), size_mm.y(), size_mm.z(), 1000 * report.volume_m3, least_angle_deg(soup),
+  std::printf("%s: %u triangles, %.0f x %.0f x %.0f mm, %.4f L, least angle %.1f deg%s%s\n", name, report.triangles,
+              size_mm.x(), size_mm.y(), size_mm.z(), 1000 * report.volume_m3, least_angle_deg(soup),
               report.valid() ? "" : ", BROKEN: ", report.first_defect.c_str());
-  return report.valid() ? obj(soup, recipe.name) : "";
+  return report.valid() ? obj(soup, name) : "";
 }
+
+std::string described(const char* name, const TetMesh& mesh) {
+  const TetReport report = check(mesh);
+  std::printf("%s: %u vertices, %u tetrahedra, %.4f L, least dihedral angle %.1f deg%s%s\n", name, report.vertices,
+              report.tetrahedra, 1000 * report.volume_m3, report.smallest_dihedral_deg,
+              report.valid ? "" : ", BROKEN: ", report.first_defect.c_str());
+  return report.valid ? msh(mesh) : "";
+}
+
+// Open above, 64 x 48 x 20 mm, 4 mm thick: what is cut off is put in here. The outside of the cells that are solid.
+TriangleSoup tray() {
+  const std::array<std::vector<double>, 3> lines_mm{
+      {{-32, -28, -20, -12, -4, 4, 12, 20, 28, 32}, {-24, -20, -12, -4, 4, 12, 20, 24}, {0, 4, 12, 20}}};
+  using Cell = std::array<int, 3>;
+  const auto cells = [&](std::size_t axis) { return static_cast<int>(lines_mm[axis].size()) - 1; };
+  const auto solid = [&](const Cell& c) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (c[axis] < 0 || c[axis] >= cells(axis)) return false;
+    return c[2] == 0 || c[0] == 0 || c[0] + 1 == cells(0) || c[1] == 0 || c[1] + 1 == cells(1);
+  };
+  TriangleSoup soup;
+  std::map<Cell, VertexId> known;
+  const auto vertex = [&](const Cell& c) {
+    const auto [entry, is_new] = known.try_emplace(c, static_cast<VertexId>(soup.vertices_body_m.size()));
+    const auto at = [&](std::size_t axis) { return 1e-3 * lines_mm[axis][static_cast<std::size_t>(c[axis])]; };
+    if (is_new) soup.vertices_body_m.emplace_back(at(0), at(1), at(2));
+    return entry->second;
+  };
+  for (int i = 0; i < cells(0); ++i)
+    for (int j = 0; j < cells(1); ++j)
+      for (int k = 0; k < cells(2); ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          for (const int far : {0, 1}) {
+            const Cell cell{i, j, k};
+            Cell beyond = cell, corner = cell;
+            beyond[axis] += 2 * far - 1;
+            corner[axis] += far;
+            if (!solid(cell) || solid(beyond)) continue;
+            const std::size_t u = (axis + (far ? 1 : 2)) % 3, w = (axis + (far ? 2 : 1)) % 3;
+            Cell b = corner, c = corner, d = corner;
+            ++b[u], ++c[u], ++c[w], ++d[w];
+            soup.triangles.push_back({vertex(corner), vertex(b), vertex(c)});
+            soup.triangles.push_back({vertex(corner), vertex(c), vertex(d)});
+          }
+  return soup;
+}
+
+const auto kRecipes = std::to_array<Recipe>({
+    {"liver_2k", [](const char* name) { return described(name, organ(liver, 10, 400)); }},
+    {"liver_10k", [](const char* name) { return described(name, organ(liver, 22, 1200)); }},
+    {"liver_40k", [](const char* name) { return described(name, organ(liver, 45, 1500)); }},
+    {"kidney_2k", [](const char* name) { return described(name, organ(kidney, 10, 400)); }},
+    {"kidney_10k", [](const char* name) { return described(name, organ(kidney, 22, 1200)); }},
+    {"kidney_40k", [](const char* name) { return described(name, organ(kidney, 45, 1500)); }},
+    {"skin_pad", [](const char* name) { return described(name, organ(skin_pad, 18, 1200)); }},
+    {"bar",
+     [](const char* name) {
+       return described(name, bar({40, 8, 8}, 0.0025));
+     }},
+    {"sheet",
+     [](const char* name) {
+       return described(name, bar({32, 20, 2}, 0.0025));
+     }},
+    {"tray", [](const char* name) { return described(name, tray()); }},
+    {"paper_box", [](const char* name) { return described(name, paper_box()); }, ".msh"},
+});
 
 int run(std::vector<std::string> words) {
   const bool check_only = !words.empty() && words[0] == "--check";
@@ -253,7 +306,7 @@ int run(std::vector<std::string> words) {
   int failures = 0;
   for (const Recipe& recipe : kRecipes) {
     if (words.size() > 1 && std::find(words.begin() + 1, words.end(), recipe.name) == words.end()) continue;
-    const std::string path = words[0] + "/" + recipe.name + ".obj", text = make(recipe);
+    const std::string path = words[0] + "/" + recipe.name + recipe.ending, text = recipe.text(recipe.name);
     bool good = !text.empty();
     if (check_only) {
       std::ostringstream content;

@@ -20,7 +20,7 @@ struct Options {
   std::string out, size = "600x500";
   std::vector<std::string> moments;
   int samples = 4, columns = 0;
-  bool wireframe = false;
+  bool wireframe = false, stereo = false;
   int width_px = 0, height_px = 0;
 };
 
@@ -81,7 +81,8 @@ Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
     simulation.step(input);
   }
   FramePainter painter(canvas);
-  return painter.draw_frame(frame_of(scene, simulation), {options.wireframe, false, false, 0});
+  return painter.draw_frame(frame_of(scene, simulation), {options.wireframe, false, false, 0,
+                                                          options.stereo ? std::optional(Stereo{}) : std::nullopt});
 }
 
 int run(int argc, char** argv) {
@@ -92,6 +93,7 @@ int run(int argc, char** argv) {
   arguments.option("--size", options.size, "of each, WIDTHxHEIGHT in pixels");
   arguments.option("--columns", options.columns, "pictures in a row; 0: all of them");
   arguments.option("--samples", options.samples, "per pixel: 1 or 4");
+  arguments.toggle("--stereo", options.stereo, "a picture for each eye, each as large as --size says");
   arguments.toggle("--wireframe", options.wireframe, "with the edges of triangles");
   if (!arguments.parse(argc, argv)) return 0;
   char rest = 0;
@@ -105,7 +107,7 @@ int run(int argc, char** argv) {
 
   const int n = static_cast<int>(options.moments.size());
   const int columns = options.columns == 0 ? n : std::min(n, options.columns), rows = (n + columns - 1) / columns;
-  const int across_px = options.width_px + kGap_px, down_px = options.height_px + kGap_px;
+  const int across_px = options.width_px * (options.stereo ? 2 : 1) + kGap_px, down_px = options.height_px + kGap_px;
   Image picture(columns * across_px - kGap_px, rows * down_px - kGap_px, {255, 255, 255, 255});
   for (int i = 0; i < n; ++i) {
     const auto canvas = make_osmesa_canvas(options.width_px, options.height_px, options.samples);

@@ -54,6 +54,19 @@ Eigen::Matrix4f projection(const CameraView& camera, double aspect) {
   return m.cast<float>();
 }
 
+// The eye is e to the right: the view moves by -e, and a point at the convergence distance D in the middle between the
+// eyes, at (-e, 0, -D) for this one, is to come out at x = 0 again: m00 (-e) + m02 (-D) = 0.
+EyeView eye_view(const CameraView& camera, double aspect, const Stereo& stereo, int side) {
+  const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
+  const double convergence_m = stereo.convergence_m > 0 ? stereo.convergence_m : distance_m;
+  const double apart_m = stereo.eye_separation_m > 0 ? stereo.eye_separation_m : convergence_m / 30;
+  const auto e = static_cast<float>(0.5 * side * apart_m);
+  EyeView view{view_from_world(camera), projection(camera, aspect)};
+  view.view_from_world(0, 3) -= e;
+  view.projection(0, 2) = -view.projection(0, 0) * e / static_cast<float>(convergence_m);
+  return view;
+}
+
 CameraView fit_camera(const Frame& frame, double aspect) {
   constexpr double kMargin = 1.08;
   CameraView fitted = frame.camera;

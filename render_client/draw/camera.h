@@ -14,6 +14,19 @@ Eigen::Matrix4f view_from_world(const CameraView& camera);
 // field_of_view_deg is vertical; near and far planes follow the distance from eye to target.
 Eigen::Matrix4f projection(const CameraView& camera, double aspect);
 
+// Two eyes side by side that look in parallel, each through a frustum shifted so that both meet at the convergence
+// distance: what is there has no disparity, and nothing is turned inwards, so that no height differs between the eyes.
+struct Stereo {
+  double eye_separation_m = 0;  // 0: a thirtieth of the convergence distance, which is easy on the eyes
+  double convergence_m = 0;     // along the line of sight; 0: where the target is
+};
+
+struct EyeView {
+  Eigen::Matrix4f view_from_world, projection;
+};
+// side: -1 the left eye, 1 the right one. aspect: of the picture of one eye.
+EyeView eye_view(const CameraView& camera, double aspect, const Stereo& stereo, int side);
+
 // Keeps the direction of sight, moves target and eye so that all finite body vertices in use are in the picture.
 // Without any it returns the frame's own camera.
 CameraView fit_camera(const Frame& frame, double aspect);

@@ -1,9 +1,9 @@
 #include "render_client/draw/draw_frame.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-
-#include "render_client/draw/camera.h"
+#include <numbers>
 
 namespace sectio {
 
@@ -31,6 +31,12 @@ std::string format(const char* pattern, double value) {
   return text.data();
 }
 
+// Between gravity and straight down.
+double tilt_of_deg(const Vec3& gravity_m_per_s2) {
+  if (gravity_m_per_s2.norm() < 1e-9) return 0;
+  return std::acos(std::clamp(-gravity_m_per_s2.normalized().z(), -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
 // The text follows the picture: 14 pixels high at 720 lines.
 int text_size_px(int height_px) {
   return std::clamp(height_px / 50, 10, 40);
@@ -49,15 +55,6 @@ FramePainter::~FramePainter() {
   canvas_.remove_mesh(floor_mesh_);
 }
 
-void FramePainter::draw_floor(const Frame& frame, const CameraView& camera) {
-  if (!frame.floor_z_m) return;
-  constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
-  floor_.move(frame, camera);
-  canvas_.set_vertices(floor_mesh_, floor_.vertices());
-  canvas_.draw(floor_mesh_, {0, static_cast<std::uint32_t>(floor_.indices().size())},
-               {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])}, Eigen::Matrix4f::Identity());
-}
-
 void FramePainter::update_bodies(const Frame& frame) {
   while (bodies_.size() > frame.bodies.size()) {
     canvas_.remove_mesh(bodies_.back().canvas_mesh);
@@ -73,7 +70,7 @@ void FramePainter::update_bodies(const Frame& frame) {
     if (!arranged) {
       drawn.mesh.arrange(body);
       if (drawn.name != body.name || drawn.vertex_slots == 0 || session_ != frame.session)
-        drawn.regions_at_skin = BodyMesh::regions_at_skin(body);
+        canvas_.set_regions(drawn.canvas_mesh, body.regions, drawn.mesh.rest_box());
       drawn.name = body.name;
       drawn.revision = body.revision;
       drawn.vertex_slots = body.rest_body_m.size();
@@ -113,9 +110,22 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
   update_tools(frame);
   const double aspect = static_cast<double>(canvas_.width_px()) / canvas_.height_px();
   const CameraView camera = options.fit_camera ? fit_camera(frame, aspect) : frame.camera;
+  if (frame.floor_z_m) {
+    floor_.move(frame, camera);
+    canvas_.set_vertices(floor_mesh_, floor_.vertices());
+  }
+  if (!options.stereo) return draw_view(frame, options, {view_from_world(camera), projection(camera, aspect)});
+  if (pair_.width_px != 2 * canvas_.width_px()) pair_ = Image(2 * canvas_.width_px(), canvas_.height_px());
+  for (const int side : {-1, 1})
+    paste(pair_, draw_view(frame, options, eye_view(camera, aspect, *options.stereo, side)),
+          side < 0 ? 0 : canvas_.width_px(), 0);
+  return pair_;
+}
+
+Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
   CanvasView view;
-  view.view_from_world = view_from_world(camera);
-  view.projection = projection(camera, aspect);
+  view.view_from_world = eye.view_from_world;
+  view.projection = eye.projection;
   for (std::size_t i = 0; i < tools_.size() && view.occluder_count < 2; ++i) {
     if (!is_drawable(frame.tools[i])) continue;
     view.occluders[static_cast<std::size_t>(view.occluder_count++)] =
@@ -128,10 +138,8 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
     const DrawnBody& drawn = bodies_[i];
     if (!drawn.visible) continue;
     const BodyFrame& body = frame.bodies[i];
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(),
-                 {Shading::skin, body.skin_colour.cast<float>(), drawn.regions_at_skin}, in_world);
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>(), body.regions},
-                 in_world);
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), {Shading::skin, body.skin_colour.cast<float>()}, in_world);
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>()}, in_world);
     if (options.wireframe) {
       const auto all = static_cast<std::uint32_t>(drawn.mesh.indices().size());
       canvas_.draw_wireframe(drawn.canvas_mesh, {0, all}, in_world);
@@ -144,7 +152,11 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
       canvas_.draw(tools_[i].canvas_mesh, part.range, part.material, world_from_tool);
     }
   }
-  draw_floor(frame, camera);
+  if (frame.floor_z_m) {
+    constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
+    canvas_.draw(floor_mesh_, {0, static_cast<std::uint32_t>(floor_.indices().size())},
+                 {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])}, in_world);
+  }
   Image& image = canvas_.finish();
   if (options.overlay) draw_panel(image, text_, overlay_lines(frame, options));
   return image;
@@ -158,6 +170,8 @@ std::vector<std::string> FramePainter::overlay_lines(const Frame& frame, const D
   if (options.frames_per_s > 0) numbers += format("   %.0f frames/s", options.frames_per_s);
   std::vector<std::string> lines{title, numbers};
   if (frame.in_contact) lines.emplace_back("in contact");
+  if (const double tilt_deg = tilt_of_deg(frame.gravity_m_per_s2); tilt_deg > 0.5)
+    lines.push_back(format("patient tilted by %.0f deg", tilt_deg));
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (!bodies_[i].visible) lines.push_back(frame.bodies[i].name + ": not drawn, positions are not finite");
   }

@@ -2,10 +2,12 @@
 // positions every time, index buffers when a body's revision changed, instruments once.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "render_client/draw/body_mesh.h"
+#include "render_client/draw/camera.h"
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/floor_mesh.h"
 #include "render_client/draw/overlay.h"
@@ -17,8 +19,9 @@ namespace sectio {
 struct DrawOptions {
   bool wireframe = false;
   bool overlay = true;
-  bool fit_camera = false;  // show all of all bodies, along the frame's own line of sight
-  double frames_per_s = 0;  // for the overlay; 0: not shown
+  bool fit_camera = false;            // show all of all bodies, along the frame's own line of sight
+  double frames_per_s = 0;            // for the overlay; 0: not shown
+  std::optional<Stereo> stereo = {};  // the left eye's picture beside the right one's, each as large as the canvas
 };
 
 class FramePainter {
@@ -40,7 +43,6 @@ class FramePainter {
     std::uint64_t revision = 0;
     std::size_t vertex_slots = 0, triangle_slots = 0;
     BodyMesh mesh;
-    Regions regions_at_skin;
     bool visible = false;
   };
   struct DrawnTool {
@@ -53,7 +55,7 @@ class FramePainter {
 
   void update_bodies(const Frame& frame);
   void update_tools(const Frame& frame);
-  void draw_floor(const Frame& frame, const CameraView& camera);
+  Image& draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye);
   std::vector<std::string> overlay_lines(const Frame& frame, const DrawOptions& options) const;
 
   Canvas& canvas_;
@@ -63,6 +65,7 @@ class FramePainter {
   std::vector<DrawnTool> tools_;
   FloorMesh floor_;
   MeshId floor_mesh_ = 0;
+  Image pair_;
 };
 
 }  // namespace sectio

@@ -50,6 +50,7 @@ struct Frame {
   bool in_contact = false;
   CameraView camera;
   std::optional<double> floor_z_m;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<BodyFrame> bodies;
   std::vector<ToolFrame> tools;
 };

@@ -115,6 +115,7 @@ void Replica::fill(const StateHeader& header, Frame& frame) {
   frame.sim_time_s = header.sim_time_s;
   frame.step_wall_time_s = header.step_wall_time_s;
   frame.in_contact = header.in_contact;
+  frame.gravity_m_per_s2 = header.gravity_m_per_s2;
   frame.camera = {scene_->camera.eye_world_m, scene_->camera.target_world_m, scene_->camera.up_world,
                   scene_->camera.field_of_view_deg};
   frame.floor_z_m = scene_->floor_z_m;

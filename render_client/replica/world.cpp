@@ -155,6 +155,7 @@ void World::merge(Frame& frame) {
   frame.step_wall_time_s = newest->frame.step_wall_time_s;
   frame.camera = newest->frame.camera;
   frame.floor_z_m = newest->frame.floor_z_m;
+  frame.gravity_m_per_s2 = newest->frame.gravity_m_per_s2;
   frame.tools = newest->frame.tools;
   frame.in_contact = in_contact;
 }

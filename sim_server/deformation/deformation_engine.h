@@ -22,6 +22,9 @@ class DeformationEngine : public Engine {
   virtual void step(const SharedBody& body, std::span<const PointConstraint> constraints,
                     std::span<Reaction> reactions) = 0;
 
+  // From the next step on.
+  virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
+
   // Where the shape at rest is, of the connected piece that a vertex belongs to.
   virtual Pose home_frame_world(VertexId v) const = 0;
   // These vertices, a connected piece, are not held by the rest of the body any more, and lie on a bed if there is one.

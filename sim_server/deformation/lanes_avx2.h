@@ -9,6 +9,12 @@
 namespace sectio {
 namespace {
 
+// An entry of four floats.
+[[gnu::always_inline]] inline void add_entry(char* to, __m128 by) {
+  float* const sum = reinterpret_cast<float*>(to);
+  _mm_store_ps(sum, _mm_add_ps(_mm_load_ps(sum), by));
+}
+
 [[gnu::always_inline]] inline __m256 load_pair(const char* base, std::uint32_t low, std::uint32_t high) {
   const __m128 a = _mm_load_ps(reinterpret_cast<const float*>(base + low));
   const __m128 b = _mm_load_ps(reinterpret_cast<const float*>(base + high));
@@ -29,11 +35,6 @@ struct Avx2 {
   static Reg all(float a) { return _mm256_set1_ps(a); }
   static Reg load(const float* p) { return _mm256_load_ps(p); }
   static void store(float* p, Reg a) { _mm256_store_ps(p, a); }
-  // One entry of four floats.
-  static void add_entry(char* to, const char* by) {
-    float* const sum = reinterpret_cast<float*>(to);
-    _mm_store_ps(sum, _mm_add_ps(_mm_load_ps(sum), _mm_load_ps(reinterpret_cast<const float*>(by))));
-  }
   static Reg add(Reg a, Reg b) { return _mm256_add_ps(a, b); }
   static Reg max(Reg a, Reg b) { return _mm256_max_ps(a, b); }
   static Reg sub(Reg a, Reg b) { return _mm256_sub_ps(a, b); }
@@ -82,6 +83,19 @@ struct Avx2 {
       for (int i = 0; i < count; ++i) _mm_store_ps(reinterpret_cast<float*>(base + offset[i]), entries[i]);
     }
   }
+  // Adds the entries of a corner to what is there, lane after lane. `later`: unused.
+  [[gnu::always_inline]] static void add_scattered(const Lanes3<Avx2>& lanes, char* base, const std::uint32_t* offset,
+                                                   float* /*later*/) {
+    const __m256 xy_low = _mm256_unpacklo_ps(lanes.x, lanes.y);
+    const __m256 xy_high = _mm256_unpackhi_ps(lanes.x, lanes.y);
+    const __m256 z_low = _mm256_unpacklo_ps(lanes.z, all(0));
+    const __m256 z_high = _mm256_unpackhi_ps(lanes.z, all(0));
+    const __m256 rows[4] = {low_halves(xy_low, z_low), high_halves(xy_low, z_low), low_halves(xy_high, z_high),
+                            high_halves(xy_high, z_high)};
+    for (int i = 0; i < 4; ++i) add_entry(base + offset[i], _mm256_castps256_ps128(rows[i]));
+    for (int i = 0; i < 4; ++i) add_entry(base + offset[4 + i], _mm256_extractf128_ps(rows[i], 1));
+  }
+  static void add_later(char* /*base*/, const std::uint32_t* /*offset*/, const float* /*later*/) {}
   [[gnu::always_inline]] static void scatter(const Lanes3<Avx2>& lanes, char* base, const std::uint32_t* offset,
                                              int count) {
     scatter4({lanes.x, lanes.y, lanes.z, all(0)}, base, offset, count);

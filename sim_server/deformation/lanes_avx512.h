@@ -9,6 +9,11 @@
 namespace sectio {
 namespace {
 
+[[gnu::always_inline]] inline void add_entry(char* to, __m128 by) {
+  float* const sum = reinterpret_cast<float*>(to);
+  _mm_store_ps(sum, _mm_add_ps(_mm_load_ps(sum), by));
+}
+
 [[gnu::always_inline]] inline __m512 load_four(const char* base, const std::uint32_t* offset) {
   const auto at = [&](int i) { return _mm_load_ps(reinterpret_cast<const float*>(base + offset[i])); };
   const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(at(0)), at(4), 1);
@@ -30,11 +35,6 @@ struct Avx512 {
   static Reg all(float a) { return _mm512_set1_ps(a); }
   static Reg load(const float* p) { return _mm512_load_ps(p); }
   static void store(float* p, Reg a) { _mm512_store_ps(p, a); }
-  // One entry of four floats.
-  static void add_entry(char* to, const char* by) {
-    float* const sum = reinterpret_cast<float*>(to);
-    _mm_store_ps(sum, _mm_add_ps(_mm_load_ps(sum), _mm_load_ps(reinterpret_cast<const float*>(by))));
-  }
   static Reg add(Reg a, Reg b) { return _mm512_add_ps(a, b); }
   static Reg max(Reg a, Reg b) { return _mm512_max_ps(a, b); }
   static Reg sub(Reg a, Reg b) { return _mm512_sub_ps(a, b); }
@@ -86,6 +86,25 @@ struct Avx512 {
       for (int i = 0; i < 4; ++i) _mm512_store_ps(quads[i], rows[i]);
       for (int i = 0; i < count; ++i) _mm_store_ps(entry(i), _mm_load_ps(&quads[i % 4][i / 4 * 4]));
     }
+  }
+  // As registers of 8 lanes do it: the first eight now; the others, kept in 32 floats, when those are done with all
+  // corners.
+  [[gnu::always_inline]] static void add_scattered(const Lanes3<Avx512>& lanes, char* base, const std::uint32_t* offset,
+                                                   float* later) {
+    const __m512 xy_low = _mm512_unpacklo_ps(lanes.x, lanes.y);
+    const __m512 xy_high = _mm512_unpackhi_ps(lanes.x, lanes.y);
+    const __m512 z_low = _mm512_unpacklo_ps(lanes.z, all(0));
+    const __m512 z_high = _mm512_unpackhi_ps(lanes.z, all(0));
+    const __m512 rows[4] = {low_halves(xy_low, z_low), high_halves(xy_low, z_low), low_halves(xy_high, z_high),
+                            high_halves(xy_high, z_high)};
+    for (int i = 0; i < 4; ++i) add_entry(base + offset[i], _mm512_castps512_ps128(rows[i]));
+    for (int i = 0; i < 4; ++i)
+      add_entry(base + offset[4 + i], _mm256_extractf128_ps(_mm512_castps512_ps256(rows[i]), 1));
+    for (int i = 0; i < 4; ++i) _mm256_store_ps(later + 8 * i, _mm512_extractf32x8_ps(rows[i], 1));
+  }
+  [[gnu::always_inline]] static void add_later(char* base, const std::uint32_t* offset, const float* later) {
+    for (int i = 0; i < 4; ++i) add_entry(base + offset[8 + i], _mm_load_ps(later + 8 * i));
+    for (int i = 0; i < 4; ++i) add_entry(base + offset[12 + i], _mm_load_ps(later + 8 * i + 4));
   }
   [[gnu::always_inline]] static void scatter(const Lanes3<Avx512>& lanes, char* base, const std::uint32_t* offset,
                                              int count) {

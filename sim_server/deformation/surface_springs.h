@@ -67,6 +67,8 @@ class SurfaceSprings final : public DeformationEngine {
     step(body.particles.position_world_m, body.particles.velocity_world_m_per_s, constraints, reactions);
   }
 
+  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
+
   // After a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles, before and
   // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
   // a short new edge would start inverted). A new vertex joins the component of a

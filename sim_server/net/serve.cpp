@@ -128,6 +128,7 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
       input.samples = samples_of_traces(scene, k);
     else
       net.take_samples(input.samples);
+    input.gravity_m_per_s2 = net.take_gravity();
     const auto start = Clock::now();
     const StepOutput& output = simulation.step(input);
     if (stall_s > 0 && output.sim_time_s >= options.stall_at_s) {

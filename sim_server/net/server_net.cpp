@@ -53,6 +53,7 @@ struct Outbox {
   StepReport report;
   std::uint64_t step = 0;
   std::uint64_t samples_refused = 0;
+  Vec3 gravity_target_m_per_s2 = Vec3::Zero();
   std::optional<std::string> end_reason;
 
   bool urgent() const {
@@ -73,6 +74,7 @@ void copy_state(const StepOutput& output, const WorldView& world, double step_wa
   snapshot.step_wall_time_s = step_wall_time_s;
   snapshot.in_contact =
       std::ranges::any_of(output.contacts, [](const ContactModel& model) { return model.state != ContactState::free; });
+  snapshot.gravity_m_per_s2 = output.gravity_m_per_s2;
   snapshot.bodies.resize(world.bodies.size());
   for (std::size_t b = 0; b < world.bodies.size(); ++b) {
     snapshot.bodies[b].revision = world.bodies[b].mesh->revision();
@@ -116,6 +118,7 @@ struct ServerNet::State {
 
   Participant participant;
   Reader<wire::ToolPacket> tool_reader;
+  Reader<wire::GravityRequest> gravity_reader;
   Reader<wire::KeyframeRequest> request_reader;
   Writer<wire::SceneInfo> scene_writer;
   Writer<wire::TopologyDelta> delta_writer;
@@ -131,6 +134,7 @@ struct ServerNet::State {
   // Simulation's thread.
   SampleGate gate;
   std::uint64_t damaged_samples = 0;
+  std::uint64_t last_gravity_source = 0;
   Clock::time_point next_state{};
 
   // Both, under the lock.
@@ -169,6 +173,7 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       chunk_bytes(options.network.off_host() ? kChunkBytesOffHost : kChunkBytes),
       participant(options.network, "sim_server"),
       tool_reader(participant),
+      gravity_reader(participant),
       request_reader(participant),
       scene_writer(participant),
       delta_writer(participant),
@@ -220,6 +225,7 @@ void ServerNet::State::run() {
       outbox.report = batch.report;
       outbox.step = batch.step;
       outbox.samples_refused = batch.samples_refused;
+      outbox.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
     }
     const Clock::time_point begun = Clock::now();
     send(batch);
@@ -302,6 +308,7 @@ void ServerNet::State::send_status(const Outbox& batch) {
   status.cuts_refused = batch.report.cuts_refused;
   status.samples_refused = batch.samples_refused;
   status.viewers = delta_writer.readers();
+  status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
   status.bodies = versions();
   write(status_writer, to_wire(status));
 }
@@ -387,6 +394,18 @@ void ServerNet::take_samples(std::vector<ToolSample>& samples) {
   }
 }
 
+std::optional<Vec3> ServerNet::take_gravity() {
+  std::optional<Vec3> gravity;
+  wire::GravityRequest message;
+  while (state_->gravity_reader.take(message)) {
+    const std::optional<GravityRequest> request = from_wire(message);
+    if (!request || request->source <= state_->last_gravity_source) continue;
+    state_->last_gravity_source = request->source;
+    gravity = request->gravity_m_per_s2;
+  }
+  return gravity;
+}
+
 void ServerNet::publish(const StepOutput& output, const WorldView& world, double step_wall_time_s) {
   State& s = *state_;
   const Clock::time_point now = Clock::now();
@@ -425,6 +444,7 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     box.snapshot_due = box.snapshot_due || due;
     box.report = output.report;
     box.step = output.step;
+    box.gravity_target_m_per_s2 = output.gravity_target_m_per_s2;
     box.samples_refused = s.gate.refused() + s.damaged_samples;
     urgent = box.urgent();
   }

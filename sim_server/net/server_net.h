@@ -43,6 +43,9 @@ class ServerNet {
   // ones are dropped and counted. Simulation's thread; never blocks.
   void take_samples(std::vector<ToolSample>& samples);
 
+  // Where somebody wants gravity to turn, once a request. Simulation's thread; never blocks.
+  std::optional<Vec3> take_gravity();
+
   // Simulation's thread; never waits for the network. Deltas, events and contact models always; the state at the
   // state's rate, or at once with publish_now.
   void publish(const StepOutput& output, const WorldView& world, double step_wall_time_s);

@@ -26,6 +26,7 @@ void StateEncoder::encode(const StateSnapshot& snapshot) {
   header_.sim_time_s = static_cast<double>(snapshot.step) * step_s_;
   header_.step_wall_time_s = snapshot.step_wall_time_s;
   header_.in_contact = snapshot.in_contact;
+  header_.gravity_m_per_s2 = snapshot.gravity_m_per_s2;
   header_.tools = snapshot.tools;
   header_.bodies.resize(bodies_.size());
   for (std::uint32_t b = 0; b < bodies_.size(); ++b) encode_body(b, snapshot);

@@ -22,6 +22,7 @@ struct StateSnapshot {
   std::uint64_t step = 0;
   double step_wall_time_s = 0;
   bool in_contact = false;
+  Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<Body> bodies;
   std::vector<ToolState> tools;
 };

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 // No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
 constexpr double kSmallestBody_m = 1e-3;
 constexpr double kLargestBody_m = 5;
+constexpr double kMostGravity = 1000;  // m/s2
 
 std::string resolved(const YamlValue& file, const std::string& scene_file) {
   return (fs::path(scene_file).parent_path() / file.text()).lexically_normal().string();
@@ -246,6 +247,34 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   return tool;
 }
 
+ExerciseSpec read_exercise(const YamlValue& value, const std::vector<BodySpec>& bodies) {
+  YamlMap map(value);
+  const YamlValue name = map.require("body");
+  ExerciseSpec exercise{name.text(), {}};
+  const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
+  if (body == bodies.end()) name.fail("there is no body " + exercise.body);
+  if (std::ranges::none_of(body->regions, &Region::marked)) name.fail(exercise.body + " has no region that is marked");
+  YamlMap bin(map.require("bin"));
+  exercise.bin = read_box(bin);
+  bin.finish();
+  map.finish();
+  return exercise;
+}
+
+std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
+  std::vector<GravityChange> changes;
+  for (const YamlValue& value : list.list()) {
+    YamlMap map(value);
+    GravityChange change;
+    change.at_s = map.require("at_s").number(at_least(0));
+    change.gravity_m_per_s2 = map.require("gravity_m_per_s2").vector3(between(-kMostGravity, kMostGravity));
+    map.finish();
+    if (!changes.empty() && change.at_s <= changes.back().at_s) value.fail("at_s must be later than the one before");
+    changes.push_back(change);
+  }
+  return changes;
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& path) {
@@ -255,11 +284,13 @@ Scene load_scene(const std::string& path) {
   scene.session = name_of(map.require("session"));
   map.read("step_s", scene.step_s, above_to(0, 0.1));
   map.read("duration_s", scene.duration_s, above_to(0, 86400));
-  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-1000, 1000));
+  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-kMostGravity, kMostGravity));
+  if (const auto changes = map.find("gravity_changes")) scene.gravity_changes = read_gravity_changes(*changes);
+  map.read("gravity_turns_deg_per_s", scene.gravity_turns_deg_per_s, above_to(0, 360));
   if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");
-  const auto tools = map.find("tools");
+  const auto tools = map.find("tools"), exercise = map.find("exercise");
   map.finish();
 
   if (tools) {
@@ -277,6 +308,7 @@ Scene load_scene(const std::string& path) {
     scene.world_bodies.push_back(body.name);
     scene.bodies.push_back(std::move(body));
   }
+  if (exercise) scene.exercise = read_exercise(*exercise, scene.bodies);
   return scene;
 }
 
@@ -286,6 +318,8 @@ void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std:
       throw InputError(who + ": there is no body " + name + " in " + scene.file);
   std::erase_if(scene.bodies, [&](const BodySpec& body) { return std::ranges::find(names, body.name) == names.end(); });
   if (scene.bodies.empty()) throw InputError(who + ": there are no bodies for it in " + scene.file);
+  if (scene.exercise && std::ranges::find(scene.bodies, scene.exercise->body, &BodySpec::name) == scene.bodies.end())
+    scene.exercise.reset();
 }
 
 }  // namespace sectio

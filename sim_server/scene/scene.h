@@ -119,17 +119,32 @@ struct ToolSpec {
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
 
+// Marked tissue is to be removed from a body and put into a bin: see run_score.h.
+struct ExerciseSpec {
+  std::string body;
+  Box bin;  // what lies in it as a whole is in the bin
+};
+
+// From at_s on, gravity turns there.
+struct GravityChange {
+  double at_s = 0;
+  Vec3 gravity_m_per_s2 = Vec3::Zero();
+};
+
 struct Scene {
   std::string session = "session";
   std::string file;  // where it came from, for messages
   double step_s = 0.001;
   double duration_s = 5;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
-  std::optional<double> floor_z_m;  // parts that fall come to rest on this plane
+  std::vector<GravityChange> gravity_changes;  // ascending in time: the patient is tilted
+  double gravity_turns_deg_per_s = 20;         // at most
+  std::optional<double> floor_z_m;             // parts that fall come to rest on this plane
   Camera camera;
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
+  std::optional<ExerciseSpec> exercise;
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
@@ -138,6 +153,7 @@ struct Scene {
 // default:
 //
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
+//   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
@@ -153,6 +169,7 @@ struct Scene {
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
+//   exercise:  body* (with a region that is marked), bin: min_world_m*, max_world_m*
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
 //     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,

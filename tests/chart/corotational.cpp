@@ -179,9 +179,9 @@ class Corotational final : public PlainModel {
 
 }  // namespace
 
-std::unique_ptr<VolumeModel> corotational(const TetMesh& mesh, const VolumeMaterial& material,
-                                          const VolumeSettings& settings, int iterations) {
-  return std::make_unique<Corotational>(mesh, material, settings, iterations);
+ChartModel corotational(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings,
+                        int iterations) {
+  return with_forces(std::make_unique<Corotational>(mesh, material, settings, iterations));
 }
 
 }  // namespace sectio::chart

@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <limits>
+
+#include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "tests/chart/baselines.h"
@@ -13,14 +17,13 @@ constexpr double kStep = 1e-3;  // of the scenes; explicit models divide it
 class Descent final : public VolumeModel {
  public:
   Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
-      : solid_(mesh, material, settings, TetDriver::implicit_only), step_s_(settings.step_s), sweeps_(sweeps) {
-    for (VertexId v = 0; v < mesh.vertices_body_m.size(); ++v) inverse_mass_.push_back(solid_.inverse_mass_per_kg(v));
-  }
+      : solid_(mesh, material, settings, TetDriver::implicit_only), step_s_(settings.step_s), sweeps_(sweeps) {}
   void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
-    solid_.implicit_step(x, v, step_s_, sweeps_);
-    project(constraints, inverse_mass_, step_s_, x, v, reactions);
+    solid_.implicit_step(x, v, step_s_, sweeps_, constraints, reactions);
   }
+  void change(const TetChange& change) override { solid_.change(change); }
+  const TetMesh& mesh() const override { return solid_.mesh(); }
   const Vec3& gravity_m_per_s2() const override { return solid_.gravity_m_per_s2(); }
   void set_gravity(const Vec3& g) override { solid_.set_gravity(g); }
   double mass_kg(VertexId v) const override { return solid_.mass_kg(v); }
@@ -28,14 +31,13 @@ class Descent final : public VolumeModel {
   double added_mass_fraction() const override { return solid_.added_mass_fraction(); }
   double largest_stable_step_s() const override { return solid_.largest_stable_step_s(); }
   VertexId first_bad_vertex() const override { return solid_.first_bad_vertex(); }
-  double elastic_energy_j(std::span<const Vec4f> x) const override { return solid_.elastic_energy_j(x); }
-  void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const override { solid_.elastic_forces_n(x, f); }
+  double energy_j(std::span<const Vec4f> x, std::span<const Vec4f> v) const override { return solid_.energy_j(x, v); }
+  void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const { solid_.elastic_forces_n(x, f); }
 
  private:
   TetSolid solid_;
   double step_s_;
   int sweeps_;
-  std::vector<double> inverse_mass_;
 };
 
 std::string steps_text(double step_s, const std::string& with) {
@@ -59,26 +61,43 @@ Method surface_springs() {
           }};
 }
 Method tetra_springs() {
-  return on_tets(
-      "tetra springs (M2)", "explicit", kStep, true,
-      [](const Mesh& m, const Material& t, const Settings& s) { return std::make_unique<TetSprings>(m, t, s); });
+  return on_tets("tetra springs (M2)", "explicit", kStep, true,
+                 [](const Mesh& m, const Material& t, const Settings& s) {
+                   return with_forces(std::make_unique<TetSprings>(m, t, s));
+                 });
 }
 Method neo_hookean() {
-  return on_tets(
-      "neo-Hookean tetra (M3)", "explicit", kStep, true,
-      [](const Mesh& m, const Material& t, const Settings& s) { return std::make_unique<TetSolid>(m, t, s); });
+  return on_tets("neo-Hookean tetra (M3)", "explicit", kStep, true,
+                 [](const Mesh& m, const Material& t, const Settings& s) {
+                   return with_forces(std::make_unique<TetSolid>(m, t, s));
+                 });
+}
+// Cells as large as those of the tetrahedra that they carry; `offset`: by how much of a cell they lie beside them.
+Method lattice(const std::string& driver, double offset) {
+  return on_tets("hexahedra (M4)", driver, kStep, true, [offset](const Mesh& m, const Material& t, const Settings& s) {
+    const double bottom = std::ranges::min(m.vertices_body_m, {}, [](const Vec3& p) { return p.z(); }).z();
+    double cell_m = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : m.vertices_body_m)
+      if (p.z() > bottom + 1e-9) cell_m = std::min(cell_m, p.z() - bottom);
+    Grid grid = grid_around(m, cell_m);
+    grid.origin_m.array() -= offset * cell_m;
+    auto solid = std::make_unique<HexSolid>(m, grid, t, s);
+    const std::size_t cells = solid->lattice().cells.size();
+    return ChartModel{std::move(solid), nullptr, offset > 0, cells};
+  });
 }
 Method descent(double step_s, int sweeps) {
   return on_tets("neo-Hookean tetra (M3)", steps_text(step_s, std::to_string(sweeps) + " sweeps"), step_s, true,
                  [sweeps](const Mesh& m, const Material& t, const Settings& s) {
-                   return std::make_unique<Descent>(m, t, s, sweeps);
+                   return with_forces(std::make_unique<Descent>(m, t, s, sweeps));
                  });
 }
 
 }  // namespace
 
 std::vector<Method> methods(bool quick) {
-  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean()};
+  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("explicit", 0),
+                          lattice("explicit, beside faces", 0.37)};
   // Steps and sweeps; steps and iterations.
   using Drivers = std::vector<std::pair<double, int>>;
   for (const auto& [step_s, sweeps] :

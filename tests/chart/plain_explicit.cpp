@@ -96,14 +96,12 @@ class PapersSprings final : public PlainExplicit {
 
 }  // namespace
 
-std::unique_ptr<VolumeModel> plain_tetrahedra(const TetMesh& mesh, const VolumeMaterial& material,
-                                              const VolumeSettings& settings) {
-  return std::make_unique<PlainTetrahedra>(mesh, material, settings);
+ChartModel plain_tetrahedra(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
+  return with_forces(std::make_unique<PlainTetrahedra>(mesh, material, settings));
 }
 
-std::unique_ptr<VolumeModel> papers_springs(const TetMesh& mesh, const VolumeMaterial& material,
-                                            const VolumeSettings& settings) {
-  return std::make_unique<PapersSprings>(mesh, material, settings);
+ChartModel papers_springs(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
+  return with_forces(std::make_unique<PapersSprings>(mesh, material, settings));
 }
 
 }  // namespace sectio::chart

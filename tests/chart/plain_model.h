@@ -24,6 +24,8 @@ class PlainModel : public VolumeModel {
     set_inverse_masses();
   }
 
+  void change(const TetChange&) override {}  // the scenes are cut before they begin
+  const TetMesh& mesh() const override { return mesh_; }
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& g) override { settings_.gravity_m_per_s2 = g; }
   double mass_kg(VertexId v) const override { return mass_[v]; }
@@ -35,8 +37,8 @@ class PlainModel : public VolumeModel {
       if (!x_[v].allFinite()) return v;
     return kNone;
   }
-  double elastic_energy_j(std::span<const Vec4f>) const override { return 0; }
-  void elastic_forces_n(std::span<const Vec4f> position, std::span<Vec3> force) const override {
+  double energy_j(std::span<const Vec4f>, std::span<const Vec4f>) const override { return 0; }
+  void elastic_forces_n(std::span<const Vec4f> position, std::span<Vec3> force) const {
     std::vector<Vec3> x(position.size());
     for (std::size_t i = 0; i < x.size(); ++i) x[i] = position[i].head<3>().cast<double>();
     forces(x, force);

@@ -24,9 +24,17 @@ class TetSpecimen final : public Specimen {
     VolumeSettings settings;
     settings.step_s = step_s;
     settings.gravity_m_per_s2 = Vec3(0, 0, -scene.gravity_m_per_s2);
-    for (const Vec3& p : mesh_.vertices_body_m) settings.fixed.push_back(scene.held(p));
-    held_ = settings.fixed;
-    model_ = make(mesh_, {scene.young_pa, scene.poisson, scene.density_kg_per_m3, scene.damping_per_s, {}}, settings);
+    for (const Vec3& p : mesh_.vertices_body_m) held_.push_back(scene.held(p));
+    const VolumeMaterial material{scene.young_pa, scene.poisson, scene.density_kg_per_m3, scene.damping_per_s, {}};
+    model_ = make(mesh_, material, settings);
+    settings.fixed = held_;
+    for (VertexId v = 0; v < held_.size() && !model_.forces; ++v) {
+      const Vec3& p = mesh_.vertices_body_m[v];
+      if (!held_[v] || (!model_.drags_all && scene.held_at(p, 1) == p)) continue;
+      dragged_.push_back(v);
+      settings.fixed[v] = 0;
+    }
+    model_ = make(mesh_, material, settings);
     x_ = test::at_rest(mesh_);
     v_ = test::still(x_);
     if (scene.ball)
@@ -35,15 +43,17 @@ class TetSpecimen final : public Specimen {
   }
 
   void step(double share) override {
-    for (VertexId v = 0; v < held_.size() && share != share_; ++v)
+    constraints_.clear();
+    for (const VertexId v : dragged_) constraints_.push_back(hold(v, scene_.held_at(mesh_.vertices_body_m[v], share)));
+    for (VertexId v = 0; v < held_.size() && model_.forces && share != share_; ++v)
       if (held_[v]) x_[v].head<3>() = scene_.held_at(mesh_.vertices_body_m[v], share).cast<float>();
     share_ = share;
     press(share);
     reactions_.resize(constraints_.size());
-    model_->step(x_, v_, constraints_, reactions_);
+    model_.model->step(x_, v_, constraints_, reactions_);
   }
   double step_s() const override { return step_s_; }
-  std::size_t elements() const override { return mesh_.tetrahedra.size(); }
+  std::size_t elements() const override { return model_.elements > 0 ? model_.elements : mesh_.tetrahedra.size(); }
 
   std::vector<double> answer() override {
     if (scene_.asks_force) return {force_on_ball_n()};
@@ -61,7 +71,6 @@ class TetSpecimen final : public Specimen {
  private:
   // The ball pushes the vertices that are in it, or would be after a step, out to its surface.
   void press(double share) {
-    constraints_.clear();
     if (!scene_.ball) return;
     const Vec3 centre = scene_.ball->centre_m(scene_.size_m, share);
     const double reach_m = 2 * scene_.ball->depth_m / scene_.load_s * step_s_ + 1e-4;
@@ -75,19 +84,31 @@ class TetSpecimen final : public Specimen {
     }
   }
 
+  // On the vertices, of what holds them or presses them.
+  std::vector<Vec3> forces_n() const {
+    std::vector<Vec3> force(x_.size(), Vec3::Zero());
+    if (model_.forces) {
+      model_.forces(x_, force);
+      return force;
+    }
+    for (std::size_t n = 0; n < constraints_.size(); ++n) force[constraints_[n].v[0]] += reactions_[n].force_on_tool_n;
+    return force;
+  }
+
   // At rest it bears what the tissue pushes the vertices out with that touch it.
   double force_on_ball_n() const {
-    std::vector<Vec3> force(x_.size());
-    model_->elastic_forces_n(x_, force);
+    const std::vector<Vec3> force = forces_n();
     double sum = 0;
-    for (const PointConstraint& c : constraints_)
-      if ((x_[c.v[0]].head<3>().cast<double>() - c.target_world_m).dot(c.normal) > -1e-5) sum += force[c.v[0]].z();
+    for (std::size_t n = dragged_.size(); n < constraints_.size(); ++n) {
+      const PointConstraint& c = constraints_[n];
+      const Vec3 x = x_[c.v[0]].head<3>().cast<double>();
+      if ((x - c.target_world_m).dot(c.normal) > -1e-5) sum += force[c.v[0]].z();
+    }
     return sum;
   }
 
   double torque() const {
-    std::vector<Vec3> force(x_.size());
-    model_->elastic_forces_n(x_, force);
+    const std::vector<Vec3> force = forces_n();
     double torque = 0;
     for (VertexId v = 0; v < x_.size(); ++v)
       if (held_[v] && mesh_.vertices_body_m[v].x() > scene_.size_m.x() / 2) {
@@ -123,7 +144,8 @@ class TetSpecimen final : public Specimen {
   TetMesh mesh_;
   double step_s_;
   std::vector<std::uint8_t> held_;
-  std::unique_ptr<VolumeModel> model_;
+  ChartModel model_;
+  std::vector<VertexId> dragged_;  // by the first constraints
   std::vector<Vec4f> x_, v_;
   std::vector<VertexId> top_;
   std::vector<PointConstraint> constraints_;

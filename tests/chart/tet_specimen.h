@@ -6,8 +6,21 @@
 
 namespace sectio::chart {
 
-using MakeVolume =
-    std::function<std::unique_ptr<VolumeModel>(const TetMesh& mesh, const VolumeMaterial&, const VolumeSettings&)>;
+struct ChartModel {
+  std::unique_ptr<VolumeModel> model;
+  // Elastic forces on the vertices. Nothing: vertices that are moved are dragged there, and the forces on them are the
+  // reactions.
+  std::function<void(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n)> forces;
+  bool drags_all = false;    // those that are held still, too
+  std::size_t elements = 0;  // 0: the tetrahedra
+};
+template <class Model>
+ChartModel with_forces(std::unique_ptr<Model> model) {
+  const Model* const own = model.get();
+  return {std::move(model), [own](std::span<const Vec4f> x, std::span<Vec3> f) { own->elastic_forces_n(x, f); }};
+}
+
+using MakeVolume = std::function<ChartModel(const TetMesh& mesh, const VolumeMaterial&, const VolumeSettings&)>;
 
 std::unique_ptr<Specimen> tet_specimen(const ChartScene& scene, int across, double step_s, const MakeVolume& make);
 

@@ -81,9 +81,8 @@ class Xpbd final : public PlainModel {
 
 }  // namespace
 
-std::unique_ptr<VolumeModel> xpbd(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings,
-                                  int iterations) {
-  return std::make_unique<Xpbd>(mesh, material, settings, iterations);
+ChartModel xpbd(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int iterations) {
+  return with_forces(std::make_unique<Xpbd>(mesh, material, settings, iterations));
 }
 
 }  // namespace sectio::chart

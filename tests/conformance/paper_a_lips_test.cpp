@@ -53,6 +53,7 @@ class Untouchable final : public DeformationEngine {
             std::span<Reaction> reactions) override {
     engine_->step(body, constraints, reactions);
   }
+  void set_gravity(const Vec3& gravity_m_per_s2) override { engine_->set_gravity(gravity_m_per_s2); }
   Pose home_frame_world(VertexId v) const override { return engine_->home_frame_world(v); }
   void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) override {
     engine_->release(piece, bed);

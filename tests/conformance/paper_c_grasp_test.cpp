@@ -22,7 +22,8 @@ class Grasp : public testing::TestWithParam<std::string> {
   }
   std::vector<Vec3> before;
 };
-INSTANTIATE_TEST_SUITE_P(C_CON, Grasp, testing::Values("surface_springs", "tetra_springs", "neo_hookean"));
+INSTANTIATE_TEST_SUITE_P(C_CON, Grasp,
+                         testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 const Vec3 kAbove(0.001, 0.0005, kBlockTop_m + 0.01);
 
@@ -148,7 +149,7 @@ TEST_P(Grasp, C_CON_4_jaws_that_close_on_nothing_or_on_what_is_fixed_hold_nothin
   gripper.move(Vec3(0, 0, -0.0205), 100);  // closed already when they come
   gripper.move(Vec3(0.05, 0, 0.03), 100);
   gripper.open();
-  gripper.move(Vec3(0.031, 0, -0.004) - gripper.tips_m(), 1);
+  gripper.move(Vec3(0.031, 0, -0.0065) - gripper.tips_m(), 1);
   gripper.close();
   EXPECT_EQ(op.count(EventKind::grasped), 0u);
 }

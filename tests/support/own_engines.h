@@ -108,6 +108,8 @@ class Verlet final : public DeformationEngine {
     for (const VertexId v : change.placed) acceleration_[v].setZero();
   }
 
+  void set_gravity(const Vec3&) override {}  // it has no weight
+
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
     std::vector<double> inverse_mass(acceleration_.size(), 0);

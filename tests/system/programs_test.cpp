@@ -72,6 +72,22 @@ TEST_F(Programs, a_scene_that_will_not_do_is_one_line_with_file_line_and_key) {
   refuse_scene("model: surface_springs", "model: jelly", "jelly");
 }
 
+TEST_F(Programs, C_EXP_3_a_running_session_is_tilted_and_its_journal_knows) {
+  expect_bad_input("sim_server", {"tilt", "--gravity", "down"}, "--gravity", "expected x,y,z");
+  const auto server = free_server({"--endless", "--export", file("out")});
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  const auto tilt = program("sim_server", {"tilt", "--gravity", "4,0,-9", "--domain", std::to_string(network.domain),
+                                           "--session", network.session, "--patience-s", "60"});
+  EXPECT_EQ(tilt->exit_code(), 0) << tilt->output();
+  EXPECT_NE(tilt->output().find("gravity turns, says 1 server"), std::string::npos) << tilt->output();
+  server->send(SIGINT);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_EQ(json("out/report.json")["run"]["events"]["gravity turned"], 1);
+  const auto replay = program("sim_server", {"replay", file("out/journal")});
+  EXPECT_EQ(replay->exit_code(), 0);
+  EXPECT_NE(replay->output().find("to [4, 0, -9] m/s2"), std::string::npos) << replay->output();
+}
+
 TEST_F(Programs, a_step_beyond_the_stable_one_is_refused_with_the_one_that_would_do) {
   expect_bad_input("sim_server",
                    {"--scene", changed_scene("step_s: " + value_of("step_s"), "step_s: 0.02"), "--offline"}, "step_s",

@@ -20,9 +20,8 @@ HexRows rows_of(const HexLattice& lattice, const HexMaterial& material) {
   rows.batches.resize((lattice.cells.size() + kLanes - 1) / kLanes);
   for (std::size_t b = 0; b < rows.batches.size(); ++b) {
     HexBatch& batch = rows.batches[b];
-    batch.count = static_cast<std::uint32_t>(std::min<std::size_t>(kLanes, lattice.cells.size() - kLanes * b));
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const bool used = lane < batch.count;
+      const bool used = kLanes * b + lane < lattice.cells.size();
       const HexCell& cell = lattice.cells[kLanes * b + (used ? lane : 0)];
       for (std::size_t c = 0; c < 8; ++c) batch.offset[c][lane] = byte_offset(cell.nodes[c]);
       if (!used) continue;

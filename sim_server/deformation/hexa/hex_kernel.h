@@ -28,13 +28,12 @@ struct HexMaterial {
   double density_kg_per_m3 = 0;
 };
 
-// Sixteen cells. Lanes beyond count are copies of lane 0 without stiffness.
+// Sixteen cells. Lanes beyond the last cell are copies of lane 0 without stiffness.
 struct alignas(64) HexBatch {
   std::array<std::array<std::uint32_t, kLanes>, 8> offset{};  // of the nodes
   std::array<float, kLanes> shear{};                          // phi mu h / 16, N/m
   std::array<float, kLanes> bulk{};                           // phi kappa / 64, Pa
   std::array<float, kLanes> stiffness{};                      // factor of the material
-  std::uint32_t count = 0;
 };
 
 struct HexRows {

@@ -84,16 +84,12 @@ template <class R, bool kBound>
   return bound;
 }
 
-// Where lane and corner lie in the scratch, lane after lane.
-alignas(64) constexpr std::uint32_t kLaneOffset[kLanes] = {0,    128,  256,  384,  512,  640,  768,  896,
-                                                           1024, 1152, 1280, 1408, 1536, 1664, 1792, 1920};
-
 template <class R, bool kBound>
 [[gnu::always_inline]] inline float hex_forces(const HexLoopInput& in) {
-  alignas(64) char scratch[R::kWidth * 8 * 16];
+  alignas(64) float later[8][2 * kLanes];
   auto most = R::all(0);
   for (const HexBatch* batch = in.batches; batch != in.batches + in.batch_count; ++batch)
-    for (int first = 0; first < static_cast<int>(batch->count); first += R::kWidth) {
+    for (int first = 0; first < static_cast<int>(kLanes); first += R::kWidth) {
       Lanes3<R> n[8];
       for (int c = 0; c < 8; ++c) n[c] = R::gather(in.position, &batch->offset[c][first]);
       for (int step = 1; step < 8; step *= 2)
@@ -104,11 +100,8 @@ template <class R, bool kBound>
       for (int step = 1; step < 8; step *= 2)
         for (int c = 0; c < 8; ++c)
           if ((c & step) == 0) transposed_butterfly<R>(n[c], n[c | step]);
-      for (int c = 0; c < 8; ++c) R::scatter(n[c], scratch + 16 * c, kLaneOffset, R::kWidth);
-      const int count = static_cast<int>(batch->count) - first;
-      for (int lane = 0; lane < (count < R::kWidth ? count : R::kWidth); ++lane)
-        for (int c = 0; c < 8; ++c)
-          R::add_entry(in.force + batch->offset[c][first + lane], scratch + 128 * lane + 16 * c);
+      for (int c = 0; c < 8; ++c) R::add_scattered(n[c], in.force, &batch->offset[c][first], later[c]);
+      for (int c = 0; c < 8; ++c) R::add_later(in.force, &batch->offset[c][first], later[c]);
     }
   if (!kBound) return 0;
   alignas(64) float lanes[R::kWidth];

@@ -1,7 +1,9 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/core/error.h"
 #include "sim_server/deformation/home_frame.h"
@@ -15,8 +17,10 @@ constexpr int kBoundEvery = 8;        // parts
 constexpr int kMostRefined = 4;       // times as many parts as at rest
 constexpr int kSweeps = 30;
 constexpr double kStill_m = 1e-8;
-constexpr int kFits = 20;         // rounds in which nodes follow their vertices
-constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
+constexpr int kFits = 20;  // rounds in which nodes follow their vertices
+constexpr int kNewton = 6;
+constexpr double kMostBeside = 0.3;  // cells: of what a cut makes
+constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
 
 HexMaterial hex_material_of(const VolumeMaterial& m) {
   const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
@@ -32,57 +36,96 @@ double damped_limit_s(double omega2, double damping_per_s) {
 }  // namespace
 
 HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
-                   TetDriver driver, const HexSolid* before)
-    : mesh_(mesh),
+                   TetDriver driver, const HexSolid* from)
+    : body_(mesh, material, settings.fixed),
       material_(material),
       settings_(std::move(settings)),
       driver_(driver),
       hex_material_(hex_material_of(material)),
-      lattice_(std::make_unique<HexLattice>(lattice_of(mesh, grid, material.stiffness_factor))),
-      descent_(*lattice_, hex_material_),
-      rows_(rows_of(*lattice_, hex_material_)),
-      node_mass_(lattice_->nodes.size(), 0),
-      vertex_mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
-      vertex_inverse_(vertex_mass_.size(), 0) {
+      maker_(grid) {
+  std::vector<std::uint32_t> all(mesh.tetrahedra.size());
+  std::iota(all.begin(), all.end(), 0u);
+  maker_.look_at(all, mesh, body_.stars());
+  build();
+  if (from) {
+    inherit(*from->lattice_, cells_before(*lattice_, *from->lattice_, from->mesh()), from->free_mass_, from->position_,
+            from->velocity_, from->last_velocity_);
+    placed_ = from->placed_;
+  } else {
+    find_held();
+    bound_ = weight_.size();
+  }
+  share_masses();
+}
+
+void HexSolid::change(const TetChange& change) {
+  const std::unique_ptr<HexLattice> lattice = std::move(lattice_);
+  const std::vector<double> free_mass = std::move(free_mass_);
+  const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_),
+                           last_velocity = std::move(last_velocity_);
+  body_.follow(change);
+  std::vector<std::uint32_t> touched;
+  for (const TetEdit& e : change.tetrahedra) touched.push_back(e.id);
+  maker_.look_at(touched, mesh(), body_.stars());
+  build();
+  const auto origin = [&](std::uint32_t t) {
+    const auto at = std::ranges::lower_bound(change.tetrahedra, t, {}, &TetEdit::id);
+    return at != change.tetrahedra.end() && at->id == t ? at->origin : t;
+  };
+  inherit(*lattice, cells_before(*lattice_, *lattice, origin), free_mass, position, velocity, last_velocity);
+  share_masses();
+}
+
+// All that follows from the tetrahedra.
+void HexSolid::build() {
+  lattice_ =
+      std::make_unique<HexLattice>(maker_.make(mesh(), [&](std::uint32_t t) { return body_.stiffness_factor(t); }));
+  const double h = lattice_->grid.cell_m;
+  descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_);
+  rows_ = rows_of(*lattice_, hex_material_);
+  node_mass_.assign(lattice_->nodes.size(), 0);
   double stiffest = 0;
   for (const HexCell& cell : lattice_->cells) {
     stiffest = std::max(stiffest, cell.stiffness);
-    const double mass = cell.fill * std::pow(grid.cell_m, 3) * material.density_kg_per_m3;
-    for (const std::uint32_t n : cell.nodes) node_mass_[n] += mass / 8;
+    for (const std::uint32_t n : cell.nodes) node_mass_[n] += cell.fill * h * h * h * material_.density_kg_per_m3 / 8;
   }
-  for (const HexPoint& point : lattice_->points) {
-    std::array<float, 8>& w = weight_.emplace_back();
-    for (std::size_t c = 0; c < 8; ++c) w[c] = static_cast<float>(point.weight(c));
-  }
-  find_held();
-  share_masses();
-  const double omega2 = omega2_at_rest(hex_material_, grid.cell_m, stiffest);
-  explicit_limit_s_ = kSafety * damped_limit_s(omega2, material.damping_per_s);
-  parts_ = last_parts_ =
-      std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
+  weight_.resize(lattice_->points.size());
+  beside_.resize(weight_.size(), Vec3::Zero());
+  for (VertexId v = 0; v < weight_.size(); ++v) weigh_corners(v);
+  const double omega2 = omega2_at_rest(hex_material_, h, stiffest);
+  explicit_limit_s_ = kSafety * damped_limit_s(omega2, material_.damping_per_s);
+  const double parts = std::ceil(settings_.step_s / explicit_limit_s_);
+  parts_ = last_parts_ = std::max(1, static_cast<int>(std::min(1000.0, parts)));
   position_.assign(node_mass_.size(), Vec4f::Zero());
   velocity_ = force_ = last_velocity_ = position_;
-  if (before) inherit(*before);
+  written_position_.clear();
 }
 
 void HexSolid::find_held() {
   free_mass_ = node_mass_;
-  const auto fixed = [&](VertexId v) { return !settings_.fixed.empty() && settings_.fixed[v] != 0; };
+  const TetMesh& mesh = body_.mesh();
+  const auto fixed = [&](VertexId v) { return body_.fixed(v); };
   for (VertexId v = 0; v < weight_.size(); ++v) {
-    if (!fixed(v) || vertex_mass_[v] == 0) continue;
+    if (!fixed(v) || body_.stars().of(v).empty()) continue;
     const auto most = static_cast<std::size_t>(std::ranges::max_element(weight_[v]) - weight_[v].begin());
     free_mass_[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 0;
   }
   for (const HexShare& share : lattice_->shares) {
-    const Tetrahedron& t = mesh_.tetrahedra[share.tet];
+    const Tetrahedron& t = mesh.tetrahedra[share.tet];
     if (!std::ranges::all_of(t, fixed)) continue;
     Eigen::AlignedBox3d box;
-    for (const VertexId v : t) box.extend(lattice_->grid.at(mesh_.vertices_body_m[v]));
+    for (const VertexId v : t) box.extend(lattice_->grid.at(mesh.vertices_body_m[v]));
     for (const std::uint32_t n : lattice_->cells[share.cell].nodes) {
       const GridPlace& p = lattice_->nodes[n];
       if (box.contains(Vec3(p[0], p[1], p[2]))) free_mass_[n] = 0;
     }
   }
+  invert_masses();
+}
+
+void HexSolid::invert_masses() {
+  inverse_mass_.clear();
+  inverse_mass_float_.clear();
   for (const double m : free_mass_) {
     inverse_mass_.push_back(m > 0 ? 1 / m : 0);
     inverse_mass_float_.push_back(static_cast<float>(inverse_mass_.back()));
@@ -93,47 +136,37 @@ void HexSolid::find_held() {
 // all vertices do to this one.
 void HexSolid::share_masses() {
   std::vector<double> weights(node_mass_.size(), 0);
-  const std::vector<VertexId> surface = surface_of(mesh_).of_volume;
   const auto nodes_of = [&](VertexId v) -> const auto& {
     return lattice_->cells[lattice_->points[v].cell].nodes;
   };
-  for (const VertexId v : surface)
-    for (std::size_t c = 0; c < 8; ++c) weights[nodes_of(v)[c]] += std::abs(double{weight_[v][c]});
   for (VertexId v = 0; v < weight_.size(); ++v)
+    for (std::size_t c = 0; c < 8 && lattice_->outside[v] != 0; ++c)
+      weights[nodes_of(v)[c]] += std::abs(double{weight_[v][c]});
+  vertex_inverse_.assign(weight_.size(), 0);
+  for (VertexId v = 0; v < weight_.size(); ++v) {
+    if (body_.fixed(v) || body_.stars().of(v).empty()) continue;
     for (std::size_t c = 0; c < 8; ++c) {
       const double w = std::abs(double{weight_[v][c]});
       if (w < kSlight) continue;
       vertex_inverse_[v] += w * std::max(1.0, weights[nodes_of(v)[c]]) * inverse_mass_[nodes_of(v)[c]];
     }
-  for (VertexId v = 0; v < settings_.fixed.size(); ++v)
-    if (settings_.fixed[v] != 0) vertex_inverse_[v] = 0;
-}
-
-void HexSolid::change(const TetChange& change) {
-  TetMesh mesh = mesh_;
-  follow(mesh, change);
-  settings_.fixed.resize(mesh_.vertices_body_m.size(), 0);
-  settings_.fixed.insert(settings_.fixed.end(), change.fixed.begin(), change.fixed.end());
-  settings_.fixed.resize(mesh.vertices_body_m.size(), 0);
-  if (!material_.stiffness_factor.empty()) {
-    material_.stiffness_factor.resize(mesh.tetrahedra.size(), 1);
-    for (const TetEdit& e : change.tetrahedra) material_.stiffness_factor[e.id] = material_.stiffness_factor[e.origin];
   }
-  HexSolid now(mesh, lattice_->grid, material_, settings_, driver_, this);
-  now.implicit_steps_ = implicit_steps_;
-  *this = std::move(now);
 }
 
-void HexSolid::inherit(const HexSolid& before) {
-  const std::vector<std::uint32_t> from = cells_before(*lattice_, *before.lattice_, before.mesh_);
+void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t> from,
+                       const std::vector<double>& free_mass, const std::vector<Vec4f>& position,
+                       const std::vector<Vec4f>& velocity, const std::vector<Vec4f>& last_velocity) {
+  free_mass_ = node_mass_;
   for (std::uint32_t e = 0; e < from.size(); ++e)
     for (std::size_t c = 0; c < 8; ++c) {
-      const std::uint32_t node = lattice_->cells[e].nodes[c], old = before.lattice_->cells[from[e]].nodes[c];
-      position_[node] = before.position_[old];
-      velocity_[node] = before.velocity_[old];
-      last_velocity_[node] = before.last_velocity_[old];
+      SECTIO_ASSERT(from[e] != kNone, "the material was there before");
+      const std::uint32_t node = lattice_->cells[e].nodes[c], old = lattice.cells[from[e]].nodes[c];
+      position_[node] = position[old];
+      velocity_[node] = velocity[old];
+      last_velocity_[node] = last_velocity[old];
+      if (free_mass[old] == 0) free_mass_[node] = 0;
     }
-  placed_ = true;
+  invert_masses();
 }
 
 Vec3 HexSolid::carried(VertexId v, std::span<const Vec4f> nodes) const {
@@ -149,9 +182,9 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
   Vec3 drift = Vec3::Zero();
   double total = 0;
   for (VertexId v = 0; v < position_world_m.size(); ++v) {
-    matched.push_back({mesh_.vertices_body_m[v], position_world_m[v].head<3>().cast<double>(), vertex_mass_[v]});
-    drift += vertex_mass_[v] * velocity_m_per_s[v].head<3>().cast<double>();
-    total += vertex_mass_[v];
+    matched.push_back({mesh().vertices_body_m[v], position_world_m[v].head<3>().cast<double>(), body_.mass_kg(v)});
+    drift += body_.mass_kg(v) * velocity_m_per_s[v].head<3>().cast<double>();
+    total += body_.mass_kg(v);
   }
   Pose frame;
   frame = match_shape(matched, frame);
@@ -169,7 +202,7 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
       const Vec3 dv = velocity_m_per_s[v].head<3>().cast<double>() - carried(v, velocity_);
       const HexCell& cell = lattice_->cells[lattice_->points[v].cell];
       for (std::size_t c = 0; c < 8; ++c) {
-        const double w = vertex_mass_[v] * std::max(0.0, double{weight_[v][c]});
+        const double w = body_.mass_kg(v) * std::max(0.0, double{weight_[v][c]});
         weight[cell.nodes[c]] += w;
         residual[2 * cell.nodes[c]] += w * dx;
         residual[2 * cell.nodes[c] + 1] += w * dv;
@@ -184,6 +217,44 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
   for (std::size_t n = 0; n < velocity_.size(); ++n)
     if (inverse_mass_[n] == 0) velocity_[n].setZero();
   last_velocity_ = velocity_;
+}
+
+void HexSolid::weigh_corners(VertexId v) {
+  HexPoint point = lattice_->points[v];
+  point.local += beside_[v];
+  for (std::size_t c = 0; c < 8; ++c) weight_[v][c] = static_cast<float>(point.weight(c));
+}
+
+// sum_c w_c(s) x_c = x by Newton's method.
+void HexSolid::bind_new(std::span<const Vec4f> position_world_m) {
+  if (bound_ == weight_.size()) return;
+  for (; bound_ < weight_.size(); ++bound_) {
+    const auto v = static_cast<VertexId>(bound_);
+    if (body_.stars().of(v).empty()) continue;
+    HexPoint point = lattice_->points[v];
+    const auto& nodes = lattice_->cells[point.cell].nodes;
+    const Vec3 at = position_world_m[v].head<3>().cast<double>();
+    for (int n = 0; n < kNewton; ++n) {
+      Vec3 missing = at;
+      Mat3 slope = Mat3::Zero();
+      for (std::size_t c = 0; c < 8; ++c) {
+        const Vec3 x = position_[nodes[c]].head<3>().cast<double>();
+        missing -= point.weight(c) * x;
+        for (std::size_t k = 0; k < 3; ++k) {
+          HexPoint end = point;
+          end.local[static_cast<Eigen::Index>(k)] = 1;
+          const std::size_t bit = std::size_t{1} << k;
+          slope.col(static_cast<Eigen::Index>(k)) += ((c & bit) != 0 ? 1 : -1) * end.weight(c | bit) * x;
+        }
+      }
+      point.local += slope.inverse() * missing;
+    }
+    const Vec3 beside = point.local - lattice_->points[v].local;
+    if (!(beside.norm() < kMostBeside)) continue;
+    beside_[v] = beside;
+    weigh_corners(v);
+  }
+  share_masses();
 }
 
 void HexSolid::take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
@@ -242,6 +313,7 @@ double HexSolid::largest_stable_step_s() const {
 void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   if (!placed_) place(position_world_m, velocity_m_per_s);
+  bind_new(position_world_m);
   take_over(position_world_m, velocity_m_per_s);
   support(constraints);
   start_position_ = position_;
@@ -311,7 +383,7 @@ void HexSolid::implicit_step() {
     target_[n] += drift + (g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0) * h * h * g;
   }
   for (int n = 0; n < kSweeps; ++n)
-    if (descent_.sweep(h, free_mass_, inertial_, target_) < kStill_m) break;
+    if (descent_->sweep(h, free_mass_, inertial_, target_) < kStill_m) break;
   for (std::size_t n = 0; n < position_.size(); ++n) {
     if (inverse_mass_[n] == 0) continue;
     Vec3 moved = target_[n] - position_[n].head<3>().cast<double>();
@@ -330,7 +402,7 @@ void HexSolid::implicit_step() {
 double HexSolid::elastic_energy_j(std::span<const Vec4f> node_position_world_m) const {
   std::vector<Vec3> x;
   for (const Vec4f& p : node_position_world_m) x.push_back(p.head<3>().cast<double>());
-  return descent_.elastic_energy_j(x);
+  return descent_->elastic_energy_j(x);
 }
 
 void HexSolid::elastic_forces_n(std::span<const Vec4f> node_position_world_m, std::span<Vec3> force_n) const {
@@ -342,7 +414,6 @@ void HexSolid::elastic_forces_n(std::span<const Vec4f> node_position_world_m, st
 double HexSolid::energy_j(std::span<const Vec4f>, std::span<const Vec4f>) const {
   double energy = elastic_energy_j(position_);
   for (std::size_t n = 0; n < position_.size(); ++n) {
-    if (inverse_mass_[n] == 0) continue;
     energy += 0.5 * node_mass_[n] * velocity_[n].head<3>().cast<double>().squaredNorm();
     energy -= node_mass_[n] * settings_.gravity_m_per_s2.dot(position_[n].head<3>().cast<double>());
   }

@@ -7,28 +7,30 @@
 #include <memory>
 
 #include "sim_server/deformation/hexa/hex_descent.h"
+#include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
-#include "sim_server/deformation/tetra/volume_model.h"
 
 namespace sectio {
 
 class HexSolid final : public VolumeModel {
  public:
-  // `before`: the same body before it was cut; its nodes pass their state on. settings.least_part_s isn't needed.
-  // A fixed vertex holds the node next to it, and what lies between four fixed corners of a tetrahedron.
+  // `from`: what this is a part of, whose nodes pass their state on. settings.least_part_s isn't needed. A fixed vertex
+  // holds the node next to it, and what lies between four fixed corners of a tetrahedron.
   HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
-           TetDriver driver = TetDriver::automatic, const HexSolid* before = nullptr);
+           TetDriver driver = TetDriver::automatic, const HexSolid* from = nullptr);
 
-  // Made anew, O(n); nodes pass their state on.
+  // Copies of cells are divided, their nodes pass their state on; the stable step stays. O(n), the costly part of it
+  // O(change).
   void change(const TetChange& change) override;
+
   // What has happened to vertices since the last step was done by impulses, which their nodes get.
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
-  const TetMesh& mesh() const override { return mesh_; }
-  double mass_kg(VertexId v) const override { return vertex_mass_[v]; }
+  const TetMesh& mesh() const override { return body_.mesh(); }
+  double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
   // As if each vertex of the surface had its share of its nodes' masses: impulses to any number of them, each found as
   // if it were alone, together never make a node faster than what hit it.
   double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
@@ -56,11 +58,19 @@ class HexSolid final : public VolumeModel {
   Vec3 carried(VertexId v, std::span<const Vec4f> nodes) const;
 
  private:
+  void build();
   void find_held();
   void share_masses();
+  void invert_masses();
+  void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<double>& free_mass,
+               const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
+               const std::vector<Vec4f>& last_velocity);
   // Before the first step: a rigid body's nodes go along, of one that is deformed each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
-  void inherit(const HexSolid& before);
+  // A cut makes vertices where they are in the world, on straight edges: they ride there, a little beside where they
+  // are at rest, so that the next cut goes on from where this one ends.
+  void bind_new(std::span<const Vec4f> position_world_m);
+  void weigh_corners(VertexId v);
   void take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   void write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void support(std::span<const PointConstraint> constraints);
@@ -68,18 +78,21 @@ class HexSolid final : public VolumeModel {
   int explicit_step(int parts);
   void implicit_step();
 
-  TetMesh mesh_;
+  TetBody body_;
   VolumeMaterial material_;
   VolumeSettings settings_;
   TetDriver driver_;
   HexMaterial hex_material_;
+  LatticeMaker maker_;
   std::unique_ptr<HexLattice> lattice_;
-  HexDescent descent_;
+  std::unique_ptr<HexDescent> descent_;
   HexRows rows_;
   std::vector<double> node_mass_, free_mass_, inverse_mass_;  // the latter two 0 when held
   std::vector<float> inverse_mass_float_;
-  std::vector<double> vertex_mass_, vertex_inverse_;
+  std::vector<double> vertex_inverse_;
   std::vector<std::array<float, 8>> weight_;  // of the vertices
+  std::vector<Vec3> beside_;                  // of the vertices: where they ride less where they are at rest, in cells
+  std::size_t bound_ = 0;                     // vertices of which that is known
   double explicit_limit_s_ = 0;
   int parts_ = 1, last_parts_ = 1;
   bool was_implicit_ = false, bad_ = false, placed_ = false;

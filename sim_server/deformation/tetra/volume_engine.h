@@ -25,6 +25,7 @@ class VolumeEngine final : public DeformationEngine {
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
+  void set_gravity(const Vec3& gravity_m_per_s2) override { model_->set_gravity(gravity_m_per_s2); }
   // The surface's topology changes with the volume's: see change().
   void follow(const SharedBody&, const TopologyChange&) override {}
   Pose home_frame_world(VertexId v) const override;

@@ -40,6 +40,9 @@ TEST(Convert, every_message_comes_back_bit_for_bit) {
   EXPECT_TRUE(same_bytes(to_wire(some_event()), to_wire(received(to_wire(some_event())).value())));
   EXPECT_TRUE(same_bytes(to_wire(some_status()), to_wire(received(to_wire(some_status())).value())));
   EXPECT_TRUE(same_bytes(to_wire(some_end()), to_wire(received(to_wire(some_end())).value())));
+  EXPECT_EQ(received(to_wire(GravityRequest{7, Vec3(3, 0, -9)})).value().gravity_m_per_s2, Vec3(3, 0, -9));
+  EXPECT_FALSE(received(to_wire(GravityRequest{7, Vec3(3, kNan, -9)})));
+  EXPECT_FALSE(received(to_wire(GravityRequest{7, Vec3(0, 0, -2000)})));
   const KeyframeRequest request{7, 1, kNoRevision, 42};
   EXPECT_EQ(received(to_wire(request)).value().known_revision, kNoRevision);
 }

@@ -41,6 +41,7 @@ TEST(Fuzz, damaged_messages_of_every_kind_are_refused_or_harmless) {
   EXPECT_LT(survivors(to_wire(some_event()), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_status()), kCount), kCount);
   EXPECT_LT(survivors(to_wire(some_end()), kCount), kCount);
+  EXPECT_LT(survivors(to_wire(GravityRequest{7, Vec3(3, 0, -9)}), kCount), kCount);
 }
 
 TEST(Fuzz, a_length_that_lies_allocates_nothing) {

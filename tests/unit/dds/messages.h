@@ -43,6 +43,7 @@ inline KeyframeChunk some_chunk() {
 inline StateHeader some_header() {
   StateHeader header{7, 100, 0.1, 0.002, true, {{true, {some_pose(), 0.4}}}, {}};
   header.bodies = {{5, 400, {0b101}}};
+  header.gravity_m_per_s2 = Vec3(3, 0, -9);
   return header;
 }
 
@@ -70,7 +71,7 @@ inline SessionEvent some_event() {
 }
 
 inline ServerStatus some_status() {
-  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}};
+  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9)};
 }
 
 inline SessionEnd some_end() {

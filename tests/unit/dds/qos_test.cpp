@@ -24,7 +24,7 @@ TEST(Qos, every_topic_travels_as_its_kind_needs) {
       {qos_of<wire::TopologyDelta>(), true, true, 256, 4096}, {qos_of<wire::KeyframeChunk>(), true, false, 256, 4096},
       {qos_of<wire::KeyframeRequest>(), true, true, 1, 256},  {qos_of<wire::SceneInfo>(), true, true, 1, 1},
       {qos_of<wire::Event>(), true, true, 16, 1024},          {qos_of<wire::SessionEnd>(), true, true, 1, 1},
-      {qos_of<wire::ServerStatus>(), false, false, 1, 1},
+      {qos_of<wire::ServerStatus>(), false, false, 1, 1},     {qos_of<wire::GravityRequest>(), true, true, 1, 1},
   };
   for (const Expected& row : table) {
     EXPECT_EQ(row.actual.reliable, row.reliable) << row.actual.name;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "render_client/draw/camera.h"
+#include "tests/support/shapes.h"
 #include "tests/unit/draw/test_organ.h"
 
 namespace sectio {
@@ -215,6 +216,61 @@ TEST(DrawFrame, four_samples_smooth_the_outline) {
   const int changed = pixels_that_differ(smooth, drawn(frame), 10);
   EXPECT_GT(changed, 100);
   EXPECT_LT(changed, kWidth * kHeight / 15);
+}
+
+// A small ball on the line of sight, so far from the eyes.
+Frame ball_at(double distance_m) {
+  Frame frame;
+  frame.camera = {Vec3(0, 0, 0), Vec3(0.4, 0, 0), Vec3::UnitZ(), 40};
+  BodyFrame& ball = frame.bodies.emplace_back();
+  const TriangleSoup soup = test::ellipsoid(3, Vec3::Constant(0.006));
+  for (const Vec3& v : soup.vertices_body_m) {
+    ball.rest_body_m.push_back(v.cast<float>());
+    ball.positions_world_m.push_back((v + Vec3(distance_m, 0, 0)).cast<float>());
+  }
+  for (const auto& t : soup.triangles) ball.triangles.push_back({t, Surface::skin});
+  return frame;
+}
+
+// Mean column of the pixels of one half that a ball changes, and their mean row.
+Eigen::Vector2d centre_in_half(const Image& image, const Image& empty, int half) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      if (difference(image, empty, half * kWidth + x, y) > 8) sum += Eigen::Vector2d(x, y), ++count;
+  EXPECT_GT(count, 20);
+  return sum / count;
+}
+
+TEST(C_EXP, C_EXP_2_what_is_nearer_than_the_convergence_is_crossed_by_as_many_pixels_as_it_should) {
+  const Stereo eyes{.eye_separation_m = 0.02, .convergence_m = 0.4};
+  const DrawOptions options{.overlay = false, .stereo = eyes};
+  Frame nothing = ball_at(0.4);
+  nothing.bodies.clear();
+  const Image empty = drawn(nothing, options);
+  ASSERT_EQ(empty.width_px, 2 * kWidth);
+  const double per_slope = kHeight / (2 * std::tan(20 * M_PI / 180));  // pixels
+  for (const double distance_m : {0.4, 0.3, 0.6}) {
+    const Image pair = drawn(ball_at(distance_m), options);
+    const Eigen::Vector2d left = centre_in_half(pair, empty, 0), right = centre_in_half(pair, empty, 1);
+    const double crossed = per_slope * 0.02 * (1 / distance_m - 1 / 0.4);
+    EXPECT_NEAR(left.x() - right.x(), crossed, 0.5) << distance_m << " m away";
+    EXPECT_NEAR(left.y(), right.y(), 0.2) << "off-axis, not toed in";
+  }
+}
+
+TEST(C_EXP, C_EXP_2_by_default_eyes_meet_at_the_target) {
+  const CameraView camera{Vec3(0, 0, 0), Vec3(0.3, 0, 0), Vec3::UnitZ(), 40};
+  for (const int side : {-1, 1}) {
+    const EyeView eye = eye_view(camera, 1.5, {}, side);
+    // Anywhere on the plane of the target: as one eye in the middle sees it.
+    const Eigen::Vector4f p(0.3f, 0.05f, -0.02f, 1);
+    const Eigen::Vector4f seen = eye.projection * eye.view_from_world * p;
+    const Eigen::Vector4f middle = projection(camera, 1.5) * view_from_world(camera) * p;
+    EXPECT_LT((seen / seen.w() - middle / middle.w()).norm(), 1e-5);
+    EXPECT_NEAR(eye.view_from_world(0, 3), -side * 0.005, 1e-6);
+  }
 }
 
 TEST(Camera, fit_shows_all_of_the_body) {

@@ -149,6 +149,11 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
   cut(volume, {plane_at(0.043)}, {});
   const TetMesh halves = volume.mesh();
   HexSolid after(halves, grid, {}, held_at_end(halves), TetDriver::automatic, &solid);
+  HexSolid followed(mesh, grid, {}, held_at_end(mesh), TetDriver::automatic, &solid);
+  followed.change(volume.change());
+  EXPECT_EQ(followed.node_position_world_m().size(), after.node_position_world_m().size());
+  EXPECT_NEAR(followed.energy_j({}, {}), after.energy_j({}, {}), 1e-9 * std::abs(after.energy_j({}, {})));
+  EXPECT_EQ(followed.explicit_limit_s(), solid.explicit_limit_s());
   const auto momentum = [](const HexSolid& s) {
     Vec3 p = Vec3::Zero();
     for (std::size_t n = 0; n < s.node_mass_kg().size(); ++n)

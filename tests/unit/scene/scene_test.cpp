@@ -103,6 +103,22 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
 }
 
+TEST_F(SceneFile, gravity_turns_by_a_plan) {
+  std::string text = kScene;
+  const std::string plan =
+      "gravity_changes:\n  - {at_s: 1, gravity_m_per_s2: [5, 0, -8]}\n"
+      "  - {at_s: 2.5, gravity_m_per_s2: [0, 0, -9]}\ngravity_turns_deg_per_s: 30\n";
+  const Scene scene = load(plan + text);
+  ASSERT_EQ(scene.gravity_changes.size(), 2u);
+  EXPECT_EQ(scene.gravity_changes[1].at_s, 2.5);
+  EXPECT_EQ(scene.gravity_changes[0].gravity_m_per_s2, Vec3(5, 0, -8));
+  EXPECT_EQ(scene.gravity_turns_deg_per_s, 30);
+  EXPECT_EQ(refusal("session: test",
+                    "gravity_changes: [{at_s: 2, gravity_m_per_s2: [0, 0, 1]}, {at_s: 1, "
+                    "gravity_m_per_s2: [0, 0, 1]}]\nsession: test"),
+            "s.yaml:1: gravity_changes[1]: at_s must be later than the one before");
+}
+
 TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
   const std::string colours = "    contact: {style: templates}\n";
   const std::string regions =
@@ -150,6 +166,26 @@ TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
   EXPECT_EQ(
       refused("points_body_m: [[0, 0, 0], [1, 0, 0], [1, 1, 0]], radii_m: [3, 2, 1]", points + "], " + many + "]"),
       "s.yaml:17: bodies[0].regions: 33 ellipsoids, boxes and pieces of tubes; at most 32 can be drawn");
+}
+
+TEST_F(SceneFile, an_exercise_names_a_body_with_marked_tissue_and_a_bin) {
+  const std::string bin = "bin: {min_world_m: [0, 0, 0], max_world_m: [1, 1, 1]}";
+  const auto with = [&](const std::string& exercise, const std::string& marked) {
+    std::string text = kScene;
+    const std::string regions =
+        "    regions: [{name: tumour, " + marked + "shapes: [{sphere: {centre_body_m: [0, 0, 0], radius_m: 1}}]}]\n";
+    text.insert(text.find("    contact: {style"), regions);
+    return text + "exercise: {" + exercise + "}\n";
+  };
+  const Scene scene = load(with("body: cube, " + bin, "marked: true, "));
+  ASSERT_TRUE(scene.exercise.has_value());
+  EXPECT_EQ(scene.exercise->body, "cube");
+  EXPECT_EQ(scene.exercise->bin.max_world_m, Vec3(1, 1, 1));
+  EXPECT_FALSE(load(kScene).exercise.has_value());
+  for (const auto& [exercise, marked] : {std::pair<std::string, std::string>("body: sphere, " + bin, "marked: true, "),
+                                         {"body: cube, " + bin, ""},
+                                         {"body: cube", "marked: true, "}})
+    EXPECT_THROW(load(with(exercise, marked)), InputError);
 }
 
 TEST_F(SceneFile, forceps_have_a_grip_and_others_do_not) {

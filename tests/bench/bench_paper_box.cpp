@@ -1,0 +1,86 @@
+// Paper C, figure 4: its box of 74 vertices, 196 tetrahedra and 1167 springs, at 150 steps per second on one thread of
+// an i7-3770K at 3.5 GHz. Here: the model's step alone, and a step of the whole simulation of
+// deploy/scenes/paper_box.yaml (three instruments, contact, grips and cuts) in the mean over the scene. The last lines
+// compare.
+#include <benchmark/benchmark.h>
+
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/run.h"
+#include "tests/bench/best_times.h"
+
+namespace {
+
+using namespace sectio;
+
+constexpr double kPapersStepsPerS = 150;
+
+const Scene& scene() {
+  static const Scene paper_box = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/paper_box.yaml");
+  return paper_box;
+}
+
+void model(benchmark::State& state) {
+  const Simulation simulation(scene());
+  const TetMesh& mesh = simulation.body(0).tets;
+  VolumeMaterial material;
+  material.young_pa = scene().bodies[0].material.young_pa;
+  VolumeSettings settings;
+  settings.step_s = scene().step_s;
+  TetSprings springs(mesh, material, settings);
+  std::vector<Vec4f> x(mesh.vertices_body_m.size(), Vec4f::Zero()), v = x;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i].head<3>() = mesh.vertices_body_m[i].cast<float>();
+  for (auto _ : state) {
+    springs.step(x, v, {}, {});
+    benchmark::DoNotOptimize(x.data());
+  }
+  state.counters["springs"] = static_cast<double>(springs.springs().size());
+  state.counters["parts_a_step"] = springs.parts();
+}
+
+// One iteration is the whole scene.
+void scene_of_paper(benchmark::State& state) {
+  const std::uint64_t steps = steps_of(scene(), 0);
+  for (auto _ : state) {
+    state.PauseTiming();
+    Simulation simulation(scene());
+    StepInput input;
+    state.ResumeTiming();
+    for (std::uint64_t k = 1; k <= steps; ++k) {
+      input.samples = samples_of_traces(scene(), k);
+      simulation.step(input);
+    }
+  }
+  state.counters["steps"] = static_cast<double>(steps);
+}
+
+BENCHMARK(model)->Unit(benchmark::kNanosecond);
+BENCHMARK(scene_of_paper)->Unit(benchmark::kNanosecond)->Repetitions(3);
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "an unknown processor";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return sectio::bench::run(argc, argv, [](const sectio::bench::BestTimes& times) {
+    if (times.empty()) return;
+    const auto compare = [](const char* what, double steps_per_s) {
+      std::fprintf(stderr, "%s: %.0f steps per second, %.0f times the paper's %.0f\n", what, steps_per_s,
+                   steps_per_s / kPapersStepsPerS, kPapersStepsPerS);
+    };
+    std::fprintf(stderr, "on one core of %s\n", processor().c_str());
+    for (const auto& [name, ns] : times) {
+      if (name.starts_with("model")) compare("the model alone", 1e9 / ns);
+      if (name.starts_with("scene"))
+        compare("the whole step", 1e9 * static_cast<double>(sectio::steps_of(scene(), 0)) / ns);
+    }
+  });
+}
