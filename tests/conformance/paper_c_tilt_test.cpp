@@ -55,7 +55,8 @@ Vec3 middle_m(const Simulation& simulation) {
 }
 
 class Tilted : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(All, Tilted, testing::Values("surface_springs", "tetra_springs", "neo_hookean"));
+INSTANTIATE_TEST_SUITE_P(All, Tilted,
+                         testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(Tilted, C_EXP_3_the_tissue_follows) {
   Simulation simulation(standing_block(GetParam()));

@@ -50,7 +50,8 @@ double felt_n(const Scene& scene) {
 }
 
 class RegionsOf : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(All, RegionsOf, testing::Values("surface_springs", "tetra_springs", "neo_hookean"));
+INSTANTIATE_TEST_SUITE_P(All, RegionsOf,
+                         testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(RegionsOf, a_stiff_one_is_felt_through_the_tissue_and_one_that_is_alike_is_not) {
   Scene scene = block_under_probe(GetParam());
