@@ -18,6 +18,7 @@
 #include "common/core/log.h"
 #include "common/delta/journal.h"
 #include "common/mesh/check.h"
+#include "sim_server/run_score.h"
 
 namespace sectio {
 namespace {
@@ -74,11 +75,13 @@ struct RunRecord::State {
   nlohmann::ordered_json body(const Simulation& simulation, std::uint32_t id) const;
   nlohmann::ordered_json run();
   nlohmann::ordered_json session();
+  static nlohmann::ordered_json exercise(const Score& score);
 
   const Scene& scene;
   const Simulation& world;
   std::string directory;
   std::unique_ptr<JournalWriter> journal;
+  std::optional<ExerciseScore> score;
   Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
   std::vector<float> step_times_s;
   std::vector<float> publish_times_s;
@@ -92,6 +95,7 @@ struct RunRecord::State {
 
 RunRecord::RunRecord(const Scene& scene, const Simulation& simulation, const std::string& directory)
     : state_(std::make_unique<State>(scene, simulation, directory)) {
+  if (scene.exercise) state_->score.emplace(scene, simulation);
   if (directory.empty()) return;
   make_directory(directory);
   std::vector<JournalBody> bodies;
@@ -110,6 +114,7 @@ void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
     if (output.gravity_target_m_per_s2 != s.gravity_m_per_s2)
       s.journal->append({output.step, output.gravity_target_m_per_s2});
   }
+  if (s.score) s.score->add(output);
   s.gravity_m_per_s2 = output.gravity_target_m_per_s2;
   s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
   s.last = output.report;
@@ -202,6 +207,31 @@ nlohmann::ordered_json RunRecord::State::session() {
   return session;
 }
 
+nlohmann::ordered_json RunRecord::State::exercise(const Score& score) {
+  nlohmann::ordered_json exercise;
+  exercise["body"] = score.body;
+  exercise["marked_m3"] = score.marked_m3;
+  exercise["marked_removed_m3"] = score.marked_removed_m3;
+  exercise["marked_removed_fraction"] = score.marked_m3 > 0 ? score.marked_removed_m3 / score.marked_m3 : 0;
+  exercise["marked_in_bin_m3"] = score.marked_in_bin_m3;
+  exercise["in_bin"] = score.in_bin;
+  exercise["healthy_lost_m3"] = score.healthy_lost_m3;
+  exercise["time_s"] = score.time_s;
+  exercise["largest_force_n"] = score.largest_force_n;
+  exercise["removed"] = nlohmann::ordered_json::array();
+  for (const TissuePiece& piece : score.removed)
+    exercise["removed"].push_back({{"body", piece.body},
+                                   {"marked_m3", piece.marked_m3},
+                                   {"healthy_m3", piece.healthy_m3},
+                                   {"in_bin", piece.in_bin}});
+  for (const InstrumentUse& use : score.instruments)
+    exercise["instruments"].push_back({{"name", use.name},
+                                       {"path_m", use.path_m},
+                                       {"largest_force_n", use.largest_force_n},
+                                       {"contact_time_s", use.contact_time_s}});
+  return exercise;
+}
+
 void RunRecord::State::write(const Simulation& simulation, const std::string& json) const {
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     write_obj(file_of(directory, simulation.body(i).name), simulation.mesh(i), simulation.positions_world_m(i));
@@ -215,6 +245,11 @@ std::string RunRecord::finish(const Simulation& simulation) {
   report["scene"] = std::filesystem::path(s.scene.file).filename().string();
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i) report["bodies"].push_back(s.body(simulation, i));
   report["run"] = s.run();
+  if (s.score) {
+    const Score score = s.score->finish();
+    report["exercise"] = s.exercise(score);
+    for (const std::string& line : to_lines(score)) log_info(line);
+  }
   if (s.cost) report["session_cost"] = s.session();
   const std::string json = report.dump(2) + "\n";
   s.journal.reset();  // closes the file

@@ -126,6 +126,7 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
+constexpr double kCrumb = 0.5;   // of a mean tetrahedron: what comes off and is smaller is removed
 constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
 
 TetDriver driver_of(const BodySpec& body) {
@@ -150,6 +151,8 @@ void make_volume(BodySpec& body) {
   const TetSurface surface = surface_of(volume.mesh);
   body.tets = with_first(volume.mesh, surface.of_volume);
   body.mesh = surface.soup;
+  const double element_m3 = check(body.tets).volume_m3 / static_cast<double>(body.tets.tetrahedra.size());
+  body.splitting.least_volume_m3 = std::max(body.splitting.least_volume_m3, kCrumb * element_m3);
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
   if (body.model == "neo_hookean_lattice") {

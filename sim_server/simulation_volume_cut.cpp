@@ -1,14 +1,18 @@
 #include "sim_server/simulation_volume_cut.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <unordered_set>
 #include <utility>
 
 namespace sectio {
 namespace {
 
-constexpr double kAgain = 0.1;  // mean edges that a blade goes after a cut that could not be made
-constexpr int kRounds = 3;      // edges are opened that opening others has pinched
+constexpr double kAgain = 0.1;     // mean edges that a blade goes after a cut that could not be made
+constexpr int kRounds = 3;         // edges are opened that opening others has pinched
+constexpr double kCrumb = 0.06;    // of the cube of a mean edge: half of an element
+constexpr double kPatience = 1.5;  // mean edges that a blade goes on in the hope of a cut that leaves no crumbs
 
 double mean_edge_m(const TetMesh& mesh) {
   double sum = 0;
@@ -141,7 +145,8 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
     ways_[s.tool_id].next_m = way.since_cut_m + kAgain * element_m_;
     const std::size_t mark = volume_.mark();
     const TetCutOutcome outcome = cut_along(way);
-    if (outcome.twins == 0) {  // nothing opens yet
+    const bool may_wait = way.next_m > 0 && way.since_cut_m < kPatience * element_m_;
+    if (outcome.twins == 0 || (may_wait && leaves_crumbs())) {  // nothing opens yet; or later, further on
       volume_.undo_to(mark);
       continue;
     }
@@ -158,6 +163,32 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   volume_.undo_to(0);
   volume_.fetch_states_from({});
   return plan;
+}
+
+// Has less than half of an element come off? O(operations).
+bool VolumeCutting::leaves_crumbs() const {
+  const double enough_m3 = kCrumb * std::pow(element_m_, 3);
+  std::unordered_set<std::uint32_t> large;  // asked, never walked
+  std::vector<std::uint32_t> found;
+  for (const TetEdit& e : volume_.change().tetrahedra) {
+    if (e.before == e.after || large.contains(e.id)) continue;
+    found.assign(1, e.id);
+    double volume_m3 = 0;
+    bool is_large = false;
+    for (std::size_t k = 0; k < found.size() && !is_large; ++k) {
+      volume_m3 += volume_.volume_m3(found[k]);
+      is_large = volume_m3 > enough_m3;
+      for (std::size_t corner = 0; corner < 4 && !is_large; ++corner) {
+        const std::uint32_t u = volume_.across(found[k], corner);
+        if (u == kNone || std::ranges::find(found, u) != found.end()) continue;
+        found.push_back(u);
+        is_large = large.contains(u);
+      }
+    }
+    if (!is_large) return true;
+    large.insert(found.begin(), found.end());
+  }
+  return false;
 }
 
 // A triangle that lies in one of the surface before is of that one's kind; others are walls.

@@ -87,6 +87,7 @@ class VolumeCutting final : public CuttingEngine {
   double next_cut_m() const;
   Edge sheet_begins(const Way& way) const;
   static bool is_due(const Way& way) { return way.edges.size() > 1 && way.since_cut_m > way.next_m; }
+  bool leaves_crumbs() const;
   std::optional<BoundaryChange> open_pinched(const TriangleMesh& mesh, TetChange& change, std::vector<VertexId>& made);
   bool plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways);
   Surface kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const;

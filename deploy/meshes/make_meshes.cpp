@@ -238,6 +238,44 @@ std::string described(const char* name, const TetMesh& mesh) {
   return report.valid ? msh(mesh) : "";
 }
 
+// Open above, 64 x 48 x 20 mm, 4 mm thick: what is cut off is put in here. The outside of the cells that are solid.
+TriangleSoup tray() {
+  const std::array<std::vector<double>, 3> lines_mm{
+      {{-32, -28, -20, -12, -4, 4, 12, 20, 28, 32}, {-24, -20, -12, -4, 4, 12, 20, 24}, {0, 4, 12, 20}}};
+  using Cell = std::array<int, 3>;
+  const auto cells = [&](std::size_t axis) { return static_cast<int>(lines_mm[axis].size()) - 1; };
+  const auto solid = [&](const Cell& c) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (c[axis] < 0 || c[axis] >= cells(axis)) return false;
+    return c[2] == 0 || c[0] == 0 || c[0] + 1 == cells(0) || c[1] == 0 || c[1] + 1 == cells(1);
+  };
+  TriangleSoup soup;
+  std::map<Cell, VertexId> known;
+  const auto vertex = [&](const Cell& c) {
+    const auto [entry, is_new] = known.try_emplace(c, static_cast<VertexId>(soup.vertices_body_m.size()));
+    const auto at = [&](std::size_t axis) { return 1e-3 * lines_mm[axis][static_cast<std::size_t>(c[axis])]; };
+    if (is_new) soup.vertices_body_m.emplace_back(at(0), at(1), at(2));
+    return entry->second;
+  };
+  for (int i = 0; i < cells(0); ++i)
+    for (int j = 0; j < cells(1); ++j)
+      for (int k = 0; k < cells(2); ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          for (const int far : {0, 1}) {
+            const Cell cell{i, j, k};
+            Cell beyond = cell, corner = cell;
+            beyond[axis] += 2 * far - 1;
+            corner[axis] += far;
+            if (!solid(cell) || solid(beyond)) continue;
+            const std::size_t u = (axis + (far ? 1 : 2)) % 3, w = (axis + (far ? 2 : 1)) % 3;
+            Cell b = corner, c = corner, d = corner;
+            ++b[u], ++c[u], ++c[w], ++d[w];
+            soup.triangles.push_back({vertex(corner), vertex(b), vertex(c)});
+            soup.triangles.push_back({vertex(corner), vertex(c), vertex(d)});
+          }
+  return soup;
+}
+
 const auto kRecipes = std::to_array<Recipe>({
     {"liver_2k", [](const char* name) { return described(name, organ(liver, 10, 400)); }},
     {"liver_10k", [](const char* name) { return described(name, organ(liver, 22, 1200)); }},
@@ -254,6 +292,7 @@ const auto kRecipes = std::to_array<Recipe>({
      [](const char* name) {
        return described(name, bar({32, 20, 2}, 0.0025));
      }},
+    {"tray", [](const char* name) { return described(name, tray()); }},
     {"paper_box", [](const char* name) { return described(name, paper_box()); }, ".msh"},
 });
 

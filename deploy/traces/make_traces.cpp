@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "deploy/meshes/shapes.h"
+#include "deploy/traces/passages.h"
 
 namespace sectio {
 namespace {
@@ -77,6 +78,7 @@ struct Carry {
   double lift_m = 0.04;  // straight up before going anywhere
   double open_rad = 0.35;
   double turn_deg = 0;  // of the jaws about the shaft
+  double hold_s = 0;    // instead of carrying: they pull a little, stay for so long, and open
 };
 
 const Stroke kKidneyLoop{.through = {{0.017, 0.000, 0},
@@ -171,59 +173,23 @@ const auto kCarries = std::to_array<Carry>({
      .wait_s = 6.6,
      .park_m = {0.06, 0.05, 0.06},
      .turn_deg = 30},
-});
-
-// An instrument that is held upright: its tip goes from place to place at constant speed, its sharp edge ahead. A blade
-// that is longer than a body is thick goes through it.
-struct Place {
-  Vec3 tip_world_m;
-  double ahead_deg;             // the sharp edge points there, from +x towards +y
-  double rest_s = 0;            // here, before it goes on
-  double speed_m_per_s = 0.03;  // to here
-  double opening_rad = 0;       // of jaws; at one place they turn while they rest
-};
-struct Passage {
-  const char* name;
-  std::vector<Place> places;
-  bool has_jaws = false;
-};
-
-// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
-// The box of paper_box.yaml: 80 x 80 x 25 mm on the floor; the corner at (40, 40) mm is cut off.
-constexpr double kWide_rad = 0.35;
-const auto kPassages = std::to_array<Passage>({
-    {.name = "bar_one_sequence",
-     .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
-                {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
-                {.tip_world_m = {0.0052, 0.026, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
-    {.name = "bar_two_sequences",
-     .places = {{.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
-                {.tip_world_m = {0.0046, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
-                {.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90},
-                {.tip_world_m = {-0.0044, -0.026, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0051, 0.026, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0051, 0.026, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
-                {.tip_world_m = {0.0043, -0.030, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
-    {.name = "paper_box_knife",
-     .places = {{.tip_world_m = {0.052, -0.002, 0.060}, .ahead_deg = 135, .rest_s = 1.6},
-                {.tip_world_m = {0.052, -0.002, -0.004}, .ahead_deg = 135, .rest_s = 0.2, .speed_m_per_s = 0.1},
-                {.tip_world_m = {-0.006, 0.056, -0.004}, .ahead_deg = 135, .rest_s = 0.1},
-                {.tip_world_m = {-0.006, 0.056, 0.060}, .ahead_deg = 135, .rest_s = 3, .speed_m_per_s = 0.1}}},
-    {.name = "paper_box_corner",  // takes the corner, lifts it a little, and carries it away once it is off
-     .places = {{.tip_world_m = {0.033, 0.033, 0.060}, .ahead_deg = 45, .opening_rad = kWide_rad},
-                {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.1, .opening_rad = kWide_rad},
-                {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.3},
-                {.tip_world_m = {0.034, 0.034, 0.026}, .ahead_deg = 45, .rest_s = 4.0},
-                {.tip_world_m = {0.050, 0.050, 0.050}, .ahead_deg = 45, .rest_s = 0.5},
-                {.tip_world_m = {0.060, 0.060, 0.028}, .ahead_deg = 45, .rest_s = 0.2},
-                {.tip_world_m = {0.060, 0.060, 0.028}, .ahead_deg = 45, .rest_s = 0.3, .opening_rad = kWide_rad},
-                {.tip_world_m = {0.060, 0.060, 0.080}, .ahead_deg = 45, .rest_s = 1, .opening_rad = kWide_rad}},
-     .has_jaws = true},
-    {.name = "paper_box_hold",  // holds the other side down
-     .places = {{.tip_world_m = {-0.025, -0.025, 0.060}, .ahead_deg = 225, .opening_rad = kWide_rad},
-                {.tip_world_m = {-0.025, -0.025, 0.024}, .ahead_deg = 225, .rest_s = 0.1, .opening_rad = kWide_rad},
-                {.tip_world_m = {-0.025, -0.025, 0.024}, .ahead_deg = 225, .rest_s = 0.3}},
-     .has_jaws = true},
+    {.name = "tumour_kidney_forceps",
+     .shape = kidney,
+     .from_m = {0, 0, 0},
+     .depth_m = 0.0015,
+     .to_m = {0.005, -0.072, -0.008},
+     .wait_s = 6.6,
+     .park_m = {0.06, 0.05, 0.06},
+     .turn_deg = 30},
+    {.name = "tumour_kidney_hold",
+     .shape = kidney,
+     .from_m = {-0.040, 0.004, 0},
+     .depth_m = 0.001,
+     .to_m = Vec3::Zero(),
+     .wait_s = 0.2,
+     .park_m = {-0.08, 0.02, 0.06},
+     .turn_deg = 90,
+     .hold_s = 8.5},
 });
 
 // Scissors, blades flat ahead, go forward along a line: wide open to the next place, then they close there, not all the
@@ -428,6 +394,13 @@ class CarryWriter : Recorder {
     travel(at(skin + up), 1.0, 0);
     travel(at(skin - carry_.depth_m * Vec3::UnitZ()), 0.8, 0);
     turn_jaws(0, 0.4);
+    if (carry_.hold_s > 0) {
+      travel(at(skin + 0.001 * Vec3::UnitZ()), 0.6, 0);
+      hold(now_, carry_.hold_s);
+      turn_jaws(carry_.open_rad, 0.4);
+      travel(at(skin + up), 0.8, 0);
+      return text_;
+    }
     travel(at(skin + up), 1.2, 0);
     travel(at(carry_.to_m + up), 1.4, 0);
     travel(at(carry_.to_m), 1.0, 0);
@@ -476,32 +449,6 @@ class SnipWriter : Recorder {
   const Snips& snips_;
 };
 
-std::string trace_of(const Passage& passage) {
-  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz";
-  text += passage.has_jaws ? ",opening_rad\n" : "\n";
-  double time_s = 0;
-  const auto add = [&](const Place& at) {
-    const double half_rad = at.ahead_deg * M_PI / 360;
-    char line[160];
-    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f", time_s, at.tip_world_m.x(),
-                  at.tip_world_m.y(), at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
-    text += line;
-    std::snprintf(line, sizeof line, ",%.6f", at.opening_rad);
-    if (passage.has_jaws) text += line;
-    text += "\n";
-  };
-  for (std::size_t i = 0; i < passage.places.size(); ++i) {
-    const Place& to = passage.places[i];
-    const double way_m = i > 0 ? (to.tip_world_m - passage.places[i - 1].tip_world_m).norm() : 0;
-    if (way_m > 0) time_s += way_m / to.speed_m_per_s;
-    if (i == 0 || way_m > 0) add(to);
-    if (to.rest_s == 0) continue;
-    time_s += to.rest_s;
-    add(to);
-  }
-  return text;
-}
-
 bool write(const std::string& directory, const std::string& name, const std::string& text) {
   const std::string path = directory + "/" + name + ".csv";
   if (std::ofstream(path, std::ios::binary) << text) return true;
@@ -523,7 +470,7 @@ int main(int argc, char** argv) {
   for (const sectio::Carry& carry : sectio::kCarries)
     written &= sectio::write(argv[1], carry.name, sectio::CarryWriter(carry).run());
   written &= sectio::write(argv[1], sectio::kSnips.name, sectio::SnipWriter(sectio::kSnips).run());
-  for (const sectio::Passage& passage : sectio::kPassages)
+  for (const sectio::Passage& passage : sectio::passages())
     written &= sectio::write(argv[1], passage.name, sectio::trace_of(passage));
   return written ? 0 : 1;
 }

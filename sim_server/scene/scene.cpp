@@ -247,6 +247,20 @@ ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
   return tool;
 }
 
+ExerciseSpec read_exercise(const YamlValue& value, const std::vector<BodySpec>& bodies) {
+  YamlMap map(value);
+  const YamlValue name = map.require("body");
+  ExerciseSpec exercise{name.text(), {}};
+  const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
+  if (body == bodies.end()) name.fail("there is no body " + exercise.body);
+  if (std::ranges::none_of(body->regions, &Region::marked)) name.fail(exercise.body + " has no region that is marked");
+  YamlMap bin(map.require("bin"));
+  exercise.bin = read_box(bin);
+  bin.finish();
+  map.finish();
+  return exercise;
+}
+
 std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
   std::vector<GravityChange> changes;
   for (const YamlValue& value : list.list()) {
@@ -276,7 +290,7 @@ Scene load_scene(const std::string& path) {
   if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");
-  const auto tools = map.find("tools");
+  const auto tools = map.find("tools"), exercise = map.find("exercise");
   map.finish();
 
   if (tools) {
@@ -294,6 +308,7 @@ Scene load_scene(const std::string& path) {
     scene.world_bodies.push_back(body.name);
     scene.bodies.push_back(std::move(body));
   }
+  if (exercise) scene.exercise = read_exercise(*exercise, scene.bodies);
   return scene;
 }
 
@@ -303,6 +318,8 @@ void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std:
       throw InputError(who + ": there is no body " + name + " in " + scene.file);
   std::erase_if(scene.bodies, [&](const BodySpec& body) { return std::ranges::find(names, body.name) == names.end(); });
   if (scene.bodies.empty()) throw InputError(who + ": there are no bodies for it in " + scene.file);
+  if (scene.exercise && std::ranges::find(scene.bodies, scene.exercise->body, &BodySpec::name) == scene.bodies.end())
+    scene.exercise.reset();
 }
 
 }  // namespace sectio

@@ -119,6 +119,12 @@ struct ToolSpec {
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };
 
+// Marked tissue is to be removed from a body and put into a bin: see run_score.h.
+struct ExerciseSpec {
+  std::string body;
+  Box bin;  // what lies in it as a whole is in the bin
+};
+
 // From at_s on, gravity turns there.
 struct GravityChange {
   double at_s = 0;
@@ -138,6 +144,7 @@ struct Scene {
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
+  std::optional<ExerciseSpec> exercise;
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
@@ -162,6 +169,7 @@ struct Scene {
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
+//   exercise:  body* (with a region that is marked), bin: min_world_m*, max_world_m*
 //   tools:     a list of
 //     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
 //     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,

@@ -24,6 +24,8 @@ class PlainModel : public VolumeModel {
     set_inverse_masses();
   }
 
+  void change(const TetChange&) override {}  // the scenes are cut before they begin
+  const TetMesh& mesh() const override { return mesh_; }
   const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
   void set_gravity(const Vec3& g) override { settings_.gravity_m_per_s2 = g; }
   double mass_kg(VertexId v) const override { return mass_[v]; }

@@ -6,6 +6,7 @@
 
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/run.h"
+#include "sim_server/run_score.h"
 #include "sim_server/tet_cutting/tet_cut.h"
 #include "tests/support/gripper.h"
 #include "tests/support/tet_shapes.h"
@@ -15,18 +16,37 @@ namespace {
 
 const std::string kPaperBox = SECTIO_SOURCE_DIR "/deploy/scenes/paper_box.yaml";
 
+Region ball(const char* name, const Vec3& centre_m, double radius_m) {
+  Region region;
+  region.name = name;
+  region.marked = true;
+  region.parts = {{RegionForm::ellipsoid, centre_m, Vec3::Constant(radius_m), 0, 0, Eigen::Quaterniond::Identity()}};
+  return region;
+}
+double ball_m3(double radius_m) {
+  return 4.0 / 3 * M_PI * radius_m * radius_m * radius_m;
+}
+
 TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
-  const Scene scene = load_scene(kPaperBox);
+  Scene scene = load_scene(kPaperBox);
+  // Beside it a score: of two marked balls one is all in the corner, the knife goes through the other's middle.
+  scene.bodies[0].regions = {ball("in", Vec3(0.035, 0.035, 0), 0.004), ball("across", Vec3(0.025, 0.025, 0), 0.007)};
+  scene.exercise = ExerciseSpec{"box", Box{Vec3(0.03, 0.03, -0.01), Vec3(0.1, 0.1, 0.1)}};
   Simulation simulation(scene);
+  ExerciseScore score(scene, simulation);
   const double whole_m3 = check(simulation.mesh(0)).volume_m3;
-  std::map<EventKind, int> events;
+  std::map<std::string, int> events;
   StepInput input;
   for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {
     input.samples = samples_of_traces(scene, k);
-    for (const Event& e : simulation.step(input).events) ++events[e.kind];
+    const StepOutput& output = simulation.step(input);
+    for (const Event& e : output.events) ++events[to_string(e.kind) + (" " + e.text)];
+    score.add(output);
   }
-  EXPECT_EQ(events[EventKind::grasped], 2);
-  EXPECT_EQ(events[EventKind::released], 1) << "opened, not lost";
+  EXPECT_EQ(events["grasped "], 2);
+  EXPECT_EQ(events["grasped came off"], 1) << "what was held goes on being held";
+  EXPECT_EQ(events["released opened"], 1);
+  EXPECT_EQ(events["released slipped"], 0);
   double carried_m3 = 0, left_m3 = 0;  // by components, wherever they are kept
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
     const TriangleMesh& mesh = simulation.mesh(b);
@@ -40,6 +60,13 @@ TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
   }
   EXPECT_NEAR(carried_m3 + left_m3, whole_m3, 1e-9 * whole_m3);
   EXPECT_NEAR(carried_m3, 0.5 * 0.03 * 0.03 * 0.025, 0.15 * 0.5 * 0.03 * 0.03 * 0.025) << "where the knife went";
+
+  const double in_m3 = ball_m3(0.004), across_m3 = ball_m3(0.007);
+  const Score result = score.finish();
+  EXPECT_NEAR(result.marked_m3, in_m3 + across_m3, 0.02 * across_m3);
+  EXPECT_NEAR(result.marked_removed_m3, in_m3 + across_m3 / 2, 0.1 * across_m3);
+  EXPECT_NEAR(result.marked_removed_m3 + result.healthy_lost_m3, carried_m3, 0.02 * carried_m3);
+  EXPECT_TRUE(result.in_bin);
 }
 
 TEST(C_NUM, C_NUM_1_the_papers_box_has_the_papers_numbers) {
@@ -93,7 +120,7 @@ struct PapersWay {
     second_n_per_m = second / static_cast<double>(n.size() - whole.edge_count());
   }
   std::vector<TetSprings::Spring> springs(const TetSprings& of) const {
-    std::vector<TetSprings::Spring> mine(of.springs().begin(), of.springs().end());
+    std::vector<TetSprings::Spring> mine = of.springs();
     for (std::size_t k = 0; k < mine.size(); ++k)
       mine[k].stiffness_n_per_m = k < of.edge_count() ? edge_n_per_m : second_n_per_m;
     return mine;

@@ -168,6 +168,26 @@ TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
       "s.yaml:17: bodies[0].regions: 33 ellipsoids, boxes and pieces of tubes; at most 32 can be drawn");
 }
 
+TEST_F(SceneFile, an_exercise_names_a_body_with_marked_tissue_and_a_bin) {
+  const std::string bin = "bin: {min_world_m: [0, 0, 0], max_world_m: [1, 1, 1]}";
+  const auto with = [&](const std::string& exercise, const std::string& marked) {
+    std::string text = kScene;
+    const std::string regions =
+        "    regions: [{name: tumour, " + marked + "shapes: [{sphere: {centre_body_m: [0, 0, 0], radius_m: 1}}]}]\n";
+    text.insert(text.find("    contact: {style"), regions);
+    return text + "exercise: {" + exercise + "}\n";
+  };
+  const Scene scene = load(with("body: cube, " + bin, "marked: true, "));
+  ASSERT_TRUE(scene.exercise.has_value());
+  EXPECT_EQ(scene.exercise->body, "cube");
+  EXPECT_EQ(scene.exercise->bin.max_world_m, Vec3(1, 1, 1));
+  EXPECT_FALSE(load(kScene).exercise.has_value());
+  for (const auto& [exercise, marked] : {std::pair<std::string, std::string>("body: sphere, " + bin, "marked: true, "),
+                                         {"body: cube, " + bin, ""},
+                                         {"body: cube", "marked: true, "}})
+    EXPECT_THROW(load(with(exercise, marked)), InputError);
+}
+
 TEST_F(SceneFile, forceps_have_a_grip_and_others_do_not) {
   const auto with = [](const std::string& tool) {
     const std::string text = kScene;

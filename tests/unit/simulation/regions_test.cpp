@@ -20,6 +20,7 @@ Scene block_under_probe(const std::string& model) {
   body.pose.position_m = Vec3(-0.03, -0.03, 0.0);
   body.material.foundation_radius_m = 0.03;  // as deep as it looks
   body.volume.tetrahedra = 800;
+  body.volume.cell_m = 0.006;
   body.cutting.threshold_force_n = 1e9;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
   scene.tools.emplace_back();

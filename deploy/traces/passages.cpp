@@ -1,0 +1,85 @@
+#include "deploy/traces/passages.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace sectio {
+namespace {
+
+// The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
+// The kidney of kidney_section.yaml: on its side, its middle 50 mm above the floor, cut from pole to pole.
+// The box of paper_box.yaml: 80 x 80 x 25 mm on the floor; the corner at (40, 40) mm is cut off.
+constexpr double kWide_rad = 0.35;
+const auto kPassages = std::to_array<Passage>({
+    {.name = "bar_one_sequence",
+     .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+                {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
+                {.tip_world_m = {0.0052, 0.026, 0.045}, .ahead_deg = 90, .rest_s = 1.5}}},
+    {.name = "bar_two_sequences",
+     .places = {{.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
+                {.tip_world_m = {0.0046, 0.0012, 0.045}, .ahead_deg = 90, .rest_s = 0.2},
+                {.tip_world_m = {0.0042, -0.026, 0.045}, .ahead_deg = 90},
+                {.tip_world_m = {-0.0044, -0.026, 0.090}, .ahead_deg = 90, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0051, 0.026, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0051, 0.026, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
+                {.tip_world_m = {0.0043, -0.030, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
+    {.name = "kidney_section",
+     .places = {{.tip_world_m = {-0.066, -0.0012, 0.012}, .ahead_deg = 0, .rest_s = 0.3},
+                {.tip_world_m = {0.066, -0.0012, 0.012}, .ahead_deg = 0},
+                {.tip_world_m = {0.160, -0.0012, 0.090}, .ahead_deg = 0, .rest_s = 1.2, .speed_m_per_s = 0.12}}},
+    {.name = "paper_box_knife",
+     .places = {{.tip_world_m = {0.052, -0.002, 0.060}, .ahead_deg = 135, .rest_s = 1.6},
+                {.tip_world_m = {0.052, -0.002, -0.004}, .ahead_deg = 135, .rest_s = 0.2, .speed_m_per_s = 0.1},
+                {.tip_world_m = {-0.006, 0.056, -0.004}, .ahead_deg = 135, .rest_s = 0.1},
+                {.tip_world_m = {-0.006, 0.056, 0.060}, .ahead_deg = 135, .rest_s = 3, .speed_m_per_s = 0.1}}},
+    {.name = "paper_box_corner",  // takes the corner, lifts it a little, and carries it away once it is off
+     .places = {{.tip_world_m = {0.033, 0.033, 0.060}, .ahead_deg = 45, .opening_rad = kWide_rad},
+                {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.1, .opening_rad = kWide_rad},
+                {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.3},
+                {.tip_world_m = {0.034, 0.034, 0.026}, .ahead_deg = 45, .rest_s = 4.0},
+                {.tip_world_m = {0.050, 0.050, 0.050}, .ahead_deg = 45, .rest_s = 0.5},
+                {.tip_world_m = {0.060, 0.060, 0.028}, .ahead_deg = 45, .rest_s = 0.2},
+                {.tip_world_m = {0.060, 0.060, 0.028}, .ahead_deg = 45, .rest_s = 0.3, .opening_rad = kWide_rad},
+                {.tip_world_m = {0.060, 0.060, 0.080}, .ahead_deg = 45, .rest_s = 1, .opening_rad = kWide_rad}},
+     .has_jaws = true},
+    {.name = "paper_box_hold",  // holds the other side down
+     .places = {{.tip_world_m = {-0.025, -0.025, 0.060}, .ahead_deg = 225, .opening_rad = kWide_rad},
+                {.tip_world_m = {-0.025, -0.025, 0.024}, .ahead_deg = 225, .rest_s = 0.1, .opening_rad = kWide_rad},
+                {.tip_world_m = {-0.025, -0.025, 0.024}, .ahead_deg = 225, .rest_s = 0.3}},
+     .has_jaws = true},
+});
+
+}  // namespace
+
+std::span<const Passage> passages() {
+  return kPassages;
+}
+
+std::string trace_of(const Passage& passage) {
+  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz";
+  text += passage.has_jaws ? ",opening_rad\n" : "\n";
+  double time_s = 0;
+  const auto add = [&](const Place& at) {
+    const double half_rad = at.ahead_deg * M_PI / 360;
+    char line[160];
+    std::snprintf(line, sizeof line, "%.3f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f", time_s, at.tip_world_m.x(),
+                  at.tip_world_m.y(), at.tip_world_m.z(), std::cos(half_rad), 0.0, 0.0, std::sin(half_rad));
+    text += line;
+    std::snprintf(line, sizeof line, ",%.6f", at.opening_rad);
+    if (passage.has_jaws) text += line;
+    text += "\n";
+  };
+  for (std::size_t i = 0; i < passage.places.size(); ++i) {
+    const Place& to = passage.places[i];
+    const double way_m = i > 0 ? (to.tip_world_m - passage.places[i - 1].tip_world_m).norm() : 0;
+    if (way_m > 0) time_s += way_m / to.speed_m_per_s;
+    if (i == 0 || way_m > 0) add(to);
+    if (to.rest_s == 0) continue;
+    time_s += to.rest_s;
+    add(to);
+  }
+  return text;
+}
+
+}  // namespace sectio

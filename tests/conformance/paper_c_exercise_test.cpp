@@ -1,0 +1,39 @@
+// The exercise that the surgeon of paper C asked for, as it is delivered.
+#include <gtest/gtest.h>
+
+#include "sim_server/run.h"
+#include "sim_server/run_score.h"
+
+namespace sectio {
+namespace {
+
+// And the same operation with the tray elsewhere.
+TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
+  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_kidney.yaml");
+  Scene other = scene;
+  other.exercise->bin.min_world_m.x() += 0.1;
+  other.exercise->bin.max_world_m.x() += 0.1;
+  Simulation simulation(scene);
+  ExerciseScore hit(scene, simulation), miss(other, simulation);
+  StepInput input;
+  for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {
+    input.samples = samples_of_traces(scene, k);
+    const StepOutput& output = simulation.step(input);
+    hit.add(output);
+    miss.add(output);
+  }
+  const Score in = hit.finish(), out = miss.finish();
+  EXPECT_GT(in.marked_removed_m3, 0.9 * in.marked_m3);
+  EXPECT_LT(in.marked_removed_m3, in.marked_m3) << "some is left in its bed";
+  EXPECT_TRUE(in.in_bin);
+  EXPECT_GT(in.instruments[2].contact_time_s, 5) << "a third arm holds the organ";
+  EXPECT_FALSE(out.in_bin);
+  EXPECT_EQ(out.marked_removed_m3, in.marked_removed_m3);
+  double removed_m3 = 0;  // and what the score says is the volume of the part
+  for (std::uint32_t b = static_cast<std::uint32_t>(scene.bodies.size()); b < simulation.body_count(); ++b)
+    removed_m3 += simulation.region_volumes(b).total_m3();
+  EXPECT_NEAR(in.marked_removed_m3 + in.healthy_lost_m3, removed_m3, 1e-3 * removed_m3);
+}
+
+}  // namespace
+}  // namespace sectio

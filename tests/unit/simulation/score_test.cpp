@@ -1,0 +1,99 @@
+// The score of an exercise against volumes that are known.
+#include "sim_server/run_score.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/shapes.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kBall_m = 0.01;
+constexpr double kGrid = 0.015;  // volumes are measured along lines: a border on one of them is a line off
+constexpr double kHalfBall_m3 = 2.0 / 3 * M_PI * kBall_m * kBall_m * kBall_m;
+
+// Two blocks of 30 x 40 x 40 mm side by side, of which the left one is held; a marked ball around where they meet.
+Scene two_halves() {
+  Scene scene;
+  scene.gravity_m_per_s2.setZero();
+  BodySpec& organ = scene.bodies.emplace_back();
+  organ.name = "organ";
+  for (const double x_m : {-0.03, 0.0}) {
+    TriangleSoup half = test::box(6, 8, 8, Vec3(0.03, 0.04, 0.04));
+    const auto first = static_cast<VertexId>(organ.mesh.vertices_body_m.size());
+    for (const Vec3& v : half.vertices_body_m) organ.mesh.vertices_body_m.push_back(v + Vec3(x_m, -0.02, -0.02));
+    for (const auto& t : half.triangles) organ.mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  organ.fixed = Box{Vec3(-0.031, -1, -1), Vec3(-0.02, 1, 1)};
+  Region ball;
+  ball.name = "tumour";
+  ball.marked = true;
+  ball.parts = {{RegionForm::ellipsoid, Vec3::Zero(), Vec3::Constant(kBall_m), 0, 0, Eigen::Quaterniond::Identity()}};
+  organ.regions = {ball};
+  scene.exercise = ExerciseSpec{"organ", Box{Vec3(-0.001, -1, -1), Vec3(1, 1, 1)}};
+  scene.tools.resize(2);
+  scene.tools[0].name = "moves";
+  scene.tools[1].name = "waits";
+  return scene;
+}
+
+TEST(C_EXP, C_EXP_1_half_of_a_marked_ball_is_removed_with_the_healthy_tissue_around_it) {
+  const Scene scene = two_halves();
+  const Simulation simulation(scene);
+  const Score score = ExerciseScore(scene, simulation).finish();
+  EXPECT_NEAR(score.marked_m3, 2 * kHalfBall_m3, kGrid * kHalfBall_m3);
+  EXPECT_NEAR(score.marked_removed_m3, kHalfBall_m3, kGrid * kHalfBall_m3);
+  EXPECT_NEAR(score.healthy_lost_m3, 0.03 * 0.04 * 0.04 - kHalfBall_m3, kGrid * kHalfBall_m3);
+  EXPECT_TRUE(score.in_bin);
+  EXPECT_EQ(score.marked_in_bin_m3, score.marked_removed_m3);
+  ASSERT_EQ(score.removed.size(), 1u);
+  EXPECT_EQ(score.removed[0].body, "organ");
+}
+
+TEST(C_EXP, C_EXP_1_what_is_not_in_the_bin_as_a_whole_is_not_in_the_bin) {
+  Scene scene = two_halves();
+  const Simulation simulation(scene);
+  scene.exercise->bin.max_world_m.x() = 0.029;
+  const Score score = ExerciseScore(scene, simulation).finish();
+  EXPECT_FALSE(score.in_bin);
+  EXPECT_EQ(score.marked_in_bin_m3, 0);
+  EXPECT_NEAR(score.marked_removed_m3, kHalfBall_m3, kGrid * kHalfBall_m3) << "removed all the same";
+}
+
+TEST(C_EXP, C_EXP_1_an_organ_that_nothing_holds_is_its_largest_piece) {
+  Scene scene = two_halves();
+  scene.bodies[0].fixed.reset();
+  for (std::size_t v = 0; v < scene.bodies[0].mesh.vertices_body_m.size() / 2; ++v)
+    scene.bodies[0].mesh.vertices_body_m[v].x() *= 1.2;
+  const Simulation simulation(scene);
+  const Score score = ExerciseScore(scene, simulation).finish();
+  ASSERT_EQ(score.removed.size(), 1u);
+  EXPECT_NEAR(score.removed[0].marked_m3 + score.removed[0].healthy_m3, 0.03 * 0.04 * 0.04, 1e-7);
+}
+
+TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
+  Scene scene = two_halves();
+  for (ToolSpec& tool : scene.tools) tool.kind = "probe", tool.geometry = instrument_of("probe").geometry;
+  Simulation simulation(scene);
+  ExerciseScore score(scene, simulation);
+  StepInput input;
+  // 40 mm down, 2 mm of them into the left block, and up again.
+  for (std::uint64_t k = 0; k <= 800; ++k) {
+    const double down = k < 400 ? 1e-4 * static_cast<double>(k) : 1e-4 * static_cast<double>(800 - k);
+    input.samples = {{0, k + 1, 1e-3 * static_cast<double>(k), Pose{Vec3(-0.01, 0.001, 0.058 - down)}, 0}};
+    score.add(simulation.step(input));
+  }
+  const Score result = score.finish();
+  EXPECT_NEAR(result.instruments[0].path_m, 0.08, 1e-4);
+  EXPECT_GT(result.instruments[0].largest_force_n, 0.01);
+  EXPECT_EQ(result.largest_force_n, result.instruments[0].largest_force_n);
+  EXPECT_NEAR(result.instruments[0].contact_time_s, 0.04, 0.02);
+  EXPECT_NEAR(result.time_s, 0.04, 0.02);
+  EXPECT_EQ(result.instruments[1].path_m, 0);
+  const std::vector<std::string> lines = to_lines(result);
+  EXPECT_EQ(lines[0], "marked tissue removed      2.118 ml  (50.5 %)");
+  EXPECT_EQ(lines.size(), 6u);
+}
+
+}  // namespace
+}  // namespace sectio
