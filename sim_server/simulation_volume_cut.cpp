@@ -96,8 +96,12 @@ TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const
 TetCutOutcome VolumeCutting::cut_along(Way& way) {
   const Edge from = sheet_begins(way), to = way.now_world;
   const CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut};
+  const Vec3 normal = (to.heel_m - to.tip_m).cross(to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
   std::vector<std::uint32_t> begin;
-  for (const VertexId v : way.near) begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
+  for (const VertexId v : way.near) {
+    if (std::abs(normal.dot(volume_.vertex(v).position_world_m - to.tip_m)) > element_m_) continue;
+    begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
+  }
   if (begin.empty()) return {};
   std::ranges::sort(begin);
   begin.erase(std::unique(begin.begin(), begin.end()), begin.end());

@@ -103,6 +103,8 @@ class VolumeCutting final : public CuttingEngine {
   double element_m_;  // mean length of the edges
   std::map<std::uint32_t, Way> ways_;
   std::optional<Pending> pending_;
+  mutable std::vector<std::uint32_t> seen_;  // by vertex: the round that met it last
+  mutable std::uint32_t round_ = 0;
 };
 
 }  // namespace sectio

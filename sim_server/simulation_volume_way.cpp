@@ -1,8 +1,8 @@
 // The way of a blade through a volume, as it is in the shape at rest. Part of simulation_volume_cut.*.
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
+#include "common/mesh/slot_table.h"
 #include "sim_server/simulation_volume_cut.h"
 
 namespace sectio {
@@ -49,10 +49,11 @@ Pose VolumeCutting::frame_around(const SharedBody& body, const Blade& blade, con
                                  std::vector<VertexId>& near) const {
   const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
   const std::vector<VertexId> begin = std::exchange(near, {});
-  std::unordered_set<VertexId> seen;  // asked, never walked
+  resize_slots(seen_, volume_.vertex_count(), 0u);
+  ++round_;
   std::vector<MatchedPoint> around;
   const auto meet = [&](VertexId v) {
-    if (!seen.insert(v).second) return;
+    if (std::exchange(seen_[v], round_) == round_) return;
     const TetVertexState state = state_of(body, v);
     if (distance_to_segment_m(state.position_world_m, blade.tip_world_m, heel_m) > kAround * element_m_) return;
     around.push_back({state.rest_body_m, state.position_world_m, 1});
@@ -75,13 +76,12 @@ VolumeCutting::Way VolumeCutting::begin_way(const SharedBody& body, const MeshDr
   for (const VertexId slot : stroke.touched) way.near.push_back(surface_.vertex_of(slot));
   const auto motion = std::ranges::find(motions, stroke.tool_id, &BladeMotion::tool_id);
   if (motion == motions.end() || motion->path.empty()) return way;
-  way.frame_world = motion->frame_world;
+  Blade blade = motion->path.front();
+  way.frame_world = frame_around(body, blade, motion->frame_world, way.near);
   Vec3 home = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i)
-    home += stroke.bary[static_cast<int>(i)] * motion->frame_world.to_world(body.mesh.rest_body_m(stroke.touched[i]));
+    home += stroke.bary[static_cast<int>(i)] * way.frame_world.to_world(body.mesh.rest_body_m(stroke.touched[i]));
   const Vec3 pressed_in = position_of(now, stroke) - home;
-  Blade blade = motion->path.front();
-  way.frame_world = frame_around(body, blade, way.frame_world, way.near);
   blade.tip_world_m -= pressed_in;
   add_edge(way, blade);
   way.cut_to = way.edges.back();
