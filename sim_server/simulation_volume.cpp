@@ -72,26 +72,6 @@ VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
   return settings;
 }
 
-constexpr const char* kSemiProgressive = "semi_progressive";
-
-// Refuses every cut.
-class NoCutting final : public CuttingEngine {
- public:
-  const StrokeSettings& settings() const override { return settings_; }
-  CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
-               std::span<const BladeMotion>) override {
-    CutPlan plan(cuts);
-    for (const Entry& entry : entries)
-      plan.outcomes.push_back({entry.tool_id, StrokeEnd::refused, "a body whose inside deforms can't be cut"});
-    plan.refused = static_cast<std::uint32_t>(entries.size());
-    return plan;
-  }
-  void follow(const SharedBody&, const TopologyChange&) override {}
-
- private:
-  StrokeSettings settings_;
-};
-
 const VolumeCutting& cutting_of(const BodyEngines& engines) {
   return dynamic_cast<const VolumeCutting&>(*engines.cutting);
 }
@@ -120,16 +100,12 @@ BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_pt
   if (site.scene.floor_z_m) floor = VolumeFloor{*site.scene.floor_z_m, site.spec.volume.floor_kept_velocity};
   auto engine = std::make_unique<VolumeEngine>(std::move(model), volume.vertex_of, site.frame_world, floor);
   if (site.parent) engine->set_state(std::move(volume.position_world_m), std::move(volume.velocity_m_per_s));
-  if (site.spec.cutting.style == kSemiProgressive) {
-    StrokeSettings strokes;
-    strokes.join_tolerance_m = site.spec.cutting.join_tolerance_m;
-    auto cutting = std::make_unique<VolumeCutting>(volume.mesh, volume.vertex_of, strokes, *engine, fixed_places(site));
-    engines.splitting = std::make_unique<VolumeSplitting>(*cutting);
-    engines.cutting = std::move(cutting);
-  } else {
-    engines.splitting = std::make_unique<PartSearcher>();
-    engines.cutting = std::make_unique<NoCutting>();
-  }
+  TetCutSettings settings;
+  settings.semi_progressive = site.spec.cutting.style == "semi_progressive";
+  settings.snap = site.spec.cutting.snap_ratio;
+  auto cutting = std::make_unique<VolumeCutting>(volume.mesh, volume.vertex_of, settings, *engine, fixed_places(site));
+  engines.splitting = std::make_unique<VolumeSplitting>(*cutting);
+  engines.cutting = std::move(cutting);
   engines.deformation = std::move(engine);
   return engines;
 }
@@ -150,6 +126,7 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
+constexpr double kCrumb = 0.5;   // of a mean tetrahedron: what comes off and is smaller is removed
 constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
 
 TetDriver driver_of(const BodySpec& body) {
@@ -168,14 +145,14 @@ std::string note_on(const HexSolid& solid) {
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
+  if (body.cutting.style == "templates")
+    throw InputError("cutting: templates cut a surface; a volume is cut progressive or semi_progressive");
   FilledVolume volume = filled(body);
   const TetSurface surface = surface_of(volume.mesh);
   body.tets = with_first(volume.mesh, surface.of_volume);
   body.mesh = surface.soup;
-  if (body.cutting.style != kSemiProgressive) {  // the engines that cut surfaces can't open that of a volume
-    body.cutting.threshold_displacement_m.reset();
-    body.cutting.threshold_force_n = 1e9;
-  }
+  const double element_m3 = check(body.tets).volume_m3 / static_cast<double>(body.tets.tetrahedra.size());
+  body.splitting.least_volume_m3 = std::max(body.splitting.least_volume_m3, kCrumb * element_m3);
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
   if (body.model == "neo_hookean_lattice") {

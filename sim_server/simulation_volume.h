@@ -11,8 +11,8 @@ namespace sectio {
 // came out is said in BodySpec::mesh_notes. Throws InputError that names scene and body.
 Scene with_volumes(Scene scene);
 
-// Collision as for surfaces. Cuts by the style semi_progressive (simulation_volume_cut.h); without it every one is
-// refused.
+// Collision as for surfaces; cuts as in simulation_volume_cut.h; parts that come off are volumes, too, unless they are
+// rigid.
 BodyEngines tetra_spring_engines(const EngineSite& site);
 BodyEngines neo_hookean_engines(const EngineSite& site);
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site);

@@ -1,14 +1,18 @@
 #include "sim_server/simulation_volume_cut.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <unordered_set>
 #include <utility>
 
 namespace sectio {
 namespace {
 
-constexpr double kAgain = 0.1;  // mean edges that a blade goes after a cut that could not be made
-constexpr int kRounds = 3;      // edges are opened that opening others has pinched
+constexpr double kAgain = 0.1;     // mean edges that a blade goes after a cut that could not be made
+constexpr int kRounds = 3;         // edges are opened that opening others has pinched
+constexpr double kCrumb = 0.06;    // of the cube of a mean edge: half of an element
+constexpr double kPatience = 1.5;  // mean edges that a blade goes on in the hope of a cut that leaves no crumbs
 
 double mean_edge_m(const TetMesh& mesh) {
   double sum = 0;
@@ -69,9 +73,9 @@ struct Particles {
 
 }  // namespace
 
-VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const StrokeSettings& settings,
+VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
                              VolumeEngine& volume, IsFixed is_fixed)
-    : settings_(settings),
+    : cut_settings_(settings),
       engine_(volume),
       is_fixed_(std::move(is_fixed)),
       volume_(mesh),
@@ -87,21 +91,17 @@ TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const
   return {volume_.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
-// In the world, where the blade and the tissue are what they are; only where it has been is carried along.
+// In the world, where the blade and the tissue are what they are; only where it has been is carried along. The sheet
+// goes on from all that the blade has cut: no lip is cut again because it has moved a little.
 TetCutOutcome VolumeCutting::cut_along(Way& way) {
-  const Edge &from = way.edges.front(), &to = way.now_world;
-  // The sheet goes on from all that the blade has cut: no lip is cut again because it has moved a little.
-  const CutSheet sheet{
-      {way.frame_world.to_world(from.tip_m), way.frame_world.to_world(from.heel_m), to.heel_m, to.tip_m}, way.cut};
-  TetCutSettings settings;
-  settings.snap = settings_.snap_ratio;
-  settings.semi_progressive = true;
+  const Edge from = sheet_begins(way), to = way.now_world;
+  const CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut};
   std::vector<std::uint32_t> begin;
   for (const VertexId v : way.near) begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
   if (begin.empty()) return {};
   std::ranges::sort(begin);
   begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
-  return cut(volume_, sheet, settings, begin);
+  return cut(volume_, sheet, cut_settings_, begin);
 }
 
 CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
@@ -145,7 +145,8 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
     ways_[s.tool_id].next_m = way.since_cut_m + kAgain * element_m_;
     const std::size_t mark = volume_.mark();
     const TetCutOutcome outcome = cut_along(way);
-    if (outcome.twins == 0) {  // nothing opens yet
+    const bool may_wait = way.next_m > 0 && way.since_cut_m < kPatience * element_m_;
+    if (outcome.twins == 0 || (may_wait && leaves_crumbs())) {  // nothing opens yet; or later, further on
       volume_.undo_to(mark);
       continue;
     }
@@ -162,6 +163,32 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   volume_.undo_to(0);
   volume_.fetch_states_from({});
   return plan;
+}
+
+// Has less than half of an element come off? O(operations).
+bool VolumeCutting::leaves_crumbs() const {
+  const double enough_m3 = kCrumb * std::pow(element_m_, 3);
+  std::unordered_set<std::uint32_t> large;  // asked, never walked
+  std::vector<std::uint32_t> found;
+  for (const TetEdit& e : volume_.change().tetrahedra) {
+    if (e.before == e.after || large.contains(e.id)) continue;
+    found.assign(1, e.id);
+    double volume_m3 = 0;
+    bool is_large = false;
+    for (std::size_t k = 0; k < found.size() && !is_large; ++k) {
+      volume_m3 += volume_.volume_m3(found[k]);
+      is_large = volume_m3 > enough_m3;
+      for (std::size_t corner = 0; corner < 4 && !is_large; ++corner) {
+        const std::uint32_t u = volume_.across(found[k], corner);
+        if (u == kNone || std::ranges::find(found, u) != found.end()) continue;
+        found.push_back(u);
+        is_large = large.contains(u);
+      }
+    }
+    if (!is_large) return true;
+    large.insert(found.begin(), found.end());
+  }
+  return false;
 }
 
 // A triangle that lies in one of the surface before is of that one's kind; others are walls.

@@ -1,6 +1,7 @@
-// Cuts in bodies that are volumes of tetrahedra (paper C, 3.2), style semi_progressive: what the blade has cut through
-// whole is split along its sweep, and parts. A cut is planned on the volume itself and taken back exactly; what it has
-// done to the surface becomes the delta. Part of simulation.*.
+// Cuts in bodies that are volumes of tetrahedra (paper C, 3.2). Style progressive: edges that the blade crosses are
+// split as it goes, and the tissue parts as far as the last of them. Style semi_progressive: what the blade has cut
+// through whole is split along its sweep, and parts. A cut is planned on the volume itself and taken back exactly; what
+// it has done to the surface becomes the delta. Part of simulation.*.
 //
 //   blade's sweep -> cut(volume) -> what changed -> surface's delta; undo       plan(), the volume as before
 //   delta accepted -> redo; model, surface's slots and state follow             follow()
@@ -34,7 +35,7 @@ class VolumeCutting final : public CuttingEngine {
   using IsFixed = std::function<bool(const Vec3& rest_body_m)>;  // empty: nothing is
 
   // `volume` moves the mesh and outlives the last call; `vertex_of` each slot of its surface.
-  VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const StrokeSettings& settings,
+  VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
                 VolumeEngine& volume, IsFixed is_fixed);
 
   const StrokeSettings& settings() const override { return settings_; }
@@ -84,7 +85,9 @@ class VolumeCutting final : public CuttingEngine {
   void go_through(Way& way);
   TetCutOutcome cut_along(Way& way);
   double next_cut_m() const;
+  Edge sheet_begins(const Way& way) const;
   static bool is_due(const Way& way) { return way.edges.size() > 1 && way.since_cut_m > way.next_m; }
+  bool leaves_crumbs() const;
   std::optional<BoundaryChange> open_pinched(const TriangleMesh& mesh, TetChange& change, std::vector<VertexId>& made);
   bool plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways);
   Surface kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const;
@@ -92,6 +95,7 @@ class VolumeCutting final : public CuttingEngine {
   void let_go(std::span<const VertexId> slots);
 
   StrokeSettings settings_;
+  TetCutSettings cut_settings_;
   VolumeEngine& engine_;
   IsFixed is_fixed_;
   TetTopology volume_;

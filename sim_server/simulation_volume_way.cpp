@@ -9,6 +9,8 @@ namespace sectio {
 namespace {
 
 constexpr double kEvery = 0.5;      // mean edges that a blade goes between two cuts
+constexpr double kAgain = 0.1;      // where the cut follows the blade into the element
+constexpr double kLap = 0.25;       // mean edges
 constexpr double kBehind = 2.0;     // mean edges that a sheet reaches behind the last cut: into what was cut in part
 constexpr double kAround = 2;       // mean edges: tissue this close to a blade
 constexpr std::size_t kFewest = 8;  // vertices whose motion is one
@@ -114,7 +116,20 @@ void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& moti
 }
 
 double VolumeCutting::next_cut_m() const {
-  return kEvery * element_m_;
+  return (cut_settings_.semi_progressive ? kEvery : kAgain) * element_m_;
+}
+
+// Tetrahedra that are cut through whole begin far behind the blade; else the sheet goes on from the last one, and laps
+// over it a little.
+VolumeCutting::Edge VolumeCutting::sheet_begins(const Way& way) const {
+  const auto in_world = [&](const Edge& e) {
+    return Edge{way.frame_world.to_world(e.tip_m), way.frame_world.to_world(e.heel_m)};
+  };
+  if (cut_settings_.semi_progressive) return in_world(way.edges.front());
+  Edge from = in_world(way.cut_to);
+  const Vec3 ahead = way.now_world.tip_m + way.now_world.heel_m - from.tip_m - from.heel_m;
+  const Vec3 back = kLap * element_m_ * ahead.stableNormalized();
+  return {from.tip_m - back, from.heel_m - back};
 }
 
 // A blade that comes out has cut what it passed through in its last step; tissue that it bulged is still behind it.

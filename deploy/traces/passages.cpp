@@ -8,6 +8,7 @@ namespace sectio {
 namespace {
 
 // The bar of bar_*.yaml: 20 mm wide and high, along x, its middle 60 mm above the floor.
+// The kidney of kidney_section.yaml: on its side, its middle 50 mm above the floor, cut from pole to pole.
 // The box of paper_box.yaml: 80 x 80 x 25 mm on the floor; the corner at (40, 40) mm is cut off.
 constexpr double kWide_rad = 0.35;
 const auto kPassages = std::to_array<Passage>({
@@ -23,6 +24,10 @@ const auto kPassages = std::to_array<Passage>({
                 {.tip_world_m = {0.0051, 0.026, 0.090}, .ahead_deg = 270, .speed_m_per_s = 0.1},
                 {.tip_world_m = {0.0051, 0.026, 0.044}, .ahead_deg = 270, .rest_s = 0.2, .speed_m_per_s = 0.1},
                 {.tip_world_m = {0.0043, -0.030, 0.044}, .ahead_deg = 270, .rest_s = 1.5}}},
+    {.name = "kidney_section",
+     .places = {{.tip_world_m = {-0.066, -0.0012, 0.012}, .ahead_deg = 0, .rest_s = 0.3},
+                {.tip_world_m = {0.066, -0.0012, 0.012}, .ahead_deg = 0},
+                {.tip_world_m = {0.160, -0.0012, 0.090}, .ahead_deg = 0, .rest_s = 1.2, .speed_m_per_s = 0.12}}},
     {.name = "paper_box_knife",
      .places = {{.tip_world_m = {0.052, -0.002, 0.060}, .ahead_deg = 135, .rest_s = 1.6},
                 {.tip_world_m = {0.052, -0.002, -0.004}, .ahead_deg = 135, .rest_s = 0.2, .speed_m_per_s = 0.1},

@@ -1,7 +1,6 @@
 #include "render_client/draw/body_mesh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace sectio {
@@ -86,23 +85,10 @@ void BodyMesh::measure_depth() {
   }
 }
 
-Regions BodyMesh::regions_at_skin(const BodyFrame& body) {
-  Regions regions = body.regions;
-  std::vector<std::pair<Vec3, double>> balls;  // around the triangles
-  for (const Triangle& t : body.triangles) {
-    if (regions.empty() || !t.alive() || t.surface != Surface::skin) continue;
-    const Vec3f middle = (body.rest_body_m[t.v[0]] + body.rest_body_m[t.v[1]] + body.rest_body_m[t.v[2]]) / 3;
-    float radius2 = 0;
-    for (const VertexId v : t.v) radius2 = std::max(radius2, (body.rest_body_m[v] - middle).squaredNorm());
-    balls.emplace_back(middle.cast<double>(), std::sqrt(radius2));
-  }
-  for (Region& region : regions)
-    std::erase_if(region.parts, [&](const RegionPart& part) {
-      return std::ranges::none_of(
-          balls, [&](const auto& ball) { return may_reach(part, ball.first, ball.second + region.ripple_m); });
-    });
-  std::erase_if(regions, [](const Region& region) { return region.parts.empty(); });
-  return regions;
+Eigen::AlignedBox3d BodyMesh::rest_box() const {
+  Eigen::AlignedBox3d box;
+  for (const CanvasVertex& vertex : vertices_) box.extend(vertex.rest_m.cast<double>());
+  return box;
 }
 
 bool BodyMesh::move(const BodyFrame& body) {

@@ -18,8 +18,8 @@ class BodyMesh {
   // For every frame on the same triangles: positions and normals. False, and nothing to draw, when a position in use
   // is missing or not finite.
   [[nodiscard]] bool move(const BodyFrame& body);
-  // Those of the body's regions that reach its skin, as far as they may. Cuts add none: O(triangles), once a body.
-  static Regions regions_at_skin(const BodyFrame& body);
+  // Around all vertices that are drawn.
+  Eigen::AlignedBox3d rest_box() const;
 
   std::span<const CanvasVertex> vertices() const { return vertices_; }
   std::span<const std::uint32_t> indices() const { return indices_; }

@@ -43,7 +43,6 @@ inline constexpr std::array kAllShadings{Shading::skin,    Shading::wall, Shadin
 struct Material {
   Shading shading = Shading::skin;
   Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0..1
-  std::span<const Region> regions = {};  // what else there is in skin or wall, by rest_m; at most kMaxRegions
 };
 
 // Throws a soft shadow on skin, walls and drapes: a cone between two spheres.
@@ -74,6 +73,9 @@ class Canvas {
   virtual void remove_mesh(MeshId mesh) = 0;
   virtual void set_vertices(MeshId mesh, std::span<const CanvasVertex> vertices) = 0;
   virtual void set_indices(MeshId mesh, std::span<const std::uint32_t> indices) = 0;
+
+  // What else there is in skin and walls of a mesh, by rest_m, which lies in the box; at most kMaxRegions.
+  virtual void set_regions(MeshId mesh, std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box) = 0;
 
   // Lamps hang at the camera: the picture depends on where things are to the camera, not in the world.
   virtual void begin(const CanvasView& view) = 0;

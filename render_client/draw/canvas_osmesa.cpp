@@ -14,7 +14,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "render_client/draw/canvas.h"
-#include "render_client/draw/region_uniforms.h"
+#include "render_client/draw/region_shader.h"
 #include "render_client/draw/shaders.h"
 #include "render_client/draw/tissue_noise.h"
 
@@ -41,8 +41,9 @@ struct Program {
   GLuint id = 0;
   GLint view_from_mesh = -1, projection = -1, base_colour = -1, occluder_from = -1, occluder_to = -1,
         occluder_count = -1, half_size_px = -1;
-  GLint region_count = -1, part_end = -1, part_a = -1, part_b = -1, part_q = -1, region_colour = -1, region_grain = -1,
-        region_rim = -1;  // of skin and walls
+  // Of skin and walls.
+  GLint region_count = -1, part_of = -1, part_a = -1, part_b = -1, part_q = -1, region_colour = -1, region_grain = -1,
+        region_rim = -1, grid_from = -1, grid_per = -1;
 };
 
 Program link(std::initializer_list<GLuint> stages) {
@@ -63,7 +64,9 @@ Program link(std::initializer_list<GLuint> stages) {
   program.occluder_count = uniform("occluder_count");
   program.half_size_px = uniform("half_size_px");
   program.region_count = uniform("region_count");
-  program.part_end = uniform("part_end");
+  program.part_of = uniform("part_of");
+  program.grid_from = uniform("grid_from");
+  program.grid_per = uniform("grid_per");
   program.part_a = uniform("part_a");
   program.part_b = uniform("part_b");
   program.part_q = uniform("part_q");
@@ -73,6 +76,7 @@ Program link(std::initializer_list<GLuint> stages) {
   glUseProgram(program.id);
   glUniform1i(uniform("noise"), 0);
   glUniform1i(uniform("relief"), 1);
+  glUniform1i(uniform("region_cells"), 2);
   return program;
 }
 
@@ -98,6 +102,8 @@ struct GpuMesh {
   GLuint array = 0, vertices = 0, indices = 0;
   std::size_t vertex_capacity = 0;  // 0 and no array: a free place
   std::uint32_t index_count = 0;
+  GLuint region_cells = 0;  // a texture; 0: no regions
+  RegionTable regions;
 };
 
 class OsmesaCanvas final : public Canvas {
@@ -113,6 +119,7 @@ class OsmesaCanvas final : public Canvas {
   void remove_mesh(MeshId mesh) override;
   void set_vertices(MeshId mesh, std::span<const CanvasVertex> vertices) override;
   void set_indices(MeshId mesh, std::span<const std::uint32_t> indices) override;
+  void set_regions(MeshId mesh, std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box) override;
   void begin(const CanvasView& view) override;
   void draw(MeshId mesh, IndexRange range, const Material& material, const Eigen::Matrix4f& world_from_mesh) override;
   void draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Matrix4f& world_from_mesh) override;
@@ -123,6 +130,8 @@ class OsmesaCanvas final : public Canvas {
   void make_programs();
   void make_noise();
   void make_sample_buffer(int samples);
+  static GLuint make_cells(int size, std::span<const std::uint32_t> cells);
+  void use_regions(const Program& program, const GpuMesh& mesh);
   void warm_up();
   void draw_elements(MeshId mesh, IndexRange range);
 
@@ -131,6 +140,7 @@ class OsmesaCanvas final : public Canvas {
   std::array<Program, kAllShadings.size()> programs_;
   Program background_, wire_;
   GLuint empty_array_ = 0;
+  GLuint no_cells_ = 0;
   GLuint sample_framebuffer_ = 0;
   std::array<GLuint, 2> sample_buffers_{};
   CanvasView view_;
@@ -161,6 +171,7 @@ OsmesaCanvas::OsmesaCanvas(int width_px, int height_px, int samples) : image_(wi
     }
     make_programs();
     make_noise();
+    no_cells_ = make_cells(1, std::array<std::uint32_t, 1>{0});
     glGenVertexArrays(1, &empty_array_);
     if (samples > 1) make_sample_buffer(samples);
     glEnable(GL_DEPTH_TEST);
@@ -283,6 +294,7 @@ void OsmesaCanvas::remove_mesh(MeshId mesh) {
   glDeleteVertexArrays(1, &m.array);
   glDeleteBuffers(1, &m.vertices);
   glDeleteBuffers(1, &m.indices);
+  if (m.region_cells != 0) glDeleteTextures(1, &m.region_cells);
   m = {};
 }
 
@@ -339,21 +351,48 @@ void OsmesaCanvas::draw_elements(MeshId mesh, IndexRange range) {
                  reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t{range.first}));
 }
 
+void OsmesaCanvas::set_regions(MeshId mesh, std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box) {
+  make_current();
+  GpuMesh& m = meshes_[mesh];
+  if (m.region_cells != 0) glDeleteTextures(1, &m.region_cells);
+  m.region_cells = 0;
+  m.regions = {};
+  if (regions.empty()) return;
+  m.regions = region_table(regions, rest_box);
+  m.region_cells = make_cells(kRegionGridSize, m.regions.cells);
+}
+
+// One number for each cell of a cube, read as it is.
+GLuint OsmesaCanvas::make_cells(int size, std::span<const std::uint32_t> cells) {
+  GLuint texture = 0;
+  glGenTextures(1, &texture);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_3D, texture);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_R32UI, size, size, size, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, cells.data());
+  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  return texture;
+}
+
 // Into the program in use.
-void set_regions(const Program& program, std::span<const Region> regions) {
-  const RegionUniforms u = pack(regions);
-  glUniform1i(program.region_count, u.count);
-  if (u.count == 0) return;
+void OsmesaCanvas::use_regions(const Program& program, const GpuMesh& mesh) {
+  const RegionTable& t = mesh.regions;
+  glUniform1i(program.region_count, t.count);
+  glActiveTexture(GL_TEXTURE2);
+  glBindTexture(GL_TEXTURE_3D, t.count == 0 ? no_cells_ : mesh.region_cells);
+  if (t.count == 0) return;
   const auto vectors = [](GLint location, const auto& values) {
     glUniform4fv(location, static_cast<GLsizei>(values.size()), values.front().data());
   };
-  glUniform3iv(program.part_end, static_cast<GLsizei>(kMaxRegions), u.part_end.front().data());
-  vectors(program.part_a, u.part_a);
-  vectors(program.part_b, u.part_b);
-  vectors(program.part_q, u.part_q);
-  vectors(program.region_colour, u.colour);
-  vectors(program.region_grain, u.grain);
-  vectors(program.region_rim, u.rim);
+  glUniform2iv(program.part_of, static_cast<GLsizei>(t.part_of.size()), t.part_of.front().data());
+  vectors(program.part_a, t.part_a);
+  vectors(program.part_b, t.part_b);
+  vectors(program.part_q, t.part_q);
+  vectors(program.region_colour, t.colour);
+  vectors(program.region_grain, t.grain);
+  vectors(program.region_rim, t.rim);
+  glUniform3fv(program.grid_from, 1, t.grid_from_m.data());
+  glUniform3fv(program.grid_per, 1, t.grid_per_m.data());
 }
 
 void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
@@ -365,7 +404,7 @@ void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
   glUniformMatrix4fv(program.view_from_mesh, 1, GL_FALSE, view_from_mesh.data());
   glUniformMatrix4fv(program.projection, 1, GL_FALSE, view_.projection.data());
   glUniform3fv(program.base_colour, 1, material.colour.data());
-  set_regions(program, material.regions);
+  use_regions(program, meshes_[mesh]);
   if (material.shading == Shading::skin || material.shading == Shading::drape) {
     glEnable(GL_CULL_FACE);
   } else {

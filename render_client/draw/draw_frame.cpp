@@ -70,7 +70,7 @@ void FramePainter::update_bodies(const Frame& frame) {
     if (!arranged) {
       drawn.mesh.arrange(body);
       if (drawn.name != body.name || drawn.vertex_slots == 0 || session_ != frame.session)
-        drawn.regions_at_skin = BodyMesh::regions_at_skin(body);
+        canvas_.set_regions(drawn.canvas_mesh, body.regions, drawn.mesh.rest_box());
       drawn.name = body.name;
       drawn.revision = body.revision;
       drawn.vertex_slots = body.rest_body_m.size();
@@ -138,10 +138,8 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
     const DrawnBody& drawn = bodies_[i];
     if (!drawn.visible) continue;
     const BodyFrame& body = frame.bodies[i];
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(),
-                 {Shading::skin, body.skin_colour.cast<float>(), drawn.regions_at_skin}, in_world);
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>(), body.regions},
-                 in_world);
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), {Shading::skin, body.skin_colour.cast<float>()}, in_world);
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>()}, in_world);
     if (options.wireframe) {
       const auto all = static_cast<std::uint32_t>(drawn.mesh.indices().size());
       canvas_.draw_wireframe(drawn.canvas_mesh, {0, all}, in_world);

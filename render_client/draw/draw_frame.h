@@ -43,7 +43,6 @@ class FramePainter {
     std::uint64_t revision = 0;
     std::size_t vertex_slots = 0, triangle_slots = 0;
     BodyMesh mesh;
-    Regions regions_at_skin;
     bool visible = false;
   };
   struct DrawnTool {

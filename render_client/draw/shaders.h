@@ -141,8 +141,8 @@ void main() {
   albedo = mix(albedo, vec3(0.15, 0.010, 0.010), plain * 0.75 * smoothstep(0.001, 0.010, low));
   float lip = 1.0 - smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5));
   albedo = mix(albedo, vec3(0.55, 0.33, 0.28), plain * lip);
-  albedo = tissue_at(rest.xyz, albedo, smoothstep(0.35, 0.75, coarse.r), 0.80 + 0.34 * fine.a);
-  float openness = 0.36 + 0.64 * exp2(-170.0 * depth);
+  albedo = tissue_at(rest.xyz, albedo, smoothstep(0.30, 0.80, coarse.r), 0.68 + 0.54 * fine.a);
+  float openness = mix(0.70 + 0.30 * exp2(-60.0 * depth), 0.36 + 0.64 * exp2(-170.0 * depth), plain);
   vec3 film = bumped(n, 0.34 * (fine.rgb - 0.5));
   emit_tissue(mix(n, film, 0.7), film, albedo, openness, 1.0);
 })";

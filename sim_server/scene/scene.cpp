@@ -13,6 +13,8 @@
 namespace sectio {
 namespace {
 
+constexpr double kMostSnapRatio = 0.15;  // above, crumbs come off
+
 namespace fs = std::filesystem;
 
 // No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
@@ -89,6 +91,7 @@ CuttingSpec read_cutting(YamlMap& map) {
   map.read("join_tolerance_m", cutting.join_tolerance_m, at_least(0));
   map.read("groove_min_depth_m", cutting.groove_min_depth_m, above(0));
   map.read("loops_free_islands", cutting.loops_free_islands);
+  map.read("snap_ratio", cutting.snap_ratio, between(0, kMostSnapRatio));
   return cutting;
 }
 
@@ -174,6 +177,10 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     body.cutting = read_cutting(part);
     if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
       part.value().fail("semi_progressive cuts tetrahedra: it needs a model with a volume");
+    if (body.cutting.style == "templates" && body.model != "surface_springs")
+      part.value().fail("templates cut a surface: they need the model surface_springs");
+    if (part.find("snap_ratio") && body.model == "surface_springs")
+      part.value().fail("snap_ratio is of tetrahedra: it needs a model with a volume");
   });
   map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
   map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });

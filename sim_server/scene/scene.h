@@ -35,7 +35,9 @@ struct MaterialSpec {
 };
 
 struct CuttingSpec {
-  std::string style = "progressive";              // paper B's way; "templates", A's; "semi_progressive", C's: volumes
+  // Surfaces: "progressive", paper B's way, or "templates", A's. Volumes: "progressive", up to the blade, or
+  // "semi_progressive", C's way, tetrahedra that it has gone through whole.
+  std::string style = "progressive";
   double open_top_m = 0.0004;                     // of templates: width of the opening at the surface
   double open_bottom_m = 0.0002;                  // and at the bottom
   std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
@@ -44,6 +46,7 @@ struct CuttingSpec {
   double join_tolerance_m = 0.002;  // an instrument this close to the end of a cut joins it (paper B, 5.2)
   double groove_min_depth_m = 0.0003;
   bool loops_free_islands = true;  // closing a loop parts the island from the body
+  double snap_ratio = 0.08;        // of volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
 };
 
 // What an instrument that presses moves: the vertices under it, or "templates", paper A's way: temporary particles.
@@ -162,7 +165,7 @@ struct Scene {
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
 //     contact:   style: vertices | templates (of surface_springs)
-//     cutting:   the members of CuttingSpec (style semi_progressive: of a volume, which else can't be cut);
+//     cutting:   the members of CuttingSpec (style semi_progressive and snap_ratio: of a volume; templates: not);
 //     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
 //     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
 //     regions:   what is inside, later ones on top: a list, see scene/region_reader.h

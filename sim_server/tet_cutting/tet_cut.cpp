@@ -149,16 +149,31 @@ class SheetCut {
     ++outcome_.snapped;
   }
 
-  // Of a tetrahedron with a face on the sheet: the side of its other corner; of one that is all on the sheet, where it
-  // was before corners were snapped.
-  int side_of(std::uint32_t t) const {
+  int sum_of_sides(std::uint32_t t) const {
     int sum = 0;
-    double heights = 0;
-    for (const VertexId v : volume_.tetrahedra()[t]) {
-      sum += side(v);
-      heights += height(v);
+    for (const VertexId v : volume_.tetrahedra()[t]) sum += side(v);
+    return sum;
+  }
+  // Of a tetrahedron with a face on the sheet: the side of its other corner. One that is all on the sheet stays with
+  // the neighbour that it shares the largest face with: else it would come off as a crumb.
+  int side_of(std::uint32_t t) const {
+    if (const int sum = sum_of_sides(t); sum != 0) return sum > 0 ? 1 : -1;
+    const Tetrahedron& c = volume_.tetrahedra()[t];
+    double largest = 0, heights = 0;
+    int with = 0;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      heights += height(c[corner]);
+      const std::uint32_t u = volume_.across(t, corner);
+      const int sum = u == kNone ? 0 : sum_of_sides(u);
+      const auto& [i, j, k] = kTetFaces[corner];
+      const Vec3& p = volume_.vertex(c[i]).rest_body_m;
+      const double area =
+          (volume_.vertex(c[j]).rest_body_m - p).cross(volume_.vertex(c[k]).rest_body_m - p).norm();
+      if (sum == 0 || area <= largest) continue;
+      largest = area;
+      with = sum > 0 ? 1 : -1;
     }
-    return sum != 0 ? (sum > 0 ? 1 : -1) : (heights > 0 ? 1 : -1);
+    return with != 0 ? with : heights > 0 ? 1 : -1;
   }
   bool cut_between(std::uint32_t t, std::uint32_t u, const std::array<VertexId, 3>& face) const {
     for (const VertexId v : face)

@@ -178,11 +178,14 @@ VertexId TetTopology::part(VertexId v, std::span<const std::uint32_t> of) {
   return twin;
 }
 
+double TetTopology::volume_m3(std::uint32_t t) const {
+  const auto at = [&](std::size_t k) -> const Vec3& { return vertices_[tets_[t][k]].rest_body_m; };
+  return tet_volume_m3(at(0), at(1), at(2), at(3));
+}
+
 double TetTopology::volume_at(VertexId v) const {
   double volume = 0;
-  for (const std::uint32_t t : star_[v])
-    volume += tet_volume_m3(vertices_[tets_[t][0]].rest_body_m, vertices_[tets_[t][1]].rest_body_m,
-                            vertices_[tets_[t][2]].rest_body_m, vertices_[tets_[t][3]].rest_body_m);
+  for (const std::uint32_t t : star_[v]) volume += volume_m3(t);
   return volume;
 }
 

@@ -48,6 +48,7 @@ class TetTopology {
   void fetch_states_from(StateOf source);
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }
   std::span<const std::uint32_t> star(VertexId v) const { return star_[v]; }
+  double volume_m3(std::uint32_t t) const;  // at rest
   bool alive(VertexId v) const { return !star_[v].empty(); }
   // The tetrahedron beyond the face opposite a corner; kNone at the surface. O(star).
   std::uint32_t across(std::uint32_t t, std::size_t corner) const;

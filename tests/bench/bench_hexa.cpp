@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim_server/deformation/hexa/hex_solid.h"
+#include "sim_server/tet_cutting/tet_cut.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/tet_shapes.h"
 
@@ -137,12 +138,31 @@ void make_lattice(benchmark::State& state) {
   count(state, cells);
 }
 
+// A small cut, again and again: the model follows.
+void follow_cuts(benchmark::State& state) {
+  const TetMesh mesh = test::tet_box(12, 12, 12, Vec3::Constant(kSide));
+  const Grid grid = grid_around(mesh, kSide / static_cast<double>(state.range(0)));
+  const HexSolid model(mesh, grid, {}, {});
+  TetTopology volume(mesh);
+  const Vec3 at = Vec3::Constant(0.051), u(0.004, 0, 0), w(0, 0.003, 0.003);
+  cut(volume, {{at - u - w, at + u - w, at + u + w, at - u + w}}, {});
+  const TetChange change = volume.change();
+  for (auto _ : state) {
+    state.PauseTiming();
+    HexSolid followed(mesh, grid, {}, {});
+    state.ResumeTiming();
+    followed.change(change);
+  }
+  count(state, model.lattice().cells.size());
+}
+
 BENCHMARK(plain_elements)->Arg(8)->Arg(20);
 BENCHMARK(hexahedra)->Arg(8)->Arg(20);
 BENCHMARK(avx2_hexahedra)->Arg(8)->Arg(20);
 BENCHMARK(avx512_hexahedra)->Arg(8)->Arg(20);
 BENCHMARK(implicit_sweep)->Arg(8);
 BENCHMARK(make_lattice)->Arg(8)->Arg(20);
+BENCHMARK(follow_cuts)->Arg(8)->Arg(20);
 
 void print_ratios(const bench::BestTimes& best) {
   for (const char* across : {"8", "20"}) {

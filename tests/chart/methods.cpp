@@ -17,13 +17,10 @@ constexpr double kStep = 1e-3;  // of the scenes; explicit models divide it
 class Descent final : public VolumeModel {
  public:
   Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
-      : solid_(mesh, material, settings, TetDriver::implicit_only), step_s_(settings.step_s), sweeps_(sweeps) {
-    for (VertexId v = 0; v < mesh.vertices_body_m.size(); ++v) inverse_mass_.push_back(solid_.inverse_mass_per_kg(v));
-  }
+      : solid_(mesh, material, settings, TetDriver::implicit_only), step_s_(settings.step_s), sweeps_(sweeps) {}
   void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
-    solid_.implicit_step(x, v, step_s_, sweeps_);
-    project(constraints, inverse_mass_, step_s_, x, v, reactions);
+    solid_.implicit_step(x, v, step_s_, sweeps_, constraints, reactions);
   }
   void change(const TetChange& change) override { solid_.change(change); }
   const TetMesh& mesh() const override { return solid_.mesh(); }
@@ -41,7 +38,6 @@ class Descent final : public VolumeModel {
   TetSolid solid_;
   double step_s_;
   int sweeps_;
-  std::vector<double> inverse_mass_;
 };
 
 std::string steps_text(double step_s, const std::string& with) {

@@ -43,113 +43,32 @@ std::size_t next_along(const GridPlace& a, const GridPlace& b) {
   return axis;
 }
 
-struct SharedFace {
-  std::array<VertexId, 3> corners;
-  std::uint32_t a = 0, b = 0;  // tetrahedra
-};
-
-// Those that one tetrahedron has are twice its own: outside.
-std::vector<SharedFace> all_faces(const TetMesh& mesh) {
-  std::vector<SharedFace> sides, faces;
-  for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
-    for (const auto& face : kTetFaces) {
-      if (mesh.tetrahedra[t] == kNoTetrahedron) break;
-      std::array<VertexId, 3> v{mesh.tetrahedra[t][face[0]], mesh.tetrahedra[t][face[1]], mesh.tetrahedra[t][face[2]]};
-      std::ranges::sort(v);
-      sides.push_back({v, t, t});
-    }
-  std::ranges::stable_sort(sides, {}, &SharedFace::corners);
-  for (const SharedFace& side : sides)
-    if (!faces.empty() && faces.back().corners == side.corners)
-      faces.back().b = side.a;
-    else
-      faces.push_back(side);
-  return faces;
+Vec3 centre(const TetMesh& mesh, const Grid& grid, std::uint32_t t) {
+  Vec3 sum = Vec3::Zero();
+  for (const VertexId v : mesh.tetrahedra[t]) sum += 0.25 * grid.at(mesh.vertices_body_m[v]);
+  return sum;
 }
 
-class Builder {
+std::uint32_t across(std::uint32_t t, std::size_t corner, const TetMesh& mesh, const TetStars& stars) {
+  const Tetrahedron& c = mesh.tetrahedra[t];
+  const auto& [i, j, k] = kTetFaces[corner];
+  for (const std::uint32_t u : stars.of(c[i]))
+    if (u != t && corner_of(mesh.tetrahedra[u], c[j]) < 4 && corner_of(mesh.tetrahedra[u], c[k]) < 4) return u;
+  return kNone;
+}
+
+// What follows from shares and where they meet.
+class Assembly {
  public:
-  Builder(const TetMesh& mesh, const Grid& grid, const std::function<double(std::uint32_t)>& factor)
-      : mesh_(mesh), factor_(factor) {
-    lattice_.grid = grid;
-    lattice_.outside.assign(mesh.vertices_body_m.size(), 0);
-    for (const Vec3& x : mesh.vertices_body_m) at_.push_back(grid.at(x));
-  }
+  explicit Assembly(HexLattice& lattice) : lattice_(lattice), together_(lattice.shares.size()) {}
 
-  HexLattice build() {
-    share_out();
-    Joined together(lattice_.shares.size());
-    join_material(together);
-    make_cells(together);
-    make_nodes();
-    bind_points();
-    return std::move(lattice_);
-  }
+  void join(std::uint32_t a, std::uint32_t b) { together_.join(a, b); }
+  void meet(std::uint32_t low, std::uint32_t high) { meetings_.emplace_back(low, high); }
 
- private:
-  void share_out() {
-    std::vector<GridPiece> pieces;
-    first_.push_back(0);
-    for (std::uint32_t t = 0; t < mesh_.tetrahedra.size(); ++t) {
-      const Tetrahedron& c = mesh_.tetrahedra[t];
-      if (c == kNoTetrahedron) {
-        first_.push_back(first_.back());
-        continue;
-      }
-      pieces_of({at_[c[0]], at_[c[1]], at_[c[2]], at_[c[3]]}, pieces);
-      for (const GridPiece& p : pieces)
-        if (p.size > kLeastVolume) lattice_.shares.push_back({t, 0, p.cell, p.size, p.centroid});
-      first_.push_back(static_cast<std::uint32_t>(lattice_.shares.size()));
-    }
-  }
-
-  std::uint32_t share_of(std::uint32_t t, const GridPlace& place) const {
-    for (std::uint32_t s = first_[t]; s < first_[t + 1]; ++s)
-      if (lattice_.shares[s].place == place) return s;
-    return kNone;
-  }
-
-  void join_material(Joined& together) {
-    std::vector<GridPiece> pieces;
-    for (const SharedFace& face : all_faces(mesh_)) {
-      if (face.a == face.b) {
-        for (const VertexId v : face.corners) lattice_.outside[v] = 1;
-        continue;
-      }
-      const std::array<Vec3, 3> x{at_[face.corners[0]], at_[face.corners[1]], at_[face.corners[2]]};
-      pieces_of(x, pieces);
-      Eigen::Index flat = 3;  // the face lies in a plane of the grid, between cells
-      for (Eigen::Index k = 0; k < 3; ++k)
-        if (x[0][k] == x[1][k] && x[0][k] == x[2][k] && x[0][k] == std::round(x[0][k])) flat = k;
-      for (const GridPiece& p : pieces) {
-        if (p.size < kLeastArea) continue;
-        GridPlace below = p.cell;
-        if (flat < 3) --below[static_cast<std::size_t>(flat)];
-        const bool a_below = flat < 3 && centre(face.a)[flat] < x[0][flat];
-        const std::uint32_t a = share_of(face.a, a_below ? below : p.cell);
-        const std::uint32_t b = share_of(face.b, flat < 3 && !a_below ? below : p.cell);
-        if (a == kNone || b == kNone) continue;
-        if (flat == 3)
-          together.join(a, b);
-        else
-          meetings_.push_back(a_below ? std::pair(a, b) : std::pair(b, a));
-      }
-    }
-    for (std::uint32_t t = 0; t + 1 < first_.size(); ++t)
-      for (std::uint32_t a = first_[t]; a < first_[t + 1]; ++a)
-        for (std::uint32_t b = first_[t]; b < first_[t + 1]; ++b)
-          if (next_along(lattice_.shares[a].place, lattice_.shares[b].place) < 3) meetings_.emplace_back(a, b);
-  }
-
-  Vec3 centre(std::uint32_t t) const {
-    const Tetrahedron& c = mesh_.tetrahedra[t];
-    return 0.25 * (at_[c[0]] + at_[c[1]] + at_[c[2]] + at_[c[3]]);
-  }
-
-  void make_cells(Joined& together) {
+  void make_cells(const std::function<double(std::uint32_t)>& factor) {
     std::vector<std::uint32_t> roots;
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s)
-      if (together.of(s) == s) roots.push_back(s);
+      if (together_.of(s) == s) roots.push_back(s);
     std::ranges::stable_sort(roots, earlier, [&](std::uint32_t s) { return lattice_.shares[s].place; });
     std::vector<std::uint32_t> cell_of(lattice_.shares.size(), kNone);
     for (const std::uint32_t s : roots) {
@@ -158,10 +77,10 @@ class Builder {
     }
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s) {
       HexShare& share = lattice_.shares[s];
-      share.cell = cell_of[together.of(s)];
+      share.cell = cell_of[together_.of(s)];
       HexCell& cell = lattice_.cells[share.cell];
       cell.fill += share.volume;
-      cell.stiffness += share.volume * (factor_ ? factor_(share.tet) : 1);
+      cell.stiffness += share.volume * (factor ? factor(share.tet) : 1);
     }
     for (HexCell& cell : lattice_.cells) cell.stiffness /= cell.fill;
   }
@@ -187,32 +106,118 @@ class Builder {
     }
   }
 
-  // To the copy that a tetrahedron of the vertex has nearest to it, of several the fullest by that tetrahedron.
-  void bind_points() {
-    lattice_.points.resize(at_.size());
-    std::vector<std::pair<double, double>> best(at_.size(), {HUGE_VAL, 0});
-    for (const HexShare& share : lattice_.shares) {
-      const Vec3 corner(share.place[0], share.place[1], share.place[2]);
-      for (const VertexId v : mesh_.tetrahedra[share.tet]) {
-        const Vec3 local = at_[v] - corner;
-        const double beyond = (local - local.cwiseMax(0).cwiseMin(1)).squaredNorm();
-        const std::pair<double, double> rank{beyond, -share.volume};
-        if (!(rank < best[v])) continue;
-        best[v] = rank;
-        lattice_.points[v] = {share.cell, local};
-      }
-    }
-  }
-
-  const TetMesh& mesh_;
-  const std::function<double(std::uint32_t)>& factor_;
-  std::vector<Vec3> at_;
-  HexLattice lattice_;
-  std::vector<std::uint32_t> first_;                               // of the shares of a tetrahedron
+ private:
+  HexLattice& lattice_;
+  Joined together_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings_;  // shares in neighbouring cells, the lower one first
 };
 
+// To the copy that a tetrahedron of the vertex has nearest to it, of several the fullest by that tetrahedron.
+void bind_points(const TetMesh& mesh, HexLattice& lattice) {
+  std::vector<Vec3> at;
+  for (const Vec3& x : mesh.vertices_body_m) at.push_back(lattice.grid.at(x));
+  lattice.points.resize(at.size());
+  std::vector<std::pair<double, double>> best(at.size(), {HUGE_VAL, 0});
+  for (const HexShare& share : lattice.shares) {
+    const Vec3 corner(share.place[0], share.place[1], share.place[2]);
+    for (const VertexId v : mesh.tetrahedra[share.tet]) {
+      const Vec3 local = at[v] - corner;
+      const double beyond = (local - local.cwiseMax(0).cwiseMin(1)).squaredNorm();
+      const std::pair<double, double> rank{beyond, -share.volume};
+      if (!(rank < best[v])) continue;
+      best[v] = rank;
+      lattice.points[v] = {share.cell, local};
+    }
+  }
+}
+
 }  // namespace
+
+void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetMesh& mesh, const TetStars& stars) {
+  known_.resize(mesh.tetrahedra.size());
+  for (const std::uint32_t t : tetrahedra) {
+    known_[t] = {};
+    if (mesh.tetrahedra[t] != kNoTetrahedron) share_out(t, mesh);
+  }
+  std::vector<std::uint32_t> around(tetrahedra.begin(), tetrahedra.end());
+  for (const std::uint32_t t : tetrahedra)
+    for (std::size_t corner = 0; corner < 4 && mesh.tetrahedra[t] != kNoTetrahedron; ++corner)
+      if (const std::uint32_t u = across(t, corner, mesh, stars); u != kNone) around.push_back(u);
+  std::ranges::sort(around);
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  for (const std::uint32_t t : around)
+    if (mesh.tetrahedra[t] != kNoTetrahedron) find_passages(t, mesh, stars);
+}
+
+void LatticeMaker::share_out(std::uint32_t t, const TetMesh& mesh) {
+  thread_local std::vector<GridPiece> pieces;
+  std::array<Vec3, 4> x;
+  for (std::size_t k = 0; k < 4; ++k) x[k] = grid_.at(mesh.vertices_body_m[mesh.tetrahedra[t][k]]);
+  pieces_of(x, pieces);
+  for (const GridPiece& p : pieces)
+    if (p.size > kLeastVolume) known_[t].shares.push_back({t, 0, p.cell, p.size, p.centroid});
+}
+
+void LatticeMaker::find_passages(std::uint32_t t, const TetMesh& mesh, const TetStars& stars) {
+  thread_local std::vector<GridPiece> pieces;
+  Known& known = known_[t];
+  known.passages.clear();
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const std::uint32_t u = across(t, corner, mesh, stars);
+    known.outside[corner] = u == kNone;
+    if (u == kNone || u < t) continue;
+    std::array<Vec3, 3> x;
+    for (std::size_t k = 0; k < 3; ++k) x[k] = grid_.at(mesh.vertices_body_m[mesh.tetrahedra[t][kTetFaces[corner][k]]]);
+    pieces_of(x, pieces);
+    Eigen::Index flat = 3;  // the face lies in a plane of the grid, between cells
+    for (Eigen::Index k = 0; k < 3; ++k)
+      if (x[0][k] == x[1][k] && x[0][k] == x[2][k] && x[0][k] == std::round(x[0][k])) flat = k;
+    const bool is_below = flat < 3 && centre(mesh, grid_, t)[flat] < x[0][flat];
+    for (const GridPiece& p : pieces) {
+      if (p.size < kLeastArea) continue;
+      GridPlace own = p.cell, other = p.cell;
+      if (flat < 3) --(is_below ? own : other)[static_cast<std::size_t>(flat)];
+      const auto at = std::ranges::find(known.shares, own, &HexShare::place);
+      if (at != known.shares.end())
+        known.passages.push_back({static_cast<std::uint8_t>(at - known.shares.begin()), u, other});
+    }
+  }
+}
+
+HexLattice LatticeMaker::make(const TetMesh& mesh, const std::function<double(std::uint32_t)>& stiffness_factor) const {
+  HexLattice lattice;
+  lattice.grid = grid_;
+  lattice.outside.assign(mesh.vertices_body_m.size(), 0);
+  std::vector<std::uint32_t> first{0};  // of the shares of a tetrahedron
+  for (std::uint32_t t = 0; t < known_.size(); ++t) {
+    lattice.shares.insert(lattice.shares.end(), known_[t].shares.begin(), known_[t].shares.end());
+    first.push_back(static_cast<std::uint32_t>(lattice.shares.size()));
+    for (std::size_t corner = 0; corner < 4; ++corner)
+      for (std::size_t k = 0; k < 3 && known_[t].outside[corner] != 0; ++k)
+        lattice.outside[mesh.tetrahedra[t][kTetFaces[corner][k]]] = 1;
+  }
+  Assembly assembly(lattice);
+  for (std::uint32_t t = 0; t < known_.size(); ++t) {
+    for (const Passage& p : known_[t].passages) {
+      std::uint32_t other = first[p.neighbour];
+      while (other < first[p.neighbour + 1] && lattice.shares[other].place != p.place) ++other;
+      if (other == first[p.neighbour + 1]) continue;
+      const std::uint32_t own = first[t] + p.own;
+      const GridPlace& place = lattice.shares[own].place;
+      if (place == p.place)
+        assembly.join(own, other);
+      else
+        next_along(place, p.place) < 3 ? assembly.meet(own, other) : assembly.meet(other, own);
+    }
+    for (std::uint32_t a = first[t]; a < first[t + 1]; ++a)
+      for (std::uint32_t b = first[t]; b < first[t + 1]; ++b)
+        if (next_along(lattice.shares[a].place, lattice.shares[b].place) < 3) assembly.meet(a, b);
+  }
+  assembly.make_cells(stiffness_factor);
+  assembly.make_nodes();
+  bind_points(mesh, lattice);
+  return lattice;
+}
 
 Grid grid_around(const TetMesh& mesh, double cell_m) {
   Eigen::AlignedBox3d box;
@@ -224,7 +229,23 @@ Grid grid_around(const TetMesh& mesh, double cell_m) {
 
 HexLattice lattice_of(const TetMesh& mesh, const Grid& grid,
                       const std::function<double(std::uint32_t)>& stiffness_factor) {
-  return Builder(mesh, grid, stiffness_factor).build();
+  LatticeMaker maker(grid);
+  std::vector<std::uint32_t> all(mesh.tetrahedra.size());
+  std::iota(all.begin(), all.end(), 0u);
+  maker.look_at(all, mesh, TetStars(mesh));
+  return maker.make(mesh, stiffness_factor);
+}
+
+std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before,
+                                        const std::function<std::uint32_t(std::uint32_t)>& origin) {
+  std::vector<std::uint32_t> from(now.cells.size(), kNone);
+  for (const HexShare& share : now.shares) {
+    if (from[share.cell] != kNone) continue;
+    const auto of_origin = std::ranges::equal_range(before.shares, origin(share.tet), {}, &HexShare::tet);
+    const auto at = std::ranges::find(of_origin, share.place, &HexShare::place);
+    if (at != of_origin.end()) from[share.cell] = at->cell;
+  }
+  return from;
 }
 
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before, const TetMesh& mesh_before) {

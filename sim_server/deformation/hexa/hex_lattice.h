@@ -7,14 +7,16 @@
 //           the cells; chains of such meetings around a corner join, too
 //   fill    of a copy: its material's volume over the cell's. The fills of all add up to the body's volume
 //
-// Each vertex of the tetrahedra rides on one copy, by eight weights. Deterministic; O(n log n). Pure functions.
+// Each vertex of the tetrahedra rides on one copy, by eight weights. Deterministic.
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/hexa/grid_pieces.h"
+#include "sim_server/deformation/tetra/tet_star.h"
 
 namespace sectio {
 
@@ -61,15 +63,50 @@ struct HexLattice {
   Vec3 rest_m(std::uint32_t node) const { return grid.point_m(nodes[node]); }
 };
 
-// Numbers of tetrahedra and vertices that are not used any more (kNoTetrahedron) are passed over.
+// Makes lattices of a volume that is cut again and again: what each tetrahedron has in which cell, and where it passes
+// into its neighbours, is kept for those that don't change. Numbers of tetrahedra and vertices that are not used any
+// more (kNoTetrahedron) are passed over.
+class LatticeMaker {
+ public:
+  explicit LatticeMaker(const Grid& grid) : grid_(grid) {}
+
+  // To be called for all tetrahedra that are new, gone, or have another neighbour. O(these).
+  void look_at(std::span<const std::uint32_t> tetrahedra, const TetMesh& mesh, const TetStars& stars);
+  // `stiffness_factor`: of each tetrahedron; empty: 1. O(n).
+  HexLattice make(const TetMesh& mesh,
+                  const std::function<double(std::uint32_t tetrahedron)>& stiffness_factor = {}) const;
+
+ private:
+  // A face passes from a piece of one tetrahedron to a piece of another.
+  struct Passage {
+    std::uint8_t own = 0;         // share
+    std::uint32_t neighbour = 0;  // tetrahedron
+    GridPlace place{};            // of the neighbour's share: the same cell, or, across a plane of the grid, the next
+  };
+  struct Known {
+    std::vector<HexShare> shares;           // ascending in place
+    std::vector<Passage> passages;          // to tetrahedra of higher numbers
+    std::array<std::uint8_t, 4> outside{};  // faces opposite the corners
+  };
+  void share_out(std::uint32_t t, const TetMesh& mesh);
+  void find_passages(std::uint32_t t, const TetMesh& mesh, const TetStars& stars);
+
+  Grid grid_;
+  std::vector<Known> known_;
+};
+
+// All at once.
 HexLattice lattice_of(const TetMesh& mesh, const Grid& grid,
                       const std::function<double(std::uint32_t tetrahedron)>& stiffness_factor = {});
 
 // The origin is the lower corner of the mesh's box: a box of whole cells is filled by them.
 Grid grid_around(const TetMesh& mesh, double cell_m);
 
-// After tetrahedra were split and parted, which only divides copies, or some have left: for each cell of `now` the one
-// of `before` whose material it has.
+// Of a part of a volume, or of one that was cut: for each cell of `now` the one of `before` whose material it has,
+// found by where it is.
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before, const TetMesh& mesh_before);
+// The same, where `origin` names for each tetrahedron the one of before that it was cut out of.
+std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before,
+                                        const std::function<std::uint32_t(std::uint32_t)>& origin);
 
 }  // namespace sectio

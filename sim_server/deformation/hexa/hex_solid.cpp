@@ -1,7 +1,9 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/core/error.h"
 #include "sim_server/deformation/home_frame.h"
@@ -15,8 +17,10 @@ constexpr int kBoundEvery = 8;        // parts
 constexpr int kMostRefined = 4;       // times as many parts as at rest
 constexpr int kSweeps = 30;
 constexpr double kStill_m = 1e-8;
-constexpr int kFits = 20;         // rounds in which nodes follow their vertices
-constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
+constexpr int kFits = 20;  // rounds in which nodes follow their vertices
+constexpr int kNewton = 6;
+constexpr double kMostBeside = 0.3;  // cells: of what a cut makes
+constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
 
 HexMaterial hex_material_of(const VolumeMaterial& m) {
   const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
@@ -38,35 +42,45 @@ HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& 
       settings_(std::move(settings)),
       driver_(driver),
       hex_material_(hex_material_of(material)),
-      lattice_(std::make_unique<HexLattice>()) {
-  lattice_->grid = grid;
+      maker_(grid) {
+  std::vector<std::uint32_t> all(mesh.tetrahedra.size());
+  std::iota(all.begin(), all.end(), 0u);
+  maker_.look_at(all, mesh, body_.stars());
   build();
-  if (from)
-    inherit(*from->lattice_, from->mesh(), from->free_mass_, from->position_, from->velocity_, from->last_velocity_),
-        placed_ = from->placed_;
-  else
+  if (from) {
+    inherit(*from->lattice_, cells_before(*lattice_, *from->lattice_, from->mesh()), from->free_mass_, from->position_,
+            from->velocity_, from->last_velocity_);
+    placed_ = from->placed_;
+  } else {
     find_held();
+    bound_ = weight_.size();
+  }
   share_masses();
 }
 
 void HexSolid::change(const TetChange& change) {
   const std::unique_ptr<HexLattice> lattice = std::move(lattice_);
-  const TetMesh mesh = body_.mesh();
   const std::vector<double> free_mass = std::move(free_mass_);
   const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_),
                            last_velocity = std::move(last_velocity_);
   body_.follow(change);
-  lattice_ = std::make_unique<HexLattice>();
-  lattice_->grid = lattice->grid;
+  std::vector<std::uint32_t> touched;
+  for (const TetEdit& e : change.tetrahedra) touched.push_back(e.id);
+  maker_.look_at(touched, mesh(), body_.stars());
   build();
-  inherit(*lattice, mesh, free_mass, position, velocity, last_velocity);
+  const auto origin = [&](std::uint32_t t) {
+    const auto at = std::ranges::lower_bound(change.tetrahedra, t, {}, &TetEdit::id);
+    return at != change.tetrahedra.end() && at->id == t ? at->origin : t;
+  };
+  inherit(*lattice, cells_before(*lattice_, *lattice, origin), free_mass, position, velocity, last_velocity);
   share_masses();
 }
 
 // All that follows from the tetrahedra.
 void HexSolid::build() {
+  lattice_ =
+      std::make_unique<HexLattice>(maker_.make(mesh(), [&](std::uint32_t t) { return body_.stiffness_factor(t); }));
   const double h = lattice_->grid.cell_m;
-  *lattice_ = lattice_of(body_.mesh(), lattice_->grid, [&](std::uint32_t t) { return body_.stiffness_factor(t); });
   descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_);
   rows_ = rows_of(*lattice_, hex_material_);
   node_mass_.assign(lattice_->nodes.size(), 0);
@@ -76,8 +90,8 @@ void HexSolid::build() {
     for (const std::uint32_t n : cell.nodes) node_mass_[n] += cell.fill * h * h * h * material_.density_kg_per_m3 / 8;
   }
   weight_.resize(lattice_->points.size());
-  for (VertexId v = 0; v < weight_.size(); ++v)
-    for (std::size_t c = 0; c < 8; ++c) weight_[v][c] = static_cast<float>(lattice_->points[v].weight(c));
+  beside_.resize(weight_.size(), Vec3::Zero());
+  for (VertexId v = 0; v < weight_.size(); ++v) weigh_corners(v);
   const double omega2 = omega2_at_rest(hex_material_, h, stiffest);
   explicit_limit_s_ = kSafety * damped_limit_s(omega2, material_.damping_per_s);
   const double parts = std::ceil(settings_.step_s / explicit_limit_s_);
@@ -139,13 +153,13 @@ void HexSolid::share_masses() {
   }
 }
 
-void HexSolid::inherit(const HexLattice& lattice, const TetMesh& mesh, const std::vector<double>& free_mass,
-                       const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
-                       const std::vector<Vec4f>& last_velocity) {
-  const std::vector<std::uint32_t> from = cells_before(*lattice_, lattice, mesh);
+void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t> from,
+                       const std::vector<double>& free_mass, const std::vector<Vec4f>& position,
+                       const std::vector<Vec4f>& velocity, const std::vector<Vec4f>& last_velocity) {
   free_mass_ = node_mass_;
   for (std::uint32_t e = 0; e < from.size(); ++e)
     for (std::size_t c = 0; c < 8; ++c) {
+      SECTIO_ASSERT(from[e] != kNone, "the material was there before");
       const std::uint32_t node = lattice_->cells[e].nodes[c], old = lattice.cells[from[e]].nodes[c];
       position_[node] = position[old];
       velocity_[node] = velocity[old];
@@ -205,6 +219,44 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
   last_velocity_ = velocity_;
 }
 
+void HexSolid::weigh_corners(VertexId v) {
+  HexPoint point = lattice_->points[v];
+  point.local += beside_[v];
+  for (std::size_t c = 0; c < 8; ++c) weight_[v][c] = static_cast<float>(point.weight(c));
+}
+
+// sum_c w_c(s) x_c = x by Newton's method.
+void HexSolid::bind_new(std::span<const Vec4f> position_world_m) {
+  if (bound_ == weight_.size()) return;
+  for (; bound_ < weight_.size(); ++bound_) {
+    const auto v = static_cast<VertexId>(bound_);
+    if (body_.stars().of(v).empty()) continue;
+    HexPoint point = lattice_->points[v];
+    const auto& nodes = lattice_->cells[point.cell].nodes;
+    const Vec3 at = position_world_m[v].head<3>().cast<double>();
+    for (int n = 0; n < kNewton; ++n) {
+      Vec3 missing = at;
+      Mat3 slope = Mat3::Zero();
+      for (std::size_t c = 0; c < 8; ++c) {
+        const Vec3 x = position_[nodes[c]].head<3>().cast<double>();
+        missing -= point.weight(c) * x;
+        for (std::size_t k = 0; k < 3; ++k) {
+          HexPoint end = point;
+          end.local[static_cast<Eigen::Index>(k)] = 1;
+          const std::size_t bit = std::size_t{1} << k;
+          slope.col(static_cast<Eigen::Index>(k)) += ((c & bit) != 0 ? 1 : -1) * end.weight(c | bit) * x;
+        }
+      }
+      point.local += slope.inverse() * missing;
+    }
+    const Vec3 beside = point.local - lattice_->points[v].local;
+    if (!(beside.norm() < kMostBeside)) continue;
+    beside_[v] = beside;
+    weigh_corners(v);
+  }
+  share_masses();
+}
+
 void HexSolid::take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
   if (written_position_.empty()) return;
   for (VertexId v = 0; v < position_world_m.size(); ++v) {
@@ -261,6 +313,7 @@ double HexSolid::largest_stable_step_s() const {
 void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   if (!placed_) place(position_world_m, velocity_m_per_s);
+  bind_new(position_world_m);
   take_over(position_world_m, velocity_m_per_s);
   support(constraints);
   start_position_ = position_;

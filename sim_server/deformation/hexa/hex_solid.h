@@ -19,7 +19,8 @@ class HexSolid final : public VolumeModel {
   HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
            TetDriver driver = TetDriver::automatic, const HexSolid* from = nullptr);
 
-  // The lattice is made anew, O(n); what divides copies divides nothing else, and the stable step stays.
+  // Copies of cells are divided, their nodes pass their state on; the stable step stays. O(n), the costly part of it
+  // O(change).
   void change(const TetChange& change) override;
 
   // What has happened to vertices since the last step was done by impulses, which their nodes get.
@@ -61,11 +62,15 @@ class HexSolid final : public VolumeModel {
   void find_held();
   void share_masses();
   void invert_masses();
-  void inherit(const HexLattice& lattice, const TetMesh& mesh, const std::vector<double>& free_mass,
+  void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<double>& free_mass,
                const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
                const std::vector<Vec4f>& last_velocity);
   // Before the first step: a rigid body's nodes go along, of one that is deformed each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
+  // A cut makes vertices where they are in the world, on straight edges: they ride there, a little beside where they
+  // are at rest, so that the next cut goes on from where this one ends.
+  void bind_new(std::span<const Vec4f> position_world_m);
+  void weigh_corners(VertexId v);
   void take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   void write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void support(std::span<const PointConstraint> constraints);
@@ -78,6 +83,7 @@ class HexSolid final : public VolumeModel {
   VolumeSettings settings_;
   TetDriver driver_;
   HexMaterial hex_material_;
+  LatticeMaker maker_;
   std::unique_ptr<HexLattice> lattice_;
   std::unique_ptr<HexDescent> descent_;
   HexRows rows_;
@@ -85,6 +91,8 @@ class HexSolid final : public VolumeModel {
   std::vector<float> inverse_mass_float_;
   std::vector<double> vertex_inverse_;
   std::vector<std::array<float, 8>> weight_;  // of the vertices
+  std::vector<Vec3> beside_;                  // of the vertices: where they ride less where they are at rest, in cells
+  std::size_t bound_ = 0;                     // vertices of which that is known
   double explicit_limit_s_ = 0;
   int parts_ = 1, last_parts_ = 1;
   bool was_implicit_ = false, bad_ = false, placed_ = false;

@@ -172,11 +172,10 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     implicit_steps_ += driver_ == TetDriver::automatic;
     std::ranges::copy(start_position_, position_world_m.begin());
     std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
-    implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps);
-    constraints_.begin(constraints, start_position_, 1);
-    constraints_.project_part(0, settings_.step_s, body_.inverse_mass(), position_world_m, velocity_m_per_s);
+    implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps, constraints, reactions);
+  } else {
+    constraints_.finish(reactions);
   }
-  constraints_.finish(reactions);
   last_velocity_.swap(start_velocity_);
 }
 
@@ -201,8 +200,25 @@ bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   return true;
 }
 
+// m / h^2 + sum_e V (mu |g|^2 + kappa c c^T), c = cof(F) g: that of the quadratic that descend() goes to the minimum
+// of.
+Mat3 TetSolid::block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const {
+  Mat3 block = 1 / (body_.inverse_mass()[v] * step_s * step_s) * Mat3::Identity();
+  for (const std::uint32_t t : body_.stars().of(v)) {
+    const Tetrahedron& corners = body_.mesh().tetrahedra[t];
+    const std::size_t i = static_cast<std::size_t>(std::ranges::find(corners, v) - corners.begin());
+    const TetShape shape = tet_shape(body_.mesh(), corners);
+    std::array<Vec3, 3> x;
+    for (std::size_t k = 0; k < 3; ++k) x[k] = position_world_m[corners[kTetFaces[i][k]]].head<3>().cast<double>();
+    const Vec3 normal = (x[1] - x[0]).cross(x[2] - x[0]) / 6;  // V c = d(volume) / dx, up to its sign
+    block += shape.volume_m3 * stiffness_.shear_pa[t] * shape.gradient[i].squaredNorm() * Mat3::Identity() +
+             stiffness_.bulk_pa[t] / shape.volume_m3 * normal * normal.transpose();
+  }
+  return block;
+}
+
 void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s,
-                             int sweeps) {
+                             int sweeps, std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   const double h = step_s;
   const Vec3 g = settings_.gravity_m_per_s2;
   const double g2 = g.squaredNorm();
@@ -221,9 +237,14 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   }
   update_pressures(rows_, false, position_world_m);
   const std::span<float> scratch(scratch_.data()->bulk.data(), scratch_.size() * kLanes);
+  held_.begin(constraints, body_.inverse_mass(), h);
+  const HeldPoints::Block block = [&](VertexId v) { return block_n_per_m(v, position_world_m, h); };
   for (int n = 0; n < sweeps; ++n) {
     const float moved2 = descend(rows_, static_cast<float>(h), inertial_, position_world_m, scratch);
-    if (moved2 < static_cast<float>(kStill_m * kStill_m)) break;
+    if (held_.put(block, position_world_m, inertial_))
+      update_pressures(rows_, false, position_world_m);
+    else if (moved2 < static_cast<float>(kStill_m * kStill_m))
+      break;
   }
   for (VertexId v = 0; v < inertial_.size(); ++v) {
     if (body_.inverse_mass()[v] == 0) continue;
@@ -238,6 +259,7 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
     position_world_m[v].head<3>() = start_position_[v].head<3>() + moved.cast<float>();
     velocity_m_per_s[v].head<3>() = (moved / h).cast<float>();
   }
+  held_.finish(velocity_m_per_s, reactions);
 }
 
 double TetSolid::elastic_energy_j(std::span<const Vec4f> position_world_m) const {

@@ -5,6 +5,7 @@
 // Deterministic, one thread.
 #pragma once
 
+#include "sim_server/deformation/tetra/held_points.h"
 #include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/tet_kernel.h"
 #include "sim_server/deformation/tetra/volume_model.h"
@@ -49,12 +50,14 @@ class TetSolid final : public VolumeModel {
   const TetMesh& mesh() const override { return body_.mesh(); }
 
   // One step of the implicit driver with so many sweeps. For tests and comparisons.
-  void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s, int sweeps);
+  void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s, int sweeps,
+                     std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
   // What the implicit driver makes smaller: sum_i m_i |x_i - y_i|^2 / (2 h^2) + elastic energy.
   double objective_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> inertial_world_m,
                      double step_s) const;
 
  private:
+  Mat3 block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const;
   bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   double damped_limit_s(double omega2) const;
 
@@ -76,6 +79,7 @@ class TetSolid final : public VolumeModel {
   VertexId first_bad_vertex_ = kNone;
 
   DividedConstraints constraints_;
+  HeldPoints held_;
   std::vector<Vec4f> start_position_, start_velocity_, inertial_, last_velocity_;
   std::vector<TetBlockColumn> scratch_;  // aligned floats
 };

@@ -24,6 +24,7 @@ class ReplicaTest : public testing::Test {
   ReplicaTest() : encoder(kEpoch, MovingWorld::kStep_s, 1) {
     SceneInfo scene = world.scene("replica");
     scene.epoch = kEpoch;
+    scene.bodies[0].regions = {Region{.name = "tumour", .parts = {RegionPart{}}}};
     replica.reset(scene);
   }
 
@@ -41,6 +42,7 @@ class ReplicaTest : public testing::Test {
     }
     StateSnapshot snapshot;
     snapshot.step = world.steps();
+    snapshot.gravity_m_per_s2 = Vec3(1, 0, -9);
     snapshot.bodies = {{world.mesh().revision(), world.positions()}};
     snapshot.tools = {{true, world.view().tool_poses_world[0].value()}};
     encoder.encode(snapshot);
@@ -70,6 +72,8 @@ class ReplicaTest : public testing::Test {
   void expect_whole(const Frame& drawn) {
     ASSERT_EQ(drawn.bodies.size(), 1u);
     const BodyFrame& body = drawn.bodies[0];
+    ASSERT_EQ(body.regions.size(), 1u);
+    ASSERT_EQ(drawn.gravity_m_per_s2, Vec3(1, 0, -9));
     ASSERT_EQ(body.positions_world_m.size(), body.rest_body_m.size());
     std::vector<std::uint8_t> used(body.rest_body_m.size());
     for (const Triangle& triangle : body.triangles)

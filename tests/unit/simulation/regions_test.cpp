@@ -20,6 +20,7 @@ Scene block_under_probe(const std::string& model) {
   body.pose.position_m = Vec3(-0.03, -0.03, 0.0);
   body.material.foundation_radius_m = 0.03;  // as deep as it looks
   body.volume.tetrahedra = 800;
+  body.volume.cell_m = 0.006;
   body.cutting.threshold_force_n = 1e9;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
   scene.tools.emplace_back();
@@ -50,7 +51,8 @@ double felt_n(const Scene& scene) {
 }
 
 class RegionsOf : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(All, RegionsOf, testing::Values("surface_springs", "tetra_springs", "neo_hookean"));
+INSTANTIATE_TEST_SUITE_P(All, RegionsOf,
+                         testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(RegionsOf, a_stiff_one_is_felt_through_the_tissue_and_one_that_is_alike_is_not) {
   Scene scene = block_under_probe(GetParam());

@@ -67,9 +67,7 @@ class BlockUnderBlade {
   }
 
  private:
-  static MakeEngines maker(const std::string& model) {
-    return standard_engines().models.at(model);
-  }
+  static MakeEngines maker(const std::string& model) { return standard_engines().models.at(model); }
   Scene scene_;
   SimulationBody body_;
   bool begun_ = false;
@@ -95,7 +93,7 @@ TEST_P(VolumeCuts, C_CUT_6_every_delta_leaves_a_closed_surface_of_the_same_volum
     EXPECT_TRUE(surface.valid()) << surface.first_defect;
     EXPECT_NEAR(surface.volume_m3, volume_m3, 1e-9 * volume_m3);
     const TetReport inside = check(block.cutting().volume().mesh());
-    EXPECT_TRUE(inside.valid) << inside.first_defect;
+    EXPECT_TRUE(inside.conforming) << inside.first_defect;  // in a vertex it may touch itself
     EXPECT_NEAR(inside.volume_m3, volume_m3, 1e-9 * volume_m3);
   });
   for (const Triangle& t : replica->triangles()) walls += t.alive() && t.surface == Surface::wall;

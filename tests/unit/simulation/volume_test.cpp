@@ -66,21 +66,10 @@ TEST_P(VolumeModels, a_probe_dents_them_and_feels_it) {
   EXPECT_LT(force_n, 2);
 }
 
-TEST(Volume, a_cut_is_refused_and_said_so) {
-  const Scene scene = with_volumes(block_on_table("neo_hookean"));
-  const BodySpec& spec = scene.bodies[0];
-  TriangleMesh mesh(spec.mesh);
-  ParticleState particles = particles_at_rest(mesh.rest_body_m(), spec.pose);
-  CompactPositions compact;
-  const BodyEngines engines = neo_hookean_engines({spec, scene, {0, mesh, particles, compact}, spec.pose});
-  const std::array entries{Entry{3, 0, Vec3::Constant(1.0 / 3)}};
-  const CutPlan plan = engines.cutting->plan({0, mesh, particles, compact}, {}, entries, {});
-  EXPECT_TRUE(plan.delta.empty());
-  EXPECT_EQ(plan.refused, 1u);
-  ASSERT_EQ(plan.outcomes.size(), 1u);
-  EXPECT_EQ(plan.outcomes[0].tool_id, 3u);
-  EXPECT_EQ(plan.outcomes[0].end, StrokeEnd::refused);
-  EXPECT_FALSE(plan.outcomes[0].why.empty());
+TEST(Volume, templates_are_refused_and_said_so) {
+  Scene scene = block_on_table("neo_hookean");
+  scene.bodies[0].cutting.style = "templates";
+  EXPECT_THROW(with_volumes(scene), InputError);
 }
 
 TEST(Volume, tetrahedra_from_a_file_are_the_body) {

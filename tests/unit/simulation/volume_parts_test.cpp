@@ -1,0 +1,186 @@
+// Volumes that are cut through in the whole simulation: what hangs turns under the blade and comes off whole.
+#include <gtest/gtest.h>
+
+#include "common/delta/keyframe.h"
+#include "common/mesh/check.h"
+#include "sim_server/simulation.h"
+#include "sim_server/simulation_body.h"
+#include "sim_server/simulation_volume_cut.h"
+#include "tests/support/operation.h"
+#include "tests/support/shapes.h"
+
+namespace sectio {
+namespace {
+
+using test::Operation;
+
+// 20 x 20 x 80 mm, held at its upper end.
+Scene hanging_bar(const std::string& model, const std::string& style, FreeParts free_parts, std::size_t knives = 1) {
+  Scene scene;
+  scene.file = "bar";
+  BodySpec bar;
+  bar.name = "bar";
+  bar.model = model;
+  bar.mesh = test::box(3, 3, 12, Vec3(0.02, 0.02, 0.08));
+  bar.pose.position_m = Vec3(-0.01, -0.01, -0.08);
+  bar.material.young_pa = 10000;
+  bar.material.poisson = 0.4;
+  bar.volume.tetrahedra = 1000;
+  bar.volume.least_part_s = 1e-4;
+  bar.cutting.style = style;
+  bar.cutting.threshold_force_n = 0.005;
+  bar.splitting.free_parts = free_parts;
+  bar.fixed = Box{Vec3(-1, -1, -0.008), Vec3(1, 1, 1)};
+  scene.bodies.push_back(bar);
+  scene.floor_z_m = -0.12;
+  for (std::size_t n = 0; n < knives; ++n) {
+    ToolSpec knife;
+    knife.name = "knife" + std::to_string(n);
+    knife.kind = "knife";
+    knife.geometry.b_tool_m = Vec3(0, 0, 0.06);
+    knife.geometry.c_tool_m = Vec3(0.002, 0, 0.05);
+    knife.geometry.d_tool_m = Vec3(0.002, 0, 0.06);
+    knife.geometry.sharp_length_m = 0.045;
+    scene.tools.push_back(knife);
+  }
+  return scene;
+}
+
+// Its edge along x, its sharp side to +y.
+Pose flat(double y_m, double z_m) {
+  Mat3 m;
+  m << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  return {Vec3(-0.02, y_m, z_m), Eigen::Quaterniond(m)};
+}
+
+void cut_through(Operation& op, double z_m, const std::function<void()>& look = {}) {
+  op.place(flat(-0.015, z_m).position_m, flat(0, 0).orientation);
+  op.rest(100);
+  for (double y_m = -0.015; y_m < 0.025; y_m += 4e-5) {
+    op.step({{0, flat(y_m, z_m)}});
+    if (look) look();
+  }
+}
+
+double volume_m3(const Operation& op) {
+  double sum = 0;
+  for (std::uint32_t b = 0; b < op.simulation.body_count(); ++b) sum += check(op.mesh(b)).volume_m3;
+  return sum;
+}
+
+struct Case {
+  std::string model, style;
+};
+class HangingBar : public testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(All, HangingBar,
+                         testing::Values(Case{"neo_hookean", "semi_progressive"}, Case{"neo_hookean", "progressive"},
+                                         Case{"tetra_springs", "progressive"}));
+
+TEST_P(HangingBar, C_CUT_8_cut_through_at_any_height_it_is_two_bodies_and_no_more) {
+  for (const double z_m : {-0.02, -0.035, -0.05, -0.06}) {
+    Operation op(hanging_bar(GetParam().model, GetParam().style, FreeParts::deformable));
+    const double whole_m3 = volume_m3(op);
+    cut_through(op, z_m);
+    ASSERT_EQ(op.simulation.body_count(), 2u) << z_m;
+    EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+    EXPECT_NEAR(volume_m3(op) + op.last.report.removed_volume_m3, whole_m3, 1e-9 * whole_m3);
+    EXPECT_LT(op.last.report.removed_volume_m3, 5e-4 * whole_m3);  // crumbs: a fraction of an element
+    for (std::uint32_t b = 0; b < 2; ++b) EXPECT_EQ(check(op.mesh(b)).components, 1u);
+    EXPECT_NEAR(check(op.mesh(0)).volume_m3 / whole_m3, -z_m / 0.08, 0.1);
+  }
+}
+
+// Both policies: a volume of its own, or a surface that moves as a whole; and replicas are told of it.
+TEST(VolumeParts, fall_to_the_floor_soft_or_rigid_and_replicas_have_them) {
+  for (const FreeParts policy : {FreeParts::deformable, FreeParts::rigid}) {
+    Operation op(hanging_bar("neo_hookean", "progressive", policy));
+    std::vector<TriangleMesh> replicas;
+    replicas.push_back(*mesh_of(keyframe_of(op.mesh())));
+    op.after_each = [&](const StepOutput& out) {
+      for (const BodyDelta& d : out.deltas)
+        if (d.body_id < replicas.size()) {
+          ASSERT_EQ(apply(d.delta, replicas[d.body_id]), ApplyStatus::applied);
+        }
+      for (std::size_t b = replicas.size(); b < op.simulation.body_count(); ++b)
+        replicas.push_back(*mesh_of(keyframe_of(op.mesh(static_cast<std::uint32_t>(b)))));
+    };
+    cut_through(op, -0.04);
+    op.rest(600);
+    ASSERT_EQ(op.simulation.body_count(), 2u);
+    EXPECT_EQ(op.simulation.rigid_body(1) != nullptr, policy == FreeParts::rigid);
+    float lowest = 0, highest = -1;
+    for (const Vec3f& x : op.simulation.positions_world_m(1)) {
+      lowest = std::min(lowest, x.z());
+      highest = std::max(highest, x.z());
+    }
+    EXPECT_NEAR(lowest, -0.12, 2e-3);
+    EXPECT_LT(highest, -0.06);
+    for (std::uint32_t b = 0; b < 2; ++b) EXPECT_TRUE(replicas[b].same_database(op.mesh(b))) << b;
+    EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+  }
+}
+
+// A part can be cut again, and is then three bodies with the rest.
+TEST(VolumeParts, can_be_cut_again) {
+  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::deformable));
+  cut_through(op, -0.03);
+  op.move(flat(0.05, -0.03).position_m, 1);
+  op.rest(700);
+  ASSERT_EQ(op.simulation.body_count(), 2u);
+  cut_through(op, -0.015);  // the rest
+  EXPECT_EQ(op.simulation.body_count(), 3u);
+  EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+}
+
+// Two blades at work in the same steps, at heights of their own.
+TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
+  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::deformable, 2));
+  const double z_m[] = {-0.03, -0.055};
+  std::size_t both = 0;
+  for (double y_m = -0.015; y_m < 0.025; y_m += 4e-5) {
+    op.step({{0, flat(y_m, z_m[0])}, {1, flat(y_m, z_m[1])}});
+    both += op.last.contacts[0].state == ContactState::penetration &&
+            op.last.contacts[1].state == ContactState::penetration;
+  }
+  EXPECT_GT(both, 50u);
+  EXPECT_EQ(op.simulation.body_count(), 3u);
+  EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+}
+
+// The blade is taken out halfway, and goes on later.
+TEST(VolumeParts, a_cut_that_is_resumed_goes_through) {
+  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::deformable));
+  op.place(flat(-0.015, -0.04).position_m, flat(0, 0).orientation);
+  for (double y_m = -0.015; y_m < 0.001; y_m += 4e-5) op.step({{0, flat(y_m, -0.04)}});
+  EXPECT_EQ(op.simulation.body_count(), 1u);
+  EXPECT_GT(op.walls(), 10u);
+  for (double y_m = 0.001; y_m > -0.02; y_m -= 4e-5) op.step({{0, flat(y_m, -0.04)}});
+  op.rest(200);
+  cut_through(op, -0.04);
+  EXPECT_EQ(op.simulation.body_count(), 2u);
+}
+
+// The opening follows the blade to within an element, while it goes on.
+TEST(VolumeParts, a_progressive_cut_is_open_up_to_the_blade) {
+  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::keep));
+  std::uint32_t steps = 0, opened = 0;
+  double y_m = 0, behind_m = 0;
+  op.place(flat(-0.015, -0.03).position_m, flat(0, 0).orientation);
+  for (y_m = -0.015; y_m < 0.006; y_m += 4e-5) {
+    const std::uint64_t before = op.mesh().revision();
+    op.step({{0, flat(y_m, -0.03)}});
+    if (op.state() != ContactState::penetration) continue;
+    ++steps;
+    opened += op.mesh().revision() > before;
+    double front = -1;
+    for (const Triangle& t : op.mesh().triangles())
+      if (t.alive() && t.surface == Surface::wall)
+        for (const VertexId v : t.v) front = std::max(front, double{op.simulation.positions_world_m(0)[v].y()});
+    if (y_m > -0.003) behind_m = std::max(behind_m, y_m - front);
+  }
+  EXPECT_GT(opened, 10u);
+  EXPECT_LT(behind_m, 0.008);  // the mean edge of an element is 6 mm
+}
+
+}  // namespace
+}  // namespace sectio
