@@ -77,19 +77,19 @@ class LatticeMaker {
                   const std::function<double(std::uint32_t tetrahedron)>& stiffness_factor = {}) const;
 
  private:
-  // A face passes from a piece of one tetrahedron to a piece of another.
-  struct Passage {
-    std::uint8_t own = 0;         // share
-    std::uint32_t neighbour = 0;  // tetrahedron
-    GridPlace place{};            // of the neighbour's share: the same cell, or, across a plane of the grid, the next
+  // Between a share of one tetrahedron and one of another, or of the same: in one cell through a face, or in the next
+  // one.
+  struct Contact {
+    std::uint32_t own = 0, tet = 0, other = 0;  // shares by their number in their tetrahedra
   };
   struct Known {
     std::vector<HexShare> shares;           // ascending in place
-    std::vector<Passage> passages;          // to tetrahedra of higher numbers
+    std::vector<Contact> within;            // to shares of its own
+    std::vector<Contact> across;            // to tetrahedra of higher numbers
     std::array<std::uint8_t, 4> outside{};  // faces opposite the corners
   };
   void share_out(std::uint32_t t, const TetMesh& mesh);
-  void find_passages(std::uint32_t t, const TetMesh& mesh, const TetStars& stars);
+  void find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars);
 
   Grid grid_;
   std::vector<Known> known_;
