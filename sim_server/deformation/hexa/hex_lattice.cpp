@@ -248,6 +248,12 @@ std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice&
     const auto at = std::ranges::find(of_origin, share.place, &HexShare::place);
     if (at != of_origin.end()) from[share.cell] = at->cell;
   }
+  for (const HexShare& share : now.shares) {
+    if (from[share.cell] != kNone) continue;
+    const auto of_origin = std::ranges::equal_range(before.shares, origin(share.tet), {}, &HexShare::tet);
+    SECTIO_ASSERT(!of_origin.empty(), "material was there before");
+    from[share.cell] = std::ranges::max_element(of_origin, {}, &HexShare::volume)->cell;
+  }
   return from;
 }
 
@@ -263,7 +269,9 @@ std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice&
   for (std::uint32_t c = 0; c < from.size(); ++c) {
     const Vec3& p = largest[c]->centroid;
     double most = -HUGE_VAL;  // of the least barycentric coordinate: the tetrahedron that p is in
-    for (const std::uint32_t s : std::ranges::equal_range(by_place, now.cells[c].place, {}, place_of)) {
+    auto near = std::ranges::equal_range(by_place, now.cells[c].place, {}, place_of);
+    if (near.empty()) near = {by_place.begin(), by_place.end()};
+    for (const std::uint32_t s : near) {
       const HexShare& share = before.shares[s];
       std::array<Vec3, 4> x;
       for (std::size_t k = 0; k < 4; ++k)

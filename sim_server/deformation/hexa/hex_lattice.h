@@ -105,7 +105,8 @@ Grid grid_around(const TetMesh& mesh, double cell_m);
 // Of a part of a volume, or of one that was cut: for each cell of `now` the one of `before` whose material it has,
 // found by where it is.
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before, const TetMesh& mesh_before);
-// The same, where `origin` names for each tetrahedron the one of before that it was cut out of.
+// The same, where `origin` names for each tetrahedron the one of before that it was cut out of. Where that had too
+// little in the cell to count, by a rounding, it is the cell that it has most in.
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before,
                                         const std::function<std::uint32_t(std::uint32_t)>& origin);
 
