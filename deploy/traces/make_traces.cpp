@@ -78,7 +78,8 @@ struct Carry {
   double lift_m = 0.04;  // straight up before going anywhere
   double open_rad = 0.35;
   double turn_deg = 0;  // of the jaws about the shaft
-  double hold_s = 0;    // instead of carrying: they pull a little, stay for so long, and open
+  double stay_s = 0;    // when they have closed: they pull a little, and stay for so long
+  bool carries = true;  // or they let go then
 };
 
 const Stroke kKidneyLoop{.through = {{0.017, 0.000, 0},
@@ -189,7 +190,25 @@ const auto kCarries = std::to_array<Carry>({
      .wait_s = 0.2,
      .park_m = {-0.08, 0.02, 0.06},
      .turn_deg = 90,
-     .hold_s = 8.5},
+     .stay_s = 8.5,
+     .carries = false},
+    {.name = "tumour_pole_forceps",
+     .shape = kidney,
+     .from_m = {0.046, 0.001, 0},
+     .depth_m = 0.0015,
+     .to_m = {0.094, 0.000, 0.007},
+     .wait_s = 0.2,
+     .park_m = {0.08, 0.02, 0.06},
+     .stay_s = 4.2},
+    {.name = "tumour_pole_hold",
+     .shape = kidney,
+     .from_m = {-0.010, 0.000, 0},
+     .depth_m = 0.001,
+     .to_m = Vec3::Zero(),
+     .wait_s = 0.2,
+     .park_m = {-0.05, 0.02, 0.06},
+     .stay_s = 10,
+     .carries = false},
 });
 
 // Scissors, blades flat ahead, go forward along a line: wide open to the next place, then they close there, not all the
@@ -394,9 +413,11 @@ class CarryWriter : Recorder {
     travel(at(skin + up), 1.0, 0);
     travel(at(skin - carry_.depth_m * Vec3::UnitZ()), 0.8, 0);
     turn_jaws(0, 0.4);
-    if (carry_.hold_s > 0) {
+    if (carry_.stay_s > 0) {
       travel(at(skin + 0.001 * Vec3::UnitZ()), 0.6, 0);
-      hold(now_, carry_.hold_s);
+      hold(now_, carry_.stay_s);
+    }
+    if (!carry_.carries) {
       turn_jaws(carry_.open_rad, 0.4);
       travel(at(skin + up), 0.8, 0);
       return text_;

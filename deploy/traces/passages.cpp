@@ -33,6 +33,12 @@ const auto kPassages = std::to_array<Passage>({
                 {.tip_world_m = {0.052, -0.002, -0.004}, .ahead_deg = 135, .rest_s = 0.2, .speed_m_per_s = 0.1},
                 {.tip_world_m = {-0.006, 0.056, -0.004}, .ahead_deg = 135, .rest_s = 0.1},
                 {.tip_world_m = {-0.006, 0.056, 0.060}, .ahead_deg = 135, .rest_s = 3, .speed_m_per_s = 0.1}}},
+    {.name = "tumour_pole_knife",
+     .places = {{.tip_world_m = {0.033, -0.040, 0.060}, .ahead_deg = 90, .rest_s = 2.6},
+                {.tip_world_m = {0.033, -0.040, -0.027}, .ahead_deg = 90, .rest_s = 0.1, .speed_m_per_s = 0.2},
+                {.tip_world_m = {0.033, 0.040, -0.027}, .ahead_deg = 90, .rest_s = 0.1},
+                {.tip_world_m = {0.033, 0.040, 0.060}, .ahead_deg = 90, .rest_s = 1, .speed_m_per_s = 0.2},
+                {.tip_world_m = {-0.020, 0.080, 0.080}, .ahead_deg = 90, .rest_s = 1, .speed_m_per_s = 0.1}}},
     {.name = "paper_box_corner",  // takes the corner, lifts it a little, and carries it away once it is off
      .places = {{.tip_world_m = {0.033, 0.033, 0.060}, .ahead_deg = 45, .opening_rad = kWide_rad},
                 {.tip_world_m = {0.033, 0.033, 0.024}, .ahead_deg = 45, .rest_s = 0.1, .opening_rad = kWide_rad},

@@ -28,15 +28,19 @@ Box box_of(const RegionPart& p) {
   return {p.a_m.cwiseMin(p.b_m) - reach, p.a_m.cwiseMax(p.b_m) + reach};
 }
 
+std::size_t cell_index(int i, int j, int k) {
+  constexpr auto kSize = static_cast<std::size_t>(kRegionGridSize);
+  return (static_cast<std::size_t>(k) * kSize + static_cast<std::size_t>(j)) * kSize + static_cast<std::size_t>(i);
+}
+
 // Marks the cells that a part may reach.
 void mark(const RegionPart& part, double ripple_m, const Box& grid, std::uint32_t bit,
           std::vector<std::uint32_t>& cells) {
-  constexpr int n = kRegionGridSize;
-  const Vec3 cell_m = grid.sizes() / n;
+  const Vec3 cell_m = grid.sizes() / kRegionGridSize;
   const double reach_m = 0.5 * cell_m.norm() + ripple_m + kMargin_m;
   const Box box = box_of(part);
   const auto cell_of = [&](const Vec3& x) {
-    return (x - grid.min()).cwiseQuotient(cell_m).array().floor().max(0).min(n - 1).cast<int>().eval();
+    return (x - grid.min()).cwiseQuotient(cell_m).array().floor().max(0).min(kRegionGridSize - 1).cast<int>().eval();
   };
   const Eigen::Array3i low = cell_of(box.min() - Vec3::Constant(reach_m));
   const Eigen::Array3i high = cell_of(box.max() + Vec3::Constant(reach_m));
@@ -44,7 +48,7 @@ void mark(const RegionPart& part, double ripple_m, const Box& grid, std::uint32_
     for (int j = low.y(); j <= high.y(); ++j)
       for (int i = low.x(); i <= high.x(); ++i) {
         const Vec3 middle = grid.min() + cell_m.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5));
-        if (may_reach(part, middle, reach_m)) cells[static_cast<std::size_t>((k * n + j) * n + i)] |= bit;
+        if (may_reach(part, middle, reach_m)) cells[cell_index(i, j, k)] |= bit;
       }
 }
 

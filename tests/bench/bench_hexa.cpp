@@ -107,7 +107,7 @@ void kernels_of(benchmark::State& state, SpringLanes lanes) {
   const VelocityUpdate update{1 - 25 * static_cast<float>(kStep), Vec3f(0, 0, -9.81f * static_cast<float>(kStep)), 5};
   for (auto _ : state) {
     add_forces(rows, false, x, f, lanes);
-    move_nodes(update, static_cast<float>(kStep), inverse, f, v, x);
+    move_nodes(update, static_cast<float>(kStep), 0, inverse, f, v, x);
   }
   count(state, lattice.cells.size());
 }

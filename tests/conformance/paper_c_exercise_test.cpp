@@ -35,5 +35,23 @@ TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
   EXPECT_NEAR(in.marked_removed_m3 + in.healthy_lost_m3, removed_m3, 1e-3 * removed_m3);
 }
 
+// The same on a volume: a pole of tetrahedra, marked tissue and all, is cut off and becomes a rigid piece.
+TEST(C_EXP, C_EXP_1_the_pole_of_a_volume_is_cut_off_and_put_into_the_tray) {
+  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_pole.yaml");
+  Simulation simulation(scene);
+  ExerciseScore score(scene, simulation);
+  StepInput input;
+  for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {
+    input.samples = samples_of_traces(scene, k);
+    score.add(simulation.step(input));
+  }
+  const Score result = score.finish();
+  EXPECT_NEAR(result.marked_removed_m3, result.marked_m3, 0.01 * result.marked_m3);
+  EXPECT_TRUE(result.in_bin);
+  EXPECT_GT(result.healthy_lost_m3, result.marked_m3) << "the cut was generous";
+  ASSERT_EQ(result.removed.size(), 1u);
+  EXPECT_EQ(result.removed[0].body, "kidney.1");
+}
+
 }  // namespace
 }  // namespace sectio

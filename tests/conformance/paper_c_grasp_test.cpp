@@ -183,7 +183,7 @@ TEST_P(Grasp, C_CON_3_a_ball_pushes_vertices_out_and_stops_them) {
 
 // A knife goes through the block beside what is held, and under it.
 class GraspedVolume : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(C_EXP, GraspedVolume, testing::Values("tetra_springs", "neo_hookean"));
+INSTANTIATE_TEST_SUITE_P(C_EXP, GraspedVolume, testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(GraspedVolume, C_EXP_4_a_third_arm_holds_while_two_others_work) {
   Scene scene = block_scene(GetParam());

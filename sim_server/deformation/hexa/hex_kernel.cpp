@@ -48,9 +48,9 @@ float add_forces(const HexRows& rows, bool with_bound, std::span<const Vec4f> po
   return rows.omega2_per_shear * (sixteen ? hex_forces_avx512(in) : hex_forces_avx2(in));
 }
 
-VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, std::span<const float> inverse_mass_per_kg,
-                           std::span<Vec4f> force_n, std::span<Vec4f> velocity_m_per_s,
-                           std::span<Vec4f> position_world_m) {
+VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, float slight_kg,
+                           std::span<const float> inverse_mass_per_kg, std::span<Vec4f> force_n,
+                           std::span<Vec4f> velocity_m_per_s, std::span<Vec4f> position_world_m) {
   VelocityOutcome outcome;
   const float cap = update.max_speed_m_per_s;
   const __m128 h = _mm_set1_ps(step_s), damping = _mm_set1_ps(update.damping_factor), zero = _mm_setzero_ps();
@@ -73,7 +73,7 @@ VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, std::span
         if (outcome.not_finite == kNone) outcome.not_finite = static_cast<VertexId>(n);
       } else if (speed > double{cap}) {
         velocity_m_per_s[n] *= static_cast<float>(double{cap} / speed);
-        ++outcome.clamped;
+        outcome.clamped += slight_kg * inverse < 1;
       }
     }
     float* const x = position_world_m[n].data();

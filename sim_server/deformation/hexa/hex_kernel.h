@@ -51,10 +51,11 @@ HexRows rows_of(const HexLattice& lattice, const HexMaterial& material);
 float add_forces(const HexRows& rows, bool with_bound, std::span<const Vec4f> position_world_m,
                  std::span<Vec4f> force_n, SpringLanes lanes = SpringLanes::kWidest);
 
-// v <- (1 - alpha h) v + (h / m) f + h g, x <- x + h v; forces become 0. A node of inverse mass 0 stays.
-VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, std::span<const float> inverse_mass_per_kg,
-                           std::span<Vec4f> force_n, std::span<Vec4f> velocity_m_per_s,
-                           std::span<Vec4f> position_world_m);
+// v <- (1 - alpha h) v + (h / m) f + h g, x <- x + h v; forces become 0. A node of inverse mass 0 stays. Nodes that are
+// lighter than `slight_kg` are limited, too, but not counted: what a cut has left in a cell may be next to nothing.
+VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, float slight_kg,
+                           std::span<const float> inverse_mass_per_kg, std::span<Vec4f> force_n,
+                           std::span<Vec4f> velocity_m_per_s, std::span<Vec4f> position_world_m);
 
 // The bound at rest: 12 K / (rho h^2) with K = lambda + 2 mu / 3, met by a single free cell that swells and shrinks.
 double omega2_at_rest(const HexMaterial& material, double cell_m, double largest_factor);

@@ -17,7 +17,8 @@ constexpr int kBoundEvery = 8;        // parts
 constexpr int kMostRefined = 4;       // times as many parts as at rest
 constexpr int kSweeps = 30;
 constexpr double kStill_m = 1e-8;
-constexpr int kFits = 20;  // rounds in which nodes follow their vertices
+constexpr int kFits = 20;             // rounds in which nodes follow their vertices
+constexpr double kSlightFill = 1e-3;  // material at a node, of a cell's, that no driver is changed for
 constexpr int kNewton = 6;
 constexpr double kMostBeside = 0.3;  // cells: of what a cut makes
 constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
@@ -349,6 +350,8 @@ int HexSolid::explicit_step(int parts) {
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
   update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
   update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  const double cell_kg = std::pow(lattice_->grid.cell_m, 3) * material_.density_kg_per_m3;
+  const auto slight_kg = static_cast<float>(kSlightFill * cell_kg);
   std::ranges::fill(force_, Vec4f::Zero());
   for (int part = 0; part < parts; ++part) {
     const bool look = part % kBoundEvery == 0;
@@ -359,7 +362,7 @@ int HexSolid::explicit_step(int parts) {
         return limit > 0 ? static_cast<int>(std::min(1e6, std::ceil(settings_.step_s / limit))) : 1 << 20;
     }
     const VelocityOutcome outcome =
-        move_nodes(update, static_cast<float>(h), inverse_mass_float_, force_, velocity_, position_);
+        move_nodes(update, static_cast<float>(h), slight_kg, inverse_mass_float_, force_, velocity_, position_);
     if (outcome.clamped > 0 || outcome.not_finite != kNone) return 1 << 20;
     constraints_.project_part(part, h, inverse_mass_, position_, velocity_);
   }
