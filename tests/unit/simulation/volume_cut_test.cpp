@@ -118,6 +118,34 @@ TEST_P(VolumeCuts, C_CUT_8_what_is_cut_through_has_two_parts) {
   EXPECT_EQ(check(block.cutting().volume().mesh()).components, 2u);
 }
 
+// A second blade comes from the side and ends at the cut: a T, and nothing comes off.
+TEST_P(VolumeCuts, a_cut_that_ends_at_another_is_a_T_junction) {
+  BlockUnderBlade block(GetParam());
+  const double volume_m3 = block.volume_m3();
+  block.go(0.025, 0.012);
+  const std::uint64_t before = block.body().mesh.revision();
+  for (double x_m = 0.035; x_m > 0.0013; x_m -= 0.0005) {
+    Blade blade{Vec3(x_m, 0.0007, 0.02), Vec3::UnitZ()};
+    blade.length_m = 0.1;
+    BladeMotion motion{8, {blade}, x_m < 0.0018};
+    motion.frame_world = block.body().spec.pose;
+    std::vector<Entry> entries;
+    if (x_m > 0.0349) entries.push_back({8, 0, Vec3::Constant(1.0 / 3)});
+    const CutPlan plan =
+        block.body().engines.cutting->plan(block.body().shared(), block.body().cuts, entries, std::array{motion});
+    std::vector<TriangleId> changed;
+    ASSERT_TRUE(block.body().accept_plan(plan, changed));
+    block.body().deform({}, {}, 0.001);
+  }
+  EXPECT_GT(block.body().mesh.revision(), before + 3);
+  const SurfaceReport surface = check(block.body().mesh);
+  EXPECT_TRUE(surface.valid()) << surface.first_defect;
+  EXPECT_NEAR(surface.volume_m3, volume_m3, 1e-9 * volume_m3);
+  EXPECT_EQ(check(block.cutting().volume().mesh()).components, 1u);
+  for (int n = 0; n < 100; ++n) block.body().deform({}, {}, 0.001);
+  EXPECT_EQ(block.body().engines.deformation->first_bad_vertex(), kNone);
+}
+
 TEST_P(VolumeCuts, a_plan_that_is_not_accepted_leaves_all_as_it_was) {
   BlockUnderBlade block(GetParam());
   const TetMesh before = block.cutting().volume().mesh();

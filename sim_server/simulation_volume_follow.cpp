@@ -1,0 +1,94 @@
+// What a delta that has been applied makes of a volume: the cut that was planned is done again and is final, or the
+// tetrahedra of a part that left are gone. Part of simulation_volume_cut.*.
+#include <algorithm>
+#include <utility>
+
+#include "sim_server/simulation_volume_cut.h"
+
+namespace sectio {
+namespace {
+
+struct Particles {
+  std::vector<Vec4f> position_world_m, velocity_m_per_s;
+
+  void add(const TetVertexState& state) {
+    position_world_m.emplace_back(Vec4f::Zero()).head<3>() = state.position_world_m.cast<float>();
+    velocity_m_per_s.emplace_back(Vec4f::Zero()).head<3>() = state.velocity_m_per_s.cast<float>();
+  }
+};
+
+}  // namespace
+
+void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change) {
+  if (pending_ && body.mesh.hash() == pending_->hash) {
+    volume_.redo(pending_->steps);
+    volume_.forget();
+    surface_.accept(pending_->slots);
+    std::vector<VolumeEngine::Slot> slots;
+    for (const VertexId slot : pending_->slots.freed) slots.push_back({slot, kNone});
+    for (const auto& [slot, v] : pending_->slots.taken) slots.push_back({slot, v});
+    Particles added;
+    for (const TetVertexState& state : pending_->added) added.add(state);
+    engine_.change(pending_->change, added.position_world_m, added.velocity_m_per_s, slots);
+    ways_ = std::move(pending_->ways);
+  } else {
+    std::vector<VertexId> gone;
+    for (const VertexEdit& e : change.delta.vertices)
+      if (!e.alive) gone.push_back(e.id);
+    let_go(gone);
+  }
+  pending_.reset();
+}
+
+// A vertex may be of other parts, too, where they touch: it has other slots there.
+std::vector<std::uint32_t> VolumeCutting::tetrahedra_of(std::span<const VertexId> slots) const {
+  std::vector<VertexId> sorted(slots.begin(), slots.end());
+  std::ranges::sort(sorted);
+  std::vector<std::uint32_t> begin;
+  for (const VertexId slot : slots) {
+    const VertexId v = surface_.vertex_of(slot);
+    if (!std::ranges::all_of(surface_.slots_of(v), [&](VertexId s) { return std::ranges::binary_search(sorted, s); }))
+      continue;
+    begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
+  }
+  return volume_.connected(std::move(begin));
+}
+
+VolumePart VolumeCutting::part(std::span<const VertexId> slots) const {
+  VolumePart part;
+  std::map<VertexId, VertexId> number;
+  const auto number_of = [&](VertexId v) {
+    const auto [it, is_new] = number.try_emplace(v, static_cast<VertexId>(number.size()));
+    if (is_new) {
+      part.mesh.vertices_body_m.push_back(volume_.vertex(v).rest_body_m);
+      part.position_world_m.push_back(engine_.position_world_m()[v]);
+      part.velocity_m_per_s.push_back(engine_.velocity_m_per_s()[v]);
+    }
+    return it->second;
+  };
+  for (const VertexId slot : slots) part.vertex_of.push_back(number_of(surface_.vertex_of(slot)));
+  for (const std::uint32_t t : tetrahedra_of(slots)) {
+    Tetrahedron corners = volume_.tetrahedra()[t];
+    for (VertexId& v : corners) v = number_of(v);
+    part.mesh.tetrahedra.push_back(corners);
+  }
+  return part;
+}
+
+void VolumeCutting::let_go(std::span<const VertexId> slots) {
+  if (slots.empty()) return;
+  const TetChange change = volume_.remove(tetrahedra_of(slots));
+  volume_.forget();
+  VolumeSurface::Change freed;
+  std::vector<VolumeEngine::Slot> dead;
+  for (const VertexId slot : slots) {
+    freed.freed.push_back(slot);
+    dead.push_back({slot, kNone});
+  }
+  surface_.accept(freed);
+  engine_.change(change, {}, {}, dead);
+  for (auto& [tool, way] : ways_)
+    for (auto* list : {&way.cut, &way.near}) std::erase_if(*list, [&](VertexId v) { return !volume_.alive(v); });
+}
+
+}  // namespace sectio
