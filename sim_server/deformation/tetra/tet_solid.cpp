@@ -120,6 +120,7 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   const double bound = double{update_pressures(rows_, true, rest)};
   omega2_per_bound_ = bound > 0 ? omega2 / bound : 0;
   last_velocity_.assign(vertices, Vec4f::Zero());
+  give_room(stiffness_.shear_pa, stiffness_.bulk_pa, last_velocity_);
 }
 
 // Heavy enough for parts of a step of this length.
