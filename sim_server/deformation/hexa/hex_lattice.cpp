@@ -57,6 +57,11 @@ std::uint32_t across(std::uint32_t t, std::size_t corner, const TetMesh& mesh, c
   return kNone;
 }
 
+std::uint32_t number_of(std::span<const HexShare> shares, const GridPlace& place) {
+  const auto at = std::ranges::find(shares, place, &HexShare::place);
+  return at == shares.end() ? kNone : static_cast<std::uint32_t>(at - shares.begin());
+}
+
 // What follows from shares and where they meet.
 class Assembly {
  public:
@@ -146,7 +151,7 @@ void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetM
   std::ranges::sort(around);
   around.erase(std::unique(around.begin(), around.end()), around.end());
   for (const std::uint32_t t : around)
-    if (mesh.tetrahedra[t] != kNoTetrahedron) find_passages(t, mesh, stars);
+    if (mesh.tetrahedra[t] != kNoTetrahedron) find_contacts(t, mesh, stars);
 }
 
 void LatticeMaker::share_out(std::uint32_t t, const TetMesh& mesh) {
@@ -156,12 +161,16 @@ void LatticeMaker::share_out(std::uint32_t t, const TetMesh& mesh) {
   pieces_of(x, pieces);
   for (const GridPiece& p : pieces)
     if (p.size > kLeastVolume) known_[t].shares.push_back({t, 0, p.cell, p.size, p.centroid});
+  const std::vector<HexShare>& shares = known_[t].shares;
+  for (std::uint32_t a = 0; a < shares.size(); ++a)
+    for (std::uint32_t b = 0; b < shares.size(); ++b)
+      if (next_along(shares[a].place, shares[b].place) < 3) known_[t].within.push_back({a, t, b});
 }
 
-void LatticeMaker::find_passages(std::uint32_t t, const TetMesh& mesh, const TetStars& stars) {
+void LatticeMaker::find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars) {
   thread_local std::vector<GridPiece> pieces;
   Known& known = known_[t];
-  known.passages.clear();
+  known.across.clear();
   for (std::size_t corner = 0; corner < 4; ++corner) {
     const std::uint32_t u = across(t, corner, mesh, stars);
     known.outside[corner] = u == kNone;
@@ -177,9 +186,8 @@ void LatticeMaker::find_passages(std::uint32_t t, const TetMesh& mesh, const Tet
       if (p.size < kLeastArea) continue;
       GridPlace own = p.cell, other = p.cell;
       if (flat < 3) --(is_below ? own : other)[static_cast<std::size_t>(flat)];
-      const auto at = std::ranges::find(known.shares, own, &HexShare::place);
-      if (at != known.shares.end())
-        known.passages.push_back({static_cast<std::uint8_t>(at - known.shares.begin()), u, other});
+      const std::uint32_t mine = number_of(known.shares, own), theirs = number_of(known_[u].shares, other);
+      if (mine != kNone && theirs != kNone) known.across.push_back({mine, u, theirs});
     }
   }
 }
@@ -198,20 +206,15 @@ HexLattice LatticeMaker::make(const TetMesh& mesh, const std::function<double(st
   }
   Assembly assembly(lattice);
   for (std::uint32_t t = 0; t < known_.size(); ++t) {
-    for (const Passage& p : known_[t].passages) {
-      std::uint32_t other = first[p.neighbour];
-      while (other < first[p.neighbour + 1] && lattice.shares[other].place != p.place) ++other;
-      if (other == first[p.neighbour + 1]) continue;
-      const std::uint32_t own = first[t] + p.own;
-      const GridPlace& place = lattice.shares[own].place;
-      if (place == p.place)
+    for (const Contact& c : known_[t].within) assembly.meet(first[t] + c.own, first[t] + c.other);
+    for (const Contact& c : known_[t].across) {
+      const std::uint32_t own = first[t] + c.own, other = first[c.tet] + c.other;
+      const GridPlace &a = lattice.shares[own].place, &b = lattice.shares[other].place;
+      if (a == b)
         assembly.join(own, other);
       else
-        next_along(place, p.place) < 3 ? assembly.meet(own, other) : assembly.meet(other, own);
+        next_along(a, b) < 3 ? assembly.meet(own, other) : assembly.meet(other, own);
     }
-    for (std::uint32_t a = first[t]; a < first[t + 1]; ++a)
-      for (std::uint32_t b = first[t]; b < first[t + 1]; ++b)
-        if (next_along(lattice.shares[a].place, lattice.shares[b].place) < 3) assembly.meet(a, b);
   }
   assembly.make_cells(stiffness_factor);
   assembly.make_nodes();
@@ -245,6 +248,12 @@ std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice&
     const auto at = std::ranges::find(of_origin, share.place, &HexShare::place);
     if (at != of_origin.end()) from[share.cell] = at->cell;
   }
+  for (const HexShare& share : now.shares) {
+    if (from[share.cell] != kNone) continue;
+    const auto of_origin = std::ranges::equal_range(before.shares, origin(share.tet), {}, &HexShare::tet);
+    SECTIO_ASSERT(!of_origin.empty(), "material was there before");
+    from[share.cell] = std::ranges::max_element(of_origin, {}, &HexShare::volume)->cell;
+  }
   return from;
 }
 
@@ -260,7 +269,9 @@ std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice&
   for (std::uint32_t c = 0; c < from.size(); ++c) {
     const Vec3& p = largest[c]->centroid;
     double most = -HUGE_VAL;  // of the least barycentric coordinate: the tetrahedron that p is in
-    for (const std::uint32_t s : std::ranges::equal_range(by_place, now.cells[c].place, {}, place_of)) {
+    auto near = std::ranges::equal_range(by_place, now.cells[c].place, {}, place_of);
+    if (near.empty()) near = {by_place.begin(), by_place.end()};
+    for (const std::uint32_t s : near) {
       const HexShare& share = before.shares[s];
       std::array<Vec3, 4> x;
       for (std::size_t k = 0; k < 4; ++k)

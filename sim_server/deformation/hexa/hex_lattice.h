@@ -77,19 +77,19 @@ class LatticeMaker {
                   const std::function<double(std::uint32_t tetrahedron)>& stiffness_factor = {}) const;
 
  private:
-  // A face passes from a piece of one tetrahedron to a piece of another.
-  struct Passage {
-    std::uint8_t own = 0;         // share
-    std::uint32_t neighbour = 0;  // tetrahedron
-    GridPlace place{};            // of the neighbour's share: the same cell, or, across a plane of the grid, the next
+  // Between a share of one tetrahedron and one of another, or of the same: in one cell through a face, or in the next
+  // one.
+  struct Contact {
+    std::uint32_t own = 0, tet = 0, other = 0;  // shares by their number in their tetrahedra
   };
   struct Known {
     std::vector<HexShare> shares;           // ascending in place
-    std::vector<Passage> passages;          // to tetrahedra of higher numbers
+    std::vector<Contact> within;            // to shares of its own
+    std::vector<Contact> across;            // to tetrahedra of higher numbers
     std::array<std::uint8_t, 4> outside{};  // faces opposite the corners
   };
   void share_out(std::uint32_t t, const TetMesh& mesh);
-  void find_passages(std::uint32_t t, const TetMesh& mesh, const TetStars& stars);
+  void find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars);
 
   Grid grid_;
   std::vector<Known> known_;
@@ -105,7 +105,8 @@ Grid grid_around(const TetMesh& mesh, double cell_m);
 // Of a part of a volume, or of one that was cut: for each cell of `now` the one of `before` whose material it has,
 // found by where it is.
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before, const TetMesh& mesh_before);
-// The same, where `origin` names for each tetrahedron the one of before that it was cut out of.
+// The same, where `origin` names for each tetrahedron the one of before that it was cut out of. Where that had too
+// little in the cell to count, by a rounding, it is the cell that it has most in.
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before,
                                         const std::function<std::uint32_t(std::uint32_t)>& origin);
 

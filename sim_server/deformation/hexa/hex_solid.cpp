@@ -158,15 +158,26 @@ void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t>
                        const std::vector<double>& free_mass, const std::vector<Vec4f>& position,
                        const std::vector<Vec4f>& velocity, const std::vector<Vec4f>& last_velocity) {
   free_mass_ = node_mass_;
-  for (std::uint32_t e = 0; e < from.size(); ++e)
+  for (std::uint32_t e = 0; e < from.size(); ++e) {
+    const HexCell &cell = lattice_->cells[e], &old = lattice.cells[from[e]];
     for (std::size_t c = 0; c < 8; ++c) {
-      SECTIO_ASSERT(from[e] != kNone, "the material was there before");
-      const std::uint32_t node = lattice_->cells[e].nodes[c], old = lattice.cells[from[e]].nodes[c];
-      position_[node] = position[old];
-      velocity_[node] = velocity[old];
-      last_velocity_[node] = last_velocity[old];
-      if (free_mass[old] == 0) free_mass_[node] = 0;
+      const std::uint32_t node = cell.nodes[c];
+      if (cell.place == old.place) {
+        position_[node] = position[old.nodes[c]];
+        velocity_[node] = velocity[old.nodes[c]];
+        last_velocity_[node] = last_velocity[old.nodes[c]];
+        if (free_mass[old.nodes[c]] == 0) free_mass_[node] = 0;
+      } else if (position_[node].isZero(0)) {  // nobody's who has it: as the cell beside it would have it
+        HexPoint point;
+        for (std::size_t k = 0; k < 3; ++k)
+          point.local[static_cast<Eigen::Index>(k)] = lattice_->nodes[node][k] - old.place[k];
+        for (std::size_t n = 0; n < 8; ++n) {
+          position_[node] += static_cast<float>(point.weight(n)) * position[old.nodes[n]];
+          velocity_[node] += static_cast<float>(point.weight(n)) * velocity[old.nodes[n]];
+        }
+      }
     }
+  }
   invert_masses();
 }
 
