@@ -75,7 +75,8 @@ class HangingBar : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(All, HangingBar,
                          testing::Values(Case{"neo_hookean", "semi_progressive"}, Case{"neo_hookean", "progressive"},
                                          Case{"tetra_springs", "progressive"},
-                                         Case{"neo_hookean_lattice", "progressive"}));
+                                         Case{"neo_hookean_lattice", "progressive"}),
+                         [](const auto& p) { return p.param.model + "_" + p.param.style; });
 
 TEST_P(HangingBar, C_CUT_8_cut_through_at_any_height_it_is_two_bodies_and_no_more) {
   for (const double z_m : {-0.02, -0.035, -0.05, -0.06}) {
