@@ -30,7 +30,7 @@ struct Oscillator {
 // Decades by which a disturbance of the state at rest grows in a step; 0 when it doesn't. Linear, whatever its size:
 // K u = (f(rest - s u) - f(rest + s u)) / 2 s with s u small. The run ends once it is 300 times as large.
 inline double growth_decades_per_step(const Oscillator& body, double step_s, int steps = 250) {
-  constexpr double kGrown = 300;
+  constexpr double kGrown = 300, kMostDecades = 300;
   const std::size_t size = body.rest.size();
   std::vector<Vec3> u(size), velocity(size, Vec3::Zero()), ahead(size), behind(size);
   for (std::size_t i = 0; i < size; ++i) u[i] = body.inverse_mass[i] > 0 ? fixed_vector(i) : Vec3::Zero();
@@ -51,7 +51,7 @@ inline double growth_decades_per_step(const Oscillator& body, double step_s, int
       u[i] += step_s * velocity[i];
       most = std::max(most, u[i].norm());
     }
-    if (!(most < kGrown)) return std::log10(kGrown) / n;
+    if (!(most < kGrown)) return std::min(std::log10(most), kMostDecades) / n;
   }
   return 0;
 }
