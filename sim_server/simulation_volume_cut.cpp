@@ -70,8 +70,10 @@ VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_o
       engine_(volume),
       is_fixed_(std::move(is_fixed)),
       volume_(mesh),
-      surface_(std::move(vertex_of)),
+      surface_(std::move(vertex_of), mesh.vertices_body_m.size()),
       element_m_(mean_edge_m(mesh)) {
+  seen_.resize(volume_.vertex_count(), 0);
+  give_room(seen_);
   settings_.style = CutStyle::templates;  // all of the edge that is in the body cuts
 }
 

@@ -95,11 +95,10 @@ class Patch {
 
 }  // namespace
 
-VolumeSurface::VolumeSurface(std::vector<VertexId> vertex_of) : vertex_of_(std::move(vertex_of)) {
-  for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) {
-    slots_of_.resize(std::max<std::size_t>(slots_of_.size(), vertex_of_[slot] + 1));
-    slots_of_[vertex_of_[slot]].push_back(slot);
-  }
+VolumeSurface::VolumeSurface(std::vector<VertexId> vertex_of, std::size_t vertices)
+    : vertex_of_(std::move(vertex_of)), slots_of_(vertices) {
+  for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) slots_of_[vertex_of_[slot]].push_back(slot);
+  give_room(vertex_of_, slots_of_);
 }
 
 std::span<const VertexId> VolumeSurface::slots_of(VertexId vertex) const {

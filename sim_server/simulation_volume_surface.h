@@ -18,7 +18,7 @@ using Corners3 = std::array<VertexId, 3>;
 
 class VolumeSurface {
  public:
-  explicit VolumeSurface(std::vector<VertexId> vertex_of);  // by slot
+  VolumeSurface(std::vector<VertexId> vertex_of, std::size_t vertices);  // by slot; of the volume
 
   // By slot; kNone where it is dead.
   std::span<const VertexId> vertices() const { return vertex_of_; }

@@ -23,6 +23,8 @@ TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra), star_(me
   for (const Vec3& x : mesh.vertices_body_m) vertices_.push_back({x, x, Vec3::Zero()});
   for (std::uint32_t t = 0; t < tets_.size(); ++t)
     for (const VertexId v : tets_[t]) star_[v].push_back(t);
+  fetched_.resize(vertices_.size(), 0);
+  give_room(vertices_, tets_, star_, fetched_);
   forget();
 }
 

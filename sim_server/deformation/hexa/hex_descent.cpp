@@ -68,29 +68,35 @@ double HexDescent::elastic_energy_j(std::span<const Vec3> position_world_m) cons
   return energy;
 }
 
+HexDescent::Block HexDescent::block(std::uint32_t node, std::span<const Vec3> x) const {
+  Block block;
+  for (std::size_t i = first_[node]; i < first_[node + 1]; ++i) {
+    const auto [e, c] = corners_[i];
+    const HexCell& cell = lattice_->cells[e];
+    const Weights w(cell, material_, lattice_->grid.cell_m);
+    const Modes m = modes_of(cell, x);
+    const std::array<double, 8>& s = kSigns[c];
+    // 64 h^3 dJ / dx
+    const Vec3 growth = s[1] * m[2].cross(m[4]) + s[2] * m[4].cross(m[1]) + s[4] * m[1].cross(m[2]);
+    block.force_n -= w.a * (s[1] * m[1] + s[2] * m[2] + s[4] * m[4]);
+    block.force_n -= (w.b * w.swelling(m) - w.a / (4 * w.h)) * growth;
+    block.force_n -= 2 * kHourglass * w.a * (s[3] * m[3] + s[5] * m[5] + s[6] * m[6] + 0.5 * s[7] * m[7]);
+    block.stiffness_n_per_m.diagonal().array() += w.a * (3 + 7 * kHourglass);
+    block.stiffness_n_per_m += w.b / (64 * w.h * w.h * w.h) * growth * growth.transpose();
+  }
+  return block;
+}
+
 double HexDescent::sweep(double step_s, std::span<const double> mass_kg, std::span<const Vec3> inertial_world_m,
                          std::span<Vec3> x) const {
   double furthest = 0;
-  for (std::size_t n = 0; n < x.size(); ++n) {
+  for (std::uint32_t n = 0; n < x.size(); ++n) {
     if (!(mass_kg[n] > 0)) continue;
     const double inertia = mass_kg[n] / (step_s * step_s);
-    Vec3 force = inertia * (inertial_world_m[n] - x[n]);
-    Mat3 hessian = inertia * Mat3::Identity();
-    for (std::size_t i = first_[n]; i < first_[n + 1]; ++i) {
-      const auto [e, c] = corners_[i];
-      const HexCell& cell = lattice_->cells[e];
-      const Weights w(cell, material_, lattice_->grid.cell_m);
-      const Modes m = modes_of(cell, x);
-      const std::array<double, 8>& s = kSigns[c];
-      // 64 h^3 dJ / dx
-      const Vec3 growth = s[1] * m[2].cross(m[4]) + s[2] * m[4].cross(m[1]) + s[4] * m[1].cross(m[2]);
-      force -= w.a * (s[1] * m[1] + s[2] * m[2] + s[4] * m[4]);
-      force -= (w.b * w.swelling(m) - w.a / (4 * w.h)) * growth;
-      force -= 2 * kHourglass * w.a * (s[3] * m[3] + s[5] * m[5] + s[6] * m[6] + 0.5 * s[7] * m[7]);
-      hessian.diagonal().array() += w.a * (3 + 7 * kHourglass);
-      hessian += w.b / (64 * w.h * w.h * w.h) * growth * growth.transpose();
-    }
-    const Vec3 move = hessian.inverse() * force;
+    Block own = block(n, x);
+    own.force_n += inertia * (inertial_world_m[n] - x[n]);
+    own.stiffness_n_per_m.diagonal().array() += inertia;
+    const Vec3 move = own.stiffness_n_per_m.inverse() * own.force_n;
     x[n] += move;
     furthest = std::max(furthest, move.norm());
   }

@@ -21,6 +21,12 @@ class HexDescent {
   // One sweep over all nodes of mass > 0; the others stay. Returns the longest way that one moved, m.
   double sweep(double step_s, std::span<const double> mass_kg, std::span<const Vec3> inertial_world_m,
                std::span<Vec3> position_world_m) const;
+  // Of one node: minus the gradient of the elastic energy, and its Hessian.
+  struct Block {
+    Vec3 force_n = Vec3::Zero();
+    Mat3 stiffness_n_per_m = Mat3::Zero();
+  };
+  Block block(std::uint32_t node, std::span<const Vec3> position_world_m) const;
 
  private:
   struct Corner {

@@ -346,11 +346,11 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
   }
   if (was_implicit_) {
     implicit_steps_ += driver_ == TetDriver::automatic;
-    implicit_step();
-    constraints_.begin(constraints, supports_, start_position_, 1);
-    constraints_.project_part(0, settings_.step_s, inverse_mass_, position_, velocity_);
+    implicit_step(constraints);
+    held_.finish(velocity_, reactions);
+  } else {
+    constraints_.finish(reactions);
   }
-  constraints_.finish(reactions);
   last_velocity_.swap(start_velocity_);
   write_vertices(position_world_m, velocity_m_per_s);
 }
@@ -380,7 +380,7 @@ int HexSolid::explicit_step(int parts) {
   return 0;
 }
 
-void HexSolid::implicit_step() {
+void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
   const double h = settings_.step_s;
   const Vec3 g = settings_.gravity_m_per_s2;
   const double g2 = g.squaredNorm();
@@ -396,8 +396,20 @@ void HexSolid::implicit_step() {
     const Vec3 acceleration = (old - last_velocity_[n].head<3>().cast<double>()) / h;
     target_[n] += drift + (g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0) * h * h * g;
   }
-  for (int n = 0; n < kSweeps; ++n)
-    if (descent_->sweep(h, free_mass_, inertial_, target_) < kStill_m) break;
+  held_.begin(constraints, supports_, inverse_mass_, h);
+  const HeldPoints::Particles nodes{[&](std::uint32_t n) { return target_[n]; },
+                                    [&](std::uint32_t n) -> Mat3 {
+                                      return free_mass_[n] / (h * h) * Mat3::Identity() +
+                                             descent_->block(n, target_).stiffness_n_per_m;
+                                    },
+                                    [&](std::uint32_t n, const Vec3& position_by_m, const Vec3& inertial_by_m) {
+                                      target_[n] += position_by_m;
+                                      inertial_[n] += inertial_by_m;
+                                    }};
+  for (int n = 0; n < kSweeps; ++n) {
+    const double furthest_m = descent_->sweep(h, free_mass_, inertial_, target_);
+    if (!held_.put(nodes) && furthest_m < kStill_m) break;
+  }
   for (std::size_t n = 0; n < position_.size(); ++n) {
     if (inverse_mass_[n] == 0) continue;
     Vec3 moved = target_[n] - position_[n].head<3>().cast<double>();

@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "sim_server/deformation/held_points.h"
 #include "sim_server/deformation/hexa/hex_descent.h"
 #include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
@@ -76,7 +77,7 @@ class HexSolid final : public VolumeModel {
   void support(std::span<const PointConstraint> constraints);
   // Parts that would have been needed, 0 when the step was taken.
   int explicit_step(int parts);
-  void implicit_step();
+  void implicit_step(std::span<const PointConstraint> constraints);
 
   TetBody body_;
   VolumeMaterial material_;
@@ -104,6 +105,7 @@ class HexSolid final : public VolumeModel {
   std::vector<Vec3> inertial_, target_;
   ConstraintSupports supports_;
   DividedConstraints constraints_;
+  HeldPoints held_;
 };
 
 }  // namespace sectio

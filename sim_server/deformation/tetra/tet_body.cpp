@@ -13,6 +13,8 @@ TetBody::TetBody(const TetMesh& mesh, const VolumeMaterial& material, std::span<
       inverse_mass_(mass_.size(), 0) {
   fixed_.resize(mass_.size(), 0);
   for (VertexId v = 0; v < mass_.size(); ++v) weigh(v);
+  give_room(mesh_.vertices_body_m, mesh_.tetrahedra, fixed_, mass_, added_, inverse_mass_);
+  if (!stiffness_factor_.empty()) give_room(stiffness_factor_);
 }
 
 void TetBody::weigh(VertexId v) {

@@ -105,6 +105,7 @@ void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffne
   layout();
   for (VertexId v = 0; v < vertices; ++v)
     if (contains(v)) write(mesh, stars, stiffness, v, row);
+  give_room(colour_, row_of_, width_, pressure_scale_, slices_, edges_, faces_, blocks_);
 }
 
 std::uint32_t TetRows::take_overflow_lane(std::uint32_t colour, Width width) {

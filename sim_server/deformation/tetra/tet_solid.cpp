@@ -120,6 +120,7 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   const double bound = double{update_pressures(rows_, true, rest)};
   omega2_per_bound_ = bound > 0 ? omega2 / bound : 0;
   last_velocity_.assign(vertices, Vec4f::Zero());
+  give_room(stiffness_.shear_pa, stiffness_.bulk_pa, last_velocity_);
 }
 
 // Heavy enough for parts of a step of this length.
@@ -237,11 +238,18 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   }
   update_pressures(rows_, false, position_world_m);
   const std::span<float> scratch(scratch_.data()->bulk.data(), scratch_.size() * kLanes);
-  held_.begin(constraints, body_.inverse_mass(), h);
-  const HeldPoints::Block block = [&](VertexId v) { return block_n_per_m(v, position_world_m, h); };
+  corners_of(constraints, corners_);
+  held_.begin(constraints, corners_, body_.inverse_mass(), h);
+  const HeldPoints::Particles particles{
+      [&](VertexId v) -> Vec3 { return position_world_m[v].head<3>().cast<double>(); },
+      [&](VertexId v) { return block_n_per_m(v, position_world_m, h); },
+      [&](VertexId v, const Vec3& position_by_m, const Vec3& inertial_by_m) {
+        position_world_m[v].head<3>() += position_by_m.cast<float>();
+        inertial_[v].head<3>() += inertial_by_m.cast<float>();
+      }};
   for (int n = 0; n < sweeps; ++n) {
     const float moved2 = descend(rows_, static_cast<float>(h), inertial_, position_world_m, scratch);
-    if (held_.put(block, position_world_m, inertial_))
+    if (held_.put(particles))
       update_pressures(rows_, false, position_world_m);
     else if (moved2 < static_cast<float>(kStill_m * kStill_m))
       break;

@@ -5,7 +5,7 @@
 // Deterministic, one thread.
 #pragma once
 
-#include "sim_server/deformation/tetra/held_points.h"
+#include "sim_server/deformation/held_points.h"
 #include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/tet_kernel.h"
 #include "sim_server/deformation/tetra/volume_model.h"
@@ -80,6 +80,7 @@ class TetSolid final : public VolumeModel {
 
   DividedConstraints constraints_;
   HeldPoints held_;
+  ConstraintSupports corners_;
   std::vector<Vec4f> start_position_, start_velocity_, inertial_, last_velocity_;
   std::vector<TetBlockColumn> scratch_;  // aligned floats
 };

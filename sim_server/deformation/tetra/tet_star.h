@@ -41,6 +41,7 @@ class TetStars {
     for (std::size_t v = 0; v < tets_.size(); ++v) tets_[v].reserve(size[v]);
     for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
       for (const VertexId v : mesh.tetrahedra[t]) tets_[v].push_back(t);
+    give_room(tets_);
   }
   std::span<const std::uint32_t> of(VertexId v) const { return tets_[v]; }
 

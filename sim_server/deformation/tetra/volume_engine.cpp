@@ -20,6 +20,7 @@ VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<Verte
     position_[v].head<3>() = body.to_world(home[v]).cast<float>();
     anchors_ += is_anchor(v);
   }
+  give_room(position_, velocity_, slots_of_, vertex_of_);
 }
 
 void VolumeEngine::set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {

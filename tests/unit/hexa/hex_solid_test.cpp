@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim_server/tet_cutting/tet_cut.h"
+#include "tests/support/pressed_block.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {
@@ -44,6 +45,16 @@ HexSolid solid_of(const TetMesh& mesh, double cell_m, const VolumeSettings& sett
 }
 std::vector<Vec3> plane_at(double x) {
   return {Vec3(x, -1, -1), Vec3(x, 1, -1), Vec3(x, 1, 1), Vec3(x, -1, 1)};
+}
+
+TEST(HexSolid, both_drivers_feel_the_same_force) {
+  double force_n[2];
+  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only})
+    force_n[driver == TetDriver::implicit_only] = test::force_on_pressed_block_n(
+        [&](const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
+          return std::make_unique<HexSolid>(mesh, grid_around(mesh, 0.0125), material, settings, driver);
+        });
+  EXPECT_NEAR(force_n[1], force_n[0], 0.02 * force_n[0]);
 }
 
 TEST(HexKernel, registers_of_8_and_of_16_give_the_same_bits) {

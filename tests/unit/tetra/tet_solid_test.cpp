@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/support/pressed_block.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {
@@ -167,48 +168,13 @@ TEST(TetSolid, a_held_body_weighs_what_it_weighs) {
   EXPECT_NEAR(mass, 1060 * check(mesh).volume_m3, 1e-9);
 }
 
-// A block that stands on its lower face, with a patch of its top held 3 mm deeper: the drivers agree on the force,
-// which the implicit one can't take from momentum; and unilateral ones never pull.
 TEST(TetSolid, both_drivers_feel_the_same_force) {
-  const TetMesh mesh = test::tet_box(4, 4, 4, Vec3(0.05, 0.05, 0.05));
-  VolumeMaterial material;
-  material.damping_per_s = 60;
-  VolumeSettings settings;
-  settings.gravity_m_per_s2.setZero();
-  for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.z() == 0);
   double force_n[2];
-  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only}) {
-    TetSolid solid(mesh, material, settings, driver);
-    Points x = at_rest(mesh), v = still(x);
-    std::vector<PointConstraint> press;
-    for (VertexId i = 0; i < x.size(); ++i) {
-      const Vec3& p = mesh.vertices_body_m[i];
-      if (p.z() < 0.05 || std::abs(p.x() - 0.025) > 0.015 || std::abs(p.y() - 0.025) > 0.015) continue;
-      press.push_back(hold(i, p - Vec3(0, 0, 0.003)));
-      press.back().unilateral = true;
-    }
-    ASSERT_EQ(press.size(), 9u);
-    std::vector<Reaction> reactions(press.size());
-    double work_j = 0;
-    for (int n = 0; n < 600; ++n) {
-      solid.step(x, v, press, reactions);
-      for (const Reaction& r : reactions) work_j += r.work_j;
-    }
-    Vec3 sum = Vec3::Zero();
-    for (const Reaction& r : reactions) {
-      EXPECT_GE(r.force_on_tool_n.z(), 0);
-      sum += r.force_on_tool_n;
-    }
-    for (const PointConstraint& c : press) EXPECT_NEAR(double{x[c.v[0]].z()}, 0.047, 1e-5);
-    force_n[driver == TetDriver::implicit_only] = sum.z();
-    EXPECT_EQ(solid.last_step_was_implicit(), driver == TetDriver::implicit_only);
-    EXPECT_GT(work_j, 0.4 * sum.z() * 0.003) << "the tool has pressed the block in";
-    // Taken away, it lets go.
-    for (PointConstraint& c : press) c.target_world_m.z() = 0.06;
-    for (int n = 0; n < 400; ++n) solid.step(x, v, press, reactions);
-    for (const Reaction& r : reactions) EXPECT_EQ(r.force_on_tool_n, Vec3(0, 0, 0));
-    EXPECT_NEAR(double{x[press[0].v[0]].z()}, 0.05, 1e-4);
-  }
+  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only})
+    force_n[driver == TetDriver::implicit_only] = test::force_on_pressed_block_n(
+        [&](const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
+          return std::make_unique<TetSolid>(mesh, material, settings, driver);
+        });
   EXPECT_NEAR(force_n[1], force_n[0], 0.02 * force_n[0]);
 }
 
