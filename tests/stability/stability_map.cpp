@@ -28,13 +28,17 @@ std::ofstream table(const std::string& path, const std::string& header) {
 // S2. The step over Young's modulus; the frontier is what the model predicts.
 void map_young(const std::string& path, int fine) {
   std::ofstream out = table(path, "model,young_pa,step_s,decades_per_step,predicted_s");
-  for (const test::Model model : test::kModels)
+  for (const test::Model model : test::kModels) {
+    const test::Oscillator usual = test::oscillator(model, 6000, 0.45);
+    std::printf("  %s: the limit is %.2f of the predicted one\n", test::name_of(model).c_str(),
+                test::measured_limit_s(usual) / usual.predicted_s);
     for (const double young_pa : logarithmic(1e3, 1e6, 4 * fine)) {
       const test::Oscillator body = test::oscillator(model, young_pa, 0.45);
       for (const double step_s : logarithmic(5e-5, 2e-2, 6 * fine))
         out << test::name_of(model) << "," << young_pa << "," << step_s << ","
             << test::growth_decades_per_step(body, step_s) << "," << body.predicted_s << "\n";
     }
+  }
 }
 
 // S3. The step over the thickness of the slivers beside a cut, with and without added mass.
