@@ -57,13 +57,14 @@ std::vector<Series> groups(const Wanted& wanted) {
   std::vector<Series> series;
   for (std::size_t i = 0; i < x.size(); ++i) {
     const double at_x = number_or_nan(x[i]), at_y = number_or_nan(y[i]);
-    if (!is_chosen[i] || !std::isfinite(at_x) || !std::isfinite(at_y)) continue;
+    if (!std::isfinite(at_x) || !std::isfinite(at_y)) continue;
     auto of = std::find_if(series.begin(), series.end(), [&](const Series& s) { return s.name == by[i]; });
     if (of == series.end()) {
       series.push_back(
           {by[i], {}, {}, Series::Style::points, !wanted.faint.empty() && faint_column[i] == faint.second});
       of = series.end() - 1;
     }
+    if (!is_chosen[i]) continue;  // a group has its colour, whichever lines are chosen
     of->x.push_back(at_x);
     of->y.push_back(at_y);
   }

@@ -73,8 +73,8 @@ Method neo_hookean() {
                  });
 }
 // Cells as large as those of the tetrahedra that they carry; `offset`: by how much of a cell they lie beside them.
-Method lattice(const std::string& driver, double offset) {
-  return on_tets("hexahedra (M4)", driver, kStep, true, [offset](const Mesh& m, const Material& t, const Settings& s) {
+Method lattice(const std::string& name, double offset) {
+  return on_tets(name, "explicit", kStep, true, [offset](const Mesh& m, const Material& t, const Settings& s) {
     const double bottom = std::ranges::min(m.vertices_body_m, {}, [](const Vec3& p) { return p.z(); }).z();
     double cell_m = std::numeric_limits<double>::infinity();
     for (const Vec3& p : m.vertices_body_m)
@@ -96,8 +96,8 @@ Method descent(double step_s, int sweeps) {
 }  // namespace
 
 std::vector<Method> methods(bool quick) {
-  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("explicit", 0),
-                          lattice("explicit, beside faces", 0.37)};
+  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("hexahedra (M4)", 0),
+                          lattice("hexahedra beside faces", 0.37)};
   // Steps and sweeps; steps and iterations.
   using Drivers = std::vector<std::pair<double, int>>;
   for (const auto& [step_s, sweeps] :

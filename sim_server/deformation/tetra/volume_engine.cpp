@@ -7,6 +7,11 @@
 #include "common/mesh/slot_table.h"
 
 namespace sectio {
+namespace {
+
+constexpr double kFloorReach_m = 1e-4;  // what is higher is stopped after the step in which it falls lower
+
+}  // namespace
 
 VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
                            std::optional<VolumeFloor> floor)
@@ -97,8 +102,11 @@ void VolumeEngine::step(const SharedBody& body, std::span<const PointConstraint>
   for (PointConstraint& c : constraints_)
     for (VertexId& v : c.v)
       if (v != kNone) v = vertex_of_[v];
-  model_->step(position_, velocity_, constraints_, reactions);
-  if (floor_) stop_at_floor();
+  if (floor_) stand_on_floor();
+  reactions_.assign(constraints_.size(), {});
+  model_->step(position_, velocity_, constraints_, reactions_);
+  std::ranges::copy(std::span(reactions_).first(reactions.size()), reactions.begin());
+  if (floor_) stop_at_floor(reactions.size());
   for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) {
     if (vertex_of_[slot] == kNone) continue;
     outside.position_world_m[slot].head<3>() = position_[vertex_of_[slot]].head<3>();
@@ -125,8 +133,23 @@ Pose VolumeEngine::home_frame_world(VertexId) const {
   return frame_;
 }
 
-void VolumeEngine::stop_at_floor() {
+// The floor holds within the step: what only put vertices back after it would carry as much as they weigh, not what the
+// tissue above presses down with.
+void VolumeEngine::stand_on_floor() {
+  for (VertexId v = 0; v < position_.size(); ++v) {
+    const double above_m = double{position_[v].z()} - floor_->z_m;
+    if (above_m > kFloorReach_m || model_->inverse_mass_per_kg(v) == 0) continue;
+    PointConstraint stand = hold(v, {position_[v].x(), position_[v].y(), floor_->z_m});
+    stand.unilateral = true;
+    stand.normal = -Vec3::UnitZ();
+    constraints_.push_back(stand);
+  }
+}
+
+void VolumeEngine::stop_at_floor(std::size_t first) {
   const auto z = static_cast<float>(floor_->z_m), kept = static_cast<float>(floor_->kept_velocity);
+  for (std::size_t n = first; n < constraints_.size(); ++n)
+    if (reactions_[n].active) velocity_[constraints_[n].v[0]].head<2>() *= kept;
   for (VertexId v = 0; v < position_.size(); ++v) {
     if (position_[v].z() >= z || model_->inverse_mass_per_kg(v) == 0) continue;
     position_[v].z() = z;

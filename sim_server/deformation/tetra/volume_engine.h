@@ -62,7 +62,8 @@ class VolumeEngine final : public DeformationEngine {
   bool is_anchor(VertexId v) const { return model_->inverse_mass_per_kg(v) == 0 && model_->mass_kg(v) > 0; }
   void take_over(const ParticleState& outside);
   void give(const Slot& slot);
-  void stop_at_floor();
+  void stand_on_floor();
+  void stop_at_floor(std::size_t first);  // of the constraints that are the floor's
 
   std::unique_ptr<VolumeModel> model_;
   std::vector<VertexId> vertex_of_;     // by slot
@@ -74,6 +75,7 @@ class VolumeEngine final : public DeformationEngine {
   std::vector<Vec4f> position_, velocity_;
   std::vector<MatchedPoint> matched_;
   std::vector<PointConstraint> constraints_;
+  std::vector<Reaction> reactions_;
 };
 
 }  // namespace sectio

@@ -15,7 +15,7 @@ namespace {
 
 // A volume, its surface in slots, and what it would be to cut them together.
 struct Cut {
-  Cut() : volume(test::tet_box(4, 4, 4, Vec3::Constant(0.08))), surface(first_slots()) {
+  Cut() : volume(test::tet_box(4, 4, 4, Vec3::Constant(0.08))), surface(first_slots(), volume.vertex_count()) {
     const TetSurface whole = surface_of(volume.mesh());
     mesh = TriangleMesh(whole.soup);
   }
