@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <map>
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
@@ -14,7 +15,8 @@ namespace sectio {
 namespace {
 
 struct Wanted {
-  std::string table, x, by, faint, panels;
+  std::string table, x, by, faint, panels, heat, heat_label, frontier;
+  double heat_from = std::numeric_limits<double>::quiet_NaN(), heat_to = heat_from;
   std::vector<std::string> y, where, marks;
   bool front = false;
 };
@@ -87,6 +89,38 @@ Image grouped(const Wanted& wanted, const ChartLabels& labels) {
   return plot(labels, series, kWidth_px, kHeightOfGroups_px);
 }
 
+// Cells over x and y; the frontier is a height over x, the same in all lines with that x.
+Image heated(const Wanted& wanted, const ChartLabels& labels) {
+  const std::vector<bool> is_chosen = chosen(wanted);
+  const auto x = read_text_column(wanted.table, wanted.x), y = read_text_column(wanted.table, wanted.y[0]),
+             value = read_text_column(wanted.table, wanted.heat);
+  const auto height =
+      wanted.frontier.empty() ? std::vector<std::string>(x.size()) : read_text_column(wanted.table, wanted.frontier);
+  HeatMap map;
+  map.name = wanted.heat_label.empty() ? wanted.heat : wanted.heat_label;
+  if (std::isfinite(wanted.heat_from)) map.low = wanted.heat_from;
+  if (std::isfinite(wanted.heat_to)) map.high = wanted.heat_to;
+  std::map<double, double> frontier;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!is_chosen[i]) continue;
+    map.x.push_back(number_or_nan(x[i]));
+    map.y.push_back(number_or_nan(y[i]));
+    map.value.push_back(number_or_nan(value[i]));
+    if (!wanted.frontier.empty()) frontier[map.x.back()] = number_or_nan(height[i]);
+  }
+  std::vector<Series> series;
+  if (!wanted.frontier.empty()) series.push_back({wanted.frontier, {}, {}, Series::Style::dashes});
+  for (const auto& [at_x, at_y] : frontier) {
+    series[0].x.push_back(at_x);
+    series[0].y.push_back(at_y);
+  }
+  return heat_map(labels, map, series, kWidth_px, kHeightOfGroups_px);
+}
+
+Image of_chosen(const Wanted& wanted, const ChartLabels& labels) {
+  return wanted.heat.empty() ? grouped(wanted, labels) : heated(wanted, labels);
+}
+
 // One picture a value, two side by side.
 Image in_panels(Wanted wanted, ChartLabels labels) {
   std::vector<std::string> values;
@@ -98,7 +132,7 @@ Image in_panels(Wanted wanted, ChartLabels labels) {
     wanted.where = where;
     wanted.where.push_back(wanted.panels + "=" + values[i]);
     labels.title = values[i];
-    paste(all, grouped(wanted, labels), static_cast<int>(i % 2) * kWidth_px,
+    paste(all, of_chosen(wanted, labels), static_cast<int>(i % 2) * kWidth_px,
           static_cast<int>(i / 2) * kHeightOfGroups_px);
   }
   return all;
@@ -108,15 +142,22 @@ int run(int argc, char** argv) {
   Wanted wanted;
   ChartLabels labels;
   std::string picture = "chart.png";
-  Arguments arguments("chart", "Draws columns of a table (CSV with a header) as lines, or as points in groups.");
+  Arguments arguments(
+      "chart", "Draws columns of a table (CSV with a header) as lines, as points in groups, or as coloured cells.");
   arguments.option("TABLE", wanted.table, "file with the table (CSV)", Need::required);
   arguments.option("--x", wanted.x, "name of the column along the horizontal axis", Need::required);
   arguments.option("--y", wanted.y, "name of a column to draw; may be repeated", Need::required);
   arguments.option("--by", wanted.by, "points instead of lines, one colour for each value of this column");
-  arguments.option("--where", wanted.where, "COLUMN=VALUE: only these lines, with --by; may be repeated");
+  arguments.option("--where", wanted.where, "COLUMN=VALUE: only these lines, with --by or --heat; may be repeated");
   arguments.option("--faint", wanted.faint, "COLUMN=VALUE: groups to draw faintly, with --by");
   arguments.toggle("--front", wanted.front, "with --by: the front of points that no other beats in both columns");
-  arguments.option("--panels", wanted.panels, "with --by: a picture for each value of this column, side by side");
+  arguments.option("--heat", wanted.heat, "coloured cells instead of lines: the value of this column over --x and --y");
+  arguments.option("--heat-label", wanted.heat_label, "with its unit; empty: the column's name");
+  arguments.option("--heat-from", wanted.heat_from, "value of the first colour; without it, the least");
+  arguments.option("--heat-to", wanted.heat_to, "value of the last colour; without it, the largest");
+  arguments.option("--frontier", wanted.frontier, "with --heat: a line at this column's height over --x");
+  arguments.option("--panels", wanted.panels,
+                   "with --by or --heat: a picture for each value of this column, side by side");
   arguments.option("--mark-x", wanted.marks, "NAME=VALUE: a vertical line; may be repeated");
   arguments.toggle("--log-x", labels.log_x, "logarithmic horizontal axis");
   arguments.toggle("--log-y", labels.log_y, "logarithmic vertical axis");
@@ -131,9 +172,9 @@ int run(int argc, char** argv) {
     const auto [name, value] = halves("--mark-x", mark);
     labels.marks.push_back({number_or_nan(value), name});
   }
-  write_png(picture, wanted.by.empty()       ? plot(labels, lines(wanted), kWidth_px, kHeight_px)
-                     : wanted.panels.empty() ? grouped(wanted, labels)
-                                             : in_panels(wanted, labels));
+  write_png(picture, wanted.by.empty() && wanted.heat.empty() ? plot(labels, lines(wanted), kWidth_px, kHeight_px)
+                     : wanted.panels.empty()                  ? of_chosen(wanted, labels)
+                                                              : in_panels(wanted, labels));
   return 0;
 }
 

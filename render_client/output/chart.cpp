@@ -84,9 +84,46 @@ std::string decade_text(double decade) {
   return text.data();
 }
 
+// Where the cells of a row of values begin and end: half way to the next, as far at both ends.
+class CellEdges {
+ public:
+  explicit CellEdges(std::vector<double> values) : values_(std::move(values)) {
+    std::sort(values_.begin(), values_.end());
+    values_.erase(std::unique(values_.begin(), values_.end()), values_.end());
+    if (values_.empty()) values_.push_back(0);
+    const std::size_t last = values_.size() - 1;
+    edges_.push_back(last > 0 ? 1.5 * values_[0] - 0.5 * values_[1] : values_[0] - 0.5);
+    for (std::size_t i = 0; i < last; ++i) edges_.push_back(0.5 * (values_[i] + values_[i + 1]));
+    edges_.push_back(last > 0 ? 1.5 * values_[last] - 0.5 * values_[last - 1] : values_[0] + 0.5);
+  }
+  std::pair<double, double> of(double value) const {
+    const auto i = static_cast<std::size_t>(std::lower_bound(values_.begin(), values_.end(), value) - values_.begin());
+    return {edges_[i], edges_[i + 1]};
+  }
+  double low() const { return edges_.front(); }
+  double high() const { return edges_.back(); }
+
+ private:
+  std::vector<double> values_, edges_;
+};
+
+// Pale, amber, red: share from 0 to 1.
+Colour heat_colour(double share) {
+  constexpr std::array<std::array<double, 3>, 3> kStops{{{232, 238, 244}, {246, 186, 96}, {158, 24, 38}}};
+  if (!std::isfinite(share)) return {150, 154, 160, 255};
+  const double at = 2 * std::clamp(share, 0.0, 1.0);
+  const std::size_t stop = at < 1 ? 0 : 1;
+  const auto mix = [&](std::size_t k) {
+    return static_cast<std::uint8_t>(
+        std::lround(kStops[stop][k] + (at - double(stop)) * (kStops[stop + 1][k] - kStops[stop][k])));
+  };
+  return {mix(0), mix(1), mix(2), 255};
+}
+
 class Chart {
  public:
-  Chart(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px);
+  Chart(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px,
+        const HeatMap* heat = nullptr);
   Image take() { return std::move(image_); }
 
  private:
@@ -94,6 +131,9 @@ class Chart {
   double scaled_x(double x) const { return labels_.log_x ? std::log10(x) : x; }
   double scaled_y(double y) const { return labels_.log_y ? std::log10(y) : y; }
   bool has_place(double x, double y) const { return std::isfinite(scaled_x(x)) && std::isfinite(scaled_y(y)); }
+  bool is_inside(double x, double y) const {
+    return scaled_x(x) >= x_.low && scaled_x(x) <= x_.high && scaled_y(y) >= y_.low && scaled_y(y) <= y_.high;
+  }
   Eigen::Vector2f at(double x, double y) const {
     return Eigen::Vector2d(area_.x_px + (x - x_.low) / (x_.high - x_.low) * area_.width_px,
                            area_.y_px + (y_.high - y) / (y_.high - y_.low) * area_.height_px)
@@ -108,6 +148,8 @@ class Chart {
       draw_polyline(image_, std::array<Eigen::Vector2f, 2>{a + s * along, a + std::min(s + 6, (b - a).norm()) * along},
                     1.6f, colour);
   }
+  void draw_cells(const HeatMap& heat);
+  void draw_scale(const HeatMap& heat, const Range& values);
   void draw_axes();
   void draw_marks();
   void draw_series(const Series& series, Colour colour);
@@ -123,26 +165,31 @@ class Chart {
   Rect area_;
 };
 
-Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px)
+Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px,
+             const HeatMap* heat)
     : labels_(labels), image_(width_px, height_px, {255, 255, 255, 255}) {
   for (const Series& s : series) {
     if (s.x.size() != s.y.size()) throw InputError("chart: series " + s.name + ": x and y differ in length");
-    for (std::size_t i = 0; i < s.x.size(); ++i) {
+    for (std::size_t i = 0; i < s.x.size() && !heat; ++i) {
       if (!has_place(s.x[i], s.y[i])) continue;
       x_.take(scaled_x(s.x[i]));
       whole_x_ = whole_x_ && s.x[i] == std::round(s.x[i]);
       y_.take(scaled_y(s.y[i]));
     }
   }
-  if (labels.y_from_zero) y_.take(0);
-  x_.settle(labels.log_x ? 0.03 : 0);
-  whole_x_ = whole_x_ && !labels.log_x;
-  y_.settle(0.06);
   const bool beside = series.size() > kMostAbove;
-  int right = 24;
+  int right = heat ? 96 : 24;
   for (std::size_t i = 0; i < series.size() && beside; ++i)
     right = std::max(right, 56 + text_.width_px(series[i].name));
   area_ = {72, 64, std::max(width_px - 72 - right, 10), std::max(height_px - 64 - 56, 10)};
+  if (heat) {
+    draw_cells(*heat);
+  } else {
+    if (labels.y_from_zero) y_.take(0);
+    x_.settle(labels.log_x ? 0.03 : 0);
+    y_.settle(0.06);
+  }
+  whole_x_ = whole_x_ && !labels.log_x && !heat;
   draw_axes();
   draw_marks();
   for (const bool faint : {true, false})
@@ -152,6 +199,48 @@ Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int w
     draw_legend_beside(series);
   else
     draw_legend(series);
+}
+
+void Chart::draw_cells(const HeatMap& heat) {
+  if (heat.x.size() != heat.y.size() || heat.x.size() != heat.value.size())
+    throw InputError("chart: " + heat.name + ": cells differ in number");
+  std::vector<double> xs, ys;
+  Range values;
+  for (std::size_t i = 0; i < heat.x.size(); ++i) {
+    if (!has_place(heat.x[i], heat.y[i])) continue;
+    xs.push_back(scaled_x(heat.x[i]));
+    ys.push_back(scaled_y(heat.y[i]));
+    if (std::isfinite(heat.value[i])) values.take(heat.value[i]);
+  }
+  values = {heat.low.value_or(values.low), heat.high.value_or(values.high)};
+  values.settle(0);
+  const CellEdges across(xs), up(ys);
+  x_ = {across.low(), across.high()};
+  y_ = {up.low(), up.high()};
+  for (std::size_t i = 0; i < heat.x.size(); ++i) {
+    if (!has_place(heat.x[i], heat.y[i])) continue;
+    const auto [left, right] = across.of(scaled_x(heat.x[i]));
+    const auto [low, high] = up.of(scaled_y(heat.y[i]));
+    const Eigen::Vector2i a = at(left, high).array().round().cast<int>(),
+                          b = at(right, low).array().round().cast<int>();
+    fill(image_, {a.x(), a.y(), b.x() - a.x(), b.y() - a.y()},
+         heat_colour((heat.value[i] - values.low) / (values.high - values.low)));
+  }
+  draw_scale(heat, values);
+}
+
+void Chart::draw_scale(const HeatMap& heat, const Range& values) {
+  const int x = area_.x_px + area_.width_px + 18, height = area_.height_px;
+  for (int row = 0; row < height; ++row)
+    fill(image_, {x, area_.y_px + row, 16, 1}, heat_colour(1 - double(row) / (height - 1)));
+  const double step = tick_step(values.low, values.high, 5);
+  for (const double value : round_ticks(values.low, values.high, 5)) {
+    const int y =
+        area_.y_px + static_cast<int>(std::lround((values.high - value) / (values.high - values.low) * height));
+    text_.draw(image_, x + 22, y - text_.line_height_px() / 2, tick_text(value, step), kInk);
+  }
+  text_.draw(image_, image_.width_px - 8 - text_.width_px(heat.name), area_.y_px - 8 - 2 * text_.line_height_px(),
+             heat.name, kInk);
 }
 
 void Chart::draw_marks() {
@@ -231,7 +320,7 @@ void Chart::draw_series(const Series& series, Colour colour) {
     run.clear();
   };
   for (std::size_t i = 0; i < series.x.size(); ++i) {
-    if (has_place(series.x[i], series.y[i])) {
+    if (has_place(series.x[i], series.y[i]) && is_inside(series.x[i], series.y[i])) {
       run.push_back(at(scaled_x(series.x[i]), scaled_y(series.y[i])));
     } else {
       flush();
@@ -280,6 +369,11 @@ std::vector<double> round_ticks(double low, double high, int wanted) {
     ticks.push_back((first + i) * step + 0.0);  // + 0.0: no "-0"
   }
   return ticks;
+}
+
+Image heat_map(const ChartLabels& labels, const HeatMap& map, const std::vector<Series>& series, int width_px,
+               int height_px) {
+  return Chart(labels, series, width_px, height_px, &map).take();
 }
 
 Image plot(const ChartLabels& labels, const std::vector<Series>& series, int width_px, int height_px) {

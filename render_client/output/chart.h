@@ -1,6 +1,7 @@
-// Lines and points as a picture: axes with round ticks, units in the labels, a legend.
+// Lines, points and coloured cells as a picture: axes with round ticks, units in the labels, a legend.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,18 @@ struct ChartLabels {
 
 // Without any finite point the axes run from 0 to 1. Throws InputError when a series has x and y of unequal length.
 Image plot(const ChartLabels& labels, const std::vector<Series>& series, int width_px = 960, int height_px = 480);
+
+// A value over two others, one entry a cell: x and y take the values of a grid, in any order. A value that is not
+// finite is grey. Lines of series lie over the cells.
+struct HeatMap {
+  std::vector<double> x, y, value;
+  std::string name;  // of the value, with its unit
+  // Values with the first and the last colour; what is beyond has the same. Without them, the least and the largest.
+  std::optional<double> low = {}, high = {};
+};
+// Throws InputError when the three differ in length.
+Image heat_map(const ChartLabels& labels, const HeatMap& map, const std::vector<Series>& series = {},
+               int width_px = 960, int height_px = 560);
 
 // Of pairs of which less is better in both, those that no other one beats: ascending in x, the rest left out.
 Series front_of(const std::vector<Series>& series);

@@ -33,7 +33,15 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
     if (!(options_.least_second_m > 0)) options_.least_second_m = kLeastSecondLength * length_m;
     for (VertexId v = 0; v < vertices; ++v) find_second_neighbours(v);
   }
-  if (options_.calibrate) {
+  if (options_.calibrate && !material_.stiffness_factor.empty()) {
+    // Young's modulus is that of tissue with factor 1, and the net is tested as if all of it were.
+    VolumeMaterial even = material_;
+    even.stiffness_factor.clear();
+    const TetSprings net(mesh, even, settings_, options_);
+    options_ = net.options_;
+    as_made_ = net.as_made_;
+    calibrated_ = net.calibrated_;
+  } else if (options_.calibrate) {
     as_made_ = tensile_test(mesh, springs());
     options_.correction *= material_.young_pa / as_made_.mean_young_pa;
     calibrated_ = tensile_test(mesh, springs());

@@ -175,5 +175,30 @@ TEST(Chart, strange_data_are_drawn_or_refused) {
   EXPECT_THROW(plot({}, {{"unequal", {1, 2}, {1}}}), InputError);
 }
 
+// Two by two cells on logarithmic axes, one of them without a value, and a frontier between them.
+TEST(HeatMap, cells_have_the_colours_of_their_values) {
+  ChartLabels labels;
+  labels.log_x = labels.log_y = true;
+  HeatMap map{{1, 1, 100, 100}, {0.1, 10, 0.1, 10}, {0, 2, std::nan(""), 1}, "growth"};
+  const Image plain = heat_map(labels, map, {}, 400, 300);
+  const auto colour = [](const Image& image, int x, int y) {
+    const std::uint8_t* p = image.pixel(x, y);
+    return std::array<int, 3>{p[0], p[1], p[2]};
+  };
+  // The axes' area is 232 x 180 from (72, 64); quarters of it, off the lines of the grid.
+  const auto low_left = colour(plain, 112, 217), high_left = colour(plain, 112, 92),
+             low_right = colour(plain, 262, 217), high_right = colour(plain, 262, 92);
+  EXPECT_GT(low_left[2], 230);
+  EXPECT_LT(high_left[1], 60);
+  EXPECT_EQ(low_right, (std::array<int, 3>{150, 154, 160}));
+  EXPECT_EQ(high_right, (std::array<int, 3>{246, 186, 96}));
+  map.high = 1;
+  EXPECT_EQ(colour(heat_map(labels, map, {}, 400, 300), 262, 92), high_left) << "1 is as far as the colours go";
+  const Series frontier{"limit", {1, 100}, {1, 1}, Series::Style::line};
+  EXPECT_NE(heat_map(labels, map, {frontier}, 400, 300).rgba, heat_map(labels, map, {}, 400, 300).rgba);
+  map.value.pop_back();
+  EXPECT_THROW(heat_map(labels, map, {}, 400, 300), InputError);
+}
+
 }  // namespace
 }  // namespace sectio
