@@ -167,8 +167,7 @@ class SheetCut {
       const int sum = u == kNone ? 0 : sum_of_sides(u);
       const auto& [i, j, k] = kTetFaces[corner];
       const Vec3& p = volume_.vertex(c[i]).rest_body_m;
-      const double area =
-          (volume_.vertex(c[j]).rest_body_m - p).cross(volume_.vertex(c[k]).rest_body_m - p).norm();
+      const double area = (volume_.vertex(c[j]).rest_body_m - p).cross(volume_.vertex(c[k]).rest_body_m - p).norm();
       if (sum == 0 || area <= largest) continue;
       largest = area;
       with = sum > 0 ? 1 : -1;

@@ -361,7 +361,9 @@ TEST(MeshImportReal, organs_are_read_and_the_thin_wall_through_itself_is_refused
 TEST(MeshImportOwn, committed_meshes_are_what_the_generator_makes) {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "make_meshes";
   const fs::path meshes = fs::path(SECTIO_SOURCE_DIR) / "deploy" / "meshes";
-  EXPECT_EQ(std::system((program.string() + " --check '" + meshes.string() + "' liver_2k kidney_2k paper_box tray").c_str()), 0);
+  EXPECT_EQ(
+      std::system((program.string() + " --check '" + meshes.string() + "' liver_2k kidney_2k paper_box tray").c_str()),
+      0);
 }
 
 TEST(MeshImportOwn, organs_of_the_project_are_valid_and_even) {
