@@ -19,8 +19,8 @@ double safety(double poisson) {
 constexpr double kRoomForDeformation = 1.05;
 // Not where few tetrahedra meet, as in what a cut leaves hanging: no neighbours average the pressure there, and it is
 // crumpled first.
-constexpr std::size_t kFew = 4;
-constexpr double kRoomOfFew = 1.4;
+constexpr std::size_t kFew = 2;
+constexpr double kRoomOfFew = 1.67;
 constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
 constexpr double kLeastMargin = 1.1;
 constexpr int kSweeps = 30;
