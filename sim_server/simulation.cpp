@@ -190,6 +190,8 @@ void Simulation::State::step_body(std::uint32_t body_id) {
     for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).planned(plan, accepted, changed);
     if (accepted)
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
+  } else if (!at_work) {
+    body.engines.cutting->tidy(body.shared());
   }
   split(body_id);
   press(body_id);

@@ -7,6 +7,8 @@
 //   delta accepted -> redo; model, surface's slots and state follow             follow()
 //   delta by which a part left -> its tetrahedra leave                          follow()
 //
+//   step without an instrument -> short edges inside collapse, a few vertices at a time     tidy()
+//
 // Cost of a step with a cut: O(tetrahedra that are cut and their neighbours), whatever the volume's size.
 #pragma once
 
@@ -42,6 +44,7 @@ class VolumeCutting final : public CuttingEngine {
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) override;
   void follow(const SharedBody& body, const TopologyChange& change) override;
+  void tidy(const SharedBody& body) override;
 
   const TetTopology& volume() const { return volume_; }
   const VolumeSurface& surface() const { return surface_; }
@@ -93,6 +96,7 @@ class VolumeCutting final : public CuttingEngine {
   Surface kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const;
   std::vector<std::uint32_t> tetrahedra_of(std::span<const VertexId> slots) const;
   void let_go(std::span<const VertexId> slots);
+  void collapse(const SharedBody& body, VertexId v, VertexId onto);
 
   StrokeSettings settings_;
   TetCutSettings cut_settings_;
@@ -103,6 +107,7 @@ class VolumeCutting final : public CuttingEngine {
   double element_m_;  // mean length of the edges
   std::map<std::uint32_t, Way> ways_;
   std::optional<Pending> pending_;
+  VertexId tidied_ = kNone;                  // up to there, since the last cut; kNone: all
   mutable std::vector<std::uint32_t> seen_;  // by vertex: the round that met it last
   mutable std::uint32_t round_ = 0;
 };

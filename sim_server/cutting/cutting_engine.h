@@ -16,6 +16,9 @@ class CuttingEngine : public Engine {
   // cut changes them when it has to follow() the delta that it planned.
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) = 0;
+
+  // Instead, in a step in which no instrument is at the body: a little of what can wait. The surface stays as it is.
+  virtual void tidy(const SharedBody&) {}
 };
 
 // Cuts surfaces, in the style that the settings say.

@@ -131,6 +131,7 @@ VolumeSpec read_volume(YamlMap& map, const std::string& scene_file) {
   map.read("damper_s", volume.damper_s, at_least(0));
   map.read("floor_kept_velocity", volume.floor_kept_velocity, between(0, 1));
   map.read("least_part_s", volume.least_part_s, between(0, 0.1));
+  map.read("collapse_ratio", volume.collapse_ratio, between(0, 0.8));
   map.part("tets", [&](YamlMap& part) {
     volume.file = resolved(part.require("file"), scene_file);
     volume.file_unit_m = unit_m(part.require("unit"));

@@ -81,6 +81,7 @@ struct VolumeSpec {
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
   double least_part_s = 0;           // vertices too light for parts of a step this long get mass; 0: none
+  double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go from the inside; 0: none
 };
 
 struct Box {
@@ -159,7 +160,7 @@ struct Scene {
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
 //     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share,
 //     damper_s,
-//                floor_kept_velocity, least_part_s; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
+//                floor_kept_velocity, least_part_s, collapse_ratio; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
 //                mesh
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)

@@ -109,7 +109,8 @@ class SheetCut {
   void find(std::span<const std::uint32_t> begin) {
     tets_before_ = static_cast<std::uint32_t>(volume_.tetrahedra().size());
     if (begin.empty()) {
-      for (std::uint32_t t = 0; t < tets_before_; ++t) visit(t);
+      for (std::uint32_t t = 0; t < tets_before_; ++t)
+        if (volume_.tetrahedra()[t] != kNoTetrahedron) visit(t);
     } else {
       follow(begin);
     }

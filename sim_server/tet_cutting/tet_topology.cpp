@@ -128,6 +128,25 @@ TetChange TetTopology::remove(std::span<const std::uint32_t> tetrahedra) {
   return change;
 }
 
+TetChange TetTopology::collapse(VertexId v, VertexId onto) {
+  SECTIO_ASSERT(journal_.empty(), "a collapse can't be undone");
+  TetChange change;
+  for (const std::uint32_t t : std::exchange(star_[v], {})) {
+    const Tetrahedron before = tets_[t];
+    if (has(before, onto)) {
+      for (const VertexId u : before)
+        if (u != v) std::erase(star_[u], t);
+      tets_[t] = kNoTetrahedron;
+    } else {
+      replace(tets_[t], v, onto);
+      star_[onto].push_back(t);
+    }
+    change.tetrahedra.push_back({t, before, tets_[t], t});
+  }
+  std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
+  return change;
+}
+
 VertexId TetTopology::split(VertexId a, VertexId b, double t) {
   SECTIO_ASSERT(t > 0 && t < 1, "an edge is split between its ends");
   const auto n = static_cast<VertexId>(vertices_.size());

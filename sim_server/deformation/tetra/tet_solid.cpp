@@ -17,10 +17,6 @@ double safety(double poisson) {
 }
 // Of the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
 constexpr double kRoomForDeformation = 1.05;
-// Not where few tetrahedra meet, as in what a cut leaves hanging: no neighbours average the pressure there, and it is
-// crumpled first.
-constexpr std::size_t kFew = 4;
-constexpr double kRoomOfFew = 1.4;
 constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
 constexpr double kLeastMargin = 1.1;
 constexpr int kSweeps = 30;
@@ -130,7 +126,7 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
 // Heavy enough for parts of a step of this length.
 void TetSolid::weigh(VertexId v, double part_s) {
   if (body_.fixed(v)) return;
-  const double h = (body_.stars().of(v).size() > kFew ? kRoomForDeformation : kRoomOfFew) * part_s;
+  const double h = kRoomForDeformation * part_s;
   body_.weigh_at_least(v, 0.25 * h * h * stiffness_bound_n_per_m(body_.mesh(), body_.stars(), stiffness_, v));
 }
 

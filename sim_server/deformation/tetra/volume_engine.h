@@ -50,6 +50,7 @@ class VolumeEngine final : public DeformationEngine {
   };
   void change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
               std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots);
+  void nudge(VertexId v, const Vec3& faster_by_m_per_s) { velocity_[v].head<3>() += faster_by_m_per_s.cast<float>(); }
   // All vertices, of a part that comes off another volume.
   void set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
 

@@ -14,7 +14,7 @@ namespace sectio {
 namespace {
 
 // A block, held at its lower side, and a knife upright in the plane y z that goes through it along y.
-Scene block_under_knife(const std::string& model) {
+Scene block_under_knife(const std::string& model, double collapse_ratio) {
   Scene scene;
   scene.bodies.emplace_back();
   BodySpec& body = scene.bodies[0];
@@ -24,6 +24,7 @@ Scene block_under_knife(const std::string& model) {
   body.pose.position_m = Vec3(-0.03, -0.02, 0);
   body.volume.tetrahedra = 800;
   body.volume.least_part_s = 1e-4;
+  body.volume.collapse_ratio = collapse_ratio;
   body.cutting.style = "semi_progressive";
   body.cutting.threshold_force_n = 0.05;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.004)};
@@ -33,8 +34,9 @@ Scene block_under_knife(const std::string& model) {
 // The engines of the block, without the rest of a simulation: a blade of any length goes where it is told to.
 class BlockUnderBlade {
  public:
-  explicit BlockUnderBlade(const std::string& model)
-      : scene_(with_volumes(block_under_knife(model))), body_(scene_.bodies[0], scene_, 0, maker(model)) {}
+  explicit BlockUnderBlade(const std::string& model, double collapse_ratio = 0)
+      : scene_(with_volumes(block_under_knife(model, collapse_ratio))),
+        body_(scene_.bodies[0], scene_, 0, maker(model)) {}
 
   SimulationBody& body() { return body_; }
   const VolumeCutting& cutting() const { return dynamic_cast<const VolumeCutting&>(*body_.engines.cutting); }
@@ -109,6 +111,38 @@ TEST_P(VolumeCuts, C_CUT_4_the_body_is_alive_after_a_cut_and_what_was_cut_opens)
   EXPECT_LT(block.body().engines.deformation->added_mass_fraction(), 0.05);
   for (const Vec3f& x : block.body().positions_world_m()) EXPECT_LT(x.norm(), 0.1f);
   EXPECT_EQ(check(block.body().mesh).components, 1u);
+}
+
+// Here far more than by default, so that there is something: no surface, volume or momentum changes.
+TEST_P(VolumeCuts, short_edges_inside_collapse_when_the_blade_is_out) {
+  BlockUnderBlade block(GetParam(), 0.8);
+  block.go(0.025, 0.012);
+  const auto& engine = dynamic_cast<const VolumeEngine&>(*block.body().engines.deformation);
+  const auto state = [&] {
+    std::array<double, 4> sum{};  // momentum along all axes, mass
+    for (VertexId v = 0; v < engine.position_world_m().size(); ++v) {
+      const double mass_kg = engine.model().mass_kg(v);
+      for (int i = 0; i < 3; ++i) sum[static_cast<std::size_t>(i)] += mass_kg * double{engine.velocity_m_per_s()[v][i]};
+      sum[3] += mass_kg;
+    }
+    return sum;
+  };
+  block.body().deform({}, {}, 0.001);
+  const auto before = state();
+  const std::size_t tetrahedra = block.cutting().volume().mesh().tetrahedra.size();
+  const std::uint64_t hash = block.body().mesh.hash();
+  const double volume_m3 = check(block.cutting().volume().mesh()).volume_m3;
+  for (int n = 0; n < 400; ++n) block.body().engines.cutting->tidy(block.body().shared());
+  const TetMesh mesh = block.cutting().volume().mesh();
+  EXPECT_LT(mesh.tetrahedra.size(), tetrahedra);
+  EXPECT_TRUE(check(mesh).conforming) << check(mesh).first_defect;
+  EXPECT_NEAR(check(mesh).volume_m3, volume_m3, 1e-12 * volume_m3);
+  EXPECT_EQ(block.body().mesh.hash(), hash);
+  const auto after = state();
+  EXPECT_NEAR(after[3], before[3], 1e-9 * before[3]);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(after[i], before[i], 1e-6 * before[3]) << i;
+  for (int n = 0; n < 100; ++n) block.body().deform({}, {}, 0.001);
+  EXPECT_EQ(engine.first_bad_vertex(), kNone);
 }
 
 TEST_P(VolumeCuts, C_CUT_8_what_is_cut_through_has_two_parts) {
