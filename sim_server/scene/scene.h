@@ -160,8 +160,8 @@ struct Scene {
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
 //     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share,
 //     damper_s,
-//                floor_kept_velocity, least_part_s, collapse_ratio; tets: file*, unit* of tetrahedra (.msh, .vtk, .node), then without
-//                mesh
+//                floor_kept_velocity, least_part_s, collapse_ratio; tets: file*, unit* of tetrahedra (.msh, .vtk,
+//                .node), then without mesh
 //     mesh*:     file*, unit*: m | cm | mm
 //     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
 //     material:  the members of MaterialSpec
