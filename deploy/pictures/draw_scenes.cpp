@@ -6,10 +6,9 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "deploy/pictures/scene_frame.h"
 #include "render_client/draw/canvas.h"
-#include "render_client/draw/draw_frame.h"
 #include "render_client/output/png.h"
-#include "sim_server/run.h"
 
 namespace sectio {
 namespace {
@@ -40,25 +39,9 @@ Moment parse_moment(const std::string& text) {
   return moment;
 }
 
-Frame frame_of(const Scene& scene, Simulation& simulation) {
-  Frame frame;
-  frame.session = scene.session;
-  frame.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
-                  scene.camera.field_of_view_deg};
+Frame whole_frame_of(const Scene& scene, Simulation& simulation) {
+  Frame frame = frame_of(scene, simulation);
   frame.floor_z_m = scene.floor_z_m;
-  for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
-    const TriangleMesh& mesh = simulation.mesh(b);
-    const auto positions = simulation.positions_world_m(b);
-    BodyFrame& body = frame.bodies.emplace_back();
-    body.name = simulation.body(b).name;
-    body.revision = mesh.revision();
-    body.skin_colour = simulation.body(b).skin_colour;
-    body.wall_colour = simulation.body(b).wall_colour;
-    body.regions = simulation.body(b).regions;
-    for (const Vec3& rest : mesh.rest_body_m()) body.rest_body_m.push_back(rest.cast<float>());
-    body.positions_world_m.assign(positions.begin(), positions.end());
-    body.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());
-  }
   for (std::uint32_t t = 0; t < scene.tools.size(); ++t) {
     const ToolGeometry& g = scene.tools[t].geometry;
     const std::optional<JointPose>& pose = simulation.tool_pose_world(t);
@@ -81,8 +64,9 @@ Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
     simulation.step(input);
   }
   FramePainter painter(canvas);
-  return painter.draw_frame(frame_of(scene, simulation), {options.wireframe, false, false, 0,
-                                                          options.stereo ? std::optional(Stereo{}) : std::nullopt});
+  return painter.draw_frame(
+      whole_frame_of(scene, simulation),
+      {options.wireframe, false, false, 0, options.stereo ? std::optional(Stereo{}) : std::nullopt});
 }
 
 int run(int argc, char** argv) {

@@ -71,13 +71,13 @@ Count compare(const Frame& frame, const Image& image) {
 // A run of the scene with a knife that goes through.
 struct CutBar {
   CutBar(const std::string& name, std::uint64_t steps) : scene(bar_with_regions(name)), simulation(scene) {
-    before = test::frame_of(scene, simulation);
+    before = frame_of(scene, simulation);
     for (std::uint64_t k = 1; k <= steps; ++k) {
       StepInput input;
       input.samples = samples_of_traces(scene, k);
       simulation.step(input);
     }
-    after = test::frame_of(scene, simulation);
+    after = frame_of(scene, simulation);
   }
   Scene scene;
   Simulation simulation;

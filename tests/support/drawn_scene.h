@@ -6,33 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "deploy/pictures/scene_frame.h"
 #include "render_client/draw/camera.h"
-#include "render_client/draw/draw_frame.h"
-#include "sim_server/run.h"
 
 namespace sectio::test {
-
-// Bodies and camera, no instruments and no floor.
-inline Frame frame_of(const Scene& scene, Simulation& simulation) {
-  Frame frame;
-  frame.session = scene.session;
-  frame.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
-                  scene.camera.field_of_view_deg};
-  for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
-    const TriangleMesh& mesh = simulation.mesh(b);
-    const auto positions = simulation.positions_world_m(b);
-    BodyFrame& body = frame.bodies.emplace_back();
-    body.name = simulation.body(b).name;
-    body.revision = mesh.revision();
-    body.skin_colour = simulation.body(b).skin_colour;
-    body.wall_colour = simulation.body(b).wall_colour;
-    body.regions = simulation.body(b).regions;
-    for (const Vec3& rest : mesh.rest_body_m()) body.rest_body_m.push_back(rest.cast<float>());
-    body.positions_world_m.assign(positions.begin(), positions.end());
-    body.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());
-  }
-  return frame;
-}
 
 struct SeenPoint {
   std::size_t body = 0;
