@@ -4,22 +4,15 @@
 #include <nlohmann/json.hpp>
 
 #include "sim_server/run.h"
-#include "tests/support/shapes.h"
+#include "tests/support/block_scene.h"
 
 namespace sectio {
 namespace {
 
 Scene block_under_probe(const std::string& model) {
-  Scene scene;
-  scene.floor_z_m = 0;
-  scene.bodies.emplace_back();
+  Scene scene = test::block_scene(model);
   BodySpec& body = scene.bodies[0];
-  body.name = "block";
-  body.model = model;
-  body.mesh = test::box(6, 6, 4, Vec3(0.06, 0.06, 0.04));
-  body.pose.position_m = Vec3(-0.03, -0.03, 0.0);
   body.material.foundation_radius_m = 0.03;  // as deep as it looks
-  body.volume.tetrahedra = 800;
   body.volume.cell_m = 0.006;
   body.cutting.threshold_force_n = 1e9;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};

@@ -7,21 +7,14 @@
 #include "common/mesh/check.h"
 #include "sim_server/meshing/tet_file.h"
 #include "sim_server/simulation.h"
-#include "tests/support/shapes.h"
+#include "tests/support/block_scene.h"
 
 namespace sectio {
 namespace {
 
 Scene block_on_table(const std::string& model) {
-  Scene scene;
-  scene.floor_z_m = 0;
-  scene.bodies.emplace_back();
-  BodySpec& body = scene.bodies[0];
-  body.name = "block";
-  body.model = model;
-  body.mesh = test::box(6, 6, 4, Vec3(0.06, 0.06, 0.04));
-  body.pose.position_m = Vec3(-0.03, -0.03, 0.001);
-  body.volume.tetrahedra = 800;
+  Scene scene = test::block_scene(model);
+  scene.bodies[0].pose.position_m.z() = 0.001;
   return scene;
 }
 
