@@ -70,6 +70,7 @@ double volume_m3(const Operation& op) {
 
 struct Case {
   std::string model, style;
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.model << ", " << c.style; }
 };
 class HangingBar : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(All, HangingBar,
