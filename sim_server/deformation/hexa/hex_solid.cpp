@@ -28,12 +28,6 @@ HexMaterial hex_material_of(const VolumeMaterial& m) {
   return {mu, lambda + mu, m.density_kg_per_m3};
 }
 
-// omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega): damping is explicit, too.
-double damped_limit_s(double omega2, double damping_per_s) {
-  const double omega = std::sqrt(omega2), zeta = damping_per_s / (2 * omega);
-  return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
-}
-
 }  // namespace
 
 HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,

@@ -108,7 +108,7 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   const std::uint32_t vertices = body_.vertex_count();
   for (VertexId v = 0; v < vertices && settings_.least_part_s > 0; ++v) weigh(v, settings_.least_part_s);
   const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
-  explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2);
+  explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2, material_.damping_per_s);
   parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
   rows_.build(body_.mesh(), body_.stars(), stiffness_);
   std::vector<TetVertex> rows(vertices);
@@ -150,12 +150,6 @@ void TetSolid::change(const TetChange& change) {
   resize_slots<Vec4f>(last_velocity_, body_.vertex_count(), Vec4f::Zero());
 }
 
-// omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega): damping is explicit, too.
-double TetSolid::damped_limit_s(double omega2) const {
-  const double omega = std::sqrt(omega2), zeta = material_.damping_per_s / (2 * omega);
-  return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
-}
-
 double TetSolid::largest_stable_step_s() const {
   return HUGE_VAL;
 }
@@ -190,7 +184,7 @@ bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
     const bool look = part % kBoundEvery == 0;
     const double bound = double{update_pressures(rows_, look, position_world_m)};
     if (look) {
-      margin_ = damped_limit_s(omega2_per_bound_ * bound) / h;
+      margin_ = damped_limit_s(omega2_per_bound_ * bound, material_.damping_per_s) / h;
       if (!(margin_ >= kLeastMargin)) return false;
     }
     const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);

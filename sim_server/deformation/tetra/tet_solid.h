@@ -59,7 +59,6 @@ class TetSolid final : public VolumeModel {
  private:
   Mat3 block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const;
   bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
-  double damped_limit_s(double omega2) const;
 
   void weigh(VertexId v, double part_s);
   TetVertex row_of(VertexId v) const;

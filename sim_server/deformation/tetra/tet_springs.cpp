@@ -184,13 +184,6 @@ void TetSprings::change(const TetChange& change) {
   if (rows_.wants_compaction()) rows_.compact();
 }
 
-// omega h <= 2 (sqrt(1 + zeta^2) - zeta) with zeta = (alpha / omega + damper_s omega) / 2.
-double TetSprings::damped_limit_s(double omega2) const {
-  const double omega = std::sqrt(omega2);
-  const double zeta = 0.5 * (material_.damping_per_s / omega + options_.damper_s * omega);
-  return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
-}
-
 void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                       std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   const double h = settings_.step_s / parts_;

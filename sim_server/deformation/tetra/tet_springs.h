@@ -76,7 +76,9 @@ class TetSprings final : public VolumeModel {
   const TensileTest& calibrated() const { return calibrated_; }
   int parts() const { return parts_; }  // of a step
   // 0.8 of the bound from omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i at rest.
-  double part_limit_s() const { return kSafety * damped_limit_s(omega2_.max()); }
+  double part_limit_s() const {
+    return kSafety * damped_limit_s(omega2_.max(), material_.damping_per_s, options_.damper_s);
+  }
   std::uint64_t clamped() const { return clamped_; }
   const SpringRows& rows() const { return rows_; }
 
@@ -94,7 +96,6 @@ class TetSprings final : public VolumeModel {
   // Stiffness and masses; then, once the parts of a step are known, the row itself.
   void weigh(VertexId v, double part_s);
   void write(VertexId v);
-  double damped_limit_s(double omega2) const;
 
   TetBody body_;
   VolumeMaterial material_;

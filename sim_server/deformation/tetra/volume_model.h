@@ -2,6 +2,7 @@
 // tetrahedra. Positions and velocities are one entry a vertex, {x, y, z, 0} from outside.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <span>
 #include <vector>
@@ -68,6 +69,13 @@ inline std::vector<double> masses_by_volume(const TetMesh& mesh, double density_
     for (const VertexId v : t)
       if (v != kNone) mass[v] += 0.25 * density_kg_per_m3 * tet_volume_m3(mesh, t);
   return mass;
+}
+
+// The longest explicit step for modes up to this frequency, velocities damped explicitly, too:
+// omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = (alpha / omega + damper_s omega) / 2. Infinite when nothing can move.
+inline double damped_limit_s(double omega2, double damping_per_s, double damper_s = 0) {
+  const double omega = std::sqrt(omega2), zeta = 0.5 * (damping_per_s / omega + damper_s * omega);
+  return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
 }
 
 // Constraints of a step that is taken in several: the target of each moves evenly from where its point is at the start,
