@@ -29,7 +29,8 @@ struct Method {
 
 std::vector<Method> methods(bool quick);
 
-// By its name, for fits: the default driver of one of the simulator's own models.
-std::unique_ptr<Specimen> own_specimen(const std::string& model, const ChartScene& scene, int across);
+// The ball pushes those of these vertices out to its surface that are no further than `reach_m` from it.
+void add_contacts(const ChartScene& scene, double share, double reach_m, std::span<const VertexId> vertices,
+                  std::span<const Vec4f> position_m, std::vector<PointConstraint>& constraints);
 
 }  // namespace sectio::chart

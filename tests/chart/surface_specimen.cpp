@@ -20,16 +20,8 @@ class SurfaceSpecimen final : public Specimen {
   }
 
   void step(double share) override {
-    const Vec3 centre = scene_.ball->centre_m(scene_.size_m, share);
     constraints_.clear();
-    for (const VertexId v : top_) {
-      const Vec3 out = centre - x_[v].head<3>().cast<double>();
-      if (out.norm() > scene_.ball->radius_m + 2e-4) continue;
-      PointConstraint c = hold(v, centre - scene_.ball->radius_m * out.normalized());
-      c.unilateral = true;
-      c.normal = out.normalized();
-      constraints_.push_back(c);
-    }
+    add_contacts(scene_, share, 2e-4, top_, x_, constraints_);
     reactions_.resize(constraints_.size());
     springs_.step(x_, v_, constraints_, reactions_);
     force_n_ = 0;

@@ -48,7 +48,10 @@ class TetSpecimen final : public Specimen {
     for (VertexId v = 0; v < held_.size() && model_.forces && share != share_; ++v)
       if (held_[v]) x_[v].head<3>() = scene_.held_at(mesh_.vertices_body_m[v], share).cast<float>();
     share_ = share;
-    press(share);
+    if (scene_.ball) {  // whatever is in it after the step
+      const double reach_m = 2 * scene_.ball->depth_m / scene_.load_s * step_s_ + 1e-4;
+      add_contacts(scene_, share, reach_m, top_, x_, constraints_);
+    }
     reactions_.resize(constraints_.size());
     model_.model->step(x_, v_, constraints_, reactions_);
   }
@@ -69,21 +72,6 @@ class TetSpecimen final : public Specimen {
   }
 
  private:
-  // The ball pushes the vertices that are in it, or would be after a step, out to its surface.
-  void press(double share) {
-    if (!scene_.ball) return;
-    const Vec3 centre = scene_.ball->centre_m(scene_.size_m, share);
-    const double reach_m = 2 * scene_.ball->depth_m / scene_.load_s * step_s_ + 1e-4;
-    for (const VertexId v : top_) {
-      const Vec3 out = centre - x_[v].head<3>().cast<double>();
-      if (out.norm() > scene_.ball->radius_m + reach_m) continue;
-      PointConstraint c = hold(v, centre - scene_.ball->radius_m * out.normalized());
-      c.unilateral = true;
-      c.normal = out.normalized();
-      constraints_.push_back(c);
-    }
-  }
-
   // On the vertices, of what holds them or presses them.
   std::vector<Vec3> forces_n() const {
     std::vector<Vec3> force(x_.size(), Vec3::Zero());
