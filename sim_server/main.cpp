@@ -46,7 +46,21 @@ int run_gaps(int argc, char** argv) {
                       "says how far pressing instruments are from the surface that they dent, offline");
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   if (!arguments.parse(argc, argv)) return 0;
-  std::fputs(measure_gaps(load_scene(scene_file)).c_str(), stdout);
+  std::fputs(measure_gaps(planned(load_scene(scene_file))).c_str(), stdout);
+  return 0;
+}
+
+// What model: auto would take, on this machine, and why.
+int run_plan(int argc, char** argv) {
+  std::string scene_file;
+  bool calibrate = false;
+  Arguments arguments("sim_server plan", "says which models the bodies of a scene with model: auto get, and why");
+  arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
+  arguments.toggle("--calibrate", calibrate, "measures this machine's speed anew");
+  if (!arguments.parse(argc, argv)) return 0;
+  const PlannedScene planned = plan_scene(load_scene(scene_file), calibrate);
+  std::fputs(planned.table.empty() ? "no body has model: auto\n" : planned.table.c_str(), stdout);
+  if (!planned.table.empty()) std::printf("step: %.3g ms\n", 1e3 * planned.scene.step_s);
   return 0;
 }
 
@@ -114,7 +128,7 @@ int run_session(int argc, char** argv) {
   Arguments arguments(
       "sim_server",
       "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, traces SCENE, servers SCENE, mesh "
-      "SURFACE, gap SCENE, tilt)");
+      "SURFACE, gap SCENE, plan SCENE, tilt)");
   arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
   arguments.option("--bodies", bodies,
                    "names, with commas: only these bodies; other servers of the session have the rest");
@@ -134,7 +148,7 @@ int run_session(int argc, char** argv) {
   arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
   if (!arguments.parse(argc, argv)) return 0;
 
-  Scene scene = load_scene(scene_file);
+  Scene scene = planned(load_scene(scene_file));
   take_share(scene, bodies, server);
   if (!options.network.session.empty()) scene.session = options.network.session;
   options.network.session = scene.session;
@@ -151,6 +165,7 @@ int main(int argc, char** argv) {
     if (first == "replay") return run_replay(argc - 1, argv + 1);
     if (first == "mesh") return run_mesh_command(argc - 1, argv + 1);
     if (first == "tilt") return run_tilt(argc - 1, argv + 1);
+    if (first == "plan") return run_plan(argc - 1, argv + 1);
     if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);
     if (first == "servers") return list_servers(argc - 1, argv + 1);

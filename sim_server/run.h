@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_server/simulation.h"
+#include "sim_server/simulation_plan.h"
 
 namespace sectio {
 

@@ -56,7 +56,7 @@ Frame whole_frame_of(const Scene& scene, Simulation& simulation) {
 }
 
 Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
-  const Scene scene = load_scene(moment.scene_file);
+  const Scene scene = planned(load_scene(moment.scene_file));
   Simulation simulation(scene);
   StepInput input;
   for (std::uint64_t k = 1; static_cast<double>(k) * scene.step_s <= moment.time_s + 1e-9; ++k) {

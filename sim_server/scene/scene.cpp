@@ -162,23 +162,36 @@ void read_mesh(YamlMap& map, const std::string& scene_file, BodySpec& body) {
   }
 }
 
+// Whatever model it will be, or is.
+bool may_be_a_surface(const BodySpec& body) {
+  return body.model == "surface_springs" || body.model == "auto";
+}
+
+void read_plan(YamlMap& map, BodySpec& body) {
+  for (const char* key : {"error_budget", "cpu_budget"})
+    if (const auto value = map.find(key); value && body.model != "auto") value->fail("it is of model auto");
+  map.read("error_budget", body.plan.error_budget, above_to(0, 10));
+  map.read("cpu_budget", body.plan.cpu_budget, above_to(0, 1000));
+}
+
 BodySpec read_body(YamlMap& map, const std::string& scene_file) {
   BodySpec body;
   body.name = name_of(map.require("name"));
   if (const auto server = map.find("server")) body.server = name_of(*server);
-  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"});
+  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice", "auto"});
+  read_plan(map, body);
   map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
   map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
   map.part("contact", [&](YamlMap& part) {
     part.read("style", body.contact.style, {"vertices", "templates"});
-    if (body.contact.style == "templates" && body.model != "surface_springs")
+    if (body.contact.style == "templates" && !may_be_a_surface(body))
       part.value().fail("templates divide a surface: they need the model surface_springs");
   });
   map.part("cutting", [&](YamlMap& part) {
     body.cutting = read_cutting(part);
     if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
       part.value().fail("semi_progressive cuts tetrahedra: it needs a model with a volume");
-    if (body.cutting.style == "templates" && body.model != "surface_springs")
+    if (body.cutting.style == "templates" && !may_be_a_surface(body))
       part.value().fail("templates cut a surface: they need the model surface_springs");
     if (part.find("snap_ratio") && body.model == "surface_springs")
       part.value().fail("snap_ratio is of tetrahedra: it needs a model with a volume");
@@ -194,6 +207,8 @@ BodySpec read_body(YamlMap& map, const std::string& scene_file) {
     if (body.model == "surface_springs") volume->fail("the model surface_springs has no volume");
     YamlMap part(*volume);
     body.volume = read_volume(part, scene_file);
+    for (const char* chosen : {"tetrahedra", "cell_m", "driver"})
+      if (const auto value = part.find(chosen); value && body.model == "auto") value->fail("model auto chooses it");
     part.finish();
   }
   if (!body.volume.file.empty()) {
@@ -283,7 +298,9 @@ Scene load_scene(const std::string& path) {
   scene.file = path;
   YamlMap map = load_yaml(path);
   scene.session = name_of(map.require("session"));
-  map.read("step_s", scene.step_s, above_to(0, 0.1));
+  const auto step = map.find("step_s");
+  scene.step_is_free = step && step->is("auto");
+  if (step && !scene.step_is_free) scene.step_s = step->number(above_to(0, 0.1));
   map.read("duration_s", scene.duration_s, above_to(0, 86400));
   map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-kMostGravity, kMostGravity));
   if (const auto changes = map.find("gravity_changes")) scene.gravity_changes = read_gravity_changes(*changes);
@@ -309,6 +326,8 @@ Scene load_scene(const std::string& path) {
     scene.world_bodies.push_back(body.name);
     scene.bodies.push_back(std::move(body));
   }
+  if (scene.step_is_free && std::ranges::find(scene.bodies, "auto", &BodySpec::model) == scene.bodies.end())
+    step->fail("auto needs a body with model auto");
   if (exercise) scene.exercise = read_exercise(*exercise, scene.bodies);
   return scene;
 }

@@ -84,6 +84,13 @@ struct VolumeSpec {
   double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go from the inside; 0: none
 };
 
+// Of model auto: how wrong and how dear a body may be; what the planner expects of what it has taken.
+struct PlanSpec {
+  double error_budget = 0.1;  // relative: of how the body bends, twists, is dented and opens
+  double cpu_budget = 0.5;    // processor's time for a second
+  std::optional<double> error_estimate, cpu_estimate;
+};
+
 struct Box {
   Vec3 min_world_m = Vec3::Zero();
   Vec3 max_world_m = Vec3::Zero();
@@ -97,7 +104,9 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  std::string model = "surface_springs";  // or tetra_springs, neo_hookean, neo_hookean_lattice
+  // Or tetra_springs, neo_hookean, neo_hookean_lattice; auto, until planned() has chosen one (simulation_plan.h).
+  std::string model = "surface_springs";
+  PlanSpec plan;
   VolumeSpec volume;
   TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
   MaterialSpec material;
@@ -136,6 +145,7 @@ struct Scene {
   std::string session = "session";
   std::string file;  // where it came from, for messages
   double step_s = 0.001;
+  bool step_is_free = false;  // step_s: auto: the planner may take a shorter one
   double duration_s = 5;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<GravityChange> gravity_changes;  // ascending in time: the patient is tilted
@@ -153,11 +163,12 @@ struct Scene {
 // and numbers that are not finite or out of range are errors. Any thread. Everything but the keys marked * has a
 // default:
 //
-//   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
+//   session*: name            step_s (or auto), duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
-//     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
+//     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice | auto, server: name (main)
+//     error_budget, cpu_budget: of model auto, which chooses tetrahedra, cell_m and driver of the volume, too
 //     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share,
 //     damper_s,
 //                floor_kept_velocity, least_part_s, collapse_ratio; tets: file*, unit* of tetrahedra (.msh, .vtk,

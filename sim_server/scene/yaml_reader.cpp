@@ -138,6 +138,10 @@ std::string YamlValue::text() const {
   return text;
 }
 
+bool YamlValue::is(const std::string& word) const {
+  return node_.IsScalar() && node_.Scalar() == word;
+}
+
 std::string YamlValue::choice(const std::vector<std::string>& allowed) const {
   const std::string text = node_.IsScalar() ? node_.Scalar() : "";
   if (std::find(allowed.begin(), allowed.end(), text) == allowed.end()) {

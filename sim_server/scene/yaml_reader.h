@@ -39,6 +39,7 @@ class YamlValue {
   double number(const Range& range = {}) const;
   bool boolean() const;
   std::string text() const;  // not empty, one line
+  bool is(const std::string& word) const;
   std::string choice(const std::vector<std::string>& allowed) const;
   Vec3 vector3(const Range& each = {}) const;
   std::vector<YamlValue> list() const;  // not empty

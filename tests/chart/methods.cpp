@@ -4,9 +4,12 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/meshing/fill.h"
+#include "sim_server/planning/resolution.h"
 #include "tests/chart/baselines.h"
 #include "tests/chart/surface_specimen.h"
 #include "tests/chart/tet_specimen.h"
+#include "tests/support/shapes.h"
 
 namespace sectio::chart {
 namespace {
@@ -72,6 +75,36 @@ Method neo_hookean() {
                    return with_forces(std::make_unique<TetSolid>(m, t, s));
                  });
 }
+// The simulator's own way with `driver: implicit`: as many sweeps as it takes, up to its own limit.
+Method implicit_neo_hookean() {
+  return on_tets("neo-Hookean tetra (M3)", "implicit", kStep, true,
+                 [](const Mesh& m, const Material& t, const Settings& s) {
+                   return with_forces(std::make_unique<TetSolid>(m, t, s, TetDriver::implicit_only));
+                 });
+}
+// On the tetrahedra that a scene's body gets, from the lattice mesher; as many cubes of its lattice across.
+Method in_a_scene(const std::string& model, bool rides, MakeVolume make) {
+  return {model, "as in a scene", [=](const ChartScene& scene, int across) {
+            const double volume_m3 = scene.size_m.prod(), cell_m = scene.across_m() / across;
+            FillSettings settings;
+            settings.tetrahedra = rides ? planning::riders_for(volume_m3, cell_m)
+                                        : std::max(12.0, planning::tetrahedra_for(volume_m3, cell_m));
+            settings.material = {scene.young_pa, scene.poisson, scene.density_kg_per_m3};
+            return tet_specimen(scene, fill(test::box(4, 4, 4, scene.size_m), settings).mesh, kStep, make);
+          }};
+}
+Method lattice_in_a_scene() {
+  return {"hexahedra (M4)", "as in a scene", [](const ChartScene& scene, int across) {
+            const double cell_m = scene.across_m() / across;
+            return in_a_scene("", true,
+                              [cell_m](const Mesh& m, const Material& t, const Settings& s) {
+                                auto solid = std::make_unique<HexSolid>(m, grid_around(m, cell_m), t, s);
+                                const std::size_t cells = solid->lattice().cells.size();
+                                return ChartModel{std::move(solid), nullptr, true, cells};
+                              })
+                .make(scene, across);
+          }};
+}
 // Cells as large as those of the tetrahedra that they carry; `offset`: by how much of a cell they lie beside them.
 Method lattice(const std::string& name, double offset) {
   return on_tets(name, "explicit", kStep, true, [offset](const Mesh& m, const Material& t, const Settings& s) {
@@ -98,6 +131,16 @@ Method descent(double step_s, int sweeps) {
 std::vector<Method> methods(bool quick) {
   std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("hexahedra (M4)", 0),
                           lattice("hexahedra beside faces", 0.37)};
+  if (!quick) {
+    all.push_back(implicit_neo_hookean());
+    all.push_back(in_a_scene("tetra springs (M2)", false, [](const Mesh& m, const Material& t, const Settings& s) {
+      return with_forces(std::make_unique<TetSprings>(m, t, s));
+    }));
+    all.push_back(in_a_scene("neo-Hookean tetra (M3)", false, [](const Mesh& m, const Material& t, const Settings& s) {
+      return with_forces(std::make_unique<TetSolid>(m, t, s));
+    }));
+    all.push_back(lattice_in_a_scene());
+  }
   // Steps and sweeps; steps and iterations.
   using Drivers = std::vector<std::pair<double, int>>;
   for (const auto& [step_s, sweeps] :

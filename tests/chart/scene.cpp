@@ -6,6 +6,8 @@
 namespace sectio::chart {
 namespace {
 
+constexpr double kOnFace_m = 1e-7;
+
 ChartScene bend() {
   ChartScene s;
   s.name = "bend";
@@ -14,7 +16,7 @@ ChartScene bend() {
   s.size_m = {0.1, 0.025, 0.025};
   s.gravity_m_per_s2 = 9.81;
   s.cells_per_across = {4, 1, 1};
-  s.held = [](const Vec3& p) { return p.x() < 1e-9; };
+  s.held = [](const Vec3& p) { return p.x() < kOnFace_m; };
   s.duration_s = 1.2;
   s.load_s = 1e-9;
   for (int i = 1; i <= 8; ++i) s.probes.push_back({{0.1 * i / 8, 0.0125, 0.0125}});
@@ -29,7 +31,7 @@ ChartScene twist() {
   s.size_m = {0.1, 0.025, 0.025};
   s.damping_per_s = 60;
   s.cells_per_across = {4, 1, 1};
-  s.held = [](const Vec3& p) { return p.x() < 1e-9 || p.x() > 0.1 - 1e-9; };
+  s.held = [](const Vec3& p) { return p.x() < kOnFace_m || p.x() > 0.1 - kOnFace_m; };
   s.held_at = [](const Vec3& p, double share) -> Vec3 {
     if (p.x() < 0.05) return p;
     const Vec3 axis(p.x(), 0.0125, 0.0125);
@@ -50,7 +52,7 @@ ChartScene indent() {
   s.young_pa = 10000;
   s.damping_per_s = 60;
   s.cells_per_across = {3, 3, 1};
-  s.held = [](const Vec3& p) { return p.z() < 1e-9; };
+  s.held = [](const Vec3& p) { return p.z() < kOnFace_m; };
   s.ball = Ball{0.01, 0.002};
   s.load_s = 0.1;
   s.duration_s = 0.35;
@@ -66,7 +68,7 @@ ChartScene open() {
   s.size_m = {0.06, 0.01, 0.02};
   s.damping_per_s = 60;
   s.cells_per_across = {6, 1, 2};
-  s.held = [](const Vec3& p) { return p.x() < 1e-9 || p.x() > 0.06 - 1e-9; };
+  s.held = [](const Vec3& p) { return p.x() < kOnFace_m || p.x() > 0.06 - kOnFace_m; };
   s.held_at = [](const Vec3& p, double share) -> Vec3 {
     return {p.x() + (p.x() > 0.03 ? share * 0.003 : 0), p.y(), p.z()};
   };

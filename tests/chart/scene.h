@@ -44,6 +44,7 @@ struct ChartScene {
   bool asks_torque = false;              // ... instead, about x, of what holds the end at larger x, N m
   bool asks_force = false;               // ... instead, on the ball, N
 
+  double across_m() const { return size_m.minCoeff(); }
   double share(double t_s) const {
     const double s = std::min(1.0, t_s / load_s);
     return s * s * (3 - 2 * s);

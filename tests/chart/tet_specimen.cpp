@@ -6,9 +6,7 @@
 namespace sectio::chart {
 namespace {
 
-TetMesh mesh_of(const ChartScene& s, int n) {
-  const auto& c = s.cells_per_across;
-  TetMesh mesh = test::tet_box(n * c[0], n * c[1], n * c[2], s.size_m);
+TetMesh with_slit(const ChartScene& s, TetMesh mesh) {
   if (!s.slit) return mesh;
   TetTopology topology(mesh);
   const double x = s.slit->at_x_m, y0 = -s.size_m.y(), y1 = 2 * s.size_m.y(), z0 = s.slit->from_z_m - 1e-9,
@@ -19,8 +17,8 @@ TetMesh mesh_of(const ChartScene& s, int n) {
 
 class TetSpecimen final : public Specimen {
  public:
-  TetSpecimen(const ChartScene& scene, int across, double step_s, const MakeVolume& make)
-      : scene_(scene), mesh_(mesh_of(scene, across)), step_s_(step_s) {
+  TetSpecimen(const ChartScene& scene, TetMesh mesh, double step_s, const MakeVolume& make)
+      : scene_(scene), mesh_(with_slit(scene, std::move(mesh))), step_s_(step_s) {
     VolumeSettings settings;
     settings.step_s = step_s;
     settings.gravity_m_per_s2 = Vec3(0, 0, -scene.gravity_m_per_s2);
@@ -39,7 +37,7 @@ class TetSpecimen final : public Specimen {
     v_ = test::still(x_);
     if (scene.ball)
       for (VertexId v = 0; v < x_.size(); ++v)
-        if (mesh_.vertices_body_m[v].z() > scene.size_m.z() - 1e-9) top_.push_back(v);
+        if (mesh_.vertices_body_m[v].z() > scene.size_m.z() - 1e-7) top_.push_back(v);
   }
 
   void step(double share) override {
@@ -144,7 +142,11 @@ class TetSpecimen final : public Specimen {
 }  // namespace
 
 std::unique_ptr<Specimen> tet_specimen(const ChartScene& scene, int across, double step_s, const MakeVolume& make) {
-  return std::make_unique<TetSpecimen>(scene, across, step_s, make);
+  const auto& c = scene.cells_per_across;
+  return tet_specimen(scene, test::tet_box(across * c[0], across * c[1], across * c[2], scene.size_m), step_s, make);
+}
+std::unique_ptr<Specimen> tet_specimen(const ChartScene& scene, TetMesh mesh, double step_s, const MakeVolume& make) {
+  return std::make_unique<TetSpecimen>(scene, std::move(mesh), step_s, make);
 }
 
 }  // namespace sectio::chart

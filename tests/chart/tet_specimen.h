@@ -23,5 +23,7 @@ ChartModel with_forces(std::unique_ptr<Model> model) {
 using MakeVolume = std::function<ChartModel(const TetMesh& mesh, const VolumeMaterial&, const VolumeSettings&)>;
 
 std::unique_ptr<Specimen> tet_specimen(const ChartScene& scene, int across, double step_s, const MakeVolume& make);
+// The same of tetrahedra that somebody else made; the scene, which must outlive it, has a slit: they are cut.
+std::unique_ptr<Specimen> tet_specimen(const ChartScene& scene, TetMesh mesh, double step_s, const MakeVolume& make);
 
 }  // namespace sectio::chart

@@ -1,0 +1,93 @@
+#include "sim_server/planning/error_law.h"
+
+#include <cmath>
+
+namespace sectio::planning {
+namespace {
+
+constexpr double kChartPoisson = 0.45, kChartChi = 0.2236;  // of all its scenes, of its ball
+constexpr double kSpringsPoisson = 0.25;
+
+const std::initializer_list<FittedLaw> kFitted = {
+#include "sim_server/planning/fitted_laws.inc"
+};
+
+}  // namespace
+
+const char* to_string(Load load) {
+  switch (load) {
+    case Load::bending:
+      return "bending";
+    case Load::twisting:
+      return "twisting";
+    case Load::indentation:
+      return "indentation";
+    case Load::opening:
+      return "opening";
+  }
+  return "";
+}
+
+const char* to_string(Method method) {
+  switch (method) {
+    case Method::surface_springs:
+      return "surface_springs";
+    case Method::tetra_springs:
+      return "tetra_springs";
+    case Method::neo_hookean:
+      return "neo_hookean";
+    case Method::neo_hookean_implicit:
+      return "neo_hookean_implicit";
+    case Method::lattice:
+      return "lattice";
+    case Method::lattice_beside_faces:
+      return "lattice_beside_faces";
+  }
+  return "";
+}
+
+double ErrorLaw::at(double n) const {
+  return std::hypot(c * std::pow(n, -p), floor);
+}
+
+std::optional<ErrorLaw> law_for(Load load, Method method) {
+  for (const FittedLaw& fitted : kFitted)
+    if (fitted.load == load && fitted.method == method) return fitted.law;
+  return std::nullopt;
+}
+
+double layer_stiffness(double nu, double chi) {
+  const double a = -(1.2876 - 1.4678 * nu + 1.3442 * nu * nu) / (1 - nu);
+  const double b = (0.6387 - 1.0277 * nu + 1.5164 * nu * nu) / (1 - nu);
+  const double s = chi / M_PI, a2 = a * a, pi2 = M_PI * M_PI;
+  return (1 - 2 * a * s + 4 * a2 * s * s - 8 * (a * a2 + 4 * pi2 * b / 15) * s * s * s +
+          16 * a * (a * a2 + 3 * pi2 * b / 5) * s * s * s * s) /
+         (1 - nu * nu);
+}
+
+// Springs are what they are whatever Poisson's ratio the tissue has: what they were measured to be too stiff in
+// twisting and too soft under a ball, they are more or less so as the tissue itself is softer or stiffer.
+std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m) {
+  const std::optional<ErrorLaw> law = law_for(load.load, method);
+  if (!law) return std::nullopt;
+  const double error = law->at(load.width_m / cell_m);
+  if (load.load == Load::indentation && method == Method::surface_springs) {
+    const double chart = layer_stiffness(kChartPoisson, kChartChi) * (1 - kChartPoisson * kChartPoisson);
+    const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
+    return std::hypot(error, chart / here - 1, 1 / load.bed_ratio - 1);
+  }
+  if (method != Method::tetra_springs) return error;
+  if (load.load == Load::twisting) {
+    const double stiffer = (1 + error) * (1 + load.poisson) / (1 + kChartPoisson) - 1;
+    return std::max(std::abs(stiffer), error * kSpringsPoisson);
+  }
+  if (load.load == Load::indentation) {
+    const double softer = (1 - std::min(error, 0.95)) * layer_stiffness(kChartPoisson, kChartChi) /
+                              layer_stiffness(load.poisson, load.chi) -
+                          1;
+    return std::max(std::abs(softer), error * kSpringsPoisson);
+  }
+  return error;
+}
+
+}  // namespace sectio::planning

@@ -1,0 +1,196 @@
+#include "sim_server/planning/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/planning/resolution.h"
+
+namespace sectio::planning {
+namespace {
+
+constexpr int kMostSweeps = 30;    // of the implicit driver, while something moves
+constexpr int kMostParts = 1000;   // of a step
+constexpr double kThinnest = 1.5;  // cells across a body of hexahedra
+constexpr double kMostElements = 400000;
+constexpr double kBesideFaces = 1.5;  // as many cells for a body that isn't a box: those on its border are part empty
+const std::vector<double> kAcross = {1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
+
+bool is_lattice(Method m) {
+  return m == Method::lattice || m == Method::lattice_beside_faces;
+}
+
+// What a method's fastest wave goes by: springs E, tetrahedra lambda + 2 mu, hexahedra lambda + 2 mu / 3.
+double modulus_pa(Method method, double young_pa, double poisson) {
+  const double mu = young_pa / (2 * (1 + poisson)), lambda = 2 * mu * poisson / (1 - 2 * poisson);
+  if (method == Method::tetra_springs) return young_pa;
+  return is_lattice(method) ? lambda + 2 * mu / 3 : lambda + 2 * mu;
+}
+
+// Nothing: a load that the method makes no claim on. A cut that stays shallow is, to a surface, a dent as wide as deep.
+std::optional<double> error_of(const BodyLoad& load, Method method, double cell_m) {
+  if (method != Method::surface_springs || load.what.load != Load::opening || load.depth_of_tissue > kShallow)
+    return relative_error(load.what, method, cell_m);
+  LoadCase dent = load.what;
+  dent.load = Load::indentation;
+  dent.width_m *= 2;
+  return relative_error(dent, method, cell_m);
+}
+
+class Planner {
+ public:
+  Planner(const PlanInput& input, const Calibration& calibration) : in_(input), calibration_(calibration) {}
+
+  BodyPlan run(const std::function<Built(const Candidate&)>& build) {
+    for (int m = 0; m < kMethods; ++m) consider(static_cast<Method>(m));
+    for (std::size_t at = best(all_); !all_.empty(); at = best(all_)) {
+      if (build && !all_[at].built) {
+        take(build(all_[at]), all_[at]);
+        continue;
+      }
+      plan_.chosen = all_[at];
+      plan_.fits = worst_ratio(plan_.chosen) <= 1;
+      break;
+    }
+    for (int m = 0; m < kMethods; ++m) {
+      std::vector<Candidate> own;
+      for (const Candidate& c : all_)
+        if (c.method == static_cast<Method>(m)) own.push_back(c);
+      if (!own.empty()) plan_.considered.push_back(own[best(own)]);
+    }
+    return std::move(plan_);
+  }
+
+ private:
+  double worst_ratio(const Candidate& c) const {
+    return std::max(c.error / in_.budgets.error, c.cpu / in_.budgets.cpu);
+  }
+  // The cheapest that fits; else the nearest.
+  std::size_t best(const std::vector<Candidate>& of) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < of.size(); ++i) {
+      const bool fits = worst_ratio(of[i]) <= 1, best_fits = worst_ratio(of[best]) <= 1;
+      const bool better = fits != best_fits ? fits
+                          : !fits           ? worst_ratio(of[i]) < worst_ratio(of[best])
+                                            : of[i].cpu < of[best].cpu;
+      if (better) best = i;
+    }
+    return best;
+  }
+
+  void rule_out(Method method, std::string why) {
+    if (std::ranges::none_of(plan_.ruled_out, [&](const auto& r) { return r.first == method; }))
+      plan_.ruled_out.emplace_back(method, std::move(why));
+  }
+
+  // What has nothing to do with how fine it is.
+  std::string why_not(Method method) const {
+    const bool surface = method == Method::surface_springs;
+    if (const std::string& why = surface ? in_.no_surface : in_.no_volume; !why.empty()) return why;
+    if (surface && in_.step_s > in_.surface_limit_s) return "the step is beyond its stable one";
+    for (const BodyLoad& l : in_.loads) {
+      if (surface && l.what.load == Load::opening && l.depth_of_tissue > kShallow)
+        return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
+      if (!error_of(l, method, 1)) return std::string("no claim on ") + to_string(l.what.load) + " (" + l.from + ")";
+      if (method == Method::neo_hookean_implicit && l.from != "its weight")
+        return "points that instruments hold cost its sweeps most of their speed";
+    }
+    return {};
+  }
+
+  void consider(Method method) {
+    if (std::string why = why_not(method); !why.empty()) {
+      rule_out(method, std::move(why));
+      return;
+    }
+    Candidate c;
+    c.method = method;
+    c.step_s = in_.step_s;
+    if (method == Method::surface_springs) {
+      c.cell_m = in_.shape.edge_m;
+      c.elements = c.vertices = static_cast<double>(in_.shape.vertices);
+      add(c);
+      return;
+    }
+    if (!is_lattice(method) && in_.given_tetrahedra > 0) {
+      c.cell_m = cube_for(in_.shape.volume_m3, in_.given_tetrahedra);
+      divide(c);
+      return;
+    }
+    // Cells that lie on a box's faces divide its smallest side; others its thickness.
+    const double across_m = method == Method::lattice ? in_.shape.size_m.minCoeff() : in_.shape.thickness_m;
+    bool any = false;
+    for (const double n : kAcross) {
+      c.cell_m = across_m / n;
+      if (is_lattice(method) && in_.shape.thickness_m < kThinnest * c.cell_m) continue;
+      if (is_lattice(method) && lies_on_cells(in_.shape, c.cell_m) != (method == Method::lattice)) continue;
+      any |= divide(c);
+    }
+    if (!any)
+      rule_out(method, method == Method::lattice                ? "its faces don't lie on those of cells"
+                       : method == Method::lattice_beside_faces ? "its faces lie on those of cells"
+                                                                : "too many elements");
+  }
+
+  // Into so many elements as such cells make.
+  bool divide(Candidate c) {
+    const double volume = in_.shape.volume_m3;
+    const bool carries = is_lattice(c.method);
+    c.tetrahedra = in_.given_tetrahedra > 0 ? in_.given_tetrahedra
+                   : carries                ? riders_for(volume, c.cell_m)
+                                            : tetrahedra_for(volume, c.cell_m);
+    c.elements = c.tetrahedra;
+    if (carries)
+      c.elements = volume / std::pow(c.cell_m, 3) * (c.method == Method::lattice_beside_faces ? kBesideFaces : 1);
+    c.vertices = c.tetrahedra / 4.5;
+    const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
+    const double speed = std::sqrt(modulus_pa(c.method, in_.young_pa, in_.poisson) / in_.density_kg_per_m3);
+    c.parts = c.method == Method::neo_hookean_implicit
+                  ? kMostSweeps
+                  : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
+    if (c.tetrahedra > kMostElements || c.elements > kMostElements || c.parts > kMostParts) return false;
+    add(c);
+    return true;
+  }
+
+  void take(const Built& built, Candidate& c) const {
+    c.built = true;
+    c.elements = built.elements;
+    c.vertices = built.vertices;
+    c.parts = c.method == Method::neo_hookean_implicit ? kMostSweeps : built.parts;
+    set_cost(c, built.surface_vertices);
+  }
+
+  void set_cost(Candidate& c, double surface_vertices) const {
+    const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
+    const double per_step_ns = rate.element_ns * c.elements * c.parts + rate.vertex_ns * c.vertices +
+                               (in_.has_tools ? calibration_.touched_vertex_ns * surface_vertices : 0);
+    c.cpu = 1e-9 * per_step_ns / c.step_s;
+  }
+
+  void add(Candidate c) {
+    c.error = 0;
+    for (const BodyLoad& l : in_.loads)
+      if (const double e = *error_of(l, c.method, c.cell_m); e > c.error) {
+        c.error = e;
+        c.worst = l.what.load;
+      }
+    // Of a volume, two thirds power: the shell of its cubes.
+    const double shell = std::min(c.vertices, 6 * std::pow(c.vertices, 2.0 / 3));
+    set_cost(c, c.method == Method::surface_springs ? c.vertices : shell);
+    all_.push_back(c);
+  }
+
+  const PlanInput& in_;
+  const Calibration& calibration_;
+  std::vector<Candidate> all_;
+  BodyPlan plan_;
+};
+
+}  // namespace
+
+BodyPlan plan(const PlanInput& input, const Calibration& calibration,
+              const std::function<Built(const Candidate&)>& build) {
+  return Planner(input, calibration).run(build);
+}
+
+}  // namespace sectio::planning

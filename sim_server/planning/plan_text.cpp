@@ -1,0 +1,60 @@
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+#include "sim_server/planning/plan.h"
+
+namespace sectio::planning {
+namespace {
+
+[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
+  char buffer[300];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+std::string line_of(const BodyLoad& load) {
+  const LoadCase& l = load.what;
+  const char* along = l.load == Load::indentation ? "contact" : l.load == Load::opening ? "cut" : "thickness";
+  std::string line = text("  %-12s %-12s %s %.3g mm", to_string(l.load), load.from.c_str(), along, 1e3 * l.width_m);
+  if (l.load == Load::opening) line += text(", %.0f %% of the tissue there", 100 * load.depth_of_tissue);
+  return line + "\n";
+}
+
+std::string line_of(const Candidate& c, const Budgets& budgets, bool chosen) {
+  std::string line = text("%c %-21s", chosen ? '>' : ' ', to_string(c.method));
+  line += text(" %6.3g mm %8.0f  %5.3g ms / %-3d %8.3g %s %8.3g %s", 1e3 * c.cell_m, c.elements, 1e3 * c.step_s,
+               c.parts, c.error, c.error <= budgets.error ? " " : "!", c.cpu, c.cpu <= budgets.cpu ? " " : "!");
+  return line + (c.error > 0 ? text(" %s", to_string(c.worst)) : std::string(" nothing moves it")) + "\n";
+}
+
+std::string verdict(const PlanInput& in, const BodyPlan& plan) {
+  const Candidate& c = plan.chosen;
+  if (plan.fits)
+    return text("taken: %s, the cheapest that keeps error %.3g and cost %.3g\n", to_string(c.method), in.budgets.error,
+                in.budgets.cpu);
+  return text(
+      "nothing keeps error %.3g and cost %.3g; taken: %s, the nearest: error_budget %.2g and cpu_budget %.2g would "
+      "do\n",
+      in.budgets.error, in.budgets.cpu, to_string(c.method), std::max(c.error, in.budgets.error),
+      std::max(c.cpu, in.budgets.cpu));
+}
+
+}  // namespace
+
+std::string to_text(const PlanInput& in, const BodyPlan& plan) {
+  std::string out = text("%s: %.3g mm thick, %.3g ml, %s\n", in.body.c_str(), 1e3 * in.shape.thickness_m,
+                         1e6 * in.shape.volume_m3, in.shape.is_box ? "a box" : "no box");
+  for (const BodyLoad& load : in.loads) out += line_of(load);
+  if (in.loads.empty()) out += "  nothing is done to it that matters\n";
+  out += text("  %-21s %9s %8s  %15s %-8s   %-8s\n", "", "cell", "elements", "step / parts", "   error", "    cost");
+  for (const Candidate& c : plan.considered)
+    out += line_of(c, in.budgets, c.method == plan.chosen.method && c.cell_m == plan.chosen.cell_m);
+  for (const auto& [method, why] : plan.ruled_out) out += text("  %-21s %s\n", to_string(method), why.c_str());
+  return out + verdict(in, plan);
+}
+
+}  // namespace sectio::planning

@@ -1,0 +1,242 @@
+#include "sim_server/simulation_calibration.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/core/log.h"
+#include "sim_server/deformation/hexa/hex_solid.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/simulation_body.h"
+#include "sim_server/simulation_volume.h"
+
+namespace sectio {
+namespace {
+
+using planning::Calibration;
+using planning::Method;
+using planning::Rate;
+
+constexpr int kTries = 7, kSteps = 6;
+constexpr char kFirstLine[] = "sectio calibration 1";
+
+double processor_s() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// 60 x 60 x 40 mm, of n squares to 10 mm, outwards.
+TriangleSoup block(int n) {
+  TriangleSoup soup;
+  const std::array<int, 3> count{6 * n, 6 * n, 4 * n};
+  std::vector<VertexId> known(static_cast<std::size_t>((count[0] + 1) * (count[1] + 1) * (count[2] + 1)), kNone);
+  const auto vertex = [&](const std::array<int, 3>& at) {
+    VertexId& id = known[static_cast<std::size_t>((at[0] * (count[1] + 1) + at[1]) * (count[2] + 1) + at[2])];
+    if (id == kNone) {
+      id = static_cast<VertexId>(soup.vertices_body_m.size());
+      soup.vertices_body_m.push_back(Vec3(at[0], at[1], at[2]) * 0.01 / n);
+    }
+    return id;
+  };
+  for (std::size_t k = 0; k < 3; ++k)
+    for (const int side : {0, count[k]}) {
+      const std::size_t u = (k + 1) % 3, w = (k + 2) % 3;
+      for (int i = 0; i < count[u]; ++i)
+        for (int j = 0; j < count[w]; ++j) {
+          std::array<std::array<int, 3>, 4> c;
+          for (std::size_t n_corner = 0; n_corner < 4; ++n_corner) {
+            c[n_corner][k] = side;
+            c[n_corner][u] = i + (n_corner == 1 || n_corner == 2);
+            c[n_corner][w] = j + (n_corner >= 2);
+          }
+          if (side == 0) std::swap(c[1], c[3]);
+          soup.triangles.push_back({vertex(c[0]), vertex(c[1]), vertex(c[2])});
+          soup.triangles.push_back({vertex(c[0]), vertex(c[2]), vertex(c[3])});
+        }
+    }
+  return soup;
+}
+
+// A body that stands on its lower face and sags.
+class Specimen {
+ public:
+  Specimen(const std::string& model, double young_pa, double tetrahedra, double cell_m, bool implicit)
+      : scene_(scene_of(model, young_pa, tetrahedra, cell_m, implicit)),
+        body_(scene_.bodies[0], scene_, 0, standard_engines().models.at(model)) {}
+
+  // A step, s; the least of several tries.
+  double step_s() {
+    double least = HUGE_VAL;
+    for (int t = 0; t < kTries; ++t) {
+      const double start = processor_s();
+      for (int i = 0; i < kSteps; ++i) body_.deform({}, {}, scene_.step_s);
+      least = std::min(least, (processor_s() - start) / kSteps);
+    }
+    return least;
+  }
+  // To let an instrument look for the surface after a step.
+  double look_s() {
+    double least = HUGE_VAL;
+    for (int t = 0; t < kTries; ++t) {
+      body_.deform({}, {}, scene_.step_s);
+      const double start = processor_s();
+      body_.tree();
+      least = std::min(least, processor_s() - start);
+    }
+    return least;
+  }
+  double surface_vertices() const { return body_.mesh.vertex_count(); }
+  const VolumeModel& model() const { return dynamic_cast<const VolumeEngine&>(*body_.engines.deformation).model(); }
+  double vertices() const { return static_cast<double>(model().mesh().vertices_body_m.size()); }
+  double tetrahedra() const { return static_cast<double>(model().mesh().tetrahedra.size()); }
+
+ private:
+  static Scene scene_of(const std::string& model, double young_pa, double tetrahedra, double cell_m, bool implicit) {
+    Scene scene;
+    scene.file = "calibration";
+    BodySpec body;
+    body.name = "block";
+    body.model = model;
+    body.mesh = block(1);
+    body.material.young_pa = young_pa;
+    body.volume.tetrahedra = tetrahedra;
+    body.volume.cell_m = cell_m;
+    body.volume.driver = implicit ? "implicit" : "automatic";
+    body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
+    scene.bodies.push_back(std::move(body));
+    return with_volumes(std::move(scene));
+  }
+
+  Scene scene_;
+  SimulationBody body_;
+};
+
+// What parts(soft) and parts(stiff) of a step cost tells elements from vertices.
+template <class Parts, class Elements>
+Rate rate_of(const std::string& model, double soft_pa, double stiff_pa, double cell_m, double modulus_over_young,
+             const Parts& parts, const Elements& elements) {
+  const double volume = 0.06 * 0.06 * 0.04, tetrahedra = 12 * volume / std::pow(cell_m, 3);
+  const double riders = model == "neo_hookean_lattice" ? 2 * tetrahedra : tetrahedra;
+  Specimen soft(model, soft_pa, riders, cell_m, false), stiff(model, stiff_pa, riders, cell_m, false);
+  const double n = elements(stiff), few = parts(soft).first, many = parts(stiff).first;
+  const double fast_s = soft.step_s(), slow_s = stiff.step_s();
+  Rate rate;
+  rate.element_ns = 1e9 * std::max(1e-12, slow_s - fast_s) / ((many - few) * n);
+  rate.vertex_ns = std::max(0.0, 1e9 * fast_s - rate.element_ns * few * n) / soft.vertices();
+  rate.limit = parts(stiff).second / (cell_m / std::sqrt(stiff_pa * modulus_over_young / 1060));
+  return rate;
+}
+
+std::string processor_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+std::filesystem::path cache_file() {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  if (cache && *cache) return std::filesystem::path(cache) / "sectio" / "calibration.txt";
+  if (home && *home) return std::filesystem::path(home) / ".cache" / "sectio" / "calibration.txt";
+  return {};
+}
+
+}  // namespace
+
+Calibration measure_calibration() {
+  constexpr double kSoft = 2000, kStiff = 200000, kCell = 0.01, kNu = 0.45;
+  const double mu = 1 / (2 * (1 + kNu)), lambda = 2 * mu * kNu / (1 - 2 * kNu);
+  Calibration c;
+  const auto at = [&](Method m) -> Rate& { return c.rate[static_cast<std::size_t>(m)]; };
+  {
+    Specimen surface("surface_springs", 6000, 0, 0, false);
+    at(Method::surface_springs).element_ns = 1e9 * surface.step_s() / surface.surface_vertices();
+    c.touched_vertex_ns = 1e9 * surface.look_s() / surface.surface_vertices();
+  }
+  const auto tetrahedra = [](const Specimen& s) { return s.tetrahedra(); };
+  at(Method::tetra_springs) = rate_of(
+      "tetra_springs", kSoft, kStiff, kCell, 1,
+      [](const Specimen& s) {
+        const auto& m = dynamic_cast<const TetSprings&>(s.model());
+        return std::pair(double(m.parts()), m.part_limit_s());
+      },
+      tetrahedra);
+  at(Method::neo_hookean) = rate_of(
+      "neo_hookean", kSoft, kStiff, kCell, lambda + 2 * mu,
+      [](const Specimen& s) {
+        const auto& m = dynamic_cast<const TetSolid&>(s.model());
+        return std::pair(double(m.parts()), m.explicit_limit_s());
+      },
+      tetrahedra);
+  at(Method::lattice) = rate_of(
+      "neo_hookean_lattice", kSoft, kStiff, kCell, lambda + 2 * mu / 3,
+      [](const Specimen& s) {
+        const auto& m = dynamic_cast<const HexSolid&>(s.model());
+        return std::pair(double(m.parts()), m.explicit_limit_s());
+      },
+      [](const Specimen& s) {
+        return static_cast<double>(dynamic_cast<const HexSolid&>(s.model()).lattice().cells.size());
+      });
+  at(Method::lattice_beside_faces) = at(Method::lattice);
+  at(Method::neo_hookean_implicit) = at(Method::neo_hookean);
+  {
+    constexpr double kSweeps = 30;  // while it sags
+    Specimen implicit("neo_hookean", kSoft, 12 * 0.06 * 0.06 * 0.04 / std::pow(kCell, 3), 0, true);
+    Rate& rate = at(Method::neo_hookean_implicit);
+    rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.vertices()) /
+                      (kSweeps * implicit.tetrahedra());
+  }
+  return c;
+}
+
+std::string to_text(const Calibration& c, const std::string& processor) {
+  std::ostringstream out;
+  out.precision(6);
+  out << kFirstLine << "\n" << processor << "\n";
+  for (const Rate& r : c.rate) out << r.element_ns << " " << r.vertex_ns << " " << r.limit << "\n";
+  out << c.touched_vertex_ns << "\nend\n";
+  return out.str();
+}
+
+std::optional<Calibration> calibration_from(const std::string& text, const std::string& processor) {
+  std::istringstream in(text);
+  std::string first, name, last;
+  if (!std::getline(in, first) || first != kFirstLine || !std::getline(in, name) || name != processor)
+    return std::nullopt;
+  Calibration c;
+  const auto good = [](double x) { return std::isfinite(x) && x >= 0 && x < 1e9; };
+  for (Rate& r : c.rate)
+    if (!(in >> r.element_ns >> r.vertex_ns >> r.limit) || !good(r.element_ns) || !good(r.vertex_ns) || !good(r.limit))
+      return std::nullopt;
+  if (!(in >> c.touched_vertex_ns >> last) || !good(c.touched_vertex_ns) || last != "end") return std::nullopt;
+  return c;
+}
+
+Calibration calibration_of_this_machine(bool anew) {
+  const std::string processor = processor_name();
+  const std::filesystem::path file = cache_file();
+  if (std::ifstream in(file); in && !anew) {
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (const auto known = calibration_from(text, processor)) return *known;
+    log_info(file.string() + ": not of this processor or damaged; measured anew");
+  }
+  const Calibration c = measure_calibration();
+  std::error_code error;
+  if (!file.empty()) std::filesystem::create_directories(file.parent_path(), error);
+  // Others may read it meanwhile.
+  const std::filesystem::path part = file.string() + "." + std::to_string(::getpid());
+  if (std::ofstream(part) << to_text(c, processor)) std::filesystem::rename(part, file, error);
+  return c;
+}
+
+}  // namespace sectio
