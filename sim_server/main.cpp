@@ -9,6 +9,7 @@
 #include "common/dds/network_arguments.h"
 #include "sim_server/mesh_command.h"
 #include "sim_server/net/serve.h"
+#include "sim_server/net/status.h"
 #include "sim_server/net/tilt.h"
 #include "sim_server/run.h"
 
@@ -84,6 +85,19 @@ int run_tilt(int argc, char** argv) {
   return 0;
 }
 
+int run_status(int argc, char** argv) {
+  NetworkOptions network;
+  double patience_s = 5;
+  Arguments arguments("sim_server status",
+                      "says of each body of a running session what was expected of its model, and what it does");
+  add_network_arguments(arguments, network, "session");
+  arguments.option("--patience-s", patience_s, "how long to wait for the servers' word");
+  if (!arguments.parse(argc, argv)) return 0;
+  check_network_options(network);
+  std::fputs(status_of_session(network, patience_s).c_str(), stdout);
+  return 0;
+}
+
 // The names that the bodies of a scene give their servers, one a line, each with its bodies, in the order of these.
 int list_servers(int argc, char** argv) {
   std::string scene_file;
@@ -128,7 +142,7 @@ int run_session(int argc, char** argv) {
   Arguments arguments(
       "sim_server",
       "owns the bodies of a scene and cuts them (also: sim_server replay JOURNAL, traces SCENE, servers SCENE, mesh "
-      "SURFACE, gap SCENE, plan SCENE, tilt)");
+      "SURFACE, gap SCENE, plan SCENE, tilt, status)");
   arguments.option("--scene", scene_file, "scene file (YAML)", Need::required);
   arguments.option("--bodies", bodies,
                    "names, with commas: only these bodies; other servers of the session have the rest");
@@ -165,6 +179,7 @@ int main(int argc, char** argv) {
     if (first == "replay") return run_replay(argc - 1, argv + 1);
     if (first == "mesh") return run_mesh_command(argc - 1, argv + 1);
     if (first == "tilt") return run_tilt(argc - 1, argv + 1);
+    if (first == "status") return run_status(argc - 1, argv + 1);
     if (first == "plan") return run_plan(argc - 1, argv + 1);
     if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);

@@ -29,12 +29,6 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-double processor_time_s() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
-}
-
 std::string hex(std::uint64_t x) {
   char text[17];
   std::snprintf(text, sizeof text, "%016" PRIx64, x);
@@ -68,6 +62,12 @@ std::string file_of(const std::string& directory, const std::string& body) {
 
 }  // namespace
 
+double processor_time_s() {
+  timespec used{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
 struct RunRecord::State {
   State(const Scene& s, const Simulation& w, const std::string& d) : scene(s), world(w), directory(d) {}
 
@@ -90,6 +90,7 @@ struct RunRecord::State {
   StepReport last;
   std::uint64_t steps = 0;
   std::map<std::string, std::uint64_t> events, refusals;  // how many of each kind; of each reason
+  std::vector<double> cpu_s, residual_m;                  // by body: so far; the most
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
 };
 
@@ -118,6 +119,12 @@ void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
   s.gravity_m_per_s2 = output.gravity_target_m_per_s2;
   s.step_times_s.push_back(static_cast<float>(step_wall_time_s));
   s.last = output.report;
+  s.cpu_s.resize(output.report.checks.size(), 0);
+  s.residual_m.resize(output.report.checks.size(), 0);
+  for (std::size_t b = 0; b < s.cpu_s.size(); ++b) {
+    s.cpu_s[b] = output.report.processor_s[b];
+    s.residual_m[b] = std::max(s.residual_m[b], output.report.checks[b].residual_m);
+  }
   s.steps = output.step;
   for (const Event& e : output.events) {
     ++s.events[to_string(e.kind)];
@@ -162,6 +169,19 @@ nlohmann::ordered_json RunRecord::State::body(const Simulation& simulation, std:
   body["copy_bytes"] = simulation.copy_bytes(id);
   body["revision"] = mesh.revision();
   body["topology_hash"] = hex(mesh.hash());
+  if (id < last.checks.size()) {
+    const BodyCheck& c = last.checks[id];
+    if (c.error_estimate > 0 || c.cpu_estimate > 0) {
+      body["check"]["model"] = simulation.body(id).model;
+      body["check"]["error_estimate"] = c.error_estimate;
+      body["check"]["cpu_estimate_s_per_s"] = c.cpu_estimate;
+    }
+    body["check"]["cpu_s_per_s"] = cpu_s[id] / std::max(1e-9, static_cast<double>(steps) * scene.step_s);
+    body["check"]["stability_margin"] = c.stability_margin;
+    body["check"]["largest_residual_m"] = residual_m[id];
+    body["check"]["energy_gain_j"] = c.energy_gain_j;
+    body["check"]["implicit_steps"] = c.implicit_steps;
+  }
   if (const auto& notes = simulation.body(id).mesh_notes; !notes.empty()) body["mesh_notes"] = notes;
   return body;
 }
@@ -313,6 +333,7 @@ void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<cons
 
 std::string run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
   Simulation simulation(scene);
+  simulation.measure_with(processor_time_s);
   RunRecord record(scene, simulation, directory);
   Progress progress(steps_of(scene, steps));
   StepInput input;

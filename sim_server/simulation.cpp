@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/simulation_check.h"
 #include "sim_server/simulation_contact.h"
 #include "sim_server/simulation_gravity.h"
 #include "sim_server/simulation_grip.h"
@@ -74,11 +75,13 @@ struct Simulation::State {
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i)
       for (std::size_t e = 0; e < instrument_of(scene.tools[i].kind).edges; ++e) edges.push_back({i, e});
     for (auto& body : bodies) add_touches(*body);
+    for (const auto& body : bodies) checks.emplace_back(body->spec);
   }
 
   void add_touches(SimulationBody& body);
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
+  void step_and_check(std::uint32_t body_id, bool gravity_turned);
   void press(std::uint32_t body_id);
   void release(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
@@ -112,6 +115,8 @@ struct Simulation::State {
   std::vector<Edge> edges;               // of all tools; cutting knows each as a tool of its own
   std::vector<SimulationTouch> touches;  // a row a body, a column an edge
   StepOutput output;
+  std::vector<SimulationCheck> checks;  // one a body
+  double (*processor_s)() = nullptr;
   double contact_work_j = 0;  // so far
   bool spare_idle_bodies = false;
 
@@ -196,6 +201,14 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   split(body_id);
   press(body_id);
   deform(body_id);
+}
+
+void Simulation::State::step_and_check(std::uint32_t body_id, bool gravity_turned) {
+  const double begun_s = processor_s ? processor_s() : 0, work_j = contact_work_j;
+  step_body(body_id);
+  const double took_s = processor_s ? processor_s() - begun_s : 0;
+  const bool cut = std::ranges::any_of(output.deltas, [&](const BodyDelta& d) { return d.body_id == body_id; });
+  checks[body_id].stepped(*bodies[body_id], scene.step_s, contact_work_j - work_j, cut || gravity_turned, took_s);
 }
 
 void Simulation::State::release(std::uint32_t body_id) {
@@ -308,6 +321,7 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   output.new_bodies.push_back({part->id, parent_id, part->spec.name});
   output.publish_now = true;
   add_touches(*part);
+  checks.emplace_back(part->spec);
   bodies.push_back(std::move(part));
 }
 
@@ -396,9 +410,10 @@ const StepOutput& Simulation::step(const StepInput& input) {
   if (!input.overrun.empty()) s.say(EventKind::step_overrun, 0, 0, input.overrun);
   s.take(input);
   s.follow_hands();
-  if (s.gravity.step(input, out)) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
+  const bool turned = s.gravity.step(input, out);
+  if (turned) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
-  for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
+  for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_and_check(b, turned);
   for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)
     if (!s.bodies[b]->rigid) s.deform(b);
   s.move_rigid_pieces();
@@ -416,6 +431,12 @@ const StepOutput& Simulation::step(const StepInput& input) {
         std::min(out.report.stability_margin, deformation.largest_stable_step_s() / s.scene.step_s);
     out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, deformation.added_mass_fraction());
   }
+  out.report.checks.clear();
+  out.report.processor_s.clear();
+  for (const SimulationCheck& check : s.checks) {
+    out.report.checks.push_back(check.value());
+    out.report.processor_s.push_back(check.processor_s());
+  }
   out.report.instrument_work_j = s.contact_work_j;
   for (SimulationTouch& t : s.touches) {
     out.report.instrument_work_j += t.cutting_work_j();
@@ -424,6 +445,10 @@ const StepOutput& Simulation::step(const StepInput& input) {
     out.report.penetration_m = std::max(out.report.penetration_m, t.penetration_m());
   }
   return out;
+}
+
+void Simulation::measure_with(double (*processor_s)()) {
+  state_->processor_s = processor_s;
 }
 
 std::uint32_t Simulation::body_count() const {

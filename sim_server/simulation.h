@@ -28,6 +28,9 @@ class Simulation {
   // call.
   const StepOutput& step(const StepInput& input);
 
+  // The processor's time, s, as somebody else's clock has it: for BodyCheck::cpu, nothing else. Without: not measured.
+  void measure_with(double (*processor_s)());
+
   // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
   const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh

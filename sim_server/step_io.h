@@ -9,6 +9,7 @@
 #include "common/delta/topology_delta.h"
 #include "common/math/contact_model.h"
 #include "common/math/types.h"
+#include "common/messages/session.h"
 #include "common/messages/tool.h"
 
 namespace sectio {
@@ -75,6 +76,8 @@ struct StepReport {
   double contact_time_s = 0;     // simulated time with any instrument in contact, so far
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
+  std::vector<BodyCheck> checks;    // one a body
+  std::vector<double> processor_s;  // that each has taken so far, where it is measured
 };
 
 struct StepOutput {

@@ -174,11 +174,31 @@ wire::ServerStatus to_wire(const ServerStatus& status) {
   m.viewers_count(status.viewers);
   m.gravity_target_world_m_per_s2(triple(status.gravity_target_m_per_s2));
   m.bodies(versions_to_wire(status.bodies));
+  m.checks().resize(status.checks.size());
+  for (std::size_t i = 0; i < status.checks.size(); ++i) {
+    const BodyCheck& from = status.checks[i];
+    wire::BodyCheck& to = m.checks()[i];
+    to.error_estimate_1(from.error_estimate);
+    to.cpu_estimate_s_per_s(from.cpu_estimate);
+    to.cpu_s_per_s(from.cpu);
+    to.stability_margin_1(from.stability_margin);
+    to.residual_m(from.residual_m);
+    to.energy_gain_j(from.energy_gain_j);
+    to.implicit_steps_count(from.implicit_steps);
+  }
   return m;
 }
 
 std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
-  if (m.bodies().size() > kMaxBodies || !is_gravity(m.gravity_target_world_m_per_s2()) ||
+  std::vector<BodyCheck> checks;
+  for (const wire::BodyCheck& c : m.checks()) {
+    if (!not_negative({c.error_estimate_1(), c.cpu_estimate_s_per_s(), c.cpu_s_per_s(), c.stability_margin_1(),
+                       c.residual_m(), c.energy_gain_j()}))
+      return std::nullopt;
+    checks.push_back({c.error_estimate_1(), c.cpu_estimate_s_per_s(), c.cpu_s_per_s(), c.stability_margin_1(),
+                      c.residual_m(), c.energy_gain_j(), c.implicit_steps_count()});
+  }
+  if (m.bodies().size() > kMaxBodies || m.checks().size() > kMaxBodies || !is_gravity(m.gravity_target_world_m_per_s2()) ||
       !finite({m.sim_time_s(), m.stability_margin_1()}) || !not_negative({m.step_wall_time_s()}))
     return std::nullopt;
   return ServerStatus{m.epoch(),
@@ -191,7 +211,8 @@ std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
                       m.samples_refused_count(),
                       m.viewers_count(),
                       versions_from(m.bodies()),
-                      vec3(m.gravity_target_world_m_per_s2())};
+                      vec3(m.gravity_target_world_m_per_s2()),
+                      std::move(checks)};
 }
 
 wire::GravityRequest to_wire(const GravityRequest& request) {

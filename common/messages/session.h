@@ -68,6 +68,18 @@ struct BodyVersion {
   bool operator==(const BodyVersion&) const = default;
 };
 
+// Of a body that deforms: what its model was expected to do, and what it does.
+struct BodyCheck {
+  double error_estimate = 0;    // relative; 0: nobody estimated it
+  double cpu_estimate = 0;      // processor's time for a second; 0 likewise
+  double cpu = 0;               // the same as measured, of late; 0: nobody measures
+  double stability_margin = 1;  // largest stable step over the step taken, at most 1e9
+  double residual_m = 0;        // of an implicit step: how far its last sweep still moved something
+  double energy_gain_j = 0;     // beyond what instruments put in, the most so far
+  std::uint64_t implicit_steps = 0;
+  bool operator==(const BodyCheck&) const = default;
+};
+
 struct ServerStatus {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
@@ -80,6 +92,7 @@ struct ServerStatus {
   std::uint32_t viewers = 0;
   std::vector<BodyVersion> bodies;
   Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
+  std::vector<BodyCheck> checks;              // one a body
 };
 
 constexpr double kMostGravity_m_per_s2 = 1000;

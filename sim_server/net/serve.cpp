@@ -101,6 +101,7 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   Simulation simulation(scene);
+  simulation.measure_with(processor_time_s);
   RunRecord record(scene, simulation, options.directory);
   ServerNetOptions net_options;
   net_options.network = options.network;

@@ -310,6 +310,7 @@ void ServerNet::State::send_status(const Outbox& batch) {
   status.viewers = delta_writer.readers();
   status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
   status.bodies = versions();
+  status.checks = batch.report.checks;
   write(status_writer, to_wire(status));
 }
 

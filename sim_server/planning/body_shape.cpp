@@ -97,8 +97,8 @@ BodyShape shape_of(const TriangleSoup& surface) {
 
 bool lies_on_cells(const BodyShape& shape, double cell_m) {
   if (!shape.is_box) return false;
-  const Vec3 cells = shape.size_m / cell_m;
-  return (cells.array() - cells.array().round()).abs().maxCoeff() < kOnCells;
+  const double cells = shape.size_m.minCoeff() / cell_m;
+  return std::abs(cells - std::round(cells)) < kOnCells;
 }
 
 std::optional<Chord> chord(const TriangleSoup& surface, const Vec3& origin, const Vec3& direction) {

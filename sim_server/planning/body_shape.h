@@ -19,7 +19,8 @@ struct BodyShape {
 // `surface`: closed and oriented. O(triangles).
 BodyShape shape_of(const TriangleSoup& surface);
 
-// Do all faces of a box lie on those of cells of this size? Not for other bodies.
+// Does a box's smallest side take whole cells? Then its faces lie on those of cells, but for what is left over at the
+// far end of the longer sides. Not for other bodies.
 bool lies_on_cells(const BodyShape& shape, double cell_m);
 
 // What a straight line has in the body, from where it comes in.

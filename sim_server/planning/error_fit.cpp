@@ -32,6 +32,8 @@ const std::array<ChartMethod, 5> kRows{{{"surface springs (M1)", "explicit", Met
                                         {"hexahedra (M4)", kInAScene, Method::lattice},
                                         {"hexahedra beside faces", "explicit", Method::lattice_beside_faces}}};
 
+constexpr double kFewestAcross = 2;  // one element across is no model of anything: the planner doesn't take it
+
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> parts;
   std::istringstream in(line);
@@ -106,7 +108,7 @@ std::vector<MeasuredError> read_chart(const std::string& csv) {
     char* end = nullptr;
     const double error = std::strtod(row[error_at].c_str(), &end),
                  across = std::strtod(row[across_at].c_str(), nullptr);
-    if (scene == kScenes.end() || end == row[error_at].c_str() || !(error > 0) || !(across > 0)) continue;
+    if (scene == kScenes.end() || end == row[error_at].c_str() || !(error > 0) || across < kFewestAcross) continue;
     if (error > 0.999 && scene->load != Load::twisting) continue;
     auto& paired = pairs[static_cast<std::size_t>(scene->load)];
     if (row[model_at] == "neo-Hookean tetra (M3)" && (row[driver_at] == "explicit" || row[driver_at] == "implicit")) {

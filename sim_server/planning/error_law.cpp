@@ -76,6 +76,9 @@ std::optional<double> relative_error(const LoadCase& load, Method method, double
     const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
     return std::hypot(error, chart / here - 1, 1 / load.bed_ratio - 1);
   }
+  // What hexahedra miss of bending is at the clamp, where tissue can't get narrower: as much as Poisson's ratio is.
+  if (load.load == Load::bending && method == Method::lattice)
+    return std::max(error * load.poisson / kChartPoisson, law->floor);
   if (method != Method::tetra_springs) return error;
   if (load.load == Load::twisting) {
     const double stiffer = (1 + error) * (1 + load.poisson) / (1 + kChartPoisson) - 1;

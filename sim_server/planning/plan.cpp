@@ -13,7 +13,7 @@ constexpr int kMostParts = 1000;   // of a step
 constexpr double kThinnest = 1.5;  // cells across a body of hexahedra
 constexpr double kMostElements = 400000;
 constexpr double kBesideFaces = 1.5;  // as many cells for a body that isn't a box: those on its border are part empty
-const std::vector<double> kAcross = {1, 1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
+const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
 bool is_lattice(Method m) {
   return m == Method::lattice || m == Method::lattice_beside_faces;
@@ -126,7 +126,7 @@ class Planner {
       any |= divide(c);
     }
     if (!any)
-      rule_out(method, method == Method::lattice                ? "its faces don't lie on those of cells"
+      rule_out(method, method == Method::lattice                ? "no box: its faces don't lie on those of cells"
                        : method == Method::lattice_beside_faces ? "its faces lie on those of cells"
                                                                 : "too many elements");
   }

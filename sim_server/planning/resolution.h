@@ -16,7 +16,7 @@ inline double cube_for(double volume_m3, double tetrahedra) {
 
 // Tetrahedra that ride on hexahedra cost little, but their edges are the body's: two of their cubes along a cell, as
 // far as so many tetrahedra go.
-constexpr double kMostRiders = 60000, kFewestRiders = 1000;
+constexpr double kMostRiders = 24000, kFewestRiders = 1000;
 inline double riders_for(double volume_m3, double cell_m) {
   return std::clamp(tetrahedra_for(volume_m3, cell_m / 2), kFewestRiders, kMostRiders);
 }

@@ -53,7 +53,7 @@ ChartScene indent() {
   s.damping_per_s = 60;
   s.cells_per_across = {3, 3, 1};
   s.held = [](const Vec3& p) { return p.z() < kOnFace_m; };
-  s.ball = Ball{0.01, 0.002};
+  s.ball = Ball{0.01, 0.002, Vec3::Zero()};
   s.load_s = 0.1;
   s.duration_s = 0.35;
   s.asks_force = true;

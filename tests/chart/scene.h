@@ -16,8 +16,9 @@ namespace sectio::chart {
 // Pressed down along -z by a ball whose lowest point goes from the surface to `depth_m` below.
 struct Ball {
   double radius_m = 0, depth_m = 0;
+  Vec3 beside_m = Vec3::Zero();  // from the middle
   Vec3 centre_m(const Vec3& size_m, double share) const {
-    return {size_m.x() / 2, size_m.y() / 2, size_m.z() + radius_m - share * depth_m};
+    return Vec3(size_m.x() / 2, size_m.y() / 2, size_m.z() + radius_m - share * depth_m) + beside_m;
   }
 };
 

@@ -402,6 +402,7 @@ void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
                                     }};
   for (int n = 0; n < kSweeps; ++n) {
     const double furthest_m = descent_->sweep(h, free_mass_, inertial_, target_);
+    residual_m_ = furthest_m;
     if (!held_.put(nodes) && furthest_m < kStill_m) break;
   }
   for (std::size_t n = 0; n < position_.size(); ++n) {

@@ -39,6 +39,7 @@ class HexSolid final : public VolumeModel {
   double largest_stable_step_s() const override;
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
   std::uint64_t implicit_steps() const override { return implicit_steps_; }
+  double residual_m() const override { return was_implicit_ ? residual_m_ : 0; }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
 
   // Parts of a step as long as nothing is stretched much, and of the last one; the longest part that is stable at rest.
@@ -98,6 +99,7 @@ class HexSolid final : public VolumeModel {
   int parts_ = 1, last_parts_ = 1;
   bool was_implicit_ = false, bad_ = false, placed_ = false;
   std::uint64_t implicit_steps_ = 0;
+  double residual_m_ = 0;
 
   std::vector<Vec4f> position_, velocity_, force_;  // of the nodes
   std::vector<Vec4f> written_position_, written_velocity_;

@@ -243,6 +243,7 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
       }};
   for (int n = 0; n < sweeps; ++n) {
     const float moved2 = descend(rows_, static_cast<float>(h), inertial_, position_world_m, scratch);
+    residual_m_ = std::sqrt(double{moved2});
     if (held_.put(particles))
       update_pressures(rows_, false, position_world_m);
     else if (moved2 < static_cast<float>(kStill_m * kStill_m))

@@ -45,6 +45,7 @@ class TetSolid final : public VolumeModel {
   // implicit_steps() counts those that the explicit driver gave up.
   bool last_step_was_implicit() const { return was_implicit_; }
   std::uint64_t implicit_steps() const override { return implicit_steps_; }
+  double residual_m() const override { return was_implicit_ ? residual_m_ : 0; }
 
   const TetRows& rows() const { return rows_; }
   const TetMesh& mesh() const override { return body_.mesh(); }
@@ -75,6 +76,7 @@ class TetSolid final : public VolumeModel {
   double margin_ = 0;
   bool was_implicit_ = false;
   std::uint64_t implicit_steps_ = 0;
+  double residual_m_ = 0;
   VertexId first_bad_vertex_ = kNone;
 
   DividedConstraints constraints_;

@@ -71,7 +71,7 @@ inline SessionEvent some_event() {
 }
 
 inline ServerStatus some_status() {
-  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9)};
+  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9), {{0.1, 0.2, 0.3, 1.5, 1e-6, 1e-5, 9}}};
 }
 
 inline SessionEnd some_end() {

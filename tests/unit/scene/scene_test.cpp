@@ -263,11 +263,32 @@ TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
             "s.yaml:12: bodies[0].cutting.snap_ratio: expected in [0, 0.15], got 0.3");
   EXPECT_EQ(refusal("model: surface_springs", "model: jelly"),
             "s.yaml:10: bodies[0].model: expected one of surface_springs, tetra_springs, neo_hookean, "
-            "neo_hookean_lattice, got jelly");
+            "neo_hookean_lattice, auto, got jelly");
   EXPECT_EQ(refusal("[1, 0, 0], wall", "[1, 0, 255], wall"),
             "s.yaml:14: bodies[0].colours.skin[2]: expected in [0, 1], got 255");
   EXPECT_EQ(refusal("hysteresis: 0.5", "loops_free_islands: 1"),
             "s.yaml:12: bodies[0].cutting.loops_free_islands: expected true or false, got 1");
+}
+
+TEST_F(SceneFile, budgets_are_of_model_auto_which_chooses_the_rest) {
+  std::string text = kScene;
+  const std::string model = "model: surface_springs", step = "step_s: 0.002";
+  text.replace(text.find(step), step.size(), "step_s: auto");
+  text.replace(text.find(model), model.size(), "model: auto\n    error_budget: 0.03\n    cpu_budget: 0.2");
+  const Scene scene = load(text);
+  EXPECT_TRUE(scene.step_is_free);
+  EXPECT_EQ(scene.bodies[0].model, "auto");
+  EXPECT_EQ(scene.bodies[0].plan.error_budget, 0.03);
+  EXPECT_EQ(scene.bodies[0].plan.cpu_budget, 0.2);
+  EXPECT_EQ(refusal(model, "model: auto\n    error_budget: 0"),
+            "s.yaml:11: bodies[0].error_budget: expected in (0, 10], got 0");
+  EXPECT_EQ(refusal(model, "model: auto\n    cpu_budget: -1"),
+            "s.yaml:11: bodies[0].cpu_budget: expected in (0, 1000], got -1");
+  EXPECT_EQ(refusal(model, model + "\n    error_budget: 0.1"),
+            "s.yaml:11: bodies[0].error_budget: it is of model auto");
+  EXPECT_EQ(refusal(model, "model: auto\n    volume: {cell_m: 0.01}"),
+            "s.yaml:11: bodies[0].volume.cell_m: model auto chooses it");
+  EXPECT_EQ(refusal(step, "step_s: auto"), "s.yaml:2: step_s: auto needs a body with model auto");
 }
 
 TEST_F(SceneFile, unknown_keys_are_errors_with_the_nearest_known) {

@@ -1,0 +1,81 @@
+#include "sim_server/net/status.h"
+
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <thread>
+
+#include "common/core/error.h"
+#include "common/dds/convert.h"
+#include "common/dds/endpoint.h"
+
+namespace sectio {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPollPeriod = std::chrono::milliseconds(20);
+constexpr auto kOthers = std::chrono::seconds(1);  // after the first, for other servers of the session
+
+// "-" for what nobody estimated.
+std::string number(double x, bool known) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%8.3g", x);
+  return known ? text : "       -";
+}
+
+std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
+  char line[256];
+  std::snprintf(line, sizeof line,
+                "%.1f s simulated, a step takes %.3g ms of %.3g, %u viewers\n%-20s %8s %8s %8s %8s %8s %8s %8s\n",
+                status.sim_time_s, 1e3 * status.step_wall_time_s, 1e3 * scene.step_s, status.viewers, "body", "error",
+                "cost", "measured", "margin", "residual", "energy", "implicit");
+  std::string text = line;
+  for (std::size_t b = 0; b < status.checks.size(); ++b) {
+    const BodyCheck& c = status.checks[b];
+    const bool planned = c.cpu_estimate > 0;
+    std::snprintf(line, sizeof line, "%-20s %s %s %8.3g %8.3g %8.3g %8.3g %8llu\n",
+                  b < scene.bodies.size() ? scene.bodies[b].name.c_str() : "?",
+                  number(c.error_estimate, planned).c_str(), number(c.cpu_estimate, planned).c_str(), c.cpu,
+                  c.stability_margin, c.residual_m, c.energy_gain_j, static_cast<unsigned long long>(c.implicit_steps));
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string status_of_session(const NetworkOptions& network, double patience_s) {
+  Participant participant(network, "sim_server status");
+  Reader<wire::ServerStatus> status_reader(participant);
+  Reader<wire::SceneInfo> scene_reader(participant);
+  std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
+  std::map<std::uint64_t, SceneInfo> scenes;
+  const auto all_known = [&] {
+    for (const auto& [epoch, status] : statuses)
+      if (!scenes.contains(epoch)) return false;
+    return !statuses.empty();
+  };
+  auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
+  bool heard = false;
+  while (Clock::now() < until) {
+    wire::SceneInfo scene;
+    while (scene_reader.take(scene))
+      if (auto known = from_wire(scene)) scenes.insert_or_assign(known->epoch, std::move(*known));
+    wire::ServerStatus message;
+    while (status_reader.take(message))
+      if (auto status = from_wire(message)) statuses.insert_or_assign(status->epoch, std::move(*status));
+    if (!heard && all_known()) {
+      heard = true;
+      until = std::min(until, Clock::now() + kOthers);
+    }
+    std::this_thread::sleep_for(kPollPeriod);
+  }
+  std::string text;
+  for (const auto& [epoch, status] : statuses)
+    if (const auto scene = scenes.find(epoch); scene != scenes.end()) text += text_of(status, scene->second);
+  if (text.empty()) throw InputError("session '" + network.session + "': no server was heard");
+  return text;
+}
+
+}  // namespace sectio

@@ -1,0 +1,35 @@
+#include "sim_server/simulation_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+constexpr std::uint64_t kEnergyEvery = 256;  // steps: it takes about as long as one
+constexpr double kOfLate_s = 0.5;
+constexpr double kMostMargin = 1e9;
+
+}  // namespace
+
+void SimulationCheck::stepped(SimulationBody& body, double step_s, double work_j, bool disturbed, double took_s) {
+  const double share = std::min(1.0, std::max(step_s / kOfLate_s, 1.0 / static_cast<double>(++steps_)));
+  processor_s_ += took_s;
+  check_.cpu += share * (took_s / step_s - check_.cpu);
+  if (body.rigid || body.frozen) return;
+  const DeformationEngine& deformation = *body.engines.deformation;
+  check_.stability_margin = std::min(kMostMargin, deformation.largest_stable_step_s() / step_s);
+  check_.residual_m = std::isfinite(deformation.residual_m()) ? deformation.residual_m() : 0;
+  check_.implicit_steps = deformation.implicit_steps();
+  if (disturbed) known_ = false;
+  work_j_ += work_j;
+  if (steps_ % kEnergyEvery != 0) return;
+  const double energy_j = deformation.energy_j(body.shared());
+  if (known_ && std::isfinite(energy_j))
+    check_.energy_gain_j = std::max(check_.energy_gain_j, energy_j - energy_j_ - work_j_);
+  energy_j_ = energy_j;
+  work_j_ = 0;
+  known_ = std::isfinite(energy_j);
+}
+
+}  // namespace sectio

@@ -1,0 +1,135 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+#include "sim_server/simulation.h"
+#include "sim_server/simulation_calibration.h"
+#include "sim_server/simulation_plan.h"
+#include "tests/support/shapes.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+Scene bar_scene() {
+  Scene scene;
+  scene.file = "bar";
+  scene.bodies.emplace_back();
+  BodySpec& bar = scene.bodies[0];
+  bar.name = "bar";
+  bar.model = "auto";
+  bar.mesh = test::box(8, 2, 2, Vec3(0.08, 0.02, 0.02));
+  bar.material.young_pa = 20000;
+  bar.fixed = Box{Vec3(-1, -1, -1), Vec3(0.001, 1, 1)};
+  bar.plan.error_budget = 0.05;
+  return scene;
+}
+
+// With a cache of its own.
+class Plans : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(testing::TempDir()) / ("sectio_cache_" + std::to_string(getpid()));
+    const char* cache = std::getenv("XDG_CACHE_HOME");
+    before_ = cache ? cache : "";
+    setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
+  }
+  void TearDown() override {
+    before_.empty() ? unsetenv("XDG_CACHE_HOME") : setenv("XDG_CACHE_HOME", before_.c_str(), 1);
+    fs::remove_all(folder_);
+  }
+  std::string text_of_cache() const {
+    std::ifstream in(folder_ / "sectio" / "calibration.txt");
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  fs::path folder_;
+  std::string before_;
+};
+
+TEST_F(Plans, scene_gets_a_model_and_runs) {
+  const PlannedScene planned = plan_scene(bar_scene());
+  const BodySpec& bar = planned.scene.bodies[0];
+  EXPECT_NE(bar.model, "auto");
+  EXPECT_LE(bar.plan.error_estimate.value(), 0.05);
+  EXPECT_GT(bar.plan.cpu_estimate.value(), 0);
+  EXPECT_NE(planned.table.find("> "), std::string::npos) << planned.table;
+  EXPECT_NE(planned.table.find("taken: "), std::string::npos) << planned.table;
+
+  Simulation simulation(planned.scene);
+  static double now_s = 0;
+  simulation.measure_with([] { return now_s += 0.0005; });
+  const StepOutput* out = nullptr;
+  for (int i = 0; i < 600; ++i) out = &simulation.step({});
+  ASSERT_EQ(out->report.checks.size(), 1u);
+  const BodyCheck& check = out->report.checks[0];
+  EXPECT_EQ(check.error_estimate, *bar.plan.error_estimate);
+  EXPECT_EQ(check.cpu_estimate, *bar.plan.cpu_estimate);
+  EXPECT_NEAR(check.cpu, 0.5, 1e-6) << "half a millisecond of each";
+  EXPECT_NEAR(out->report.processor_s[0], 0.3, 1e-6);
+  EXPECT_GE(check.stability_margin, 1);
+  EXPECT_LT(check.energy_gain_j, 1e-6) << "nothing pushes it";
+}
+
+TEST_F(Plans, scene_without_auto_stays_as_it_is_and_auto_alone_is_no_model) {
+  Scene scene = bar_scene();
+  EXPECT_THROW(Simulation{scene}, InputError);
+  scene.bodies[0].model = "neo_hookean";
+  const PlannedScene planned = plan_scene(scene);
+  EXPECT_EQ(planned.scene.bodies[0].model, "neo_hookean");
+  EXPECT_TRUE(planned.table.empty());
+  EXPECT_TRUE(text_of_cache().empty()) << "nothing was measured";
+}
+
+TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
+  Scene scene = bar_scene();
+  scene.gravity_m_per_s2.setZero();
+  scene.step_is_free = true;
+  BodySpec stiff = scene.bodies[0];
+  stiff.name = "stiff";
+  stiff.model = "surface_springs";
+  stiff.material.young_pa = 60000;
+  scene.bodies.push_back(stiff);
+  const PlannedScene planned = plan_scene(scene);
+  EXPECT_LT(planned.scene.step_s, 1e-3);
+  EXPECT_NO_THROW(Simulation{planned.scene});
+}
+
+TEST_F(Plans, machine_is_measured_once_and_damaged_caches_are_measured_anew) {
+  const planning::Calibration first = calibration_of_this_machine();
+  const std::string text = text_of_cache();
+  ASSERT_FALSE(text.empty());
+  for (const planning::Rate& rate : first.rate) EXPECT_GT(rate.element_ns, 0);
+  EXPECT_EQ(calibration_of_this_machine().rate[2].element_ns, std::stod([&] {
+              char number[32];
+              std::snprintf(number, sizeof number, "%.6g", first.rate[2].element_ns);
+              return std::string(number);
+            }()));
+  std::ofstream(folder_ / "sectio" / "calibration.txt") << text.substr(0, text.size() / 2);
+  calibration_of_this_machine();
+  EXPECT_EQ(text_of_cache().size() > text.size() / 2 + 5, true) << text_of_cache();
+}
+
+TEST(CalibrationText, is_read_back_and_nothing_else) {
+  planning::Calibration c;
+  for (planning::Rate& rate : c.rate) rate = {1.5, 2.5, 0.25};
+  c.touched_vertex_ns = 3;
+  const std::string text = to_text(c, "some processor");
+  const auto read = calibration_from(text, "some processor");
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->rate[3].vertex_ns, 2.5);
+  EXPECT_EQ(read->touched_vertex_ns, 3);
+  EXPECT_FALSE(calibration_from(text, "another processor"));
+  for (std::size_t n = 0; n + 1 < text.size(); ++n) EXPECT_FALSE(calibration_from(text.substr(0, n), "some processor"));
+  std::string bad = text;
+  bad.replace(bad.find("1.5"), 3, "nan");
+  EXPECT_FALSE(calibration_from(bad, "some processor"));
+}
+
+}  // namespace
+}  // namespace sectio
