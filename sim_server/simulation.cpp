@@ -431,12 +431,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
         std::min(out.report.stability_margin, deformation.largest_stable_step_s() / s.scene.step_s);
     out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, deformation.added_mass_fraction());
   }
-  out.report.checks.clear();
-  out.report.processor_s.clear();
-  for (const SimulationCheck& check : s.checks) {
-    out.report.checks.push_back(check.value());
-    out.report.processor_s.push_back(check.processor_s());
-  }
+  report(s.checks, out.report);
   out.report.instrument_work_j = s.contact_work_j;
   for (SimulationTouch& t : s.touches) {
     out.report.instrument_work_j += t.cutting_work_j();

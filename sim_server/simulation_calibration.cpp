@@ -15,6 +15,7 @@
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/planning/resolution.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/simulation_volume.h"
 
@@ -26,6 +27,7 @@ using planning::Method;
 using planning::Rate;
 
 constexpr int kTries = 7, kSteps = 6;
+constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // of MaterialSpec
 constexpr char kFirstLine[] = "sectio calibration 1";
 
 double processor_s() {
@@ -66,12 +68,40 @@ TriangleSoup block(int n) {
   return soup;
 }
 
-// A body that stands on its lower face and sags.
+// The block, filled with so many tetrahedra; held at its lower face.
+Scene filled_block(double tetrahedra) {
+  Scene scene;
+  scene.file = "calibration";
+  BodySpec body;
+  body.name = "block";
+  body.model = "neo_hookean";
+  body.mesh = block(1);
+  body.volume.tetrahedra = tetrahedra;
+  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
+  scene.bodies.push_back(std::move(body));
+  return with_volumes(std::move(scene));
+}
+Scene with_model(Scene scene, const std::string& model, double young_pa, double cell_m) {
+  scene.bodies[0].model = model;
+  scene.bodies[0].material.young_pa = young_pa;
+  scene.bodies[0].volume.cell_m = cell_m;
+  return scene;
+}
+Scene surface_block() {
+  Scene scene;
+  scene.file = "calibration";
+  scene.step_s = 1e-4;  // stable, whatever its springs are; a step costs the same
+  scene.bodies.emplace_back();
+  scene.bodies[0].mesh = block(3);
+  return scene;
+}
+
+// It sags.
 class Specimen {
  public:
-  Specimen(const std::string& model, double young_pa, double tetrahedra, double cell_m, bool implicit)
-      : scene_(scene_of(model, young_pa, tetrahedra, cell_m, implicit)),
-        body_(scene_.bodies[0], scene_, 0, standard_engines().models.at(model)) {}
+  explicit Specimen(Scene scene)
+      : scene_(std::move(scene)),
+        body_(scene_.bodies[0], scene_, 0, standard_engines().models.at(scene_.bodies[0].model)) {}
 
   // A step, s; the least of several tries.
   double step_s() {
@@ -100,39 +130,21 @@ class Specimen {
   double tetrahedra() const { return static_cast<double>(model().mesh().tetrahedra.size()); }
 
  private:
-  static Scene scene_of(const std::string& model, double young_pa, double tetrahedra, double cell_m, bool implicit) {
-    Scene scene;
-    scene.file = "calibration";
-    BodySpec body;
-    body.name = "block";
-    body.model = model;
-    body.mesh = block(1);
-    body.material.young_pa = young_pa;
-    body.volume.tetrahedra = tetrahedra;
-    body.volume.cell_m = cell_m;
-    body.volume.driver = implicit ? "implicit" : "automatic";
-    body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
-    scene.bodies.push_back(std::move(body));
-    return with_volumes(std::move(scene));
-  }
-
   Scene scene_;
   SimulationBody body_;
 };
 
 // What parts(soft) and parts(stiff) of a step cost tells elements from vertices.
 template <class Parts, class Elements>
-Rate rate_of(const std::string& model, double soft_pa, double stiff_pa, double cell_m, double modulus_over_young,
-             const Parts& parts, const Elements& elements) {
-  const double volume = 0.06 * 0.06 * 0.04, tetrahedra = 12 * volume / std::pow(cell_m, 3);
-  const double riders = model == "neo_hookean_lattice" ? 2 * tetrahedra : tetrahedra;
-  Specimen soft(model, soft_pa, riders, cell_m, false), stiff(model, stiff_pa, riders, cell_m, false);
+Rate rate_of(const Scene& block, const std::string& model, double modulus_over_young, const Parts& parts,
+             const Elements& elements) {
+  Specimen soft(with_model(block, model, kSoft_pa, kCell_m)), stiff(with_model(block, model, kStiff_pa, kCell_m));
   const double n = elements(stiff), few = parts(soft).first, many = parts(stiff).first;
   const double fast_s = soft.step_s(), slow_s = stiff.step_s();
   Rate rate;
   rate.element_ns = 1e9 * std::max(1e-12, slow_s - fast_s) / ((many - few) * n);
   rate.vertex_ns = std::max(0.0, 1e9 * fast_s - rate.element_ns * few * n) / soft.vertices();
-  rate.limit = parts(stiff).second / (cell_m / std::sqrt(stiff_pa * modulus_over_young / 1060));
+  rate.limit = parts(stiff).second / (kCell_m / std::sqrt(kStiff_pa * modulus_over_young / kDensity));
   return rate;
 }
 
@@ -154,48 +166,44 @@ std::filesystem::path cache_file() {
 }  // namespace
 
 Calibration measure_calibration() {
-  constexpr double kSoft = 2000, kStiff = 200000, kCell = 0.01, kNu = 0.45;
   const double mu = 1 / (2 * (1 + kNu)), lambda = 2 * mu * kNu / (1 - 2 * kNu);
+  const double volume_m3 = 0.06 * 0.06 * 0.04;
   Calibration c;
   const auto at = [&](Method m) -> Rate& { return c.rate[static_cast<std::size_t>(m)]; };
-  {
-    Specimen surface("surface_springs", 6000, 0, 0, false);
-    at(Method::surface_springs).element_ns = 1e9 * surface.step_s() / surface.surface_vertices();
-    c.touched_vertex_ns = 1e9 * surface.look_s() / surface.surface_vertices();
-  }
+  Specimen surface(surface_block());
+  at(Method::surface_springs).element_ns = 1e9 * surface.step_s() / surface.surface_vertices();
+  c.touched_vertex_ns = 1e9 * surface.look_s() / surface.surface_vertices();
+
+  const Scene filled = filled_block(planning::tetrahedra_for(volume_m3, kCell_m));
   const auto tetrahedra = [](const Specimen& s) { return s.tetrahedra(); };
-  at(Method::tetra_springs) = rate_of(
-      "tetra_springs", kSoft, kStiff, kCell, 1,
-      [](const Specimen& s) {
-        const auto& m = dynamic_cast<const TetSprings&>(s.model());
-        return std::pair(double(m.parts()), m.part_limit_s());
-      },
-      tetrahedra);
-  at(Method::neo_hookean) = rate_of(
-      "neo_hookean", kSoft, kStiff, kCell, lambda + 2 * mu,
-      [](const Specimen& s) {
-        const auto& m = dynamic_cast<const TetSolid&>(s.model());
-        return std::pair(double(m.parts()), m.explicit_limit_s());
-      },
-      tetrahedra);
-  at(Method::lattice) = rate_of(
-      "neo_hookean_lattice", kSoft, kStiff, kCell, lambda + 2 * mu / 3,
-      [](const Specimen& s) {
-        const auto& m = dynamic_cast<const HexSolid&>(s.model());
-        return std::pair(double(m.parts()), m.explicit_limit_s());
-      },
-      [](const Specimen& s) {
-        return static_cast<double>(dynamic_cast<const HexSolid&>(s.model()).lattice().cells.size());
-      });
+  const auto springs = [](const Specimen& s) {
+    const auto& m = dynamic_cast<const TetSprings&>(s.model());
+    return std::pair(double(m.parts()), m.part_limit_s());
+  };
+  const auto solid = [](const Specimen& s) {
+    const auto& m = dynamic_cast<const TetSolid&>(s.model());
+    return std::pair(double(m.parts()), m.explicit_limit_s());
+  };
+  const auto hexahedra = [](const Specimen& s) {
+    const auto& m = dynamic_cast<const HexSolid&>(s.model());
+    return std::pair(double(m.parts()), m.explicit_limit_s());
+  };
+  at(Method::tetra_springs) = rate_of(filled, "tetra_springs", 1, springs, tetrahedra);
+  at(Method::neo_hookean) = rate_of(filled, "neo_hookean", lambda + 2 * mu, solid, tetrahedra);
+  at(Method::lattice) = rate_of(filled_block(2 * planning::tetrahedra_for(volume_m3, kCell_m)), "neo_hookean_lattice",
+                                lambda + 2 * mu / 3, hexahedra, [](const Specimen& s) {
+                                  const auto& m = dynamic_cast<const HexSolid&>(s.model());
+                                  return static_cast<double>(m.lattice().cells.size());
+                                });
   at(Method::lattice_beside_faces) = at(Method::lattice);
-  at(Method::neo_hookean_implicit) = at(Method::neo_hookean);
-  {
-    constexpr double kSweeps = 30;  // while it sags
-    Specimen implicit("neo_hookean", kSoft, 12 * 0.06 * 0.06 * 0.04 / std::pow(kCell, 3), 0, true);
-    Rate& rate = at(Method::neo_hookean_implicit);
-    rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.vertices()) /
-                      (kSweeps * implicit.tetrahedra());
-  }
+
+  constexpr double kSweeps = 30;  // while it sags
+  Scene scene = with_model(filled, "neo_hookean", kSoft_pa, 0);
+  scene.bodies[0].volume.driver = "implicit";
+  Specimen implicit(std::move(scene));
+  Rate& rate = at(Method::neo_hookean_implicit) = at(Method::neo_hookean);
+  rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.vertices()) /
+                    (kSweeps * implicit.tetrahedra());
   return c;
 }
 

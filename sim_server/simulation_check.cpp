@@ -18,7 +18,7 @@ void SimulationCheck::stepped(SimulationBody& body, double step_s, double work_j
   check_.cpu += share * (took_s / step_s - check_.cpu);
   if (body.rigid || body.frozen) return;
   const DeformationEngine& deformation = *body.engines.deformation;
-  check_.stability_margin = std::min(kMostMargin, deformation.largest_stable_step_s() / step_s);
+  check_.stability_margin = std::min(kMostMargin, deformation.margin(step_s));
   check_.residual_m = std::isfinite(deformation.residual_m()) ? deformation.residual_m() : 0;
   check_.implicit_steps = deformation.implicit_steps();
   if (disturbed) known_ = false;
@@ -30,6 +30,15 @@ void SimulationCheck::stepped(SimulationBody& body, double step_s, double work_j
   energy_j_ = energy_j;
   work_j_ = 0;
   known_ = std::isfinite(energy_j);
+}
+
+void report(const std::vector<SimulationCheck>& checks, StepReport& out) {
+  out.checks.clear();
+  out.processor_s.clear();
+  for (const SimulationCheck& check : checks) {
+    out.checks.push_back(check.value());
+    out.processor_s.push_back(check.processor_s());
+  }
 }
 
 }  // namespace sectio

@@ -28,4 +28,7 @@ class SimulationCheck {
   double energy_j_ = 0, work_j_ = 0;
 };
 
+// Of all bodies.
+void report(const std::vector<SimulationCheck>& checks, StepReport& out);
+
 }  // namespace sectio

@@ -41,6 +41,8 @@ class DeformationEngine : public Engine {
   virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite
   // Steps so far for which a driver that is always stable took over.
   virtual std::uint64_t implicit_steps() const { return 0; }
+  // Of the last step: the largest stable step, or part of one, over that taken, as it was then.
+  virtual double margin(double step_s) const { return largest_stable_step_s() / step_s; }
   // Of the last step, when it was implicit: how far its last sweep still moved something.
   virtual double residual_m() const { return 0; }
 };

@@ -62,6 +62,14 @@ Deepest deepest_of(const TriangleSoup& surface, const ToolUse& tool) {
   return deepest;
 }
 
+// Cells across the width count as those across the thickness: errors go with the mean of 1 / n^2.
+double twisted_m(const BodyShape& shape) {
+  Vec3 size = shape.size_m;
+  std::sort(size.begin(), size.end());
+  const double t = shape.thickness_m, w = std::max(t, size.y());
+  return std::sqrt(2 / (1 / (t * t) + 1 / (w * w)));
+}
+
 void add_grip(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s, const ToolUse& tool,
               std::vector<BodyLoad>& loads) {
   const ToolMoment* begun = nullptr;
@@ -80,7 +88,7 @@ void add_grip(const TriangleSoup& surface, const BodyShape& shape, const BodySit
   }
   if (!tool.moments.empty() && !begun && moved == 0 && turned == 0) return;
   loads.push_back({pressed(tool.grip_radius_m, shape.thickness_m, s), tool.name});
-  if (turned > kTwist_rad) loads.push_back({{Load::twisting, shape.thickness_m, s.poisson}, tool.name});
+  if (turned > kTwist_rad) loads.push_back({{Load::twisting, twisted_m(shape), s.poisson}, tool.name});
   if (moved > 0.25 * shape.thickness_m && shape.size_m.maxCoeff() > 2 * kSlender * shape.thickness_m)
     loads.push_back({{Load::bending, shape.thickness_m, s.poisson}, tool.name});
 }

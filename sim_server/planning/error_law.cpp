@@ -8,6 +8,11 @@ namespace {
 constexpr double kChartPoisson = 0.45, kChartChi = 0.2236;  // of all its scenes, of its ball
 constexpr double kSpringsPoisson = 0.25;
 
+// Fewer cells than this along what matters feel nothing of it: a ball falls between the vertices.
+constexpr double kFewestCells[kLoads] = {1.4, 1.4, 0.85, 1.4};
+// Cells that a box doesn't fill, at the far end of its longer sides.
+constexpr double kLeftOver = 1.4;
+
 const std::initializer_list<FittedLaw> kFitted = {
 #include "sim_server/planning/fitted_laws.inc"
 };
@@ -70,7 +75,9 @@ double layer_stiffness(double nu, double chi) {
 std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m) {
   const std::optional<ErrorLaw> law = law_for(load.load, method);
   if (!law) return std::nullopt;
-  const double error = law->at(load.width_m / cell_m);
+  const double n = load.width_m / cell_m;
+  if (n < kFewestCells[static_cast<std::size_t>(load.load)]) return std::max(1.0, law->at(n));
+  const double error = law->at(n);
   if (load.load == Load::indentation && method == Method::surface_springs) {
     const double chart = layer_stiffness(kChartPoisson, kChartChi) * (1 - kChartPoisson * kChartPoisson);
     const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
@@ -78,7 +85,7 @@ std::optional<double> relative_error(const LoadCase& load, Method method, double
   }
   // What hexahedra miss of bending is at the clamp, where tissue can't get narrower: as much as Poisson's ratio is.
   if (load.load == Load::bending && method == Method::lattice)
-    return std::max(error * load.poisson / kChartPoisson, law->floor);
+    return std::max(error * load.poisson / kChartPoisson, law->floor) * (load.fills_cells ? 1 : kLeftOver);
   if (method != Method::tetra_springs) return error;
   if (load.load == Load::twisting) {
     const double stiffer = (1 + error) * (1 + load.poisson) / (1 + kChartPoisson) - 1;

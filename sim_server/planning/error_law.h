@@ -16,7 +16,7 @@ namespace sectio::planning {
 // With what n counts.
 enum class Load {
   bending,      // cells across the thickness
-  twisting,     // the same
+  twisting,     // the same, and across the width
   indentation,  // cells along the width of the contact, 2 a
   opening,      // cells along the depth of the cut
 };
@@ -71,8 +71,9 @@ struct LoadCase {
   Load load = Load::bending;
   double width_m = 0;  // that n counts cells along
   double poisson = 0.45;
-  double chi = 0.2236;   // of an indentation: a over the thickness of what is beneath
-  double bed_ratio = 1;  // of an indentation: the bed's radius (foundation_radius_m) over a
+  double chi = 0.2236;      // of an indentation: a over the thickness of what is beneath
+  double bed_ratio = 1;     // of an indentation: the bed's radius (foundation_radius_m) over a
+  bool fills_cells = true;  // of hexahedra: none is part empty
 };
 // Nothing when the method makes no claim.
 std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m);

@@ -8,9 +8,11 @@
 namespace sectio::planning {
 namespace {
 
-constexpr int kMostSweeps = 30;    // of the implicit driver, while something moves
-constexpr int kMostParts = 1000;   // of a step
-constexpr double kThinnest = 1.5;  // cells across a body of hexahedra
+constexpr int kMostSweeps = 30;            // of the implicit driver, while something moves
+constexpr int kMostParts = 1000;           // of a step
+constexpr double kThinnest = 1.5;          // cells across a body of hexahedra
+constexpr double kFewestTetrahedra = 200;  // below, a body's form is lost
+constexpr double kOnCells = 0.01;          // of a cell
 constexpr double kMostElements = 400000;
 constexpr double kBesideFaces = 1.5;  // as many cells for a body that isn't a box: those on its border are part empty
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
@@ -27,7 +29,9 @@ double modulus_pa(Method method, double young_pa, double poisson) {
 }
 
 // Nothing: a load that the method makes no claim on. A cut that stays shallow is, to a surface, a dent as wide as deep.
-std::optional<double> error_of(const BodyLoad& load, Method method, double cell_m) {
+std::optional<double> error_of(BodyLoad load, const BodyShape& shape, Method method, double cell_m) {
+  const Vec3 cells = shape.size_m / cell_m;
+  load.what.fills_cells = (cells.array() - cells.array().round()).abs().maxCoeff() < kOnCells;
   if (method != Method::surface_springs || load.what.load != Load::opening || load.depth_of_tissue > kShallow)
     return relative_error(load.what, method, cell_m);
   LoadCase dent = load.what;
@@ -64,14 +68,18 @@ class Planner {
   double worst_ratio(const Candidate& c) const {
     return std::max(c.error / in_.budgets.error, c.cpu / in_.budgets.cpu);
   }
-  // The cheapest that fits; else the nearest.
+  // Surface springs when they fit: nothing needs to be filled, and a cut stays a matter of its triangles. Else the
+  // cheapest that fits; else the nearest.
   std::size_t best(const std::vector<Candidate>& of) const {
     std::size_t best = 0;
     for (std::size_t i = 1; i < of.size(); ++i) {
       const bool fits = worst_ratio(of[i]) <= 1, best_fits = worst_ratio(of[best]) <= 1;
-      const bool better = fits != best_fits ? fits
-                          : !fits           ? worst_ratio(of[i]) < worst_ratio(of[best])
-                                            : of[i].cpu < of[best].cpu;
+      const bool is_surface = of[i].method == Method::surface_springs;
+      const bool better = fits != best_fits                                    ? fits
+                          : fits && is_surface                                 ? true
+                          : fits && of[best].method == Method::surface_springs ? false
+                          : !fits ? worst_ratio(of[i]) < worst_ratio(of[best])
+                                  : of[i].cpu < of[best].cpu;
       if (better) best = i;
     }
     return best;
@@ -90,7 +98,8 @@ class Planner {
     for (const BodyLoad& l : in_.loads) {
       if (surface && l.what.load == Load::opening && l.depth_of_tissue > kShallow)
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
-      if (!error_of(l, method, 1)) return std::string("no claim on ") + to_string(l.what.load) + " (" + l.from + ")";
+      if (!error_of(l, in_.shape, method, 1))
+        return std::string("no claim on ") + to_string(l.what.load) + " (" + l.from + ")";
       if (method == Method::neo_hookean_implicit && l.from != "its weight")
         return "points that instruments hold cost its sweeps most of their speed";
     }
@@ -147,7 +156,9 @@ class Planner {
     c.parts = c.method == Method::neo_hookean_implicit
                   ? kMostSweeps
                   : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
-    if (c.tetrahedra > kMostElements || c.elements > kMostElements || c.parts > kMostParts) return false;
+    if ((in_.given_tetrahedra == 0 && c.tetrahedra < kFewestTetrahedra) || c.tetrahedra > kMostElements ||
+        c.elements > kMostElements || c.parts > kMostParts)
+      return false;
     add(c);
     return true;
   }
@@ -170,7 +181,7 @@ class Planner {
   void add(Candidate c) {
     c.error = 0;
     for (const BodyLoad& l : in_.loads)
-      if (const double e = *error_of(l, c.method, c.cell_m); e > c.error) {
+      if (const double e = *error_of(l, in_.shape, c.method, c.cell_m); e > c.error) {
         c.error = e;
         c.worst = l.what.load;
       }

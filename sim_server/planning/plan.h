@@ -67,8 +67,9 @@ struct BodyPlan {
   std::vector<std::pair<Method, std::string>> ruled_out;  // and why
 };
 
-// Chooses, has the choice built (when `build` is given) and chooses again with what came out, until it stays. The
-// cheapest that keeps both budgets; else that with the smallest max(error / budget, cost / budget).
+// Chooses, has the choice built (when `build` is given) and chooses again with what came out, until it stays. Surface
+// springs when they keep both budgets, else the cheapest that does; else that with the smallest max(error / budget,
+// cost / budget).
 BodyPlan plan(const PlanInput& input, const Calibration& calibration,
               const std::function<Built(const Candidate&)>& build = {});
 

@@ -34,7 +34,8 @@ std::string line_of(const Candidate& c, const Budgets& budgets, bool chosen) {
 std::string verdict(const PlanInput& in, const BodyPlan& plan) {
   const Candidate& c = plan.chosen;
   if (plan.fits)
-    return text("taken: %s, the cheapest that keeps error %.3g and cost %.3g\n", to_string(c.method), in.budgets.error,
+    return text("taken: %s, %s that keeps error %.3g and cost %.3g\n", to_string(c.method),
+                c.method == Method::surface_springs ? "the simplest" : "the cheapest", in.budgets.error,
                 in.budgets.cpu);
   return text(
       "nothing keeps error %.3g and cost %.3g; taken: %s, the nearest: error_budget %.2g and cpu_budget %.2g would "

@@ -362,7 +362,8 @@ int HexSolid::explicit_step(int parts) {
     const bool look = part % kBoundEvery == 0;
     const double omega2 = double{add_forces(rows_, look, position_, force_)};
     if (look) {
-      const double limit = damped_limit_s(omega2, material_.damping_per_s) / kLeastMargin;
+      margin_ = damped_limit_s(omega2, material_.damping_per_s) / h;
+      const double limit = margin_ * h / kLeastMargin;
       if (!(limit >= h))
         return limit > 0 ? static_cast<int>(std::min(1e6, std::ceil(settings_.step_s / limit))) : 1 << 20;
     }

@@ -47,6 +47,7 @@ class HexSolid final : public VolumeModel {
   int last_parts() const { return last_parts_; }
   double explicit_limit_s() const { return explicit_limit_s_; }
   bool last_step_was_implicit() const { return was_implicit_; }
+  double margin() const override { return was_implicit_ ? HUGE_VAL : margin_; }
 
   const HexLattice& lattice() const { return *lattice_; }
   const HexRows& rows() const { return rows_; }
@@ -99,7 +100,7 @@ class HexSolid final : public VolumeModel {
   int parts_ = 1, last_parts_ = 1;
   bool was_implicit_ = false, bad_ = false, placed_ = false;
   std::uint64_t implicit_steps_ = 0;
-  double residual_m_ = 0;
+  double residual_m_ = 0, margin_ = 0;
 
   std::vector<Vec4f> position_, velocity_, force_;  // of the nodes
   std::vector<Vec4f> written_position_, written_velocity_;

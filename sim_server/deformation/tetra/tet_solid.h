@@ -41,7 +41,7 @@ class TetSolid final : public VolumeModel {
   int parts() const { return parts_; }
   double explicit_limit_s() const { return explicit_limit_s_; }
   // Of the last step: the largest stable part over the part taken, as the bound has it. Above 1 while explicit.
-  double margin() const { return margin_; }
+  double margin() const override { return was_implicit_ ? HUGE_VAL : margin_; }
   // implicit_steps() counts those that the explicit driver gave up.
   bool last_step_was_implicit() const { return was_implicit_; }
   std::uint64_t implicit_steps() const override { return implicit_steps_; }

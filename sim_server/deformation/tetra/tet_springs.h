@@ -75,6 +75,7 @@ class TetSprings final : public VolumeModel {
   const TensileTest& as_made() const { return as_made_; }  // before the correction
   const TensileTest& calibrated() const { return calibrated_; }
   int parts() const { return parts_; }  // of a step
+  double margin() const override { return part_limit_s() / kSafety * parts_ / settings_.step_s; }
   // 0.8 of the bound from omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i at rest.
   double part_limit_s() const {
     return kSafety * damped_limit_s(omega2_.max(), material_.damping_per_s, options_.damper_s);

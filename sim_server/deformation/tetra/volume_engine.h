@@ -42,6 +42,7 @@ class VolumeEngine final : public DeformationEngine {
   double added_mass_fraction() const override { return model_->added_mass_fraction(); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
   std::uint64_t implicit_steps() const override { return model_->implicit_steps(); }
+  double margin(double) const override { return model_->margin(); }
   double residual_m() const override { return model_->residual_m(); }
 
   // The volume has changed: added vertices with their state, and slots that have another vertex now, or none. Before

@@ -53,6 +53,7 @@ class VolumeModel {
   virtual double largest_stable_step_s() const = 0;           // of settings.step_s; infinite when there is none
   virtual std::uint64_t implicit_steps() const { return 0; }  // taken over from an explicit driver, so far
   virtual double residual_m() const { return 0; }             // see DeformationEngine
+  virtual double margin() const { return HUGE_VAL; }          // likewise; infinite when the last step was implicit
   virtual VertexId first_bad_vertex() const = 0;              // kNone while all is finite
 
   // Kinetic, elastic and gravitational. O(n).

@@ -93,7 +93,7 @@ TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
   BodySpec stiff = scene.bodies[0];
   stiff.name = "stiff";
   stiff.model = "surface_springs";
-  stiff.material.young_pa = 60000;
+  stiff.material.young_pa = 300000;
   scene.bodies.push_back(stiff);
   const PlannedScene planned = plan_scene(scene);
   EXPECT_LT(planned.scene.step_s, 1e-3);
