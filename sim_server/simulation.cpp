@@ -79,6 +79,7 @@ struct Simulation::State {
   void add_touches(SimulationBody& body);
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
+  void tidy(std::uint32_t body_id);
   void press(std::uint32_t body_id);
   void release(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
@@ -89,6 +90,7 @@ struct Simulation::State {
   void follow_hands();
   void tell_grips(std::span<const Reaction> reactions);
   void changed_topology(std::uint32_t body_id, TopologyDelta delta);
+  void tell_touches(std::uint32_t body_id, const TopologyDelta& delta);
   void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next);
   void tell_of_grips();
   void fit_contact_models();
@@ -190,12 +192,26 @@ void Simulation::State::step_body(std::uint32_t body_id) {
     for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).planned(plan, accepted, changed);
     if (accepted)
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
-  } else if (!at_work) {
-    body.engines.cutting->tidy(body.shared());
+  } else if (!at_work && is_idle(body_id)) {
+    tidy(body_id);
   }
   split(body_id);
   press(body_id);
   deform(body_id);
+}
+
+void Simulation::State::tidy(std::uint32_t body_id) {
+  TopologyDelta delta = bodies[body_id]->engines.cutting->tidy(bodies[body_id]->shared());
+  if (delta.empty() || !bodies[body_id]->accept_change(delta, {})) return;
+  tell_touches(body_id, delta);
+  changed_topology(body_id, std::move(delta));
+}
+
+// What they know of the surface.
+void Simulation::State::tell_touches(std::uint32_t body_id, const TopologyDelta& delta) {
+  changed.clear();
+  for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
+  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).surface_changed(changed);
 }
 
 void Simulation::State::release(std::uint32_t body_id) {
@@ -288,9 +304,7 @@ void Simulation::State::split(std::uint32_t body_id) {
   for (std::size_t n = 0; n < split.parts.size(); ++n)
     for (Tool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
   for (TopologyDelta& delta : split.deltas) {
-    changed.clear();
-    for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
-    for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).part_left(changed);
+    tell_touches(body_id, delta);
     changed_topology(body_id, std::move(delta));
   }
   for (auto& part : split.parts) add_part(std::move(part), body_id);

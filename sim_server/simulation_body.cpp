@@ -107,7 +107,7 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   return true;
 }
 
-bool SimulationBody::accept_temporary(const TopologyDelta& delta, Seeds seeds) {
+bool SimulationBody::accept_change(const TopologyDelta& delta, Seeds seeds) {
   if (delta.empty()) {
     place(seeds);
     tree_stale_ = true;

@@ -56,9 +56,9 @@ class SimulationBody {
   // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
   bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
 
-  // The same for temporary elements; the delta may be empty, and particles only move.
+  // The same for what is no cut, as temporary elements; the delta may be empty, and particles only move.
   using Seeds = std::span<const std::pair<VertexId, VertexState>>;
-  bool accept_temporary(const TopologyDelta& delta, Seeds seeds);
+  bool accept_change(const TopologyDelta& delta, Seeds seeds);
 
   // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
   void give_up(const TopologyDelta& delta);
