@@ -7,7 +7,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kSharp = 0.5;  // cosine between the triangles at a crease, at most
+constexpr double kSharp = 0.5;       // cosine between the triangles at a crease, at most
+constexpr double kKeptHeight = 0.5;  // of the least: what comes in place of small elements may be large and thin
 
 using Pair = std::array<VertexId, 2>;
 using Corners3 = std::array<VertexId, 3>;
@@ -171,14 +172,26 @@ double quality(const TetTopology& volume, const Tetrahedron& c) {
   return shape_quality(at(0), at(1), at(2), at(3));
 }
 
+// The least, which the stable step is in proportion to.
+double height_m(const TetTopology& volume, const Tetrahedron& c) {
+  const auto at = [&](std::size_t k) -> const Vec3& { return volume.vertex(c[k]).rest_body_m; };
+  double twice_m2 = 0;
+  for (const auto& [i, j, k] : kTetFaces) twice_m2 = std::max(twice_m2, (at(j) - at(i)).cross(at(k) - at(i)).norm());
+  return 6 * tet_volume_m3(at(0), at(1), at(2), at(3)) / twice_m2;
+}
+
 bool gets_no_worse(const TetTopology& volume, VertexId v, VertexId w) {
-  double worst = 1;
-  for (const std::uint32_t t : volume.star(v)) worst = std::min(worst, quality(volume, volume.tetrahedra()[t]));
+  double worst = 1, least_m = HUGE_VAL;
+  for (const std::uint32_t t : volume.star(v)) {
+    worst = std::min(worst, quality(volume, volume.tetrahedra()[t]));
+    least_m = std::min(least_m, height_m(volume, volume.tetrahedra()[t]));
+  }
   return std::ranges::all_of(volume.star(v), [&](std::uint32_t t) {
     Tetrahedron moved = volume.tetrahedra()[t];
     if (has(moved, w)) return true;
     *std::ranges::find(moved, v) = w;
-    return quality(volume, moved) >= std::max(worst, 1e-9) && world_volume_m3(volume, moved) > 0;
+    return quality(volume, moved) >= std::max(worst, 1e-9) && height_m(volume, moved) >= kKeptHeight * least_m &&
+           world_volume_m3(volume, moved) > 0;
   });
 }
 

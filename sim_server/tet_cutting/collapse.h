@@ -33,7 +33,7 @@ enum class CollapseVerdict : std::uint8_t {
   corner,    // where creases or lips end, meet or bend
   sideways,  // off the crease or lip
   bent,      // the surface would have another shape
-  flat,      // a tetrahedron turns over, at rest or where it is in the world, or gets worse than the worst there
+  flat,      // a tetrahedron turns over, at rest or in the world, or gets worse, or half as high, as the worst there
 };
 const char* to_string(CollapseVerdict verdict);
 
