@@ -240,7 +240,7 @@ void Simulation::State::deform(std::uint32_t body_id) {
   const bool left_alone = !gripped && is_idle(body_id);
   stirred[body_id] = !left_alone;
   if (!left_alone) body.wake();
-  if (!body.asleep() && !(spare_idle_bodies && left_alone)) {
+  if (!(spare_idle_bodies && left_alone)) {
     body.deform(constraints, reactions, scene.step_s);
     if (left_alone) body.watch_rest(scene);
   }

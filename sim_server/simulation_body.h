@@ -69,7 +69,8 @@ class SimulationBody {
   // After the rigid body has moved.
   void follow_rigid();
 
-  // Deformation, whatever else goes on in the body, and contact of its lips.
+  // Deformation, whatever else goes on in the body, and contact of its lips; of a body that sleeps only what else goes
+  // on.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
   // Rests, and is not moved until it is woken.
   bool asleep() const { return rigid ? rigid->body.asleep() : asleep_; }
