@@ -46,19 +46,6 @@ struct Tool {
   std::size_t grip_constraints = 0;  // on the body that deforms, or on all rigid ones
 };
 
-// Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
-void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, BladeMotion& motion) {
-  VertexId at = kNone;
-  for (const Entry& e : entries)
-    if (e.tool_id == motion.tool_id) at = body.mesh.triangle(e.triangle).v[0];
-  if (const Stroke* stroke = body.cuts.stroke_of(motion.tool_id))
-    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
-  if (at == kNone) return;
-  motion.frame_world = body.frame_world(at);
-  const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
-  for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
-}
-
 }  // namespace
 
 struct Simulation::State {
@@ -181,7 +168,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
 
   if (body.rigid) return;
   if (!entries.empty() || !motions.empty()) {
-    for (BladeMotion& motion : motions) see_from_rest(body, entries, motion);
+    for (BladeMotion& motion : motions) body.see_from_rest(entries, motion);
     const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     const bool accepted = body.accept_plan(plan, changed);
     if (accepted && !plan.delta.empty()) {

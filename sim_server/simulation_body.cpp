@@ -87,6 +87,18 @@ Vec3 SimulationBody::home_normal_world(const MeshDraft& surface, const std::arra
   return frame_world(v[0]).orientation * normal_body.stableNormalized();
 }
 
+void SimulationBody::see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const {
+  VertexId at = kNone;
+  for (const Entry& e : entries)
+    if (e.tool_id == motion.tool_id) at = mesh.triangle(e.triangle).v[0];
+  if (const Stroke* stroke = cuts.stroke_of(motion.tool_id))
+    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
+  if (at == kNone) return;
+  motion.frame_world = frame_world(at);
+  const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
+  for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
+}
+
 double SimulationBody::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {
   const Vec3 down = tip_world_m - surface_world_m;
   const double depth_m = down.norm();

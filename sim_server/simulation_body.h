@@ -51,6 +51,8 @@ class SimulationBody {
   // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  // Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
+  void see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const;
   // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 

@@ -81,7 +81,7 @@ struct VolumeSpec {
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
   double least_part_s = 0;           // vertices too light for parts of a step this long get mass; 0: none
-  double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go from the inside; 0: none
+  double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go; 0: none
 };
 
 struct Box {
