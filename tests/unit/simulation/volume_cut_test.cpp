@@ -167,6 +167,14 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
     }
     return sum;
   };
+  const auto skin_m2 = [&] {
+    double sum = 0;
+    const auto& x = block.body().mesh.rest_body_m();
+    for (const auto& [v, surface] : block.body().mesh.triangles())
+      if (v[0] != kNone && surface == Surface::skin) sum += (x[v[1]] - x[v[0]]).cross(x[v[2]] - x[v[0]]).norm() / 2;
+    return sum;
+  };
+  const double skin_before_m2 = skin_m2();
   const auto before = state();
   const TetTopology& volume = block.cutting().volume();
   const TetMesh mesh_before = volume.mesh();
@@ -191,6 +199,7 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   EXPECT_TRUE(check(mesh).conforming) << check(mesh).first_defect;
   EXPECT_NEAR(check(mesh).volume_m3, volume_m3, 3e-5 * volume_m3);
   EXPECT_NEAR(block.volume_m3(), check(mesh).volume_m3, 1e-9 * volume_m3) << "the surface is the volume's";
+  EXPECT_NEAR(skin_m2(), skin_before_m2, 1e-4 * skin_before_m2) << "lips are where they were";
   EXPECT_GE(worst_quality(volume), quality);
   const auto after = state();
   EXPECT_NEAR(after[3], before[3], 3e-5 * before[3]);
@@ -206,6 +215,25 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
                  std::to_string(100 * added) + ", " + std::to_string(100 * engine.added_mass_fraction()));
   for (int n = 0; n < 100; ++n) block.body().deform({}, {}, 0.001);
   EXPECT_EQ(engine.first_bad_vertex(), kNone);
+}
+
+TEST_P(VolumeCuts, what_is_fixed_does_not_collapse) {
+  BlockUnderBlade block(GetParam(), 0.45);
+  block.go(0.025, -0.01);
+  const TetTopology& volume = block.cutting().volume();
+  const auto fixed = [&] {
+    std::size_t n = 0;
+    for (VertexId v = 0; v < volume.vertex_count(); ++v)
+      n += volume.alive(v) && volume.vertex(v).rest_body_m.z() <= 0.004;
+    return n;
+  };
+  const std::size_t before = fixed(), all = volume.mesh().vertices_body_m.size();
+  for (int n = 0; n < 1000; ++n) {
+    const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
+    ASSERT_TRUE(block.body().accept_change(delta, {}));
+  }
+  EXPECT_LT(volume.mesh().vertices_body_m.size() + 15, all);
+  EXPECT_EQ(fixed(), before);
 }
 
 // A refused delta changes nothing, and another step tries again.

@@ -95,6 +95,24 @@ TEST(Collapse, what_the_surface_loses_and_gets_is_that_of_all_tetrahedra) {
   EXPECT_EQ(lost.size(), got.size() + 2);
 }
 
+TEST(Collapse, a_change_names_all_that_have_another_neighbour) {
+  for (const VertexId inside : {kInside, at(2, 1, 2)}) {
+    Split from(cubes(), kTop, inside);
+    const auto neighbours = [&](std::uint32_t t) {
+      std::array<std::uint32_t, 4> result{};
+      for (std::size_t c = 0; c < 4; ++c) result[c] = from.volume.across(t, c);
+      return result;
+    };
+    std::vector<std::array<std::uint32_t, 4>> before;
+    for (std::uint32_t t = 0; t < from.volume.tetrahedra().size(); ++t) before.push_back(neighbours(t));
+    const TetChange change = from.volume.collapse(from.made, kTop);
+    for (std::uint32_t t = 0; t < before.size(); ++t) {
+      const bool named = std::ranges::binary_search(change.tetrahedra, t, {}, &TetEdit::id);
+      EXPECT_TRUE(named || neighbours(t) == before[t]) << t;
+    }
+  }
+}
+
 TEST(Collapse, along_a_crease_and_not_off_it) {
   Split edge(cubes(), at(1, 2, 2), kCorner);
   EXPECT_EQ(judge_collapse(edge.volume, edge.made, at(1, 2, 2)), fine);
