@@ -125,7 +125,7 @@ struct Simulation::State {
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
   std::vector<Grip> grips;
-  std::vector<std::uint8_t> stirred;
+  std::vector<std::uint8_t> stirred;  // by body: touched, held or cut in this step
 };
 
 void Simulation::State::add_touches(SimulationBody& body) {
@@ -237,7 +237,13 @@ void Simulation::State::deform(std::uint32_t body_id) {
   for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
   reactions.assign(constraints.size(), {});
   const bool gripped = constraints.size() > of_touches;
-  if (!(spare_idle_bodies && !gripped && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
+  const bool left_alone = !gripped && is_idle(body_id);
+  stirred[body_id] = !left_alone;
+  if (!left_alone) body.wake();
+  if (!(spare_idle_bodies && left_alone)) {
+    body.deform(constraints, reactions, scene.step_s);
+    if (left_alone) body.watch_rest(scene);
+  }
   for (const Reaction& reaction : reactions) contact_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
@@ -309,6 +315,7 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   output.publish_now = true;
   add_touches(*part);
   bodies.push_back(std::move(part));
+  stirred.push_back(1);
 }
 
 void Simulation::State::follow_hands() {
@@ -320,13 +327,12 @@ void Simulation::State::move_rigid_pieces() {
   grips.clear();
   for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
   rigid_touches.clear();
-  stirred.assign(bodies.size(), 0);
-  for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
+  for (const Grip& grip : grips) stirred[grip.body_id] = 1;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
-    for (std::uint32_t i = 0; i < edges.size(); ++i) {
-      stirred[b] |= !bodies[b]->rigid && touch(b, i).state() != ContactState::free;
+    for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i) {
+      stirred[b] |= touch(b, i).state() != ContactState::free;
       for (const PointConstraint& c : touch(b, i).constraints())
-        if (bodies[b]->rigid) rigid_touches.push_back({b, c, tool_of(i).velocity_m_per_s});
+        rigid_touches.push_back({b, c, tool_of(i).velocity_m_per_s});
     }
   reactions.assign(rigid_touches.size() + grips.size(), {});
   step_rigid_pieces(bodies, {rigid_touches, grips, stirred}, scene, reactions);
@@ -398,6 +404,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   s.follow_hands();
   if (s.gravity.step(input, out)) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
+  s.stirred.assign(bodies_before, 0);
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_body(b);
   for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)
     if (!s.bodies[b]->rigid) s.deform(b);
@@ -409,7 +416,9 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.report.added_mass_fraction = 0;
   out.report.local_searches = out.report.global_searches = 0;
   out.report.penetration_m = 0;
+  out.report.bodies_asleep = 0;
   for (const auto& body : s.bodies) {
+    out.report.bodies_asleep += body->asleep();
     if (body->rigid) continue;
     const DeformationEngine& deformation = *body->engines.deformation;
     out.report.stability_margin =
@@ -446,6 +455,9 @@ ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
   for (std::uint32_t i = 0; i < state_->edges.size(); ++i)
     if (const ContactGap gap = state_->touch(body_id, i).gap(); gap.depth_m > deepest.depth_m) deepest = gap;
   return deepest;
+}
+bool Simulation::asleep(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->asleep();
 }
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;

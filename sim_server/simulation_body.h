@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_server/bodies/particle_state.h"
+#include "sim_server/bodies/stillness.h"
 #include "sim_server/cutting/contact_templates.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation_engines.h"
@@ -68,8 +69,14 @@ class SimulationBody {
   // After the rigid body has moved.
   void follow_rigid();
 
-  // Deformation, whatever else goes on in the body, and contact of its lips.
+  // Deformation, whatever else goes on in the body, and contact of its lips; of a body that sleeps only what else goes
+  // on.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
+  // Rests, and is not moved until it is woken.
+  bool asleep() const { return rigid ? rigid->body.asleep() : asleep_; }
+  void wake();
+  // After deform(), when nothing touches it: it falls asleep when it has come to rest.
+  void watch_rest(const Scene& scene);
   // After that: a contact makes a particle faster and puts it elsewhere.
   void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
@@ -103,6 +110,8 @@ class SimulationBody {
   LipContacts lips_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
+  bool asleep_ = false;
+  Stillness stillness_;
   Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };
 

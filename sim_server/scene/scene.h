@@ -132,6 +132,15 @@ struct GravityChange {
   Vec3 gravity_m_per_s2 = Vec3::Zero();
 };
 
+// A body that has come to rest sleeps: it is not stepped until something touches it. It rests when nothing of its
+// surface has moved further than still_m for after_s, or, where that is more, further than anybody can see from the
+// scene's camera: unseen_px pixels of a picture 720 lines high.
+struct SleepSpec {
+  double after_s = 1;  // 0: nothing sleeps
+  double still_m = 2e-5;
+  double unseen_px = 0.1;
+};
+
 struct Scene {
   std::string session = "session";
   std::string file;  // where it came from, for messages
@@ -141,6 +150,7 @@ struct Scene {
   std::vector<GravityChange> gravity_changes;  // ascending in time: the patient is tilted
   double gravity_turns_deg_per_s = 20;         // at most
   std::optional<double> floor_z_m;             // parts that fall come to rest on this plane
+  SleepSpec sleep;
   Camera camera;
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
@@ -155,6 +165,7 @@ struct Scene {
 //
 //   session*: name            step_s, duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
+//   sleep:     after_s (0: nothing sleeps), still_m, unseen_px
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice, server: name (main)
