@@ -45,8 +45,10 @@ class Engine {
 // What else goes on in a body while it is simulated: bleeding, heat, healing. It may change the state of the particles.
 class ProcessEngine : public Engine {
  public:
-  // Once a step, after deformation.
+  // Once a step, after deformation, while the body sleeps, too.
   virtual void step(const SharedBody& body, double step_s) = 0;
+  // Whether it moves particles: then the body never sleeps.
+  virtual bool moves_particles() const { return true; }
 };
 
 }  // namespace sectio

@@ -88,7 +88,7 @@ struct RunRecord::State {
   std::optional<SyncCost> cost;
   double processor_begun_s = processor_time_s();
   StepReport last;
-  std::uint64_t steps = 0;
+  std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
   std::map<std::string, std::uint64_t> events, refusals;  // how many of each kind; of each reason
   std::vector<double> cpu_s, residual_m;                  // by body: so far; the most
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
@@ -126,6 +126,8 @@ void RunRecord::add(const StepOutput& output, double step_wall_time_s) {
     s.residual_m[b] = std::max(s.residual_m[b], output.report.checks[b].residual_m);
   }
   s.steps = output.step;
+  s.body_steps += s.world.body_count();
+  s.body_steps_asleep += output.report.bodies_asleep;
   for (const Event& e : output.events) {
     ++s.events[to_string(e.kind)];
     if (e.kind != EventKind::cut_refused) continue;
@@ -193,6 +195,8 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["cuts_made"] = last.cuts_made;
   run["cuts_refused"] = last.cuts_refused;
   run["removed_volume_m3"] = last.removed_volume_m3;
+  run["asleep_fraction"] =
+      static_cast<double>(body_steps_asleep) / static_cast<double>(std::max(body_steps, std::uint64_t{1}));
   run["contact_time_s"] = last.contact_time_s;
   run["step_time_median_s"] = quantile(step_times_s, 0.5);
   run["step_time_total_s"] = std::accumulate(step_times_s.begin(), step_times_s.end(), 0.0);

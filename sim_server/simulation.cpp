@@ -47,19 +47,6 @@ struct Tool {
   std::size_t grip_constraints = 0;  // on the body that deforms, or on all rigid ones
 };
 
-// Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
-void see_from_rest(const SimulationBody& body, std::span<const Entry> entries, BladeMotion& motion) {
-  VertexId at = kNone;
-  for (const Entry& e : entries)
-    if (e.tool_id == motion.tool_id) at = body.mesh.triangle(e.triangle).v[0];
-  if (const Stroke* stroke = body.cuts.stroke_of(motion.tool_id))
-    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
-  if (at == kNone) return;
-  motion.frame_world = body.frame_world(at);
-  const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
-  for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
-}
-
 }  // namespace
 
 struct Simulation::State {
@@ -82,6 +69,7 @@ struct Simulation::State {
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
   void step_and_check(std::uint32_t body_id, bool gravity_turned);
+  void tidy(std::uint32_t body_id);
   void press(std::uint32_t body_id);
   void release(std::uint32_t body_id);
   void deform(std::uint32_t body_id);
@@ -92,6 +80,7 @@ struct Simulation::State {
   void follow_hands();
   void tell_grips(std::span<const Reaction> reactions);
   void changed_topology(std::uint32_t body_id, TopologyDelta delta);
+  void tell_touches(std::uint32_t body_id, const TopologyDelta& delta);
   void tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next);
   void tell_of_grips();
   void fit_contact_models();
@@ -130,7 +119,7 @@ struct Simulation::State {
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
   std::vector<Grip> grips;
-  std::vector<std::uint8_t> stirred;
+  std::vector<std::uint8_t> stirred;  // by body: touched, held or cut in this step
 };
 
 void Simulation::State::add_touches(SimulationBody& body) {
@@ -184,7 +173,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
 
   if (body.rigid) return;
   if (!entries.empty() || !motions.empty()) {
-    for (BladeMotion& motion : motions) see_from_rest(body, entries, motion);
+    for (BladeMotion& motion : motions) body.see_from_rest(entries, motion);
     const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     const bool accepted = body.accept_plan(plan, changed);
     if (accepted && !plan.delta.empty()) {
@@ -195,8 +184,8 @@ void Simulation::State::step_body(std::uint32_t body_id) {
     for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).planned(plan, accepted, changed);
     if (accepted)
       for (std::size_t i = 0; i < plan.islands.size(); ++i) say(EventKind::island_freed, body_id, 0);
-  } else if (!at_work) {
-    body.engines.cutting->tidy(body.shared());
+  } else if (!at_work && is_idle(body_id)) {
+    tidy(body_id);
   }
   split(body_id);
   press(body_id);
@@ -209,6 +198,20 @@ void Simulation::State::step_and_check(std::uint32_t body_id, bool gravity_turne
   const double took_s = processor_s ? processor_s() - begun_s : 0;
   const bool cut = std::ranges::any_of(output.deltas, [&](const BodyDelta& d) { return d.body_id == body_id; });
   checks[body_id].stepped(*bodies[body_id], scene.step_s, contact_work_j - work_j, cut || gravity_turned, took_s);
+}
+
+void Simulation::State::tidy(std::uint32_t body_id) {
+  TopologyDelta delta = bodies[body_id]->engines.cutting->tidy(bodies[body_id]->shared());
+  if (delta.empty() || !bodies[body_id]->accept_change(delta, {})) return;
+  tell_touches(body_id, delta);
+  changed_topology(body_id, std::move(delta));
+}
+
+// What they know of the surface.
+void Simulation::State::tell_touches(std::uint32_t body_id, const TopologyDelta& delta) {
+  changed.clear();
+  for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
+  for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).surface_changed(changed);
 }
 
 void Simulation::State::release(std::uint32_t body_id) {
@@ -250,7 +253,13 @@ void Simulation::State::deform(std::uint32_t body_id) {
   for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
   reactions.assign(constraints.size(), {});
   const bool gripped = constraints.size() > of_touches;
-  if (!(spare_idle_bodies && !gripped && is_idle(body_id))) body.deform(constraints, reactions, scene.step_s);
+  const bool left_alone = !gripped && is_idle(body_id);
+  stirred[body_id] = !left_alone;
+  if (!left_alone) body.wake();
+  if (!(spare_idle_bodies && left_alone)) {
+    body.deform(constraints, reactions, scene.step_s);
+    if (left_alone) body.watch_rest(scene);
+  }
   for (const Reaction& reaction : reactions) contact_work_j += reaction.work_j;
   std::size_t next = 0;
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
@@ -301,9 +310,7 @@ void Simulation::State::split(std::uint32_t body_id) {
   for (std::size_t n = 0; n < split.parts.size(); ++n)
     for (Tool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
   for (TopologyDelta& delta : split.deltas) {
-    changed.clear();
-    for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
-    for (std::uint32_t i = 0; i < edges.size(); ++i) touch(body_id, i).part_left(changed);
+    tell_touches(body_id, delta);
     changed_topology(body_id, std::move(delta));
   }
   for (auto& part : split.parts) add_part(std::move(part), body_id);
@@ -323,6 +330,7 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
   add_touches(*part);
   checks.emplace_back(part->spec);
   bodies.push_back(std::move(part));
+  stirred.push_back(1);
 }
 
 void Simulation::State::follow_hands() {
@@ -334,13 +342,12 @@ void Simulation::State::move_rigid_pieces() {
   grips.clear();
   for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
   rigid_touches.clear();
-  stirred.assign(bodies.size(), 0);
-  for (const BodyDelta& d : output.deltas) stirred[d.body_id] = 1;
+  for (const Grip& grip : grips) stirred[grip.body_id] = 1;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
-    for (std::uint32_t i = 0; i < edges.size(); ++i) {
-      stirred[b] |= !bodies[b]->rigid && touch(b, i).state() != ContactState::free;
+    for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i) {
+      stirred[b] |= touch(b, i).state() != ContactState::free;
       for (const PointConstraint& c : touch(b, i).constraints())
-        if (bodies[b]->rigid) rigid_touches.push_back({b, c, tool_of(i).velocity_m_per_s});
+        rigid_touches.push_back({b, c, tool_of(i).velocity_m_per_s});
     }
   reactions.assign(rigid_touches.size() + grips.size(), {});
   step_rigid_pieces(bodies, {rigid_touches, grips, stirred}, scene, reactions);
@@ -413,6 +420,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   const bool turned = s.gravity.step(input, out);
   if (turned) feel_gravity(s.bodies, s.scene.gravity_m_per_s2 = s.gravity.now());
   const auto bodies_before = static_cast<std::uint32_t>(s.bodies.size());  // of which parts may come off
+  s.stirred.assign(bodies_before, 0);
   for (std::uint32_t b = 0; b < bodies_before; ++b) s.step_and_check(b, turned);
   for (std::uint32_t b = bodies_before; b < s.bodies.size(); ++b)
     if (!s.bodies[b]->rigid) s.deform(b);
@@ -420,18 +428,9 @@ const StepOutput& Simulation::step(const StepInput& input) {
   s.tell_of_grips();
   s.fit_contact_models();
 
-  out.report.stability_margin = 1e9;
-  out.report.added_mass_fraction = 0;
   out.report.local_searches = out.report.global_searches = 0;
   out.report.penetration_m = 0;
-  for (const auto& body : s.bodies) {
-    if (body->rigid) continue;
-    const DeformationEngine& deformation = *body->engines.deformation;
-    out.report.stability_margin =
-        std::min(out.report.stability_margin, deformation.largest_stable_step_s() / s.scene.step_s);
-    out.report.added_mass_fraction = std::max(out.report.added_mass_fraction, deformation.added_mass_fraction());
-  }
-  report(s.checks, out.report);
+  report(s.bodies, s.checks, s.scene.step_s, out.report);
   out.report.instrument_work_j = s.contact_work_j;
   for (SimulationTouch& t : s.touches) {
     out.report.instrument_work_j += t.cutting_work_j();
@@ -466,6 +465,9 @@ ContactGap Simulation::contact_gap(std::uint32_t body_id) const {
   for (std::uint32_t i = 0; i < state_->edges.size(); ++i)
     if (const ContactGap gap = state_->touch(body_id, i).gap(); gap.depth_m > deepest.depth_m) deepest = gap;
   return deepest;
+}
+bool Simulation::asleep(std::uint32_t body_id) const {
+  return state_->bodies[body_id]->asleep();
 }
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
   const auto& rigid = state_->bodies[body_id]->rigid;

@@ -40,6 +40,8 @@ class Simulation {
   RegionVolumes region_volumes(std::uint32_t body_id) const;
   // Of the instrument that presses deepest, after a step.
   ContactGap contact_gap(std::uint32_t body_id) const;
+  // It rests, and is not stepped until something touches it.
+  bool asleep(std::uint32_t body_id) const;
   // Nothing when it deforms.
   const RigidBody* rigid_body(std::uint32_t body_id) const;
   const TriangleMesh& mesh(std::uint32_t body_id) const;

@@ -14,6 +14,11 @@ namespace {
 
 constexpr double kThicknessUsed = 0.8;       // of the tissue under a groove, at most
 constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not the other side
+constexpr double kPictureLines = 720;
+
+double pixel_rad(const Camera& camera) {
+  return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
+}
 
 }  // namespace
 
@@ -82,6 +87,18 @@ Vec3 SimulationBody::home_normal_world(const MeshDraft& surface, const std::arra
   return frame_world(v[0]).orientation * normal_body.stableNormalized();
 }
 
+void SimulationBody::see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const {
+  VertexId at = kNone;
+  for (const Entry& e : entries)
+    if (e.tool_id == motion.tool_id) at = mesh.triangle(e.triangle).v[0];
+  if (const Stroke* stroke = cuts.stroke_of(motion.tool_id))
+    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
+  if (at == kNone) return;
+  motion.frame_world = frame_world(at);
+  const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
+  for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
+}
+
 double SimulationBody::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {
   const Vec3 down = tip_world_m - surface_world_m;
   const double depth_m = down.norm();
@@ -107,7 +124,7 @@ bool SimulationBody::accept_plan(const CutPlan& plan, std::vector<TriangleId>& c
   return true;
 }
 
-bool SimulationBody::accept_temporary(const TopologyDelta& delta, Seeds seeds) {
+bool SimulationBody::accept_change(const TopologyDelta& delta, Seeds seeds) {
   if (delta.empty()) {
     place(seeds);
     tree_stale_ = true;
@@ -214,12 +231,31 @@ void SimulationBody::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3
 void SimulationBody::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions,
                             double step_s) {
   if (frozen) return;
-  engines.deformation->step(shared(), constraints, reactions);
-  compact_.invalidate();
+  if (!asleep_) {
+    engines.deformation->step(shared(), constraints, reactions);
+    compact_.invalidate();
+  }
   for (const auto& process : engines.processes) process->step(shared(), step_s);
+  if (asleep_) return;
   lips_.step(shared(), *engines.deformation, step_s);
   compact_.invalidate();
   tree_stale_ = true;
+}
+
+void SimulationBody::watch_rest(const Scene& scene) {
+  if (frozen || asleep_ || scene.sleep.after_s == 0) return;
+  if (std::ranges::any_of(engines.processes, [](const auto& process) { return process->moves_particles(); })) return;
+  const double eye_to_body_m = bounds_world_m().exteriorDistance(scene.camera.eye_world_m);
+  const double unseen_m = scene.sleep.unseen_px * pixel_rad(scene.camera) * eye_to_body_m;
+  asleep_ = stillness_.watch(particles.position_world_m, scene.step_s, scene.sleep.after_s,
+                             std::max(scene.sleep.still_m, unseen_m));
+  if (asleep_) std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
+}
+
+void SimulationBody::wake() {
+  asleep_ = false;
+  stillness_.begin_anew();
+  if (rigid) rigid->body.wake();
 }
 
 }  // namespace sectio

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_server/bodies/particle_state.h"
+#include "sim_server/bodies/stillness.h"
 #include "sim_server/cutting/contact_templates.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation_engines.h"
@@ -50,15 +51,17 @@ class SimulationBody {
   // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  // Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
+  void see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const;
   // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
   // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
   bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
 
-  // The same for temporary elements; the delta may be empty, and particles only move.
+  // The same for what is no cut, as temporary elements; the delta may be empty, and particles only move.
   using Seeds = std::span<const std::pair<VertexId, VertexState>>;
-  bool accept_temporary(const TopologyDelta& delta, Seeds seeds);
+  bool accept_change(const TopologyDelta& delta, Seeds seeds);
 
   // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
   void give_up(const TopologyDelta& delta);
@@ -68,8 +71,14 @@ class SimulationBody {
   // After the rigid body has moved.
   void follow_rigid();
 
-  // Deformation, whatever else goes on in the body, and contact of its lips.
+  // Deformation, whatever else goes on in the body, and contact of its lips; of a body that sleeps only what else goes
+  // on.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
+  // Rests, and is not moved until it is woken.
+  bool asleep() const { return rigid ? rigid->body.asleep() : asleep_; }
+  void wake();
+  // After deform(), when nothing touches it: it falls asleep when it has come to rest.
+  void watch_rest(const Scene& scene);
   // After that: a contact makes a particle faster and puts it elsewhere.
   void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
@@ -103,6 +112,8 @@ class SimulationBody {
   LipContacts lips_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
+  bool asleep_ = false;
+  Stillness stillness_;
   Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };
 

@@ -1,6 +1,9 @@
 // How a body's model keeps to what it was taken for: margin, residual, energy, time. Part of simulation.*.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "sim_server/simulation_body.h"
 #include "sim_server/step_io.h"
 
@@ -28,7 +31,8 @@ class SimulationCheck {
   double energy_j_ = 0, work_j_ = 0;
 };
 
-// Of all bodies.
-void report(const std::vector<SimulationCheck>& checks, StepReport& out);
+// What a step's report says of its bodies.
+void report(const std::vector<std::unique_ptr<SimulationBody>>& bodies, const std::vector<SimulationCheck>& checks,
+            double step_s, StepReport& out);
 
 }  // namespace sectio

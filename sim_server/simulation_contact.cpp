@@ -51,7 +51,7 @@ bool nothing_new(const TemporaryContact& contact, std::span<const ContactPoint> 
 std::optional<TopologyDelta> commit(SimulationBody& body, const MeshDraft& draft) {
   TopologyDelta delta = draft.delta();
   delta.temporary = true;
-  const bool applied = body.accept_temporary(delta, draft.seeds());
+  const bool applied = body.accept_change(delta, draft.seeds());
   SECTIO_ASSERT(applied, "dividing faces keeps a surface a surface");
   if (!applied || delta.empty()) return std::nullopt;
   return delta;

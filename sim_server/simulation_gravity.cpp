@@ -60,10 +60,8 @@ bool TurningGravity::step(const StepInput& input, StepOutput& output) {
 
 void feel_gravity(const std::vector<std::unique_ptr<SimulationBody>>& bodies, const Vec3& gravity_m_per_s2) {
   for (const auto& body : bodies) {
-    if (body->rigid)
-      body->rigid->body.wake();
-    else
-      body->engines.deformation->set_gravity(gravity_m_per_s2);
+    body->wake();
+    if (!body->rigid) body->engines.deformation->set_gravity(gravity_m_per_s2);
   }
 }
 

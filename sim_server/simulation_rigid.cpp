@@ -31,7 +31,7 @@ class RigidStep {
     for (const RigidTouch& touch : input.touches) add_tool(touch);
     for (const Grip& grip : input.grips) add_grip(grip);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (dynamics_[b] && dynamics_[b]->asleep()) bear(b);
+      if (dynamics_[b] && bodies_[b]->asleep()) bear(b);
     for (RigidBody* piece : dynamics_)
       if (piece && !piece->asleep()) piece->push(scene_.gravity_m_per_s2, scene_.step_s);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
@@ -46,20 +46,18 @@ class RigidStep {
       reactions[i].active = !impulses[i].isZero(0);
     }
     for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
-      if (!is_awake(b)) continue;
+      if (!dynamics_[b] || !moves(b)) continue;
       move(b);
       if (dynamics_[b]->asleep()) keep_bearing_on(b, impulses);
     }
   }
 
  private:
-  bool is_awake(std::uint32_t b) const { return dynamics_[b] && !dynamics_[b]->asleep() && !bodies_[b]->frozen; }
-
   // A part that came off and goes on deforming; its floor is its own affair.
-  bool is_loose(std::uint32_t b) const {
-    return !dynamics_[b] && !bodies_[b]->frozen && b >= scene_.bodies.size() && !bodies_[b]->spec.fixed;
+  bool is_loose(std::uint32_t b) const { return !dynamics_[b] && b >= scene_.bodies.size() && !bodies_[b]->spec.fixed; }
+  bool moves(std::uint32_t b) const {
+    return (dynamics_[b] || is_loose(b)) && !bodies_[b]->frozen && !bodies_[b]->asleep();
   }
-  bool moves(std::uint32_t b) const { return is_awake(b) || is_loose(b); }
 
   Box3 box_around(std::uint32_t b, double margin_m) const {
     const Vec3 reach = Vec3::Constant(margin_m + (dynamics_[b] ? bodies_[b]->rigid->radius_m() : 0));
@@ -73,9 +71,9 @@ class RigidStep {
 
   void wake(std::span<const std::uint8_t> stirred) {
     for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
-      if (!dynamics_[b] || !dynamics_[b]->asleep()) continue;
-      for (std::uint32_t other = 0; other < bodies_.size() && dynamics_[b]->asleep(); ++other)
-        if (stirred[other] && box_around(b, kReachM).intersects(box_around(other, kReachM))) dynamics_[b]->wake();
+      if (!bodies_[b]->asleep()) continue;
+      for (std::uint32_t other = 0; other < bodies_.size() && bodies_[b]->asleep(); ++other)
+        if (stirred[other] && box_around(b, kReachM).intersects(box_around(other, kReachM))) bodies_[b]->wake();
     }
   }
 
@@ -140,10 +138,13 @@ class RigidStep {
         c.body = b;
       else
         join(c, b, f, i >= own, 1);
-      if (!dynamics_[other])
-        join(c, other, f, i < own, -1);
-      else if (wakes(b, other, c))
-        c.other = other;
+      if (bodies_[other]->asleep() && approach_m_per_s(b, f, i >= own, c) > kWakingSpeedM_per_s) bodies_[other]->wake();
+      if (!bodies_[other]->asleep()) {
+        if (dynamics_[other])
+          c.other = other;
+        else
+          join(c, other, f, i < own, -1);
+      }
       contacts_.push_back(c);
     }
   }
@@ -155,13 +156,16 @@ class RigidStep {
       particles_.join(c, b, f.vertex, side, scene_.step_s);
   }
 
-  // A sleeping piece bears others without moving until one bumps into it.
-  bool wakes(std::uint32_t b, std::uint32_t other, const RigidContact& c) {
-    if (!dynamics_[other]->asleep()) return true;
-    if (!dynamics_[b] || dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world) > -kWakingSpeedM_per_s)
-      return false;
-    dynamics_[other]->wake();
-    return true;
+  // How fast a body bumps into another at a contact.
+  double approach_m_per_s(std::uint32_t b, const BodyContact& f, bool by_triangle, const RigidContact& c) const {
+    if (dynamics_[b]) return -dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world);
+    const ParticleView state = bodies_[b]->particle_view();
+    if (!by_triangle) return -state.velocity(f.vertex).dot(c.normal_world);
+    double speed_m_per_s = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+      speed_m_per_s -=
+          f.bary[static_cast<int>(a)] * state.velocity(bodies_[b]->mesh.triangle(f.triangle).v[a]).dot(c.normal_world);
+    return speed_m_per_s;
   }
 
   // What a sleeping piece bears on stays as it is: the last impulses go on.
@@ -174,7 +178,8 @@ class RigidStep {
   void bear(std::uint32_t b) const {
     for (const RestingLoad& load : bodies_[b]->loads) {
       SimulationBody& bed = *bodies_[load.body_id];
-      if (bed.frozen || load.vertex >= bed.mesh.vertex_slots() || !bed.mesh.vertex_alive(load.vertex)) continue;
+      if (bed.frozen || bed.asleep() || load.vertex >= bed.mesh.vertex_slots() || !bed.mesh.vertex_alive(load.vertex))
+        continue;
       const Vec3 gained = bed.engines.deformation->inverse_mass_per_kg(load.vertex) * load.impulse_n_s;
       bed.nudge(load.vertex, gained, scene_.step_s * gained);
     }

@@ -2,9 +2,9 @@
 // rest; parts that came off and go on deforming touch bodies. Part of simulation.*.
 //
 // Deformable bodies have deformed before; contact then changes the velocities of their particles and of the pieces
-// alike, and moves particles as far as their velocities changed. A sleeping piece costs nothing but the impulses that
-// it goes on giving to what it lies on; it wakes when an instrument, a piece that moves, or a change to the body near
-// it stirs it.
+// alike, and moves particles as far as their velocities changed. What sleeps bears others as if it could not move. A
+// sleeping piece costs nothing but the impulses that it goes on giving to what it lies on, unless that sleeps, too. It
+// wakes when something bumps into it, and when what an instrument touches or a cut changes is next to it.
 #pragma once
 
 #include <memory>
@@ -33,8 +33,8 @@ struct Grip {
 struct RigidInput {
   std::span<const RigidTouch> touches = {};
   std::span<const Grip> grips = {};
-  std::span<const std::uint8_t> stirred =
-      {};  // by body, whether an instrument touched or a cut changed it in this step; empty: none
+  // By body, whether an instrument touched or held it or a cut changed it in this step; empty: none.
+  std::span<const std::uint8_t> stirred = {};
 };
 
 // One reaction a touch, then one a grip.

@@ -397,8 +397,8 @@ void SimulationTouch::let_go() {
   if (phase_ == Phase::pressing) set_free();
 }
 
-void SimulationTouch::part_left(std::span<const TriangleId> removed) {
-  tracker_.topology_changed(body_.view(), removed);
+void SimulationTouch::surface_changed(std::span<const TriangleId> changed) {
+  tracker_.topology_changed(body_.view(), changed);
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
   std::erase_if(constraints_, [&](const PointConstraint& c) {
     return std::ranges::any_of(

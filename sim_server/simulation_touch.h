@@ -32,8 +32,8 @@ class SimulationTouch {
   void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
   // It holds the body, and so presses it no more.
   void let_go();
-  // A part came off the body, with the triangles given: what was done to it has ended.
-  void part_left(std::span<const TriangleId> removed);
+  // These triangles are not what they were, or gone with a part that came off: what was done to that has ended.
+  void surface_changed(std::span<const TriangleId> changed);
   // Cuts, or looks for where to: temporary elements must be gone before plan().
   bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
   // Where it presses on a body with contact templates, the most important first.

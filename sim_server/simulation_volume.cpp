@@ -104,7 +104,8 @@ BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_pt
   settings.semi_progressive = site.spec.cutting.style == "semi_progressive";
   settings.snap = site.spec.cutting.snap_ratio;
   settings.collapse_ratio = site.spec.volume.collapse_ratio;
-  auto cutting = std::make_unique<VolumeCutting>(volume.mesh, volume.vertex_of, settings, *engine, fixed_places(site));
+  auto cutting = std::make_unique<VolumeCutting>(volume.mesh, volume.vertex_of, settings, *engine, fixed_places(site),
+                                                 site.is_part);
   engines.splitting = std::make_unique<VolumeSplitting>(*cutting);
   engines.cutting = std::move(cutting);
   engines.deformation = std::move(engine);

@@ -65,13 +65,14 @@ std::vector<std::vector<std::uint32_t>> further_components(const TetTopology& vo
 }  // namespace
 
 VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
-                             VolumeEngine& volume, IsFixed is_fixed)
+                             VolumeEngine& volume, IsFixed is_fixed, bool has_been_cut)
     : cut_settings_(settings),
       engine_(volume),
       is_fixed_(std::move(is_fixed)),
       volume_(mesh),
       surface_(std::move(vertex_of), mesh.vertices_body_m.size()),
-      element_m_(mean_edge_m(mesh)) {
+      element_m_(mean_edge_m(mesh)),
+      tidied_(has_been_cut ? 0 : kNone) {
   seen_.resize(volume_.vertex_count(), 0);
   give_room(seen_);
   settings_.style = CutStyle::templates;  // all of the edge that is in the body cuts

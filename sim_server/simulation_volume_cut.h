@@ -7,7 +7,7 @@
 //   delta accepted -> redo; model, surface's slots and state follow             follow()
 //   delta by which a part left -> its tetrahedra leave                          follow()
 //
-//   step without an instrument -> short edges inside collapse, a few vertices at a time     tidy()
+//   step without an instrument -> a short edge that can go: the surface's delta             tidy(), follow()
 //
 // Cost of a step with a cut: O(tetrahedra that are cut and their neighbours), whatever the volume's size.
 #pragma once
@@ -36,15 +36,16 @@ class VolumeCutting final : public CuttingEngine {
  public:
   using IsFixed = std::function<bool(const Vec3& rest_body_m)>;  // empty: nothing is
 
-  // `volume` moves the mesh and outlives the last call; `vertex_of` each slot of its surface.
+  // `volume` moves the mesh and outlives the last call; `vertex_of` each slot of its surface. What came off another
+  // body has been cut.
   VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
-                VolumeEngine& volume, IsFixed is_fixed);
+                VolumeEngine& volume, IsFixed is_fixed, bool has_been_cut);
 
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) override;
   void follow(const SharedBody& body, const TopologyChange& change) override;
-  void tidy(const SharedBody& body) override;
+  TopologyDelta tidy(const SharedBody& body) override;
 
   const TetTopology& volume() const { return volume_; }
   const VolumeSurface& surface() const { return surface_; }
@@ -76,6 +77,12 @@ class VolumeCutting final : public CuttingEngine {
     std::map<std::uint32_t, Way> ways;
     std::uint64_t hash = 0;
   };
+  // What tidy() has planned.
+  struct Collapsing {
+    VertexId v = kNone, onto = kNone;
+    VolumeSurface::Change slots;
+    std::uint64_t hash = 0;
+  };
 
   TetVertexState state_of(const SharedBody& body, VertexId v) const;
   VertexId closest_to(const SharedBody& body, const Blade& blade, VertexId from) const;
@@ -96,7 +103,8 @@ class VolumeCutting final : public CuttingEngine {
   Surface kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const;
   std::vector<std::uint32_t> tetrahedra_of(std::span<const VertexId> slots) const;
   void let_go(std::span<const VertexId> slots);
-  void collapse(const SharedBody& body, VertexId v, VertexId onto);
+  void plan_collapse(const SharedBody& body, VertexId v, VertexId onto, TopologyDelta& delta);
+  void collapse(const SharedBody& body);
 
   StrokeSettings settings_;
   TetCutSettings cut_settings_;
@@ -107,7 +115,9 @@ class VolumeCutting final : public CuttingEngine {
   double element_m_;  // mean length of the edges
   std::map<std::uint32_t, Way> ways_;
   std::optional<Pending> pending_;
-  VertexId tidied_ = kNone;                  // up to there, since the last cut; kNone: all
+  std::optional<Collapsing> collapsing_;
+  VertexId tidied_;                          // up to there, since the last cut; kNone: all
+  bool has_collapsed_ = false;               // an edge, in this round through all
   mutable std::vector<std::uint32_t> seen_;  // by vertex: the round that met it last
   mutable std::uint32_t round_ = 0;
 };

@@ -4,12 +4,9 @@
 #include <utility>
 
 #include "sim_server/simulation_volume_cut.h"
-#include "sim_server/tet_cutting/collapse.h"
 
 namespace sectio {
 namespace {
-
-constexpr VertexId kTidied = 64;  // vertices that are looked at in a step
 
 struct Particles {
   std::vector<Vec4f> position_world_m, velocity_m_per_s;
@@ -23,7 +20,9 @@ struct Particles {
 }  // namespace
 
 void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change) {
-  if (pending_ && body.mesh.hash() == pending_->hash) {
+  if (collapsing_ && body.mesh.hash() == collapsing_->hash) {
+    collapse(body);
+  } else if (pending_ && body.mesh.hash() == pending_->hash) {
     volume_.redo(pending_->steps);
     volume_.forget();
     surface_.accept(pending_->slots);
@@ -93,50 +92,6 @@ void VolumeCutting::let_go(std::span<const VertexId> slots) {
   engine_.change(change, {}, {}, dead);
   for (auto& [tool, way] : ways_)
     for (auto* list : {&way.cut, &way.near}) std::erase_if(*list, [&](VertexId v) { return !volume_.alive(v); });
-}
-
-// Once through all vertices after a cut, one collapse in a step at most.
-void VolumeCutting::tidy(const SharedBody& body) {
-  if (tidied_ == kNone || !(cut_settings_.collapse_ratio > 0)) return;
-  volume_.fetch_states_from([&](VertexId v) { return state_of(body, v); });
-  const auto end = static_cast<VertexId>(std::min<std::size_t>(tidied_ + kTidied, volume_.vertex_count()));
-  for (; tidied_ < end; ++tidied_) {
-    if (is_fixed_ && is_fixed_(volume_.vertex(tidied_).rest_body_m)) continue;
-    const auto onto = collapse_onto(volume_, tidied_, cut_settings_.collapse_ratio);
-    if (!onto) continue;
-    collapse(body, tidied_, *onto);
-    break;  // states are what they were before it
-  }
-  if (tidied_ == volume_.vertex_count()) tidied_ = kNone;
-  volume_.fetch_states_from({});
-}
-
-// Masses go by volume: those around share what momentum that would make or take.
-void VolumeCutting::collapse(const SharedBody& body, VertexId v, VertexId onto) {
-  std::vector<VertexId> around;
-  for (const std::uint32_t t : volume_.star(v))
-    around.insert(around.end(), volume_.tetrahedra()[t].begin(), volume_.tetrahedra()[t].end());
-  std::ranges::sort(around);
-  around.erase(std::unique(around.begin(), around.end()), around.end());
-  const auto momentum = [&] {
-    Vec3 sum = Vec3::Zero();
-    for (const VertexId u : around) sum += engine_.model().mass_kg(u) * state_of(body, u).velocity_m_per_s;
-    return sum;
-  };
-  const Vec3 before = momentum();
-  engine_.change(volume_.collapse(v, onto), {}, {}, {});
-  for (auto& [tool, way] : ways_)
-    for (auto* list : {&way.cut, &way.near}) std::erase(*list, v);
-  std::erase_if(around, [&](VertexId u) { return engine_.model().inverse_mass_per_kg(u) == 0; });  // fixed or gone
-  double mass_kg = 0;
-  for (const VertexId u : around) mass_kg += engine_.model().mass_kg(u);
-  if (mass_kg == 0) return;
-  const Vec3 faster = (before - momentum()) / mass_kg;
-  for (const VertexId u : around) {
-    engine_.nudge(u, faster);
-    for (const VertexId slot : surface_.slots_of(u))
-      body.particles.velocity_world_m_per_s[slot].head<3>() += faster.cast<float>();
-  }
 }
 
 }  // namespace sectio

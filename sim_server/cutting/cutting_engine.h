@@ -17,8 +17,9 @@ class CuttingEngine : public Engine {
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) = 0;
 
-  // Instead, in a step in which no instrument is at the body: a little of what can wait. The surface stays as it is.
-  virtual void tidy(const SharedBody&) {}
+  // Instead, in a step in which no instrument is at the body: a little of what can wait. The mesh changes only when the
+  // simulation applies the delta, as with a plan; most are empty.
+  virtual TopologyDelta tidy(const SharedBody&) { return {}; }
 };
 
 // Cuts surfaces, in the style that the settings say.

@@ -277,6 +277,14 @@ ExerciseSpec read_exercise(const YamlValue& value, const std::vector<BodySpec>& 
   return exercise;
 }
 
+SleepSpec read_sleep(YamlMap& map) {
+  SleepSpec sleep;
+  map.read("after_s", sleep.after_s, between(0, 60));
+  map.read("still_m", sleep.still_m, at_least(0));
+  map.read("unseen_px", sleep.unseen_px, at_least(0));
+  return sleep;
+}
+
 std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
   std::vector<GravityChange> changes;
   for (const YamlValue& value : list.list()) {
@@ -306,6 +314,7 @@ Scene load_scene(const std::string& path) {
   if (const auto changes = map.find("gravity_changes")) scene.gravity_changes = read_gravity_changes(*changes);
   map.read("gravity_turns_deg_per_s", scene.gravity_turns_deg_per_s, above_to(0, 360));
   if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
+  map.part("sleep", [&](YamlMap& part) { scene.sleep = read_sleep(part); });
   map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
   const YamlValue bodies = map.require("bodies");
   const auto tools = map.find("tools"), exercise = map.find("exercise");

@@ -81,7 +81,7 @@ struct VolumeSpec {
   double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
   double least_part_s = 0;           // vertices too light for parts of a step this long get mass; 0: none
-  double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go from the inside; 0: none
+  double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go; 0: none
 };
 
 // Of model auto: how wrong and how dear a body may be; what the planner expects of what it has taken.
@@ -141,6 +141,15 @@ struct GravityChange {
   Vec3 gravity_m_per_s2 = Vec3::Zero();
 };
 
+// A body that has come to rest sleeps: it is not stepped until something touches it. It rests when nothing of its
+// surface has moved further than still_m for after_s, or, where that is more, further than anybody can see from the
+// scene's camera: unseen_px pixels of a picture 720 lines high.
+struct SleepSpec {
+  double after_s = 1;  // 0: nothing sleeps
+  double still_m = 2e-5;
+  double unseen_px = 0.1;
+};
+
 struct Scene {
   std::string session = "session";
   std::string file;  // where it came from, for messages
@@ -151,6 +160,7 @@ struct Scene {
   std::vector<GravityChange> gravity_changes;  // ascending in time: the patient is tilted
   double gravity_turns_deg_per_s = 20;         // at most
   std::optional<double> floor_z_m;             // parts that fall come to rest on this plane
+  SleepSpec sleep;
   Camera camera;
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
@@ -165,6 +175,7 @@ struct Scene {
 //
 //   session*: name            step_s (or auto), duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
 //   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
+//   sleep:     after_s (0: nothing sleeps), still_m, unseen_px
 //   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
 //   bodies*:   a list of
 //     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice | auto, server: name (main)

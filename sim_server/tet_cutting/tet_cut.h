@@ -30,7 +30,7 @@ struct TetCutSettings {
   // Paper C's rule: only tetrahedra that are cut through are cut. Else the cut follows the sheet into the element in
   // which it ends, as far as that one's crossed edges.
   bool semi_progressive = false;
-  // Once blades are out, edges below this part of the mean edge around them go, where one end is inside; 0: none.
+  // Once blades are out, edges below this part of the mean edge around them go (collapse_onto()); 0: none.
   double collapse_ratio = 0.15;
 };
 

@@ -128,22 +128,40 @@ TetChange TetTopology::remove(std::span<const std::uint32_t> tetrahedra) {
   return change;
 }
 
-TetChange TetTopology::collapse(VertexId v, VertexId onto) {
-  SECTIO_ASSERT(journal_.empty(), "a collapse can't be undone");
+TetChange TetTopology::collapse_change(VertexId v, VertexId onto) const {
   TetChange change;
-  for (const std::uint32_t t : std::exchange(star_[v], {})) {
-    const Tetrahedron before = tets_[t];
-    if (has(before, onto)) {
-      for (const VertexId u : before)
-        if (u != v) std::erase(star_[u], t);
-      tets_[t] = kNoTetrahedron;
-    } else {
-      replace(tets_[t], v, onto);
-      star_[onto].push_back(t);
+  for (const std::uint32_t t : star_[v]) {
+    const Tetrahedron& before = tets_[t];
+    Tetrahedron after = kNoTetrahedron;
+    if (!has(before, onto)) {
+      after = before;
+      replace(after, v, onto);
+    } else if (const std::uint32_t u =
+                   across(t, static_cast<std::size_t>(std::ranges::find(before, v) - before.begin()));
+               u != kNone) {
+      change.tetrahedra.push_back({u, tets_[u], tets_[u], u});
     }
-    change.tetrahedra.push_back({t, before, tets_[t], t});
+    change.tetrahedra.push_back({t, before, after, t});
   }
   std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
+  const auto twice = std::ranges::unique(change.tetrahedra, {}, &TetEdit::id);
+  change.tetrahedra.erase(twice.begin(), twice.end());
+  return change;
+}
+
+TetChange TetTopology::collapse(VertexId v, VertexId onto) {
+  SECTIO_ASSERT(journal_.empty(), "a collapse can't be undone");
+  TetChange change = collapse_change(v, onto);
+  for (const TetEdit& e : change.tetrahedra) {
+    if (e.before == e.after) continue;
+    tets_[e.id] = e.after;
+    if (e.after == kNoTetrahedron) {
+      for (const VertexId u : e.before) std::erase(star_[u], e.id);
+    } else {
+      star_[onto].push_back(e.id);
+    }
+  }
+  star_[v].clear();
   return change;
 }
 

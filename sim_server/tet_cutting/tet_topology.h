@@ -76,9 +76,10 @@ class TetTopology {
   TetChange change() const;
   // These leave; so do vertices that have no other. There are no operations to undo.
   TetChange remove(std::span<const std::uint32_t> tetrahedra);
-  // A vertex inside moves onto its neighbour: the tetrahedra with both are gone, the others at v have the neighbour
-  // instead. See collapse_onto() for when this leaves a mesh. There are no operations to undo.
+  // A vertex moves onto its neighbour: the tetrahedra with both are gone, the others at v have the neighbour instead.
+  // See judge_collapse() for when this leaves a mesh. There are no operations to undo. Once as what it would be.
   TetChange collapse(VertexId v, VertexId onto);
+  TetChange collapse_change(VertexId v, VertexId onto) const;
   // Of a vertex that one of these operations has made: the ends of its edge, or the vertex whose twin it is, twice.
   // Nothing of an older one.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;

@@ -2,6 +2,7 @@
 // simulation each, as ratios to a step in which nothing touches.
 //
 //   untouched  the probe is far away
+//   asleep     the same, and the organ has come to rest
 //   vertices   it presses by moving the vertices under it
 //   rests      it presses with temporary elements, which stay
 //   slides     the same at 2 cm/s: particles follow, templates are exchanged from face to face
@@ -43,8 +44,9 @@ double height_m(double x_m, double y_m) {
 
 // `at(k)`: x and y of the probe in step k, and its depth.
 template <class At>
-void run(benchmark::State& state, const char* style, const At& at) {
-  const Scene scene = organ(static_cast<int>(state.range(0)), style);
+void run(benchmark::State& state, const char* style, const At& at, double sleep_after_s = 0) {
+  Scene scene = organ(static_cast<int>(state.range(0)), style);
+  scene.sleep.after_s = sleep_after_s;
   Simulation simulation(scene);
   std::uint64_t k = 0, deltas = 0;
   const auto step = [&] {
@@ -56,6 +58,8 @@ void run(benchmark::State& state, const char* style, const At& at) {
     deltas += simulation.step(input).deltas.size();
   };
   for (int i = 0; i < 300; ++i) step();
+  for (int i = 0; i < 100000 && sleep_after_s > 0 && !simulation.asleep(0); ++i) step();
+  if (simulation.asleep(0) != (sleep_after_s > 0)) return state.SkipWithError("it does not rest");
   deltas = 0;
   for (auto _ : state) step();
   state.counters["triangles"] = simulation.mesh(0).triangle_count();
@@ -69,6 +73,10 @@ double sunk_m(std::uint64_t k) {
 
 void untouched(benchmark::State& state) {
   run(state, "vertices", [](std::uint64_t) { return Vec3(0.003, 0.002, -0.1); });
+}
+void asleep(benchmark::State& state) {
+  run(
+      state, "vertices", [](std::uint64_t) { return Vec3(0.003, 0.002, -0.1); }, 0.2);
 }
 void vertices(benchmark::State& state) {
   run(state, "vertices", [](std::uint64_t k) { return Vec3(0.003, 0.002, sunk_m(k)); });
@@ -91,6 +99,7 @@ void churns(benchmark::State& state) {
 
 #define SIZES ->Arg(3)->Arg(5)->Iterations(4000)->Repetitions(3)->Unit(benchmark::kMicrosecond)
 BENCHMARK(untouched) SIZES;
+BENCHMARK(asleep) SIZES;
 BENCHMARK(vertices) SIZES;
 BENCHMARK(rests) SIZES;
 BENCHMARK(slides) SIZES;
@@ -101,9 +110,9 @@ void print_ratios(const bench::BestTimes& best) {
     const auto of = [&](const std::string& name) { return best.find(name + "/" + levels); };
     const auto base = of("untouched");
     if (base == best.end()) continue;
-    for (const std::string name : {"vertices", "rests", "slides", "churns"})
+    for (const std::string name : {"asleep", "vertices", "rests", "slides", "churns"})
       if (const auto t = of(name); t != best.end())
-        std::fprintf(stderr, "%s takes %.2f times as long as an untouched step of %s triangles\n", name.c_str(),
+        std::fprintf(stderr, "%s takes %.3g times as long as an untouched step of %s triangles\n", name.c_str(),
                      t->second / base->second, levels == "3" ? "1280" : "20480");
   }
 }

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/contact_reference.h"
+
 namespace sectio::chart {
 namespace {
 
@@ -80,20 +82,6 @@ ChartScene open() {
   return s;
 }
 
-// Of a ball on a layer that is bonded to its ground, any Poisson's ratio: Hertz's force times Dimitriadis' series in
-// sqrt(R d) / H.
-double ball_on_layer_n(const ChartScene& s) {
-  const double nu = s.poisson, r = s.ball->radius_m, d = s.ball->depth_m;
-  const double modulus = s.young_pa / (1 - nu * nu), chi = std::sqrt(r * d) / s.size_m.z();
-  const double a = -(1.2876 - 1.4678 * nu + 1.3442 * nu * nu) / (1 - nu);
-  const double b = (0.6387 - 1.0277 * nu + 1.5164 * nu * nu) / (1 - nu);
-  const double pi = M_PI;
-  return 4.0 / 3 * modulus * std::sqrt(r) * std::pow(d, 1.5) *
-         (1 - 2 * a / pi * chi + 4 * a * a / (pi * pi) * chi * chi -
-          8 / (pi * pi * pi) * (a * a * a + 4 * pi * pi * b / 15) * std::pow(chi, 3) +
-          16 * a / std::pow(pi, 4) * (a * a * a + 3 * pi * pi * b / 5) * std::pow(chi, 4));
-}
-
 std::vector<double> answer_of_bricks(const ChartScene& s, int n) {
   const auto& c = s.cells_per_across;
   const test::BrickReference bricks({n * c[0], n * c[1], n * c[2]}, s.size_m, test::lame(s.young_pa, s.poisson),
@@ -149,7 +137,10 @@ double relative_error(const std::vector<double>& a, const std::vector<double>& b
 
 // Three meshes n - 2, n - 1, n across: the error is taken to be c n^-p, with the p that the differences have.
 Reference reference_of(const ChartScene& scene, bool quick) {
-  if (scene.ball) return {{ball_on_layer_n(scene)}, 0};
+  if (scene.ball)
+    return {{test::ball_on_layer_n(scene.young_pa, scene.poisson, scene.ball->radius_m, scene.ball->depth_m,
+                                   scene.size_m.z())},
+            0};
   const int n = quick ? 3 : scene.reference_across;
   const auto first = answer_of_bricks(scene, n - 2), second = answer_of_bricks(scene, n - 1),
              third = answer_of_bricks(scene, n);

@@ -144,7 +144,9 @@ TEST(A_ARCH, A_ARCH_9_a_model_without_engines_is_refused_by_name) {
 
 // Planned by sim_server/net/budget.h when a session is behind its clock; never in a run without a clock.
 TEST(A_ARCH, A_ARCH_6_reduced_steps_leave_what_nobody_touches_as_it_is_and_go_on_with_the_rest) {
-  Operation op(two_organs());
+  Scene scene = two_organs();
+  scene.sleep.after_s = 0;
+  Operation op(scene);
   op.tip_to(0, 0, -0.002);
   op.tip_to(0, 0, 0.002);
   ASSERT_NE(op.state(), ContactState::free);

@@ -35,6 +35,7 @@ inline ToolSpec tool(const std::string& kind) {
 inline Scene scene_of(const PlannedCase& c) {
   Scene scene;
   scene.file = c.name;
+  scene.sleep.after_s = 0;
   scene.gravity_m_per_s2 = Vec3(0, 0, c.load == planning::Load::bending ? -9.81 : 0);
   BodySpec body;
   body.name = c.name;

@@ -1,5 +1,5 @@
 // A storm of a thousand random cuts of volumes, in deformed states, into each other: rectangles of all sizes. After
-// each of them short edges inside collapse.
+// each of them short edges collapse, inside and on the surface.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -12,9 +12,9 @@
 namespace sectio {
 namespace {
 
-// Of shape_quality(), where twenty sheets cross in 320 tetrahedra: each crossing may leave 0.05 of an edge, and
-// crossings of crossings are on surfaces, where nothing collapses.
-constexpr double kLeastQuality = 1e-6;
+// Of shape_quality(), where twenty sheets cross in 320 tetrahedra, as each crossing may leave 0.05 of an edge.
+constexpr double kLeastQuality = 1e-4;
+constexpr double kSameVolume = 1e-4;  // after all collapses, of the whole
 
 double worst_quality(const TetTopology& volume) {
   double worst = 1;
@@ -25,8 +25,11 @@ double worst_quality(const TetTopology& volume) {
 
 std::vector<TetChange> collapse_all(TetTopology& volume, double ratio) {
   std::vector<TetChange> changes;
-  for (VertexId v = 0; v < volume.vertex_count(); ++v)
-    if (const auto onto = collapse_onto(volume, v, ratio)) changes.push_back(volume.collapse(v, *onto));
+  for (std::size_t before = 1; before != changes.size();) {
+    before = changes.size();
+    for (VertexId v = 0; v < volume.vertex_count(); ++v)
+      if (const auto onto = collapse_onto(volume, v, ratio)) changes.push_back(volume.collapse(v, *onto));
+  }
   return changes;
 }
 
@@ -66,6 +69,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
   const VolumeMaterial material;
   std::optional<TetSolid> solid;
   if (GetParam() % 10 == 0) solid.emplace(mesh, material, VolumeSettings());
+  int risen = 0;  // of the worst quality, with a cut's short edges
   for (int n = 0; n < 20; ++n) {
     const Vec3 at = 0.035 * vector(), normal = vector().normalized();
     const double size = n % 4 == 0 ? 1 : 0.005 + 0.03 * std::abs(uniform(random));
@@ -76,7 +80,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
     cut(volume, sheet, settings);
     const TetReport report = check(volume.mesh());
     ASSERT_TRUE(report.conforming) << "cut " << n << ": " << report.first_defect;
-    ASSERT_NEAR(report.volume_m3, whole_m3, 1e-12 * whole_m3) << n;
+    ASSERT_NEAR(report.volume_m3, check(before).volume_m3, 1e-12 * whole_m3) << n;
     if (n % 5 == 2) {
       volume.undo_to(mark);
       ASSERT_EQ(volume.tetrahedra().size(), tets);
@@ -89,16 +93,18 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
     const double worst = worst_quality(volume);
     const std::vector<TetChange> collapses = collapse_all(volume, settings.collapse_ratio);
     ASSERT_GE(worst_quality(volume), std::max(worst, kLeastQuality)) << n;
+    risen += worst_quality(volume) > 1.1 * worst;
     if (!collapses.empty()) {
       const TetReport thinned = check(volume.mesh());
       ASSERT_TRUE(thinned.conforming) << "after cut " << n << ": " << thinned.first_defect;
       ASSERT_EQ(thinned.components, report.components) << n;
-      ASSERT_NEAR(thinned.volume_m3, whole_m3, 1e-12 * whole_m3) << n;
+      ASSERT_NEAR(thinned.volume_m3, whole_m3, kSameVolume * whole_m3) << n;
     }
     if (!solid) continue;
     solid->change(change);
     for (const TetChange& collapse : collapses) solid->change(collapse);
   }
+  EXPECT_GT(risen, 1) << "the worst are not those that collapse";
   if (!solid) return;
   EXPECT_LT(step_over_limit(volume, *solid, material, VolumeSettings().step_s / solid->parts()), 2);
 }

@@ -38,9 +38,8 @@ template <class Model>
 std::vector<Vec3> newton_equilibrium(const Model& model, std::vector<Vec3> x, const std::vector<std::uint8_t>& held,
                                      const std::vector<Vec3>& load, double tolerance_n) {
   using Sparse = Eigen::SparseMatrix<double>;
-  using Points = std::vector<Vec3>;
   for (int n = 0; n < 60; ++n) {
-    const Points f = model.forces_n(x);
+    const std::vector<Vec3> f = model.forces_n(x);
     const auto is_held = [&](Eigen::Index i) { return (held[static_cast<std::size_t>(i / 3)] >> (i % 3) & 1) != 0; };
     Eigen::VectorXd r(static_cast<Eigen::Index>(3 * x.size()));
     for (Eigen::Index i = 0; i < r.size(); ++i) {
@@ -52,13 +51,13 @@ std::vector<Vec3> newton_equilibrium(const Model& model, std::vector<Vec3> x, co
     h.prune([&](Eigen::Index i, Eigen::Index j, double) { return (!is_held(i) && !is_held(j)) || i == j; });
     for (Eigen::Index i = 0; i < r.size(); ++i)
       if (is_held(i)) h.coeffRef(i, i) = 1;
-    const auto total = [&](const Points& at) {
+    const auto total = [&](const std::vector<Vec3>& at) {
       double energy = model.energy_j(at);
       for (std::size_t i = 0; i < at.size(); ++i) energy -= load[i].dot(at[i]);
       return energy;
     };
     const double before = total(x);
-    Points next = x;
+    std::vector<Vec3> next = x;
     // Where the Hessian is not positive, or leads nowhere, a multiple of the unit matrix is added.
     const double stiff = h.diagonal().cwiseAbs().mean();
     for (double shift = 0;; shift = std::max(1e-3 * stiff, 10 * shift)) {

@@ -55,6 +55,7 @@ class Bleeding final : public ProcessEngine {
     find_wounds(mesh);
   }
 
+  bool moves_particles() const override { return false; }
   void step(const SharedBody&, double step_s) override {
     std::vector<double> gained_ml(blood_ml_.size());
     for (const auto& [v, around] : vessels_)

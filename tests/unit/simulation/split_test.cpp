@@ -320,6 +320,33 @@ TEST(RigidPieces, dropped_on_tissue_one_dents_it_comes_to_rest_and_bears_on_it_a
   EXPECT_NEAR(world.dent_m(), loaded_m, 2e-5) << "also while it sleeps";
 }
 
+TEST(RigidPieces, a_bed_sleeps_under_one_that_sleeps_bears_another_and_wakes_when_one_is_lifted_or_falls_on_it) {
+  for (const bool falls : {false, true}) {
+    BlockOverBed world;
+    SimulationBody& bed = *world.bodies[0];
+    for (int i = 0; i < 6000 && !(bed.asleep() && world.block().asleep()); ++i) {
+      if (bed.asleep())
+        step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+      else
+        world.step(), bed.watch_rest(world.scene);
+    }
+    ASSERT_TRUE(bed.asleep() && world.block().asleep());
+    const auto before = bed.particles.position_world_m;
+    for (int i = 0; i < 100; ++i) step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+    EXPECT_EQ(before, bed.particles.position_world_m) << "it bears the block, and nothing moves";
+    if (falls) {
+      world.block().wake();
+      world.block().set_velocity(Vec3(0, 0, -0.1), Vec3::Zero());
+      step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+    } else {
+      step_rigid_pieces(world.bodies, {{}, {}, std::vector<std::uint8_t>{0, 1}}, world.scene, {});
+    }
+    EXPECT_FALSE(bed.asleep());
+    for (int i = 0; i < 3000 && !world.block().asleep(); ++i) world.step();
+    EXPECT_TRUE(world.block().asleep()) << "it comes to rest again";
+  }
+}
+
 TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
   BlockOverBed world(Vec3::Zero());
   world.block().set_velocity(Vec3(0.05, 0.02, -0.3), Vec3(1, 3, 0));
