@@ -7,6 +7,7 @@ namespace sectio::planning {
 namespace {
 
 constexpr double kSlender = 1.5;          // overhang over thickness
+constexpr double kFlat = 0.05;            // of the thickness: no thicker is a face
 constexpr double kSagThatMatters = 0.02;  // of the thickness
 constexpr double kTwist_rad = 15 * M_PI / 180;
 constexpr double kUnknownBall_m = 0.005;  // of what presses without a trace
@@ -32,7 +33,11 @@ void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodyS
   const double length = overhang_m(surface, s.fixed_m), t = shape.thickness_m;
   const double sag = 1.5 * s.density_kg_per_m3 * s.most_gravity_m_per_s2 * std::pow(length, 4) / (s.young_pa * t * t);
   if (length < kSlender * t || sag < kSagThatMatters * t) return;
-  loads.push_back({{Load::bending, t, s.poisson}, "its weight"});
+  Eigen::AlignedBox3d held;
+  for (const Vec3& p : s.fixed_m) held.extend(p);
+  LoadCase bends{Load::bending, t, s.poisson};
+  if (held.sizes().minCoeff() > kFlat * t) bends.overhang_m = length;
+  loads.push_back({bends, "its weight"});
 }
 
 LoadCase pressed(double a_m, double thickness_m, const BodySituation& s) {

@@ -2,8 +2,10 @@
 // for it, against triquadratic bricks (a ball: against the closed form).
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <array>
+#include <cmath>
 
+#include "sim_server/simulation.h"
 #include "tests/planning/planned_specimens.h"
 
 namespace sectio::test {
@@ -57,6 +59,65 @@ TEST_P(Estimate, is_within_a_factor_of_two) {
               *body.plan.error_estimate / actual);
   EXPECT_LT(*body.plan.error_estimate, 2 * actual) << planned.table;
   EXPECT_GT(*body.plan.error_estimate, actual / 2) << planned.table;
+}
+
+// An organ hangs over from somewhere: how far its end sinks.
+double sunk_m(const Scene& scene) {
+  constexpr double kEnd_m = 0.035;
+  Simulation simulation(scene);
+  const int steps = static_cast<int>(std::lround(scene.duration_s / scene.step_s));
+  for (int i = 0; i < steps; ++i) simulation.step({});
+  const TriangleMesh& mesh = simulation.mesh(0);
+  double sum = 0;
+  int n = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    if (mesh.rest_body_m(v).x() < kEnd_m) continue;
+    sum += mesh.rest_body_m(v).z() - double{simulation.positions_world_m(0)[v].z()};
+    ++n;
+  }
+  return sum / n;
+}
+
+double sunk_m(Scene scene, double tetrahedra) {
+  scene.bodies[0].model = "neo_hookean";
+  scene.bodies[0].volume = {};
+  scene.bodies[0].volume.tetrahedra = tetrahedra;
+  return sunk_m(scene);
+}
+
+// Where the border of what is held falls between the vertices is chance: the root mean square of three places. The
+// error of the reference goes with the square of its cells.
+TEST(EstimateOfOrgan, is_within_a_factor_of_two) {
+  Scene scene;
+  scene.file = "organ";
+  scene.sleep.after_s = 0;
+  scene.duration_s = 0.7;
+  scene.bodies.emplace_back();
+  BodySpec& organ = scene.bodies[0];
+  organ.name = "organ";
+  organ.model = "auto";
+  organ.mesh = ellipsoid(3, Vec3(0.045, 0.016, 0.014));
+  organ.material.young_pa = 12000;
+  organ.fixed = Box{Vec3(-1, -1, -1), Vec3(-0.005, 1, 1)};
+  organ.plan = {0.15, 4, {}, {}};
+  const PlannedScene planned = plan_scene(scene);
+  const BodySpec& body = planned.scene.bodies[0];
+  double sum = 0;
+  const std::array<double, 3> borders_m{-0.005, -0.0073, -0.0098};
+  for (const double border_m : borders_m) {
+    Scene there = planned.scene;
+    there.bodies[0].fixed->max_world_m.x() = border_m;
+    const double sunk = sunk_m(there), coarse = sunk_m(there, 7000), fine = sunk_m(there, 24000);
+    const double truth = fine + (fine - coarse) / (std::pow(24000.0 / 7000, 2.0 / 3) - 1);
+    std::printf("  sinks %.4g mm, references %.4g, %.4g, %.4g\n", 1e3 * sunk, 1e3 * coarse, 1e3 * fine, 1e3 * truth);
+    sum += std::pow(sunk / truth - 1, 2) / static_cast<double>(borders_m.size());
+  }
+  const double actual = std::sqrt(sum), expected = *body.plan.error_estimate;
+  std::printf("%-16s %-20s tetrahedra %6.0f cell %.3g mm: expected %.4f, is %.4f, ratio %.2f\n", "organ",
+              body.model.c_str(), body.volume.tetrahedra, 1e3 * body.volume.cell_m, expected, actual,
+              expected / actual);
+  EXPECT_LT(expected, 2 * actual) << planned.table;
+  EXPECT_GT(expected, actual / 2) << planned.table;
 }
 
 }  // namespace
