@@ -32,7 +32,7 @@ TriangleId triangle_of(const Node* leaf) {
   return static_cast<TriangleId>(reinterpret_cast<std::uintptr_t>(leaf->data));
 }
 void* data_of(TriangleId t) {
-  return reinterpret_cast<void*>(static_cast<std::uintptr_t>(t));
+  return reinterpret_cast<void*>(static_cast<std::uintptr_t>(t));  // NOLINT(performance-no-int-to-ptr): FCL's own slot
 }
 
 Box3 box_of(const Node* node) {

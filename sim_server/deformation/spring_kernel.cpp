@@ -28,7 +28,7 @@ VelocityOutcome update_velocities(const SpringRows& rows, const VelocityUpdate& 
                            update.max_speed_m_per_s,
                            update.damper_s > 0 ? reinterpret_cast<const char*>(update.velocity_before.data()) : nullptr,
                            update.damper_s};
-  const bool sixteen = lanes == SpringLanes::kSixteen || (lanes == SpringLanes::kWidest && has_avx512());
+  const bool sixteen = lanes == SpringLanes::sixteen || (lanes == SpringLanes::widest && has_avx512());
   return sixteen ? spring_loop_avx512(in) : spring_loop_avx2(in);
 }
 

@@ -29,14 +29,14 @@ struct VelocityOutcome {
   VertexId not_finite = kNone;  // the first such vertex met; its velocity was set to zero
 };
 
-// Lanes of a register. The choice changes speed only; kSixteen needs has_avx512().
-enum class SpringLanes { kWidest, kEight, kSixteen };
+// Lanes of a register. The choice changes speed only; sixteen needs has_avx512().
+enum class SpringLanes { widest, eight, sixteen };
 bool has_avx512();
 
 // Needs x and v as {x, y, z, 0} for every vertex slot that a row names.
 VelocityOutcome update_velocities(const SpringRows& rows, const VelocityUpdate& update,
                                   std::span<const Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
-                                  SpringLanes lanes = SpringLanes::kWidest);
+                                  SpringLanes lanes = SpringLanes::widest);
 
 void update_positions(float step_s, std::span<const Vec4f> velocity_m_per_s, std::span<Vec4f> position_world_m);
 

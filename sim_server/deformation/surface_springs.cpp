@@ -140,7 +140,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
   resize(mesh.vertex_slots());  // slots at the end may be gone
   for (const VertexId v : touched) {
     if (!alive(v)) continue;
-    if (change == Change::kPermanent) {
+    if (change == Change::permanent) {
       cut_[v] = 1;
     } else if (component_of_[v] == kNone) {
       temporary_[v] = 1;

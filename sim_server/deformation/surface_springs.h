@@ -73,11 +73,11 @@ class SurfaceSprings final : public DeformationEngine {
   // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
   // a short new edge would start inverted). A new vertex joins the component of a
   // neighbour. Mass is added where a row would not be stable at step_s. O(touched), compaction aside.
-  // kTemporary: of a deformation; what it adds, mass included, is gone again bit for bit once it is undone.
-  enum class Change { kPermanent, kTemporary };
-  void update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change = Change::kPermanent);
+  // temporary: of a deformation; what it adds, mass included, is gone again bit for bit once it is undone.
+  enum class Change { permanent, temporary };
+  void update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change = Change::permanent);
   void follow(const SharedBody& body, const TopologyChange& change) override {
-    update(body.mesh, change.vertices, change.delta.temporary ? Change::kTemporary : Change::kPermanent);
+    update(body.mesh, change.vertices, change.delta.temporary ? Change::temporary : Change::permanent);
   }
 
   // A free component moves rigidly apart from its deformation; one with a fixed vertex is anchored whatever is asked.

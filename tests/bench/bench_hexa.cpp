@@ -97,7 +97,7 @@ void hexahedra(benchmark::State& state) {
 }
 
 void kernels_of(benchmark::State& state, SpringLanes lanes) {
-  if (lanes == SpringLanes::kSixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
+  if (lanes == SpringLanes::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
   const HexLattice lattice = lattice_of(cube(), grid_of(state));
   const double mu = 6000 / 2.9;
   const HexRows rows = rows_of(lattice, {mu, 10 * mu, 1060});
@@ -112,10 +112,10 @@ void kernels_of(benchmark::State& state, SpringLanes lanes) {
   count(state, lattice.cells.size());
 }
 void avx2_hexahedra(benchmark::State& state) {
-  kernels_of(state, SpringLanes::kEight);
+  kernels_of(state, SpringLanes::eight);
 }
 void avx512_hexahedra(benchmark::State& state) {
-  kernels_of(state, SpringLanes::kSixteen);
+  kernels_of(state, SpringLanes::sixteen);
 }
 
 void implicit_sweep(benchmark::State& state) {

@@ -135,7 +135,7 @@ void sell_kernel(benchmark::State& state) {
 
 // The inner loops alone, in registers of 8 or 16 lanes.
 void kernel_of(benchmark::State& state, SpringLanes lanes) {
-  if (lanes == SpringLanes::kSixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
+  if (lanes == SpringLanes::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
   const TriangleMesh mesh = organ_of(state.range(0));
   const SurfaceSprings body = make_body(mesh);
   std::vector<Vec4f> x(mesh.vertex_slots(), Vec4f::Zero()), v(mesh.vertex_slots(), Vec4f::Zero());
@@ -148,10 +148,10 @@ void kernel_of(benchmark::State& state, SpringLanes lanes) {
   report(state, mesh.triangle_count() * 3 / 2);
 }
 void avx2_kernel(benchmark::State& state) {
-  kernel_of(state, SpringLanes::kEight);
+  kernel_of(state, SpringLanes::eight);
 }
 void avx512_kernel(benchmark::State& state) {
-  kernel_of(state, SpringLanes::kSixteen);
+  kernel_of(state, SpringLanes::sixteen);
 }
 
 // One changed star in meshes of all sizes: the cost must not depend on the mesh.

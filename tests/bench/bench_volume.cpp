@@ -145,7 +145,7 @@ void explicit_elements(benchmark::State& state) {
 }
 
 void kernels_of(benchmark::State& state, SpringLanes lanes) {
-  if (lanes == SpringLanes::kSixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
+  if (lanes == SpringLanes::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
   const TetMesh mesh = block(state.range(0));
   const TetSolid model(mesh, {}, one_part());
   std::vector<Vec4f> x = at_rest(mesh), v(x.size(), Vec4f::Zero());
@@ -158,10 +158,10 @@ void kernels_of(benchmark::State& state, SpringLanes lanes) {
   count(state, "tet", mesh.tetrahedra.size());
 }
 void avx2_elements(benchmark::State& state) {
-  kernels_of(state, SpringLanes::kEight);
+  kernels_of(state, SpringLanes::eight);
 }
 void avx512_elements(benchmark::State& state) {
-  kernels_of(state, SpringLanes::kSixteen);
+  kernels_of(state, SpringLanes::sixteen);
 }
 
 void implicit_sweep(benchmark::State& state) {

@@ -44,7 +44,7 @@ float add_forces(const HexRows& rows, bool with_bound, std::span<const Vec4f> po
   in.cell_m = rows.cell_m;
   in.bulk_over_shear = rows.bulk_over_shear;
   in.with_bound = with_bound;
-  const bool sixteen = lanes == SpringLanes::kSixteen || (lanes == SpringLanes::kWidest && has_avx512());
+  const bool sixteen = lanes == SpringLanes::sixteen || (lanes == SpringLanes::widest && has_avx512());
   return rows.omega2_per_shear * (sixteen ? hex_forces_avx512(in) : hex_forces_avx2(in));
 }
 

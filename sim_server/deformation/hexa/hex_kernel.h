@@ -49,7 +49,7 @@ HexRows rows_of(const HexLattice& lattice, const HexMaterial& material);
 //   omega^2 <= max_e 4 / (rho h^2) (mu + kappa |cof F|^2 + |kappa (J - 1) - mu| |F|)
 // in any state, whatever is cut and however little a cell holds.
 float add_forces(const HexRows& rows, bool with_bound, std::span<const Vec4f> position_world_m,
-                 std::span<Vec4f> force_n, SpringLanes lanes = SpringLanes::kWidest);
+                 std::span<Vec4f> force_n, SpringLanes lanes = SpringLanes::widest);
 
 // v <- (1 - alpha h) v + (h / m) f + h g, x <- x + h v; forces become 0. A node of inverse mass 0 stays. Nodes that are
 // lighter than `slight_kg` are limited, too, but not counted: what a cut has left in a cell may be next to nothing.

@@ -239,18 +239,28 @@ HexLattice lattice_of(const TetMesh& mesh, const Grid& grid,
   return maker.make(mesh, stiffness_factor);
 }
 
+namespace {
+
+// Those of a sorted list for which it is `key`.
+template <class T, class Key, class KeyOf>
+std::span<const T> equal_to(const std::vector<T>& list, const Key& key, const KeyOf& key_of) {
+  return {std::ranges::lower_bound(list, key, {}, key_of), std::ranges::upper_bound(list, key, {}, key_of)};
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice& before,
                                         const std::function<std::uint32_t(std::uint32_t)>& origin) {
   std::vector<std::uint32_t> from(now.cells.size(), kNone);
   for (const HexShare& share : now.shares) {
     if (from[share.cell] != kNone) continue;
-    const auto of_origin = std::ranges::equal_range(before.shares, origin(share.tet), {}, &HexShare::tet);
+    const auto of_origin = equal_to(before.shares, origin(share.tet), &HexShare::tet);
     const auto at = std::ranges::find(of_origin, share.place, &HexShare::place);
     if (at != of_origin.end()) from[share.cell] = at->cell;
   }
   for (const HexShare& share : now.shares) {
     if (from[share.cell] != kNone) continue;
-    const auto of_origin = std::ranges::equal_range(before.shares, origin(share.tet), {}, &HexShare::tet);
+    const auto of_origin = equal_to(before.shares, origin(share.tet), &HexShare::tet);
     SECTIO_ASSERT(!of_origin.empty(), "material was there before");
     from[share.cell] = std::ranges::max_element(of_origin, {}, &HexShare::volume)->cell;
   }
@@ -269,8 +279,8 @@ std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice&
   for (std::uint32_t c = 0; c < from.size(); ++c) {
     const Vec3& p = largest[c]->centroid;
     double most = -HUGE_VAL;  // of the least barycentric coordinate: the tetrahedron that p is in
-    auto near = std::ranges::equal_range(by_place, now.cells[c].place, {}, place_of);
-    if (near.empty()) near = {by_place.begin(), by_place.end()};
+    std::span<const std::uint32_t> near = equal_to(by_place, now.cells[c].place, place_of);
+    if (near.empty()) near = by_place;
     for (const std::uint32_t s : near) {
       const HexShare& share = before.shares[s];
       std::array<Vec3, 4> x;

@@ -20,7 +20,7 @@ TetLoopInput input(const TetRows& rows, std::span<const Vec4f> position_world_m)
 }
 
 bool sixteen(SpringLanes lanes) {
-  return lanes == SpringLanes::kSixteen || (lanes == SpringLanes::kWidest && has_avx512());
+  return lanes == SpringLanes::sixteen || (lanes == SpringLanes::widest && has_avx512());
 }
 
 }  // namespace

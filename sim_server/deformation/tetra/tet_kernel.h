@@ -19,12 +19,12 @@ namespace sectio {
 // Writes p / 24 into the fourth component. Returns an upper estimate of the largest omega^2, 1/s^2, up to a factor that
 // is the same in every state: max_i (2 sum_j |w_ij| + 4 sum_e kappa_e / (36 V_e) |n_e|^2) / m_i; 0 unless asked for.
 float update_pressures(const TetRows& rows, bool with_bound, std::span<Vec4f> position_world_m,
-                       SpringLanes lanes = SpringLanes::kWidest);
+                       SpringLanes lanes = SpringLanes::widest);
 
 // v <- (1 - alpha h) v + h f / m + h g s, with pressures as they are.
 VelocityOutcome update_velocities(const TetRows& rows, const VelocityUpdate& update,
                                   std::span<const Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
-                                  SpringLanes lanes = SpringLanes::kWidest);
+                                  SpringLanes lanes = SpringLanes::widest);
 
 // One sweep of vertex block descent (Chen et al. 2024) on  |x - y|^2_m / (2 h^2) + E(x), colour after colour: each
 // vertex goes to the minimum of a quadratic that is above the objective and touches it where the vertex is. For one
@@ -33,6 +33,6 @@ VelocityOutcome update_velocities(const TetRows& rows, const VelocityUpdate& upd
 // pressures current. `scratch`: at least 3 * 16 * rows.most_faces() floats, aligned to 64 bytes. Returns the largest
 // |dx|^2, m^2.
 float descend(const TetRows& rows, float step_s, std::span<const Vec4f> inertial_world_m,
-              std::span<Vec4f> position_world_m, std::span<float> scratch, SpringLanes lanes = SpringLanes::kWidest);
+              std::span<Vec4f> position_world_m, std::span<float> scratch, SpringLanes lanes = SpringLanes::widest);
 
 }  // namespace sectio

@@ -65,8 +65,8 @@ TEST(HexKernel, registers_of_8_and_of_16_give_the_same_bits) {
   for (Vec4f& p : x) p.x() += 3 * p.y() * p.z();
   Points a(x.size(), Vec4f::Zero()), b = a;
   for (const bool bound : {false, true})
-    EXPECT_EQ(add_forces(solid.rows(), bound, x, a, SpringLanes::kEight),
-              add_forces(solid.rows(), bound, x, b, SpringLanes::kSixteen));
+    EXPECT_EQ(add_forces(solid.rows(), bound, x, a, SpringLanes::eight),
+              add_forces(solid.rows(), bound, x, b, SpringLanes::sixteen));
   EXPECT_EQ(a, b);
   EXPECT_GT(a[0].norm(), 0);
 }

@@ -47,16 +47,16 @@ TEST(TetKernel, registers_of_8_and_of_16_give_the_same_bits) {
   for (Vec4f& p : x) p.x() += 3 * p.y() * p.z();
   Points a = x, b = x, va = still(x), vb = va;
   const VelocityUpdate update{0.99f, Vec3f(0, 0, -0.001f), 5};
-  EXPECT_EQ(update_pressures(solid.rows(), true, a, SpringLanes::kEight),
-            update_pressures(solid.rows(), true, b, SpringLanes::kSixteen));
-  update_velocities(solid.rows(), update, a, va, SpringLanes::kEight);
-  update_velocities(solid.rows(), update, b, vb, SpringLanes::kSixteen);
+  EXPECT_EQ(update_pressures(solid.rows(), true, a, SpringLanes::eight),
+            update_pressures(solid.rows(), true, b, SpringLanes::sixteen));
+  update_velocities(solid.rows(), update, a, va, SpringLanes::eight);
+  update_velocities(solid.rows(), update, b, vb, SpringLanes::sixteen);
   EXPECT_EQ(a, b);
   EXPECT_EQ(va, vb);
   std::vector<TetBlockColumn> room(3 * solid.rows().most_faces());
   const std::span<float> scratch(room.data()->bulk.data(), room.size() * kLanes);
-  const float moved = descend(solid.rows(), 0.001f, x, a, scratch, SpringLanes::kEight);
-  EXPECT_EQ(moved, descend(solid.rows(), 0.001f, x, b, scratch, SpringLanes::kSixteen));
+  const float moved = descend(solid.rows(), 0.001f, x, a, scratch, SpringLanes::eight);
+  EXPECT_EQ(moved, descend(solid.rows(), 0.001f, x, b, scratch, SpringLanes::sixteen));
   EXPECT_GT(moved, 0);
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].head<3>(), b[i].head<3>());
 }
