@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace sectio::planning {
 namespace {
 
 constexpr std::size_t kSamples = 300;  // of the surface
 constexpr double kBoxShare = 0.999;    // of its area that lies on the box around it
+constexpr double kSharp = 0.5;         // a long square bar has 1
 constexpr double kOnCells = 0.01;      // of a cell
 
 struct Face {
@@ -62,6 +64,22 @@ double on_its_box(const TriangleSoup& surface, const Eigen::AlignedBox3d& box) {
   return on / all;
 }
 
+// Of edges between faces more than 45 degrees apart.
+double sharp_length_m(const TriangleSoup& surface) {
+  std::map<std::pair<VertexId, VertexId>, Vec3> normal_at;  // of the first of an edge's two faces
+  double sum = 0;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const Vec3 normal = face(surface, t).area_normal().normalized();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const VertexId a = surface.triangles[t][i], b = surface.triangles[t][(i + 1) % 3];
+      const auto [at, is_new] = normal_at.try_emplace(std::minmax(a, b), normal);
+      if (!is_new && normal.dot(at->second) < std::sqrt(0.5))
+        sum += (surface.vertices_body_m[a] - surface.vertices_body_m[b]).norm();
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
 BodyShape shape_of(const TriangleSoup& surface) {
@@ -71,12 +89,13 @@ BodyShape shape_of(const TriangleSoup& surface) {
   shape.size_m = box.sizes();
   shape.vertices = surface.vertices_body_m.size();
   shape.is_box = on_its_box(surface, box) > kBoxShare;
-  double edges = 0;
+  double edges = 0, area_m2 = 0;
   std::vector<std::pair<double, double>> depths;  // with the area that has it
   const std::size_t every = std::max<std::size_t>(1, surface.triangles.size() / kSamples);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const Face f = face(surface, t);
     shape.volume_m3 += f.a.dot(f.b.cross(f.c)) / 6;
+    area_m2 += f.area_normal().norm();
     edges += ((f.b - f.a).norm() + (f.c - f.b).norm() + (f.a - f.c).norm()) / 3;
     if (t % every != 0) continue;
     const double depth = depth_beneath_m(surface, t);
@@ -92,6 +111,7 @@ BodyShape shape_of(const TriangleSoup& surface) {
       shape.thickness_m = depth;
       break;
     }
+  shape.sharp_edges = sharp_length_m(surface) * shape.thickness_m > kSharp * area_m2;
   return shape;
 }
 

@@ -13,7 +13,8 @@ struct BodyShape {
   Vec3 size_m = Vec3::Zero();
   double edge_m = 0;  // of its triangles, in the mean
   std::size_t vertices = 0;
-  bool is_box = false;  // it is the box around it
+  bool sharp_edges = false;  // enough of them to matter for how it bends
+  bool is_box = false;       // it is the box around it
 };
 
 // `surface`: closed and oriented. O(triangles).

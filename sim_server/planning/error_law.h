@@ -74,6 +74,7 @@ struct LoadCase {
   double chi = 0.2236;      // of an indentation: a over the thickness of what is beneath
   double bed_ratio = 1;     // of an indentation: the bed's radius (foundation_radius_m) over a
   double overhang_m = 0;    // of bending: from where what is held ends inside the tissue; 0: it is held at its end
+  bool sharp_edges = true;  // the chart's bodies are boxes: tetrahedra bevel their edges
   bool fills_cells = true;  // of hexahedra: none is part empty
 };
 // Nothing when the method makes no claim.

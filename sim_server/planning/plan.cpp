@@ -32,6 +32,7 @@ double modulus_pa(Method method, double young_pa, double poisson) {
 std::optional<double> error_of(BodyLoad load, const BodyShape& shape, Method method, double cell_m) {
   const Vec3 cells = shape.size_m / cell_m;
   load.what.fills_cells = (cells.array() - cells.array().round()).abs().maxCoeff() < kOnCells;
+  load.what.sharp_edges = shape.sharp_edges;
   if (method != Method::surface_springs || load.what.load != Load::opening || load.depth_of_tissue > kShallow)
     return relative_error(load.what, method, cell_m);
   LoadCase dent = load.what;

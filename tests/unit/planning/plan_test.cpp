@@ -45,6 +45,7 @@ TEST(Shape, of_a_box_is_its_smallest_side) {
   EXPECT_NEAR(shape.thickness_m, 0.02, 1e-9);
   EXPECT_NEAR(shape.volume_m3, 6e-5, 1e-12);
   EXPECT_TRUE(shape.is_box);
+  EXPECT_TRUE(shape.sharp_edges);
   EXPECT_TRUE(lies_on_cells(shape, 0.005));
   EXPECT_FALSE(lies_on_cells(shape, 0.006));
 }
@@ -52,6 +53,7 @@ TEST(Shape, of_a_box_is_its_smallest_side) {
 TEST(Shape, of_an_ellipsoid_is_no_box) {
   const BodyShape shape = shape_of(test::ellipsoid(3, Vec3(0.05, 0.05, 0.01)));
   EXPECT_FALSE(shape.is_box);
+  EXPECT_FALSE(shape_of(test::ellipsoid(3, Vec3(0.05, 0.04, 0.03))).sharp_edges);
   EXPECT_FALSE(lies_on_cells(shape, 0.005));
   EXPECT_GT(shape.thickness_m, 0.01);
   EXPECT_LT(shape.thickness_m, 0.02) << "flat, whatever its rim";
