@@ -174,8 +174,9 @@ class Planner {
 
   void set_cost(Candidate& c, double surface_vertices) const {
     const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
-    const double per_step_ns = rate.element_ns * c.elements * c.parts + rate.vertex_ns * c.vertices +
-                               (in_.has_tools ? calibration_.touched_vertex_ns * surface_vertices : 0);
+    const double per_step_ns =
+        rate.element_ns * c.elements * c.parts + rate.vertex_ns * c.vertices +
+        (in_.has_tools ? calibration_.touch_ns + calibration_.touched_vertex_ns * surface_vertices : 0);
     c.cpu = 1e-9 * per_step_ns / c.step_s;
   }
 

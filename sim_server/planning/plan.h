@@ -21,6 +21,7 @@ struct Rate {
 };
 struct Calibration {
   std::array<Rate, kMethods> rate{};  // by Method; lattice_beside_faces as lattice
+  double touch_ns = 0;                // of a step with an instrument at the surface
   double touched_vertex_ns = 0;       // of a step, for each vertex of a surface that an instrument looks for
 };
 
