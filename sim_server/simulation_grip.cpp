@@ -110,7 +110,8 @@ void SimulationGrip::hold_tissue(std::span<const std::unique_ptr<SimulationBody>
       held.points.push_back(
           {v, Vec3::Zero(), pose_.to_local(position_of(*body, v)), body->engines.deformation->mass_kg(v)});
   if (held.points.empty()) return;
-  held_.assign(1, std::move(held));
+  held_.clear();
+  held_.push_back(std::move(held));
   share_out();
 }
 

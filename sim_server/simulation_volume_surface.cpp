@@ -48,7 +48,7 @@ class Patch {
     std::map<TriangleId, std::size_t> met;
     for (auto& [v, list] : at_)
       for (const VertexId slot : surface.slots_of(v))
-        each_around(mesh, slot, [&](TriangleId t) {
+        each_around(mesh, slot, [&, &list = list](TriangleId t) {
           if (removed.contains(t)) return;
           const auto [it, is_new] = met.try_emplace(t, sides.size());
           if (is_new) sides.push_back({surface.in_volume(mesh.triangle(t)), mesh.triangle(t).v, t});

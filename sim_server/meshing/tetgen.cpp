@@ -69,6 +69,7 @@ void write_poly(const std::string& path, const TriangleSoup& surface) {
 // How it ended: empty when well, else for a person.
 std::string run(std::vector<std::string> words, double limit_s) {
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;

@@ -33,7 +33,7 @@ Range above_to(double low, double high);       // low excluded
 // A value and its place.
 class YamlValue {
  public:
-  YamlValue(YAML::Node node, std::string file, std::string key)
+  YamlValue(const YAML::Node& node, std::string file, std::string key)
       : node_(node), file_(std::move(file)), key_(std::move(key)) {}
 
   double number(const Range& range = {}) const;
