@@ -198,8 +198,9 @@ std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
     checks.push_back({c.error_estimate_1(), c.cpu_estimate_s_per_s(), c.cpu_s_per_s(), c.stability_margin_1(),
                       c.residual_m(), c.energy_gain_j(), c.implicit_steps_count()});
   }
-  if (m.bodies().size() > kMaxBodies || m.checks().size() > kMaxBodies || !is_gravity(m.gravity_target_world_m_per_s2()) ||
-      !finite({m.sim_time_s(), m.stability_margin_1()}) || !not_negative({m.step_wall_time_s()}))
+  if (m.bodies().size() > kMaxBodies || m.checks().size() > kMaxBodies ||
+      !is_gravity(m.gravity_target_world_m_per_s2()) || !finite({m.sim_time_s(), m.stability_margin_1()}) ||
+      !not_negative({m.step_wall_time_s()}))
     return std::nullopt;
   return ServerStatus{m.epoch(),
                       m.step(),
