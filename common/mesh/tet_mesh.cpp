@@ -144,14 +144,30 @@ class TetCheck {
 }  // namespace
 
 void follow(TetMesh& mesh, const TetChange& change) {
-  const std::size_t vertices = mesh.vertices_body_m.size();
-  resize_slots<Vec3>(mesh.vertices_body_m, vertices + change.added_body_m.size(), Vec3::Zero());
-  std::ranges::copy(change.added_body_m, mesh.vertices_body_m.begin() + static_cast<std::ptrdiff_t>(vertices));
+  const std::size_t vertices = change.first_added + change.added_body_m.size();
+  if (vertices > mesh.vertices_body_m.size()) resize_slots<Vec3>(mesh.vertices_body_m, vertices, Vec3::Zero());
+  std::ranges::copy(change.added_body_m, mesh.vertices_body_m.begin() + change.first_added);
   for (const TetEdit& e : change.tetrahedra) {
     if (e.id >= mesh.tetrahedra.size()) resize_slots(mesh.tetrahedra, e.id + 1, kNoTetrahedron);
     SECTIO_ASSERT(mesh.tetrahedra[e.id] == e.before, "a change follows on what was there");
     mesh.tetrahedra[e.id] = e.after;
   }
+}
+
+TetChange between(const TetChange& a, const TetChange& b) {
+  TetChange change{b.first_added, b.added_body_m, b.fixed, {}};
+  for (auto of_a = a.tetrahedra.begin(), of_b = b.tetrahedra.begin();
+       of_a != a.tetrahedra.end() || of_b != b.tetrahedra.end();) {
+    if (of_b == b.tetrahedra.end() || (of_a != a.tetrahedra.end() && of_a->id < of_b->id)) {
+      change.tetrahedra.push_back({of_a->id, of_a->after, of_a->before, of_a->id});
+      ++of_a;
+      continue;
+    }
+    change.tetrahedra.push_back(*of_b);
+    if (of_a != a.tetrahedra.end() && of_a->id == of_b->id) change.tetrahedra.back().before = (of_a++)->after;
+    ++of_b;
+  }
+  return change;
 }
 
 TetSurface surface_of(const TetMesh& mesh) {

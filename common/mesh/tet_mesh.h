@@ -27,13 +27,19 @@ struct TetEdit {
   std::uint32_t origin = kNone;  // that it was cut out of; itself when it was there before
 };
 
-// A change of a volume as those follow it who keep data beside it. Vertices and tetrahedra keep their numbers for good,
-// what is new has the next ones, and what is gone leaves its number unused.
+// A change of a volume as those follow it who keep data beside it. Vertices and tetrahedra keep their numbers as long
+// as they are there, what is gone leaves its number unused. What is new has the next ones; or those of what was
+// temporary, which then may be elsewhere.
 struct TetChange {
-  std::vector<Vec3> added_body_m;   // vertices, at rest
+  VertexId first_added = 0;
+  std::vector<Vec3> added_body_m;   // vertices from there on, at rest
   std::vector<std::uint8_t> fixed;  // of these, as VolumeSettings::fixed; empty: none
-  std::vector<TetEdit> tetrahedra;  // ascending; some are what they were, where only their neighbours are not
+  std::vector<TetEdit> tetrahedra;  // ascending; some are what they were, where only their neighbours or places are not
 };
+
+// What leads from what `a` leads to, to what `b` does, both from the same volume. O(changes). Origins are those of b,
+// or the tetrahedron itself.
+TetChange between(const TetChange& a, const TetChange& b);
 
 void follow(TetMesh& mesh, const TetChange& change);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "common/core/error.h"
 
@@ -20,7 +21,7 @@ struct Crossing {
 class SheetCut {
  public:
   SheetCut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings)
-      : volume_(volume), outline_(sheet.outline_world_m), settings_(settings) {
+      : volume_(volume), outline_(sheet.outline_world_m), exact_(sheet.exact), settings_(settings) {
     SECTIO_ASSERT(outline_.size() >= 3, "a sheet has three corners");
     for (std::size_t i = 2; i < outline_.size(); ++i)
       normal_ += (outline_[i - 1] - outline_[0]).cross(outline_[i] - outline_[0]);
@@ -39,15 +40,19 @@ class SheetCut {
     if (flat_) return outcome_;
     find(begin);
     snap();
-    for (const Crossing& c : crossings_) {
-      const VertexId n = volume_.split(c.a, c.b, c.t);
-      on_sheet_.push_back(n);
-      set_side(n, 0);
-      ++outcome_.splits;
-    }
+    split();
+    for (std::size_t side = 0; side < outline_.size(); ++side)
+      if (is_exact(side)) end_at(side);
+    if (exact_ != 0) open_across();
     std::sort(on_sheet_.begin(), on_sheet_.end());
     for (std::size_t k = 0, end = on_sheet_.size(); k < end; ++k) separate(on_sheet_[k]);
     std::sort(on_sheet_.begin(), on_sheet_.end());
+    if (exact_ != 0)
+      std::erase_if(on_sheet_, [&](VertexId v) {
+        if (opened_.contains(v) || joined_.contains(v) || inside(volume_.vertex(v).position_world_m)) return false;
+        outcome_.ahead.push_back(v);
+        return true;
+      });
     outcome_.on_sheet = std::move(on_sheet_);
     outcome_.made = static_cast<std::uint32_t>(volume_.tetrahedra().size()) - tets_before_;
     return outcome_;
@@ -59,13 +64,46 @@ class SheetCut {
     const double h = normal_.dot(volume_.vertex(v).position_world_m - centre_);
     return h == 0 ? 1e-300 : h;
   }
+  bool is_exact(std::size_t side) const { return (exact_ >> side & 1) != 0; }
+  // How far inside a side of the outline, times the side's length.
+  double within(std::size_t side, const Vec3& p) const {
+    const Vec3& a = outline_[side];
+    return (outline_[(side + 1) % outline_.size()] - a).cross(p - a).dot(normal_);
+  }
   bool inside(const Vec3& p) const {
-    for (std::size_t i = 0; i < outline_.size(); ++i) {
-      const Vec3& a = outline_[i];
-      const Vec3& b = outline_[(i + 1) % outline_.size()];
-      if ((b - a).cross(p - a).dot(normal_) < 0) return false;
-    }
+    return inside(p, [](std::size_t) { return true; });
+  }
+  template <class Counts>
+  bool inside(const Vec3& p, const Counts& counts) const {
+    for (std::size_t side = 0; side < outline_.size(); ++side)
+      if (counts(side) && within(side, p) < 0) return false;
     return true;
+  }
+  // As if the sheet went on beyond its exact sides.
+  bool inside_extended(const Vec3& p) const {
+    return inside(p, [&](std::size_t side) { return !is_exact(side); });
+  }
+
+  // Of a flat polygon, whether more than a crumb of it is inside the outline. Sutherland, Hodgman 1974.
+  bool is_entered(std::vector<Vec3> polygon) const {
+    const auto area = [](const std::vector<Vec3>& p) {
+      Vec3 sum = Vec3::Zero();
+      for (std::size_t i = 2; i < p.size(); ++i) sum += (p[i - 1] - p[0]).cross(p[i] - p[0]);
+      return sum.norm();
+    };
+    const double whole = area(polygon);
+    std::vector<Vec3> left;
+    for (std::size_t side = 0; side < outline_.size() && !polygon.empty(); ++side) {
+      left.clear();
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+        const double at_p = within(side, p), at_q = within(side, q);
+        if (at_p >= 0) left.push_back(p);
+        if ((at_p >= 0) != (at_q >= 0)) left.push_back(p + at_p / (at_p - at_q) * (q - p));
+      }
+      polygon.swap(left);
+    }
+    return area(polygon) > settings_.snap * settings_.snap * whole;
   }
 
   // -1, 1 beside the sheet, 0 on it; by vertex, as far as it is known to matter.
@@ -77,6 +115,8 @@ class SheetCut {
 
   struct Crossed {
     std::uint32_t count = 0, beside = 0;  // edges across the plane: inside the outline, outside it
+    std::uint32_t beyond = 0;             // sides
+    double ahead_m = 0;
   };
   // Appends the edges of a tetrahedron that cross the sheet.
   Crossed cross(std::uint32_t t, std::vector<Crossing>& out) const {
@@ -84,12 +124,20 @@ class SheetCut {
     std::array<double, 4> h;
     for (std::size_t i = 0; i < 4; ++i) h[i] = height(c[i]);
     Crossed crossed;
+    const bool goes_on = exact_ != 0 && is_entered(section(c, h));
     for (const auto& [i, j] : kTetEdges) {
       if ((h[i] > 0) == (h[j] > 0)) continue;
       const std::size_t a = c[i] < c[j] ? i : j, b = a == i ? j : i;
       const double along = h[a] / (h[a] - h[b]);
       const Vec3& from = volume_.vertex(c[a]).position_world_m;
-      if (inside(from + along * (volume_.vertex(c[b]).position_world_m - from))) {
+      const Vec3 at = from + along * (volume_.vertex(c[b]).position_world_m - from);
+      for (std::size_t side = 0; side < outline_.size() && goes_on; ++side)
+        if (const double inside_m2 = within(side, at); inside_m2 < 0) {
+          crossed.beyond |= 1u << side;
+          const double side_m = (outline_[(side + 1) % outline_.size()] - outline_[side]).norm();
+          if (is_exact(side)) crossed.ahead_m = std::max(crossed.ahead_m, -inside_m2 / side_m);
+        }
+      if (inside(at) || (goes_on && inside_extended(at))) {
         out.push_back({c[a], c[b], along});
         ++crossed.count;
       } else {
@@ -98,10 +146,25 @@ class SheetCut {
     }
     return crossed;
   }
+  // Where the plane cuts a tetrahedron with these heights: three or four corners in order around it, or none.
+  std::vector<Vec3> section(const Tetrahedron& c, const std::array<double, 4>& h) const {
+    std::vector<std::size_t> above, below;
+    for (std::size_t i = 0; i < 4; ++i) (h[i] > 0 ? above : below).push_back(i);
+    std::vector<Vec3> polygon;
+    for (std::size_t n = 0; n < above.size(); ++n)
+      for (std::size_t m = 0; m < below.size(); ++m) {
+        const std::size_t i = above[n], j = n == 1 && below.size() == 2 ? below[1 - m] : below[m];
+        const Vec3& from = volume_.vertex(c[i]).position_world_m;
+        polygon.push_back(from + h[i] / (h[i] - h[j]) * (volume_.vertex(c[j]).position_world_m - from));
+      }
+    return polygon;
+  }
 
   void visit(std::uint32_t t) {
     const std::size_t first = crossings_.size();
     const Crossed crossed = cross(t, crossings_);
+    outcome_.beyond |= crossed.beyond;
+    outcome_.ahead_m = std::max(outcome_.ahead_m, crossed.ahead_m);
     outcome_.crossed += crossed.count > 0;
     if (settings_.semi_progressive && crossed.beside > 0) crossings_.resize(first);
   }
@@ -140,6 +203,7 @@ class SheetCut {
     for (const Crossing& c : crossings_) {
       if (c.t <= settings_.snap) snap_to(c.a);
       if (c.t >= 1 - settings_.snap) snap_to(c.b);
+      mean_edge_m_ += length_m(c) / static_cast<double>(crossings_.size());
     }
     std::erase_if(crossings_, [&](const Crossing& c) { return side(c.a) == 0 || side(c.b) == 0; });
   }
@@ -148,6 +212,80 @@ class SheetCut {
     set_side(v, 0);
     on_sheet_.push_back(v);
     ++outcome_.snapped;
+  }
+
+  double length_m(const Crossing& c) const {
+    return (volume_.vertex(c.b).position_world_m - volume_.vertex(c.a).position_world_m).norm();
+  }
+  void split() {
+    for (const Crossing& c : crossings_) {
+      const VertexId n = volume_.split(c.a, c.b, c.t);
+      on_sheet_.push_back(n);
+      set_side(n, 0);
+      ++outcome_.splits;
+    }
+  }
+
+  // Edges on the sheet, of what it enters and has not cut yet, are split where a side of the outline crosses them.
+  void end_at(std::size_t side) {
+    crossings_.clear();
+    for (const std::array<VertexId, 3>& face : entered_faces())
+      for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}}) {
+        const double at_a = within(side, volume_.vertex(face[i]).position_world_m);
+        const double at_b = within(side, volume_.vertex(face[j]).position_world_m);
+        if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
+      }
+    std::sort(crossings_.begin(), crossings_.end());
+    crossings_.erase(std::unique(crossings_.begin(), crossings_.end()), crossings_.end());
+    std::unordered_set<VertexId> snapped;
+    for (const Crossing& c : crossings_) {  // what 3 has left of an edge is not divided as finely as an edge
+      const double snap = settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
+      if (std::min(c.t, 1 - c.t) <= snap) snapped.insert(c.t < 0.5 ? c.a : c.b);
+    }
+    std::erase_if(crossings_, [&](const Crossing& c) { return snapped.contains(c.a) || snapped.contains(c.b); });
+    at_end_.merge(snapped);
+    const auto first = static_cast<VertexId>(volume_.vertex_count());
+    split();
+    for (VertexId v = first; v < volume_.vertex_count(); ++v) at_end_.insert(v);
+  }
+  // An edge from end to end of what opens has no vertex that could get a twin, and would hold it together.
+  void open_across() {
+    std::vector<Crossing> edges;
+    for (const std::array<VertexId, 3>& face : entered_faces()) {
+      if (!inside(middle(face))) continue;
+      for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}})
+        if (at_end_.contains(face[i]) && at_end_.contains(face[j])) edges.push_back({face[i], face[j], 0.5});
+    }
+    std::sort(edges.begin(), edges.end());
+    crossings_.clear();
+    for (std::size_t n = 1; n < edges.size(); ++n)
+      if (edges[n] == edges[n - 1]) crossings_.push_back(edges[n]);
+    split();
+  }
+  // Corners ascending. Each is between two tetrahedra.
+  std::vector<std::array<VertexId, 3>> entered_faces() const {
+    std::vector<std::uint32_t> around;
+    for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
+    for (const std::uint32_t t : around)
+      for (const auto& [i, j, k] : kTetFaces) {
+        const Tetrahedron& c = volume_.tetrahedra()[t];
+        std::array<VertexId, 3> face{c[i], c[j], c[k]};
+        if (std::ranges::any_of(face, [&](VertexId v) { return side(v) != 0; })) continue;
+        std::sort(face.begin(), face.end());
+        faces.emplace_back(face, t);
+      }
+    std::sort(faces.begin(), faces.end());
+    std::vector<std::array<VertexId, 3>> entered;
+    for (std::size_t n = 1; n < faces.size(); ++n) {
+      const auto& [face, t] = faces[n];
+      if (faces[n - 1].first != face || side_of(faces[n - 1].second) == side_of(t)) continue;
+      const auto at = [&](std::size_t k) -> const Vec3& { return volume_.vertex(face[k]).position_world_m; };
+      if (is_entered({at(0), at(1), at(2)})) entered.push_back(face);
+    }
+    return entered;
   }
 
   int sum_of_sides(std::uint32_t t) const {
@@ -175,14 +313,17 @@ class SheetCut {
     }
     return with != 0 ? with : heights > 0 ? 1 : -1;
   }
+  Vec3 middle(const std::array<VertexId, 3>& face) const {
+    Vec3 sum = Vec3::Zero();
+    for (const VertexId v : face) sum += volume_.vertex(v).position_world_m / 3;
+    return sum;
+  }
   bool cut_between(std::uint32_t t, std::uint32_t u, const std::array<VertexId, 3>& face) const {
     for (const VertexId v : face)
       if (side(v) != 0) return false;
     if (side_of(t) == side_of(u)) return false;
-    if (std::ranges::any_of(face, [&](VertexId v) { return joined_.contains(v); })) return true;
-    Vec3 middle = Vec3::Zero();
-    for (const VertexId v : face) middle += volume_.vertex(v).position_world_m / 3;
-    return inside(middle);
+    const bool joins = std::ranges::any_of(face, [&](VertexId v) { return joined_.contains(v); });
+    return inside(middle(face), [&](std::size_t side) { return !joins || is_exact(side); });
   }
 
   void separate(VertexId v) {
@@ -209,7 +350,10 @@ class SheetCut {
     for (std::size_t k = 1; k < faces.size(); ++k) {
       const FaceAt &f = faces[k - 1], &g = faces[k];
       if (f.u != g.u || f.w != g.w) continue;
-      if (cut_between(star[f.place], star[g.place], {v, f.u, f.w})) continue;
+      if (cut_between(star[f.place], star[g.place], {v, f.u, f.w})) {
+        opened_.insert({v, f.u, f.w});
+        continue;
+      }
       const std::uint32_t a = root(f.place), b = root(g.place);
       parent[std::max(a, b)] = std::min(a, b);
     }
@@ -221,6 +365,7 @@ class SheetCut {
       const VertexId twin = volume_.part(v, component);
       set_side(twin, 0);
       if (joined_.contains(v)) joined_[twin] = true;
+      opened_.insert(twin);
       on_sheet_.push_back(twin);
       ++outcome_.twins;
     }
@@ -228,14 +373,18 @@ class SheetCut {
 
   TetTopology& volume_;
   std::vector<Vec3> outline_;
+  std::uint32_t exact_;
   TetCutSettings settings_;
   Vec3 normal_ = Vec3::Zero(), centre_ = Vec3::Zero();
   bool flat_ = false;
   std::uint32_t tets_before_ = 0;
+  double mean_edge_m_ = 0;  // of those that the sheet crosses
   std::vector<Crossing> crossings_;
   std::vector<VertexId> on_sheet_;
   std::unordered_map<VertexId, int> side_;  // looked up only, never walked
   std::unordered_map<VertexId, bool> joined_;
+  std::unordered_set<VertexId> at_end_;  // of the cut; asked, never walked
+  std::unordered_set<VertexId> opened_;  // at faces that are cut; asked, never walked
   TetCutOutcome outcome_;
 };
 
@@ -244,56 +393,6 @@ class SheetCut {
 TetCutOutcome cut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings,
                   std::span<const std::uint32_t> begin) {
   return SheetCut(volume, sheet, settings).run(begin);
-}
-
-namespace {
-
-bool near_edge(const TetTopology& volume, VertexId v, const Vec3& a, const Vec3& b) {
-  const Vec3& x = volume.vertex(v).position_world_m;
-  double longest2 = 0;
-  for (const std::uint32_t t : volume.star(v))
-    for (const VertexId w : volume.tetrahedra()[t])
-      longest2 = std::max(longest2, (volume.vertex(w).position_world_m - x).squaredNorm());
-  const double along = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-  return (a + along * (b - a) - x).squaredNorm() < longest2;
-}
-
-}  // namespace
-
-TetCutOutcome TetStroke::advance(TetTopology& volume, const Vec3& a_world_m, const Vec3& b_world_m) {
-  if (!started_) {
-    started_ = true;
-    from_a_ = last_a_ = a_world_m;
-    from_b_ = last_b_ = b_world_m;
-    settled_.clear();
-    last_.clear();
-    mark_ = volume.mark();
-    return {};
-  }
-  // The sheet from the settled edge is flat as long as the new edge lies in its plane, within a hundredth of its
-  // length.
-  const Vec3 normal = (last_a_ - from_a_ + last_b_ - from_b_).cross(from_b_ - from_a_);
-  const double tolerance = 0.01 * (from_b_ - from_a_).norm();
-  const bool begun = normal.norm() > 0;
-  const Vec3 unit = begun ? Vec3(normal.normalized()) : Vec3::Zero();
-  const bool bends =
-      begun && std::max(std::abs(unit.dot(a_world_m - from_a_)), std::abs(unit.dot(b_world_m - from_a_))) > tolerance;
-  if (bends) {
-    // What goes on from there: vertices of the cut about as far from the settled edge as an element is large.
-    settled_.clear();
-    for (const VertexId v : last_)
-      if (near_edge(volume, v, last_a_, last_b_)) settled_.push_back(v);
-    from_a_ = last_a_;
-    from_b_ = last_b_;
-    mark_ = volume.mark();
-  } else {
-    volume.undo_to(mark_);
-  }
-  last_a_ = a_world_m;
-  last_b_ = b_world_m;
-  TetCutOutcome outcome = cut(volume, {{from_a_, from_b_, b_world_m, a_world_m}, settled_}, settings_);
-  last_ = outcome.on_sheet;
-  return outcome;
 }
 
 }  // namespace sectio

@@ -5,8 +5,11 @@
 //   cut 3  the other edges are split where they cross, in ascending order of their ends. A tetrahedron of which three
 //   edges
 //      are crossed becomes 4, of which four are, 6; neighbours see the same splits, so that all faces match
-//   4  faces whose three corners lie on the sheet, with a tetrahedron on each side, are cut
-//   5  each vertex on the sheet gets a twin for every further component that its tetrahedra fall into when cut faces no
+//   4  at a side of the outline where the cut is to end exactly: elements that the sheet enters are split as if it went
+//      on to where it leaves them; then what lies on the sheet, edges between vertices of 2 and 3, is split where that
+//      side crosses it, in the same way
+//   5  faces whose three corners lie on the sheet, with a tetrahedron on each side, are cut
+//   6  each vertex on the sheet gets a twin for every further component that its tetrahedra fall into when cut faces no
 //      longer connect them: the parts separate, and the tip of a cut that ends inside stays closed
 //
 // Cuts through earlier cuts, along them, through vertices and edges need no case of their own. Deterministic.
@@ -21,6 +24,9 @@ struct CutSheet {
   std::vector<Vec3> outline_world_m;
   // Vertices of a cut that this sheet goes on from: on the sheet, too, wherever they are.
   std::vector<VertexId> joined = {};
+  // Sides of the outline, side i from corner i to the next, at which the cut is to end where they are, inside elements:
+  // bit i. At the others it ends with the last edges that the sheet crosses.
+  std::uint32_t exact = 0;
 };
 
 struct TetCutSettings {
@@ -39,6 +45,9 @@ struct TetCutOutcome {
   std::uint32_t made = 0;     // tetrahedra in place of these and their neighbours, net
   std::uint32_t splits = 0, snapped = 0, twins = 0;
   std::vector<VertexId> on_sheet;  // vertices of the cut, twins included; ascending
+  std::vector<VertexId> ahead;     // where it is exact: others on the sheet, closed, where elements go on beyond it
+  double ahead_m = 0;              // how far they do, at most
+  std::uint32_t beyond = 0;  // sides of the outline beyond which elements go on that the sheet enters, if any is exact
   bool changed() const { return splits + twins > 0; }
 };
 
@@ -46,25 +55,5 @@ struct TetCutOutcome {
 // is looked for everywhere, O(n). Otherwise O(cut).
 TetCutOutcome cut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings,
                   std::span<const std::uint32_t> begin = {});
-
-// A blade on its way: its edge is given again and again, and the cut always reaches to where it is. What is opened is
-// temporary while the sheet since the last settled place stays flat: it is undone exactly and made again, larger.
-class TetStroke {
- public:
-  explicit TetStroke(const TetCutSettings& settings) : settings_(settings) {}
-
-  // The blade's edge is at a b now.
-  TetCutOutcome advance(TetTopology& volume, const Vec3& a_world_m, const Vec3& b_world_m);
-  // The cut stays as it is.
-  void finish() { started_ = false; }
-
- private:
-  TetCutSettings settings_;
-  bool started_ = false;
-  Vec3 from_a_, from_b_;  // the settled edge
-  Vec3 last_a_, last_b_;
-  std::size_t mark_ = 0;
-  std::vector<VertexId> settled_, last_;  // vertices of the cut up to the settled edge, and of the sheet from there
-};
 
 }  // namespace sectio

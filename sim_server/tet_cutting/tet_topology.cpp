@@ -25,17 +25,20 @@ TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra), star_(me
     for (const VertexId v : tets_[t]) star_[v].push_back(t);
   fetched_.resize(vertices_.size(), 0);
   give_room(vertices_, tets_, star_, fetched_);
-  forget();
+  vertices_before_ = vertices_.size();
+  tets_before_ = tets_.size();
 }
 
 void TetTopology::set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
   vertices_[v].position_world_m = position_world_m;
   vertices_[v].velocity_m_per_s = velocity_m_per_s;
+  if (v < fetched_.size()) fetched_[v] = fetch_;
 }
 
 void TetTopology::fetch_states_from(StateOf source) {
   source_ = std::move(source);
   ++fetch_;
+  fetchable_ = vertices_.size();
   resize_slots(fetched_, vertices_.size(), 0u);
 }
 
@@ -78,37 +81,50 @@ std::vector<std::uint32_t> TetTopology::connected(std::vector<std::uint32_t> tet
   return tetrahedra;
 }
 
-void TetTopology::forget() {
-  journal_.clear();
-  vertices_before_ = vertices_.size();
-  tets_before_ = tets_.size();
+void TetTopology::forget(std::size_t mark) {
+  vertices_before_ += mark;
+  tets_before_ = tets_at(mark);
+  journal_.erase(journal_.begin(), journal_.begin() + static_cast<std::ptrdiff_t>(mark));
 }
 
-TetChange TetTopology::change() const {
+std::size_t TetTopology::tets_at(std::size_t mark) const {
+  std::size_t tets = tets_before_;
+  for (const Operation& o : std::span(journal_).first(mark)) tets += o.b == kNone ? 0 : o.tets.size();
+  return tets;
+}
+
+TetChange TetTopology::change(std::size_t mark) const {
   TetChange change;
-  for (std::size_t v = vertices_before_; v < vertices_.size(); ++v)
+  change.first_added = static_cast<VertexId>(vertices_before_ + mark);
+  for (std::size_t v = change.first_added; v < vertices_.size(); ++v)
     change.added_body_m.push_back(vertices_[v].rest_body_m);
+  const std::size_t before = tets_at(mark);
   seen_.resize(std::max(seen_.size(), tets_.capacity()), 0);
   ++round_;
   std::vector<std::uint32_t> origin;  // of those that are new
-  for (const Operation& operation : journal_) {
+  for (const Operation& operation : std::span(journal_).subspan(mark)) {
     for (std::size_t k = 0; k < operation.tets.size(); ++k) {
       const std::uint32_t t = operation.tets[k];
-      if (operation.b != kNone) origin.push_back(t < tets_before_ ? t : origin[t - tets_before_]);
-      if (t >= tets_before_ || seen_[t] == round_) continue;
+      if (operation.b != kNone) origin.push_back(t < before ? t : origin[t - before]);
+      if (t >= before || seen_[t] == round_) continue;
       seen_[t] = round_;
       change.tetrahedra.push_back({t, operation.corners[k], tets_[t], t});
     }
   }
   std::ranges::sort(change.tetrahedra, {}, &TetEdit::id);
-  for (std::uint32_t t = static_cast<std::uint32_t>(tets_before_); t < tets_.size(); ++t)
-    change.tetrahedra.push_back({t, kNoTetrahedron, tets_[t], origin[t - tets_before_]});
+  for (auto t = static_cast<std::uint32_t>(before); t < tets_.size(); ++t)
+    change.tetrahedra.push_back({t, kNoTetrahedron, tets_[t], origin[t - before]});
   return change;
 }
 
-std::vector<TetStep> TetTopology::take_back() {
+std::vector<TetStep> TetTopology::steps() const {
   std::vector<TetStep> steps;
   for (const Operation& o : journal_) steps.push_back({o.a, o.b, o.t, o.of});
+  return steps;
+}
+
+std::vector<TetStep> TetTopology::take_back() {
+  std::vector<TetStep> steps = this->steps();
   undo_to(0);
   return steps;
 }
@@ -231,9 +247,9 @@ double TetTopology::volume_at(VertexId v) const {
 void TetTopology::undo_part(const Operation& operation) {
   const VertexId v = operation.a, twin = operation.made;
   const double share = volume_at(twin) / (volume_at(twin) + volume_at(v));
-  TetVertexState& kept = vertices_[v];
-  kept.position_world_m += share * (vertices_[twin].position_world_m - kept.position_world_m);
-  kept.velocity_m_per_s += share * (vertices_[twin].velocity_m_per_s - kept.velocity_m_per_s);
+  const TetVertexState kept = vertex(v), other = vertex(twin);
+  set_state(v, kept.position_world_m + share * (other.position_world_m - kept.position_world_m),
+            kept.velocity_m_per_s + share * (other.velocity_m_per_s - kept.velocity_m_per_s));
   for (const std::uint32_t t : star_[twin]) replace(tets_[t], twin, v);
   star_[v] = operation.tets;
 }
@@ -254,6 +270,7 @@ void TetTopology::undo_to(std::size_t mark) {
     star_.pop_back();
     journal_.pop_back();
   }
+  fetchable_ = std::min(fetchable_, vertices_.size());
 }
 
 }  // namespace sectio

@@ -38,12 +38,12 @@ class TetTopology {
 
   std::size_t vertex_count() const { return vertices_.size(); }
   const TetVertexState& vertex(VertexId v) const {
-    if (source_ && v < vertices_before_ && fetched_[v] != fetch_) fetch(v);
+    if (source_ && v < fetchable_ && fetched_[v] != fetch_) fetch(v);
     return vertices_[v];
   }
   void set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s);
-  // From now on the states of vertices that no operation since forget() has made come from there, each when it is first
-  // asked for: a cut looks at few. Nothing: they stay as they are.
+  // From now on the states of the vertices that there are come from there, each when it is first asked for: a cut looks
+  // at few. Those that an operation makes from then on are its own. Nothing: all stay as they are.
   using StateOf = std::function<TetVertexState(VertexId v)>;
   void fetch_states_from(StateOf source);
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }
@@ -67,13 +67,15 @@ class TetTopology {
   // middle of the two by mass.
   std::size_t mark() const { return journal_.size(); }
   void undo_to(std::size_t mark);
-  // The same, and what has to be done to have it again, in order.
+  // What has to be done to have them again, in order.
+  std::vector<TetStep> steps() const;
   std::vector<TetStep> take_back();
   void redo(std::span<const TetStep> steps);
-  // Operations are final: they can't be undone any more.
-  void forget();
-  // What they are together, since the last forget(). O(operations).
-  TetChange change() const;
+  // All operations are final, or those before a mark: they can't be undone any more.
+  void forget() { forget(mark()); }
+  void forget(std::size_t mark);
+  // What the operations after a mark are together. O(operations).
+  TetChange change(std::size_t mark = 0) const;
   // These leave; so do vertices that have no other. There are no operations to undo.
   TetChange remove(std::span<const std::uint32_t> tetrahedra);
   // A vertex moves onto its neighbour: the tetrahedra with both are gone, the others at v have the neighbour instead.
@@ -93,6 +95,7 @@ class TetTopology {
     std::vector<Tetrahedron> corners;  // of these, before
     std::vector<std::uint32_t> of;     // part: those that have the twin
   };
+  std::size_t tets_at(std::size_t mark) const;
   void undo_split(const Operation& operation);
   void undo_part(const Operation& operation);
   double volume_at(VertexId v) const;
@@ -105,7 +108,8 @@ class TetTopology {
   std::vector<Tetrahedron> tets_;
   std::vector<std::vector<std::uint32_t>> star_;
   std::vector<Operation> journal_;
-  std::size_t vertices_before_ = 0, tets_before_ = 0;  // at the last forget()
+  std::size_t vertices_before_ = 0, tets_before_ = 0;  // without the operations
+  std::size_t fetchable_ = 0;                          // vertices
   mutable std::vector<std::uint32_t> seen_;            // by tetrahedron: the round that saw it last
   mutable std::uint32_t round_ = 0;
 };

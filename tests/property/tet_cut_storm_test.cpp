@@ -6,6 +6,7 @@
 
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/tet_cutting/collapse.h"
+#include "sim_server/tet_cutting/taken_back.h"
 #include "sim_server/tet_cutting/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
@@ -107,6 +108,89 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
   EXPECT_GT(risen, 1) << "the worst are not those that collapse";
   if (!solid) return;
   EXPECT_LT(step_over_limit(volume, *solid, material, VolumeSettings().step_s / solid->parts()), 2);
+}
+
+bool same(const TetTopology& a, const TetTopology& b) {
+  if (a.vertex_count() != b.vertex_count() || !std::ranges::equal(a.tetrahedra(), b.tetrahedra())) return false;
+  for (VertexId v = 0; v < a.vertex_count(); ++v)
+    if (a.vertex(v).rest_body_m != b.vertex(v).rest_body_m || !std::ranges::equal(a.star(v), b.star(v))) return false;
+  return true;
+}
+
+// Blades that go on a little at a time, through each other's cuts: the front is taken back and made anew, and a model
+// that follows what that comes to is what one is that was made of the volume.
+class TetFronts : public testing::TestWithParam<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, TetFronts, testing::Range(0u, 20u));
+
+TEST_P(TetFronts, C_CUT_3_a_front_is_undone_exactly_and_models_follow_what_has_changed) {
+  std::mt19937 random(GetParam());
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  TetMesh mesh = test::tet_box(4, 4, 4, Vec3(0.08, 0.08, 0.08));
+  test::jitter(mesh, 0.003);
+  for (Vec3& x : mesh.vertices_body_m) x -= Vec3::Constant(0.04);
+  TetTopology volume(mesh);
+  for (VertexId v = 0; v < mesh.vertices_body_m.size(); ++v) {
+    const Vec3 p = mesh.vertices_body_m[v];
+    volume.set_state(v, Vec3(1.1 * p.x(), p.y() + 0.2 * p.z(), 0.9 * p.z()), Vec3(p.y(), -p.x(), 2 * p.z()));
+  }
+  const double whole_m3 = check(mesh).volume_m3;
+  VolumeMaterial material;
+  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) material.stiffness_factor.push_back(t % 3 == 0 ? 2 : 1);
+  TetSolid solid(mesh, material, VolumeSettings());
+  std::vector<double> factors = material.stiffness_factor;
+  for (int stroke = 0; stroke < 3; ++stroke) {
+    const Vec3 ahead = vector().normalized(), up = ahead.unitOrthogonal();
+    const Vec3 tip = 0.02 * vector() - 0.07 * ahead - 0.03 * up, heel = tip + 0.15 * up;
+    const TetTopology settled = volume;
+    for (int n = 1; n <= 8; ++n) {
+      const Vec3 noise = 2e-4 * vector();
+      const Vec3 gone = (0.04 + 0.008 * n) * ahead + noise;
+      const TetTopology was = volume;
+      const TakenBack before(volume);
+      ASSERT_TRUE(same(volume, settled)) << stroke << ' ' << n;
+      cut(volume, {{tip, heel, heel + gone, tip + gone}, {}, 2 | 4 | 8}, {});
+      const TetReport report = check(volume.mesh());
+      ASSERT_TRUE(report.conforming) << stroke << ' ' << n << ": " << report.first_defect;
+      ASSERT_NEAR(report.volume_m3, whole_m3, 1e-12 * whole_m3);
+      TetChange change = before.change(volume);
+      before.find_origins(volume, change);
+      before.give_states(volume);
+      const TetTopology now = volume;
+      before.restore(volume);
+      ASSERT_TRUE(same(volume, was)) << stroke << ' ' << n;
+      volume = now;
+      // The field was linear: whoever takes over its state has that of the place at rest.
+      for (VertexId v = 0; v < volume.vertex_count(); ++v) {
+        const Vec3& p = volume.vertex(v).rest_body_m;
+        ASSERT_LT((volume.vertex(v).position_world_m - Vec3(1.1 * p.x(), p.y() + 0.2 * p.z(), 0.9 * p.z())).norm(),
+                  1e-9);
+        ASSERT_LT((volume.vertex(v).velocity_m_per_s - Vec3(p.y(), -p.x(), 2 * p.z())).norm(), 1e-8);
+      }
+      solid.change(change);
+      std::vector<double> after(volume.tetrahedra().size());
+      for (std::uint32_t t = 0; t < std::min(after.size(), factors.size()); ++t) after[t] = factors[t];
+      for (const TetEdit& e : change.tetrahedra)
+        if (e.after != kNoTetrahedron) after[e.id] = factors[e.origin];
+      factors = after;
+    }
+    volume.forget();
+  }
+  TetMesh made;
+  for (VertexId v = 0; v < volume.vertex_count(); ++v) made.vertices_body_m.push_back(volume.vertex(v).rest_body_m);
+  made.tetrahedra.assign(volume.tetrahedra().begin(), volume.tetrahedra().end());
+  VolumeMaterial as_now;
+  as_now.stiffness_factor = factors;
+  const TetSolid anew(made, as_now, VolumeSettings());
+  std::vector<Vec4f> x(solid.mesh().vertices_body_m.size(), Vec4f::Zero());
+  for (VertexId v = 0; v < volume.vertex_count(); ++v) {
+    EXPECT_EQ(solid.mesh().vertices_body_m[v], made.vertices_body_m[v]);
+    EXPECT_NEAR(solid.mass_kg(v), anew.mass_kg(v), 1e-12 * anew.mass_kg(v));
+    x[v].head<3>() = volume.vertex(v).position_world_m.cast<float>();
+  }
+  for (VertexId v = static_cast<VertexId>(volume.vertex_count()); v < x.size(); ++v) EXPECT_EQ(solid.mass_kg(v), 0);
+  const double energy_j = anew.elastic_energy_j(std::span(x).first(volume.vertex_count()));
+  EXPECT_NEAR(solid.elastic_energy_j(x), energy_j, 1e-4 * energy_j);
 }
 
 }  // namespace

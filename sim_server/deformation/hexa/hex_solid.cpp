@@ -59,6 +59,8 @@ void HexSolid::change(const TetChange& change) {
   const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_),
                            last_velocity = std::move(last_velocity_);
   body_.follow(change);
+  if (!change.added_body_m.empty()) bound_ = std::min<std::size_t>(bound_, change.first_added);
+  beside_.resize(std::min(beside_.size(), bound_));
   std::vector<std::uint32_t> touched;
   for (const TetEdit& e : change.tetrahedra) touched.push_back(e.id);
   maker_.look_at(touched, mesh(), body_.stars());

@@ -36,25 +36,40 @@ void TetBody::weigh_at_least(VertexId v, double mass_kg) {
 }
 
 std::vector<VertexId> TetBody::follow(const TetChange& change) {
-  sectio::follow(mesh_, change);
-  const std::size_t before = mass_.size(), vertices = mesh_.vertices_body_m.size();
-  for (auto* table : {&mass_, &added_, &inverse_mass_}) resize_slots(*table, vertices, 0.0);
-  resize_slots<std::uint8_t>(fixed_, vertices, 0);
-  std::ranges::copy(change.fixed, fixed_.begin() + static_cast<std::ptrdiff_t>(before));
-  if (!stiffness_factor_.empty()) resize_slots(stiffness_factor_, mesh_.tetrahedra.size(), 1.0);
+  // Numbers that have been used before: whether they are elsewhere now.
+  const auto is_elsewhere = [&, used = mass_.size()](VertexId v) {
+    return v >= change.first_added && v - change.first_added < change.added_body_m.size() && v < used &&
+           mesh_.vertices_body_m[v] != change.added_body_m[v - change.first_added];
+  };
   std::vector<VertexId> touched;
   for (const TetEdit& e : change.tetrahedra) {
-    if (e.before == e.after) continue;
-    if (!stiffness_factor_.empty()) stiffness_factor_[e.id] = stiffness_factor_[e.origin];
+    if (e.before == e.after && std::ranges::none_of(e.after, is_elsewhere)) continue;
     for (const Tetrahedron& t : {e.before, e.after})
       for (const VertexId v : t)
         if (v != kNone) touched.push_back(v);
   }
   std::ranges::sort(touched);
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  sectio::follow(mesh_, change);
+  const std::size_t vertices = mesh_.vertices_body_m.size();
+  for (auto* table : {&mass_, &added_, &inverse_mass_}) resize_slots(*table, vertices, 0.0);
+  resize_slots<std::uint8_t>(fixed_, vertices, 0);
+  const auto added = fixed_.begin() + change.first_added;
+  std::fill_n(added, change.added_body_m.size(), std::uint8_t{0});
+  std::ranges::copy(change.fixed, added);
+  if (!stiffness_factor_.empty()) follow_stiffness(change);
   stars_.follow(vertices, change.tetrahedra);
   for (const VertexId v : touched) weigh(v);
   return touched;
+}
+
+// A number that is used again may be an origin, too.
+void TetBody::follow_stiffness(const TetChange& change) {
+  std::vector<double> factors;
+  for (const TetEdit& e : change.tetrahedra)
+    factors.push_back(e.after == kNoTetrahedron ? 1 : stiffness_factor_[e.origin]);
+  resize_slots(stiffness_factor_, mesh_.tetrahedra.size(), 1.0);
+  for (std::size_t k = 0; k < factors.size(); ++k) stiffness_factor_[change.tetrahedra[k].id] = factors[k];
 }
 
 }  // namespace sectio

@@ -23,14 +23,15 @@ class TetBody {
   // Of the effective mass; 0 where it is fixed.
   std::span<const double> inverse_mass() const { return inverse_mass_; }
 
-  // The vertices whose tetrahedra are not what they were, ascending; they have their own mass again and no other. Those
-  // without any tetrahedron are gone.
+  // The vertices whose tetrahedra, or their places at rest, are not what they were, ascending; they have their own mass
+  // again and no other. Those without any tetrahedron are gone.
   std::vector<VertexId> follow(const TetChange& change);
   // As heavy as that at least, for the sake of stability; its own mass when that is enough.
   void weigh_at_least(VertexId v, double mass_kg);
 
  private:
   void weigh(VertexId v);
+  void follow_stiffness(const TetChange& change);
 
   TetMesh mesh_;
   TetStars stars_;

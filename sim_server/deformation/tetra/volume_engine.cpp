@@ -36,20 +36,20 @@ void VolumeEngine::set_state(std::vector<Vec4f> position_world_m, std::vector<Ve
 
 void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
                           std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots) {
+  const auto first_added = static_cast<std::ptrdiff_t>(change.first_added);
   std::vector<VertexId> touched;
   for (const TetEdit& e : change.tetrahedra)
-    for (const VertexId v : e.before)
-      if (v != kNone) touched.push_back(v);
+    for (const Tetrahedron& t : {e.before, e.after})
+      for (const VertexId v : t)
+        if (v != kNone) touched.push_back(v);
   std::ranges::sort(touched);
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-  for (const VertexId v : touched) anchors_ -= is_anchor(v);
+  for (const VertexId v : touched) anchors_ -= v < position_.size() && is_anchor(v);
   model_->change(change);
-  const auto first_added = static_cast<VertexId>(position_.size());
   for (auto [table, added] : {std::pair{&position_, added_position_world_m}, {&velocity_, added_velocity_m_per_s}}) {
-    resize_slots<Vec4f>(*table, first_added + added.size(), Vec4f::Zero());
+    resize_slots<Vec4f>(*table, model_->mesh().vertices_body_m.size(), Vec4f::Zero());
     std::ranges::copy(added, table->begin() + first_added);
   }
-  for (VertexId v = first_added; v < position_.size(); ++v) touched.push_back(v);
   for (const VertexId v : touched) {
     anchors_ += is_anchor(v);
     if (!(model_->mass_kg(v) > 0)) velocity_[v].setZero();  // it is gone

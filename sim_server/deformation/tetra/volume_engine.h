@@ -45,13 +45,17 @@ class VolumeEngine final : public DeformationEngine {
   double margin(double) const override { return model_->margin(); }
   double residual_m() const override { return model_->residual_m(); }
 
-  // The volume has changed: added vertices with their state, and slots that have another vertex now, or none. Before
-  // the next step(), whose body has that surface. O(change).
+  // The volume has changed: added vertices (TetChange::first_added) with their state, and slots that have another
+  // vertex now, or none. Before the next step(), whose body has that surface. O(change).
   struct Slot {
     VertexId slot, vertex;  // kNone: it is dead
   };
   void change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
               std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots);
+  void place(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
+    position_[v].head<3>() = position_world_m.cast<float>();
+    velocity_[v].head<3>() = velocity_m_per_s.cast<float>();
+  }
   void nudge(VertexId v, const Vec3& faster_by_m_per_s) { velocity_[v].head<3>() += faster_by_m_per_s.cast<float>(); }
   // All vertices, of a part that comes off another volume.
   void set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
