@@ -16,7 +16,9 @@ void SimulationCheck::stepped(SimulationBody& body, double step_s, double work_j
   const double share = std::min(1.0, std::max(step_s / kOfLate_s, 1.0 / static_cast<double>(++steps_)));
   processor_s_ += took_s;
   check_.cpu += share * (took_s / step_s - check_.cpu);
-  if (body.rigid || body.frozen) return;
+  check_.asleep = body.asleep();
+  if (check_.asleep) known_ = false;
+  if (body.rigid || body.frozen || check_.asleep) return;
   const DeformationEngine& deformation = *body.engines.deformation;
   check_.stability_margin = std::min(kMostMargin, deformation.margin(step_s));
   check_.residual_m = std::isfinite(deformation.residual_m()) ? deformation.residual_m() : 0;

@@ -185,6 +185,7 @@ wire::ServerStatus to_wire(const ServerStatus& status) {
     to.residual_m(from.residual_m);
     to.energy_gain_j(from.energy_gain_j);
     to.implicit_steps_count(from.implicit_steps);
+    to.is_asleep(from.asleep);
   }
   return m;
 }
@@ -196,7 +197,7 @@ std::optional<ServerStatus> from_wire(const wire::ServerStatus& m) {
                        c.residual_m(), c.energy_gain_j()}))
       return std::nullopt;
     checks.push_back({c.error_estimate_1(), c.cpu_estimate_s_per_s(), c.cpu_s_per_s(), c.stability_margin_1(),
-                      c.residual_m(), c.energy_gain_j(), c.implicit_steps_count()});
+                      c.residual_m(), c.energy_gain_j(), c.implicit_steps_count(), c.is_asleep()});
   }
   if (m.bodies().size() > kMaxBodies || m.checks().size() > kMaxBodies ||
       !is_gravity(m.gravity_target_world_m_per_s2()) || !finite({m.sim_time_s(), m.stability_margin_1()}) ||

@@ -77,6 +77,7 @@ struct BodyCheck {
   double residual_m = 0;        // of an implicit step: how far its last sweep still moved something
   double energy_gain_j = 0;     // beyond what instruments put in, the most so far
   std::uint64_t implicit_steps = 0;
+  bool asleep = false;  // it rests, and is not stepped
   bool operator==(const BodyCheck&) const = default;
 };
 

@@ -34,10 +34,11 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
   for (std::size_t b = 0; b < status.checks.size(); ++b) {
     const BodyCheck& c = status.checks[b];
     const bool planned = c.cpu_estimate > 0;
-    std::snprintf(line, sizeof line, "%-20s %s %s %8.3g %8.3g %8.3g %8.3g %8llu\n",
+    std::snprintf(line, sizeof line, "%-20s %s %s %8.3g %8.3g %8.3g %8.3g %8llu%s\n",
                   b < scene.bodies.size() ? scene.bodies[b].name.c_str() : "?",
                   number(c.error_estimate, planned).c_str(), number(c.cpu_estimate, planned).c_str(), c.cpu,
-                  c.stability_margin, c.residual_m, c.energy_gain_j, static_cast<unsigned long long>(c.implicit_steps));
+                  c.stability_margin, c.residual_m, c.energy_gain_j, static_cast<unsigned long long>(c.implicit_steps),
+                  c.asleep ? "  asleep" : "");
     text += line;
   }
   return text;

@@ -45,6 +45,7 @@ TEST_P(EachModel, sleeps_where_it_would_have_stayed_and_wakes_by_a_touch) {
   const int steps = steps_to_sleep(op);
   ASSERT_TRUE(op.simulation.asleep(0));
   EXPECT_EQ(op.last.report.bodies_asleep, 1u);
+  EXPECT_TRUE(op.last.report.checks.at(0).asleep) << "the status says so";
   const auto asleep_at = positions(op);
   awake.rest(steps);
   EXPECT_EQ(apart_m(asleep_at, positions(awake)), 0) << "the same until then";
