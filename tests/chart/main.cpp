@@ -31,6 +31,7 @@ struct Measured {
 };
 
 constexpr int kWindows = 40, kAskEvery = 5;
+constexpr char kTooSlow[] = "too slow";
 
 // The cost is the median of windows: what else the machine does in a few of them does not count. The answer is the mean
 // of the last tenth.
@@ -116,17 +117,18 @@ std::vector<double> reference(const ChartScene& scene, Table& table, bool quick)
   return answer;
 }
 
-void measure(const ChartScene& scene, const Method& method, int across, const std::vector<double>& expected,
+// False when it was too slow.
+bool measure(const ChartScene& scene, const Method& method, int across, const std::vector<double>& expected,
              Table& table, double limit_s) {
   const std::string key = scene.name + "," + method.model + "," + method.driver + "," + std::to_string(across);
-  if (table.has(key)) return;
+  if (table.has(key)) return table.row(key).find(kTooSlow) == std::string::npos;
   const auto specimen = method.make(scene, across);
-  if (!specimen) return;
+  if (!specimen) return true;
   const Measured m = run(*specimen, scene, limit_s);
   const double error = m.too_slow ? NAN : relative_error(m.answer, expected);
   char values[120];
   std::snprintf(values, sizeof values, "%d,%zu,%.4g,%s,", int(method.is_ours), specimen->elements(), m.cost_s,
-                m.too_slow                           ? "too slow"
+                m.too_slow                           ? kTooSlow
                 : std::isfinite(error) && error < 10 ? std::to_string(error).c_str()
                                                      : "failed");
   table.append(key, values + text_of(m.answer));
@@ -134,6 +136,7 @@ void measure(const ChartScene& scene, const Method& method, int across, const st
               method.driver.c_str(), across, specimen->elements(), m.cost_s,
               m.too_slow ? "(too slow)" : std::to_string(error).c_str());
   std::fflush(stdout);
+  return !m.too_slow;
 }
 
 int run(int argc, char** argv) {
@@ -161,7 +164,8 @@ int run(int argc, char** argv) {
     const std::vector<double> expected = reference(scene, table, quick);
     for (const Method& method : methods(quick)) {
       if (method.model.find(model) == std::string::npos) continue;
-      for (const int across : resolutions) measure(scene, method, across, expected, table, limit_s);
+      for (const int across : resolutions)  // finer ones are slower still
+        if (!measure(scene, method, across, expected, table, limit_s)) break;
     }
   }
   return 0;
