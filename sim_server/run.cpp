@@ -16,6 +16,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/processor_time.h"
 #include "common/delta/journal.h"
 #include "common/mesh/check.h"
 #include "sim_server/run_score.h"
@@ -61,12 +62,6 @@ std::string file_of(const std::string& directory, const std::string& body) {
 }
 
 }  // namespace
-
-double processor_time_s() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
-}
 
 struct RunRecord::State {
   State(const Scene& s, const Simulation& w, const std::string& d) : scene(s), world(w), directory(d) {}

@@ -45,9 +45,6 @@ class RunRecord {
   std::unique_ptr<State> state_;
 };
 
-// Of this thread, so far.
-double processor_time_s();
-
 // The samples of the scene's traces that fall into a step, one a millisecond, as a device would send them.
 std::vector<ToolSample> samples_of_traces(const Scene& scene, std::uint64_t step);
 

@@ -1,6 +1,5 @@
 #include "sim_server/simulation_calibration.h"
 
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -11,6 +10,7 @@
 #include <sstream>
 
 #include "common/core/log.h"
+#include "common/core/processor_time.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
@@ -30,12 +30,6 @@ using planning::Rate;
 constexpr int kTries = 7, kSteps = 6;
 constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // of MaterialSpec
 constexpr char kFirstLine[] = "sectio calibration 2";
-
-double processor_s() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 // 60 x 60 x 40 mm, of n squares to 10 mm, outwards.
 TriangleSoup block(int n) {
@@ -108,9 +102,9 @@ class Specimen {
   double step_s() {
     double least = HUGE_VAL;
     for (int t = 0; t < kTries; ++t) {
-      const double start = processor_s();
+      const double start = processor_time_s();
       for (int i = 0; i < kSteps; ++i) body_.deform({}, {}, scene_.step_s);
-      least = std::min(least, (processor_s() - start) / kSteps);
+      least = std::min(least, (processor_time_s() - start) / kSteps);
     }
     return least;
   }
@@ -119,9 +113,9 @@ class Specimen {
     double least = HUGE_VAL;
     for (int t = 0; t < kTries; ++t) {
       body_.deform({}, {}, scene_.step_s);
-      const double start = processor_s();
+      const double start = processor_time_s();
       body_.tree();
-      least = std::min(least, processor_s() - start);
+      least = std::min(least, processor_time_s() - start);
     }
     return least;
   }
@@ -154,9 +148,9 @@ double touched_step_s() {
   for (int i = 0; i < 20; ++i) step(5e-5 * (i - 10));
   double least = HUGE_VAL;
   for (int t = 0; t < kTries; ++t) {
-    const double start = processor_s();
+    const double start = processor_time_s();
     for (int i = 0; i < kSteps; ++i) step(5e-4);
-    least = std::min(least, (processor_s() - start) / kSteps);
+    least = std::min(least, (processor_time_s() - start) / kSteps);
   }
   return least;
 }

@@ -8,6 +8,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/processor_time.h"
 #include "sim_server/net/budget.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/run.h"

@@ -1,7 +1,5 @@
 // Error against cost: every scene of the chart with every method and resolution, as a table. Rows that the table has
 // are not made again, so that an interrupted run goes on.
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,16 +11,11 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "common/core/processor_time.h"
 #include "tests/chart/specimen.h"
 
 namespace sectio::chart {
 namespace {
-
-double processor_s() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Measured {
   std::vector<double> answer;
@@ -44,9 +37,9 @@ Measured run(Specimen& specimen, const ChartScene& scene, double limit_s) {
     const bool asks = w >= kWindows - kWindows / 10;
     double took_s = 0;
     for (int i = 0; i < per_window; ++i) {
-      const double start = processor_s();
+      const double start = processor_time_s();
       specimen.step(scene.share(++n * specimen.step_s()));
-      took_s += processor_s() - start;
+      took_s += processor_time_s() - start;
       if (!asks || i % kAskEvery != 0) continue;
       const std::vector<double> now = specimen.answer();
       m.answer.resize(now.size(), 0);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/core/processor_time.h"
 #include "sim_server/run.h"
 #include "tests/planning/planned_specimens.h"
 
