@@ -354,8 +354,11 @@ void SimulationTouch::search() {
 
 // A new cut at the end of the old one would go along its walls.
 void SimulationTouch::rest_in_groove() {
-  const Vec3 tip = pose_.to_world(shape_at(pose_.opening_rad).edge_tip_tool_m);
-  if ((tip - ended_at_).dot(normal_) > kLetGoM && !body_.tree().inside(body_.view(), tip)) return set_free();
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m), heel = pose_.to_world(shape.edge_heel_tool_m);
+  const bool is_out = !body_.tree().inside(body_.view(), tip);
+  if (is_out && (tip - ended_at_).dot(normal_) > kLetGoM) return set_free();
+  if (is_out && with_templates() && body_.tree().hits(body_.view(), tip, heel).empty()) return set_free();
   const Vec3 away = tip - ended_at_;
   if ((away - away.dot(normal_) * normal_).norm() > left_behind_m())
     phase_ = body_.tree().inside(body_.view(), tip) ? Phase::searching : Phase::free;
@@ -435,7 +438,8 @@ void SimulationTouch::deformed(const Reaction& reaction, double step_s) {
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
   const bool may_rupture = (at_tip_ && instrument_.tip_pierces) || sharp_edge_presses();
-  if (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_)) {
+  if (sharp_edge_is_in_slit() ||
+      (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
     entry_ = Entry{stroke_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;

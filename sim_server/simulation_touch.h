@@ -89,7 +89,9 @@ class SimulationTouch {
   // In the template style; simulation_touch_templates.cpp.
   static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
   bool with_templates() const { return body_.stroke_settings.style == CutStyle::templates; }
+  bool sharp_edge_touches(const InstrumentShape& shape) const;
   bool sharp_edge_presses() const;
+  bool sharp_edge_is_in_slit() const;
   void begin_with_templates(BladeMotion& motion);
   void follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   Leaf decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,

@@ -28,13 +28,33 @@ double length_inside_m(const std::vector<SurfaceHit>& hits, double length_m) {
 
 }  // namespace
 
-bool SimulationTouch::sharp_edge_presses() const {
+bool SimulationTouch::sharp_edge_touches(const InstrumentShape& shape) const {
   constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2};  // A and C
   if (!with_templates() || at_tip_ || contact_corners_ != kEdgeCorners) return false;
-  const InstrumentShape shape = shape_at(pose_.opening_rad);
   const double along_m = contact_along_ * (shape.c_tool_m - shape.a_tool_m).norm();
-  if (along_m > (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()) return false;  // blunt there
+  return along_m <= (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();  // blunt beyond
+}
+
+bool SimulationTouch::sharp_edge_presses() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (!sharp_edge_touches(shape)) return false;
   return !shape.sharp_side_tool || -normal_.dot(pose_.orientation * *shape.sharp_side_tool) >= kCosSharp;
+}
+
+// Its walls are close to both sides of the edge: a blade that is put back where it has cut goes on without breaking in.
+bool SimulationTouch::sharp_edge_is_in_slit() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.stroke_settings.cuts_inside) return false;
+  const Vec3 edge = shape.edge_heel_tool_m - shape.edge_tip_tool_m;
+  const Vec3 aside = pose_.orientation * shape.sharp_side_tool->cross(edge).normalized();
+  const Vec3 at = contact_world_m(), reach = body_.stroke_settings.join_tolerance_m * aside;
+  const std::vector<SurfaceHit> hits = body_.tree().hits(body_.view(), at - reach, at + reach);
+  const auto is_wall = [&](bool entering) {
+    return std::ranges::any_of(hits, [&](const SurfaceHit& hit) {
+      return hit.entering == entering && body_.mesh.triangle(hit.triangle).surface == Surface::wall;
+    });
+  };
+  return is_wall(true) && is_wall(false);
 }
 
 // A blade that breaks in sideways comes from outside: the surface that it has pushed in lies between.
@@ -90,7 +110,7 @@ void SimulationTouch::follow_with_templates(const Stroke& stroke, std::span<cons
     const Leaf leaf = decide_by_surface(shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world),
                                         jaws, cut_length_m);
     if (leaf == Leaf::cut || (leaf == Leaf::detect_again && ahead)) {
-      if (ahead) {
+      if (ahead || (leaf == Leaf::cut && body_.stroke_settings.cuts_inside)) {
         motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9, Vec3::Zero(),
                                (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()});
         from = at_surface;

@@ -9,10 +9,10 @@
 namespace sectio {
 namespace {
 
-constexpr double kAgain = 0.1;     // mean edges that a blade goes after a cut that could not be made
-constexpr int kRounds = 3;         // edges are opened that opening others has pinched
-constexpr double kCrumb = 0.06;    // of the cube of a mean edge: half of an element
-constexpr double kPatience = 1.5;  // mean edges that a blade goes on in the hope of a cut that leaves no crumbs
+constexpr int kRounds = 3;           // edges are opened that opening others has pinched
+constexpr double kStaysOpen = 0.75;  // of a front's area, when it is made anew
+constexpr double kSameM = 1e-9;
+constexpr double kPatience = 0.5;  // mean edges that a blade goes on in the hope that it can be
 
 double mean_edge_m(const TetMesh& mesh) {
   double sum = 0;
@@ -35,6 +35,19 @@ void move_on(const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
   const SurfacePoint nearest = nearest_on(now, skin, at);
   if (nearest.triangle == kNone) return;
   stroke.touched = now.triangle(nearest.triangle).v;
+  stroke.bary = nearest.bary;
+}
+
+// The triangle that the blade touches may have been divided, or opened: it is on the nearest of those in its place.
+void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& at_m, Stroke& stroke) {
+  std::vector<TriangleId> skin;
+  for (const TriangleEdit& e : delta.triangles)
+    if (e.triangle.alive() && e.triangle.surface == Surface::skin) skin.push_back(e.id);
+  const auto& [a, b, c] = stroke.touched;
+  if (after.find_triangle(a, b, c) != kNone && (position_of(after, stroke) - at_m).norm() < kSameM) return;
+  const SurfacePoint nearest = nearest_on(after, skin, at_m);
+  if (nearest.triangle == kNone) return;
+  stroke.touched = after.triangle(nearest.triangle).v;
   stroke.bary = nearest.bary;
 }
 
@@ -76,6 +89,7 @@ VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_o
   seen_.resize(volume_.vertex_count(), 0);
   give_room(seen_);
   settings_.style = CutStyle::templates;  // all of the edge that is in the body cuts
+  settings_.cuts_inside = true;
 }
 
 TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const {
@@ -85,23 +99,6 @@ TetVertexState VolumeCutting::state_of(const SharedBody& body, VertexId v) const
   return {volume_.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
-// In the world, where the blade and the tissue are what they are; only where it has been is carried along. The sheet
-// goes on from all that the blade has cut: no lip is cut again because it has moved a little.
-TetCutOutcome VolumeCutting::cut_along(Way& way) {
-  const Edge from = sheet_begins(way), to = way.now_world;
-  const CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut};
-  const Vec3 normal = (to.heel_m - to.tip_m).cross(to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
-  std::vector<std::uint32_t> begin;
-  for (const VertexId v : way.near) {
-    if (std::abs(normal.dot(volume_.vertex(v).position_world_m - to.tip_m)) > element_m_) continue;
-    begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
-  }
-  if (begin.empty()) return {};
-  std::ranges::sort(begin);
-  begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
-  return cut(volume_, sheet, cut_settings_, begin);
-}
-
 CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                             std::span<const BladeMotion> motions) {
   pending_.reset();
@@ -109,6 +106,8 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   const MeshDraft now(body.mesh, {body.particles.position_world_m.front().data(),
                                   body.particles.velocity_world_m_per_s.front().data()});
   std::vector<Stroke> strokes = cuts.strokes;
+  for (const auto& [tool, way] : ways_)
+    if (way.has_front && (std::ranges::find(strokes, tool, &Stroke::tool_id) == strokes.end())) settle();
   for (const Entry& e : entries) {
     Stroke s;
     s.tool_id = e.tool_id;
@@ -117,14 +116,23 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
     strokes.push_back(s);
     ways_[e.tool_id] = begin_way(body, now, s, motions);
   }
+  std::vector<std::uint32_t> lifted;
   bool may_cut = false;
   for (Stroke& s : strokes) {
     const auto motion = std::ranges::find(motions, s.tool_id, &BladeMotion::tool_id);
     if (motion != motions.end()) {
+      Way& way = ways_[s.tool_id];
       move_on(now, *motion, s);
-      go(body, ways_[s.tool_id], *motion);
-      if (motion->lift) go_through(ways_[s.tool_id]);
-      may_cut |= is_due(ways_[s.tool_id]);
+      go(body, way, *motion);
+      if (motion->lift) {
+        lifted.push_back(s.tool_id);
+        way.next_m = 0;
+        if (!way.has_front || way.since_cut_m > 0) way.since_cut_m += element_m_;
+        settle();
+      } else if (way.has_front && way.since_cut_m > kPatience * element_m_) {
+        settle();
+      }
+      may_cut |= is_due(way);
     }
     if (motion != motions.end() && motion->lift)
       plan.outcomes.push_back({s.tool_id, StrokeEnd::lifted});
@@ -133,60 +141,21 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   }
   if (!may_cut) return plan;
 
-  std::map<std::uint32_t, Way> after = ways_;
-  std::uint32_t twins = 0;
+  Pending pending;
+  pending.ways = ways_;
   volume_.fetch_states_from([&](VertexId v) { return state_of(body, v); });
-  for (const Stroke& s : strokes) {
-    if (!ways_.contains(s.tool_id)) continue;
-    Way& way = after[s.tool_id];
-    if (!is_due(way)) continue;
-    ways_[s.tool_id].next_m = way.since_cut_m + kAgain * element_m_;
-    const std::size_t mark = volume_.mark();
-    const TetCutOutcome outcome = cut_along(way);
-    const bool may_wait = way.next_m > 0 && way.since_cut_m < kPatience * element_m_;
-    if (outcome.twins == 0 || (may_wait && leaves_crumbs())) {  // nothing opens yet; or later, further on
-      volume_.undo_to(mark);
-      continue;
-    }
-    twins += outcome.twins;
-    way.since_cut_m = 0;
-    way.cut_to = way.edges.back();
-    way.next_m = next_cut_m();
-    std::vector<VertexId> both;
-    std::ranges::sort(way.cut);
-    std::ranges::set_union(way.cut, outcome.on_sheet, std::back_inserter(both));
-    way.cut = std::move(both);
-  }
-  if (twins > 0) plan_change(body, plan, std::move(after));
-  volume_.undo_to(0);
+  const double open_m2 = opened_m2();
+  const TakenBack before(volume_);
+  const bool planned = cut_all(strokes, lifted, pending) && opened_m2() >= kStaysOpen * open_m2 &&
+                       plan_change(body, plan, before, pending);
+  before.restore(volume_);
   volume_.fetch_states_from({});
+  if (!planned) return plan;
+  for (const auto& [tool, way] : pending.ways)
+    if (way.is_through && std::erase_if(plan.strokes, [&](const Stroke& s) { return s.tool_id == tool; }) > 0)
+      plan.outcomes.push_back({tool, StrokeEnd::lifted});
+  pending_ = std::move(pending);
   return plan;
-}
-
-// Has less than half of an element come off? O(operations).
-bool VolumeCutting::leaves_crumbs() const {
-  const double enough_m3 = kCrumb * std::pow(element_m_, 3);
-  std::unordered_set<std::uint32_t> large;  // asked, never walked
-  std::vector<std::uint32_t> found;
-  for (const TetEdit& e : volume_.change().tetrahedra) {
-    if (e.before == e.after || large.contains(e.id)) continue;
-    found.assign(1, e.id);
-    double volume_m3 = 0;
-    bool is_large = false;
-    for (std::size_t k = 0; k < found.size() && !is_large; ++k) {
-      volume_m3 += volume_.volume_m3(found[k]);
-      is_large = volume_m3 > enough_m3;
-      for (std::size_t corner = 0; corner < 4 && !is_large; ++corner) {
-        const std::uint32_t u = volume_.across(found[k], corner);
-        if (u == kNone || std::ranges::find(found, u) != found.end()) continue;
-        found.push_back(u);
-        is_large = large.contains(u);
-      }
-    }
-    if (!is_large) return true;
-    large.insert(found.begin(), found.end());
-  }
-  return false;
 }
 
 // A triangle that lies in one of the surface before is of that one's kind; others are walls.
@@ -198,6 +167,7 @@ Surface VolumeCutting::kind_of_made(const TriangleMesh& mesh, const Corners3& co
   }
   const std::vector<VertexId> origins(from.begin(), from.end());
   if (origins.size() != 3) return Surface::wall;
+  if (const auto of = kinds_.find({origins[0], origins[1], origins[2]}); of != kinds_.end()) return of->second;
   for (const Corners3& key : {Corners3{origins[0], origins[1], origins[2]}, {origins[0], origins[2], origins[1]}})
     if (const TriangleId t = surface_.triangle_of(mesh, key); t != kNone) return mesh.triangle(t).surface;
   return Surface::wall;
@@ -205,13 +175,15 @@ Surface VolumeCutting::kind_of_made(const TriangleMesh& mesh, const Corners3& co
 
 // Where the two halves of a cut would meet in an edge, both ends at the tip of a cut that is open on either side of it,
 // the surface is no manifold: the edge is opened through its middle. Nothing when that does not help.
-std::optional<BoundaryChange> VolumeCutting::open_pinched(const TriangleMesh& mesh, TetChange& change,
-                                                          std::vector<VertexId>& made) {
+std::optional<BoundaryChange> VolumeCutting::open_pinched(const TriangleMesh& mesh, const TakenBack& before,
+                                                          Pending& pending) {
+  std::vector<VertexId> made;
+  BoundaryChange boundary;
   for (int round = 0;; ++round) {
-    change = volume_.change();
-    BoundaryChange boundary = boundary_change(change.tetrahedra);
+    pending.change = before.change(volume_);
+    boundary = boundary_change(pending.change.tetrahedra);
     const auto pinched = surface_.pinched_edges(mesh, boundary);
-    if (pinched.empty()) return boundary;
+    if (pinched.empty()) break;
     if (round == kRounds) return {};
     for (const auto& [a, b] : pinched) {
       const VertexId n = volume_.split(a, b, 0.5);
@@ -219,19 +191,32 @@ std::optional<BoundaryChange> VolumeCutting::open_pinched(const TriangleMesh& me
       for (const auto& component : further_components(volume_, n)) made.push_back(volume_.part(n, component));
     }
   }
+  const bool has_front = std::ranges::any_of(pending.ways, [](const auto& way) { return way.second.has_front; });
+  if (!has_front) pending.final_steps = volume_.mark();
+  for (auto& [tool, way] : pending.ways) {
+    auto& list = has_front ? way.of_front : way.cut;
+    if (way.since_cut_m == 0) list.insert(list.end(), made.begin(), made.end());
+  }
+  return boundary;
 }
 
-bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways) {
-  Pending pending;
-  std::vector<VertexId> opened;
-  const auto boundary = open_pinched(body.mesh, pending.change, opened);
+bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, const TakenBack& before, Pending& pending) {
+  const auto boundary = open_pinched(body.mesh, before, pending);
   if (!boundary) return false;
-  for (auto& [tool, way] : ways)
-    if (way.since_cut_m == 0) way.cut.insert(way.cut.end(), opened.begin(), opened.end());
-  const auto first_made = static_cast<VertexId>(engine_.position_world_m().size());
+  before.find_origins(volume_, pending.change);
+  const VertexId first_made = pending.change.first_added;
+  for (const VertexId v : before.give_states(volume_))
+    if (v < first_made) pending.placed.emplace_back(v, volume_.vertex(v));
+  const auto& rest_body_m = engine_.model().mesh().vertices_body_m;
   for (VertexId v = first_made; v < volume_.vertex_count(); ++v) {
     pending.added.push_back(volume_.vertex(v));
     pending.change.fixed.push_back(is_fixed_ && is_fixed_(volume_.vertex(v).rest_body_m));
+    if (v < rest_body_m.size() && rest_body_m[v] != volume_.vertex(v).rest_body_m) pending.moved.push_back(v);
+  }
+  for (Corners3 corners : boundary_change(volume_.change(pending.final_steps).tetrahedra).removed) {
+    const Surface kind = kind_of_made(body.mesh, corners);
+    std::ranges::sort(corners);
+    pending.kinds[corners] = kind;
   }
   MeshDraft draft(body.mesh, {body.particles.position_world_m.front().data(),
                               body.particles.velocity_world_m_per_s.front().data()});
@@ -240,13 +225,22 @@ bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, std::map<
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
   };
   const auto kind = [&](const Corners3& corners) { return kind_of_made(body.mesh, corners); };
-  if (!surface_.plan(body.mesh, *boundary, state, kind, draft, pending.slots)) return false;
+  std::vector<Vec3> touched_m;
+  for (const Stroke& s : plan.strokes) touched_m.push_back(position_of(draft, s));
+  if (!surface_.plan(body.mesh, *boundary, pending.moved, state, kind, draft, pending.slots)) return false;
+  if (!before.empty()) {  // what is undone moves masses, which go by volume
+    std::vector<VertexId> around;
+    for (const TetEdit& e : pending.change.tetrahedra) {
+      around.insert(around.end(), e.before.begin(), e.before.end());
+      around.insert(around.end(), e.after.begin(), e.after.end());
+    }
+    pending.before = momentum(body, std::move(around));
+  }
   plan.delta = draft.delta();
+  for (std::size_t i = 0; i < plan.strokes.size(); ++i) find_again(draft, plan.delta, touched_m[i], plan.strokes[i]);
   plan.seeds = draft.seeds();
   pending.hash = plan.delta.hash_after;
   pending.steps = volume_.take_back();
-  pending.ways = std::move(ways);
-  pending_ = std::move(pending);
   return true;
 }
 

@@ -1,17 +1,21 @@
-// Cuts in bodies that are volumes of tetrahedra (paper C, 3.2). Style progressive: edges that the blade crosses are
-// split as it goes, and the tissue parts as far as the last of them. Style semi_progressive: what the blade has cut
-// through whole is split along its sweep, and parts. A cut is planned on the volume itself and taken back exactly; what
-// it has done to the surface becomes the delta. Part of simulation.*.
+// Cuts in bodies that are volumes of tetrahedra (paper C, 3.2). Style semi_progressive: what the blade has cut through
+// whole is split along its sweep, and parts. Style progressive: edges that the blade crosses are split as it goes, for
+// good; and where it is inside elements the tissue parts up to its edge. That front is temporary: it is undone exactly
+// and made anew, further on, each time that the blade has gone on a little, and stays as it is where the blade stops.
+// A cut is planned on the volume itself and taken back exactly; what it has done to the surface becomes the delta.
+// Part of simulation.*.
 //
-//   blade's sweep -> cut(volume) -> what changed -> surface's delta; undo       plan(), the volume as before
-//   delta accepted -> redo; model, surface's slots and state follow             follow()
-//   delta by which a part left -> its tetrahedra leave                          follow()
+//   front undone; blade's sweep -> cut(volume) -> what changed -> surface's delta; undo, front again     plan()
+//   delta accepted -> front undone, redo; model, surface's slots and state follow                        follow()
+//   delta by which a part left -> its tetrahedra leave                                                   follow()
 //
 //   step without an instrument -> a short edge that can go: the surface's delta             tidy(), follow()
 //
-// Cost of a step with a cut: O(tetrahedra that are cut and their neighbours), whatever the volume's size.
+// Cost of a step with a cut: O(tetrahedra that are cut, those of the front, and their neighbours), whatever the
+// volume's size.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,6 +25,7 @@
 #include "sim_server/cutting/cutting_engine.h"
 #include "sim_server/deformation/tetra/volume_engine.h"
 #include "sim_server/simulation_volume_surface.h"
+#include "sim_server/tet_cutting/taken_back.h"
 #include "sim_server/tet_cutting/tet_cut.h"
 
 namespace sectio {
@@ -58,23 +63,40 @@ class VolumeCutting final : public CuttingEngine {
   struct Edge {
     Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
   };
-  // Where a blade has been since its cut began, as far back as an element reaches; and the vertices of its cut.
+  // Where a blade has been since its cut began, as far back as an element reaches; and the vertices of its cut. Edges
+  // are in the shape at rest, by the frames of the tissue around the blade then.
   struct Way {
-    std::vector<Edge> edges;             // in the shape at rest, by the frames of the tissue around the blade then
-    Edge cut_to;                         // where the last cut was made, or the way began
+    std::vector<Edge> edges;
+    Edge open_to;                        // how far the tissue is open, or where the way began
+    Vec3 forward = Vec3::Zero();         // where it went then, across its edge; zero: nowhere yet
+    bool has_front = false;              // what is open there is temporary
+    bool ends = false;                   // the tissue does, just ahead
+    bool is_through = false;             // it has been cut to its end
     Edge now_world;                      // the last one, where it is
     Pose frame_world;                    // of the tissue around it
-    double since_cut_m = 0, next_m = 0;  // gone since the last cut; the next one is tried there
+    double since_cut_m = 0, next_m = 0;  // gone forward from there; the next cut is tried there
     std::vector<VertexId> cut;
-    std::vector<VertexId> near;  // vertices around the blade, where the next cut begins to look
+    std::vector<VertexId> of_front;  // those of what is temporary
+    std::vector<VertexId> near;      // vertices around the blade, where the next cut begins to look
+  };
+  using Ways = std::map<std::uint32_t, Way>;
+  using Kinds = std::map<Corners3, Surface>;  // by corners, ascending
+  struct Momentum {
+    std::vector<VertexId> of;
+    Vec3 sum_n_s = Vec3::Zero();
   };
   // What becomes of the volume if the delta is accepted.
   struct Pending {
     std::vector<TetStep> steps;
+    std::size_t final_steps = 0;  // of these
     TetChange change;
     std::vector<TetVertexState> added;
+    std::vector<std::pair<VertexId, TetVertexState>> placed;  // older ones
+    std::vector<VertexId> moved;                              // numbers that are used again, elsewhere at rest
+    Kinds kinds;
     VolumeSurface::Change slots;
-    std::map<std::uint32_t, Way> ways;
+    Ways ways;
+    Momentum before;
     std::uint64_t hash = 0;
   };
   // What tidy() has planned.
@@ -92,15 +114,25 @@ class VolumeCutting final : public CuttingEngine {
                 std::span<const BladeMotion> motions) const;
   static void add_edge(Way& way, const Blade& blade);
   void go(const SharedBody& body, Way& way, const BladeMotion& motion);
-  void go_through(Way& way);
-  TetCutOutcome cut_along(Way& way);
+  bool follows() const { return !cut_settings_.semi_progressive; }
   double next_cut_m() const;
-  Edge sheet_begins(const Way& way) const;
+  double ahead_m(const Way& way) const;
+  Edge furthest(const Way& way) const;
+  bool has_left(const Way& way) const;
   static bool is_due(const Way& way) { return way.edges.size() > 1 && way.since_cut_m > way.next_m; }
+  void settle();
+  std::vector<VertexId> settled(const std::vector<VertexId>& vertices) const;
+  TetCutOutcome cut_along(const Way& way, double further_m, std::uint32_t exact);
+  bool cut_for_good(Way& way, bool is_whole);
+  bool cut_front(Way& way);
+  bool cut_all(std::span<const Stroke> strokes, std::span<const std::uint32_t> lifted, Pending& pending);
+  double opened_m2() const;
   bool leaves_crumbs() const;
-  std::optional<BoundaryChange> open_pinched(const TriangleMesh& mesh, TetChange& change, std::vector<VertexId>& made);
-  bool plan_change(const SharedBody& body, CutPlan& plan, std::map<std::uint32_t, Way> ways);
+  std::optional<BoundaryChange> open_pinched(const TriangleMesh& mesh, const TakenBack& before, Pending& pending);
+  bool plan_change(const SharedBody& body, CutPlan& plan, const TakenBack& before, Pending& pending);
   Surface kind_of_made(const TriangleMesh& mesh, const Corners3& corners) const;
+  Momentum momentum(const SharedBody& body, std::vector<VertexId> of) const;
+  void keep(const SharedBody& body, const Momentum& before);
   std::vector<std::uint32_t> tetrahedra_of(std::span<const VertexId> slots) const;
   void let_go(std::span<const VertexId> slots);
   void plan_collapse(const SharedBody& body, VertexId v, VertexId onto, TopologyDelta& delta);
@@ -113,7 +145,8 @@ class VolumeCutting final : public CuttingEngine {
   TetTopology volume_;
   VolumeSurface surface_;
   double element_m_;  // mean length of the edges
-  std::map<std::uint32_t, Way> ways_;
+  Ways ways_;
+  Kinds kinds_;  // of the surface that the front has divided
   std::optional<Pending> pending_;
   std::optional<Collapsing> collapsing_;
   VertexId tidied_;                          // up to there, since the last cut; kNone: all

@@ -23,8 +23,10 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
   if (collapsing_ && body.mesh.hash() == collapsing_->hash) {
     collapse(body);
   } else if (pending_ && body.mesh.hash() == pending_->hash) {
+    volume_.undo_to(0);
     volume_.redo(pending_->steps);
-    volume_.forget();
+    volume_.forget(pending_->final_steps);
+    kinds_ = std::move(pending_->kinds);
     surface_.accept(pending_->slots);
     std::vector<VolumeEngine::Slot> slots;
     for (const VertexId slot : pending_->slots.freed) slots.push_back({slot, kNone});
@@ -32,6 +34,14 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
     Particles added;
     for (const TetVertexState& state : pending_->added) added.add(state);
     engine_.change(pending_->change, added.position_world_m, added.velocity_m_per_s, slots);
+    for (const auto& [v, state] : pending_->placed) {
+      engine_.place(v, state.position_world_m, state.velocity_m_per_s);
+      for (const VertexId slot : surface_.slots_of(v)) {
+        body.particles.place(slot, state.position_world_m, state.velocity_m_per_s);
+        body.compact.changed(body.particles, slot);
+      }
+    }
+    keep(body, pending_->before);
     ways_ = std::move(pending_->ways);
     tidied_ = 0;
   } else {
@@ -41,6 +51,37 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
     let_go(gone);
   }
   pending_.reset();
+}
+
+// Of those that there are, each once.
+VolumeCutting::Momentum VolumeCutting::momentum(const SharedBody& body, std::vector<VertexId> of) const {
+  Momentum sum{std::move(of)};
+  std::ranges::sort(sum.of);
+  sum.of.erase(std::unique(sum.of.begin(), sum.of.end()), sum.of.end());
+  for (const VertexId v : sum.of)
+    if (v < engine_.position_world_m().size())
+      sum.sum_n_s += engine_.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;
+  return sum;
+}
+
+// Masses go by volume: those around share what momentum that would make or take.
+void VolumeCutting::keep(const SharedBody& body, const Momentum& before) {
+  if (before.of.empty()) return;
+  const Vec3 missing_n_s = before.sum_n_s - momentum(body, before.of).sum_n_s;
+  const auto is_free = [&](VertexId v) {
+    return v < engine_.position_world_m().size() && engine_.model().inverse_mass_per_kg(v) > 0;  // not fixed, not gone
+  };
+  double free_kg = 0;
+  for (const VertexId v : before.of)
+    if (is_free(v)) free_kg += engine_.model().mass_kg(v);
+  if (free_kg == 0) return;
+  const Vec3 faster = missing_n_s / free_kg;
+  for (const VertexId v : before.of) {
+    if (!is_free(v)) continue;
+    engine_.nudge(v, faster);
+    for (const VertexId slot : surface_.slots_of(v))
+      body.particles.velocity_world_m_per_s[slot].head<3>() += faster.cast<float>();
+  }
 }
 
 // A vertex may be of other parts, too, where they touch: it has other slots there.
@@ -80,8 +121,8 @@ VolumePart VolumeCutting::part(std::span<const VertexId> slots) const {
 
 void VolumeCutting::let_go(std::span<const VertexId> slots) {
   if (slots.empty()) return;
+  settle();
   const TetChange change = volume_.remove(tetrahedra_of(slots));
-  volume_.forget();
   VolumeSurface::Change freed;
   std::vector<VolumeEngine::Slot> dead;
   for (const VertexId slot : slots) {

@@ -33,7 +33,10 @@ struct Side {
 // The surface around what changes: triangles that are new, and those that stay at the same vertices.
 class Patch {
  public:
-  Patch(const VolumeSurface& surface, const TriangleMesh& mesh, const BoundaryChange& change) {
+  Patch(const VolumeSurface& surface, const TriangleMesh& mesh, const BoundaryChange& change,
+        std::span<const VertexId> moved = {}) {
+    for (const VertexId v : moved)
+      if (!surface.slots_of(v).empty()) at_[v];
     for (const Corners3& corners : change.removed) {
       const TriangleId t = surface.triangle_of(mesh, corners);
       complete_ = complete_ && t != kNone;
@@ -136,9 +139,10 @@ std::vector<std::array<VertexId, 2>> VolumeSurface::pinched_edges(const Triangle
   return edges;
 }
 
-bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change, const StateOf& state_of,
-                         const KindOf& kind_of, MeshDraft& draft, Change& result) const {
-  Patch patch(*this, mesh, change);
+bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
+                         const StateOf& state_of, const KindOf& kind_of, MeshDraft& draft, Change& result) const {
+  Patch patch(*this, mesh, change, moved);
+  const auto has_moved = [&](VertexId v) { return std::ranges::binary_search(moved, v); };
   if (!patch.complete()) return false;
   std::vector<VertexId> had;  // slots of vertices at which something changes
   for (const auto& [v, list] : patch.at()) {
@@ -180,15 +184,23 @@ bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change,
   for (const Side& side : patch.sides) {
     if (side.kept == kNone) {
       added.push_back({side.slots, kind_of(side.corners)});
-    } else if (side.slots != mesh.triangle(side.kept).v) {
+    } else {
+      const Triangle& before = mesh.triangle(side.kept);
+      const Triangle after{side.slots,
+                           std::ranges::any_of(side.corners, has_moved) ? kind_of(side.corners) : before.surface};
+      if (after == before) continue;
       patch.removed.insert(side.kept);
-      added.push_back({side.slots, mesh.triangle(side.kept).surface});
+      added.push_back(after);
     }
   }
   const std::vector<TriangleId> removed(patch.removed.begin(), patch.removed.end());
   if (!draft.replace(removed, added)) return false;
-  for (const VertexId slot : had)
-    if (draft.incident(slot) == kNone) result.freed.push_back(slot);
+  for (const VertexId slot : had) {
+    if (draft.incident(slot) == kNone)
+      result.freed.push_back(slot);
+    else if (has_moved(vertex_of(slot)))
+      draft.move_vertex(slot, state_of(vertex_of(slot)));
+  }
   return true;
 }
 

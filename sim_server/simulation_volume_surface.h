@@ -40,10 +40,10 @@ class VolumeSurface {
   };
   using StateOf = std::function<VertexState(VertexId vertex)>;
   using KindOf = std::function<Surface(const Corners3&)>;
-  // Into a draft of the surface; false when what is left would not be a manifold: the draft is not to be used any more.
-  // O(change).
-  bool plan(const TriangleMesh& mesh, const BoundaryChange& change, const StateOf& state_of, const KindOf& kind_of,
-            MeshDraft& draft, Change& result) const;
+  // Into a draft of the surface; `moved`: vertices that have another place at rest than those that had their number
+  // before. False when what is left would not be a manifold: the draft is not to be used any more. O(change).
+  bool plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
+            const StateOf& state_of, const KindOf& kind_of, MeshDraft& draft, Change& result) const;
   void accept(const Change& change);
 
  private:

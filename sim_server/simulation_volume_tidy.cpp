@@ -15,6 +15,7 @@ constexpr VertexId kTidied = 64;  // vertices that are looked at in a step
 
 TopologyDelta VolumeCutting::tidy(const SharedBody& body) {
   collapsing_.reset();
+  settle();
   TopologyDelta delta;
   if (tidied_ == kNone || !(cut_settings_.collapse_ratio > 0) || body.mesh.has_temporary_elements()) return delta;
   volume_.fetch_states_from([&](VertexId v) { return state_of(body, v); });
@@ -47,26 +48,18 @@ void VolumeCutting::plan_collapse(const SharedBody& body, VertexId v, VertexId o
     std::ranges::replace(corners, onto, v);
     return body.mesh.triangle(surface_.triangle_of(body.mesh, corners)).surface;
   };
-  if (!surface_.plan(body.mesh, boundary, state, kind, draft, planned.slots)) return;
+  if (!surface_.plan(body.mesh, boundary, {}, state, kind, draft, planned.slots)) return;
   delta = draft.delta();
   planned.hash = delta.hash_after;
   collapsing_ = std::move(planned);
 }
 
-// Masses go by volume: those around share what momentum that would make or take.
 void VolumeCutting::collapse(const SharedBody& body) {
   const Collapsing done = *std::exchange(collapsing_, {});
   std::vector<VertexId> around;
   for (const std::uint32_t t : volume_.star(done.v))
     around.insert(around.end(), volume_.tetrahedra()[t].begin(), volume_.tetrahedra()[t].end());
-  std::ranges::sort(around);
-  around.erase(std::unique(around.begin(), around.end()), around.end());
-  const auto momentum = [&] {
-    Vec3 sum = Vec3::Zero();
-    for (const VertexId u : around) sum += engine_.model().mass_kg(u) * state_of(body, u).velocity_m_per_s;
-    return sum;
-  };
-  const Vec3 before = momentum();
+  const Momentum before = momentum(body, std::move(around));
   std::vector<VolumeEngine::Slot> freed;
   for (const VertexId slot : done.slots.freed) freed.push_back({slot, kNone});
   engine_.change(volume_.collapse(done.v, done.onto), {}, {}, freed);
@@ -74,16 +67,7 @@ void VolumeCutting::collapse(const SharedBody& body) {
   has_collapsed_ = true;
   for (auto& [tool, way] : ways_)
     for (auto* list : {&way.cut, &way.near}) std::erase(*list, done.v);
-  std::erase_if(around, [&](VertexId u) { return engine_.model().inverse_mass_per_kg(u) == 0; });  // fixed or gone
-  double mass_kg = 0;
-  for (const VertexId u : around) mass_kg += engine_.model().mass_kg(u);
-  if (mass_kg == 0) return;
-  const Vec3 faster = (before - momentum()) / mass_kg;
-  for (const VertexId u : around) {
-    engine_.nudge(u, faster);
-    for (const VertexId slot : surface_.slots_of(u))
-      body.particles.velocity_world_m_per_s[slot].head<3>() += faster.cast<float>();
-  }
+  keep(body, before);
 }
 
 }  // namespace sectio

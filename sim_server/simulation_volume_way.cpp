@@ -1,5 +1,6 @@
 // The way of a blade through a volume, as it is in the shape at rest. Part of simulation_volume_cut.*.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/mesh/slot_table.h"
@@ -9,12 +10,12 @@ namespace sectio {
 namespace {
 
 constexpr double kEvery = 0.5;      // mean edges that a blade goes between two cuts
-constexpr double kAgain = 0.1;      // where the cut follows the blade into the element
-constexpr double kLap = 0.25;       // mean edges
-constexpr double kBehind = 2.0;     // mean edges that a sheet reaches behind the last cut: into what was cut in part
+constexpr double kFollow = 0.05;    // where the cut follows it into the element
+constexpr double kBehind = 2.0;     // mean edges that a sheet reaches behind the blade: into what was cut in part
+constexpr double kJustBehind = 1;   // where only its front may be so
+constexpr double kBeside = 0.3;     // mean edges beside a front that a blade has turned round in
 constexpr double kAround = 2;       // mean edges: tissue this close to a blade
 constexpr std::size_t kFewest = 8;  // vertices whose motion is one
-constexpr double kThrough = 0.5;    // mean edges beyond where a blade comes out
 constexpr double kLongest = 8;      // mean edges: a sheet is flat, a way isn't
 
 double distance_to_segment_m(const Vec3& x, const Vec3& a, const Vec3& b) {
@@ -64,7 +65,7 @@ Pose VolumeCutting::frame_around(const SharedBody& body, const Blade& blade, con
   for (std::size_t k = 0; k < near.size(); ++k)
     for (const std::uint32_t t : volume_.star(near[k]))
       for (const VertexId v : volume_.tetrahedra()[t]) meet(v);
-  if (near.empty()) near = begin;
+  near = settled(near.empty() ? begin : near);
   return around.size() < kFewest ? frame_world : match_shape(around, frame_world);
 }
 
@@ -74,6 +75,7 @@ VolumeCutting::Way VolumeCutting::begin_way(const SharedBody& body, const MeshDr
   Way way;
   way.next_m = next_cut_m();
   for (const VertexId slot : stroke.touched) way.near.push_back(surface_.vertex_of(slot));
+  way.near = settled(way.near);
   const auto motion = std::ranges::find(motions, stroke.tool_id, &BladeMotion::tool_id);
   if (motion == motions.end() || motion->path.empty()) return way;
   Blade blade = motion->path.front();
@@ -84,7 +86,7 @@ VolumeCutting::Way VolumeCutting::begin_way(const SharedBody& body, const MeshDr
   const Vec3 pressed_in = position_of(now, stroke) - home;
   blade.tip_world_m -= pressed_in;
   add_edge(way, blade);
-  way.cut_to = way.edges.back();
+  way.open_to = way.edges.back();
   return way;
 }
 
@@ -98,16 +100,20 @@ void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& moti
     const Pose last = way.edges.empty() ? motion.frame_world : way.frame_world;
     way.frame_world = frame_around(body, blade, last, way.near);
     add_edge(way, blade);
-    const Edge& edge = way.edges.back();
-    if (way.edges.size() == 1) way.cut_to = edge;
-    const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
-    way.since_cut_m =
-        std::max((edge.tip_m - way.cut_to.tip_m).cross(up).norm(), (edge.heel_m - way.cut_to.heel_m).cross(up).norm());
+    if (way.edges.size() == 1) way.open_to = way.edges.back();
+    if (has_left(way)) {
+      settle();
+      way.edges = {way.edges.back()};
+      way.open_to = way.edges.back();
+      way.forward = Vec3::Zero();
+    }
+    way.since_cut_m = ahead_m(way);
   }
   const auto far = [&](const Edge& e, double m) {
     return (e.tip_m - way.edges.back().tip_m).norm() > m && (e.heel_m - way.edges.back().heel_m).norm() > m;
   };
-  const double reach_m = std::min(kLongest * element_m_, way.since_cut_m + kBehind * element_m_);
+  const double behind_m = (follows() ? kJustBehind : kBehind) * element_m_;
+  const double reach_m = std::min(kLongest * element_m_, std::max(0.0, way.since_cut_m) + behind_m);
   while (way.edges.size() > 2 && far(way.edges[1], reach_m)) way.edges.erase(way.edges.begin());
   std::erase_if(way.cut, [&](VertexId v) {
     const Edge& now = way.edges.back();
@@ -116,31 +122,38 @@ void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& moti
 }
 
 double VolumeCutting::next_cut_m() const {
-  return (cut_settings_.semi_progressive ? kEvery : kAgain) * element_m_;
+  return (follows() ? kFollow : kEvery) * element_m_;
 }
 
-// Tetrahedra that are cut through whole begin far behind the blade; else the sheet goes on from the last one, and laps
-// over it a little.
-VolumeCutting::Edge VolumeCutting::sheet_begins(const Way& way) const {
-  const auto in_world = [&](const Edge& e) {
-    return Edge{way.frame_world.to_world(e.tip_m), way.frame_world.to_world(e.heel_m)};
+// Across the edge, of the end that has gone further; less than nothing: back.
+double VolumeCutting::ahead_m(const Way& way) const {
+  const Edge& now = way.edges.back();
+  const Vec3 up = (now.heel_m - now.tip_m).normalized();
+  const auto gone_m = [&](const Vec3& from, const Vec3& to) {
+    const double m = (to - from).cross(up).norm();
+    return way.has_front && (to - from).dot(way.forward) < 0 ? -m : m;
   };
-  if (cut_settings_.semi_progressive) return in_world(way.edges.front());
-  Edge from = in_world(way.cut_to);
-  const Vec3 ahead = way.now_world.tip_m + way.now_world.heel_m - from.tip_m - from.heel_m;
-  const Vec3 back = kLap * element_m_ * ahead.stableNormalized();
-  return {from.tip_m - back, from.heel_m - back};
+  return std::max(gone_m(way.open_to.tip_m, now.tip_m), gone_m(way.open_to.heel_m, now.heel_m));
 }
 
-// A blade that comes out has cut what it passed through in its last step; tissue that it bulged is still behind it.
-void VolumeCutting::go_through(Way& way) {
-  if (way.edges.size() < 2) return;
-  const Edge &first = way.edges.front(), last = way.edges.back();
-  const Vec3 ahead = kThrough * element_m_ * (last.tip_m + last.heel_m - first.tip_m - first.heel_m).stableNormalized();
-  way.edges.push_back({last.tip_m + ahead, last.heel_m + ahead});
-  way.now_world = {way.frame_world.to_world(way.edges.back().tip_m), way.frame_world.to_world(way.edges.back().heel_m)};
-  way.next_m = 0;
-  way.since_cut_m += ahead.norm();
+// Each end where it is, or where the tissue is open when it has gone back.
+VolumeCutting::Edge VolumeCutting::furthest(const Way& way) const {
+  Edge edge = way.edges.back();
+  if (!way.has_front) return edge;
+  if ((edge.tip_m - way.open_to.tip_m).dot(way.forward) < 0) edge.tip_m = way.open_to.tip_m;
+  if ((edge.heel_m - way.open_to.heel_m).dot(way.forward) < 0) edge.heel_m = way.open_to.heel_m;
+  return edge;
+}
+
+// It has turned round, and is where its front has nothing to do with it.
+bool VolumeCutting::has_left(const Way& way) const {
+  if (!way.has_front || ahead_m(way) >= 0) return false;
+  const Edge& now = way.edges.back();
+  const Vec3 up = (way.open_to.heel_m - way.open_to.tip_m).normalized();
+  const Vec3 normal = way.forward.cross(up).stableNormalized();
+  const Vec3 tip = now.tip_m - way.open_to.tip_m, heel = now.heel_m - way.open_to.heel_m;
+  return std::max(std::abs(normal.dot(tip)), std::abs(normal.dot(heel))) > kBeside * element_m_ ||
+         -0.5 * way.forward.dot(tip + heel) > kJustBehind * element_m_;
 }
 
 }  // namespace sectio

@@ -40,11 +40,12 @@ struct StrokeSettings {
   double min_depth_m = 3e-4;  // of a groove
   double release_depth_m = -2e-4;  // depth of the tip below which the instrument is lifted
   double join_tolerance_m = 2e-3;
+  bool cuts_inside = false;  // whatever the edge meets in the body, the surface being ahead of it or not
 };
 
 enum class StrokeEnd : std::uint8_t {
   going,    // nothing ended
-  lifted,   // the tip is out of the tissue
+  lifted,   // the blade is out of the tissue, or through it
   joined,   // ran into the end of a cut
   lost,     // the surface does not lead to where the instrument is: search anew
   refused,  // no valid subdivision

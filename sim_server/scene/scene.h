@@ -35,8 +35,8 @@ struct MaterialSpec {
 };
 
 struct CuttingSpec {
-  // Surfaces: "progressive", paper B's way, or "templates", A's. Volumes: "progressive", up to the blade, or
-  // "semi_progressive", C's way, tetrahedra that it has gone through whole.
+  // Surfaces: "progressive", paper B's way, or "templates", A's. Volumes: "progressive", up to the blade
+  // inside tetrahedra, or "semi_progressive", C's way, tetrahedra that it has gone through whole.
   std::string style = "progressive";
   double open_top_m = 0.0004;                     // of templates: width of the opening at the surface
   double open_bottom_m = 0.0002;                  // and at the bottom

@@ -49,17 +49,15 @@ class Notch {
   // Seconds; `cut`: tetrahedra in front of the blade that are gone or divided.
   double cut(std::size_t& tetrahedra) {
     double seconds = 0;
-    tetrahedra = 0;
     const auto& volume = dynamic_cast<const VolumeCutting&>(*body_->engines.cutting).volume();
+    const std::size_t before = volume.tetrahedra().size();
     for (double y_m = -0.5 * kCell; y_m < 5 * kCell; y_m += 0.5 * kCell) {
-      const std::size_t before = volume.tetrahedra().size();
       const std::clock_t start = std::clock();  // others may have the processor, too
       const CutPlan plan = plan_to(y_m);
       const bool accepted = body_->accept_plan(plan, changed_);
       if (accepted && !plan.delta.empty()) seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-      // One that is cut becomes four or six: five.
-      tetrahedra += (volume.tetrahedra().size() - before) / 4;
     }
+    tetrahedra = (volume.tetrahedra().size() - before) / 4;  // one that is cut becomes four or six: five
     return seconds;
   }
 

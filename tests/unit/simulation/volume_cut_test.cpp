@@ -18,7 +18,7 @@ namespace sectio {
 namespace {
 
 // A block, held at its lower side, and a knife upright in the plane y z that goes through it along y.
-Scene block_under_knife(const std::string& model, double collapse_ratio) {
+Scene block_under_knife(const std::string& model, double collapse_ratio, const std::string& style) {
   Scene scene;
   scene.bodies.emplace_back();
   BodySpec& body = scene.bodies[0];
@@ -29,7 +29,7 @@ Scene block_under_knife(const std::string& model, double collapse_ratio) {
   body.volume.tetrahedra = 800;
   body.volume.least_part_s = 1e-4;
   body.volume.collapse_ratio = collapse_ratio;
-  body.cutting.style = "semi_progressive";
+  body.cutting.style = style;
   body.cutting.threshold_force_n = 0.05;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.004)};
   return scene;
@@ -38,13 +38,25 @@ Scene block_under_knife(const std::string& model, double collapse_ratio) {
 // The engines of the block, without the rest of a simulation: a blade of any length goes where it is told to.
 class BlockUnderBlade {
  public:
-  explicit BlockUnderBlade(const std::string& model, double collapse_ratio = 0)
-      : scene_(with_volumes(block_under_knife(model, collapse_ratio))),
+  explicit BlockUnderBlade(const std::string& model, double collapse_ratio = 0,
+                           const std::string& style = "semi_progressive")
+      : scene_(with_volumes(block_under_knife(model, collapse_ratio, style))),
         body_(scene_.bodies[0], scene_, 0, maker(model)) {}
 
   SimulationBody& body() { return body_; }
+  const VolumeEngine& engine() const { return dynamic_cast<const VolumeEngine&>(*body_.engines.deformation); }
   const VolumeCutting& cutting() const { return dynamic_cast<const VolumeCutting&>(*body_.engines.cutting); }
   double volume_m3() { return check(body_.mesh).volume_m3; }
+
+  double walls_m2() const {
+    double sum = 0;
+    for (const Triangle& t : body_.mesh.triangles()) {
+      if (!t.alive() || t.surface != Surface::wall) continue;
+      const auto x = [&](std::size_t k) -> const Vec3& { return body_.mesh.rest_body_m(t.v[k]); };
+      sum += 0.5 * (x(1) - x(0)).cross(x(2) - x(0)).norm();
+    }
+    return sum;
+  }
 
   // With its edge from z upwards, at y. Nothing but the plan.
   CutPlan plan_to(double y_m, double z_m, bool lift = false) {
@@ -64,8 +76,8 @@ class BlockUnderBlade {
     body_.deform({}, {}, 0.001);
     return plan;
   }
-  void go(double to_m, double z_m, const std::function<void(const CutPlan&)>& look = {}) {
-    for (double y_m = -0.025; y_m < to_m; y_m += 0.0005) {
+  void go(double to_m, double z_m, const std::function<void(const CutPlan&)>& look = {}, double step_m = 0.0005) {
+    for (double y_m = -0.025; y_m < to_m; y_m += step_m) {
       const CutPlan plan = cut_to(y_m, z_m);
       if (look && !plan.delta.empty()) look(plan);
     }
@@ -301,6 +313,121 @@ TEST_P(VolumeCuts, a_plan_that_is_not_accepted_leaves_all_as_it_was) {
   const TetMesh after = block.cutting().volume().mesh();
   EXPECT_EQ(after.vertices_body_m, before.vertices_body_m);
   EXPECT_EQ(after.tetrahedra, before.tetrahedra);
+}
+
+// Progressive: the front is undone and made anew in most steps.
+class VolumeFronts : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(All, VolumeFronts, testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
+
+TEST_P(VolumeFronts, C_CUT_3_a_plan_that_is_not_accepted_leaves_the_front_as_it_was) {
+  BlockUnderBlade block(GetParam(), 0, "progressive");
+  double y_m = -0.025;
+  for (; y_m < 0 || block.cutting().volume().mark() == 0; y_m += 0.0005) {
+    ASSERT_LT(y_m, 0.01) << "there is none";
+    block.cut_to(y_m, 0.02);
+  }
+  const TetMesh before = block.cutting().volume().mesh();
+  const std::uint64_t hash = block.body().mesh.hash();
+  const CutPlan plan = block.plan_to(y_m + 0.001, 0.02);
+  ASSERT_FALSE(plan.delta.empty());
+  EXPECT_EQ(block.body().mesh.hash(), hash);
+  const TetMesh after = block.cutting().volume().mesh();
+  EXPECT_EQ(after.vertices_body_m, before.vertices_body_m);
+  EXPECT_EQ(after.tetrahedra, before.tetrahedra);
+  std::vector<TriangleId> changed;
+  EXPECT_TRUE(block.body().accept_plan(plan, changed));
+  EXPECT_NE(block.body().mesh.hash(), hash);
+}
+
+// Replicas follow, the surface is the volume's, and a step's delta is as large as the front, not as the cut.
+TEST_P(VolumeFronts, C_CUT_3_every_delta_leaves_the_surface_of_the_volume_and_is_no_larger_than_the_front) {
+  BlockUnderBlade block(GetParam(), 0, "progressive");
+  const double volume_m3 = block.volume_m3();
+  auto replica = mesh_of(keyframe_of(block.body().mesh));
+  ASSERT_TRUE(replica);
+  std::vector<std::size_t> edits;
+  const auto look = [&](const CutPlan& plan) {
+    edits.push_back(plan.delta.triangles.size());
+    ASSERT_EQ(apply(plan.delta, *replica), ApplyStatus::applied);
+    EXPECT_TRUE(replica->same_database(block.body().mesh));
+    const SurfaceReport surface = check(*replica);
+    EXPECT_TRUE(surface.valid()) << surface.first_defect;
+    EXPECT_NEAR(surface.volume_m3, volume_m3, 1e-9 * volume_m3);
+    const TetReport inside = check(block.cutting().volume().mesh());
+    EXPECT_TRUE(inside.conforming) << inside.first_defect;
+    EXPECT_NEAR(inside.volume_m3, volume_m3, 1e-9 * volume_m3);
+  };
+  block.go(0.025, 0.02, look, 0.0003);
+  ASSERT_GT(edits.size(), 40u);
+  std::size_t most = 0;
+  for (const std::size_t n : edits) most = std::max(most, n);
+  EXPECT_LT(most, 200u);
+  EXPECT_EQ(block.cutting().volume().mark(), 0u);  // the blade is out: all is final
+}
+
+TEST_P(VolumeFronts, slow_and_fast_strokes_leave_about_as_many_tetrahedra) {
+  std::vector<double> tetrahedra;
+  for (const double step_m : {0.00005, 0.002}) {
+    BlockUnderBlade block(GetParam(), 0, "progressive");
+    const auto before = static_cast<double>(block.cutting().volume().mesh().tetrahedra.size());
+    block.go(0.025, 0.012, {}, step_m);
+    tetrahedra.push_back(static_cast<double>(block.cutting().volume().mesh().tetrahedra.size()) - before);
+    EXPECT_EQ(block.engine().first_bad_vertex(), kNone);
+    EXPECT_LT(block.engine().added_mass_fraction(), 0.08);
+  }
+  EXPECT_LT(tetrahedra[0], 1.3 * tetrahedra[1]);
+  EXPECT_GT(tetrahedra[0], 0.7 * tetrahedra[1]);
+}
+
+// What is open stays so, however often the blade goes back and forth in it.
+TEST_P(VolumeFronts, a_blade_that_goes_back_and_forth_opens_nothing_twice) {
+  BlockUnderBlade block(GetParam(), 0, "progressive");
+  for (double y_m = -0.025; y_m < 0; y_m += 0.0005) block.cut_to(y_m, 0.02);
+  const std::size_t tetrahedra = block.cutting().volume().mesh().tetrahedra.size();
+  const double area_m2 = block.walls_m2();
+  EXPECT_GT(area_m2, 0.8 * 0.02 * 0.02);  // both sides; how deep is true to an element
+  for (int n = 0; n < 5; ++n) {
+    for (double y_m = -0.001; y_m > -0.003; y_m -= 0.0005) EXPECT_TRUE(block.cut_to(y_m, 0.02).delta.empty());
+    for (double y_m = -0.003; y_m < 0; y_m += 0.0005) block.cut_to(y_m, 0.02);
+  }
+  EXPECT_LT(static_cast<double>(block.cutting().volume().mesh().tetrahedra.size()),
+            1.1 * static_cast<double>(tetrahedra));
+  EXPECT_NEAR(block.walls_m2(), area_m2, 0.05 * area_m2);
+}
+
+// In a body that is in motion and sags: the tissue stays where it is, whatever elements it is in.
+TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_as_they_were) {
+  BlockUnderBlade block(GetParam(), 0, "progressive");
+  for (double y_m = -0.025; y_m < -0.004; y_m += 0.0005) block.cut_to(y_m, 0.02);
+  const auto momentum = [&] {
+    Vec3 sum = Vec3::Zero();
+    for (VertexId v = 0; v < block.engine().velocity_m_per_s().size(); ++v) {
+      const auto slots = block.cutting().surface().slots_of(v);
+      const Vec4f& u = slots.empty() ? block.engine().velocity_m_per_s()[v]
+                                     : block.body().particles.velocity_world_m_per_s[slots[0]];
+      sum += block.engine().model().mass_kg(v) * u.head<3>().cast<double>();
+    }
+    return sum;
+  };
+  const double mass_kg = 1060 * 0.06 * 0.04 * 0.04, size_j = mass_kg * 9.81 * 0.04;
+  int fronts = 0;
+  for (double y_m = -0.004; y_m < 0.008; y_m += 0.0003) {
+    const CutPlan plan = block.plan_to(y_m, 0.02);
+    const Vec3 momentum_before = momentum();
+    const double energy_j = block.body().engines.deformation->energy_j(block.body().shared());
+    std::vector<TriangleId> changed;
+    ASSERT_TRUE(block.body().accept_plan(plan, changed));
+    fronts += !plan.delta.empty();
+    if (GetParam() != "neo_hookean_lattice") {  // whose momentum is that of its nodes
+      EXPECT_LT((momentum() - momentum_before).norm(), 1e-6 * mass_kg) << y_m;
+    }
+    EXPECT_LT(block.body().engines.deformation->energy_j(block.body().shared()), energy_j + 1e-3 * size_j) << y_m;
+    block.body().deform({}, {}, 0.001);
+  }
+  EXPECT_GT(fronts, 15);
+  for (int n = 0; n < 200; ++n) block.body().deform({}, {}, 0.001);
+  EXPECT_EQ(block.engine().first_bad_vertex(), kNone);
+  for (const Vec3f& x : block.body().positions_world_m()) EXPECT_LT(x.norm(), 0.1f);
 }
 
 }  // namespace

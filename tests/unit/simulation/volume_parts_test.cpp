@@ -5,6 +5,7 @@
 #include "common/mesh/check.h"
 #include "sim_server/simulation.h"
 #include "sim_server/simulation_body.h"
+#include "sim_server/simulation_volume.h"
 #include "sim_server/simulation_volume_cut.h"
 #include "tests/support/operation.h"
 #include "tests/support/shapes.h"
@@ -183,41 +184,73 @@ TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
   EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
 }
 
-// The blade is taken out halfway, and goes on later.
+// The blade is taken out on the way, and goes on later, wherever that was.
 TEST(VolumeParts, a_cut_that_is_resumed_goes_through) {
-  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::deformable));
-  op.place(flat(-0.015, -0.02).position_m, flat(0, 0).orientation);
-  for (double y_m = -0.015; y_m < -0.002; y_m += 4e-5) op.step({{0, flat(y_m, -0.02)}});
-  EXPECT_EQ(op.simulation.body_count(), 1u);
-  const std::size_t walls = op.walls();
-  EXPECT_GT(walls, 10u);
-  for (double y_m = -0.002; y_m > -0.02; y_m -= 4e-5) op.step({{0, flat(y_m, -0.02)}});
-  op.rest(200);
-  cut_through(op, -0.02);
-  EXPECT_GT(op.walls(), walls);
-  EXPECT_EQ(op.simulation.body_count(), 2u);
+  for (const auto& [z_m, until_m] : {std::pair{-0.02, -0.002}, {-0.03, 0.001}, {-0.045, -0.004}, {-0.06, 0.003}}) {
+    Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::deformable));
+    op.place(flat(-0.015, z_m).position_m, flat(0, 0).orientation);
+    for (double y_m = -0.015; y_m < until_m; y_m += 4e-5) op.step({{0, flat(y_m, z_m)}});
+    EXPECT_EQ(op.simulation.body_count(), 1u);
+    EXPECT_GT(op.walls(), 10u);
+    const auto cuts = op.last.report.cuts_made;
+    for (double y_m = until_m; y_m > -0.02; y_m -= 4e-5) op.step({{0, flat(y_m, z_m)}});
+    op.rest(200);
+    cut_through(op, z_m);
+    EXPECT_GT(op.last.report.cuts_made, cuts + 5);
+    EXPECT_EQ(op.simulation.body_count(), 2u) << z_m;
+  }
 }
 
-// The opening follows the blade to within an element, while it goes on.
-TEST(VolumeParts, a_progressive_cut_is_open_up_to_the_blade) {
-  Operation op(hanging_bar("neo_hookean", "progressive", FreeParts::keep));
-  std::uint32_t steps = 0, opened = 0;
-  double y_m = 0, behind_m = 0;
+double mean_edge_m(const TetMesh& mesh) {
+  double sum = 0;
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const auto& [i, j] : kTetEdges) sum += (mesh.vertices_body_m[t[i]] - mesh.vertices_body_m[t[j]]).norm();
+  return sum / (6.0 * static_cast<double>(mesh.tetrahedra.size()));
+}
+
+// How far behind the blade's edge the opening ends, in each half of the bar, over a stroke; in mean edges.
+struct Opening {
+  double most_behind = -1, most_ahead = -1;
+  std::uint32_t steps = 0;
+};
+Opening opening_along(const std::string& style, double step_m) {
+  const Scene scene = with_volumes(hanging_bar("neo_hookean", style, FreeParts::keep));
+  const double edge_m = mean_edge_m(scene.bodies[0].tets);
+  const InstrumentShape shape = instrument_of("knife").shape(scene.tools[0].geometry, {});
+  Operation op(scene);
+  Opening opening;
   op.place(flat(-0.015, -0.03).position_m, flat(0, 0).orientation);
-  for (y_m = -0.015; y_m < 0.006; y_m += 4e-5) {
-    const std::uint64_t before = op.mesh().revision();
+  for (double y_m = -0.015; y_m < 0.004; y_m += step_m) {
     op.step({{0, flat(y_m, -0.03)}});
-    if (op.state() != ContactState::penetration) continue;
-    ++steps;
-    opened += op.mesh().revision() > before;
-    double front = -1;
-    for (const Triangle& t : op.mesh().triangles())
-      if (t.alive() && t.surface == Surface::wall)
-        for (const VertexId v : t.v) front = std::max(front, double{op.simulation.positions_world_m(0)[v].y()});
-    if (y_m > -0.003) behind_m = std::max(behind_m, y_m - front);
+    if (op.state() != ContactState::penetration || y_m < -0.003) continue;
+    ++opening.steps;
+    const Vec3 tip = flat(y_m, -0.03).to_world(shape.edge_tip_tool_m),
+               heel = flat(y_m, -0.03).to_world(shape.edge_heel_tool_m);
+    std::array<double, 2> behind_m{1, 1};
+    for (const Triangle& t : op.mesh().triangles()) {
+      if (!t.alive() || t.surface != Surface::wall) continue;
+      for (const VertexId v : t.v) {
+        const Vec3 x = op.simulation.positions_world_m(0)[v].cast<double>();
+        const double edge_y_m = tip.y() + (heel.y() - tip.y()) * (x.x() - tip.x()) / (heel.x() - tip.x());
+        double& least = behind_m[x.x() > 0];
+        least = std::min(least, edge_y_m - x.y());
+      }
+    }
+    for (const double m : behind_m) {
+      opening.most_behind = std::max(opening.most_behind, m / edge_m);
+      opening.most_ahead = std::max(opening.most_ahead, -m / edge_m);
+    }
   }
-  EXPECT_GT(opened, 10u);
-  EXPECT_LT(behind_m, 0.008);  // the mean edge of an element is 6 mm
+  return opening;
+}
+
+// Wherever in an element the blade is.
+TEST(VolumeParts, C_CUT_3_a_progressive_cut_is_open_up_to_the_blade_and_no_further) {
+  const Opening progressive = opening_along("progressive", 2e-5);
+  EXPECT_GT(progressive.steps, 200u);
+  EXPECT_LT(progressive.most_behind, 0.15);
+  EXPECT_LT(progressive.most_ahead, 0.15);
+  EXPECT_GT(opening_along("semi_progressive", 4e-5).most_behind, 0.5);
 }
 
 }  // namespace

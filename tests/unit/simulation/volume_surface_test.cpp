@@ -38,7 +38,7 @@ struct Cut {
     VolumeSurface::Change slots;
     const auto state = [&](VertexId v) { return VertexState{volume.vertex(v).rest_body_m, {}, {}}; };
     EXPECT_TRUE(surface.plan(
-        mesh, change, state, [](const Corners3&) { return Surface::wall; }, draft, slots));
+        mesh, change, {}, state, [](const Corners3&) { return Surface::wall; }, draft, slots));
     EXPECT_EQ(apply(draft.delta(), mesh), draft.delta().empty() ? ApplyStatus::malformed : ApplyStatus::applied);
     volume.forget();
     surface.accept(slots);
@@ -56,8 +56,8 @@ struct Cut {
       MeshDraft draft(mesh, {nothing.data(), nothing.data()});
       VolumeSurface::Change slots;
       EXPECT_TRUE(surface.plan(
-          mesh, change, [](VertexId) { return VertexState(); }, [](const Corners3&) { return Surface::wall; }, draft,
-          slots));
+          mesh, change, {}, [](VertexId) { return VertexState(); }, [](const Corners3&) { return Surface::wall; },
+          draft, slots));
       EXPECT_EQ(draft.delta().empty(), change.removed.empty());
       EXPECT_TRUE(slots.taken.empty()) << "no new slots";
       EXPECT_EQ(slots.freed.size(), change.removed.empty() ? 0u : 1u);
