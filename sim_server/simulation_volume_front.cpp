@@ -4,6 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/math/intersect.h"
 #include "sim_server/simulation_volume_cut.h"
 
 namespace sectio {
@@ -15,6 +16,7 @@ constexpr double kLag = 0.05;      // mean edges behind the blade at which its f
 constexpr double kThread = 0.5;    // mean edges: tissue ahead that goes with what is cut, nothing being behind it
 constexpr double kCrumb = 0.06;    // of the cube of a mean edge: half of an element
 constexpr double kPatience = 1.5;  // mean edges that a blade goes on in the hope of a cut that leaves no crumbs
+constexpr double kJoined = 1.0;    // mean edges around a sheet: vertices of the cut that it goes on from
 // The side of a sheet where the blade is: corners are tip and heel of where it begins, heel and tip of where it ends.
 constexpr std::uint32_t kEnd = 1 << 2;
 
@@ -61,13 +63,22 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
   for (const VertexId v : way.near) {
-    if (std::abs(normal.dot(volume_.vertex(v).position_world_m - to.tip_m)) > element_m_) continue;
+    const Vec3& x = volume_.vertex(v).position_world_m;
+    if (std::abs(normal.dot(x - to.tip_m)) > element_m_) continue;
+    if (follows() && distance_to_segment(x, to.tip_m, to.heel_m) > element_m_) continue;
     begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
   }
   if (begin.empty()) return {};
   std::ranges::sort(begin);
   begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
-  return cut(volume_, {{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, way.cut, exact}, cut_settings_, begin);
+  CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact};
+  const Edge &first = way.edges.front(), &last = way.edges.back();
+  const double reach_m =
+      kJoined * element_m_ + std::max((last.tip_m - first.tip_m).norm(), (last.heel_m - first.heel_m).norm());
+  std::ranges::copy_if(way.cut, std::back_inserter(sheet.joined), [&](VertexId v) {
+    return distance_to_segment(volume_.vertex(v).rest_body_m, last.tip_m, last.heel_m) < reach_m;
+  });
+  return cut(volume_, sheet, cut_settings_, begin);
 }
 
 // A blade that comes out has cut what it passed through in its last step; tissue that it bulged is still behind it. Of

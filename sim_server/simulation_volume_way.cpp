@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/math/intersect.h"
 #include "common/mesh/slot_table.h"
 #include "sim_server/simulation_volume_cut.h"
 
@@ -18,18 +19,13 @@ constexpr double kAround = 2;       // mean edges: tissue this close to a blade
 constexpr std::size_t kFewest = 8;  // vertices whose motion is one
 constexpr double kLongest = 8;      // mean edges: a sheet is flat, a way isn't
 
-double distance_to_segment_m(const Vec3& x, const Vec3& a, const Vec3& b) {
-  const double along = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-  return (a + along * (b - a) - x).norm();
-}
-
 }  // namespace
 
 // From there to the vertex that is closest to the blade, from neighbour to neighbour.
 VertexId VolumeCutting::closest_to(const SharedBody& body, const Blade& blade, VertexId from) const {
   const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
   const auto distance_m = [&](VertexId v) {
-    return distance_to_segment_m(state_of(body, v).position_world_m, blade.tip_world_m, heel_m);
+    return distance_to_segment(state_of(body, v).position_world_m, blade.tip_world_m, heel_m);
   };
   double least_m = distance_m(from);
   for (VertexId before = kNone; before != from;) {
@@ -56,7 +52,7 @@ Pose VolumeCutting::frame_around(const SharedBody& body, const Blade& blade, con
   const auto meet = [&](VertexId v) {
     if (std::exchange(seen_[v], round_) == round_) return;
     const TetVertexState state = state_of(body, v);
-    if (distance_to_segment_m(state.position_world_m, blade.tip_world_m, heel_m) > kAround * element_m_) return;
+    if (distance_to_segment(state.position_world_m, blade.tip_world_m, heel_m) > kAround * element_m_) return;
     around.push_back({state.rest_body_m, state.position_world_m, 1});
     near.push_back(v);
   };
@@ -117,7 +113,7 @@ void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& moti
   while (way.edges.size() > 2 && far(way.edges[1], reach_m)) way.edges.erase(way.edges.begin());
   std::erase_if(way.cut, [&](VertexId v) {
     const Edge& now = way.edges.back();
-    return distance_to_segment_m(volume_.vertex(v).rest_body_m, now.tip_m, now.heel_m) > 2 * kLongest * element_m_;
+    return distance_to_segment(volume_.vertex(v).rest_body_m, now.tip_m, now.heel_m) > 2 * kLongest * element_m_;
   });
 }
 

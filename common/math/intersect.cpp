@@ -106,6 +106,11 @@ ClosestPoint closest_on_triangle(const Vec3& p, const Corners& t) {
   return at(va / sum, vb / sum, vc / sum);
 }
 
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const double along = std::clamp((p - a).dot(b - a) / std::max((b - a).squaredNorm(), 1e-300), 0.0, 1.0);
+  return (a + along * (b - a) - p).norm();
+}
+
 // Separating axes: the three of the box and their cross products with the segment.
 bool overlaps(const Vec3& p, const Vec3& q, const Box3& box) {
   if (box.isEmpty()) return false;

@@ -57,6 +57,7 @@ struct ClosestPoint {
   double squared_distance = 0;
 };
 ClosestPoint closest_on_triangle(const Vec3& p, const Corners& triangle);
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b);
 
 // Conservative by rounding: may be true for a segment some 1e-15 beside the box. False for what is not a number.
 bool overlaps(const Vec3& p, const Vec3& q, const Box3& box);

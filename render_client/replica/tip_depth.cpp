@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "common/math/intersect.h"
+
 namespace sectio {
 
 namespace {
@@ -13,21 +15,6 @@ namespace {
 double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-}
-
-double squared_distance_to_segment(const Vec3& a, const Vec3& b) {
-  const Vec3 ab = b - a;
-  const double s = std::clamp(-a.dot(ab) / std::max(ab.squaredNorm(), 1e-300), 0.0, 1.0);
-  return (a + s * ab).squaredNorm();
-}
-
-// From the origin.
-double squared_distance(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 n = (b - a).cross(c - a);
-  const bool above = n.dot(a.cross(b)) >= 0 && n.dot(b.cross(c)) >= 0 && n.dot(c.cross(a)) >= 0;
-  if (above && n.squaredNorm() > 0) return a.dot(n) * a.dot(n) / n.squaredNorm();
-  return std::min(
-      {squared_distance_to_segment(a, b), squared_distance_to_segment(b, c), squared_distance_to_segment(c, a)});
 }
 
 double depth_m(const BodyFrame& body, const Vec3& tip_world_m) {
@@ -52,7 +39,7 @@ double depth_m(const BodyFrame& body, const Vec3& tip_world_m) {
     };
     const Vec3 a = corner(0), b = corner(1), c = corner(2);
     angle += solid_angle(a, b, c);
-    const double distance = squared_distance(a, b, c);
+    const double distance = closest_on_triangle(Vec3::Zero(), {a, b, c}).squared_distance;
     if (distance >= nearest) continue;
     nearest = distance;
     nearest_surface = triangle.surface;

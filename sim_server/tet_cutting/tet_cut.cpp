@@ -124,6 +124,8 @@ class SheetCut {
     std::array<double, 4> h;
     for (std::size_t i = 0; i < 4; ++i) h[i] = height(c[i]);
     Crossed crossed;
+    const auto above = std::ranges::count_if(h, [](double m) { return m > 0; });
+    if (above == 0 || above == 4) return crossed;
     const bool goes_on = exact_ != 0 && is_entered(section(c, h));
     for (const auto& [i, j] : kTetEdges) {
       if ((h[i] > 0) == (h[j] > 0)) continue;
@@ -160,20 +162,24 @@ class SheetCut {
     return polygon;
   }
 
-  void visit(std::uint32_t t) {
-    const std::size_t first = crossings_.size();
-    const Crossed crossed = cross(t, crossings_);
+  // `edges`: that cross the sheet, whether they are cut or not.
+  void visit(std::uint32_t t, std::vector<Crossing>& edges) {
+    const Crossed crossed = cross(t, edges);
     outcome_.beyond |= crossed.beyond;
     outcome_.ahead_m = std::max(outcome_.ahead_m, crossed.ahead_m);
     outcome_.crossed += crossed.count > 0;
-    if (settings_.semi_progressive && crossed.beside > 0) crossings_.resize(first);
+    if (!settings_.semi_progressive || crossed.beside == 0)
+      crossings_.insert(crossings_.end(), edges.begin(), edges.end());
   }
 
   void find(std::span<const std::uint32_t> begin) {
     tets_before_ = static_cast<std::uint32_t>(volume_.tetrahedra().size());
     if (begin.empty()) {
-      for (std::uint32_t t = 0; t < tets_before_; ++t)
-        if (volume_.tetrahedra()[t] != kNoTetrahedron) visit(t);
+      std::vector<Crossing> edges;
+      for (std::uint32_t t = 0; t < tets_before_; ++t) {
+        edges.clear();
+        if (volume_.tetrahedra()[t] != kNoTetrahedron) visit(t, edges);
+      }
     } else {
       follow(begin);
     }
@@ -184,18 +190,19 @@ class SheetCut {
   // Through the stars of crossed edges' ends.
   void follow(std::span<const std::uint32_t> begin) {
     std::vector<std::uint32_t> queue(begin.begin(), begin.end());
-    std::unordered_map<std::uint32_t, bool> seen;
-    for (const std::uint32_t t : queue) seen[t] = true;
+    std::unordered_set<std::uint32_t> seen(queue.begin(), queue.end());  // asked, never walked
+    std::unordered_set<std::uint64_t> followed;                          // edges
     std::vector<Crossing> edges;
     for (std::size_t k = 0; k < queue.size(); ++k) {
-      visit(queue[k]);
       edges.clear();
-      cross(queue[k], edges);
-      for (const Crossing& c : edges)
+      visit(queue[k], edges);
+      for (const Crossing& c : edges) {
+        if (!followed.insert(std::uint64_t{c.a} << 32 | c.b).second) continue;
         for (const std::uint32_t t : volume_.star(c.a)) {
           const Tetrahedron& corners = volume_.tetrahedra()[t];
-          if (std::ranges::find(corners, c.b) != corners.end() && seen.try_emplace(t, true).second) queue.push_back(t);
+          if (std::ranges::find(corners, c.b) != corners.end() && seen.insert(t).second) queue.push_back(t);
         }
+      }
     }
   }
 
