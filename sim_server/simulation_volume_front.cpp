@@ -58,7 +58,7 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
   };
   Edge from = in_world(way.edges.front()), to = in_world(furthest(way));
   const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
-  if (follows()) from = {from.tip_m - kLap * element_m_ * ahead, from.heel_m - kLap * element_m_ * ahead};
+  from = {from.tip_m - kLap * element_m_ * ahead, from.heel_m - kLap * element_m_ * ahead};
   to = {to.tip_m + further_m * ahead, to.heel_m + further_m * ahead};
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
