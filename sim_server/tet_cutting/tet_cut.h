@@ -1,7 +1,7 @@
 // Cuts a volume of tetrahedra along a flat sheet by splitting the edges that it crosses (methods 4.2).
 //
 //   1  edges whose ends lie on different sides of the sheet's plane and which it crosses inside its outline
-//   2  a crossing close to an end of its edge is moved to that end: the cut goes to the vertex, not the vertex to the cut
+//   2  a crossing close to an end of its edge is moved there: the cut goes to the vertex, not the vertex to the cut
 //   3  the other edges are split where they cross, in ascending order of their ends. A tetrahedron of which three edges
 //      are crossed becomes 4, of which four are, 6; neighbours see the same splits, so that all faces match
 //   4  at a side of the outline where the cut is to end exactly: elements that the sheet enters are split as if it went
