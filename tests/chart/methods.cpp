@@ -49,7 +49,8 @@ std::string steps_text(double step_s, const std::string& with) {
   return text;
 }
 
-Method on_tets(const std::string& model, const std::string& driver, double step_s, bool is_ours, MakeVolume make) {
+Method on_tets(const std::string& model, const std::string& driver, double step_s, bool is_ours,
+               const MakeVolume& make) {
   return {model, driver, [=](const ChartScene& scene, int across) { return tet_specimen(scene, across, step_s, make); },
           is_ours};
 }
@@ -84,7 +85,7 @@ Method implicit_neo_hookean() {
 }
 // On the tetrahedra that a scene's body gets, from the lattice mesher; as many cubes of its lattice across, two or
 // more: what a single one gets right it gets right by accident.
-Method in_a_scene(const std::string& model, bool rides, MakeVolume make) {
+Method in_a_scene(const std::string& model, bool rides, const MakeVolume& make) {
   return {model, "as in a scene", [=](const ChartScene& scene, int across) -> std::unique_ptr<Specimen> {
             if (across < 2) return nullptr;
             const double volume_m3 = scene.size_m.prod(), cell_m = scene.across_m() / across;
