@@ -14,7 +14,8 @@ TEST(A_ARCH, A_ARCH_6_a_server_that_nobody_reads_from_keeps_bodies_instead_of_ev
   Outbox box;
   std::size_t most = 0;
   while (!box.meshes || box.deltas.size() < 3) {
-    box.put(world.step(true), world.view(), infos, 0, false);
+    const StepOutput output = world.step(true);
+    box.put(output, world.view(), infos, 0, false);
     most = std::max(most, box.deltas.size());
     ASSERT_LT(world.steps(), 20000u) << "no limit";
   }
