@@ -156,10 +156,14 @@ void Simulation::State::step_and_check(std::uint32_t body_id, bool gravity_turne
 }
 
 void Simulation::State::tidy(std::uint32_t body_id) {
-  TopologyDelta delta = bodies[body_id]->engines.cutting->tidy(bodies[body_id]->shared());
-  if (delta.empty() || !bodies[body_id]->accept_change(delta, {})) return;
-  tell_touches(body_id, delta);
-  changed_topology(body_id, std::move(delta));
+  SimulationBody& body = *bodies[body_id];
+  const std::size_t vertices = body.engines.deformation->volume_vertices();
+  TopologyDelta delta = body.engines.cutting->tidy(body.shared());
+  if (!delta.empty() && body.accept_change(delta, {})) {
+    tell_touches(body_id, delta);
+    changed_topology(body_id, std::move(delta));
+  }
+  output.report.edges_collapsed += vertices - body.engines.deformation->volume_vertices();  // each takes a vertex along
 }
 
 // What they know of the surface.
