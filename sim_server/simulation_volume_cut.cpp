@@ -12,7 +12,7 @@ namespace {
 constexpr int kRounds = 3;           // edges are opened that opening others has pinched
 constexpr double kStaysOpen = 0.75;  // of a front's area, when it is made anew
 constexpr double kSameM = 1e-9;
-constexpr double kPatience = 0.5;  // mean edges that a blade goes on in the hope that it can be
+constexpr double kStuck = 0.5;  // mean edges that a blade goes on in the hope that it can be
 
 double mean_edge_m(const TetMesh& mesh) {
   double sum = 0;
@@ -107,7 +107,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
                                   body.particles.velocity_world_m_per_s.front().data()});
   std::vector<Stroke> strokes = cuts.strokes;
   for (const auto& [tool, way] : ways_)
-    if (way.has_front && (std::ranges::find(strokes, tool, &Stroke::tool_id) == strokes.end())) settle();
+    if (std::ranges::find(strokes, tool, &Stroke::tool_id) == strokes.end() && way.has_front) settle();
   for (const Entry& e : entries) {
     Stroke s;
     s.tool_id = e.tool_id;
@@ -120,24 +120,13 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   bool may_cut = false;
   for (Stroke& s : strokes) {
     const auto motion = std::ranges::find(motions, s.tool_id, &BladeMotion::tool_id);
-    if (motion != motions.end()) {
-      Way& way = ways_[s.tool_id];
-      move_on(now, *motion, s);
-      go(body, way, *motion);
-      if (motion->lift) {
-        lifted.push_back(s.tool_id);
-        way.next_m = 0;
-        if (!way.has_front || way.since_cut_m > 0) way.since_cut_m += element_m_;
-        settle();
-      } else if (way.has_front && way.since_cut_m > kPatience * element_m_) {
-        settle();
-      }
-      may_cut |= is_due(way);
-    }
-    if (motion != motions.end() && motion->lift)
+    if (motion != motions.end()) may_cut |= move(body, now, *motion, s);
+    if (motion != motions.end() && motion->lift) {
+      lifted.push_back(s.tool_id);
       plan.outcomes.push_back({s.tool_id, StrokeEnd::lifted});
-    else
+    } else {
       plan.strokes.push_back(s);
+    }
   }
   if (!may_cut) return plan;
 
@@ -156,6 +145,22 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
       plan.outcomes.push_back({tool, StrokeEnd::lifted});
   pending_ = std::move(pending);
   return plan;
+}
+
+// Whether it may cut now. One that is taken out may have come through; one whose front could not be made anew for long
+// leaves it as it is.
+bool VolumeCutting::move(const SharedBody& body, const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
+  Way& way = ways_[stroke.tool_id];
+  move_on(now, motion, stroke);
+  go(body, way, motion);
+  if (motion.lift) {
+    way.next_m = 0;
+    if (!way.has_front || way.since_cut_m > 0) way.since_cut_m += element_m_;
+    settle();
+  } else if (way.since_cut_m > kStuck * element_m_) {
+    settle();
+  }
+  return is_due(way);
 }
 
 // A triangle that lies in one of the surface before is of that one's kind; others are walls.

@@ -114,6 +114,7 @@ class VolumeCutting final : public CuttingEngine {
                 std::span<const BladeMotion> motions) const;
   static void add_edge(Way& way, const Blade& blade);
   void go(const SharedBody& body, Way& way, const BladeMotion& motion);
+  bool move(const SharedBody& body, const MeshDraft& now, const BladeMotion& motion, Stroke& stroke);
   bool follows() const { return !cut_settings_.semi_progressive; }
   double next_cut_m() const;
   double ahead_m(const Way& way) const;

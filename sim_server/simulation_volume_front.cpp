@@ -25,6 +25,7 @@ constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // those along which its ends
 
 // Fronts stay as they are.
 void VolumeCutting::settle() {
+  if (std::ranges::none_of(ways_, [](const auto& way) { return way.second.has_front; })) return;
   volume_.forget();
   kinds_.clear();
   for (auto& [tool, way] : ways_) {
