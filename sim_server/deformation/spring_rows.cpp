@@ -137,6 +137,18 @@ void SpringRows::set(VertexId v, const VertexRow& row, std::span<const HalfEdge>
   }
 }
 
+void SpringRows::set_mass(VertexId v, float step_over_mass, float gravity_share) {
+  SpringSlice& slice = slices_[row_of_[v] / kLanes];
+  slice.step_over_mass[row_of_[v] % kLanes] = step_over_mass;
+  slice.gravity_share[row_of_[v] % kLanes] = gravity_share;
+}
+
+void SpringRows::set_constants(VertexId v, std::uint32_t n, float k, float k_l0) {
+  SpringColumn& column = columns_[slices_[row_of_[v] / kLanes].first_column + n];
+  column.k[row_of_[v] % kLanes] = k;
+  column.k_l0[row_of_[v] % kLanes] = k_l0;
+}
+
 void SpringRows::remove(VertexId v) {
   if (!contains(v)) return;
   vacate(v);

@@ -66,6 +66,9 @@ class SpringRows {
 
   // Creates or replaces the row of v. O(degree).
   void set(VertexId v, const VertexRow& row, std::span<const HalfEdge> half_edges);
+  // All but home and springs; one of the springs.
+  void set_mass(VertexId v, float step_over_mass, float gravity_share);
+  void set_constants(VertexId v, std::uint32_t n, float k, float k_l0);
   void remove(VertexId v);
   void set_home(VertexId v, const Vec3f& home_world_m);
 

@@ -61,4 +61,24 @@ double largest_eigenvalue_bound(const Mat3& a) {
   return trace * bound;
 }
 
+Eigen::Array4d largest_eigenvalue_bounds(const FourSymmetric& a) {
+  using Four = Eigen::Array4d;
+  const Four trace = a[0] + a[3] + a[5];
+  const Four scale = 1 / (trace > 0).select(trace, 1);
+  Four xx = a[0] * scale, xy = a[1] * scale, xz = a[2] * scale, yy = a[3] * scale, yz = a[4] * scale, zz = a[5] * scale;
+  for (int n = 0; n < 5; ++n) {
+    const Four xy2 = xy * xy, xz2 = xz * xz, yz2 = yz * yz, off = xy * (xx + yy) + xz * yz;
+    const Four xz_next = xz * (xx + zz) + xy * yz;
+    yz = yz * (yy + zz) + xy * xz;
+    xx = xx * xx + xy2 + xz2;
+    yy = yy * yy + xy2 + yz2;
+    zz = zz * zz + xz2 + yz2;
+    xy = off;
+    xz = xz_next;
+  }
+  Four bound = xx + yy + zz;
+  for (int n = 0; n < 5; ++n) bound = bound.sqrt();
+  return (trace > 0).select(trace * bound, 0);
+}
+
 }  // namespace sectio

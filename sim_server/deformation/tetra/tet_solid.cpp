@@ -136,7 +136,7 @@ TetVertex TetSolid::row_of(VertexId v) const {
 }
 
 void TetSolid::change(const TetChange& change) {
-  const std::vector<VertexId> touched = body_.follow(change);
+  const std::span<const VertexId> touched = body_.follow(change);
   for (auto* table : {&stiffness_.shear_pa, &stiffness_.bulk_pa})
     resize_slots(*table, body_.mesh().tetrahedra.size(), 0.0);
   for (const TetEdit& e : change.tetrahedra) set_stiffness(material_, body_.stiffness_factor(e.id), e.id, stiffness_);
