@@ -18,9 +18,10 @@ class MaxTree {
     if (i >= leaves_) grow(i + 1);
     std::size_t n = leaves_ + i;
     nodes_[n] = value;
-    while (n > 1) {
-      n /= 2;
-      nodes_[n] = std::max(nodes_[2 * n], nodes_[2 * n + 1]);
+    for (n /= 2; n > 0; n /= 2) {
+      const double greater = std::max(nodes_[2 * n], nodes_[2 * n + 1]);
+      if (nodes_[n] == greater) break;
+      nodes_[n] = greater;
     }
   }
 

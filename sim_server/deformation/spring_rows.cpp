@@ -1,7 +1,6 @@
 #include "sim_server/deformation/spring_rows.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "common/core/error.h"
 #include "common/mesh/slot_table.h"
@@ -10,7 +9,7 @@ namespace sectio {
 namespace {
 
 constexpr std::uint32_t kWindow = 256;
-constexpr std::uint32_t kLeastOverflowWidth = 8;
+constexpr std::uint32_t kOverflowWidth = 8;  // or a multiple: what is not needed costs time in every step
 
 void clear_lane(SpringSlice& slice, std::span<SpringColumn> columns, std::uint32_t lane) {
   slice.offset[lane] = 0;
@@ -52,21 +51,22 @@ void SpringRows::layout(std::span<const std::uint32_t> degrees) {
     std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first), order.end(),
                      [&](VertexId a, VertexId b) { return degrees[a] > degrees[b]; });
   }
+  std::vector<std::uint32_t> widths((order.size() + kLanes - 1) / kLanes, 0);
+  std::size_t columns = 0;
   for (std::size_t n = 0; n < order.size(); ++n) {
-    if (n % kLanes == 0) {
-      std::uint32_t width = 0;
-      for (std::size_t i = n; i < std::min<std::size_t>(n + kLanes, order.size()); ++i) {
-        width = std::max(width, degrees[order[i]]);
-      }
-      add_slice(width);
-    }
-    slices_.back().offset[n % kLanes] = byte_offset(order[n]);
-    slices_.back().count = static_cast<std::uint32_t>(n % kLanes) + 1;
+    const std::uint32_t width = std::max(widths[n / kLanes], degrees[order[n]]);
+    columns += width - widths[n / kLanes];
+    widths[n / kLanes] = width;
+  }
+  slices_.reserve(with_room(widths.size()));
+  columns_.reserve(with_room(columns));
+  for (const std::uint32_t width : widths) add_slice(width);
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    SpringSlice& slice = slices_[n / kLanes];
+    slice.offset[slice.count++] = byte_offset(order[n]);
     row_of_[order[n]] = static_cast<std::uint32_t>(n);
   }
   base_slices_ = static_cast<std::uint32_t>(slices_.size());
-  slices_.reserve(with_room(slices_.size()));
-  columns_.reserve(with_room(columns_.size()));
   rows_ = static_cast<std::uint32_t>(order.size());
 }
 
@@ -80,9 +80,10 @@ std::uint32_t SpringRows::add_slice(std::uint32_t width) {
 }
 
 std::uint32_t SpringRows::take_overflow_lane(std::uint32_t degree) {
-  const std::uint32_t width = std::bit_ceil(std::max(degree, kLeastOverflowWidth));
-  std::vector<std::uint32_t>& open = open_[static_cast<std::size_t>(std::countr_zero(width))];
-  if (open.empty()) open.push_back(add_slice(width));
+  const std::uint32_t size = std::max((degree + kOverflowWidth - 1) / kOverflowWidth, 1u);
+  if (open_.size() <= size) open_.resize(size + 1);
+  std::vector<std::uint32_t>& open = open_[size];
+  if (open.empty()) open.push_back(add_slice(size * kOverflowWidth));
   const std::uint32_t s = open.back();
   const std::uint32_t lane = slices_[s].count++;
   if (slices_[s].count == kLanes) open.pop_back();
@@ -102,7 +103,7 @@ void SpringRows::vacate(VertexId v) {
   }
   clear_lane(slice, columns, last);
   if (s >= base_slices_) {
-    if (slice.count == kLanes) open_[static_cast<std::size_t>(std::countr_zero(slice.width))].push_back(s);
+    if (slice.count == kLanes) open_[slice.width / kOverflowWidth].push_back(s);
     --overflow_rows_;
   }
   --slice.count;
@@ -135,6 +136,18 @@ void SpringRows::set(VertexId v, const VertexRow& row, std::span<const HalfEdge>
     column.k[lane] = half_edge.k;
     column.k_l0[lane] = half_edge.k_l0;
   }
+}
+
+void SpringRows::set_mass(VertexId v, float step_over_mass, float gravity_share) {
+  SpringSlice& slice = slices_[row_of_[v] / kLanes];
+  slice.step_over_mass[row_of_[v] % kLanes] = step_over_mass;
+  slice.gravity_share[row_of_[v] % kLanes] = gravity_share;
+}
+
+void SpringRows::set_constants(VertexId v, std::uint32_t n, float k, float k_l0) {
+  SpringColumn& column = columns_[slices_[row_of_[v] / kLanes].first_column + n];
+  column.k[row_of_[v] % kLanes] = k;
+  column.k_l0[row_of_[v] % kLanes] = k_l0;
 }
 
 void SpringRows::remove(VertexId v) {

@@ -3,7 +3,7 @@
 // no write conflicts, and a vertex's sum has the same order wherever its row lies: the layout never changes a result.
 //
 //   slice s:  lane         0    1    2  ..  15        A row that outgrows its slice moves to an overflow slice;
-//             column 0    j00  j10  j20                when these hold a tenth of all rows, compact() sorts anew.
+//             column 0    j00  j10  j20                when these hold a fifth of all rows, compact() sorts anew.
 //             column 1    j01  j11  j21                Padding half-edges have k = 0 and point at their own vertex.
 #pragma once
 
@@ -66,6 +66,9 @@ class SpringRows {
 
   // Creates or replaces the row of v. O(degree).
   void set(VertexId v, const VertexRow& row, std::span<const HalfEdge> half_edges);
+  // All but home and springs; one of the springs.
+  void set_mass(VertexId v, float step_over_mass, float gravity_share);
+  void set_constants(VertexId v, std::uint32_t n, float k, float k_l0);
   void remove(VertexId v);
   void set_home(VertexId v, const Vec3f& home_world_m);
 
@@ -76,7 +79,7 @@ class SpringRows {
 
   std::uint32_t row_count() const { return rows_; }
   std::uint32_t overflow_row_count() const { return overflow_rows_; }
-  bool wants_compaction() const { return overflow_rows_ > 256 && overflow_rows_ > rows_ / 10; }
+  bool wants_compaction() const { return overflow_rows_ > 256 && overflow_rows_ > rows_ / 5; }
   // O(all rows).
   void compact();
 
@@ -92,7 +95,7 @@ class SpringRows {
   std::vector<SpringColumn> columns_;
   std::vector<std::uint32_t> row_of_;  // slice * kLanes + lane
   std::vector<std::uint32_t> degree_;
-  std::array<std::vector<std::uint32_t>, 32> open_;  // overflow slices with a free lane, by log2 of their width
+  std::vector<std::vector<std::uint32_t>> open_;  // overflow slices with a free lane, by width / kOverflowWidth
   std::uint32_t base_slices_ = 0;
   std::uint32_t rows_ = 0;
   std::uint32_t overflow_rows_ = 0;

@@ -61,4 +61,19 @@ double largest_eigenvalue_bound(const Mat3& a) {
   return trace * bound;
 }
 
+Eigen::Array4d largest_eigenvalue_bounds(const FourSymmetric& a) {
+  using Four = Eigen::Array4d;
+  const Four trace = a[0] + a[3] + a[5], divisor = (trace > 0).select(trace, 1);
+  Four xx = a[0] / divisor, xy = a[1] / divisor, xz = a[2] / divisor;
+  Four yy = a[3] / divisor, yz = a[4] / divisor, zz = a[5] / divisor;
+  for (int n = 0; n < 5; ++n) {
+    const Four xx2 = xx * xx + xy * xy + xz * xz, yy2 = xy * xy + yy * yy + yz * yz, zz2 = xz * xz + yz * yz + zz * zz;
+    const Four xy2 = xx * xy + xy * yy + xz * yz, xz2 = xx * xz + xy * yz + xz * zz, yz2 = xy * xz + yy * yz + yz * zz;
+    xx = xx2, xy = xy2, xz = xz2, yy = yy2, yz = yz2, zz = zz2;
+  }
+  Four bound = xx + yy + zz;
+  for (int n = 0; n < 5; ++n) bound = bound.sqrt();
+  return (trace > 0).select(trace * bound, 0);
+}
+
 }  // namespace sectio

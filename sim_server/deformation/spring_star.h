@@ -29,4 +29,8 @@ void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& 
 // 3^(1/32) = 1.035 times too large. Only sums, products and square roots, hence the same bits on every machine.
 double largest_eigenvalue_bound(const Mat3& a);
 
+// Of four matrices, up to rounding the same; xx xy xz yy yz zz.
+using FourSymmetric = std::array<Eigen::Array4d, 6>;
+Eigen::Array4d largest_eigenvalue_bounds(const FourSymmetric& a);
+
 }  // namespace sectio

@@ -127,9 +127,13 @@ inline Oscillator solid_of(const TetMesh& mesh, const VolumeMaterial& material, 
 inline double row_bound_s(const TetMesh& mesh, const VolumeMaterial& material, std::span<const double> inverse_mass) {
   const TetStiffness stiffness = stiffness_of(mesh, material);
   const TetStars stars(mesh);
+  VertexStar star;
   double omega2 = 0;
-  for (VertexId v = 0; v < inverse_mass.size(); ++v)
-    omega2 = std::max(omega2, inverse_mass[v] * stiffness_bound_n_per_m(mesh, stars, stiffness, v));
+  for (VertexId v = 0; v < inverse_mass.size(); ++v) {
+    star.begin(mesh, stars, v);
+    star.measure(mesh);
+    omega2 = std::max(omega2, inverse_mass[v] * stiffness_bound_n_per_m(star, stiffness));
+  }
   return 2 / std::sqrt(omega2);
 }
 

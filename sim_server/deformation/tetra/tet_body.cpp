@@ -12,8 +12,9 @@ TetBody::TetBody(const TetMesh& mesh, const VolumeMaterial& material, std::span<
       added_(mass_.size(), 0),
       inverse_mass_(mass_.size(), 0) {
   fixed_.resize(mass_.size(), 0);
+  for (const Tetrahedron& t : mesh_.tetrahedra) volume_m3_.push_back(tet_volume_m3(mesh_, t));
   for (VertexId v = 0; v < mass_.size(); ++v) weigh(v);
-  give_room(mesh_.vertices_body_m, mesh_.tetrahedra, fixed_, mass_, added_, inverse_mass_);
+  give_room(mesh_.vertices_body_m, mesh_.tetrahedra, volume_m3_, fixed_, mass_, added_, inverse_mass_);
   if (!stiffness_factor_.empty()) give_room(stiffness_factor_);
 }
 
@@ -21,8 +22,7 @@ void TetBody::weigh(VertexId v) {
   total_kg_ -= mass_[v];
   added_kg_ -= added_[v];
   mass_[v] = added_[v] = 0;
-  for (const std::uint32_t t : stars_.of(v))
-    mass_[v] += 0.25 * density_kg_per_m3_ * tet_volume_m3(mesh_, mesh_.tetrahedra[t]);
+  for (const std::uint32_t t : stars_.of(v)) mass_[v] += 0.25 * density_kg_per_m3_ * volume_m3_[t];
   total_kg_ += mass_[v];
   inverse_mass_[v] = fixed(v) || !(mass_[v] > 0) ? 0 : 1 / mass_[v];
 }
@@ -35,21 +35,20 @@ void TetBody::weigh_at_least(VertexId v, double mass_kg) {
   if (!fixed(v)) inverse_mass_[v] = 1 / std::max(mass_[v], mass_kg);
 }
 
-std::vector<VertexId> TetBody::follow(const TetChange& change) {
+std::span<const VertexId> TetBody::follow(const TetChange& change) {
   // Numbers that have been used before: whether they are elsewhere now.
   const auto is_elsewhere = [&, used = mass_.size()](VertexId v) {
     return v >= change.first_added && v - change.first_added < change.added_body_m.size() && v < used &&
            mesh_.vertices_body_m[v] != change.added_body_m[v - change.first_added];
   };
-  std::vector<VertexId> touched;
+  touched_.begin(std::max(mass_.size(), change.first_added + change.added_body_m.size()));
   for (const TetEdit& e : change.tetrahedra) {
     if (e.before == e.after && std::ranges::none_of(e.after, is_elsewhere)) continue;
     for (const Tetrahedron& t : {e.before, e.after})
       for (const VertexId v : t)
-        if (v != kNone) touched.push_back(v);
+        if (v != kNone) touched_.insert(v);
   }
-  std::ranges::sort(touched);
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  const std::span<const VertexId> touched = touched_.sorted();
   sectio::follow(mesh_, change);
   const std::size_t vertices = mesh_.vertices_body_m.size();
   for (auto* table : {&mass_, &added_, &inverse_mass_}) resize_slots(*table, vertices, 0.0);
@@ -58,6 +57,9 @@ std::vector<VertexId> TetBody::follow(const TetChange& change) {
   std::fill_n(added, change.added_body_m.size(), std::uint8_t{0});
   std::ranges::copy(change.fixed, added);
   if (!stiffness_factor_.empty()) follow_stiffness(change);
+  resize_slots(volume_m3_, mesh_.tetrahedra.size(), 0.0);
+  for (const TetEdit& e : change.tetrahedra)
+    volume_m3_[e.id] = e.after == kNoTetrahedron ? 0 : tet_volume_m3(mesh_, e.after);
   stars_.follow(vertices, change.tetrahedra);
   for (const VertexId v : touched) weigh(v);
   return touched;

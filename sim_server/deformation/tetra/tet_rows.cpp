@@ -20,10 +20,10 @@ void append(std::vector<T>& columns, std::uint32_t count) {
 }  // namespace
 
 // The smallest colour that no vertex of a common tetrahedron has.
-void TetRows::choose_colour(VertexId v, std::span<const NeighbourRow::Entry> neighbours) {
-  for (const auto& n : neighbours) {
-    const std::uint32_t taken = colour_[n.to];
-    if (taken == kNone) continue;
+void TetRows::choose_colour(VertexId v, std::span<const VertexId> star) {
+  for (const VertexId w : star) {
+    const std::uint32_t taken = colour_[w];
+    if (w == v || taken == kNone) continue;
     if (taken >= taken_by_.size()) taken_by_.resize(taken + 1, kNone);
     taken_by_[taken] = v;
   }
@@ -35,8 +35,12 @@ void TetRows::choose_colour(VertexId v, std::span<const NeighbourRow::Entry> nei
     colours_ = std::max(colours_, free + 1);
   }
   // Who asks next may be v again.
-  for (const auto& n : neighbours)
-    if (colour_[n.to] != kNone) taken_by_[colour_[n.to]] = kNone;
+  for (const VertexId w : star)
+    if (w != v && colour_[w] != kNone) taken_by_[colour_[w]] = kNone;
+}
+
+TetRows::Width TetRows::width_of(const VertexStar& star) {
+  return {static_cast<std::uint32_t>(star.ascending().size()), static_cast<std::uint32_t>(star.corners().size())};
 }
 
 std::uint32_t TetRows::add_slice(std::uint32_t colour, Width width) {
@@ -95,16 +99,20 @@ void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffne
   row_of_.assign(vertices, kNone);
   width_.resize(vertices);
   pressure_scale_.resize(vertices, 0.0f);
-  NeighbourRow row(mesh, stars);
+  VertexStar star;
   for (VertexId v = 0; v < vertices; ++v) {
     if (stars.of(v).empty()) continue;
-    row.begin(v);
-    choose_colour(v, row.entries());
-    width_[v] = {static_cast<std::uint32_t>(row.entries().size()), static_cast<std::uint32_t>(stars.of(v).size())};
+    star.begin(mesh, stars, v);
+    choose_colour(v, star.vertices());
+    width_[v] = width_of(star);
   }
   layout();
-  for (VertexId v = 0; v < vertices; ++v)
-    if (contains(v)) write(mesh, stars, stiffness, v, row);
+  for (VertexId v = 0; v < vertices; ++v) {
+    if (!contains(v)) continue;
+    star.begin(mesh, stars, v);
+    star.measure(mesh);
+    write(v, star, stiffness);
+  }
   give_room(colour_, row_of_, width_, pressure_scale_, slices_, edges_, faces_, blocks_);
 }
 
@@ -150,7 +158,7 @@ void TetRows::copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32
 }
 
 // The last row of the slice takes its lane. Lanes without a row gather some vertex; what they compute is not stored.
-void TetRows::remove(VertexId v) {
+void TetRows::vacate(VertexId v) {
   if (!contains(v)) return;
   const std::uint32_t row = row_of_[v], s = row / kLanes;
   TetSlice& slice = slices_[s];
@@ -170,32 +178,32 @@ void TetRows::remove(VertexId v) {
   row_of_[v] = kNone;
 }
 
-void TetRows::update(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness,
-                     std::span<const VertexId> touched) {
-  const std::size_t vertices = mesh.vertices_body_m.size();
+void TetRows::follow(std::size_t vertices) {
   for (auto* table : {&row_of_, &colour_}) resize_slots(*table, vertices, kNone);
   resize_slots(width_, vertices, Width{});
   resize_slots(pressure_scale_, vertices, 0.0f);
-  NeighbourRow row(mesh, stars);
-  for (const VertexId v : touched) {
-    if (stars.of(v).empty()) {
-      remove(v);
-      colour_[v] = kNone;
-      continue;
-    }
-    row.begin(v);
-    choose_colour(v, row.entries());
-    width_[v] = {static_cast<std::uint32_t>(row.entries().size()), static_cast<std::uint32_t>(stars.of(v).size())};
-    if (contains(v)) {
-      const TetSlice& slice = slices_[row_of_[v] / kLanes];
-      if (slice.colour != colour_[v] || slice.edges < width_[v].edges || slice.faces < width_[v].faces) remove(v);
-    }
-    if (!contains(v)) {
-      row_of_[v] = take_overflow_lane(colour_[v], width_[v]);
-      ++rows_;
-    }
-    write(mesh, stars, stiffness, v, row);
+}
+
+void TetRows::update(VertexId v, const VertexStar& star, const TetStiffness& stiffness) {
+  if (star.corners().empty()) {
+    vacate(v);
+    colour_[v] = kNone;
+    return;
   }
+  choose_colour(v, star.vertices());
+  width_[v] = width_of(star);
+  if (contains(v)) {
+    const TetSlice& slice = slices_[row_of_[v] / kLanes];
+    if (slice.colour != colour_[v] || slice.edges < width_[v].edges || slice.faces < width_[v].faces) vacate(v);
+  }
+  if (!contains(v)) {
+    row_of_[v] = take_overflow_lane(colour_[v], width_[v]);
+    ++rows_;
+  }
+  write(v, star, stiffness);
+}
+
+void TetRows::compact_if_spread() {
   if (wants_compaction()) compact();
 }
 
@@ -213,9 +221,7 @@ void TetRows::compact() {
   *this = std::move(sorted);
 }
 
-// `row` holds the neighbours of some vertex; afterwards it is v's.
-void TetRows::write(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v,
-                    NeighbourRow& row) {
+void TetRows::write(VertexId v, const VertexStar& star, const TetStiffness& stiffness) {
   TetSlice& slice = slices_[row_of_[v] / kLanes];
   const std::uint32_t lane = row_of_[v] % kLanes;
   const std::span faces(faces_.data() + slice.first_face, slice.faces);
@@ -225,15 +231,12 @@ void TetRows::write(const TetMesh& mesh, const TetStars& stars, const TetStiffne
   slice.offset[lane] = own;
   double volume = 0, bulk = 0;
   std::size_t f = 0;
-  row.begin(v);
-  for (const std::uint32_t t : stars.of(v)) {
-    const Tetrahedron& tet = mesh.tetrahedra[t];
-    const TetShape shape = tet_shape(mesh, tet);
-    const std::size_t corner = corner_of(tet, v);
+  weights_.assign(star.vertices().size(), 0);
+  for (const auto& [t, corner, at, shape] : star.corners()) {
     const auto& side = kTetFaces[corner];  // counter-clockwise from outside
-    faces[f].a[lane] = byte_offset(tet[side[0]]);
-    faces[f].b[lane] = byte_offset(tet[side[2]]);
-    faces[f].c[lane] = byte_offset(tet[side[1]]);
+    faces[f].a[lane] = byte_offset(star.vertices()[at[side[0]]]);
+    faces[f].b[lane] = byte_offset(star.vertices()[at[side[2]]]);
+    faces[f].c[lane] = byte_offset(star.vertices()[at[side[1]]]);
     faces[f].shear[lane] = static_cast<float>(stiffness.shear_pa[t] / 6);
     blocks[f].bulk[lane] = static_cast<float>(stiffness.bulk_pa[t] / (36 * shape.volume_m3));
     ++f;
@@ -241,7 +244,7 @@ void TetRows::write(const TetMesh& mesh, const TetStars& stars, const TetStiffne
     bulk += stiffness.bulk_pa[t] * shape.volume_m3;
     for (std::size_t k = 0; k < 4; ++k)
       if (k != corner)
-        row.add(tet[k], -stiffness.shear_pa[t] * shape.volume_m3 * shape.gradient[corner].dot(shape.gradient[k]));
+        weights_[at[k]] -= stiffness.shear_pa[t] * shape.volume_m3 * shape.gradient[corner].dot(shape.gradient[k]);
   }
   for (; f < faces.size(); ++f) {
     faces[f].a[lane] = faces[f].b[lane] = faces[f].c[lane] = own;
@@ -250,10 +253,10 @@ void TetRows::write(const TetMesh& mesh, const TetStars& stars, const TetStiffne
   bulk /= volume;
   double sum = 0;
   std::size_t e = 0;
-  for (const auto& [to, weight] : row.entries()) {
-    edges[e].offset[lane] = byte_offset(to);
-    edges[e++].weight[lane] = static_cast<float>(weight);
-    sum += weight;
+  for (const std::uint32_t n : star.ascending()) {
+    edges[e].offset[lane] = byte_offset(star.vertices()[n]);
+    edges[e++].weight[lane] = static_cast<float>(weights_[n]);
+    sum += weights_[n];
   }
   for (; e < edges.size(); ++e) {
     edges[e].offset[lane] = own;

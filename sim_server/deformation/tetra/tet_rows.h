@@ -66,10 +66,12 @@ class TetRows {
  public:
   // O(n log n). Every vertex of a tetrahedron gets a row, without mass.
   void build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness);
-  // The tetrahedra at these vertices have changed: their rows are written anew, without mass, or are gone. A vertex
-  // keeps its colour unless a neighbour has it; else it gets the smallest that is free. O(touched), compaction aside.
-  void update(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness,
-              std::span<const VertexId> touched);
+  // The tetrahedra at some vertices have changed: the row of each is written anew, without mass, or is gone. A vertex
+  // keeps its colour unless a neighbour has it; else it gets the smallest that is free. After follow(), and
+  // compact_if_spread() at the end. O(degree); the latter seldom O(all rows).
+  void follow(std::size_t vertices);
+  void update(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
+  void compact_if_spread();
   // Masses and step of all rows, O(n); or the mass of one.
   void set(std::span<const TetVertex> vertices, double step_s);
   void set(VertexId v, const TetVertex& vertex);
@@ -96,14 +98,15 @@ class TetRows {
   struct Width {
     std::uint32_t edges = 0, faces = 0;
   };
+  static Width width_of(const VertexStar& star);
   void layout();
   void compact();
   std::uint32_t add_slice(std::uint32_t colour, Width width);
   std::uint32_t take_overflow_lane(std::uint32_t colour, Width width);
   void copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32_t to_row);
-  void remove(VertexId v);
-  void write(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v, NeighbourRow& row);
-  void choose_colour(VertexId v, std::span<const NeighbourRow::Entry> neighbours);
+  void vacate(VertexId v);
+  void write(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
+  void choose_colour(VertexId v, std::span<const VertexId> star);
 
   std::vector<TetSlice> slices_;  // each of one colour; ascending in it, but for overflow slices
   std::vector<TetEdgeColumn> edges_;
@@ -116,6 +119,7 @@ class TetRows {
   std::uint32_t base_slices_ = 0, rows_ = 0, overflow_rows_ = 0;
   std::uint32_t colours_ = 0, most_faces_ = 0;
   std::vector<VertexId> taken_by_;  // by colour; scratch
+  std::vector<double> weights_;     // scratch
   double step_s_ = 0;
 };
 

@@ -4,9 +4,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
-#include "common/math/fixed_sequence.h"
 #include "common/math/lame.h"
-#include "sim_server/deformation/spring_star.h"
 
 namespace sectio {
 namespace {
@@ -27,75 +25,6 @@ void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetS
 
 }  // namespace
 
-double stiffness_bound_n_per_m(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v) {
-  std::vector<std::pair<VertexId, Mat3>> row;
-  for (const std::uint32_t t : stars.of(v)) {
-    const Tetrahedron& c = mesh.tetrahedra[t];
-    const TetShape shape = tet_shape(mesh, c);
-    const double mu = stiffness.shear_pa[t], lambda = stiffness.bulk_pa[t] - mu;
-    const Vec3& g = shape.gradient[corner_of(c, v)];
-    for (std::size_t k = 0; k < 4; ++k) {
-      const Vec3& h = shape.gradient[k];
-      const Mat3 block =
-          shape.volume_m3 * (lambda * g * h.transpose() + mu * h * g.transpose() + mu * g.dot(h) * Mat3::Identity());
-      const auto at = std::ranges::find(row, c[k], &std::pair<VertexId, Mat3>::first);
-      at != row.end() ? void(at->second += block) : void(row.emplace_back(c[k], block));
-    }
-  }
-  double bound = 0;
-  for (const auto& [to, block] : row) bound += std::sqrt(largest_eigenvalue_bound(block.transpose() * block));
-  return bound;
-}
-
-double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness, std::span<const double> inverse_mass,
-                              int iterations) {
-  const std::size_t n = mesh.vertices_body_m.size();
-  std::vector<TetShape> shapes;
-  std::vector<double> volume(n, 0), bulk(n, 0);
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-    shapes.push_back(tet_shape(mesh, mesh.tetrahedra[t]));
-    for (const VertexId v : mesh.tetrahedra[t]) {
-      volume[v] += shapes[t].volume_m3;
-      bulk[v] += shapes[t].volume_m3 * stiffness.bulk_pa[t];
-    }
-  }
-  std::vector<Vec3> u(n), force(n);
-  for (std::size_t v = 0; v < n; ++v) u[v] = inverse_mass[v] > 0 ? fixed_vector(v) : Vec3::Zero();
-  std::vector<Mat3> gradient(shapes.size());
-  std::vector<double> pressure(n);
-  double omega2 = 0;
-  for (int i = 0; i < iterations; ++i) {
-    std::fill(pressure.begin(), pressure.end(), 0.0);
-    for (std::size_t t = 0; t < shapes.size(); ++t) {
-      gradient[t].setZero();
-      for (std::size_t k = 0; k < 4; ++k) gradient[t] += u[mesh.tetrahedra[t][k]] * shapes[t].gradient[k].transpose();
-      for (const VertexId v : mesh.tetrahedra[t]) pressure[v] += shapes[t].volume_m3 * gradient[t].trace();
-    }
-    for (std::size_t v = 0; v < n; ++v) pressure[v] *= bulk[v] / (volume[v] * volume[v]);
-    std::fill(force.begin(), force.end(), Vec3::Zero());
-    for (std::size_t t = 0; t < shapes.size(); ++t) {
-      const auto& c = mesh.tetrahedra[t];
-      const double mean = 0.25 * (pressure[c[0]] + pressure[c[1]] + pressure[c[2]] + pressure[c[3]]);
-      const Mat3& g = gradient[t];
-      const Mat3 stress =
-          stiffness.shear_pa[t] * (g + g.transpose()) + (mean - stiffness.shear_pa[t] * g.trace()) * Mat3::Identity();
-      for (std::size_t k = 0; k < 4; ++k) force[c[k]] += shapes[t].volume_m3 * (stress * shapes[t].gradient[k]);
-    }
-    double work = 0, size = 0, scale2 = 0;
-    for (std::size_t v = 0; v < n; ++v) {
-      if (!(inverse_mass[v] > 0)) continue;
-      work += force[v].dot(u[v]);
-      size += u[v].squaredNorm() / inverse_mass[v];
-      u[v] = inverse_mass[v] * force[v];
-      scale2 += u[v].squaredNorm();
-    }
-    if (!(size > 0) || !(scale2 > 0)) return 0;
-    omega2 = work / size;
-    for (Vec3& x : u) x /= std::sqrt(scale2);
-  }
-  return omega2;
-}
-
 TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
     : TwoDrivers(material, std::move(settings), driver), body_(mesh, material, settings_.fixed) {
   stiffness_.shear_pa.resize(mesh.tetrahedra.size());
@@ -103,7 +32,11 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
     set_stiffness(material_, body_.stiffness_factor(t), t, stiffness_);
   const std::uint32_t vertices = body_.vertex_count();
-  for (VertexId v = 0; v < vertices && settings_.least_part_s > 0; ++v) weigh(v, settings_.least_part_s);
+  for (VertexId v = 0; v < vertices && settings_.least_part_s > 0; ++v) {
+    star_.begin(mesh, body_.stars(), v);
+    star_.measure(mesh);
+    weigh(v, star_, settings_.least_part_s);
+  }
   const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2, material_.damping_per_s);
   parts_ = parts_for(explicit_limit_s_);
@@ -121,10 +54,10 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
 }
 
 // Heavy enough for parts of a step of this length.
-void TetSolid::weigh(VertexId v, double part_s) {
+void TetSolid::weigh(VertexId v, const VertexStar& star, double part_s) {
   if (body_.fixed(v)) return;
   const double h = kRoomForDeformation * part_s;
-  body_.weigh_at_least(v, 0.25 * h * h * stiffness_bound_n_per_m(body_.mesh(), body_.stars(), stiffness_, v));
+  body_.weigh_at_least(v, 0.25 * h * h * stiffness_bound_n_per_m(star, stiffness_));
 }
 
 TetVertex TetSolid::row_of(VertexId v) const {
@@ -133,16 +66,20 @@ TetVertex TetSolid::row_of(VertexId v) const {
 }
 
 void TetSolid::change(const TetChange& change) {
-  const std::vector<VertexId> touched = body_.follow(change);
+  const std::span<const VertexId> touched = body_.follow(change);
   for (auto* table : {&stiffness_.shear_pa, &stiffness_.bulk_pa})
     resize_slots(*table, body_.mesh().tetrahedra.size(), 0.0);
   for (const TetEdit& e : change.tetrahedra) set_stiffness(material_, body_.stiffness_factor(e.id), e.id, stiffness_);
-  rows_.update(body_.mesh(), body_.stars(), stiffness_, touched);
+  rows_.follow(body_.vertex_count());
   for (const VertexId v : touched) {
+    star_.begin(body_.mesh(), body_.stars(), v);
+    star_.measure(body_.mesh());
+    rows_.update(v, star_, stiffness_);
     if (!rows_.contains(v)) continue;
-    weigh(v, std::max(settings_.least_part_s, settings_.step_s / parts_));
+    weigh(v, star_, std::max(settings_.least_part_s, settings_.step_s / parts_));
     rows_.set(v, row_of(v));
   }
+  rows_.compact_if_spread();
   scratch_.resize(3 * rows_.most_faces() + 1);
   resize_slots<Vec4f>(last_velocity_, body_.vertex_count(), Vec4f::Zero());
 }

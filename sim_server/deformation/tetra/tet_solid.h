@@ -44,12 +44,13 @@ class TetSolid final : public TwoDrivers {
   Mat3 block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const;
   bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
 
-  void weigh(VertexId v, double part_s);
+  void weigh(VertexId v, const VertexStar& star, double part_s);
   TetVertex row_of(VertexId v) const;
 
   TetBody body_;
   TetStiffness stiffness_;
   TetRows rows_;
+  VertexStar star_;  // scratch
   double omega2_per_bound_ = 0;
   VertexId first_bad_vertex_ = kNone;
 
@@ -63,7 +64,7 @@ class TetSolid final : public TwoDrivers {
 // sum_b |K_ib| of a vertex, N/m: omega^2 <= max_i of it over m_i, for linear elements at rest and so for those with
 // nodal pressures, which are softer. Rigorous; the true limit is 1.4 to 1.9 times as large a step for the former, 2 to
 // 2.5 times for the latter.
-double stiffness_bound_n_per_m(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness, VertexId v);
+double stiffness_bound_n_per_m(const VertexStar& star, const TetStiffness& stiffness);
 
 // The largest omega^2 (1/s^2) of the solid at rest with these masses, fixed vertices (mass 0) held, by power iteration
 // from a fixed start: never above the true one, a few percent below.

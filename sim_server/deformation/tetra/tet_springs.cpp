@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/core/error.h"
 #include "sim_server/deformation/spring_star.h"
@@ -21,16 +22,13 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
     : VolumeModel(material, std::move(settings)),
       body_(mesh, material, settings_.fixed),
       options_(options),
-      neighbours_(mesh.vertices_body_m.size()),
-      second_(neighbours_.size()),
-      stiff_mass_(neighbours_.size(), 0) {
-  const std::uint32_t vertices = body_.vertex_count();
-  for (VertexId v = 0; v < vertices; ++v) find_neighbours(v);
+      net_(body_, material, options.second_share) {
   if (options_.second_share > 0) {
     double length_m = 0;
-    for (const Spring& s : springs()) length_m += s.rest_length_m / static_cast<double>(edge_count());
+    const auto edges = static_cast<double>(edge_count());
+    for (const Spring& s : springs()) length_m += s.rest_length_m / edges;
     if (!(options_.least_second_m > 0)) options_.least_second_m = kLeastSecondLength * length_m;
-    for (VertexId v = 0; v < vertices; ++v) find_second_neighbours(v);
+    net_.find_second(options_.least_second_m);
   }
   if (options_.calibrate && !material_.stiffness_factor.empty()) {
     // Young's modulus is that of tissue with factor 1, and the net is tested as if all of it were.
@@ -45,141 +43,96 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
     options_.correction *= material_.young_pa / as_made_.mean_young_pa;
     calibrated_ = tensile_test(mesh, springs());
   }
-  omega2_.set(with_room(vertices), 0);
-  for (VertexId v = 0; v < vertices; ++v) weigh(v, settings_.least_part_s);
+  std::vector<VertexId> all(body_.vertex_count());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  omega2_.set(with_room(all.size()), 0);
+  weigh_all(all, settings_.least_part_s, [](VertexId, const SpringsAtVertex&) {});
   parts_ = parts_for(part_limit_s());
-  std::vector<std::uint32_t> degree(vertices);
-  for (VertexId v = 0; v < vertices; ++v)
-    degree[v] = static_cast<std::uint32_t>(neighbours_[v].size() + second_[v].size());
+  std::vector<std::uint32_t> degree;
+  for (const VertexId v : all) degree.push_back(static_cast<std::uint32_t>(net_.degree(v)));
   rows_.layout(degree);
-  for (VertexId v = 0; v < vertices; ++v) write(v);
-}
-
-void TetSprings::find_neighbours(VertexId v) {
-  std::vector<VertexId>& found = neighbours_[v];
-  found.clear();
-  stiff_mass_[v] = 0;
-  for (const std::uint32_t t : body_.stars().of(v))
-    stiff_mass_[v] += 0.25 * material_.density_kg_per_m3 * body_.stiffness_factor(t) *
-                      tet_volume_m3(body_.mesh(), body_.mesh().tetrahedra[t]);
-  for (const std::uint32_t t : body_.stars().of(v))
-    for (const VertexId w : body_.mesh().tetrahedra[t])
-      if (w != v) found.push_back(w);
-  std::ranges::sort(found);
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-}
-
-// Vertices exactly two edges from v; whether they are other ones than before.
-bool TetSprings::find_second_neighbours(VertexId v) {
-  std::vector<VertexId> reached;
-  for (const VertexId w : neighbours_[v]) reached.insert(reached.end(), neighbours_[w].begin(), neighbours_[w].end());
-  std::ranges::sort(reached);
-  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
-  const std::vector<Vec3>& x = body_.mesh().vertices_body_m;
-  std::erase_if(reached, [&](VertexId w) {
-    return w == v || std::ranges::binary_search(neighbours_[v], w) || (x[v] - x[w]).norm() < options_.least_second_m;
-  });
-  if (reached == second_[v]) return false;
-  second_[v] = std::move(reached);
-  return true;
-}
-
-void TetSprings::gather(VertexId v, std::vector<Half>& row) const {
-  const std::vector<Vec3>& x = body_.mesh().vertices_body_m;
-  row.clear();
-  for (const VertexId w : neighbours_[v]) row.push_back({w, 0, (x[v] - x[w]).norm(), false});
-  for (const std::uint32_t t : body_.stars().of(v)) {
-    const Tetrahedron& c = body_.mesh().tetrahedra[t];
-    const double ev = material_.young_pa * body_.stiffness_factor(t) * tet_volume_m3(body_.mesh(), c);
-    for (const VertexId w : c) {
-      if (w == v) continue;
-      Half& half = row[static_cast<std::size_t>(std::ranges::lower_bound(neighbours_[v], w) - neighbours_[v].begin())];
-      half.stiffness_n_per_m += (1 - options_.second_share) * ev / (half.rest_length_m * half.rest_length_m);
-    }
+  for (const VertexId v : all) {
+    net_.springs_at(v, options_.correction, at_);
+    write(v, at_);
+    write_mass(v);
   }
-  // k l^2 is 6 beta E / rho (m_i / d_i + m_j / d_j), with masses that count as often as the tissue is stiff: all
-  // together 6 beta sum of E V.
-  const double scale = 6 * options_.second_share * material_.young_pa / material_.density_kg_per_m3;
-  const auto share = [&](VertexId i) { return stiff_mass_[i] / static_cast<double>(second_[i].size()); };
-  for (const VertexId w : second_[v]) {
-    const double l = (x[v] - x[w]).norm();
-    row.push_back({w, scale * (share(std::min(v, w)) + share(std::max(v, w))) / (l * l), l, true});
-  }
-  for (Half& half : row) half.stiffness_n_per_m *= options_.correction;
 }
 
 std::vector<TetSprings::Spring> TetSprings::springs() const {
   std::vector<Spring> springs, second;
+  SpringsAtVertex at;
   for (VertexId v = 0; v < body_.vertex_count(); ++v) {
-    gather(v, half_);
-    for (const Half& half : half_)
-      if (half.to > v)
-        (half.second ? second : springs).push_back({v, half.to, half.stiffness_n_per_m, half.rest_length_m});
+    net_.springs_at(v, options_.correction, at);
+    const std::vector<bool> edge = net_.edges_at(v);
+    for (std::size_t n = 0; n < at.to.size(); ++n)
+      if (at.to[n] > v) (edge[n] ? springs : second).push_back({v, at.to[n], at.stiffness(n), at.length(n)});
   }
   springs.insert(springs.end(), second.begin(), second.end());
   return springs;
 }
 
-std::size_t TetSprings::edge_count() const {
-  std::size_t halves = 0;
-  for (const auto& row : neighbours_) halves += row.size();
-  return halves / 2;
-}
-
-void TetSprings::weigh(VertexId v, double part_s) {
-  gather(v, half_);
-  Mat3 own = Mat3::Zero();
-  for (const Half& half : half_) {
-    const Vec3 n = (body_.mesh().vertices_body_m[half.to] - body_.mesh().vertices_body_m[v]) / half.rest_length_m;
-    own += half.stiffness_n_per_m * n * n.transpose();
+void TetSprings::weigh(std::span<const VertexId> rows, const FourSymmetric& sum_n_per_m, double part_s) {
+  const Eigen::Array4d bounds = largest_eigenvalue_bounds(sum_n_per_m);
+  const double h = kRoomForDamping * part_s / kSafety;
+  for (std::size_t n = 0; n < rows.size(); ++n) {
+    const VertexId v = rows[n];
+    const double stiffness = 2 * bounds[static_cast<Eigen::Index>(n)];
+    if (!body_.fixed(v)) body_.weigh_at_least(v, 0.25 * h * h * stiffness);
+    omega2_.set(v, stiffness * body_.inverse_mass()[v]);
   }
-  const double stiffness = 2 * largest_eigenvalue_bound(own), h = kRoomForDamping * part_s / kSafety;
-  if (!body_.fixed(v)) body_.weigh_at_least(v, 0.25 * h * h * stiffness);
-  omega2_.set(v, stiffness * body_.inverse_mass()[v]);
 }
 
-void TetSprings::write(VertexId v) {
-  gather(v, half_);
-  std::vector<HalfEdge> half_edges;
-  for (const Half& half : half_)
-    half_edges.push_back({half.to, static_cast<float>(half.stiffness_n_per_m),
-                          static_cast<float>(half.stiffness_n_per_m * half.rest_length_m)});
-  std::ranges::sort(half_edges, {}, &HalfEdge::to);
-  VertexRow row;
-  row.step_over_mass = static_cast<float>(settings_.step_s / parts_ * body_.inverse_mass()[v]);
-  row.gravity_share = static_cast<float>(body_.mass_kg(v) * body_.inverse_mass()[v]);
-  rows_.set(v, row, half_edges);
+void TetSprings::write(VertexId v, const SpringsAtVertex& springs) {
+  half_edges_.clear();
+  for (std::size_t n = 0; n < springs.to.size(); ++n)
+    half_edges_.push_back({springs.to[n], static_cast<float>(springs.stiffness(n)),
+                           static_cast<float>(springs.stiffness(n) * springs.length(n))});
+  rows_.set(v, {}, half_edges_);
+}
+
+// Of a row whose own springs are what they were: those to vertices that have changed.
+void TetSprings::write_changed(VertexId v, const SpringsAtVertex& springs) {
+  for (std::uint32_t n = 0; n < springs.to.size(); ++n)
+    if (net_.has_changed(springs.to[n]))
+      rows_.set_constants(v, n, static_cast<float>(springs.stiffness(n)),
+                          static_cast<float>(springs.stiffness(n) * springs.length(n)));
+}
+
+void TetSprings::write_mass(VertexId v) {
+  const double inverse = body_.inverse_mass()[v];
+  rows_.set_mass(v, static_cast<float>(settings_.step_s / parts_ * inverse),
+                 static_cast<float>(body_.mass_kg(v) * inverse));
+}
+
+template <class With>
+void TetSprings::weigh_all(std::span<const VertexId> rows, double part_s, const With& with_springs) {
+  for (std::size_t first = 0; first < rows.size(); first += 4) {
+    const std::span four = rows.subspan(first, std::min<std::size_t>(4, rows.size() - first));
+    FourSymmetric sums;
+    sums.fill(Eigen::Array4d::Zero());
+    for (std::size_t n = 0; n < four.size(); ++n) {
+      net_.springs_at(four[n], options_.correction, at_);
+      with_springs(four[n], at_);
+      const auto sum = at_.sum_n_per_m();
+      for (std::size_t k = 0; k < sum.size(); ++k) sums[k][static_cast<Eigen::Index>(n)] = sum[k];
+    }
+    weigh(four, sums, part_s);
+  }
 }
 
 void TetSprings::change(const TetChange& change) {
-  const std::vector<VertexId> touched = body_.follow(change);
-  for (auto* lists : {&neighbours_, &second_}) resize_slots(*lists, body_.vertex_count(), {});
-  resize_slots(stiff_mass_, body_.vertex_count(), 0.0);
-  for (const VertexId v : touched) find_neighbours(v);
-  const auto with_all = [](std::vector<VertexId> of, const std::vector<std::vector<VertexId>>& lists) {
-    for (std::size_t n = 0, size = of.size(); n < size; ++n)
-      of.insert(of.end(), lists[of[n]].begin(), lists[of[n]].end());
-    std::ranges::sort(of);
-    of.erase(std::unique(of.begin(), of.end()), of.end());
-    return of;
-  };
-  std::vector<VertexId> rows = touched;
-  if (options_.second_share > 0) {
-    // A way of two edges that came or went has an edge with both ends touched. Then the share of every spring changes.
-    for (const VertexId v : with_all(touched, neighbours_))
-      if (find_second_neighbours(v)) rows.push_back(v);
-    rows = with_all(std::move(rows), second_);
-  }
+  net_.follow(body_, body_.follow(change));
   const double part_s = std::max(settings_.least_part_s, settings_.step_s / parts_);
-  for (const VertexId v : rows) {
-    if (body_.stars().of(v).empty()) {
+  weigh_all(net_.reached(), part_s, [&](VertexId v, const SpringsAtVertex& springs) {
+    if (springs.to.empty())
       rows_.remove(v);
-      omega2_.set(v, 0);
-      continue;
-    }
-    weigh(v, part_s);
-    write(v);
-  }
+    else if (net_.has_changed(v))
+      write(v, springs);
+    else
+      write_changed(v, springs);
+  });
+  for (const VertexId v : net_.reached())
+    if (rows_.contains(v)) write_mass(v);
   if (rows_.wants_compaction()) rows_.compact();
 }
 

@@ -16,7 +16,9 @@
 
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/spring_kernel.h"
+#include "sim_server/deformation/spring_star.h"
 #include "sim_server/deformation/tetra/tet_body.h"
+#include "sim_server/deformation/tetra/tet_spring_net.h"
 #include "sim_server/deformation/tetra/volume_model.h"
 
 namespace sectio {
@@ -67,7 +69,7 @@ class TetSprings final : public VolumeModel {
   };
   // Edges, then second neighbours; each ascending. O(n), for tests and reports.
   std::vector<Spring> springs() const;
-  std::size_t edge_count() const;
+  std::size_t edge_count() const { return net_.edges(); }
   // As given, with what the first mesh made of them.
   const TetSpringOptions& options() const { return options_; }
   const TensileTest& as_made() const { return as_made_; }  // before the correction
@@ -84,22 +86,17 @@ class TetSprings final : public VolumeModel {
  private:
   static constexpr double kSafety = 0.8;  // directions change and stretched springs are stiff across, too
 
-  struct Half {
-    VertexId to;
-    double stiffness_n_per_m, rest_length_m;
-    bool second;
-  };
-  void find_neighbours(VertexId v);
-  bool find_second_neighbours(VertexId v);
-  void gather(VertexId v, std::vector<Half>& row) const;
-  // Stiffness and masses; then, once the parts of a step are known, the row itself.
-  void weigh(VertexId v, double part_s);
-  void write(VertexId v);
+  // Bounds and masses of rows; each with its springs goes to with_springs(v, springs) on the way.
+  template <class With>
+  void weigh_all(std::span<const VertexId> rows, double part_s, const With& with_springs);
+  void weigh(std::span<const VertexId> rows, const FourSymmetric& sum_n_per_m, double part_s);
+  void write(VertexId v, const SpringsAtVertex& springs);
+  void write_changed(VertexId v, const SpringsAtVertex& springs);
+  void write_mass(VertexId v);
 
   TetBody body_;
   TetSpringOptions options_;
-  std::vector<std::vector<VertexId>> neighbours_, second_;  // by vertex, ascending
-  std::vector<double> stiff_mass_;                          // by vertex: as often as its tissue is stiff
+  TetSpringNet net_;
   TensileTest as_made_, calibrated_;
   SpringRows rows_;
   MaxTree omega2_;  // by vertex, 1/s^2
@@ -108,7 +105,8 @@ class TetSprings final : public VolumeModel {
   std::vector<Vec4f> before_;
   std::uint64_t clamped_ = 0;
   VertexId first_bad_vertex_ = kNone;
-  mutable std::vector<Half> half_;  // scratch
+  SpringsAtVertex at_;                // scratch
+  std::vector<HalfEdge> half_edges_;  // scratch
 };
 
 // The tensile test, for any springs on a mesh.

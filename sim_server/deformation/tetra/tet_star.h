@@ -60,36 +60,60 @@ class TetStars {
   std::vector<std::vector<std::uint32_t>> tets_;
 };
 
-// Sums by neighbour of one vertex at a time.
-class NeighbourRow {
+// One vertex at a time: its tetrahedra, and who else is at them.
+class VertexStar {
  public:
-  NeighbourRow(const TetMesh& mesh, const TetStars& stars) : mesh_(mesh), stars_(stars) {}
-
-  struct Entry {
-    VertexId to;
-    double sum;
+  struct Corner {
+    std::uint32_t tetrahedron = kNone;
+    std::size_t corner = 0;             // of it, which is the vertex
+    std::array<std::uint32_t, 4> at{};  // its corners in vertices()
+    TetShape shape;                     // after measure()
   };
-  // The neighbours of v in ascending order, with sums of 0.
-  void begin(VertexId v) {
-    entries_.clear();
-    for (const std::uint32_t t : stars_.of(v))
-      for (const VertexId w : mesh_.tetrahedra[t])
-        if (w != v) entries_.push_back({w, 0});
-    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.to < b.to; });
-    entries_.erase(
-        std::unique(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.to == b.to; }),
-        entries_.end());
-  }
-  void add(VertexId to, double value) {
-    std::lower_bound(entries_.begin(), entries_.end(), to, [](const Entry& e, VertexId v) { return e.to < v; })->sum +=
-        value;
-  }
-  std::span<const Entry> entries() const { return entries_; }
+  // O(degree), but for vertices that are new.
+  void begin(const TetMesh& mesh, const TetStars& stars, VertexId v);
+  void measure(const TetMesh& mesh);
+
+  std::span<const Corner> corners() const { return {corners_.data(), count_}; }
+  // The vertex and its neighbours, as they come first in its tetrahedra.
+  std::span<const VertexId> vertices() const { return vertices_; }
+  // Places in vertices() of the neighbours, which they put in ascending order.
+  std::span<const std::uint32_t> ascending() const { return ascending_; }
 
  private:
-  const TetMesh& mesh_;
-  const TetStars& stars_;
-  std::vector<Entry> entries_;
+  std::vector<Corner> corners_;
+  std::size_t count_ = 0;
+  std::vector<VertexId> vertices_;
+  std::vector<std::uint32_t> ascending_;
+  std::vector<std::uint32_t> at_;  // by vertex; kNone between two calls
 };
+
+inline void VertexStar::begin(const TetMesh& mesh, const TetStars& stars, VertexId v) {
+  resize_slots(at_, mesh.vertices_body_m.size(), kNone);
+  vertices_.clear();
+  ascending_.clear();
+  count_ = stars.of(v).size();
+  if (corners_.size() < count_) corners_.resize(count_);
+  for (std::size_t n = 0; n < count_; ++n) {
+    Corner& c = corners_[n];
+    c.tetrahedron = stars.of(v)[n];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const VertexId w = mesh.tetrahedra[c.tetrahedron][k];
+      if (w == v) c.corner = k;
+      if (at_[w] == kNone) {
+        at_[w] = static_cast<std::uint32_t>(vertices_.size());
+        if (w != v) ascending_.push_back(at_[w]);
+        vertices_.push_back(w);
+      }
+      c.at[k] = at_[w];
+    }
+  }
+  for (const VertexId w : vertices_) at_[w] = kNone;
+  std::ranges::sort(ascending_, {}, [&](std::uint32_t n) { return vertices_[n]; });
+}
+
+inline void VertexStar::measure(const TetMesh& mesh) {
+  for (std::size_t n = 0; n < count_; ++n)
+    corners_[n].shape = tet_shape(mesh, mesh.tetrahedra[corners_[n].tetrahedron]);
+}
 
 }  // namespace sectio

@@ -38,14 +38,12 @@ void VolumeEngine::set_state(std::vector<Vec4f> position_world_m, std::vector<Ve
 void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
                           std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots) {
   const auto first_added = static_cast<std::ptrdiff_t>(change.first_added);
-  std::vector<VertexId> touched;
+  touched_.begin(std::max(position_.size(), change.first_added + change.added_body_m.size()));
   for (const TetEdit& e : change.tetrahedra)
     for (const Tetrahedron& t : {e.before, e.after})
       for (const VertexId v : t)
-        if (v != kNone) touched.push_back(v);
-  std::ranges::sort(touched);
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
-  for (const VertexId v : touched) {
+        if (v != kNone) touched_.insert(v);
+  for (const VertexId v : touched_.list()) {
     if (v >= position_.size()) continue;
     vertices_ -= is_there(v);
     anchors_ -= is_anchor(v);
@@ -55,7 +53,7 @@ void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_
     resize_slots<Vec4f>(*table, model_->mesh().vertices_body_m.size(), Vec4f::Zero());
     std::ranges::copy(added, table->begin() + first_added);
   }
-  for (const VertexId v : touched) {
+  for (const VertexId v : touched_.list()) {
     vertices_ += is_there(v);
     anchors_ += is_anchor(v);
     if (!is_there(v)) velocity_[v].setZero();

@@ -6,6 +6,7 @@
 
 #include "sim_server/deformation/deformation_engine.h"
 #include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/tetra/vertex_set.h"
 #include "sim_server/deformation/tetra/volume_model.h"
 
 namespace sectio {
@@ -82,6 +83,7 @@ class VolumeEngine final : public DeformationEngine {
   std::size_t vertices_ = 0, anchors_ = 0;
   Pose frame_;
   std::vector<Vec4f> position_, velocity_;
+  VertexSet touched_;  // scratch
   std::vector<MatchedPoint> matched_;
   std::vector<PointConstraint> constraints_;
   std::vector<Reaction> reactions_;

@@ -67,6 +67,11 @@ TEST(StableStep, eigenvalue_bound_is_tight_from_above) {
     const double exact = Eigen::SelfAdjointEigenSolver<Mat3>(a).eigenvalues().maxCoeff();
     EXPECT_GE(largest_eigenvalue_bound(a), exact * (1 - 1e-12));
     EXPECT_LE(largest_eigenvalue_bound(a), exact * 1.036);
+    FourSymmetric four;
+    for (std::size_t k = 0; const auto& [i, j] : {std::pair{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}})
+      four[k++] << a(i, j), 0, 2 * a(i, j), a(i, j);
+    const Eigen::Array4d bounds = largest_eigenvalue_bounds(four) / largest_eigenvalue_bound(a);
+    EXPECT_LT((bounds - Eigen::Array4d(1, 0, 2, 1)).abs().maxCoeff(), 1e-12);
   }
   EXPECT_EQ(largest_eigenvalue_bound(Mat3::Zero()), 0);
 }

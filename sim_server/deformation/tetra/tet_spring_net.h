@@ -1,0 +1,66 @@
+// Who is joined to whom in a net of springs with second neighbours (tet_springs.h), and how stiff each spring is. A
+// function of the volume as it is, whatever came before; after a change only what it reaches is looked at again.
+#pragma once
+
+#include <array>
+
+#include "sim_server/deformation/tetra/tet_body.h"
+#include "sim_server/deformation/tetra/vertex_set.h"
+
+namespace sectio {
+
+// The springs at one vertex in the order of the other ends, four a block; what fills up the last one has no stiffness.
+struct SpringsAtVertex {
+  std::span<const VertexId> to;
+  std::vector<Eigen::Array4d> x_m, y_m, z_m, length_m, stiffness_n_per_m;
+  double length(std::size_t n) const { return length_m[n / 4][static_cast<Eigen::Index>(n % 4)]; }
+  double stiffness(std::size_t n) const { return stiffness_n_per_m[n / 4][static_cast<Eigen::Index>(n % 4)]; }
+  // xx xy xz yy yz zz of the sum of k n n^T.
+  std::array<double, 6> sum_n_per_m() const;
+};
+
+class TetSpringNet {
+ public:
+  TetSpringNet(const TetBody& body, const VolumeMaterial& material, double second_share);
+
+  // All second neighbours that are at least so far away.
+  void find_second(double least_second_m);
+  // After the body has followed a change: vertices with other springs or another share of the stiffness between second
+  // neighbours, and those at the other ends of their springs.
+  void follow(const TetBody& body, std::span<const VertexId> touched);
+  std::span<const VertexId> changed() const { return changed_.list(); }
+  std::span<const VertexId> reached() const { return reached_.list(); }  // changed() first
+  bool has_changed(VertexId v) const { return changed_.contains(v); }
+
+  std::size_t degree(VertexId v) const { return partners_[v].size(); }
+  std::size_t edges() const;  // of all
+  // Stiffness times a common factor.
+  void springs_at(VertexId v, double factor, SpringsAtVertex& springs) const;
+  // Whether each spring at v is an edge.
+  std::vector<bool> edges_at(VertexId v) const;
+
+ private:
+  struct Edge {
+    double stiffness_n_per_m;
+    std::size_t column;  // in partners_
+  };
+  void find_edges(const TetBody& body, VertexId v);
+  bool find_second(VertexId v);
+  bool take_over(VertexId v, std::size_t near);
+  void number_edges(VertexId v);
+  void weigh(VertexId v);
+
+  double young_pa_, density_kg_per_m3_, second_share_;
+  double least_second_m2_ = 0;
+  std::vector<std::vector<VertexId>> neighbours_, partners_;  // by vertex, ascending; partners: second ones, too
+  std::vector<std::vector<Edge>> edges_;                      // by vertex, as neighbours_
+  std::vector<double> stiff_mass_;                            // by vertex: as often as its tissue is stiff
+  std::vector<Eigen::Vector4d> place_;  // by vertex: where it is at rest; stiff mass for each second neighbour
+  VertexSet changed_, reached_;
+  std::vector<std::uint8_t> near_;   // by vertex; scratch
+  std::vector<std::size_t> number_;  // likewise
+  std::vector<VertexId> list_;       // scratch
+  std::vector<double> length2_m2_;   // scratch
+};
+
+}  // namespace sectio

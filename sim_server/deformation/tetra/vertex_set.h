@@ -1,0 +1,40 @@
+// Few of many vertices, each once, in the order in which they came.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/mesh/slot_table.h"
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+class VertexSet {
+ public:
+  // Empties it, for vertices below that number. O(what was in it), and what the number has grown by.
+  void begin(std::size_t vertices) {
+    for (const VertexId v : list_) in_[v] = 0;
+    list_.clear();
+    resize_slots<std::uint8_t>(in_, vertices, 0);
+  }
+  void insert(VertexId v) {
+    if (in_[v] != 0) return;
+    in_[v] = 1;
+    list_.push_back(v);
+  }
+  bool contains(VertexId v) const { return in_[v] != 0; }
+  std::span<const VertexId> list() const { return list_; }
+  // Ascending from now on.
+  std::span<const VertexId> sorted() {
+    std::ranges::sort(list_);
+    return list_;
+  }
+
+ private:
+  std::vector<std::uint8_t> in_;  // by vertex
+  std::vector<VertexId> list_;
+};
+
+}  // namespace sectio
