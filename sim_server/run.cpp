@@ -189,6 +189,7 @@ nlohmann::ordered_json RunRecord::State::run() {
   run["simulated_s"] = static_cast<double>(steps) * scene.step_s;
   run["cuts_made"] = last.cuts_made;
   run["cuts_refused"] = last.cuts_refused;
+  run["edges_collapsed"] = last.edges_collapsed;
   run["removed_volume_m3"] = last.removed_volume_m3;
   run["asleep_fraction"] =
       static_cast<double>(body_steps_asleep) / static_cast<double>(std::max(body_steps, std::uint64_t{1}));

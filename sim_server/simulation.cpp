@@ -5,13 +5,12 @@
 #include <deque>
 
 #include "common/core/error.h"
-#include "sim_server/haptics/contact_model_fitter.h"
 #include "sim_server/simulation_check.h"
 #include "sim_server/simulation_contact.h"
 #include "sim_server/simulation_gravity.h"
-#include "sim_server/simulation_grip.h"
 #include "sim_server/simulation_rigid.h"
 #include "sim_server/simulation_split.h"
+#include "sim_server/simulation_tool.h"
 #include "sim_server/simulation_touch.h"
 #include "sim_server/simulation_volume.h"
 
@@ -20,32 +19,6 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kMostBodies = 256;  // that a session can announce
-
-FitterSpec fitter_spec(const Scene& scene) {
-  FitterSpec f;
-  if (scene.bodies.empty()) return f;
-  const MaterialSpec& m = scene.bodies.front().material;
-  f.prior_stiffness_n_per_m = 2 * m.young_pa / (1 - m.poisson * m.poisson) * m.foundation_radius_m;
-  return f;
-}
-
-// What the simulation knows of an instrument.
-struct Tool {
-  Tool(std::uint32_t id, const Scene& scene) : fitter(id, fitter_spec(scene)), grip(scene.tools[id]) {}
-
-  ContactModelFitter fitter;
-  SimulationGrip grip;
-  std::optional<JointPose> pose;  // of the newest sample
-  double time_s = 0;              // its time stamp
-  std::uint64_t sequence = 0;
-  Vec3 velocity_m_per_s = Vec3::Zero();
-
-  // Of this step.
-  std::optional<JointPose> before;
-  std::vector<JointPose> poses;
-  bool continuous = true;
-  std::size_t grip_constraints = 0;  // on the body that deforms, or on all rigid ones
-};
 
 }  // namespace
 
@@ -90,13 +63,13 @@ struct Simulation::State {
   SimulationTouch& touch(std::uint32_t body_id, std::uint32_t edge_id) {
     return touches[body_id * edges.size() + edge_id];
   }
-  Tool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
+  SimulationTool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
 
   Scene scene;  // its gravity is that of this step
   TurningGravity gravity;
   std::vector<std::unique_ptr<SimulationBody>> bodies;
   std::deque<BodySpec> part_specs;
-  std::vector<Tool> tools;
+  std::vector<SimulationTool> tools;
   struct Edge {
     std::uint32_t tool_id = 0;
     std::size_t index = 0;  // of the tool's edges
@@ -128,27 +101,9 @@ void Simulation::State::add_touches(SimulationBody& body) {
 }
 
 void Simulation::State::take(const StepInput& input) {
-  for (Tool& tool : tools) {
-    tool.before = tool.pose;
-    tool.poses.clear();
-    tool.continuous = true;
-  }
-  for (const ToolSample& sample : input.samples) {
-    if (sample.tool_id >= tools.size()) continue;
-    Tool& tool = tools[sample.tool_id];
-    if (tool.pose && sample.sequence <= tool.sequence) continue;
-    if (tool.pose && sample.sequence != tool.sequence + 1) tool.continuous = false;
-    if (tool.pose && sample.tool_time_s > tool.time_s)
-      tool.velocity_m_per_s =
-          (sample.pose_world.position_m - tool.pose->position_m) / (sample.tool_time_s - tool.time_s);
-    tool.pose = JointPose{sample.pose_world, sample.opening_rad};
-    tool.sequence = sample.sequence;
-    tool.time_s = sample.tool_time_s;
-    if (tool.before || !tool.poses.empty())
-      tool.poses.push_back(*tool.pose);
-    else
-      tool.before = tool.pose;  // the first one of all: it has not moved yet
-  }
+  for (SimulationTool& tool : tools) tool.begin_step();
+  for (const ToolSample& sample : input.samples)
+    if (sample.tool_id < tools.size()) tools[sample.tool_id].take(sample);
 }
 
 void Simulation::State::step_body(std::uint32_t body_id) {
@@ -157,7 +112,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   motions.clear();
   bool at_work = !body.unsettled.empty();
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
-    const Tool& tool = tool_of(i);
+    const SimulationTool& tool = tool_of(i);
     if (!tool.pose) continue;
     if (tool.grip.holds(body_id)) {
       touch(body_id, i).let_go();
@@ -168,7 +123,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   }
   if (at_work) release(body_id);
   for (std::uint32_t i = 0; i < edges.size(); ++i)
-    if (const Tool& tool = tool_of(i); tool.pose && !tool.grip.holds(body_id))
+    if (const SimulationTool& tool = tool_of(i); tool.pose && !tool.grip.holds(body_id))
       touch(body_id, i).plan(tool.poses, entries, motions);
 
   if (body.rigid) return;
@@ -201,10 +156,14 @@ void Simulation::State::step_and_check(std::uint32_t body_id, bool gravity_turne
 }
 
 void Simulation::State::tidy(std::uint32_t body_id) {
-  TopologyDelta delta = bodies[body_id]->engines.cutting->tidy(bodies[body_id]->shared());
-  if (delta.empty() || !bodies[body_id]->accept_change(delta, {})) return;
-  tell_touches(body_id, delta);
-  changed_topology(body_id, std::move(delta));
+  SimulationBody& body = *bodies[body_id];
+  const std::size_t vertices = body.engines.deformation->volume_vertices();
+  TopologyDelta delta = body.engines.cutting->tidy(body.shared());
+  if (!delta.empty() && body.accept_change(delta, {})) {
+    tell_touches(body_id, delta);
+    changed_topology(body_id, std::move(delta));
+  }
+  output.report.edges_collapsed += vertices - body.engines.deformation->volume_vertices();  // each takes a vertex along
 }
 
 // What they know of the surface.
@@ -219,7 +178,7 @@ void Simulation::State::release(std::uint32_t body_id) {
 }
 
 void Simulation::State::changed_topology(std::uint32_t body_id, TopologyDelta delta) {
-  for (Tool& tool : tools) tool.grip.topology_changed(body_id, delta);
+  for (SimulationTool& tool : tools) tool.grip.topology_changed(body_id, delta);
   output.deltas.push_back({body_id, std::move(delta)});
 }
 
@@ -250,7 +209,8 @@ void Simulation::State::deform(std::uint32_t body_id) {
     if (const auto c = touch(body_id, i).constraints(); tool_of(i).pose)
       constraints.insert(constraints.end(), c.begin(), c.end());
   const std::size_t of_touches = constraints.size();
-  for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
+  for (SimulationTool& tool : tools)
+    tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
   reactions.assign(constraints.size(), {});
   const bool gripped = constraints.size() > of_touches;
   const bool left_alone = !gripped && is_idle(body_id);
@@ -267,22 +227,11 @@ void Simulation::State::deform(std::uint32_t body_id) {
     tell_touch(body_id, i, next);
   }
   tell_grips(std::span(reactions).subspan(of_touches));
-  if (const std::uint64_t steps = body.engines.deformation->implicit_steps(); steps != body.implicit_steps) {
-    if (!body.implicit) say(EventKind::driver_taken_over, body_id, 0);
-    body.implicit = true;
-    body.implicit_steps = steps;
-  } else if (body.implicit) {
-    body.implicit = false;
-    say(EventKind::driver_handed_back, body_id, 0);
-  }
-  if (const VertexId bad = body.engines.deformation->first_bad_vertex(); !body.frozen && bad != kNone) {
-    body.frozen = true;
-    say(EventKind::body_frozen, body_id, 0, "vertex " + std::to_string(bad));
-  }
+  for (auto& [kind, text] : body.watch_numerics()) say(kind, body_id, 0, std::move(text));
 }
 
 void Simulation::State::tell_grips(std::span<const Reaction> of_grips) {
-  for (Tool& tool : tools) {
+  for (SimulationTool& tool : tools) {
     tool.grip.felt(of_grips.first(tool.grip_constraints));
     of_grips = of_grips.subspan(tool.grip_constraints);
   }
@@ -308,7 +257,7 @@ void Simulation::State::split(std::uint32_t body_id) {
   const auto room = static_cast<std::uint32_t>(kMostBodies - std::min(kMostBodies, bodies.size()));
   Split split = split_body(*bodies[body_id], scene, next_id, room, part_specs);
   for (std::size_t n = 0; n < split.parts.size(); ++n)
-    for (Tool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
+    for (SimulationTool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
   for (TopologyDelta& delta : split.deltas) {
     tell_touches(body_id, delta);
     changed_topology(body_id, std::move(delta));
@@ -334,13 +283,13 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
 }
 
 void Simulation::State::follow_hands() {
-  for (Tool& tool : tools)
+  for (SimulationTool& tool : tools)
     if (tool.pose) tool.grip.follow(*tool.pose, bodies);
 }
 
 void Simulation::State::move_rigid_pieces() {
   grips.clear();
-  for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
+  for (SimulationTool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
   rigid_touches.clear();
   for (const Grip& grip : grips) stirred[grip.body_id] = 1;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
@@ -366,30 +315,11 @@ void Simulation::State::tell_of_grips() {
 void Simulation::State::fit_contact_models() {
   bool in_contact = false;
   for (std::uint32_t i = 0; i < tools.size(); ++i) {
-    const Tool& tool = tools[i];
-    if (!tool.pose) continue;
-    ContactStep step;
-    step.reaction_world_n = tool.grip.force_on_tool_n();
-    if (tool.grip.is_at_work()) {  // what it holds pulls as well as pushes
-      step.state = ContactState::contact;
-      step.point_world_m = tool.pose->position_m;
-      if (step.reaction_world_n.norm() > 0) step.normal_world = step.reaction_world_n.normalized();
-    }
-    step.sim_time_s = output.sim_time_s;
-    step.tool_time_s = tool.time_s;
-    step.tip_world_m = tool.pose->position_m;
-    step.tip_velocity_world_m_per_s = tool.velocity_m_per_s;
+    if (!tools[i].pose) continue;
+    ContactStep step = tools[i].contact(output.sim_time_s);
     for (std::uint32_t b = 0; b < bodies.size(); ++b)
-      for (std::uint32_t e = 0; e < edges.size(); ++e) {
-        if (edges[e].tool_id != i) continue;
-        const SimulationTouch& t = touch(b, e);
-        step.reaction_world_n += t.force_on_tool_n();
-        if (t.state() <= step.state) continue;
-        step.state = t.state();
-        step.surface_known = t.surface_known();
-        step.point_world_m = t.point_world_m();
-        step.normal_world = t.normal_world();
-      }
+      for (std::uint32_t e = 0; e < edges.size(); ++e)
+        if (edges[e].tool_id == i) feel(touch(b, e), step);
     in_contact |= step.state != ContactState::free;
     output.contacts.push_back(tools[i].fitter.fit(step));
   }
@@ -481,15 +411,7 @@ std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) cons
 }
 double Simulation::energy_j() const {
   double energy = 0;
-  for (const auto& body : state_->bodies) {
-    if (!body->rigid) {
-      energy += body->engines.deformation->energy_j(body->shared());
-      continue;
-    }
-    const RigidBody& piece = body->rigid->body;
-    energy +=
-        piece.kinetic_energy_j() - piece.mass_kg() * state_->scene.gravity_m_per_s2.dot(piece.pose_world().position_m);
-  }
+  for (const auto& body : state_->bodies) energy += body->energy_j(state_->scene.gravity_m_per_s2);
   return energy;
 }
 const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {

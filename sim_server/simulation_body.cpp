@@ -59,6 +59,12 @@ void SimulationBody::begin(const EngineSite& site) {
   lips_.follow(mesh, all);
 }
 
+double SimulationBody::energy_j(const Vec3& gravity_m_per_s2) {
+  if (!rigid) return engines.deformation->energy_j(shared());
+  const RigidBody& piece = rigid->body;
+  return piece.kinetic_energy_j() - piece.mass_kg() * gravity_m_per_s2.dot(piece.pose_world().position_m);
+}
+
 const CollisionEngine& SimulationBody::tree() {
   if (tree_stale_) engines.collision->moved(view());
   tree_stale_ = false;
@@ -240,6 +246,23 @@ void SimulationBody::deform(std::span<const PointConstraint> constraints, std::s
   lips_.step(shared(), *engines.deformation, step_s);
   compact_.invalidate();
   tree_stale_ = true;
+}
+
+std::vector<std::pair<EventKind, std::string>> SimulationBody::watch_numerics() {
+  std::vector<std::pair<EventKind, std::string>> events;
+  if (const std::uint64_t steps = engines.deformation->implicit_steps(); steps != implicit_steps_) {
+    if (!implicit_) events.emplace_back(EventKind::driver_taken_over, "");
+    implicit_ = true;
+    implicit_steps_ = steps;
+  } else if (implicit_) {
+    implicit_ = false;
+    events.emplace_back(EventKind::driver_handed_back, "");
+  }
+  if (const VertexId bad = engines.deformation->first_bad_vertex(); !frozen && bad != kNone) {
+    frozen = true;
+    events.emplace_back(EventKind::body_frozen, "vertex " + std::to_string(bad));
+  }
+  return events;
 }
 
 void SimulationBody::watch_rest(const Scene& scene) {

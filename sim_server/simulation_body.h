@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "sim_server/bodies/particle_state.h"
@@ -14,6 +16,7 @@
 #include "sim_server/simulation_engines.h"
 #include "sim_server/simulation_lips.h"
 #include "sim_server/splitting/rigid_piece.h"
+#include "sim_server/step_io.h"
 
 namespace sectio {
 
@@ -43,6 +46,7 @@ class SimulationBody {
     return {particles.position_world_m.front().data(), particles.velocity_world_m_per_s.front().data()};
   }
   Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
+  double energy_j(const Vec3& gravity_m_per_s2);  // kinetic, elastic and gravitational; O(all)
   // The collision engine, told of the current positions.
   const CollisionEngine& tree();
 
@@ -79,6 +83,9 @@ class SimulationBody {
   void wake();
   // After deform(), when nothing touches it: it falls asleep when it has come to rest.
   void watch_rest(const Scene& scene);
+  // After that, what a person should know of how it went: another driver took over or gave back, or numerics failed,
+  // and the body is frozen from now on. With a text for the event.
+  std::vector<std::pair<EventKind, std::string>> watch_numerics();
   // After that: a contact makes a particle faster and puts it elsewhere.
   void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
@@ -98,8 +105,6 @@ class SimulationBody {
   std::vector<RestingLoad> loads;     // while it sleeps
   std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // numerics failed: it stays as it was
-  bool implicit = false;         // the last step was taken over by a driver that is always stable
-  std::uint64_t implicit_steps = 0;  // so far, as the deformation engine says
 
  private:
   void begin(const EngineSite& site);
@@ -113,6 +118,8 @@ class SimulationBody {
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
   bool asleep_ = false;
+  bool implicit_ = false;             // the last step was taken over by a driver that is always stable
+  std::uint64_t implicit_steps_ = 0;  // so far, as the deformation engine says
   Stillness stillness_;
   Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };

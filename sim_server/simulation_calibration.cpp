@@ -37,7 +37,8 @@ TriangleSoup block(int n) {
   const std::array<int, 3> count{6 * n, 6 * n, 4 * n};
   std::vector<VertexId> known(static_cast<std::size_t>((count[0] + 1) * (count[1] + 1) * (count[2] + 1)), kNone);
   const auto vertex = [&](const std::array<int, 3>& at) {
-    VertexId& id = known[static_cast<std::size_t>((at[0] * (count[1] + 1) + at[1]) * (count[2] + 1) + at[2])];
+    const int place = (at[0] * (count[1] + 1) + at[1]) * (count[2] + 1) + at[2];
+    VertexId& id = known[static_cast<std::size_t>(place)];
     if (id == kNone) {
       id = static_cast<VertexId>(soup.vertices_body_m.size());
       soup.vertices_body_m.push_back(Vec3(at[0], at[1], at[2]) * 0.01 / n);

@@ -1,9 +1,9 @@
 // Cuts in bodies that are volumes of tetrahedra (paper C, 3.2). Style semi_progressive: what the blade has cut through
 // whole is split along its sweep, and parts. Style progressive: edges that the blade crosses are split as it goes, for
-// good; and where it is inside elements the tissue parts up to its edge. That front is temporary: it is undone exactly
-// and made anew, further on, each time that the blade has gone on a little, and stays as it is where the blade stops.
-// A cut is planned on the volume itself and taken back exactly; what it has done to the surface becomes the delta.
-// Part of simulation.*.
+// good, and the cut is as deep as its tip; where it is inside elements the tissue parts up to its edge. That front is
+// temporary: it is undone exactly and made anew, further on, each time that the blade has gone on a little, and stays
+// as it is where the blade stops. A cut is planned on the volume itself and taken back exactly; what it has done to the
+// surface becomes the delta. Part of simulation.*.
 //
 //   front undone; blade's sweep -> cut(volume) -> what changed -> surface's delta; undo, front again     plan()
 //   delta accepted -> front undone, redo; model, surface's slots and state follow                        follow()

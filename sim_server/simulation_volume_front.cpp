@@ -19,6 +19,7 @@ constexpr double kPatience = 1.5;  // mean edges that a blade goes on in the hop
 constexpr double kJoined = 1.0;    // mean edges around a sheet: vertices of the cut that it goes on from
 // The side of a sheet where the blade is: corners are tip and heel of where it begins, heel and tip of where it ends.
 constexpr std::uint32_t kEnd = 1 << 2;
+constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // those along which its ends go
 
 }  // namespace
 
@@ -58,7 +59,7 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
   };
   Edge from = in_world(way.edges.front()), to = in_world(furthest(way));
   const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
-  if (follows()) from = {from.tip_m - kLap * element_m_ * ahead, from.heel_m - kLap * element_m_ * ahead};
+  from = {from.tip_m - kLap * element_m_ * ahead, from.heel_m - kLap * element_m_ * ahead};
   to = {to.tip_m + further_m * ahead, to.heel_m + further_m * ahead};
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
@@ -71,7 +72,7 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
   if (begin.empty()) return {};
   std::ranges::sort(begin);
   begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
-  CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact};
+  CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact, exact & kAlong};
   const Edge &first = way.edges.front(), &last = way.edges.back();
   const double reach_m =
       kJoined * element_m_ + std::max((last.tip_m - first.tip_m).norm(), (last.heel_m - first.heel_m).norm());
@@ -86,10 +87,10 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
 bool VolumeCutting::cut_for_good(Way& way, bool is_lifted) {
   const std::size_t mark = volume_.mark();
   TetCutOutcome outcome;
-  if (is_lifted || way.ends) outcome = cut_along(way, kThread * element_m_, follows() ? kEnd : 0);
+  if (is_lifted || way.ends) outcome = cut_along(way, kThread * element_m_, follows() ? kEnd | kAlong : 0);
   way.is_through = outcome.twins > 0 && (outcome.beyond & kEnd) == 0;
   if (!way.is_through) volume_.undo_to(mark);
-  if (!way.is_through && !is_lifted) outcome = cut_along(way, 0, 0);
+  if (!way.is_through && !is_lifted) outcome = cut_along(way, 0, follows() ? kAlong : 0);
   const bool may_wait = !is_lifted && way.since_cut_m < kPatience * element_m_;
   if (outcome.twins == 0 || (is_lifted && !way.is_through) || (may_wait && leaves_crumbs())) {
     volume_.undo_to(mark);  // nothing opens yet; or later, further on
@@ -105,7 +106,7 @@ bool VolumeCutting::cut_for_good(Way& way, bool is_lifted) {
 
 bool VolumeCutting::cut_front(Way& way) {
   const std::size_t mark = volume_.mark();
-  TetCutOutcome outcome = cut_along(way, -kLag * element_m_, kEnd);
+  TetCutOutcome outcome = cut_along(way, -kLag * element_m_, kEnd | kAlong);
   way.has_front = outcome.twins > 0 && !(way.since_cut_m < kPatience * element_m_ && leaves_crumbs());
   way.of_front.clear();
   way.ends = way.has_front && outcome.ahead_m < kThread * element_m_;

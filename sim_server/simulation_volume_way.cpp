@@ -10,14 +10,15 @@
 namespace sectio {
 namespace {
 
-constexpr double kEvery = 0.5;      // mean edges that a blade goes between two cuts
-constexpr double kFollow = 0.05;    // where the cut follows it into the element
-constexpr double kBehind = 2.0;     // mean edges that a sheet reaches behind the blade: into what was cut in part
-constexpr double kJustBehind = 1;   // where only its front may be so
-constexpr double kBeside = 0.3;     // mean edges beside a front that a blade has turned round in
-constexpr double kAround = 2;       // mean edges: tissue this close to a blade
-constexpr std::size_t kFewest = 8;  // vertices whose motion is one
-constexpr double kLongest = 8;      // mean edges: a sheet is flat, a way isn't
+constexpr double kEvery = 0.5;       // mean edges that a blade goes between two cuts
+constexpr double kFollow = 0.05;     // where the cut follows it into the element
+constexpr double kBehind = 2.0;      // mean edges that a sheet reaches behind the blade: into what was cut in part
+constexpr double kJustBehind = 0.5;  // where its front is open so far
+constexpr double kBeside = 0.3;      // mean edges beside a front that a blade has turned round in
+constexpr double kBack = 1.0;        // mean edges back from it
+constexpr double kAround = 2;        // mean edges: tissue this close to a blade
+constexpr std::size_t kFewest = 8;   // vertices whose motion is one
+constexpr double kLongest = 8;       // mean edges: a sheet is flat, a way isn't
 
 }  // namespace
 
@@ -127,7 +128,7 @@ double VolumeCutting::ahead_m(const Way& way) const {
   const Vec3 up = (now.heel_m - now.tip_m).normalized();
   const auto gone_m = [&](const Vec3& from, const Vec3& to) {
     const double m = (to - from).cross(up).norm();
-    return way.has_front && (to - from).dot(way.forward) < 0 ? -m : m;
+    return follows() && (to - from).dot(way.forward) < 0 ? -m : m;
   };
   return std::max(gone_m(way.open_to.tip_m, now.tip_m), gone_m(way.open_to.heel_m, now.heel_m));
 }
@@ -135,7 +136,7 @@ double VolumeCutting::ahead_m(const Way& way) const {
 // Each end where it is, or where the tissue is open when it has gone back.
 VolumeCutting::Edge VolumeCutting::furthest(const Way& way) const {
   Edge edge = way.edges.back();
-  if (!way.has_front) return edge;
+  if (!follows()) return edge;
   if ((edge.tip_m - way.open_to.tip_m).dot(way.forward) < 0) edge.tip_m = way.open_to.tip_m;
   if ((edge.heel_m - way.open_to.heel_m).dot(way.forward) < 0) edge.heel_m = way.open_to.heel_m;
   return edge;
@@ -143,13 +144,13 @@ VolumeCutting::Edge VolumeCutting::furthest(const Way& way) const {
 
 // It has turned round, and is where its front has nothing to do with it.
 bool VolumeCutting::has_left(const Way& way) const {
-  if (!way.has_front || ahead_m(way) >= 0) return false;
+  if (ahead_m(way) >= 0) return false;
   const Edge& now = way.edges.back();
   const Vec3 up = (way.open_to.heel_m - way.open_to.tip_m).normalized();
   const Vec3 normal = way.forward.cross(up).stableNormalized();
   const Vec3 tip = now.tip_m - way.open_to.tip_m, heel = now.heel_m - way.open_to.heel_m;
   return std::max(std::abs(normal.dot(tip)), std::abs(normal.dot(heel))) > kBeside * element_m_ ||
-         -0.5 * way.forward.dot(tip + heel) > kJustBehind * element_m_;
+         -0.5 * way.forward.dot(tip + heel) > kBack * element_m_;
 }
 
 }  // namespace sectio

@@ -70,11 +70,12 @@ struct StepReport {
   double added_mass_fraction = 0;  // by selective mass scaling
   std::uint64_t cuts_made = 0;     // deltas so far
   std::uint64_t cuts_refused = 0;
-  double removed_volume_m3 = 0;     // of fragments, at rest, so far
-  double penetration_m = 0;         // of pressing instruments beneath the surface, after this step
-  double instrument_work_j = 0;     // on deforming bodies, so far, what cutting took included
-  std::uint32_t bodies_asleep = 0;  // not stepped: they rest
-  double contact_time_s = 0;        // simulated time with any instrument in contact, so far
+  std::uint64_t edges_collapsed = 0;  // of volumes, so far: short ones that cuts had left
+  double removed_volume_m3 = 0;       // of fragments, at rest, so far
+  double penetration_m = 0;           // of pressing instruments beneath the surface, after this step
+  double instrument_work_j = 0;       // on deforming bodies, so far, what cutting took included
+  std::uint32_t bodies_asleep = 0;    // not stepped: they rest
+  double contact_time_s = 0;          // simulated time with any instrument in contact, so far
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
   std::vector<BodyCheck> checks;    // one a body

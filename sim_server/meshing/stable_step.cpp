@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/math/fixed_sequence.h"
+#include "common/math/lame.h"
 
 namespace sectio {
 namespace {
@@ -27,8 +28,7 @@ Element element(const TetMesh& mesh, const Tetrahedron& t) {
 }  // namespace
 
 double explicit_step_limit_s(const TetMesh& mesh, const ElasticConstants& constants, int iterations) {
-  const double mu = constants.young_pa / (2 * (1 + constants.poisson));
-  const double lambda = 2 * mu * constants.poisson / (1 - 2 * constants.poisson);
+  const auto [mu, lambda] = lame(constants.young_pa, constants.poisson);
   std::vector<Element> elements;
   std::vector<double> mass(mesh.vertices_body_m.size(), 0);
   for (const Tetrahedron& t : mesh.tetrahedra) {

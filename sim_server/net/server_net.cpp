@@ -15,7 +15,6 @@
 #include "common/delta/keyframe.h"
 #include "common/messages/chunks.h"
 #include "sim_server/net/sample_gate.h"
-#include "sim_server/net/state_encoder.h"
 
 namespace sectio {
 
@@ -29,63 +28,10 @@ constexpr double kKeyframeInterval_s = 0.1;  // at most one a body; requests in 
 constexpr double kIdle_s = 0.005;            // how long a request may lie
 constexpr double kChunkPause_s = 0.001;
 constexpr std::size_t kChunksPerRound = 16;  // between two looks into the outbox: 0.5 MB; off host 19 kB
-constexpr std::size_t kMaxOutboxDeltas = 16384;
-constexpr std::size_t kMaxOutboxEdits = 1u << 21;
-constexpr std::size_t kMaxOutboxEvents = 4096;
 
 std::uint64_t epoch_now() {
   const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count());
-}
-
-// What the simulation has put down and the publishing thread not yet picked up. Buffers keep their memory.
-struct Outbox {
-  std::vector<std::pair<BodyInfo, TriangleMesh>> new_bodies;
-  std::vector<BodyDelta> deltas;
-  std::size_t edits = 0;
-  // Instead of deltas, when there were too many: the bodies as they were then. Deltas above come after.
-  std::optional<std::vector<TriangleMesh>> meshes;
-  std::vector<Event> events;
-  std::vector<ContactModel> contacts;  // the newest of each tool
-  StateSnapshot snapshot;
-  bool snapshot_fresh = false;
-  bool snapshot_due = false;  // now, out of the rhythm or in it; otherwise with the next one
-  StepReport report;
-  std::uint64_t step = 0;
-  std::uint64_t samples_refused = 0;
-  Vec3 gravity_target_m_per_s2 = Vec3::Zero();
-  std::optional<std::string> end_reason;
-
-  bool urgent() const {
-    return !new_bodies.empty() || !deltas.empty() || !events.empty() || !contacts.empty() || snapshot_due || end_reason;
-  }
-};
-
-void keep_newest(std::vector<ContactModel>& models, const ContactModel& model) {
-  const auto same = std::ranges::find(models, model.tool_id, &ContactModel::tool_id);
-  if (same == models.end())
-    models.push_back(model);
-  else
-    *same = model;
-}
-
-void copy_state(const StepOutput& output, const WorldView& world, double step_wall_time_s, StateSnapshot& snapshot) {
-  snapshot.step = output.step;
-  snapshot.step_wall_time_s = step_wall_time_s;
-  snapshot.in_contact =
-      std::ranges::any_of(output.contacts, [](const ContactModel& model) { return model.state != ContactState::free; });
-  snapshot.gravity_m_per_s2 = output.gravity_m_per_s2;
-  snapshot.bodies.resize(world.bodies.size());
-  for (std::size_t b = 0; b < world.bodies.size(); ++b) {
-    snapshot.bodies[b].revision = world.bodies[b].mesh->revision();
-    snapshot.bodies[b].positions_world_m.assign(world.bodies[b].positions_world_m.begin(),
-                                                world.bodies[b].positions_world_m.end());
-  }
-  snapshot.tools.resize(world.tool_poses_world.size());
-  for (std::size_t t = 0; t < snapshot.tools.size(); ++t) {
-    const std::optional<JointPose>& pose = world.tool_poses_world[t];
-    snapshot.tools[t] = {pose.has_value(), pose.value_or(JointPose{})};
-  }
 }
 
 }  // namespace
@@ -222,10 +168,7 @@ void ServerNet::State::run() {
       if (stop && !outbox.urgent()) return;
       busy_s = busy_here_s;
       std::swap(batch, outbox);
-      outbox.report = batch.report;
-      outbox.step = batch.step;
-      outbox.samples_refused = batch.samples_refused;
-      outbox.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
+      outbox.go_on_from(batch);
     }
     const Clock::time_point begun = Clock::now();
     send(batch);
@@ -235,14 +178,7 @@ void ServerNet::State::run() {
     send_chunks();
     if (batch.end_reason) send_end(*batch.end_reason);
     busy_here_s += Seconds(Clock::now() - begun).count();
-    batch.new_bodies.clear();
-    batch.deltas.clear();
-    batch.edits = 0;
-    batch.meshes.reset();
-    batch.events.clear();
-    batch.contacts.clear();
-    batch.snapshot_fresh = batch.snapshot_due = false;
-    batch.end_reason.reset();
+    batch.clear();
   }
 }
 
@@ -419,35 +355,13 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
   bool urgent = false;
   {
     const std::lock_guard lock(s.mutex);
-    Outbox& box = s.outbox;
-    for (const BodyDelta& delta : output.deltas)
-      box.edits += delta.delta.vertices.size() + delta.delta.triangles.size();
     for (const NewBody& body : output.new_bodies) {
       s.body_infos.push_back(s.body_infos.at(body.parent_id));
       s.body_infos.back().name = body.name;
-      box.new_bodies.emplace_back(s.body_infos.back(), *world.bodies[body.body_id].mesh);
     }
-    box.deltas.insert(box.deltas.end(), output.deltas.begin(), output.deltas.end());
-    if (box.deltas.size() > kMaxOutboxDeltas || box.edits > kMaxOutboxEdits) {
-      box.deltas.clear();
-      box.edits = 0;
-      box.meshes.emplace();
-      for (const WorldView::Body& body : world.bodies) box.meshes->push_back(*body.mesh);
-    }
-    if (box.events.size() < kMaxOutboxEvents)
-      box.events.insert(box.events.end(), output.events.begin(), output.events.end());
-    for (const ContactModel& model : output.contacts) keep_newest(box.contacts, model);
-    // Topology that changed needs a state of its revision, should this be the last step for a while.
-    if (due || !output.deltas.empty()) {
-      copy_state(output, world, step_wall_time_s, box.snapshot);
-      box.snapshot_fresh = true;
-    }
-    box.snapshot_due = box.snapshot_due || due;
-    box.report = output.report;
-    box.step = output.step;
-    box.gravity_target_m_per_s2 = output.gravity_target_m_per_s2;
-    box.samples_refused = s.gate.refused() + s.damaged_samples;
-    urgent = box.urgent();
+    s.outbox.put(output, world, s.body_infos, step_wall_time_s, due);
+    s.outbox.samples_refused = s.gate.refused() + s.damaged_samples;
+    urgent = s.outbox.urgent();
   }
   if (urgent) s.wake.notify_one();
 }

@@ -5,26 +5,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
 #include "sim_server/net/other_servers.h"
-#include "sim_server/step_io.h"
+#include "sim_server/net/outbox.h"
 
 namespace sectio {
-
-// What the outbox may copy of the simulation's world. Spans are read during publish() only.
-struct WorldView {
-  struct Body {
-    const TriangleMesh* mesh = nullptr;
-    std::span<const Vec3f> positions_world_m;  // one entry a vertex slot
-  };
-  std::vector<Body> bodies;
-  std::vector<std::optional<JointPose>> tool_poses_world;
-};
 
 struct ServerNetOptions {
   NetworkOptions network;

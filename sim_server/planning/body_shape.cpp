@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "common/math/intersect.h"
+
 namespace sectio::planning {
 namespace {
 
@@ -12,39 +14,24 @@ constexpr double kBoxShare = 0.999;    // of its area that lies on the box aroun
 constexpr double kSharp = 0.5;         // a long square bar has 1
 constexpr double kOnCells = 0.01;      // of a cell
 
-struct Face {
-  Vec3 a, b, c;
-  Vec3 area_normal() const { return 0.5 * (b - a).cross(c - a); }
-};
-
-Face face(const TriangleSoup& surface, std::size_t t) {
+Corners corners(const TriangleSoup& surface, std::size_t t) {
   const auto& v = surface.triangles[t];
   return {surface.vertices_body_m[v[0]], surface.vertices_body_m[v[1]], surface.vertices_body_m[v[2]]};
 }
 
-// Along the ray, in lengths of direction; nothing: beside the face.
-std::optional<double> hit(const Face& f, const Vec3& origin, const Vec3& direction) {
-  const Vec3 u = f.b - f.a, w = f.c - f.a, p = direction.cross(w);
-  const double det = u.dot(p);
-  if (det == 0) return std::nullopt;
-  const Vec3 s = origin - f.a;
-  const double x = s.dot(p) / det;
-  if (x < 0 || x > 1) return std::nullopt;
-  const Vec3 q = s.cross(u);
-  const double y = direction.dot(q) / det;
-  if (y < 0 || x + y > 1) return std::nullopt;
-  return w.dot(q) / det;
+Vec3 area_normal(const Corners& c) {
+  return 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
 }
 
 // Tissue beneath the middle of a triangle.
 double depth_beneath_m(const TriangleSoup& surface, std::size_t t) {
-  const Face f = face(surface, t);
-  const Vec3 inwards = -f.area_normal().normalized(), from = (f.a + f.b + f.c) / 3;
+  const Corners c = corners(surface, t);
+  const Vec3 inwards = -area_normal(c).normalized(), from = (c[0] + c[1] + c[2]) / 3;
   double nearest = HUGE_VAL;
   for (std::size_t k = 0; k < surface.triangles.size(); ++k) {
     if (k == t) continue;
-    const auto at = hit(face(surface, k), from, inwards);
-    if (at && *at > 1e-9) nearest = std::min(nearest, *at);
+    const auto hit = cross_ray(from, inwards, corners(surface, k));
+    if (hit && hit->parameter > 1e-9) nearest = std::min(nearest, hit->parameter);
   }
   return nearest;
 }
@@ -53,13 +40,12 @@ double on_its_box(const TriangleSoup& surface, const Eigen::AlignedBox3d& box) {
   const double near = 1e-6 * box.diagonal().norm();
   double on = 0, all = 0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Face f = face(surface, t);
-    const double area = f.area_normal().norm();
+    const Corners c = corners(surface, t);
+    const double area = area_normal(c).norm();
     all += area;
     for (int k = 0; k < 3; ++k)
       for (const double side : {box.min()[k], box.max()[k]})
-        if (std::abs(f.a[k] - side) < near && std::abs(f.b[k] - side) < near && std::abs(f.c[k] - side) < near)
-          on += area;
+        if (std::ranges::all_of(c, [&](const Vec3& p) { return std::abs(p[k] - side) < near; })) on += area;
   }
   return on / all;
 }
@@ -69,7 +55,7 @@ double sharp_length_m(const TriangleSoup& surface) {
   std::map<std::pair<VertexId, VertexId>, Vec3> normal_at;  // of the first of an edge's two faces
   double sum = 0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Vec3 normal = face(surface, t).area_normal().normalized();
+    const Vec3 normal = area_normal(corners(surface, t)).normalized();
     for (std::size_t i = 0; i < 3; ++i) {
       const VertexId a = surface.triangles[t][i], b = surface.triangles[t][(i + 1) % 3];
       const auto [at, is_new] = normal_at.try_emplace(std::minmax(a, b), normal);
@@ -93,13 +79,14 @@ BodyShape shape_of(const TriangleSoup& surface) {
   std::vector<std::pair<double, double>> depths;  // with the area that has it
   const std::size_t every = std::max<std::size_t>(1, surface.triangles.size() / kSamples);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Face f = face(surface, t);
-    shape.volume_m3 += f.a.dot(f.b.cross(f.c)) / 6;
-    area_m2 += f.area_normal().norm();
-    edges += ((f.b - f.a).norm() + (f.c - f.b).norm() + (f.a - f.c).norm()) / 3;
+    const Corners c = corners(surface, t);
+    const double triangle_m2 = area_normal(c).norm();
+    shape.volume_m3 += c[0].dot(c[1].cross(c[2])) / 6;
+    area_m2 += triangle_m2;
+    edges += ((c[1] - c[0]).norm() + (c[2] - c[1]).norm() + (c[0] - c[2]).norm()) / 3;
     if (t % every != 0) continue;
     const double depth = depth_beneath_m(surface, t);
-    if (std::isfinite(depth)) depths.emplace_back(depth, f.area_normal().norm());
+    if (std::isfinite(depth)) depths.emplace_back(depth, triangle_m2);
   }
   shape.edge_m = edges / static_cast<double>(surface.triangles.size());
   std::sort(depths.begin(), depths.end());
@@ -124,11 +111,11 @@ bool lies_on_cells(const BodyShape& shape, double cell_m) {
 std::optional<Chord> chord(const TriangleSoup& surface, const Vec3& origin, const Vec3& direction) {
   std::optional<Chord> found;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto at = hit(face(surface, t), origin, direction);
-    if (!at || *at < 0) continue;
-    if (!found) found = Chord{*at, *at};
-    found->enters = std::min(found->enters, *at);
-    found->leaves = std::max(found->leaves, *at);
+    const auto hit = cross_ray(origin, direction, corners(surface, t));
+    if (!hit) continue;
+    if (!found) found = Chord{hit->parameter, hit->parameter};
+    found->enters = std::min(found->enters, hit->parameter);
+    found->leaves = std::max(found->leaves, hit->parameter);
   }
   return found;
 }

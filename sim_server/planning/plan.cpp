@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/lame.h"
 #include "sim_server/planning/resolution.h"
 
 namespace sectio::planning {
@@ -23,7 +24,7 @@ bool is_lattice(Method m) {
 
 // What a method's fastest wave goes by: springs E, tetrahedra lambda + 2 mu, hexahedra lambda + 2 mu / 3.
 double modulus_pa(Method method, double young_pa, double poisson) {
-  const double mu = young_pa / (2 * (1 + poisson)), lambda = 2 * mu * poisson / (1 - 2 * poisson);
+  const auto [mu, lambda] = lame(young_pa, poisson);
   if (method == Method::tetra_springs) return young_pa;
   return is_lattice(method) ? lambda + 2 * mu / 3 : lambda + 2 * mu;
 }

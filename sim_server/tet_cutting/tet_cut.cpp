@@ -11,6 +11,8 @@
 namespace sectio {
 namespace {
 
+constexpr double kLasting = 3;  // times as far as other crossings are moved those at an end that lasts
+
 struct Crossing {
   VertexId a, b;  // a < b
   double t;       // from a
@@ -21,7 +23,11 @@ struct Crossing {
 class SheetCut {
  public:
   SheetCut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings)
-      : volume_(volume), outline_(sheet.outline_world_m), exact_(sheet.exact), settings_(settings) {
+      : volume_(volume),
+        outline_(sheet.outline_world_m),
+        exact_(sheet.exact),
+        lasting_(sheet.lasting),
+        settings_(settings) {
     SECTIO_ASSERT(outline_.size() >= 3, "a sheet has three corners");
     for (std::size_t i = 2; i < outline_.size(); ++i)
       normal_ += (outline_[i - 1] - outline_[0]).cross(outline_[i] - outline_[0]);
@@ -246,7 +252,8 @@ class SheetCut {
     crossings_.erase(std::unique(crossings_.begin(), crossings_.end()), crossings_.end());
     std::unordered_set<VertexId> snapped;
     for (const Crossing& c : crossings_) {  // what 3 has left of an edge is not divided as finely as an edge
-      const double snap = settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
+      const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
+      const double snap = coarse * settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
       if (std::min(c.t, 1 - c.t) <= snap) snapped.insert(c.t < 0.5 ? c.a : c.b);
     }
     std::erase_if(crossings_, [&](const Crossing& c) { return snapped.contains(c.a) || snapped.contains(c.b); });
@@ -380,7 +387,7 @@ class SheetCut {
 
   TetTopology& volume_;
   std::vector<Vec3> outline_;
-  std::uint32_t exact_;
+  std::uint32_t exact_, lasting_;
   TetCutSettings settings_;
   Vec3 normal_ = Vec3::Zero(), centre_ = Vec3::Zero();
   bool flat_ = false;

@@ -1,9 +1,8 @@
 // Cuts a volume of tetrahedra along a flat sheet by splitting the edges that it crosses (methods 4.2).
 //
 //   1  edges whose ends lie on different sides of the sheet's plane and which it crosses inside its outline
-//   2  a crossing close to an end of its edge is moved to that end: the cut goes to the vertex, not the vertex to the
-//   cut 3  the other edges are split where they cross, in ascending order of their ends. A tetrahedron of which three
-//   edges
+//   2  a crossing close to an end of its edge is moved there: the cut goes to the vertex, not the vertex to the cut
+//   3  the other edges are split where they cross, in ascending order of their ends. A tetrahedron of which three edges
 //      are crossed becomes 4, of which four are, 6; neighbours see the same splits, so that all faces match
 //   4  at a side of the outline where the cut is to end exactly: elements that the sheet enters are split as if it went
 //      on to where it leaves them; then what lies on the sheet, edges between vertices of 2 and 3, is split where that
@@ -25,8 +24,9 @@ struct CutSheet {
   // Vertices of a cut that this sheet goes on from: on the sheet, too, wherever they are.
   std::vector<VertexId> joined = {};
   // Sides of the outline, side i from corner i to the next, at which the cut is to end where they are, inside elements:
-  // bit i. At the others it ends with the last edges that the sheet crosses.
-  std::uint32_t exact = 0;
+  // bit i. At the others it ends with the last edges that the sheet crosses. And those of these at which it is to end
+  // only to a quarter of an edge, for the sake of the elements there, as they are to stay.
+  std::uint32_t exact = 0, lasting = 0;
 };
 
 struct TetCutSettings {

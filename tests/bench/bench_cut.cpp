@@ -10,21 +10,14 @@
 
 #include <array>
 #include <cstdio>
-#include <ctime>
 
+#include "common/core/processor_time.h"
 #include "sim_server/simulation_body.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/shapes.h"
 
 namespace sectio {
 namespace {
-
-// Of this thread on its processor: what else a machine does is not the cut's.
-double now_s() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 constexpr double kCell_m = 0.002;
 constexpr int kLayers = 4;
@@ -91,12 +84,12 @@ void cut_step(benchmark::State& state) {
   std::vector<TriangleId> changed;
   double plan_s = 0;
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
-    const double start_s = now_s();
+    const double start_s = processor_time_s();
     const CutPlan plan =
         plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings, true);
-    plan_s += now_s() - start_s;
+    plan_s += processor_time_s() - start_s;
     if (!body.accept_plan(plan, changed) || plan.refused) state.SkipWithError("a cut was refused");
-    return now_s() - start_s;
+    return processor_time_s() - start_s;
   });
   state.counters["plan_us"] = 1e6 * plan_s / kSteps;
 }
@@ -105,11 +98,11 @@ void plan_and_accept(benchmark::State& state) {
   const Pad pad(state.range(0));
   SimulationBody body(pad.scene.bodies[0], pad.scene, 0);
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
-    const double start_s = now_s();
+    const double start_s = processor_time_s();
     const CutPlan plan =
         plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings, true);
     if (!accept(plan, body.mesh, body.cuts) || plan.refused) state.SkipWithError("a cut was refused");
-    const double took_s = now_s() - start_s;
+    const double took_s = processor_time_s() - start_s;
     body.particles.resize(body.mesh.vertex_slots());
     for (const auto& [v, s] : plan.seeds) body.particles.place(v, s.position_world_m, s.velocity_world_m_per_s);
     return took_s;

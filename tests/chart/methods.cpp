@@ -20,26 +20,26 @@ constexpr double kStep = 1e-3;  // of the scenes; explicit models divide it
 class Descent final : public VolumeModel {
  public:
   Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
-      : solid_(mesh, material, settings, TetDriver::implicit_only), step_s_(settings.step_s), sweeps_(sweeps) {}
+      : VolumeModel(material, settings), solid_(mesh, material, settings, TetDriver::implicit_only), sweeps_(sweeps) {}
   void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
-    solid_.implicit_step(x, v, step_s_, sweeps_, constraints, reactions);
+    solid_.implicit_step(x, v, settings_.step_s, sweeps_, constraints, reactions);
   }
   void change(const TetChange& change) override { solid_.change(change); }
   const TetMesh& mesh() const override { return solid_.mesh(); }
-  const Vec3& gravity_m_per_s2() const override { return solid_.gravity_m_per_s2(); }
-  void set_gravity(const Vec3& g) override { solid_.set_gravity(g); }
+  void set_gravity(const Vec3& g) override {
+    VolumeModel::set_gravity(g);
+    solid_.set_gravity(g);
+  }
   double mass_kg(VertexId v) const override { return solid_.mass_kg(v); }
   double inverse_mass_per_kg(VertexId v) const override { return solid_.inverse_mass_per_kg(v); }
   double added_mass_fraction() const override { return solid_.added_mass_fraction(); }
-  double largest_stable_step_s() const override { return solid_.largest_stable_step_s(); }
   VertexId first_bad_vertex() const override { return solid_.first_bad_vertex(); }
   double energy_j(std::span<const Vec4f> x, std::span<const Vec4f> v) const override { return solid_.energy_j(x, v); }
   void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const { solid_.elastic_forces_n(x, f); }
 
  private:
   TetSolid solid_;
-  double step_s_;
   int sweeps_;
 };
 
@@ -49,7 +49,8 @@ std::string steps_text(double step_s, const std::string& with) {
   return text;
 }
 
-Method on_tets(const std::string& model, const std::string& driver, double step_s, bool is_ours, MakeVolume make) {
+Method on_tets(const std::string& model, const std::string& driver, double step_s, bool is_ours,
+               const MakeVolume& make) {
   return {model, driver, [=](const ChartScene& scene, int across) { return tet_specimen(scene, across, step_s, make); },
           is_ours};
 }
@@ -84,7 +85,7 @@ Method implicit_neo_hookean() {
 }
 // On the tetrahedra that a scene's body gets, from the lattice mesher; as many cubes of its lattice across, two or
 // more: what a single one gets right it gets right by accident.
-Method in_a_scene(const std::string& model, bool rides, MakeVolume make) {
+Method in_a_scene(const std::string& model, bool rides, const MakeVolume& make) {
   return {model, "as in a scene", [=](const ChartScene& scene, int across) -> std::unique_ptr<Specimen> {
             if (across < 2) return nullptr;
             const double volume_m3 = scene.size_m.prod(), cell_m = scene.across_m() / across;

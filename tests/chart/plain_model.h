@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 
 #include "common/math/fixed_sequence.h"
 #include "sim_server/deformation/tetra/tet_star.h"
@@ -13,9 +12,8 @@ namespace sectio::chart {
 class PlainModel : public VolumeModel {
  public:
   PlainModel(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings)
-      : mesh_(mesh),
-        material_(material),
-        settings_(settings),
+      : VolumeModel(material, settings),
+        mesh_(mesh),
         mass_(masses_by_volume(mesh, material.density_kg_per_m3)),
         x_(mesh.vertices_body_m),
         v_(x_.size(), Vec3::Zero()),
@@ -26,12 +24,8 @@ class PlainModel : public VolumeModel {
 
   void change(const TetChange&) override {}  // the scenes are cut before they begin
   const TetMesh& mesh() const override { return mesh_; }
-  const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
-  void set_gravity(const Vec3& g) override { settings_.gravity_m_per_s2 = g; }
   double mass_kg(VertexId v) const override { return mass_[v]; }
   double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
-  double added_mass_fraction() const override { return 0; }
-  double largest_stable_step_s() const override { return std::numeric_limits<double>::infinity(); }
   VertexId first_bad_vertex() const override {
     for (VertexId v = 0; v < x_.size(); ++v)
       if (!x_[v].allFinite()) return v;
@@ -104,8 +98,6 @@ class PlainModel : public VolumeModel {
   }
 
   TetMesh mesh_;
-  VolumeMaterial material_;
-  VolumeSettings settings_;
   std::vector<double> mass_, inverse_mass_;
   std::vector<TetShape> shape_;
   std::vector<Vec3> x_, v_, force_;

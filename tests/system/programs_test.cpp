@@ -182,7 +182,8 @@ TEST_F(Programs, interrupted_the_server_leaves_whole_files_and_says_goodbye) {
   expect_equal_at_the_end(*screen);
   EXPECT_EQ(hand->exit_code(), 0) << hand->output();
 
-  const nlohmann::json body = json("out/report.json")["bodies"][0];
+  const nlohmann::json report = json("out/report.json"), body = report["bodies"][0];
+  EXPECT_EQ(report["run"].at("edges_collapsed"), 0) << "a surface has none that could";
   EXPECT_TRUE(body["closed"].get<bool>());
   EXPECT_GT(body["revision"].get<int>(), 0);
   const auto replayed = program("sim_server", {"replay", file("out/journal")});

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <map>
 #include <thread>
 
 #include "render_client/net/client_net.h"
@@ -16,8 +17,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kGiveUp{30};
 
+using TrianglesByStep = std::map<std::uint64_t, std::size_t>;  // that the server had, of all bodies
+
 struct Viewer {
-  explicit Viewer(const NetworkOptions& network) : net(network) {}
+  Viewer(const NetworkOptions& network, const TrianglesByStep& of_server) : net(network), expected(of_server) {}
 
   void look() {
     const double now_s = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
@@ -25,15 +28,10 @@ struct Viewer {
     saw_split |= std::ranges::any_of(
         net.events(), [](const SessionEvent& e) { return e.kind == static_cast<std::uint8_t>(EventKind::body_split); });
     if (!replica.frame(now_s, frame)) return;
-    ++frames;
     std::size_t triangles = 0;
     for (const BodyFrame& body : frame.bodies)
       triangles += static_cast<std::size_t>(std::ranges::count_if(body.triangles, &Triangle::alive));
-    // Temporary subdivisions come and go by a few triangles; the part has 160.
-    if (frames > 1) {
-      EXPECT_NEAR(double(triangles), double(last_triangles), 60);
-    }
-    last_triangles = triangles;
+    EXPECT_EQ(triangles, expected.at(frame.step)) << "of step " << frame.step;
   }
   bool agrees_with(const Simulation& simulation) {
     look();
@@ -46,11 +44,10 @@ struct Viewer {
   }
 
   ClientNet net;
+  const TrianglesByStep& expected;
   World replica;
   Frame frame;
-  int frames = 0;
   bool saw_split = false;
-  std::size_t last_triangles = 0;
 };
 
 template <class Condition>
@@ -67,10 +64,12 @@ TEST(SplitOverDds, viewers_get_the_new_body_with_the_step_that_took_it_from_its_
   const NetworkOptions network = own_session();
   Operation op(loop_scene(FreeParts::rigid));
   ServerNet server({network, 1000, 1}, scene_info(op.scene), {op.mesh()});
-  Viewer viewer(network);
+  TrianglesByStep triangles;
+  Viewer viewer(network, triangles);
   WorldView world;
   const auto publish = [&](const StepOutput& out) {
     view_world(op.simulation, op.scene.tools.size(), world);
+    for (const WorldView::Body& body : world.bodies) triangles[out.step] += body.mesh->triangle_count();
     server.publish(out, world, 0.001);
     viewer.look();
   };
@@ -87,7 +86,7 @@ TEST(SplitOverDds, viewers_get_the_new_body_with_the_step_that_took_it_from_its_
   EXPECT_TRUE(viewer.saw_split);
   EXPECT_GT(op.mesh(1).triangle_count(), 120u);
 
-  Viewer late(network);
+  Viewer late(network, triangles);
   EXPECT_TRUE(wait_until([&] {
     op.rest(1);
     return late.agrees_with(op.simulation);

@@ -6,17 +6,14 @@
 #include <numeric>
 
 #include "common/core/error.h"
+#include "common/math/lame.h"
 #include "sim_server/deformation/home_frame.h"
 
 namespace sectio {
 namespace {
 
 constexpr double kSafety = 0.8;       // of the bound at rest, which no state at rest exceeds: room for deformation
-constexpr double kLeastMargin = 1.1;  // between two looks at the bound
-constexpr int kBoundEvery = 8;        // parts
 constexpr int kMostRefined = 4;       // times as many parts as at rest
-constexpr int kSweeps = 30;
-constexpr double kStill_m = 1e-8;
 constexpr int kFits = 20;             // rounds in which nodes follow their vertices
 constexpr double kSlightFill = 1e-3;  // material at a node, of a cell's, that no driver is changed for
 constexpr int kNewton = 6;
@@ -24,7 +21,7 @@ constexpr double kMostBeside = 0.3;  // cells: of what a cut makes
 constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
 
 HexMaterial hex_material_of(const VolumeMaterial& m) {
-  const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
+  const auto [mu, lambda] = lame(m.young_pa, m.poisson);
   return {mu, lambda + mu, m.density_kg_per_m3};
 }
 
@@ -32,10 +29,8 @@ HexMaterial hex_material_of(const VolumeMaterial& m) {
 
 HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
                    TetDriver driver, const HexSolid* from)
-    : body_(mesh, material, settings.fixed),
-      material_(material),
-      settings_(std::move(settings)),
-      driver_(driver),
+    : TwoDrivers(material, std::move(settings), driver),
+      body_(mesh, material, settings_.fixed),
       hex_material_(hex_material_of(material)),
       maker_(grid) {
   std::vector<std::uint32_t> all(mesh.tetrahedra.size());
@@ -91,8 +86,7 @@ void HexSolid::build() {
   for (VertexId v = 0; v < weight_.size(); ++v) weigh_corners(v);
   const double omega2 = omega2_at_rest(hex_material_, h, stiffest);
   explicit_limit_s_ = kSafety * damped_limit_s(omega2, material_.damping_per_s);
-  const double parts = std::ceil(settings_.step_s / explicit_limit_s_);
-  parts_ = last_parts_ = std::max(1, static_cast<int>(std::min(1000.0, parts)));
+  parts_ = last_parts_ = parts_for(explicit_limit_s_);
   position_.assign(node_mass_.size(), Vec4f::Zero());
   velocity_ = force_ = last_velocity_ = position_;
   written_position_.clear();
@@ -314,10 +308,6 @@ void HexSolid::support(std::span<const PointConstraint> constraints) {
   }
 }
 
-double HexSolid::largest_stable_step_s() const {
-  return HUGE_VAL;
-}
-
 void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   if (!placed_) place(position_world_m, velocity_m_per_s);
@@ -353,10 +343,7 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
 
 int HexSolid::explicit_step(int parts) {
   const double h = settings_.step_s / parts;
-  VelocityUpdate update;
-  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
-  update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
-  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  const VelocityUpdate update = velocity_update(h);
   const double cell_kg = std::pow(lattice_->grid.cell_m, 3) * material_.density_kg_per_m3;
   const auto slight_kg = static_cast<float>(kSlightFill * cell_kg);
   std::ranges::fill(force_, Vec4f::Zero());
@@ -379,19 +366,16 @@ int HexSolid::explicit_step(int parts) {
 
 void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
   const double h = settings_.step_s;
-  const Vec3 g = settings_.gravity_m_per_s2;
-  const double g2 = g.squaredNorm();
+  const ImplicitStart start(h, material_.damping_per_s, settings_.gravity_m_per_s2);
   inertial_.resize(position_.size());
   target_.resize(position_.size());
   for (std::size_t n = 0; n < position_.size(); ++n) {
-    const Vec3 at = position_[n].head<3>().cast<double>(), old = velocity_[n].head<3>().cast<double>();
-    inertial_[n] = target_[n] = at;
+    inertial_[n] = target_[n] = position_[n].head<3>().cast<double>();
     if (inverse_mass_[n] == 0) continue;
-    const Vec3 drift = (1 - material_.damping_per_s * h) * h * old;
-    inertial_[n] += drift + h * h * g;
-    // Begin with as much of gravity's pull as the node followed in the last step: none where it is at rest.
-    const Vec3 acceleration = (old - last_velocity_[n].head<3>().cast<double>()) / h;
-    target_[n] += drift + (g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0) * h * h * g;
+    const auto [inertial_m, guess_m] =
+        start.of(velocity_[n].head<3>().cast<double>(), last_velocity_[n].head<3>().cast<double>());
+    inertial_[n] += inertial_m;
+    target_[n] += guess_m;
   }
   held_.begin(constraints, supports_, inverse_mass_, h);
   const HeldPoints::Particles nodes{[&](std::uint32_t n) { return target_[n]; },
@@ -410,14 +394,9 @@ void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
   }
   for (std::size_t n = 0; n < position_.size(); ++n) {
     if (inverse_mass_[n] == 0) continue;
-    Vec3 moved = target_[n] - position_[n].head<3>().cast<double>();
-    const double furthest = kMaxVolumeSpeed_m_per_s * h, distance = moved.norm();
-    if (!std::isfinite(distance)) {
-      bad_ = true;
-      moved.setZero();
-    } else if (distance > furthest) {
-      moved *= furthest / distance;
-    }
+    const auto way = within_speed(target_[n] - position_[n].head<3>().cast<double>(), h);
+    bad_ |= !way;
+    const Vec3 moved = way.value_or(Vec3::Zero());
     position_[n].head<3>() += moved.cast<float>();
     velocity_[n].head<3>() = (moved / h).cast<float>();
   }

@@ -1,7 +1,7 @@
 // Model M4: lattice hexahedra with virtual nodes (hex_lattice.h, hex_kernel.h) that carry a mesh of tetrahedra, whose
-// vertices are what the engine moves. Two drivers as TetSolid has them: explicit in equal parts of the step, whose
-// bound on the largest frequency holds in any state and is not changed by cuts; more parts, up to four times as many,
-// where deformation has stiffened the body; beyond that, block descent. Deterministic, one thread.
+// vertices are what the engine moves. Two drivers (two_drivers.h): the bound of the explicit one holds in any state and
+// is not changed by cuts; more parts, up to four times as many, where deformation has stiffened the body; beyond that,
+// block descent. Deterministic, one thread.
 #pragma once
 
 #include <memory>
@@ -9,11 +9,11 @@
 #include "sim_server/deformation/held_points.h"
 #include "sim_server/deformation/hexa/hex_descent.h"
 #include "sim_server/deformation/tetra/tet_body.h"
-#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/two_drivers.h"
 
 namespace sectio {
 
-class HexSolid final : public VolumeModel {
+class HexSolid final : public TwoDrivers {
  public:
   // `from`: what this is a part of, whose nodes pass their state on. settings.least_part_s isn't needed. A fixed vertex
   // holds the node next to it, and what lies between four fixed corners of a tetrahedron.
@@ -27,27 +27,17 @@ class HexSolid final : public VolumeModel {
   // What has happened to vertices since the last step was done by impulses, which their nodes get.
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
-  const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
-  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   const TetMesh& mesh() const override { return body_.mesh(); }
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
   // As if each vertex of the surface had its share of its nodes' masses: impulses to any number of them, each found as
   // if it were alone, together never make a node faster than what hit it.
   double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
-  double added_mass_fraction() const override { return 0; }
-  double largest_stable_step_s() const override;
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
-  std::uint64_t implicit_steps() const override { return implicit_steps_; }
-  double residual_m() const override { return was_implicit_ ? residual_m_ : 0; }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
 
-  // Parts of a step as long as nothing is stretched much, and of the last one; the longest part that is stable at rest.
-  int parts() const { return parts_; }
+  // Of the last step; parts() as long as nothing is stretched much.
   int last_parts() const { return last_parts_; }
-  double explicit_limit_s() const { return explicit_limit_s_; }
-  bool last_step_was_implicit() const { return was_implicit_; }
-  double margin() const override { return was_implicit_ ? HUGE_VAL : margin_; }
 
   const HexLattice& lattice() const { return *lattice_; }
   const HexRows& rows() const { return rows_; }
@@ -82,9 +72,6 @@ class HexSolid final : public VolumeModel {
   void implicit_step(std::span<const PointConstraint> constraints);
 
   TetBody body_;
-  VolumeMaterial material_;
-  VolumeSettings settings_;
-  TetDriver driver_;
   HexMaterial hex_material_;
   LatticeMaker maker_;
   std::unique_ptr<HexLattice> lattice_;
@@ -96,11 +83,8 @@ class HexSolid final : public VolumeModel {
   std::vector<std::array<float, 8>> weight_;  // of the vertices
   std::vector<Vec3> beside_;                  // of the vertices: where they ride less where they are at rest, in cells
   std::size_t bound_ = 0;                     // vertices of which that is known
-  double explicit_limit_s_ = 0;
-  int parts_ = 1, last_parts_ = 1;
-  bool was_implicit_ = false, bad_ = false, placed_ = false;
-  std::uint64_t implicit_steps_ = 0;
-  double residual_m_ = 0, margin_ = 0;
+  int last_parts_ = 1;
+  bool bad_ = false, placed_ = false;
 
   std::vector<Vec4f> position_, velocity_, force_;  // of the nodes
   std::vector<Vec4f> written_position_, written_velocity_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/math/lame.h"
 
 namespace sectio {
 namespace {
@@ -15,13 +16,9 @@ double safety(double poisson) {
 }
 // Of the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
 constexpr double kRoomForDeformation = 1.05;
-constexpr int kBoundEvery = 8;  // parts of a step between two looks at the bound
-constexpr double kLeastMargin = 1.1;
-constexpr int kSweeps = 30;
-constexpr double kStill_m = 1e-8;  // sweeps that move no vertex further are enough
 
 void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetStiffness& stiffness) {
-  const double mu = m.young_pa / (2 * (1 + m.poisson)), lambda = 2 * mu * m.poisson / (1 - 2 * m.poisson);
+  const auto [mu, lambda] = lame(m.young_pa, m.poisson);
   stiffness.shear_pa[t] = factor * mu;
   stiffness.bulk_pa[t] = factor * (lambda + mu);
 }
@@ -29,7 +26,7 @@ void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetS
 }  // namespace
 
 TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
-    : body_(mesh, material, settings.fixed), material_(material), settings_(std::move(settings)), driver_(driver) {
+    : TwoDrivers(material, std::move(settings), driver), body_(mesh, material, settings_.fixed) {
   stiffness_.shear_pa.resize(mesh.tetrahedra.size());
   stiffness_.bulk_pa.resize(mesh.tetrahedra.size());
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
@@ -42,7 +39,7 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   }
   const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2, material_.damping_per_s);
-  parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / explicit_limit_s_))));
+  parts_ = parts_for(explicit_limit_s_);
   rows_.build(body_.mesh(), body_.stars(), stiffness_);
   std::vector<TetVertex> rows(vertices);
   for (VertexId v = 0; v < vertices; ++v) rows[v] = row_of(v);
@@ -87,10 +84,6 @@ void TetSolid::change(const TetChange& change) {
   resize_slots<Vec4f>(last_velocity_, body_.vertex_count(), Vec4f::Zero());
 }
 
-double TetSolid::largest_stable_step_s() const {
-  return HUGE_VAL;
-}
-
 void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   start_position_.assign(position_world_m.begin(), position_world_m.end());
@@ -113,10 +106,7 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
 
 bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
   const double h = settings_.step_s / parts_;
-  VelocityUpdate update;
-  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
-  update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
-  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  const VelocityUpdate update = velocity_update(h);
   for (int part = 0; part < parts_; ++part) {
     const bool look = part % kBoundEvery == 0;
     const double bound = double{update_pressures(rows_, look, position_world_m)};
@@ -152,20 +142,16 @@ Mat3 TetSolid::block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m
 void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s,
                              int sweeps, std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   const double h = step_s;
-  const Vec3 g = settings_.gravity_m_per_s2;
-  const double g2 = g.squaredNorm();
+  const ImplicitStart start(h, material_.damping_per_s, settings_.gravity_m_per_s2);
   inertial_.resize(position_world_m.size());
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   for (VertexId v = 0; v < inertial_.size(); ++v) {
     inertial_[v] = position_world_m[v];
     if (body_.inverse_mass()[v] == 0) continue;
-    const Vec3 old = velocity_m_per_s[v].head<3>().cast<double>();
-    const Vec3 drift = (1 - material_.damping_per_s * h) * h * old;
-    inertial_[v].head<3>() += (drift + h * h * g).cast<float>();
-    // Begin with as much of gravity's pull as the vertex followed in the last step: none where it is at rest.
-    const Vec3 acceleration = (old - last_velocity_[v].head<3>().cast<double>()) / h;
-    const double share = g2 > 0 ? std::clamp(acceleration.dot(g) / g2, 0.0, 1.0) : 0;
-    position_world_m[v].head<3>() += (drift + share * h * h * g).cast<float>();
+    const auto [inertial_m, guess_m] =
+        start.of(velocity_m_per_s[v].head<3>().cast<double>(), last_velocity_[v].head<3>().cast<double>());
+    inertial_[v].head<3>() += inertial_m.cast<float>();
+    position_world_m[v].head<3>() += guess_m.cast<float>();
   }
   update_pressures(rows_, false, position_world_m);
   const std::span<float> scratch(scratch_.data()->bulk.data(), scratch_.size() * kLanes);
@@ -188,14 +174,9 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   }
   for (VertexId v = 0; v < inertial_.size(); ++v) {
     if (body_.inverse_mass()[v] == 0) continue;
-    Vec3 moved = (position_world_m[v] - start_position_[v]).head<3>().cast<double>();
-    const double furthest = kMaxVolumeSpeed_m_per_s * h, distance = moved.norm();
-    if (!std::isfinite(distance)) {
-      if (first_bad_vertex_ == kNone) first_bad_vertex_ = v;
-      moved.setZero();
-    } else if (distance > furthest) {
-      moved *= furthest / distance;
-    }
+    const auto way = within_speed((position_world_m[v] - start_position_[v]).head<3>().cast<double>(), h);
+    if (!way && first_bad_vertex_ == kNone) first_bad_vertex_ = v;
+    const Vec3 moved = way.value_or(Vec3::Zero());
     position_world_m[v].head<3>() = start_position_[v].head<3>() + moved.cast<float>();
     velocity_m_per_s[v].head<3>() = (moved / h).cast<float>();
   }

@@ -19,9 +19,8 @@ constexpr double kLeastSecondLength = 0.3;  // of a spring between second neighb
 
 TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
                        const TetSpringOptions& options)
-    : body_(mesh, material, settings.fixed),
-      material_(material),
-      settings_(std::move(settings)),
+    : VolumeModel(material, std::move(settings)),
+      body_(mesh, material, settings_.fixed),
       options_(options),
       net_(body_, material, options.second_share) {
   if (options_.second_share > 0) {
@@ -48,7 +47,7 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
   std::iota(all.begin(), all.end(), VertexId{0});
   omega2_.set(with_room(all.size()), 0);
   weigh_all(all, settings_.least_part_s, [](VertexId, const SpringsAtVertex&) {});
-  parts_ = std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / part_limit_s()))));
+  parts_ = parts_for(part_limit_s());
   std::vector<std::uint32_t> degree;
   for (const VertexId v : all) degree.push_back(static_cast<std::uint32_t>(net_.degree(v)));
   rows_.layout(degree);
@@ -140,10 +139,7 @@ void TetSprings::change(const TetChange& change) {
 void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                       std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   const double h = settings_.step_s / parts_;
-  VelocityUpdate update;
-  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
-  update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
-  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  VelocityUpdate update = velocity_update(h);
   update.damper_s = static_cast<float>(options_.damper_s);
   constraints_.begin(constraints, position_world_m, parts_);
   for (int part = 0; part < parts_; ++part) {

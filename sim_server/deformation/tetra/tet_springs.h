@@ -49,8 +49,6 @@ class TetSprings final : public VolumeModel {
   void change(const TetChange& change) override;
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
-  const Vec3& gravity_m_per_s2() const override { return settings_.gravity_m_per_s2; }
-  void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   const TetMesh& mesh() const override { return body_.mesh(); }
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
@@ -97,8 +95,6 @@ class TetSprings final : public VolumeModel {
   void write_mass(VertexId v);
 
   TetBody body_;
-  VolumeMaterial material_;
-  VolumeSettings settings_;
   TetSpringOptions options_;
   TetSpringNet net_;
   TensileTest as_made_, calibrated_;

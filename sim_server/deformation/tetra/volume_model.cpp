@@ -1,6 +1,20 @@
 #include "sim_server/deformation/tetra/volume_model.h"
 
+#include <algorithm>
+
 namespace sectio {
+
+int VolumeModel::parts_for(double part_limit_s) const {
+  return std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / part_limit_s))));
+}
+
+VelocityUpdate VolumeModel::velocity_update(double part_s) const {
+  VelocityUpdate update;
+  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * part_s);
+  update.gravity_step = (part_s * settings_.gravity_m_per_s2).cast<float>();
+  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  return update;
+}
 
 double VolumeModel::energy_of_motion_j(std::span<const Vec4f> position_world_m,
                                        std::span<const Vec4f> velocity_m_per_s) const {

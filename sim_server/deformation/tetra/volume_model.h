@@ -5,10 +5,12 @@
 #include <cmath>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/point_constraint.h"
+#include "sim_server/deformation/spring_kernel.h"
 
 namespace sectio {
 
@@ -34,6 +36,8 @@ constexpr double kMaxVolumeSpeed_m_per_s = 5;
 
 class VolumeModel {
  public:
+  VolumeModel(VolumeMaterial material, VolumeSettings settings)
+      : material_(std::move(material)), settings_(std::move(settings)) {}
   virtual ~VolumeModel() = default;
 
   // The volume has been cut, or a part of it has left. Rows of what was touched are written anew, nothing else; what
@@ -43,25 +47,32 @@ class VolumeModel {
   // By settings.step_s. reactions: one a constraint.
   virtual void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) = 0;
-  virtual const Vec3& gravity_m_per_s2() const = 0;
-  virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
+  const Vec3& gravity_m_per_s2() const { return settings_.gravity_m_per_s2; }
+  virtual void set_gravity(const Vec3& gravity_m_per_s2) { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   virtual const TetMesh& mesh() const = 0;                   // numbers that are not used any more included
   virtual double mass_kg(VertexId v) const = 0;              // the tissue's own
   virtual double inverse_mass_per_kg(VertexId v) const = 0;  // of the effective mass; 0 when fixed
-  virtual double added_mass_fraction() const = 0;
-  virtual double largest_stable_step_s() const = 0;           // of settings.step_s; infinite when there is none
-  virtual std::uint64_t implicit_steps() const { return 0; }  // taken over from an explicit driver, so far
-  virtual double residual_m() const { return 0; }             // see DeformationEngine
-  virtual double margin() const { return HUGE_VAL; }          // likewise; infinite when the last step was implicit
-  virtual VertexId first_bad_vertex() const = 0;              // kNone while all is finite
+  virtual double added_mass_fraction() const { return 0; }
+  virtual double largest_stable_step_s() const { return HUGE_VAL; }  // of settings.step_s; infinite: there is none
+  virtual std::uint64_t implicit_steps() const { return 0; }         // taken over from an explicit driver, so far
+  virtual double residual_m() const { return 0; }                    // see DeformationEngine
+  virtual double margin() const { return HUGE_VAL; }  // likewise; infinite when the last step was implicit
+  virtual VertexId first_bad_vertex() const = 0;      // kNone while all is finite
 
   // Kinetic, elastic and gravitational. O(n).
   virtual double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const = 0;
 
  protected:
+  // As few equal parts of a step as are no longer than that, but never more than 1000.
+  int parts_for(double part_limit_s) const;
+  // What an explicit part of a step has besides the forces.
+  VelocityUpdate velocity_update(double part_s) const;
   // Without the elastic part, for models whose particles are the vertices.
   double energy_of_motion_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
+
+  VolumeMaterial material_;
+  VolumeSettings settings_;
 };
 
 // rho V / 4 from each tetrahedron at a vertex.

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "common/delta/keyframe.h"
+#include "common/math/trace.h"
 #include "common/mesh/check.h"
+#include "sim_server/scene/scene.h"
 #include "sim_server/simulation.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/simulation_volume.h"
@@ -182,6 +184,31 @@ TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
   EXPECT_GT(both, 50u);
   EXPECT_EQ(op.simulation.body_count(), 3u);
   EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
+}
+
+// The side through which the blade came is open, too, although the blade had pressed it in.
+TEST(VolumeParts, a_cut_begins_at_the_skin) {
+  for (const std::string style : {"semi_progressive", "progressive"}) {
+    Scene scene = with_volumes(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml"));
+    scene.bodies[0].cutting.style = style;
+    Operation op(scene);
+    for (int n = 0; n < 1500; ++n) {
+      const TracePoint at = point_at(scene.tools[0].trace, n * Operation::kSample_s);
+      op.step({{0, at.pose_world}});
+    }
+    double first_m = 1, last_m = -1, face_m = 1;
+    for (const Triangle& t : op.mesh().triangles())
+      for (const VertexId v : t.v) {
+        if (!t.alive()) continue;
+        const double y_m = op.mesh().rest_body_m(v).y();
+        face_m = std::min(face_m, y_m);
+        if (t.surface != Surface::wall) continue;
+        first_m = std::min(first_m, y_m);
+        last_m = std::max(last_m, y_m);
+      }
+    EXPECT_NEAR(first_m, face_m, 1e-4) << style;
+    EXPECT_GT(last_m, face_m + 0.005) << style;
+  }
 }
 
 // The blade is taken out on the way, and goes on later, wherever that was.
