@@ -141,7 +141,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   volume_.fetch_states_from({});
   if (!planned) return plan;
   for (const auto& [tool, way] : pending.ways)
-    if (way.is_through && std::erase_if(plan.strokes, [&](const Stroke& s) { return s.tool_id == tool; }) > 0)
+    if (way.is_through && std::erase_if(plan.strokes, [id = tool](const Stroke& s) { return s.tool_id == id; }) > 0)
       plan.outcomes.push_back({tool, StrokeEnd::lifted});
   pending_ = std::move(pending);
   return plan;

@@ -296,8 +296,9 @@ class SheetCut {
     for (std::size_t n = 1; n < faces.size(); ++n) {
       const auto& [face, t] = faces[n];
       if (faces[n - 1].first != face || side_of(faces[n - 1].second) == side_of(t)) continue;
-      const auto at = [&](std::size_t k) -> const Vec3& { return volume_.vertex(face[k]).position_world_m; };
-      if (is_entered({at(0), at(1), at(2)})) entered.push_back(face);
+      std::vector<Vec3> corners;
+      for (const VertexId v : face) corners.push_back(volume_.vertex(v).position_world_m);
+      if (is_entered(std::move(corners))) entered.push_back(face);
     }
     return entered;
   }

@@ -49,6 +49,7 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
   weigh_all(all, settings_.least_part_s, [](VertexId, const SpringsAtVertex&) {});
   parts_ = parts_for(part_limit_s());
   std::vector<std::uint32_t> degree;
+  degree.reserve(all.size());
   for (const VertexId v : all) degree.push_back(static_cast<std::uint32_t>(net_.degree(v)));
   rows_.layout(degree);
   for (const VertexId v : all) {
