@@ -272,8 +272,9 @@ class SheetCut {
     }
     std::sort(edges.begin(), edges.end());
     crossings_.clear();
-    for (std::size_t n = 1; n < edges.size(); ++n)
-      if (edges[n] == edges[n - 1]) crossings_.push_back(edges[n]);
+    for (std::size_t n = 1; n < edges.size(); ++n)  // more than two faces where sheets meet: once all the same
+      if (edges[n] == edges[n - 1] && (crossings_.empty() || !(crossings_.back() == edges[n])))
+        crossings_.push_back(edges[n]);
     split();
   }
   // Corners ascending. Each is between two tetrahedra.
