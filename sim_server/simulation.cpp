@@ -157,13 +157,13 @@ void Simulation::State::step_and_check(std::uint32_t body_id, bool gravity_turne
 
 void Simulation::State::tidy(std::uint32_t body_id) {
   SimulationBody& body = *bodies[body_id];
-  const std::size_t vertices = body.engines.deformation->volume_vertices();
+  const std::uint64_t collapsed = body.engines.cutting->edges_collapsed();
   TopologyDelta delta = body.engines.cutting->tidy(body.shared());
   if (!delta.empty() && body.accept_change(delta, {})) {
     tell_touches(body_id, delta);
     changed_topology(body_id, std::move(delta));
   }
-  output.report.edges_collapsed += vertices - body.engines.deformation->volume_vertices();  // each takes a vertex along
+  output.report.edges_collapsed += body.engines.cutting->edges_collapsed() - collapsed;
 }
 
 // What they know of the surface.

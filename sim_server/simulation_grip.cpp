@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 namespace {
 
@@ -28,8 +30,7 @@ std::vector<VertexId> vertices_near(SimulationBody& body, const Vec3& at_world_m
   for (const TriangleId t : triangles)
     for (const VertexId v : body.mesh.triangle(t).v)
       if ((position_of(body, v) - at_world_m).norm() <= within_m) near.push_back(v);
-  std::ranges::sort(near);
-  near.erase(std::unique(near.begin(), near.end()), near.end());
+  each_once(near);
   return near;
 }
 

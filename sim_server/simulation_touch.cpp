@@ -360,8 +360,7 @@ void SimulationTouch::rest_in_groove() {
   if (is_out && (tip - ended_at_).dot(normal_) > kLetGoM) return set_free();
   if (is_out && with_templates() && body_.tree().hits(body_.view(), tip, heel).empty()) return set_free();
   const Vec3 away = tip - ended_at_;
-  if ((away - away.dot(normal_) * normal_).norm() > left_behind_m())
-    phase_ = body_.tree().inside(body_.view(), tip) ? Phase::searching : Phase::free;
+  if ((away - away.dot(normal_) * normal_).norm() > left_behind_m()) phase_ = is_out ? Phase::free : Phase::searching;
 }
 
 void SimulationTouch::planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed) {

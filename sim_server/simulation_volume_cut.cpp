@@ -14,13 +14,6 @@ constexpr double kStaysOpen = 0.75;  // of a front's area, when it is made anew
 constexpr double kSameM = 1e-9;
 constexpr double kStuck = 0.5;  // mean edges that a blade goes on in the hope that it can be
 
-double mean_edge_m(const TetMesh& mesh) {
-  double sum = 0;
-  for (const Tetrahedron& t : mesh.tetrahedra)
-    for (const auto& [i, j] : kTetEdges) sum += (mesh.vertices_body_m[t[i]] - mesh.vertices_body_m[t[j]]).norm();
-  return sum / (6.0 * static_cast<double>(mesh.tetrahedra.size()));
-}
-
 // The blade goes through the surface where it did, moved on with it: the nearest of the triangles that it has swept.
 void move_on(const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
   if (motion.path.empty()) return;
@@ -40,11 +33,11 @@ void move_on(const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
 
 // The triangle that the blade touches may have been divided, or opened: it is on the nearest of those in its place.
 void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& at_m, Stroke& stroke) {
+  const auto& [a, b, c] = stroke.touched;
+  if (after.find_triangle(a, b, c) != kNone && (position_of(after, stroke) - at_m).norm() < kSameM) return;
   std::vector<TriangleId> skin;
   for (const TriangleEdit& e : delta.triangles)
     if (e.triangle.alive() && e.triangle.surface == Surface::skin) skin.push_back(e.id);
-  const auto& [a, b, c] = stroke.touched;
-  if (after.find_triangle(a, b, c) != kNone && (position_of(after, stroke) - at_m).norm() < kSameM) return;
   const SurfacePoint nearest = nearest_on(after, skin, at_m);
   if (nearest.triangle == kNone) return;
   stroke.touched = after.triangle(nearest.triangle).v;
@@ -86,8 +79,7 @@ VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_o
       surface_(std::move(vertex_of), mesh.vertices_body_m.size()),
       element_m_(mean_edge_m(mesh)),
       tidied_(has_been_cut ? 0 : kNone) {
-  seen_.resize(volume_.vertex_count(), 0);
-  give_room(seen_);
+  met_.begin(volume_.vertex_count());
   settings_.style = CutStyle::templates;  // all of the edge that is in the body cuts
   settings_.cuts_inside = true;
 }

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "sim_server/cutting/cutting_engine.h"
+#include "sim_server/deformation/tetra/vertex_set.h"
 #include "sim_server/deformation/tetra/volume_engine.h"
 #include "sim_server/simulation_volume_surface.h"
 #include "sim_server/tet_cutting/taken_back.h"
@@ -51,6 +52,7 @@ class VolumeCutting final : public CuttingEngine {
                std::span<const BladeMotion> motions) override;
   void follow(const SharedBody& body, const TopologyChange& change) override;
   TopologyDelta tidy(const SharedBody& body) override;
+  std::uint64_t edges_collapsed() const override { return edges_collapsed_; }
 
   const TetTopology& volume() const { return volume_; }
   const VolumeSurface& surface() const { return surface_; }
@@ -72,7 +74,6 @@ class VolumeCutting final : public CuttingEngine {
     bool has_front = false;              // what is open there is temporary
     bool ends = false;                   // the tissue does, just ahead
     bool is_through = false;             // it has been cut to its end
-    Edge now_world;                      // the last one, where it is
     Pose frame_world;                    // of the tissue around it
     double since_cut_m = 0, next_m = 0;  // gone forward from there; the next cut is tried there
     std::vector<VertexId> cut;
@@ -124,7 +125,7 @@ class VolumeCutting final : public CuttingEngine {
   void settle();
   std::vector<VertexId> settled(const std::vector<VertexId>& vertices) const;
   TetCutOutcome cut_along(const Way& way, double further_m, std::uint32_t exact);
-  bool cut_for_good(Way& way, bool is_whole);
+  bool cut_for_good(Way& way, bool is_lifted);
   bool cut_front(Way& way);
   bool cut_all(std::span<const Stroke> strokes, std::span<const std::uint32_t> lifted, Pending& pending);
   double opened_m2() const;
@@ -150,10 +151,10 @@ class VolumeCutting final : public CuttingEngine {
   Kinds kinds_;  // of the surface that the front has divided
   std::optional<Pending> pending_;
   std::optional<Collapsing> collapsing_;
-  VertexId tidied_;                          // up to there, since the last cut; kNone: all
-  bool has_collapsed_ = false;               // an edge, in this round through all
-  mutable std::vector<std::uint32_t> seen_;  // by vertex: the round that met it last
-  mutable std::uint32_t round_ = 0;
+  VertexId tidied_;             // up to there, since the last cut; kNone: all
+  bool has_collapsed_ = false;  // an edge, in this round through all
+  std::uint64_t edges_collapsed_ = 0;
+  mutable VertexSet met_;  // around a blade; scratch
 };
 
 }  // namespace sectio

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/each_once.h"
 #include "sim_server/simulation_volume_cut.h"
 
 namespace sectio {
@@ -56,8 +57,7 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
 // Of those that there are, each once.
 VolumeCutting::Momentum VolumeCutting::momentum(const SharedBody& body, std::vector<VertexId> of) const {
   Momentum sum{std::move(of)};
-  std::ranges::sort(sum.of);
-  sum.of.erase(std::unique(sum.of.begin(), sum.of.end()), sum.of.end());
+  each_once(sum.of);
   for (const VertexId v : sum.of)
     if (v < engine_.position_world_m().size())
       sum.sum_n_s += engine_.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;

@@ -4,6 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "common/core/each_once.h"
 #include "common/math/intersect.h"
 #include "sim_server/simulation_volume_cut.h"
 
@@ -32,8 +33,7 @@ void VolumeCutting::settle() {
     way.has_front = false;
     way.cut.insert(way.cut.end(), way.of_front.begin(), way.of_front.end());
     way.of_front.clear();
-    std::ranges::sort(way.cut);
-    way.cut.erase(std::unique(way.cut.begin(), way.cut.end()), way.cut.end());
+    each_once(way.cut);
   }
 }
 
@@ -47,8 +47,7 @@ std::vector<VertexId> VolumeCutting::settled(const std::vector<VertexId>& vertic
     const auto ends = *volume_.made_from(made[k]);
     for (const VertexId v : ends) (volume_.made_from(v) ? made : found).push_back(v);
   }
-  std::ranges::sort(found);
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+  each_once(found);
   return found;
 }
 
@@ -71,8 +70,7 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
     begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
   }
   if (begin.empty()) return {};
-  std::ranges::sort(begin);
-  begin.erase(std::unique(begin.begin(), begin.end()), begin.end());
+  each_once(begin);
   CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact, exact & kAlong};
   const Edge &first = way.edges.front(), &last = way.edges.back();
   const double reach_m =
@@ -98,10 +96,8 @@ bool VolumeCutting::cut_for_good(Way& way, bool is_lifted) {
     way.is_through = false;
     return false;
   }
-  std::vector<VertexId> both;
-  std::ranges::sort(way.cut);
-  std::ranges::set_union(way.cut, outcome.on_sheet, std::back_inserter(both));
-  way.cut = std::move(both);
+  way.cut.insert(way.cut.end(), outcome.on_sheet.begin(), outcome.on_sheet.end());
+  each_once(way.cut);
   return true;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 
 std::uint32_t VolumeSplitting::tetrahedron_at(const SharedBody& body, TriangleId triangle) const {
@@ -30,8 +32,7 @@ Part VolumeSplitting::part_of(const SharedBody& body, std::span<const std::uint3
       part.vertices.insert(part.vertices.end(), v.begin(), v.end());
     }
   for (auto* list : {&part.triangles, &part.vertices}) {
-    std::ranges::sort(*list);
-    list->erase(std::unique(list->begin(), list->end()), list->end());
+    each_once(*list);
   }
   return part;
 }
@@ -41,8 +42,7 @@ PartSearch VolumeSplitting::separated(const SharedBody& body, std::span<const Tr
   std::vector<std::uint32_t> seeds;
   for (const TriangleId t : changed)
     if (t < body.mesh.triangle_slots() && body.mesh.triangle(t).alive()) seeds.push_back(tetrahedron_at(body, t));
-  std::ranges::sort(seeds);
-  seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  each_once(seeds);
   PartSearch result;
   if (seeds.empty()) return result;
   const Separated found = sectio::separated(seeds, [&](std::uint32_t t, std::vector<std::uint32_t>& neighbours) {

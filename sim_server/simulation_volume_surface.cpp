@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "common/core/each_once.h"
 #include "common/mesh/slot_table.h"
 
 namespace sectio {
@@ -134,8 +135,7 @@ std::vector<std::array<VertexId, 2>> VolumeSurface::pinched_edges(const Triangle
     for (const auto& [w, count] : to)
       if (count > 1) edges.push_back({std::min(v, w), std::max(v, w)});
   }
-  std::ranges::sort(edges);
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  each_once(edges);
   return edges;
 }
 

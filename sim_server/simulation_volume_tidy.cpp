@@ -65,6 +65,7 @@ void VolumeCutting::collapse(const SharedBody& body) {
   engine_.change(volume_.collapse(done.v, done.onto), {}, {}, freed);
   surface_.accept(done.slots);
   has_collapsed_ = true;
+  ++edges_collapsed_;
   for (auto& [tool, way] : ways_)
     for (auto* list : {&way.cut, &way.near}) std::erase(*list, done.v);
   keep(body, before);

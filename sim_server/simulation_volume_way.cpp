@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "common/math/intersect.h"
-#include "common/mesh/slot_table.h"
 #include "sim_server/simulation_volume_cut.h"
 
 namespace sectio {
@@ -47,11 +46,10 @@ Pose VolumeCutting::frame_around(const SharedBody& body, const Blade& blade, con
                                  std::vector<VertexId>& near) const {
   const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
   const std::vector<VertexId> begin = std::exchange(near, {});
-  resize_slots(seen_, volume_.vertex_count(), 0u);
-  ++round_;
+  met_.begin(volume_.vertex_count());
   std::vector<MatchedPoint> around;
   const auto meet = [&](VertexId v) {
-    if (std::exchange(seen_[v], round_) == round_) return;
+    if (!met_.insert(v)) return;
     const TetVertexState state = state_of(body, v);
     if (distance_to_segment(state.position_world_m, blade.tip_world_m, heel_m) > kAround * element_m_) return;
     around.push_back({state.rest_body_m, state.position_world_m, 1});
@@ -88,8 +86,8 @@ VolumeCutting::Way VolumeCutting::begin_way(const SharedBody& body, const MeshDr
 }
 
 void VolumeCutting::add_edge(Way& way, const Blade& blade) {
-  way.now_world = {blade.tip_world_m, blade.tip_world_m + blade.length_m * blade.up_world};
-  way.edges.push_back({way.frame_world.to_local(way.now_world.tip_m), way.frame_world.to_local(way.now_world.heel_m)});
+  way.edges.push_back({way.frame_world.to_local(blade.tip_world_m),
+                       way.frame_world.to_local(blade.tip_world_m + blade.length_m * blade.up_world)});
 }
 
 void VolumeCutting::go(const SharedBody& body, Way& way, const BladeMotion& motion) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/each_once.h"
 #include "common/delta/topology_delta.h"
 #include "common/mesh/patch.h"
 
@@ -144,8 +145,7 @@ class MeshWriter {
     touched.insert(touched.end(), after.begin(), after.end());
     std::sort(before.begin(), before.end());
     std::sort(after.begin(), after.end());
-    std::sort(touched.begin(), touched.end());
-    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    each_once(touched);
     const auto count = [](const std::vector<VertexId>& list, VertexId v) {
       const auto [first, last] = std::equal_range(list.begin(), list.end(), v);
       return static_cast<std::uint32_t>(last - first);

@@ -170,6 +170,13 @@ TetChange between(const TetChange& a, const TetChange& b) {
   return change;
 }
 
+double mean_edge_m(const TetMesh& mesh) {
+  double sum = 0;
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    for (const auto& [i, j] : kTetEdges) sum += (mesh.vertices_body_m[t[i]] - mesh.vertices_body_m[t[j]]).norm();
+  return sum / (6.0 * static_cast<double>(mesh.tetrahedra.size()));
+}
+
 TetSurface surface_of(const TetMesh& mesh) {
   const std::vector<Face> faces = sorted_faces(mesh);
   std::vector<std::uint8_t> outside(4 * mesh.tetrahedra.size(), 0);

@@ -55,6 +55,9 @@ inline double tet_volume_m3(const TetMesh& mesh, const Tetrahedron& t) {
   return tet_volume_m3(x[t[0]], x[t[1]], x[t[2]], x[t[3]]);
 }
 
+// Each edge as often as there are tetrahedra that have it.
+double mean_edge_m(const TetMesh& mesh);
+
 // The faces that belong to one tetrahedron only, outside outward, in the order of the tetrahedra.
 struct TetSurface {
   TriangleSoup soup;                // only vertices of the surface, ascending in their number in the volume

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 
 std::vector<VertexId> touched_vertices(const TopologyDelta& delta, const TriangleMesh& before) {
@@ -15,8 +17,7 @@ std::vector<VertexId> touched_vertices(const TopologyDelta& delta, const Triangl
     if (edit.id < before.triangle_slots()) add_corners(before.triangle(edit.id));
     add_corners(edit.triangle);
   }
-  std::sort(touched.begin(), touched.end());
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  each_once(touched);
   return touched;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 namespace {
 
@@ -85,8 +87,7 @@ void FrontTracker::topology_changed(const SurfaceView& view, std::span<const Tri
   if (known_.empty()) return;
   known_.insert(known_.end(), changed.begin(), changed.end());
   std::erase_if(known_, [&](TriangleId t) { return !view.alive(t); });
-  std::sort(known_.begin(), known_.end());
-  known_.erase(std::unique(known_.begin(), known_.end()), known_.end());
+  each_once(known_);
 }
 
 }  // namespace sectio

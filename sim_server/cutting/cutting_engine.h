@@ -20,6 +20,7 @@ class CuttingEngine : public Engine {
   // Instead, in a step in which no instrument is at the body: a little of what can wait. The mesh changes only when the
   // simulation applies the delta, as with a plan; most are empty.
   virtual TopologyDelta tidy(const SharedBody&) { return {}; }
+  virtual std::uint64_t edges_collapsed() const { return 0; }  // by that, so far
 };
 
 // Cuts surfaces, in the style that the settings say.

@@ -37,9 +37,8 @@ class DeformationEngine : public Engine {
   }
   virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;
-  virtual double added_mass_fraction() const { return 0; }   // by which it keeps itself stable
-  virtual std::size_t volume_vertices() const { return 0; }  // of a volume behind the surface, those of both
-  virtual VertexId first_bad_vertex() const = 0;             // kNone while all is finite
+  virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
+  virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite
   // Steps so far for which a driver that is always stable took over.
   virtual std::uint64_t implicit_steps() const { return 0; }
   // Of the last step: the largest stable step, or part of one, over that taken, as it was then.

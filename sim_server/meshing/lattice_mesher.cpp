@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/core/each_once.h"
 #include "common/core/error.h"
 #include "common/math/intersect.h"
 #include "sim_server/meshing/lattice.h"
@@ -94,8 +95,7 @@ class LatticeMesher {
       const auto [a, b] = lattice_.ends(c.edge);
       near.insert(near.end(), {a, b});
     }
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
+    each_once(near);
     for (const std::uint32_t v : near) {
       double closest = 1;
       Vec3 target;

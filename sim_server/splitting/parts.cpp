@@ -4,6 +4,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 namespace {
 
@@ -125,8 +127,7 @@ Part part_of(const TriangleMesh& mesh, std::vector<TriangleId> triangles) {
   part.vertices.reserve(3 * part.triangles.size());
   for (const TriangleId t : part.triangles)
     part.vertices.insert(part.vertices.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
-  std::sort(part.vertices.begin(), part.vertices.end());
-  part.vertices.erase(std::unique(part.vertices.begin(), part.vertices.end()), part.vertices.end());
+  each_once(part.vertices);
   return part;
 }
 
@@ -146,8 +147,7 @@ PartSearch separated_parts(const TriangleMesh& mesh, std::span<const TriangleId>
   std::vector<TriangleId> seeds;
   for (const TriangleId t : changed)
     if (t < mesh.triangle_slots() && mesh.triangle(t).alive()) seeds.push_back(t);
-  std::sort(seeds.begin(), seeds.end());
-  seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  each_once(seeds);
   Separated found = separated(seeds, [&](TriangleId t, std::vector<std::uint32_t>& neighbours) {
     neighbours.insert(neighbours.end(), mesh.neighbours(t).begin(), mesh.neighbours(t).end());
   });

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 namespace {
 
@@ -79,20 +81,13 @@ struct LinkOf {
       edges.insert(edges.end(), {{c[0], c[1]}, {c[0], c[2]}, {c[1], c[2]}});
       vertices.insert(vertices.end(), c.begin(), c.end());
     }
-    tidy(vertices), tidy(edges), tidy(triangles);
+    each_once(vertices), each_once(edges), each_once(triangles);
   }
   // Of the surface there.
   explicit LinkOf(const Fan& fan) : vertices(fan.rim) {
     for (std::size_t i = 0; i < fan.rim.size(); ++i)
       edges.push_back({std::min(fan.at(i), fan.at(i + 1)), std::max(fan.at(i), fan.at(i + 1))});
-    tidy(vertices), tidy(edges);
-  }
-
- private:
-  template <class T>
-  static void tidy(std::vector<T>& list) {
-    std::ranges::sort(list);
-    list.erase(std::unique(list.begin(), list.end()), list.end());
+    each_once(vertices), each_once(edges);
   }
 };
 
@@ -114,8 +109,7 @@ bool stays_manifold(const TetTopology& volume, VertexId v, VertexId w, const Fan
     ++around;
     std::ranges::copy_if(c, std::back_inserter(ends), [&](VertexId u) { return u != v && u != w; });
   }
-  std::ranges::sort(ends);
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  each_once(ends);
   if (common(at_v.vertices, at_w.vertices).size() != ends.size()) return false;
   if (common(at_v.edges, at_w.edges).size() != around) return false;
   if (!common(at_v.triangles, at_w.triangles).empty()) return false;
@@ -246,8 +240,7 @@ std::optional<VertexId> collapse_onto(const TetTopology& volume, VertexId v, dou
   for (const std::uint32_t t : volume.star(v))
     for (const VertexId w : volume.tetrahedra()[t])
       if (w != v) ends.emplace_back((volume.vertex(v).rest_body_m - volume.vertex(w).rest_body_m).squaredNorm(), w);
-  std::ranges::sort(ends);
-  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  each_once(ends);
   for (const auto& [length2, w] : ends)
     if (edge_ratio(volume, v, w) < ratio && judge_collapse(volume, v, w, kind) == CollapseVerdict::fine) return w;
   return {};

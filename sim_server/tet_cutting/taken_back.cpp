@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/core/each_once.h"
+
 namespace sectio {
 namespace {
 
@@ -14,8 +16,7 @@ std::vector<VertexId> parted(std::span<const TetStep> steps, VertexId first_made
   std::vector<VertexId> vertices;
   for (const TetStep& step : steps)
     if (step.b == kNone && step.a < first_made) vertices.push_back(step.a);
-  std::ranges::sort(vertices);
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  each_once(vertices);
   return vertices;
 }
 
@@ -116,8 +117,7 @@ std::vector<VertexId> TakenBack::give_states(TetTopology& volume) const {
     volume.set_state(vertices[k], states[k].position_world_m, states[k].velocity_m_per_s);
   const std::vector<VertexId> before = parted(steps_, now.first_added);
   vertices.insert(vertices.end(), before.begin(), before.end());
-  std::ranges::sort(vertices);
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  each_once(vertices);
   return vertices;
 }
 

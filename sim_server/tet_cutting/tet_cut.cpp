@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "common/core/each_once.h"
 #include "common/core/error.h"
 
 namespace sectio {
@@ -54,10 +55,8 @@ class SheetCut {
     for (std::size_t k = 0, end = on_sheet_.size(); k < end; ++k) separate(on_sheet_[k]);
     std::sort(on_sheet_.begin(), on_sheet_.end());
     if (exact_ != 0)
-      std::erase_if(on_sheet_, [&](VertexId v) {
-        if (opened_.contains(v) || joined_.contains(v) || inside(volume_.vertex(v).position_world_m)) return false;
-        outcome_.ahead.push_back(v);
-        return true;
+      std::erase_if(on_sheet_, [&](VertexId v) {  // where elements go on beyond it
+        return !opened_.contains(v) && !joined_.contains(v) && !inside(volume_.vertex(v).position_world_m);
       });
     outcome_.on_sheet = std::move(on_sheet_);
     outcome_.made = static_cast<std::uint32_t>(volume_.tetrahedra().size()) - tets_before_;
@@ -189,8 +188,7 @@ class SheetCut {
     } else {
       follow(begin);
     }
-    std::sort(crossings_.begin(), crossings_.end());
-    crossings_.erase(std::unique(crossings_.begin(), crossings_.end()), crossings_.end());
+    each_once(crossings_);
   }
 
   // Through the stars of crossed edges' ends.
@@ -248,8 +246,7 @@ class SheetCut {
         const double at_b = within(side, volume_.vertex(face[j]).position_world_m);
         if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
       }
-    std::sort(crossings_.begin(), crossings_.end());
-    crossings_.erase(std::unique(crossings_.begin(), crossings_.end()), crossings_.end());
+    each_once(crossings_);
     std::unordered_set<VertexId> snapped;
     for (const Crossing& c : crossings_) {  // what 3 has left of an edge is not divided as finely as an edge
       const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
@@ -272,17 +269,16 @@ class SheetCut {
     }
     std::sort(edges.begin(), edges.end());
     crossings_.clear();
-    for (std::size_t n = 1; n < edges.size(); ++n)  // more than two faces where sheets meet: once all the same
-      if (edges[n] == edges[n - 1] && (crossings_.empty() || !(crossings_.back() == edges[n])))
-        crossings_.push_back(edges[n]);
+    for (std::size_t n = 1; n < edges.size(); ++n)
+      if (edges[n] == edges[n - 1]) crossings_.push_back(edges[n]);
+    each_once(crossings_);  // of more than two faces where sheets meet
     split();
   }
   // Corners ascending. Each is between two tetrahedra.
   std::vector<std::array<VertexId, 3>> entered_faces() const {
     std::vector<std::uint32_t> around;
     for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
-    std::sort(around.begin(), around.end());
-    around.erase(std::unique(around.begin(), around.end()), around.end());
+    each_once(around);
     std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
     for (const std::uint32_t t : around)
       for (const auto& [i, j, k] : kTetFaces) {

@@ -45,8 +45,7 @@ struct TetCutOutcome {
   std::uint32_t made = 0;     // tetrahedra in place of these and their neighbours, net
   std::uint32_t splits = 0, snapped = 0, twins = 0;
   std::vector<VertexId> on_sheet;  // vertices of the cut, twins included; ascending
-  std::vector<VertexId> ahead;     // where it is exact: others on the sheet, closed, where elements go on beyond it
-  double ahead_m = 0;              // how far they do, at most
+  double ahead_m = 0;              // where it is exact: how far elements that it enters go on beyond it, at most
   std::uint32_t beyond = 0;  // sides of the outline beyond which elements go on that the sheet enters, if any is exact
   bool changed() const { return splits + twins > 0; }
 };

@@ -4,10 +4,10 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdio>
-#include <ctime>
 #include <map>
 #include <string>
 
+#include "common/core/processor_time.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/simulation_volume_cut.h"
 #include "tests/bench/best_times.h"
@@ -52,10 +52,10 @@ class Notch {
     const auto& volume = dynamic_cast<const VolumeCutting&>(*body_->engines.cutting).volume();
     const std::size_t before = volume.tetrahedra().size();
     for (double y_m = -0.5 * kCell; y_m < 5 * kCell; y_m += 0.5 * kCell) {
-      const std::clock_t start = std::clock();  // others may have the processor, too
+      const double start_s = processor_time_s();
       const CutPlan plan = plan_to(y_m);
       const bool accepted = body_->accept_plan(plan, changed_);
-      if (accepted && !plan.delta.empty()) seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+      if (accepted && !plan.delta.empty()) seconds += processor_time_s() - start_s;
     }
     tetrahedra = (volume.tetrahedra().size() - before) / 4;  // one that is cut becomes four or six: five
     return seconds;

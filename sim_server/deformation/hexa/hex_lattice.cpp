@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/core/each_once.h"
 #include "common/core/error.h"
 
 namespace sectio {
@@ -148,8 +149,7 @@ void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetM
   for (const std::uint32_t t : tetrahedra)
     for (std::size_t corner = 0; corner < 4 && mesh.tetrahedra[t] != kNoTetrahedron; ++corner)
       if (const std::uint32_t u = across(t, corner, mesh, stars); u != kNone) around.push_back(u);
-  std::ranges::sort(around);
-  around.erase(std::unique(around.begin(), around.end()), around.end());
+  each_once(around);
   for (const std::uint32_t t : around)
     if (mesh.tetrahedra[t] != kNoTetrahedron) find_contacts(t, mesh, stars);
 }

@@ -28,8 +28,7 @@ class TetSpringNet {
   // After the body has followed a change: vertices with other springs or another share of the stiffness between second
   // neighbours, and those at the other ends of their springs.
   void follow(const TetBody& body, std::span<const VertexId> touched);
-  std::span<const VertexId> changed() const { return changed_.list(); }
-  std::span<const VertexId> reached() const { return reached_.list(); }  // changed() first
+  std::span<const VertexId> reached() const { return reached_.list(); }  // the changed ones first
   bool has_changed(VertexId v) const { return changed_.contains(v); }
 
   std::size_t degree(VertexId v) const { return partners_[v].size(); }

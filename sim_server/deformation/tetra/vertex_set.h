@@ -19,10 +19,12 @@ class VertexSet {
     list_.clear();
     resize_slots<std::uint8_t>(in_, vertices, 0);
   }
-  void insert(VertexId v) {
-    if (in_[v] != 0) return;
+  // False: it is there already.
+  bool insert(VertexId v) {
+    if (in_[v] != 0) return false;
     in_[v] = 1;
     list_.push_back(v);
+    return true;
   }
   bool contains(VertexId v) const { return in_[v] != 0; }
   std::span<const VertexId> list() const { return list_; }

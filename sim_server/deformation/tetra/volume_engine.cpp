@@ -23,7 +23,6 @@ VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<Verte
   for (VertexId slot = 0; slot < vertex_of.size(); ++slot) give({slot, vertex_of[slot]});
   for (VertexId v = 0; v < home.size(); ++v) {
     position_[v].head<3>() = body.to_world(home[v]).cast<float>();
-    vertices_ += is_there(v);
     anchors_ += is_anchor(v);
   }
   give_room(position_, velocity_, slots_of_, vertex_of_);
@@ -43,18 +42,13 @@ void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_
     for (const Tetrahedron& t : {e.before, e.after})
       for (const VertexId v : t)
         if (v != kNone) touched_.insert(v);
-  for (const VertexId v : touched_.list()) {
-    if (v >= position_.size()) continue;
-    vertices_ -= is_there(v);
-    anchors_ -= is_anchor(v);
-  }
+  for (const VertexId v : touched_.list()) anchors_ -= v < position_.size() && is_anchor(v);
   model_->change(change);
   for (auto [table, added] : {std::pair{&position_, added_position_world_m}, {&velocity_, added_velocity_m_per_s}}) {
     resize_slots<Vec4f>(*table, model_->mesh().vertices_body_m.size(), Vec4f::Zero());
     std::ranges::copy(added, table->begin() + first_added);
   }
   for (const VertexId v : touched_.list()) {
-    vertices_ += is_there(v);
     anchors_ += is_anchor(v);
     if (!is_there(v)) velocity_[v].setZero();
   }

@@ -41,7 +41,6 @@ class VolumeEngine final : public DeformationEngine {
   double energy_j(const SharedBody& body) const override;
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   double added_mass_fraction() const override { return model_->added_mass_fraction(); }
-  std::size_t volume_vertices() const override { return vertices_; }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
   std::uint64_t implicit_steps() const override { return model_->implicit_steps(); }
   double margin(double) const override { return model_->margin(); }
@@ -80,7 +79,7 @@ class VolumeEngine final : public DeformationEngine {
   std::vector<VertexId> shared_slots_;  // of vertices that another slot has had before; ascending
   std::vector<std::uint8_t> slots_of_;  // by vertex: how many
   std::optional<VolumeFloor> floor_;
-  std::size_t vertices_ = 0, anchors_ = 0;
+  std::size_t anchors_ = 0;
   Pose frame_;
   std::vector<Vec4f> position_, velocity_;
   VertexSet touched_;  // scratch

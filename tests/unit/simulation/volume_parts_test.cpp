@@ -228,13 +228,6 @@ TEST(VolumeParts, a_cut_that_is_resumed_goes_through) {
   }
 }
 
-double mean_edge_m(const TetMesh& mesh) {
-  double sum = 0;
-  for (const Tetrahedron& t : mesh.tetrahedra)
-    for (const auto& [i, j] : kTetEdges) sum += (mesh.vertices_body_m[t[i]] - mesh.vertices_body_m[t[j]]).norm();
-  return sum / (6.0 * static_cast<double>(mesh.tetrahedra.size()));
-}
-
 // How far behind the blade's edge the opening ends, in each half of the bar, over a stroke; in mean edges.
 struct Opening {
   double most_behind = -1, most_ahead = -1;
