@@ -85,6 +85,7 @@ constexpr std::int32_t kLeastReaderDepth = 16;  // the newest sample of each ser
 
 template <class T>
 struct Writer<T>::Core {
+  const LostReaders* lost_readers = nullptr;
   dds::Publisher* publisher = nullptr;
   dds::DataWriter* writer = nullptr;
 };
@@ -101,6 +102,7 @@ Writer<T>::Writer(Participant& participant) : core_(std::make_unique<Core>()) {
   qos.reliable_writer_qos().times.heartbeatPeriod = duration(kHeartbeat_s);
   qos.reliable_writer_qos().times.nackResponseDelay = duration(0);
   qos.reliable_writer_qos().times.nackSupressionDuration = duration(0);
+  core_->lost_readers = &parts.lost_readers;
   core_->publisher = parts.publisher;
   core_->writer = parts.publisher->create_datawriter(topic_of<T>(parts), qos);
   if (core_->writer == nullptr) throw std::runtime_error(std::string("DDS refuses to write ") + topic.name);
@@ -122,6 +124,11 @@ std::uint32_t Writer<T>::readers() const {
   dds::PublicationMatchedStatus status;
   core_->writer->get_publication_matched_status(status);
   return static_cast<std::uint32_t>(status.current_count);
+}
+
+template <class T>
+std::uint32_t Writer<T>::lost_readers() const {
+  return core_->lost_readers->of(core_->writer);
 }
 
 template <class T>

@@ -20,6 +20,7 @@ class Writer {
   // False when the sample was refused: too large, or by Fast DDS.
   [[nodiscard]] bool write(const T& message);
   std::uint32_t readers() const;
+  std::uint32_t lost_readers() const;  // programs that fell silent without a word and have not come back
   // Until every matched reader has everything that is still kept, or the time is over. True for the former.
   bool wait_for_acknowledgments(double timeout_s);
 

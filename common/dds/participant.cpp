@@ -50,9 +50,9 @@ std::int32_t next_participant_id() {
   return static_cast<std::int32_t>(count++ % kParticipantsPerHost);
 }
 
-dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& program) {
+dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& name) {
   dds::DomainParticipantQos qos;
-  qos.name(program.c_str());
+  qos.name(name.c_str());
   qos.wire_protocol().participant_id = next_participant_id();
 
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
@@ -99,13 +99,14 @@ void check_network_options(const NetworkOptions& options) {
   for (const std::string& interface : options.interfaces) check_address("--interface", interface);
 }
 
-Participant::Participant(const NetworkOptions& options, const std::string& program)
-    : parts_(std::make_unique<Parts>()) {
+Participant::Participant(const NetworkOptions& options, const std::string& name)
+    : parts_(std::make_unique<Parts>()), sleep_watch_(kParticipantLease_s - 2 * kAnnouncement_s) {
   check_network_options(options);
   prepare_process();
   auto* factory = dds::DomainParticipantFactory::get_instance();
   parts_->off_host = options.off_host();
-  parts_->participant = factory->create_participant(options.domain, participant_qos(options, program));
+  parts_->participant = factory->create_participant(options.domain, participant_qos(options, name),
+                                                    &parts_->lost_readers, dds::StatusMask::publication_matched());
   if (parts_->participant == nullptr)
     throw InputError("--domain " + std::to_string(options.domain) + ": no DDS participant can be opened on it");
   dds::PublisherQos publisher_qos;
@@ -119,6 +120,7 @@ Participant::Participant(const NetworkOptions& options, const std::string& progr
 }
 
 Participant::~Participant() {
+  parts_->participant->set_listener(nullptr);
   parts_->participant->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(parts_->participant);
 }

@@ -5,11 +5,13 @@
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
+#include "common/dds/lost_readers.h"
 #include "common/dds/participant.h"
 
 namespace sectio {
 
 struct Participant::Parts {
+  LostReaders lost_readers;
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

@@ -60,13 +60,22 @@ class Signal {
 }  // namespace
 
 struct BridgeNet::State {
-  State(const NetworkOptions& options, std::uint32_t tool)
-      : tool_id(tool),
-        participant(options, "device_bridge"),
-        writer(participant),
-        model_reader(participant),
-        end_reader(participant),
-        ring(kRingSamples) {
+  // Left and taken anew by a program that slept.
+  struct Seat {
+    Seat(const NetworkOptions& options, std::uint32_t tool_id)
+        : participant(options, "device_bridge " + std::to_string(tool_id)),
+          writer(participant),
+          model_reader(participant),
+          end_reader(participant) {}
+
+    Participant participant;
+    Writer<wire::ToolPacket> writer;
+    Reader<wire::ContactModel> model_reader;
+    Reader<wire::SessionEnd> end_reader;
+  };
+
+  State(const NetworkOptions& network, std::uint32_t tool)
+      : options(network), tool_id(tool), seat(std::make_unique<Seat>(options, tool_id)), ring(kRingSamples) {
     packet.source = source_now();
     packet.tool_id = tool_id;
     thread = std::thread([this] { run(); });
@@ -81,6 +90,11 @@ struct BridgeNet::State {
   void run() {
     while (!stop) {
       signal.wait_briefly();
+      if (seat->participant.overslept()) {
+        log_info("was asleep: joining the session anew");
+        seat = std::make_unique<Seat>(options, tool_id);
+      }
+      servers = seat->writer.readers();
       send_samples();
       take_models();
     }
@@ -98,7 +112,7 @@ struct BridgeNet::State {
     const std::size_t keep = std::max(fresh, kPosesPerPacket);
     if (packet.samples.size() > keep)
       packet.samples.erase(packet.samples.begin(), packet.samples.end() - static_cast<std::ptrdiff_t>(keep));
-    if (writer.write(to_wire(packet)))
+    if (seat->writer.write(to_wire(packet)))
       packets.fetch_add(1, std::memory_order_relaxed);
     else
       log_limited(LogLevel::warning, "write refused", "DDS refused to send a tool packet");
@@ -106,20 +120,18 @@ struct BridgeNet::State {
 
   void take_models() {
     wire::ContactModel message;
-    while (model_reader.take(message)) {
+    while (seat->model_reader.take(message)) {
       const std::optional<ContactMessage> contact = from_wire(message);
       if (contact && contact->model.tool_id == tool_id && felt.feel(now_s(), *contact)) newest.store(felt.model());
     }
     wire::SessionEnd end;
-    while (end_reader.take(end)) felt.end(end.epoch());
+    while (seat->end_reader.take(end)) felt.end(end.epoch());
     if (felt.all_ended(now_s())) ended = true;
   }
 
+  NetworkOptions options;
   std::uint32_t tool_id;
-  Participant participant;
-  Writer<wire::ToolPacket> writer;
-  Reader<wire::ContactModel> model_reader;
-  Reader<wire::SessionEnd> end_reader;
+  std::unique_ptr<Seat> seat;
 
   // From the servo thread to ours and back.
   Ring<PoseSample> ring;
@@ -129,6 +141,7 @@ struct BridgeNet::State {
 
   ToolPacket packet;
   FeltServers felt;
+  std::atomic<std::uint32_t> servers{0};
   std::atomic<std::uint64_t> packets{0};
   std::atomic<bool> ended{false};
   std::atomic<bool> stop{false};
@@ -152,7 +165,7 @@ bool BridgeNet::latest_model(ContactModel& model) {
 }
 
 std::uint32_t BridgeNet::servers() const {
-  return state_->writer.readers();
+  return state_->servers;
 }
 
 bool BridgeNet::session_ended() const {

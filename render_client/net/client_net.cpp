@@ -1,6 +1,7 @@
 #include "render_client/net/client_net.h"
 
 #include <chrono>
+#include <utility>
 
 #include "common/core/log.h"
 #include "common/dds/convert.h"
@@ -9,9 +10,10 @@
 
 namespace sectio {
 
-struct ClientNet::State {
-  explicit State(const NetworkOptions& options)
-      : participant(options, "render_client"),
+// Left and taken anew by a program that slept.
+struct ClientNet::Seat {
+  Seat(const NetworkOptions& options, std::uint64_t client)
+      : participant(options, "render_client " + std::to_string(client)),
         scene_reader(participant),
         delta_reader(participant),
         chunk_reader(participant),
@@ -19,24 +21,7 @@ struct ClientNet::State {
         piece_reader(participant),
         event_reader(participant),
         end_reader(participant),
-        request_writer(participant),
-        client(mix64(static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count()) ^
-                     reinterpret_cast<std::uintptr_t>(this))) {}
-
-  // Calls use(value) for each message that holds.
-  template <class T, class Use>
-  void drain(Reader<T>& reader, const Use& use) {
-    T message;
-    while (reader.take(message)) {
-      ++counts.messages;
-      if (auto value = from_wire(message)) {
-        use(std::move(*value));
-      } else {
-        ++counts.damaged;
-        log_limited(LogLevel::warning, "damaged", "a damaged message was dropped");
-      }
-    }
-  }
+        request_writer(participant) {}
 
   Participant participant;
   Reader<wire::SceneInfo> scene_reader;
@@ -47,48 +32,68 @@ struct ClientNet::State {
   Reader<wire::Event> event_reader;
   Reader<wire::SessionEnd> end_reader;
   Writer<wire::KeyframeRequest> request_writer;
-
-  std::uint64_t client;
-  std::deque<SessionEvent> events;
-  ClientNetCounts counts;
 };
 
-ClientNet::ClientNet(const NetworkOptions& options) : state_(std::make_unique<State>(options)) {}
+ClientNet::ClientNet(const NetworkOptions& options)
+    : options_(options),
+      client_(mix64(static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count()) ^
+                    reinterpret_cast<std::uintptr_t>(this))),
+      seat_(std::make_unique<Seat>(options_, client_)) {}
 
 ClientNet::~ClientNet() = default;
 
+// Calls use(value) for each message that holds.
+template <class Wire, class Use>
+void ClientNet::drain(Reader<Wire>& reader, const Use& use) {
+  Wire message;
+  while (reader.take(message)) {
+    ++counts_.messages;
+    if (auto value = from_wire(message)) {
+      use(std::move(*value));
+    } else {
+      ++counts_.damaged;
+      log_limited(LogLevel::warning, "damaged", "a damaged message was dropped");
+    }
+  }
+}
+
 void ClientNet::poll(double now_s, World& world) {
-  State& s = *state_;
-  s.drain(s.scene_reader, [&](const SceneInfo& scene) { world.announce(scene); });
+  if (seat_->participant.overslept()) {
+    log_info("was asleep: joining the session anew");
+    former_seat_ = std::exchange(seat_, std::make_unique<Seat>(options_, client_));
+  }
+  if (former_seat_ && connected()) former_seat_.reset();  // not sooner: servers would think that it has left
+  Seat& s = *seat_;
+  drain(s.scene_reader, [&](const SceneInfo& scene) { world.announce(scene); });
   if (!world.scene()) return;  // the readers keep what comes before the scene
 
-  s.drain(s.header_reader, [&](StateHeader header) { world.feed(std::move(header)); });
-  s.drain(s.piece_reader, [&](StatePiece piece) { world.feed(std::move(piece)); });
-  s.drain(s.delta_reader, [&](DeltaMessage message) { world.feed(std::move(message)); });
-  s.drain(s.chunk_reader, [&](KeyframeChunk chunk) { world.feed(std::move(chunk)); });
-  s.drain(s.event_reader, [&](SessionEvent event) {
+  drain(s.header_reader, [&](StateHeader header) { world.feed(std::move(header)); });
+  drain(s.piece_reader, [&](StatePiece piece) { world.feed(std::move(piece)); });
+  drain(s.delta_reader, [&](DeltaMessage message) { world.feed(std::move(message)); });
+  drain(s.chunk_reader, [&](KeyframeChunk chunk) { world.feed(std::move(chunk)); });
+  drain(s.event_reader, [&](SessionEvent event) {
     if (!world.knows(event.epoch)) return;
-    s.events.push_back(std::move(event));
-    if (s.events.size() > kMaxEvents) s.events.pop_front();
+    events_.push_back(std::move(event));
+    if (events_.size() > kMaxEvents) events_.pop_front();
   });
-  s.drain(s.end_reader, [&](const SessionEnd& end) { world.feed(end); });
+  drain(s.end_reader, [&](const SessionEnd& end) { world.feed(end); });
   for (KeyframeRequest request : world.take_requests(now_s)) {
-    request.client = s.client;
+    request.client = client_;
     if (!s.request_writer.write(to_wire(request)))
       log_limited(LogLevel::warning, "request", "DDS refused to send a keyframe request");
   }
 }
 
 bool ClientNet::connected() const {
-  return state_->delta_reader.writers() > 0;
+  return seat_->delta_reader.writers() > 0;
 }
 
 const std::deque<SessionEvent>& ClientNet::events() const {
-  return state_->events;
+  return events_;
 }
 
 const ClientNetCounts& ClientNet::counts() const {
-  return state_->counts;
+  return counts_;
 }
 
 }  // namespace sectio

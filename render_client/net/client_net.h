@@ -12,6 +12,9 @@
 
 namespace sectio {
 
+template <class T>
+class Reader;
+
 struct ClientNetCounts {
   std::uint64_t messages = 0;
   std::uint64_t damaged = 0;  // dropped by validation
@@ -26,7 +29,8 @@ class ClientNet {
   explicit ClientNet(const NetworkOptions& options);
   ~ClientNet();
 
-  // Everything that has arrived since the last call, from every server of the session.
+  // Everything that has arrived since the last call, from every server of the session. A program that was asleep joins
+  // anew; the world keeps what it has.
   void poll(double now_s, World& world);
 
   bool connected() const;
@@ -34,8 +38,15 @@ class ClientNet {
   const ClientNetCounts& counts() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Seat;
+  template <class Wire, class Use>
+  void drain(Reader<Wire>& reader, const Use& use);
+
+  NetworkOptions options_;
+  std::uint64_t client_;
+  std::unique_ptr<Seat> seat_, former_seat_;
+  std::deque<SessionEvent> events_;
+  ClientNetCounts counts_;
 };
 
 }  // namespace sectio

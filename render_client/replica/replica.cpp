@@ -61,6 +61,7 @@ void Replica::feed(StatePiece piece) {
 
 void Replica::feed(const SessionEnd& end) {
   if (!ours(end.epoch) || end.bodies.size() != bodies_.size()) return;
+  ended_ = true;
   for (std::size_t b = 0; b < bodies_.size(); ++b) asking_[b].wanted_revision = end.bodies[b].revision;
 }
 
@@ -141,7 +142,8 @@ std::vector<KeyframeRequest> Replica::take_requests(double now_s) {
     const ReplicaBody& body = bodies_[b];
     Asking& asking = asking_[b];
     const bool behind = body.known() && asking.wanted_revision > body.mesh().revision();
-    const bool starved = body.stuck() || (behind && !body.can_reach(asking.wanted_revision));
+    // After the end no state comes by itself: the last one may be lost, while all topology is there.
+    const bool starved = body.stuck() || (behind && (ended_ || !body.can_reach(asking.wanted_revision)));
     if (!starved) {
       asking.starved_since_s.reset();
       asking.interval_s = kRequestInterval_s;

@@ -74,6 +74,7 @@ class Replica {
   std::optional<SceneInfo> scene_;
   std::vector<ReplicaBody> bodies_;
   std::vector<Asking> asking_;
+  bool ended_ = false;
   std::map<std::uint64_t, StateHeader> headers_;  // by step; newer than the last frame
   std::optional<std::uint64_t> settled_step_;
   std::optional<double> waiting_since_s_;  // since when there has been something newer than the last frame

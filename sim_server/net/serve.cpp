@@ -19,9 +19,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kTogether_s = 0.1;   // no server of a session gets further ahead of the slowest
-constexpr double kLeaveTimeoutS = 5;  // how long the end is served to viewers
-constexpr double kListen_s = 0.3;     // before the clock starts: is there another server with our bodies?
+constexpr double kTogether_s = 0.1;    // no server of a session gets further ahead of the slowest
+constexpr double kLeaveTimeout_s = 5;  // how long the end is served to viewers
+constexpr double kListen_s = 0.3;      // before the clock starts: is there another server with our bodies?
 constexpr auto kPollPeriod = std::chrono::milliseconds(2);
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -151,7 +151,9 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
     std::this_thread::sleep_until(due);
   }
   net.end_session(stop_requested ? "stopped" : "complete");
-  net.wait_for_viewers_to_leave(kLeaveTimeoutS);
+  if (const std::uint32_t lost = net.lost_viewers(); lost > 0)
+    log_info("waiting for viewers that went silent: " + std::to_string(lost));
+  net.wait_for_viewers_to_leave(kLeaveTimeout_s);
   cost.copy_bytes = net.copy_bytes();
   cost.network_total_s = net.busy_s();
   cost.deferred_steps = planner.steps(Budget::deferred);

@@ -392,9 +392,13 @@ std::uint32_t ServerNet::viewers() const {
   return state_->delta_writer.readers();
 }
 
+std::uint32_t ServerNet::lost_viewers() const {
+  return state_->delta_writer.lost_readers();
+}
+
 bool ServerNet::wait_for_viewers_to_leave(double timeout_s) {
   const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(Seconds(timeout_s));
-  while (viewers() > 0) {
+  while (viewers() > 0 || lost_viewers() > 0) {
     if (Clock::now() >= end) return false;
     std::this_thread::sleep_for(Seconds(kIdle_s));
   }

@@ -51,7 +51,9 @@ class ServerNet {
 
   // Viewers that are connected now.
   std::uint32_t viewers() const;
-  // Serves them until the last one has left or the time is over; true for the former.
+  // Those that went silent without a word and have not come back.
+  std::uint32_t lost_viewers() const;
+  // Serves all of them until the last one has left or the time is over; true for the former.
   bool wait_for_viewers_to_leave(double timeout_s);
 
   std::uint64_t epoch() const;

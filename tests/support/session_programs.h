@@ -43,9 +43,9 @@ class SessionPrograms : public testing::Test {
     return flags;
   }
 
-  // The clock starts when a viewer and all instruments are there.
-  std::unique_ptr<Process> server(Flags more) const {
-    more.insert(more.begin(), {"--scene", kScene, "--wait-for-tools", "--wait-for-viewers", "1"});
+  // The clock starts when the viewers and all instruments are there.
+  std::unique_ptr<Process> server(Flags more, int viewers = 1) const {
+    more.insert(more.begin(), {"--scene", kScene, "--wait-for-tools", "--wait-for-viewers", std::to_string(viewers)});
     return program("sim_server", in_session(more));
   }
   std::unique_ptr<Process> bridge() const {

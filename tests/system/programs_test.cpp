@@ -155,7 +155,7 @@ TEST_F(Programs, wrong_flags_are_one_line_that_names_them) {
 }
 
 TEST_F(Programs, a_bridge_and_a_viewer_that_are_killed_stop_nobody) {
-  auto sim = server({"--steps", "2500", "--export", file("out")});
+  auto sim = server({"--steps", "2500", "--export", file("out")}, 2);
   auto victim = viewer("victim", {"--no-pictures"});
   auto witness = viewer("witness", {"--no-pictures"});
   auto hand = bridge();
@@ -168,6 +168,18 @@ TEST_F(Programs, a_bridge_and_a_viewer_that_are_killed_stop_nobody) {
   expect_equal_at_the_end(*witness);
   EXPECT_EQ(sim->exit_code(), 0) << sim->output();
   EXPECT_EQ(json("out/report.json")["run"]["steps"], 2500);
+}
+
+TEST_F(Programs, a_bridge_that_slept_takes_its_place_again) {
+  auto sim = server({"--endless"});
+  auto screen = viewer("screen", {"--no-pictures"});
+  auto hand = bridge();
+  ASSERT_TRUE(hand->wait_for("servers: 1")) << hand->output();
+  hand->send(SIGSTOP);
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(sim->wait_for_next("simulated")) << sim->output();  // longer than the lease
+  hand->send(SIGCONT);
+  ASSERT_TRUE(hand->wait_for("was asleep")) << hand->output();
+  EXPECT_TRUE(hand->wait_for_next("servers: 1")) << hand->output();
 }
 
 TEST_F(Programs, interrupted_the_server_leaves_whole_files_and_says_goodbye) {
@@ -201,7 +213,7 @@ TEST_F(Programs, a_server_that_is_killed_and_started_again_is_followed) {
   ASSERT_TRUE(screen->wait_for("on the screen")) << screen->output();
   first->send(SIGKILL);
   EXPECT_EQ(first->exit_code(), 128 + SIGKILL);
-  auto second = free_server({"--steps", "1500", "--export", file("out")});
+  auto second = free_server({"--steps", "1500", "--wait-for-viewers", "1", "--export", file("out")});
   expect_equal_at_the_end(*screen);
   EXPECT_EQ(second->exit_code(), 0) << second->output();
   EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], json("out/report.json")["bodies"][0]["topology_hash"]);
@@ -210,7 +222,7 @@ TEST_F(Programs, a_server_that_is_killed_and_started_again_is_followed) {
 TEST_F(Programs, two_sessions_of_one_domain_go_their_own_ways) {
   auto sim = server({"--steps", "1500", "--export", file("ours")});
   network.session += "-other";
-  auto other = free_server({"--steps", "1500"});
+  auto other = free_server({"--steps", "1500", "--wait-for-viewers", "1"});
   auto stranger = viewer("stranger", {"--no-pictures"});
   network.session.resize(network.session.size() - 6);
   auto screen = viewer("screen", {"--no-pictures"});

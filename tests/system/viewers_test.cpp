@@ -36,10 +36,10 @@ TEST_F(Viewers, D_2_late_and_stopped_viewers_end_with_the_servers_hash) {
   auto stopped = viewer("stopped", {"--no-pictures"});
   ASSERT_TRUE(stopped->wait_for("on the screen")) << stopped->output();
   stopped->send(SIGSTOP);
-  ASSERT_TRUE(sim->wait_for("step 2")) << sim->output();
+  ASSERT_TRUE(sim->wait_for_next("simulated")) << sim->output();
   auto late = viewer("late", {"--no-pictures"});
   ASSERT_TRUE(late->wait_for("on the screen")) << late->output();
-  ASSERT_TRUE(sim->wait_for("step 3")) << sim->output();
+  ASSERT_TRUE(sim->wait_for_next("simulated")) << sim->output();
   stopped->send(SIGCONT);
   expect_equal_at_the_end(*first);
   expect_equal_at_the_end(*stopped);
@@ -50,9 +50,25 @@ TEST_F(Viewers, D_2_late_and_stopped_viewers_end_with_the_servers_hash) {
   EXPECT_GT(json("late.json")["first_step"].get<int>(), 500);
 }
 
+// As a computer that was asleep: the server has given it up, and gives it the end all the same.
+TEST_F(Viewers, D_2_a_viewer_that_fell_silent_gets_the_end_when_it_is_back) {
+  auto sim = server({"--steps", "3500"});
+  auto first = viewer("first", {"--no-pictures"});
+  auto hand = bridge();
+  ASSERT_TRUE(first->wait_for("on the screen")) << first->output();
+  auto stopped = viewer("stopped", {"--no-pictures"});
+  ASSERT_TRUE(stopped->wait_for("on the screen")) << stopped->output();
+  stopped->send(SIGSTOP);
+  expect_equal_at_the_end(*first);
+  ASSERT_TRUE(sim->wait_for("went silent")) << sim->output();
+  stopped->send(SIGCONT);
+  expect_equal_at_the_end(*stopped);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+}
+
 // Screen, null renderer, and one made of the wire alone: the server neither knows nor cares which it has.
 TEST_F(Viewers, A_ARCH_8_a_viewer_may_draw_or_not_or_be_another_program) {
-  auto sim = server({"--steps", "1500", "--export", file("out")});
+  auto sim = server({"--steps", "1500", "--export", file("out")}, 3);
   auto drawing = viewer("drawing", {"--size", "64x48", "--fps", "10"});
   auto null = viewer("null", {"--no-pictures"});
   auto net = std::make_unique<ClientNet>(network);

@@ -344,5 +344,20 @@ TEST_F(ReplicaTest, the_end_of_a_session_is_reached_without_drawing) {
   EXPECT_EQ(replica.take_requests(now_s + 1).size(), 1u);  // more is wanted than came
 }
 
+TEST_F(ReplicaTest, a_last_state_that_was_lost_is_asked_for_when_the_session_has_ended) {
+  deliver_keyframe();
+  deliver(step(false));
+  ASSERT_TRUE(replica.frame(now_s, frame));
+  const Sent last = step(true);
+  for (const DeltaMessage& delta : last.deltas) replica.feed(delta);
+  const SessionEnd end{kEpoch, world.steps(), "", {{world.mesh().revision(), world.mesh().hash()}}};
+  replica.feed(end);
+  EXPECT_TRUE(replica.take_requests(now_s).empty());
+  EXPECT_EQ(replica.take_requests(now_s + 1).size(), 1u);
+  deliver(last);
+  ASSERT_TRUE(replica.frame(now_s, frame));
+  EXPECT_TRUE(replica.take_requests(now_s + 10).empty());
+}
+
 }  // namespace
 }  // namespace sectio
