@@ -7,7 +7,11 @@ namespace sectio {
 using eprosima::fastrtps::rtps::GUID_t;
 using eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
 
+namespace {
+
 constexpr std::size_t kMaxGone = 64;  // whoever plays at falling silent fills no memory
+
+}  // namespace
 
 std::uint32_t LostReaders::of(const DataWriter* writer) const {
   const std::lock_guard lock(mutex_);

@@ -14,6 +14,7 @@
 #include "common/core/log.h"
 #include "common/dds/convert.h"
 #include "common/dds/endpoint.h"
+#include "common/dds/renew_after_sleep.h"
 #include "device_bridge/net/felt_servers.h"
 #include "device_bridge/servo/ring.h"
 
@@ -90,10 +91,7 @@ struct BridgeNet::State {
   void run() {
     while (!stop) {
       signal.wait_briefly();
-      if (seat->participant.overslept()) {
-        log_info("was asleep: joining the session anew");
-        seat = std::make_unique<Seat>(options, tool_id);
-      }
+      renew_after_sleep(seat, [&] { return std::make_unique<Seat>(options, tool_id); });
       servers = seat->writer.readers();
       send_samples();
       take_models();

@@ -6,6 +6,7 @@
 #include "common/core/log.h"
 #include "common/dds/convert.h"
 #include "common/dds/endpoint.h"
+#include "common/dds/renew_after_sleep.h"
 #include "common/math/hash.h"
 
 namespace sectio {
@@ -58,10 +59,8 @@ void ClientNet::drain(Reader<Wire>& reader, const Use& use) {
 }
 
 void ClientNet::poll(double now_s, World& world) {
-  if (seat_->participant.overslept()) {
-    log_info("was asleep: joining the session anew");
-    former_seat_ = std::exchange(seat_, std::make_unique<Seat>(options_, client_));
-  }
+  if (auto slept = renew_after_sleep(seat_, [&] { return std::make_unique<Seat>(options_, client_); }))
+    former_seat_ = std::move(slept);
   if (former_seat_ && connected()) former_seat_.reset();  // not sooner: servers would think that it has left
   Seat& s = *seat_;
   drain(s.scene_reader, [&](const SceneInfo& scene) { world.announce(scene); });
