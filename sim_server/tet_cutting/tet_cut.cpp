@@ -89,26 +89,26 @@ class SheetCut {
     return inside(p, [&](std::size_t side) { return !is_exact(side); });
   }
 
-  // Of a flat polygon, whether more than a crumb of it is inside the outline. Sutherland, Hodgman 1974.
-  bool is_entered(std::vector<Vec3> polygon) const {
-    const auto area = [](const std::vector<Vec3>& p) {
-      Vec3 sum = Vec3::Zero();
-      for (std::size_t i = 2; i < p.size(); ++i) sum += (p[i - 1] - p[0]).cross(p[i] - p[0]);
-      return sum.norm();
-    };
-    const double whole = area(polygon);
-    std::vector<Vec3> left;
-    for (std::size_t side = 0; side < outline_.size() && !polygon.empty(); ++side) {
-      left.clear();
-      for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Vec3 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+  static double area_m2(const std::vector<Vec3>& polygon) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 2; i < polygon.size(); ++i)
+      sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
+    return sum.norm();
+  }
+  // Whether more than a crumb of the flat polygon is inside the outline. Sutherland, Hodgman 1974.
+  bool is_entered() {
+    const double whole_m2 = area_m2(polygon_);
+    for (std::size_t side = 0; side < outline_.size() && !polygon_.empty(); ++side) {
+      left_.clear();
+      for (std::size_t i = 0; i < polygon_.size(); ++i) {
+        const Vec3 &p = polygon_[i], &q = polygon_[(i + 1) % polygon_.size()];
         const double at_p = within(side, p), at_q = within(side, q);
-        if (at_p >= 0) left.push_back(p);
-        if ((at_p >= 0) != (at_q >= 0)) left.push_back(p + at_p / (at_p - at_q) * (q - p));
+        if (at_p >= 0) left_.push_back(p);
+        if ((at_p >= 0) != (at_q >= 0)) left_.push_back(p + at_p / (at_p - at_q) * (q - p));
       }
-      polygon.swap(left);
+      polygon_.swap(left_);
     }
-    return area(polygon) > settings_.snap * settings_.snap * whole;
+    return area_m2(polygon_) > settings_.snap * settings_.snap * whole_m2;
   }
 
   // -1, 1 beside the sheet, 0 on it; by vertex, as far as it is known to matter.
@@ -124,14 +124,15 @@ class SheetCut {
     double ahead_m = 0;
   };
   // Appends the edges of a tetrahedron that cross the sheet.
-  Crossed cross(std::uint32_t t, std::vector<Crossing>& out) const {
+  Crossed cross(std::uint32_t t, std::vector<Crossing>& out) {
     const Tetrahedron& c = volume_.tetrahedra()[t];
     std::array<double, 4> h;
     for (std::size_t i = 0; i < 4; ++i) h[i] = height(c[i]);
     Crossed crossed;
     const auto above = std::ranges::count_if(h, [](double m) { return m > 0; });
     if (above == 0 || above == 4) return crossed;
-    const bool goes_on = exact_ != 0 && is_entered(section(c, h));
+    if (exact_ != 0) put_section(c, h);
+    const bool goes_on = exact_ != 0 && is_entered();
     for (const auto& [i, j] : kTetEdges) {
       if ((h[i] > 0) == (h[j] > 0)) continue;
       const std::size_t a = c[i] < c[j] ? i : j, b = a == i ? j : i;
@@ -153,18 +154,19 @@ class SheetCut {
     }
     return crossed;
   }
-  // Where the plane cuts a tetrahedron with these heights: three or four corners in order around it, or none.
-  std::vector<Vec3> section(const Tetrahedron& c, const std::array<double, 4>& h) const {
-    std::vector<std::size_t> above, below;
-    for (std::size_t i = 0; i < 4; ++i) (h[i] > 0 ? above : below).push_back(i);
-    std::vector<Vec3> polygon;
-    for (std::size_t n = 0; n < above.size(); ++n)
-      for (std::size_t m = 0; m < below.size(); ++m) {
-        const std::size_t i = above[n], j = n == 1 && below.size() == 2 ? below[1 - m] : below[m];
+  // Where the plane cuts a tetrahedron with these heights: three or four corners in order around it, or none. The
+  // polygon.
+  void put_section(const Tetrahedron& c, const std::array<double, 4>& h) {
+    std::array<std::size_t, 4> above{}, below{};
+    std::size_t some_above = 0, some_below = 0;
+    for (std::size_t i = 0; i < 4; ++i) (h[i] > 0 ? above[some_above++] : below[some_below++]) = i;
+    polygon_.clear();
+    for (std::size_t n = 0; n < some_above; ++n)
+      for (std::size_t m = 0; m < some_below; ++m) {
+        const std::size_t i = above[n], j = n == 1 && some_below == 2 ? below[1 - m] : below[m];
         const Vec3& from = volume_.vertex(c[i]).position_world_m;
-        polygon.push_back(from + h[i] / (h[i] - h[j]) * (volume_.vertex(c[j]).position_world_m - from));
+        polygon_.push_back(from + h[i] / (h[i] - h[j]) * (volume_.vertex(c[j]).position_world_m - from));
       }
-    return polygon;
   }
 
   // `edges`: that cross the sheet, whether they are cut or not.
@@ -275,27 +277,30 @@ class SheetCut {
     split();
   }
   // Corners ascending. Each is between two tetrahedra.
-  std::vector<std::array<VertexId, 3>> entered_faces() const {
+  std::vector<std::array<VertexId, 3>> entered_faces() {
     std::vector<std::uint32_t> around;
     for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
     each_once(around);
     std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
-    for (const std::uint32_t t : around)
+    for (const std::uint32_t t : around) {
+      const Tetrahedron& c = volume_.tetrahedra()[t];
+      std::array<bool, 4> on{};
+      for (std::size_t i = 0; i < 4; ++i) on[i] = side(c[i]) == 0;
       for (const auto& [i, j, k] : kTetFaces) {
-        const Tetrahedron& c = volume_.tetrahedra()[t];
+        if (!on[i] || !on[j] || !on[k]) continue;
         std::array<VertexId, 3> face{c[i], c[j], c[k]};
-        if (std::ranges::any_of(face, [&](VertexId v) { return side(v) != 0; })) continue;
         std::sort(face.begin(), face.end());
         faces.emplace_back(face, t);
       }
+    }
     std::sort(faces.begin(), faces.end());
     std::vector<std::array<VertexId, 3>> entered;
     for (std::size_t n = 1; n < faces.size(); ++n) {
       const auto& [face, t] = faces[n];
       if (faces[n - 1].first != face || side_of(faces[n - 1].second) == side_of(t)) continue;
-      std::vector<Vec3> corners;
-      for (const VertexId v : face) corners.push_back(volume_.vertex(v).position_world_m);
-      if (is_entered(std::move(corners))) entered.push_back(face);
+      polygon_.clear();
+      for (const VertexId v : face) polygon_.push_back(volume_.vertex(v).position_world_m);
+      if (is_entered()) entered.push_back(face);
     }
     return entered;
   }
@@ -397,6 +402,7 @@ class SheetCut {
   std::unordered_map<VertexId, bool> joined_;
   std::unordered_set<VertexId> at_end_;  // of the cut; asked, never walked
   std::unordered_set<VertexId> opened_;  // at faces that are cut; asked, never walked
+  std::vector<Vec3> polygon_, left_;     // scratch
   TetCutOutcome outcome_;
 };
 
