@@ -43,12 +43,8 @@ void World::announce(const SceneInfo& scene) {
     if (known->end) known->replica.feed(*known->end);  // it may have come before the bodies that it names
     return;
   }
-  bool taken = false;
-  for (const auto& server : servers_) {
-    if (!collide(*server->replica.scene(), scene)) continue;
-    if (server->epoch() > scene.epoch) return;  // a ghost
-    taken = true;
-  }
+  const bool taken =
+      std::ranges::any_of(servers_, [&](const auto& server) { return collide(*server->replica.scene(), scene); });
   auto server = std::make_unique<Server>();
   server->replica.reset(scene);
   if (const auto end = early_ends_.find(scene.epoch); end != early_ends_.end()) {
@@ -56,17 +52,23 @@ void World::announce(const SceneInfo& scene) {
     server->replica.feed(end->second);
   }
   if (!taken && servers_.size() < kMaxServers) return enter(std::move(server));
+  claim(std::move(server));
+}
+
+void World::claim(std::unique_ptr<Server> server) {
   claimants_.push_back(std::move(server));
   if (claimants_.size() > kMaxServers) claimants_.erase(claimants_.begin());
 }
 
 void World::enter(std::unique_ptr<Server> server) {
   const SceneInfo& scene = *server->replica.scene();
-  const auto gives_way = [&](const auto& other) {
-    return other->epoch() < scene.epoch && collide(*other->replica.scene(), scene);
-  };
-  std::erase_if(servers_, gives_way);
-  std::erase_if(claimants_, gives_way);
+  const auto others = std::ranges::stable_partition(
+      servers_, [&](const auto& other) { return !collide(*other->replica.scene(), scene); });
+  for (auto& other : others) {
+    other->drawn = false;
+    claim(std::move(other));
+  }
+  servers_.erase(others.begin(), others.end());
   const auto at = std::ranges::find_if(
       servers_, [&](const auto& other) { return place_of(*other->replica.scene()) > place_of(scene); });
   servers_.insert(at, std::move(server));
@@ -88,7 +90,10 @@ void World::feed(KeyframeChunk chunk) {
 }
 
 void World::feed(StateHeader header) {
-  if (Server* server = find(header.epoch)) server->replica.feed(std::move(header));
+  if (Server* server = find(header.epoch)) {
+    server->heard = true;
+    server->replica.feed(std::move(header));
+  }
 }
 
 void World::feed(StatePiece piece) {
@@ -117,14 +122,30 @@ bool World::gathered(double now_s) {
   return begun_;
 }
 
-bool World::frame(double now_s, Frame& frame) {
-  for (std::size_t i = claimants_.size(); i-- > 0;) {
-    if (i >= claimants_.size() || !claimants_[i]->replica.frame(now_s, claimants_[i]->frame)) continue;
-    std::unique_ptr<Server> owner = std::move(claimants_[i]);
-    claimants_.erase(claimants_.begin() + static_cast<std::ptrdiff_t>(i));
-    owner->drawn = fresh_ = true;
+void World::let_claimants_in(double now_s) {
+  for (const auto& claimant : claimants_)
+    if (claimant->replica.frame(now_s, claimant->frame)) claimant->drawn = true;
+  const auto may_enter = [&](const auto& claimant) {
+    if (!claimant->drawn || (!claimant->end && claimant->is_silent(now_s))) return false;
+    return std::ranges::all_of(servers_, [&](const auto& server) {
+      return server->end || server->is_silent(now_s) || !collide(*server->replica.scene(), *claimant->replica.scene());
+    });
+  };
+  while (true) {
+    const auto at = std::ranges::find_if(claimants_, may_enter);
+    if (at == claimants_.end()) return;
+    std::unique_ptr<Server> owner = std::move(*at);
+    claimants_.erase(at);
+    fresh_ = true;
     enter(std::move(owner));
   }
+}
+
+bool World::frame(double now_s, Frame& frame) {
+  for (const Servers* list : {&servers_, &claimants_})
+    for (const auto& server : *list)
+      if (std::exchange(server->heard, false)) server->heard_s = now_s;
+  let_claimants_in(now_s);
   for (const auto& server : servers_) {
     const bool is_new = server->replica.frame(now_s, server->frame);
     server->drawn |= is_new;

@@ -1,8 +1,9 @@
 // What a viewer knows of a session: one replica for each server that has a share of its bodies, shown as one world.
 //
 //  - Every server counts its own steps, bodies and revisions; what belongs to which server is told by its epoch.
-//  - A newer server that claims a body which another one has, or comes with another scene, takes that one's place as
-//    soon as it can be drawn. Until then the old one stays on the screen: the newcomer may be refused, or never begin.
+//  - Who speaks keeps its place. A server that claims a body which another one has, or comes with another scene, takes
+//    that one's place once it can be drawn and the other has ended or been silent for kSilence_s: the newcomer may be
+//    refused, or never begin. Who lost its place gets it back in the same way.
 //  - Bodies stand in the order of the scene, those of one server together, parts that came off behind them.
 //  - A frame shows the newest state of every server; of one server it carries one step (replica.h). The first frame
 //    waits for a server for every body of the scene, but not longer than kGather_s.
@@ -25,6 +26,7 @@ namespace sectio {
 class World {
  public:
   static constexpr double kGather_s = 2;
+  static constexpr double kSilence_s = 0.5;       // states come sixty times a second
   static constexpr std::size_t kMaxServers = 64;  // on the screen; and as many that wait for the place of others
 
   // Messages as from_wire() has validated them; of servers that haven't been announced: dropped.
@@ -62,19 +64,24 @@ class World {
     KeyframeAssembler assembler;
     Frame frame;
     bool drawn = false;
+    bool heard = false;  // a state, since the last frame
+    double heard_s = -1e300;
     std::optional<SessionEnd> end;
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
+    bool is_silent(double now_s) const { return now_s - heard_s > kSilence_s; }
   };
   using Servers = std::vector<std::unique_ptr<Server>>;
 
   Server* find(std::uint64_t epoch) const;
+  void claim(std::unique_ptr<Server> server);
   void enter(std::unique_ptr<Server> server);
+  void let_claimants_in(double now_s);
   bool gathered(double now_s);
   void merge(Frame& frame);
 
   Servers servers_;                                 // in the order of their first bodies in the scene
-  Servers claimants_;                               // announced, but another has their place
+  Servers claimants_;                               // announced, but another has or had their place
   std::map<std::uint64_t, SessionEnd> early_ends_;  // of servers not announced yet, by epoch
   bool changed_ = false;                            // other servers than at the last frame
   bool fresh_ = false;                              // something new since then

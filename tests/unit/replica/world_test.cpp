@@ -67,28 +67,64 @@ TEST(World, the_first_picture_waits_for_all_bodies_but_not_for_ever) {
   EXPECT_EQ(frame.bodies.size(), 1u);
 }
 
-TEST(World, a_newer_server_takes_a_place_when_it_can_be_drawn_and_an_older_one_never) {
+TEST(World, a_server_takes_the_place_of_one_that_has_fallen_silent_when_it_can_be_drawn) {
   World world;
   Frame frame;
-  Share kidney(1, "kidney"), liver(2, "liver"), newer(5, "kidney"), ghost(1, "kidney");
+  Share kidney(1, "kidney"), liver(2, "liver"), newer(5, "kidney");
   kidney.appear(world);
   liver.appear(world);
   ASSERT_TRUE(world.frame(0, frame));
   world.announce(newer.scene);
-  kidney.send_step(world);
-  ASSERT_TRUE(world.frame(0.1, frame));
-  EXPECT_EQ(frame.bodies.size(), 2u) << "the old one stays on the screen";
-  EXPECT_FALSE(world.take_requests(0.1).empty()) << "and the new one is asked for";
+  EXPECT_FALSE(world.frame(1, frame)) << "the old one stays on the screen";
+  EXPECT_FALSE(world.take_requests(1).empty()) << "and the new one is asked for";
   for (int i = 0; i < 7; ++i) newer.source.step(true);
   newer.send_keyframe(world);
   newer.send_step(world);
-  ASSERT_TRUE(world.frame(0.2, frame));
+  ASSERT_TRUE(world.frame(1.1, frame));
   EXPECT_EQ(world.servers(), 2u);
   ASSERT_EQ(frame.bodies.size(), 2u);
   EXPECT_EQ(frame.bodies[1].revision, newer.source.mesh().revision());
-  ghost.appear(world);
-  EXPECT_FALSE(world.frame(0.3, frame));
-  EXPECT_FALSE(world.knows(1));
+  EXPECT_FALSE(world.frame(9, frame)) << "nobody comes back without a word";
+}
+
+TEST(World, who_speaks_keeps_its_place) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney"), liver(2, "liver"), intruder(5, "kidney");
+  for (int i = 0; i < 7; ++i) intruder.source.step(true);
+  kidney.appear(world);
+  liver.appear(world);
+  intruder.appear(world);
+  for (double now_s = 0; now_s < 2; now_s += 0.1) {
+    kidney.send_step(world);
+    if (now_s < 1) intruder.send_step(world);
+    ASSERT_TRUE(world.frame(now_s, frame));
+    EXPECT_EQ(frame.bodies[1].revision, kidney.source.mesh().revision());
+  }
+  world.feed(kidney.end());
+  world.feed(liver.end());
+  world.frame(2.1, frame);
+  ASSERT_TRUE(world.session_end()) << "the intruder, silent itself, has not taken the place of one that ended";
+}
+
+TEST(World, an_intruder_that_was_seen_first_leaves_its_place_when_it_falls_silent) {
+  World world;
+  Frame frame;
+  Share intruder(5, "kidney"), kidney(1, "kidney"), liver(2, "liver");
+  for (int i = 0; i < 7; ++i) intruder.source.step(true);
+  intruder.appear(world);
+  liver.appear(world);
+  kidney.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  EXPECT_EQ(frame.bodies[1].revision, intruder.source.mesh().revision());
+  for (double now_s = 0.1; now_s < 2; now_s += 0.1) {
+    kidney.send_step(world);
+    world.frame(now_s, frame);
+  }
+  EXPECT_EQ(frame.bodies[1].revision, kidney.source.mesh().revision());
+  world.feed(kidney.end());
+  world.feed(liver.end());
+  EXPECT_TRUE(world.session_end());
 }
 
 TEST(World, an_end_counts_though_it_comes_before_its_server_is_known) {
