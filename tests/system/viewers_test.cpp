@@ -12,7 +12,16 @@ namespace {
 
 using test::Process;
 
-class Viewers : public test::SessionPrograms {};
+class Viewers : public test::SessionPrograms {
+ protected:
+  // It has seen the session, and does nothing from then on.
+  std::unique_ptr<Process> stopped_viewer() const {
+    auto stopped = viewer("stopped", {"--no-pictures"});
+    EXPECT_TRUE(stopped->wait_for("on the screen")) << stopped->output();
+    stopped->send(SIGSTOP);
+    return stopped;
+  }
+};
 
 TEST_F(Viewers, A_ARCH_1_A_ARCH_3_pictures_go_on_while_a_step_takes_two_seconds) {
   const double stall_s = 2;
@@ -33,9 +42,7 @@ TEST_F(Viewers, D_2_late_and_stopped_viewers_end_with_the_servers_hash) {
   auto first = viewer("first", {"--no-pictures"});
   auto hand = bridge();
   ASSERT_TRUE(first->wait_for("on the screen")) << first->output();
-  auto stopped = viewer("stopped", {"--no-pictures"});
-  ASSERT_TRUE(stopped->wait_for("on the screen")) << stopped->output();
-  stopped->send(SIGSTOP);
+  const auto stopped = stopped_viewer();
   ASSERT_TRUE(sim->wait_for_next("simulated")) << sim->output();
   auto late = viewer("late", {"--no-pictures"});
   ASSERT_TRUE(late->wait_for("on the screen")) << late->output();
@@ -56,9 +63,7 @@ TEST_F(Viewers, D_2_a_viewer_that_fell_silent_gets_the_end_when_it_is_back) {
   auto first = viewer("first", {"--no-pictures"});
   auto hand = bridge();
   ASSERT_TRUE(first->wait_for("on the screen")) << first->output();
-  auto stopped = viewer("stopped", {"--no-pictures"});
-  ASSERT_TRUE(stopped->wait_for("on the screen")) << stopped->output();
-  stopped->send(SIGSTOP);
+  const auto stopped = stopped_viewer();
   expect_equal_at_the_end(*first);
   ASSERT_TRUE(sim->wait_for("went silent")) << sim->output();
   stopped->send(SIGCONT);
