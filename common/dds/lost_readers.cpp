@@ -17,7 +17,8 @@ std::uint32_t LostReaders::of(const DataWriter* writer) const {
   const std::lock_guard lock(mutex_);
   const auto found = readers_.find(writer);
   if (found == readers_.end()) return 0;
-  const auto& [there, gone] = found->second;
+  const std::set<Prefix>& there = found->second.there;
+  const std::set<std::string>& gone = found->second.gone;
   const auto is_back = [&](const std::string& name) {
     return std::ranges::any_of(
         there, [&](const Prefix& reader) { return names_.contains(reader) && names_.at(reader) == name; });

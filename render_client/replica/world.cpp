@@ -62,13 +62,13 @@ void World::claim(std::unique_ptr<Server> server) {
 
 void World::enter(std::unique_ptr<Server> server) {
   const SceneInfo& scene = *server->replica.scene();
-  const auto others = std::ranges::stable_partition(
-      servers_, [&](const auto& other) { return !collide(*other->replica.scene(), scene); });
-  for (auto& other : others) {
-    other->drawn = false;
-    claim(std::move(other));
+  const auto others = std::stable_partition(
+      servers_.begin(), servers_.end(), [&](const auto& other) { return !collide(*other->replica.scene(), scene); });
+  for (auto other = others; other != servers_.end(); ++other) {
+    (*other)->drawn = false;
+    claim(std::move(*other));
   }
-  servers_.erase(others.begin(), others.end());
+  servers_.erase(others, servers_.end());
   const auto at = std::ranges::find_if(
       servers_, [&](const auto& other) { return place_of(*other->replica.scene()) > place_of(scene); });
   servers_.insert(at, std::move(server));
