@@ -17,13 +17,14 @@ std::uint32_t LostReaders::of(const DataWriter* writer) const {
   const std::lock_guard lock(mutex_);
   const auto found = readers_.find(writer);
   if (found == readers_.end()) return 0;
-  const std::set<Prefix>& there = found->second.there;
-  const std::set<std::string>& gone = found->second.gone;
-  const auto is_back = [&](const std::string& name) {
-    return std::ranges::any_of(
-        there, [&](const Prefix& reader) { return names_.contains(reader) && names_.at(reader) == name; });
+  const Readers& readers = found->second;
+  const auto is_away = [&](const std::string& name) {
+    return std::ranges::none_of(readers.there, [&](const Prefix& reader) {
+      const auto known = names_.find(reader);
+      return known != names_.end() && known->second == name;
+    });
   };
-  return static_cast<std::uint32_t>(gone.size()) - static_cast<std::uint32_t>(std::ranges::count_if(gone, is_back));
+  return static_cast<std::uint32_t>(std::ranges::count_if(readers.gone, is_away));
 }
 
 void LostReaders::on_publication_matched(DataWriter* writer,

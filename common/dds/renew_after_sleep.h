@@ -1,7 +1,9 @@
+// A program that slept joins its session anew.
 #pragma once
 
 #include <exception>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "common/core/log.h"

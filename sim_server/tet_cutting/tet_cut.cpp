@@ -95,7 +95,7 @@ class SheetCut {
       sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
     return sum.norm();
   }
-  // Whether more than a crumb of the flat polygon is inside the outline. Sutherland, Hodgman 1974.
+  // Whether more than a crumb of the polygon is inside the outline; clips it. Sutherland, Hodgman 1974.
   bool is_entered() {
     const double whole_m2 = area_m2(polygon_);
     for (std::size_t side = 0; side < outline_.size() && !polygon_.empty(); ++side) {
@@ -154,8 +154,7 @@ class SheetCut {
     }
     return crossed;
   }
-  // Where the plane cuts a tetrahedron with these heights: three or four corners in order around it, or none. The
-  // polygon.
+  // The polygon is where the plane cuts a tetrahedron with these heights: three or four corners in order, or none.
   void put_section(const Tetrahedron& c, const std::array<double, 4>& h) {
     std::array<std::size_t, 4> above{}, below{};
     std::size_t some_above = 0, some_below = 0;
