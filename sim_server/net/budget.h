@@ -1,14 +1,15 @@
-// What a live session does when steps take longer than their time (paper A, 2.1: reduce the complexity of the
-// simulation, or show its results some frames later). One of:
+// The budget of a live session: the reaction when steps take longer than their time. Virtual Cutting of Anatomical
+// Structures, section 2.1, has two: reduce the simulation, or show its results some frames later. One of:
 //
-//   deferred  at most kFewFrames behind (or where nothing may be reduced): the steps that are late are made without a
-//   pause, and shown when they are there reduced   further behind, and there are bodies that no instrument touches:
-//   these are left as they are until the
-//             session is less than a frame behind; their time stands still, nothing of them is lost
-//   slowed    still further: the clock is set back, and simulated time runs slower than the clock on the wall
+//   kept      the session keeps pace with the clock on the wall
+//   deferred  at most kFewFrames behind, or nothing may be reduced: late steps are made up for without a pause, and
+//             their results are shown when they are there
+//   reduced   further behind, and some bodies are touched by no instrument: these bodies are left as they are until
+//             the session is less than a frame behind; their time stands still, and nothing of them is lost
+//   slowed    further behind still: the clock is set back, and simulated time runs slower than the clock on the wall
 //
-// To divide the bodies over more processors is up to whoever starts the servers (sim_server --bodies).
-// Only the clock decides, so offline runs know nothing of it; a session that must go the same way every time
+// The fourth way, more processors, is for the user to choose: sim_server --bodies divides the bodies over servers.
+// The budget depends on the clock alone, so offline runs have none, and a session that must go the same way every time
 // (--play-traces) reduces nothing.
 #pragma once
 
@@ -27,7 +28,7 @@ class BudgetPlanner {
 
   explicit BudgetPlanner(bool may_reduce = true) : may_reduce_(may_reduce) {}
 
-  // Before each step: how far the clock of the session is behind the one on the wall.
+  // Before each step: the time by which the session's clock is behind the clock on the wall.
   Budget plan(double behind_s);
   Budget now() const { return now_; }
   // The last plan() began or ended something that is seen: leaving bodies alone, or slowing down. To be late for a
