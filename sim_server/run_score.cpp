@@ -10,10 +10,6 @@ namespace {
 
 constexpr double kWhole = 0.999;  // of a volume that is measured on a grid
 
-bool contains(const Box& box, const Vec3& x) {
-  return (x.array() >= box.min_world_m.array()).all() && (x.array() <= box.max_world_m.array()).all();
-}
-
 std::string line(const char* format, double a, double b) {
   char text[160];
   std::snprintf(text, sizeof text, format, a, b);
@@ -37,8 +33,8 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
     piece.in_bin = true;
     for (const Triangle& t : of_piece)
       for (const VertexId v : t.v) {
-        piece.held_in_place |= spec.fixed && contains(*spec.fixed, spec.pose.to_world(mesh.rest_body_m(v)));
-        piece.in_bin = piece.in_bin && contains(bin, positions_world_m[v].cast<double>());
+        piece.held_in_place |= spec.fixed && spec.fixed->contains(spec.pose.to_world(mesh.rest_body_m(v)));
+        piece.in_bin = piece.in_bin && bin.contains(positions_world_m[v].cast<double>());
       }
     pieces.push_back(std::move(piece));
   }

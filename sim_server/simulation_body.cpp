@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/core/error.h"
+#include "common/core/sort_unique.h"
 #include "sim_server/bodies/touched_vertices.h"
 
 namespace sectio {
@@ -158,18 +159,14 @@ void SimulationBody::bring_up_to_date(const TopologyDelta& delta, Seeds seeds, s
   for (const auto& [v, state] : seeds) placed.push_back(v);
   for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
   // A vertex that moved changes the springs and triangles around it, too.
-  const MeshDraft after(mesh, particle_view());
   for (const VertexEdit& e : delta.vertices) {
     if (!e.alive) continue;
-    for (const TriangleId t : after.fan(e.id)) {
+    for (const TriangleId t : mesh.fan(e.id)) {
       changed.push_back(t);
       touched.insert(touched.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
     }
   }
-  for (auto* list : {&touched, &changed}) {
-    std::sort(list->begin(), list->end());
-    list->erase(std::unique(list->begin(), list->end()), list->end());
-  }
+  sort_unique(touched), sort_unique(changed);
   engines.follow(shared(), {delta, touched, changed, placed});
   lips_.follow(mesh, touched);
 }
@@ -178,18 +175,17 @@ void SimulationBody::free_islands(const CutPlan& plan) {
   for (const Island& island : plan.islands) {
     std::set<VertexId> members{island.any_vertex};
     std::vector<VertexId> order{island.any_vertex};
-    const MeshDraft reader(mesh, particle_view());
     for (std::size_t k = 0; k < order.size(); ++k)
-      for (const TriangleId t : reader.fan(order[k]))
+      for (const TriangleId t : mesh.fan(order[k]))
         for (const VertexId v : mesh.triangle(t).v)
           if (members.insert(v).second) order.push_back(v);
     std::sort(order.begin(), order.end());
-    engines.deformation->release(order, Bed{island.bed_point_world_m, island.bed_normal_world});
+    engines.deformation->release(order, SupportPlane{island.bed_point_world_m, island.bed_normal_world});
   }
 }
 
 Pose SimulationBody::frame_world(VertexId v) const {
-  return rigid ? rigid->carried(frame_at_release_) : engines.deformation->home_frame_world(v);
+  return rigid ? rigid->carried(frame_at_release_) : engines.deformation->rest_frame_world(v);
 }
 
 void SimulationBody::give_up(const TopologyDelta& delta) {

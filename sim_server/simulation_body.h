@@ -42,9 +42,7 @@ class SimulationBody {
   SharedBody shared() { return {id, mesh, particles, compact_}; }
   SurfaceView view() { return {mesh, compact_.of(particles), id}; }
   std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
-  ParticleView particle_view() const {
-    return {particles.position_world_m.front().data(), particles.velocity_world_m_per_s.front().data()};
-  }
+  ParticleView particle_view() const { return particles.view(); }
   Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
   double energy_j(const Vec3& gravity_m_per_s2);  // kinetic, elastic and gravitational; O(all)
   // The collision engine, told of the current positions.

@@ -14,7 +14,7 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/planning/resolution.h"
 #include "sim_server/simulation.h"
 #include "sim_server/simulation_body.h"
@@ -121,7 +121,9 @@ class Specimen {
     return least;
   }
   double surface_vertices() const { return body_.mesh.vertex_count(); }
-  const VolumeModel& model() const { return dynamic_cast<const VolumeEngine&>(*body_.engines.deformation).model(); }
+  const VolumeModel& model() const {
+    return dynamic_cast<const VolumeDeformation&>(*body_.engines.deformation).model();
+  }
   double vertices() const { return static_cast<double>(model().mesh().vertices_body_m.size()); }
   double tetrahedra() const { return static_cast<double>(model().mesh().tetrahedra.size()); }
 

@@ -25,10 +25,7 @@ SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) 
   SurfaceSpringSettings s;
   s.step_s = scene.step_s;
   s.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  if (spec.fixed)
-    s.fixed = [box = *spec.fixed](const Vec3& x) {
-      return (x.array() >= box.min_world_m.array()).all() && (x.array() <= box.max_world_m.array()).all();
-    };
+  if (spec.fixed) s.fixed = [box = *spec.fixed](const Vec3& x) { return box.contains(x); };
   if (vary_in_stiffness(spec.regions))
     s.stiffness_factor = [regions = spec.regions](const Vec3& rest_m) { return stiffness_factor_at(regions, rest_m); };
   return s;
@@ -74,7 +71,7 @@ BodyEngines surface_spring_engines(const EngineSite& site) {
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
   engines.cutting =
       std::make_unique<SurfaceCutting>(stroke_settings(site.spec.cutting), site.spec.cutting.loops_free_islands);
-  engines.splitting = std::make_unique<PartSearcher>();
+  engines.splitting = std::make_unique<SurfaceSplitting>();
   engines.deformation = springs_of(site);
   return engines;
 }

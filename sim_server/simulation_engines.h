@@ -55,7 +55,7 @@ struct EngineTable {
   std::map<std::string, MakeEngines> models;  // by BodySpec::model
 };
 
-// Model surface_springs: SurfaceTree, SurfaceCutting, PartSearcher, SurfaceSprings.
+// Model surface_springs: SurfaceTree, SurfaceCutting, SurfaceSplitting, SurfaceSprings.
 BodyEngines surface_spring_engines(const EngineSite& site);
 
 EngineTable standard_engines();

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -30,7 +30,7 @@ std::vector<VertexId> vertices_near(SimulationBody& body, const Vec3& at_world_m
   for (const TriangleId t : triangles)
     for (const VertexId v : body.mesh.triangle(t).v)
       if ((position_of(body, v) - at_world_m).norm() <= within_m) near.push_back(v);
-  each_once(near);
+  sort_unique(near);
   return near;
 }
 

@@ -9,7 +9,7 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/planning/plan.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/simulation_calibration.h"
@@ -63,9 +63,7 @@ planning::BodySituation situation_of(const BodySpec& body, const Scene& scene) {
   for (const Vec3& p : body.mesh.vertices_body_m) {
     const Vec3 x = body.pose.to_world(p);
     lowest_m = std::min(lowest_m, x.z());
-    if (body.fixed && (x.array() >= body.fixed->min_world_m.array()).all() &&
-        (x.array() <= body.fixed->max_world_m.array()).all())
-      s.fixed_m.push_back(p);
+    if (body.fixed && body.fixed->contains(x)) s.fixed_m.push_back(p);
   }
   s.lies_on_floor = scene.floor_z_m && lowest_m < *scene.floor_z_m + kOnFloor_m;
   for (const ToolSpec& tool : scene.tools) s.tools.push_back(use_of(tool, body.pose));
@@ -109,7 +107,7 @@ planning::Built built(const BodySpec& body, const Scene& scene, const Candidate&
   const SimulationBody made(one.bodies[0], one, 0, standard_engines().models.at(one.bodies[0].model));
   planning::Built b;
   b.surface_vertices = b.vertices = b.elements = made.mesh.vertex_count();
-  const auto* engine = dynamic_cast<const VolumeEngine*>(made.engines.deformation.get());
+  const auto* engine = dynamic_cast<const VolumeDeformation*>(made.engines.deformation.get());
   if (!engine) return b;
   b.vertices = static_cast<double>(engine->model().mesh().vertices_body_m.size());
   b.elements = static_cast<double>(engine->model().mesh().tetrahedra.size());

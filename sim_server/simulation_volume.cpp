@@ -11,7 +11,7 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/tet_file.h"
 #include "sim_server/simulation_volume_split.h"
@@ -57,8 +57,7 @@ VolumeMaterial volume_material(VolumeMaterial whole, const Regions& regions, con
 VolumeCutting::IsFixed fixed_places(const EngineSite& site) {
   if (!site.spec.fixed) return {};
   return [fixed = *site.spec.fixed, frame = site.frame_world](const Vec3& home) {
-    const Vec3 x = frame.to_world(home);
-    return (x.array() >= fixed.min_world_m.array()).all() && (x.array() <= fixed.max_world_m.array()).all();
+    return fixed.contains(frame.to_world(home));
   };
 }
 
@@ -76,7 +75,7 @@ const VolumeCutting& cutting_of(const BodyEngines& engines) {
   return dynamic_cast<const VolumeCutting&>(*engines.cutting);
 }
 const VolumeModel& model_of(const BodyEngines& engines) {
-  return dynamic_cast<const VolumeEngine&>(*engines.deformation).model();
+  return dynamic_cast<const VolumeDeformation&>(*engines.deformation).model();
 }
 
 // Its inside does not count any more.
@@ -98,7 +97,7 @@ BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_pt
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
   std::optional<VolumeFloor> floor;
   if (site.scene.floor_z_m) floor = VolumeFloor{*site.scene.floor_z_m, site.spec.volume.floor_kept_velocity};
-  auto engine = std::make_unique<VolumeEngine>(std::move(model), volume.vertex_of, site.frame_world, floor);
+  auto engine = std::make_unique<VolumeDeformation>(std::move(model), volume.vertex_of, site.frame_world, floor);
   if (site.parent) engine->set_state(std::move(volume.position_world_m), std::move(volume.velocity_m_per_s));
   TetCutSettings settings;
   settings.semi_progressive = site.spec.cutting.style == "semi_progressive";

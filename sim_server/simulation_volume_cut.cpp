@@ -71,7 +71,7 @@ std::vector<std::vector<std::uint32_t>> further_components(const TetTopology& vo
 }  // namespace
 
 VolumeCutting::VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
-                             VolumeEngine& volume, IsFixed is_fixed, bool has_been_cut)
+                             VolumeDeformation& volume, IsFixed is_fixed, bool has_been_cut)
     : cut_settings_(settings),
       engine_(volume),
       is_fixed_(std::move(is_fixed)),
@@ -95,8 +95,7 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
                             std::span<const BladeMotion> motions) {
   pending_.reset();
   CutPlan plan(cuts);
-  const MeshDraft now(body.mesh, {body.particles.position_world_m.front().data(),
-                                  body.particles.velocity_world_m_per_s.front().data()});
+  const MeshDraft now(body.mesh, body.particles.view());
   std::vector<Stroke> strokes = cuts.strokes;
   for (const auto& [tool, way] : ways_)
     if (std::ranges::find(strokes, tool, &Stroke::tool_id) == strokes.end() && way.has_front) settle();
@@ -215,8 +214,7 @@ bool VolumeCutting::plan_change(const SharedBody& body, CutPlan& plan, const Tak
     std::ranges::sort(corners);
     pending.kinds[corners] = kind;
   }
-  MeshDraft draft(body.mesh, {body.particles.position_world_m.front().data(),
-                              body.particles.velocity_world_m_per_s.front().data()});
+  MeshDraft draft(body.mesh, body.particles.view());
   const auto state = [&](VertexId v) {
     const TetVertexState& s = volume_.vertex(v);
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};

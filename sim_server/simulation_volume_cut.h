@@ -24,7 +24,7 @@
 
 #include "sim_server/cutting/cutting_engine.h"
 #include "sim_server/deformation/tetra/vertex_set.h"
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/simulation_volume_surface.h"
 #include "sim_server/tet_cutting/taken_back.h"
 #include "sim_server/tet_cutting/tet_cut.h"
@@ -45,7 +45,7 @@ class VolumeCutting final : public CuttingEngine {
   // `volume` moves the mesh and outlives the last call; `vertex_of` each slot of its surface. What came off another
   // body has been cut.
   VolumeCutting(const TetMesh& mesh, std::vector<VertexId> vertex_of, const TetCutSettings& settings,
-                VolumeEngine& volume, IsFixed is_fixed, bool has_been_cut);
+                VolumeDeformation& volume, IsFixed is_fixed, bool has_been_cut);
 
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
@@ -142,7 +142,7 @@ class VolumeCutting final : public CuttingEngine {
 
   StrokeSettings settings_;
   TetCutSettings cut_settings_;
-  VolumeEngine& engine_;
+  VolumeDeformation& engine_;
   IsFixed is_fixed_;
   TetTopology volume_;
   VolumeSurface surface_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 #include "sim_server/simulation_volume_cut.h"
 
 namespace sectio {
@@ -29,7 +29,7 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
     volume_.forget(pending_->final_steps);
     kinds_ = std::move(pending_->kinds);
     surface_.accept(pending_->slots);
-    std::vector<VolumeEngine::Slot> slots;
+    std::vector<VolumeDeformation::Slot> slots;
     for (const VertexId slot : pending_->slots.freed) slots.push_back({slot, kNone});
     for (const auto& [slot, v] : pending_->slots.taken) slots.push_back({slot, v});
     Particles added;
@@ -57,7 +57,7 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
 // Of those that there are, each once.
 VolumeCutting::Momentum VolumeCutting::momentum(const SharedBody& body, std::vector<VertexId> of) const {
   Momentum sum{std::move(of)};
-  each_once(sum.of);
+  sort_unique(sum.of);
   for (const VertexId v : sum.of)
     if (v < engine_.position_world_m().size())
       sum.sum_n_s += engine_.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;
@@ -124,7 +124,7 @@ void VolumeCutting::let_go(std::span<const VertexId> slots) {
   settle();
   const TetChange change = volume_.remove(tetrahedra_of(slots));
   VolumeSurface::Change freed;
-  std::vector<VolumeEngine::Slot> dead;
+  std::vector<VolumeDeformation::Slot> dead;
   for (const VertexId slot : slots) {
     freed.freed.push_back(slot);
     dead.push_back({slot, kNone});

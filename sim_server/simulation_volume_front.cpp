@@ -4,7 +4,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
 #include "sim_server/simulation_volume_cut.h"
 
@@ -33,7 +33,7 @@ void VolumeCutting::settle() {
     way.has_front = false;
     way.cut.insert(way.cut.end(), way.of_front.begin(), way.of_front.end());
     way.of_front.clear();
-    each_once(way.cut);
+    sort_unique(way.cut);
   }
 }
 
@@ -47,7 +47,7 @@ std::vector<VertexId> VolumeCutting::settled(const std::vector<VertexId>& vertic
     const auto ends = *volume_.made_from(made[k]);
     for (const VertexId v : ends) (volume_.made_from(v) ? made : found).push_back(v);
   }
-  each_once(found);
+  sort_unique(found);
   return found;
 }
 
@@ -70,7 +70,7 @@ TetCutOutcome VolumeCutting::cut_along(const Way& way, double further_m, std::ui
     begin.insert(begin.end(), volume_.star(v).begin(), volume_.star(v).end());
   }
   if (begin.empty()) return {};
-  each_once(begin);
+  sort_unique(begin);
   CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact, exact & kAlong};
   const Edge &first = way.edges.front(), &last = way.edges.back();
   const double reach_m =
@@ -97,7 +97,7 @@ bool VolumeCutting::cut_for_good(Way& way, bool is_lifted) {
     return false;
   }
   way.cut.insert(way.cut.end(), outcome.on_sheet.begin(), outcome.on_sheet.end());
-  each_once(way.cut);
+  sort_unique(way.cut);
   return true;
 }
 

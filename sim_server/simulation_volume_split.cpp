@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 
@@ -32,7 +32,7 @@ Part VolumeSplitting::part_of(const SharedBody& body, std::span<const std::uint3
       part.vertices.insert(part.vertices.end(), v.begin(), v.end());
     }
   for (auto* list : {&part.triangles, &part.vertices}) {
-    each_once(*list);
+    sort_unique(*list);
   }
   return part;
 }
@@ -42,7 +42,7 @@ PartSearch VolumeSplitting::separated(const SharedBody& body, std::span<const Tr
   std::vector<std::uint32_t> seeds;
   for (const TriangleId t : changed)
     if (t < body.mesh.triangle_slots() && body.mesh.triangle(t).alive()) seeds.push_back(tetrahedron_at(body, t));
-  each_once(seeds);
+  sort_unique(seeds);
   PartSearch result;
   if (seeds.empty()) return result;
   const Separated found = sectio::separated(seeds, [&](std::uint32_t t, std::vector<std::uint32_t>& neighbours) {

@@ -3,22 +3,11 @@
 #include <algorithm>
 #include <set>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 #include "common/mesh/slot_table.h"
 
 namespace sectio {
 namespace {
-
-// The triangles around a slot, as they are in the mesh.
-template <class F>
-void each_around(const TriangleMesh& mesh, VertexId slot, const F& f) {
-  const TriangleId first = mesh.incident(slot);
-  TriangleId t = first;
-  do {
-    f(t);
-    t = mesh.neighbour(t, (mesh.triangle(t).corner_of(slot) + 2) % 3);
-  } while (t != first);
-}
 
 std::size_t place_of(const Corners3& corners, VertexId v) {
   return static_cast<std::size_t>(std::ranges::find(corners, v) - corners.begin());
@@ -52,12 +41,12 @@ class Patch {
     std::map<TriangleId, std::size_t> met;
     for (auto& [v, list] : at_)
       for (const VertexId slot : surface.slots_of(v))
-        each_around(mesh, slot, [&, &list = list](TriangleId t) {
-          if (removed.contains(t)) return;
+        for (const TriangleId t : mesh.fan(slot)) {
+          if (removed.contains(t)) continue;
           const auto [it, is_new] = met.try_emplace(t, sides.size());
           if (is_new) sides.push_back({surface.in_volume(mesh.triangle(t)), mesh.triangle(t).v, t});
           list.push_back(it->second);
-        });
+        }
   }
 
   bool complete() const { return complete_; }
@@ -113,11 +102,11 @@ std::span<const VertexId> VolumeSurface::slots_of(VertexId vertex) const {
 TriangleId VolumeSurface::triangle_of(const TriangleMesh& mesh, const Corners3& corners) const {
   TriangleId found = kNone;
   for (const VertexId slot : slots_of(corners[0]))
-    each_around(mesh, slot, [&](TriangleId t) {
+    for (const TriangleId t : mesh.fan(slot)) {
       const auto& v = mesh.triangle(t).v;
       const auto i = static_cast<std::size_t>(mesh.triangle(t).corner_of(slot));
       if (vertex_of(v[(i + 1) % 3]) == corners[1] && vertex_of(v[(i + 2) % 3]) == corners[2]) found = t;
-    });
+    }
   return found;
 }
 
@@ -135,7 +124,7 @@ std::vector<std::array<VertexId, 2>> VolumeSurface::pinched_edges(const Triangle
     for (const auto& [w, count] : to)
       if (count > 1) edges.push_back({std::min(v, w), std::max(v, w)});
   }
-  each_once(edges);
+  sort_unique(edges);
   return edges;
 }
 

@@ -38,8 +38,7 @@ TopologyDelta VolumeCutting::tidy(const SharedBody& body) {
 void VolumeCutting::plan_collapse(const SharedBody& body, VertexId v, VertexId onto, TopologyDelta& delta) {
   Collapsing planned{v, onto, {}, 0};
   const BoundaryChange boundary = boundary_change(volume_.collapse_change(v, onto).tetrahedra);
-  MeshDraft draft(body.mesh, {body.particles.position_world_m.front().data(),
-                              body.particles.velocity_world_m_per_s.front().data()});
+  MeshDraft draft(body.mesh, body.particles.view());
   const auto state = [&](VertexId u) {
     const TetVertexState& s = volume_.vertex(u);
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
@@ -60,7 +59,7 @@ void VolumeCutting::collapse(const SharedBody& body) {
   for (const std::uint32_t t : volume_.star(done.v))
     around.insert(around.end(), volume_.tetrahedra()[t].begin(), volume_.tetrahedra()[t].end());
   const Momentum before = momentum(body, std::move(around));
-  std::vector<VolumeEngine::Slot> freed;
+  std::vector<VolumeDeformation::Slot> freed;
   for (const VertexId slot : done.slots.freed) freed.push_back({slot, kNone});
   engine_.change(volume_.collapse(done.v, done.onto), {}, {}, freed);
   surface_.accept(done.slots);

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 #include "common/delta/topology_delta.h"
 #include "common/mesh/patch.h"
 
@@ -145,7 +145,7 @@ class MeshWriter {
     touched.insert(touched.end(), after.begin(), after.end());
     std::sort(before.begin(), before.end());
     std::sort(after.begin(), after.end());
-    each_once(touched);
+    sort_unique(touched);
     const auto count = [](const std::vector<VertexId>& list, VertexId v) {
       const auto [first, last] = std::equal_range(list.begin(), list.end(), v);
       return static_cast<std::uint32_t>(last - first);

@@ -40,6 +40,40 @@ struct TriangleSoup {
   std::vector<std::array<VertexId, 3>> triangles;
 };
 
+// The triangles around a vertex, counter-clockwise seen from outside, from incident(v) on; empty at a dead vertex. A
+// view of any mesh with incident(), triangle() and neighbour(): valid until the mesh changes.
+template <class Mesh>
+class TriangleFan {
+ public:
+  struct End {};
+  class Iterator {
+   public:
+    Iterator(const Mesh& mesh, VertexId v) : mesh_(&mesh), v_(v), first_(mesh.incident(v)), t_(first_) {}
+
+    TriangleId operator*() const { return t_; }
+    Iterator& operator++() {
+      t_ = mesh_->neighbour(t_, (mesh_->triangle(t_).corner_of(v_) + 2) % 3);
+      if (t_ == first_) t_ = kNone;
+      return *this;
+    }
+    bool operator==(End) const { return t_ == kNone; }
+
+   private:
+    const Mesh* mesh_;
+    VertexId v_;
+    TriangleId first_, t_;
+  };
+
+  TriangleFan(const Mesh& mesh, VertexId v) : mesh_(mesh), v_(v) {}
+
+  Iterator begin() const { return {mesh_, v_}; }
+  End end() const { return {}; }
+
+ private:
+  const Mesh& mesh_;
+  VertexId v_;
+};
+
 class TriangleMesh {
  public:
   TriangleMesh() = default;
@@ -65,6 +99,7 @@ class TriangleMesh {
   const std::array<TriangleId, 3>& neighbours(TriangleId t) const { return neighbours_[t]; }
   // Some triangle at v; kNone for a dead slot.
   TriangleId incident(VertexId v) const { return incident_[v]; }
+  TriangleFan<TriangleMesh> fan(VertexId v) const { return {*this, v}; }
 
   // Dead slots in ascending order.
   std::span<const VertexId> free_vertices() const { return free_vertices_; }

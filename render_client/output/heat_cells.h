@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 #include "render_client/draw/image.h"
 
 namespace sectio {
@@ -17,7 +17,7 @@ namespace sectio {
 class CellEdges {
  public:
   explicit CellEdges(std::vector<double> values) : values_(std::move(values)) {
-    each_once(values_);
+    sort_unique(values_);
     if (values_.empty()) values_.push_back(0);
     const std::size_t last = values_.size() - 1;
     edges_.push_back(last > 0 ? 1.5 * values_[0] - 0.5 * values_[1] : values_[0] - 0.5);

@@ -10,12 +10,22 @@
 
 namespace sectio {
 
+// The state to read, in the layout of ParticleState.
+struct ParticleView {
+  std::span<const Vec4f> position_world_m;
+  std::span<const Vec4f> velocity_world_m_per_s;
+
+  Vec3 position(std::size_t v) const { return position_world_m[v].head<3>().cast<double>(); }
+  Vec3 velocity(std::size_t v) const { return velocity_world_m_per_s[v].head<3>().cast<double>(); }
+};
+
 // Entries are 16 bytes {x, y, z, 0}, so that a kernel fetches one with one aligned load. w must stay 0.
 struct ParticleState {
   std::vector<Vec4f> position_world_m;
   std::vector<Vec4f> velocity_world_m_per_s;
 
   std::size_t size() const { return position_world_m.size(); }
+  ParticleView view() const { return {position_world_m, velocity_world_m_per_s}; }
   std::size_t bytes() const {
     return (position_world_m.capacity() + velocity_world_m_per_s.capacity()) * sizeof(Vec4f);
   }

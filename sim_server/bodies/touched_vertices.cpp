@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 
@@ -17,7 +17,7 @@ std::vector<VertexId> touched_vertices(const TopologyDelta& delta, const Triangl
     if (edit.id < before.triangle_slots()) add_corners(before.triangle(edit.id));
     add_corners(edit.triangle);
   }
-  each_once(touched);
+  sort_unique(touched);
   return touched;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -87,7 +87,7 @@ void FrontTracker::topology_changed(const SurfaceView& view, std::span<const Tri
   if (known_.empty()) return;
   known_.insert(known_.end(), changed.begin(), changed.end());
   std::erase_if(known_, [&](TriangleId t) { return !view.alive(t); });
-  each_once(known_);
+  sort_unique(known_);
 }
 
 }  // namespace sectio

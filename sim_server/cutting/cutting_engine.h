@@ -32,9 +32,7 @@ class SurfaceCutting final : public CuttingEngine {
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) override {
-    const ParticleView particles{body.particles.position_world_m.front().data(),
-                                 body.particles.velocity_world_m_per_s.front().data()};
-    return plan_cut(body.mesh, particles, cuts, entries, motions, settings_, loops_free_islands_);
+    return plan_cut(body.mesh, body.particles.view(), cuts, entries, motions, settings_, loops_free_islands_);
   }
   void follow(const SharedBody&, const TopologyChange&) override {}  // BodyCuts hold all there is
 

@@ -51,13 +51,7 @@ Vec3 MeshDraft::rest(VertexId v) const {
 
 std::vector<TriangleId> MeshDraft::fan(VertexId v) const {
   std::vector<TriangleId> result;
-  const TriangleId first = incident(v);
-  if (first == kNone) return result;
-  TriangleId t = first;
-  do {
-    result.push_back(t);
-    t = neighbour(t, (triangle(t).corner_of(v) + 2) % 3);
-  } while (t != first);
+  for (const TriangleId t : TriangleFan(*this, v)) result.push_back(t);
   return result;
 }
 

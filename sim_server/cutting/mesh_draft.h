@@ -13,20 +13,9 @@
 #include <vector>
 
 #include "common/delta/topology_delta.h"
+#include "sim_server/bodies/particle_state.h"
 
 namespace sectio {
-
-// State of a body's particles, four floats (x, y, z, unused) a vertex slot.
-struct ParticleView {
-  const float* position_world_m = nullptr;
-  const float* velocity_world_m_per_s = nullptr;
-
-  Vec3 position(VertexId v) const { return at(position_world_m, v); }
-  Vec3 velocity(VertexId v) const { return at(velocity_world_m_per_s, v); }
-
- private:
-  static Vec3 at(const float* xyzw, VertexId v) { return {xyzw[4 * v], xyzw[4 * v + 1], xyzw[4 * v + 2]}; }
-};
 
 struct VertexState {
   Vec3 rest_body_m = Vec3::Zero();

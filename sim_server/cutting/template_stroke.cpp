@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 
@@ -259,7 +259,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
   const std::optional<RestBlade> newest = std::exchange(stroke.newest, blade);
   if (!stroke.at_front) stroke.at_front = blade;
   stroke.active.insert(stroke.active.end(), active.begin(), active.end());
-  each_once(stroke.active);
+  sort_unique(stroke.active);
   if (newest) deepen_groove(draft, *newest, blade, grooves, active, settings);
   stroke.waits = stroke.fronts.empty() && !take_up_groove(draft, stroke, blade, grooves, settings);
   if (stroke.waits) return TemplateStrokeEnd::going;

@@ -11,7 +11,7 @@
 namespace sectio {
 
 // A plane that bears a loose piece.
-struct Bed {
+struct SupportPlane {
   Vec3 point_world_m = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
 };
@@ -26,9 +26,9 @@ class DeformationEngine : public Engine {
   virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
 
   // Where the shape at rest is, of the connected piece that a vertex belongs to.
-  virtual Pose home_frame_world(VertexId v) const = 0;
+  virtual Pose rest_frame_world(VertexId v) const = 0;
   // These vertices, a connected piece, are not held by the rest of the body any more, and lie on a bed if there is one.
-  virtual void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) = 0;
+  virtual void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) = 0;
 
   virtual bool fixed(VertexId v) const = 0;               // never moves
   virtual double mass_kg(VertexId v) const = 0;           // the tissue's own

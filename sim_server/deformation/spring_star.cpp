@@ -23,13 +23,11 @@ void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& 
   star.half_edges.clear();
   star.area_m2 = 0;
   Mat3 stiffness = Mat3::Zero();
-  const TriangleId first = mesh.incident(v);
-  TriangleId t = first;
-  do {
+  for (const TriangleId t : mesh.fan(v)) {
     const Triangle& triangle = mesh.triangle(t);
     const int corner = triangle.corner_of(v);
     SECTIO_ASSERT(corner >= 0, "the triangles around a vertex name it");
-    // Edge v -> to lies between this triangle and the one across it; the walk leaves across the other edge at v.
+    // The edge v -> to lies between this triangle and the one before it in the fan.
     const VertexId to = triangle.v[static_cast<std::size_t>((corner + 1) % 3)];
     const Triangle& across = mesh.triangle(mesh.neighbour(t, corner));
     const double area = area_m2(mesh, triangle);
@@ -43,9 +41,8 @@ void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& 
     star.area_m2 += area / 3;
     // K_ij = k [n n^T + (1 - l0/l)(I - n n^T)]
     stiffness += k * (strain * Mat3::Identity() + (1 - strain) / std::max(l2, 1e-30) * edge * edge.transpose());
-    t = mesh.neighbour(t, (corner + 2) % 3);
     SECTIO_ASSERT(star.half_edges.size() <= mesh.triangle_slots(), "the walk around a vertex closes");
-  } while (t != first);
+  }
   std::sort(star.half_edges.begin(), star.half_edges.end(),
             [](const HalfEdge& a, const HalfEdge& b) { return a.to < b.to; });
   star.stiffness_n_per_m = largest_eigenvalue_bound(stiffness);

@@ -72,14 +72,11 @@ double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {
 double SurfaceSprings::column_factor(const TriangleMesh& mesh, VertexId v) const {
   if (!settings_.stiffness_factor) return 1;
   Vec3 outward = Vec3::Zero();
-  const TriangleId first = mesh.incident(v);
-  TriangleId t = first;
-  do {
+  for (const TriangleId t : mesh.fan(v)) {
     const auto& c = mesh.triangle(t).v;
     const Vec3& a = mesh.rest_body_m(c[0]);
     outward += (mesh.rest_body_m(c[1]) - a).cross(mesh.rest_body_m(c[2]) - a);
-    t = mesh.neighbour(t, (mesh.triangle(t).corner_of(v) + 2) % 3);
-  } while (t != first);
+  }
   const Vec3 down_m = -material_.foundation_radius_m * outward.stableNormalized();
   double compliance = 0;
   for (int i = 0; i < kColumnPoints; ++i)
@@ -214,7 +211,7 @@ void SurfaceSprings::set_component(std::uint32_t component, std::span<const Vert
   matched_.reserve(c.vertices.size());
 }
 
-void SurfaceSprings::release(std::span<const VertexId> piece, const std::optional<Bed>& bed) {
+void SurfaceSprings::release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) {
   const auto component = static_cast<std::uint32_t>(components_.size());
   set_component(component, piece, false);
   if (bed) set_bed(component, bed->point_world_m, bed->normal);

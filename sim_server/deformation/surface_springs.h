@@ -25,8 +25,8 @@
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/deformation/deformation_engine.h"
-#include "sim_server/deformation/home_frame.h"
 #include "sim_server/deformation/max_tree.h"
+#include "sim_server/deformation/shape_matching.h"
 #include "sim_server/deformation/spring_rows.h"
 #include "sim_server/deformation/spring_star.h"
 
@@ -86,8 +86,8 @@ class SurfaceSprings final : public DeformationEngine {
   // Vertices of this component that get below the plane are put onto it and stop: a floor with high friction.
   void set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal);
   // As a new component.
-  void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) override;
-  Pose home_frame_world(VertexId v) const override { return frame_world(component_of(v)); }
+  void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) override;
+  Pose rest_frame_world(VertexId v) const override { return frame_world(component_of(v)); }
   std::uint32_t component_of(VertexId v) const { return component_of_[v]; }
   bool anchored(std::uint32_t component) const { return !components_[component].free; }
   const Pose& frame_world(std::uint32_t component) const { return components_[component].frame; }

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/core/each_once.h"
 #include "common/core/error.h"
+#include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
 #include "sim_server/meshing/lattice.h"
 #include "sim_server/meshing/settle.h"
@@ -95,7 +95,7 @@ class LatticeMesher {
       const auto [a, b] = lattice_.ends(c.edge);
       near.insert(near.end(), {a, b});
     }
-    each_once(near);
+    sort_unique(near);
     for (const std::uint32_t v : near) {
       double closest = 1;
       Vec3 target;

@@ -94,6 +94,10 @@ struct PlanSpec {
 struct Box {
   Vec3 min_world_m = Vec3::Zero();
   Vec3 max_world_m = Vec3::Zero();
+
+  bool contains(const Vec3& x_world_m) const {
+    return (x_world_m.array() >= min_world_m.array()).all() && (x_world_m.array() <= max_world_m.array()).all();
+  }
 };
 
 struct BodySpec {

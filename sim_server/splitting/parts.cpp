@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -127,7 +127,7 @@ Part part_of(const TriangleMesh& mesh, std::vector<TriangleId> triangles) {
   part.vertices.reserve(3 * part.triangles.size());
   for (const TriangleId t : part.triangles)
     part.vertices.insert(part.vertices.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
-  each_once(part.vertices);
+  sort_unique(part.vertices);
   return part;
 }
 
@@ -147,7 +147,7 @@ PartSearch separated_parts(const TriangleMesh& mesh, std::span<const TriangleId>
   std::vector<TriangleId> seeds;
   for (const TriangleId t : changed)
     if (t < mesh.triangle_slots() && mesh.triangle(t).alive()) seeds.push_back(t);
-  each_once(seeds);
+  sort_unique(seeds);
   Separated found = separated(seeds, [&](TriangleId t, std::vector<std::uint32_t>& neighbours) {
     neighbours.insert(neighbours.end(), mesh.neighbours(t).begin(), mesh.neighbours(t).end());
   });

@@ -17,7 +17,7 @@ class SplittingEngine : public Engine {
 };
 
 // Searches when it is asked.
-class PartSearcher final : public SplittingEngine {
+class SurfaceSplitting final : public SplittingEngine {
  public:
   PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) override {
     return separated_parts(body.mesh, changed);

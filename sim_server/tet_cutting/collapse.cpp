@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -81,13 +81,13 @@ struct LinkOf {
       edges.insert(edges.end(), {{c[0], c[1]}, {c[0], c[2]}, {c[1], c[2]}});
       vertices.insert(vertices.end(), c.begin(), c.end());
     }
-    each_once(vertices), each_once(edges), each_once(triangles);
+    sort_unique(vertices), sort_unique(edges), sort_unique(triangles);
   }
   // Of the surface there.
   explicit LinkOf(const Fan& fan) : vertices(fan.rim) {
     for (std::size_t i = 0; i < fan.rim.size(); ++i)
       edges.push_back({std::min(fan.at(i), fan.at(i + 1)), std::max(fan.at(i), fan.at(i + 1))});
-    each_once(vertices), each_once(edges);
+    sort_unique(vertices), sort_unique(edges);
   }
 };
 
@@ -109,7 +109,7 @@ bool stays_manifold(const TetTopology& volume, VertexId v, VertexId w, const Fan
     ++around;
     std::ranges::copy_if(c, std::back_inserter(ends), [&](VertexId u) { return u != v && u != w; });
   }
-  each_once(ends);
+  sort_unique(ends);
   if (common(at_v.vertices, at_w.vertices).size() != ends.size()) return false;
   if (common(at_v.edges, at_w.edges).size() != around) return false;
   if (!common(at_v.triangles, at_w.triangles).empty()) return false;
@@ -125,7 +125,8 @@ bool is_straight(const Vec3& v, const Vec3& w, const Vec3& u, double within_m) {
   return (v - w).dot(along) >= 0 && (u - v).dot(along) >= 0 && (v - w).cross(along).norm() <= within_m * along.norm();
 }
 
-CollapseVerdict judge_surface(const TetTopology& volume, VertexId v, VertexId w, const Fan& fan, const SideKind& kind) {
+CollapseVerdict judge_surface(const TetTopology& volume, VertexId v, VertexId w, const Fan& fan,
+                              const SurfaceLabel& kind) {
   const auto at = [&](VertexId u) -> const Vec3& { return volume.vertex(u).rest_body_m; };
   const std::size_t n = fan.rim.size();
   const double mean_m = mean_edge_m(volume, v, w), within_m = kCollapseOff * mean_m;
@@ -225,7 +226,7 @@ double edge_ratio(const TetTopology& volume, VertexId v, VertexId w) {
   return (volume.vertex(v).rest_body_m - volume.vertex(w).rest_body_m).norm() / mean_edge_m(volume, v, w);
 }
 
-CollapseVerdict judge_collapse(const TetTopology& volume, VertexId v, VertexId w, const SideKind& kind) {
+CollapseVerdict judge_collapse(const TetTopology& volume, VertexId v, VertexId w, const SurfaceLabel& kind) {
   const Fan at_v = fan_at(volume, v), at_w = fan_at(volume, w);
   if (!at_v.rim.empty() && at_w.rim.empty()) return CollapseVerdict::inward;
   if (!stays_manifold(volume, v, w, at_v, at_w)) return CollapseVerdict::torn;
@@ -235,12 +236,12 @@ CollapseVerdict judge_collapse(const TetTopology& volume, VertexId v, VertexId w
   return gets_no_worse(volume, v, w) ? CollapseVerdict::fine : CollapseVerdict::flat;
 }
 
-std::optional<VertexId> collapse_onto(const TetTopology& volume, VertexId v, double ratio, const SideKind& kind) {
+std::optional<VertexId> collapse_onto(const TetTopology& volume, VertexId v, double ratio, const SurfaceLabel& kind) {
   std::vector<std::pair<double, VertexId>> ends;
   for (const std::uint32_t t : volume.star(v))
     for (const VertexId w : volume.tetrahedra()[t])
       if (w != v) ends.emplace_back((volume.vertex(v).rest_body_m - volume.vertex(w).rest_body_m).squaredNorm(), w);
-  each_once(ends);
+  sort_unique(ends);
   for (const auto& [length2, w] : ends)
     if (edge_ratio(volume, v, w) < ratio && judge_collapse(volume, v, w, kind) == CollapseVerdict::fine) return w;
   return {};

@@ -24,7 +24,7 @@ inline constexpr double kCollapseOff = 0.02;
 inline constexpr double kCollapseVolume = 2e-3;
 
 // What a triangle of the surface is of, corners counter-clockwise from outside: where that changes is a lip.
-using SideKind = std::function<int(const std::array<VertexId, 3>& corners)>;  // empty: all are alike
+using SurfaceLabel = std::function<int(const std::array<VertexId, 3>& corners)>;  // empty: all are alike
 
 enum class CollapseVerdict : std::uint8_t {
   fine,
@@ -38,9 +38,10 @@ enum class CollapseVerdict : std::uint8_t {
 const char* to_string(CollapseVerdict verdict);
 
 // Of v onto its neighbour w. O(star^2).
-CollapseVerdict judge_collapse(const TetTopology& volume, VertexId v, VertexId w, const SideKind& kind = {});
+CollapseVerdict judge_collapse(const TetTopology& volume, VertexId v, VertexId w, const SurfaceLabel& kind = {});
 
 // The neighbour that v can move onto: over the shortest edge below `ratio` for which nothing speaks against it.
-std::optional<VertexId> collapse_onto(const TetTopology& volume, VertexId v, double ratio, const SideKind& kind = {});
+std::optional<VertexId> collapse_onto(const TetTopology& volume, VertexId v, double ratio,
+                                      const SurfaceLabel& kind = {});
 
 }  // namespace sectio

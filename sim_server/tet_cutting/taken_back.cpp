@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/each_once.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -16,7 +16,7 @@ std::vector<VertexId> parted(std::span<const TetStep> steps, VertexId first_made
   std::vector<VertexId> vertices;
   for (const TetStep& step : steps)
     if (step.b == kNone && step.a < first_made) vertices.push_back(step.a);
-  each_once(vertices);
+  sort_unique(vertices);
   return vertices;
 }
 
@@ -117,7 +117,7 @@ std::vector<VertexId> TakenBack::give_states(TetTopology& volume) const {
     volume.set_state(vertices[k], states[k].position_world_m, states[k].velocity_m_per_s);
   const std::vector<VertexId> before = parted(steps_, now.first_added);
   vertices.insert(vertices.end(), before.begin(), before.end());
-  each_once(vertices);
+  sort_unique(vertices);
   return vertices;
 }
 

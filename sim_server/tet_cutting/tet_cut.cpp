@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "common/core/each_once.h"
 #include "common/core/error.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -189,7 +189,7 @@ class SheetCut {
     } else {
       follow(begin);
     }
-    each_once(crossings_);
+    sort_unique(crossings_);
   }
 
   // Through the stars of crossed edges' ends.
@@ -247,7 +247,7 @@ class SheetCut {
         const double at_b = within(side, volume_.vertex(face[j]).position_world_m);
         if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
       }
-    each_once(crossings_);
+    sort_unique(crossings_);
     std::unordered_set<VertexId> snapped;
     for (const Crossing& c : crossings_) {  // what 3 has left of an edge is not divided as finely as an edge
       const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
@@ -272,14 +272,14 @@ class SheetCut {
     crossings_.clear();
     for (std::size_t n = 1; n < edges.size(); ++n)
       if (edges[n] == edges[n - 1]) crossings_.push_back(edges[n]);
-    each_once(crossings_);  // of more than two faces where sheets meet
+    sort_unique(crossings_);  // of more than two faces where sheets meet
     split();
   }
   // Corners ascending. Each is between two tetrahedra.
   std::vector<std::array<VertexId, 3>> entered_faces() {
     std::vector<std::uint32_t> around;
     for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
-    each_once(around);
+    sort_unique(around);
     std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
     for (const std::uint32_t t : around) {
       const Tetrahedron& c = volume_.tetrahedra()[t];

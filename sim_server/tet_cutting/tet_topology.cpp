@@ -4,8 +4,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "common/core/each_once.h"
 #include "common/core/error.h"
+#include "common/core/sort_unique.h"
 #include "common/mesh/slot_table.h"
 
 namespace sectio {
@@ -77,7 +77,7 @@ std::vector<std::uint32_t> TetTopology::connected(std::vector<std::uint32_t> tet
     for (std::size_t corner = 0; corner < 4; ++corner)
       if (const std::uint32_t u = across(tetrahedra[k], corner); u != kNone && seen.insert(u).second)
         tetrahedra.push_back(u);
-  each_once(tetrahedra);
+  sort_unique(tetrahedra);
   return tetrahedra;
 }
 

@@ -61,7 +61,7 @@ inline const std::vector<Room>& rooms() {
        {"Eigen/", "fcl/"}},
       {"sim_server/cutting/",
        {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/cutting/", "sim_server/step_io.h",
-        "sim_server/engine.h"},
+        "sim_server/engine.h", "sim_server/bodies/particle_state.h"},
        {"Eigen/"}},
       {"sim_server/splitting/",
        {"common/core/", "common/math/", "common/mesh/", "common/delta/", "sim_server/splitting/",

@@ -87,19 +87,19 @@ const Vec3 kA(0.010, 0.020, 0.02), kB(0.010, 0.010, 0.02), kC(0.020, 0.020, 0.02
 
 TEST(A_DEF, A_DEF_0_no_original_particle_is_moved) {
   PressedPad pad;
-  const std::vector<float> before = pad.positions;
+  const std::vector<Vec4f> before = pad.particles.position_world_m;
   const std::uint32_t old_vertices = pad.mesh.vertex_slots();
   const Press p = pad.touch({pad.on_edge(kB, kC, 0.4), pad.inside(0.012, 0.017)});
   ASSERT_EQ(p.held.size(), 2u);
   for (const HeldParticle& held : p.held) {
     EXPECT_GE(held.vertex, old_vertices);
     for (int i = 0; i < 3; ++i)
-      EXPECT_NEAR(pad.positions[4 * held.vertex + static_cast<std::size_t>(i)], held.target_world_m[i], 1e-8);
+      EXPECT_NEAR(pad.particles.position_world_m[held.vertex][i], held.target_world_m[i], 1e-8);
     EXPECT_NEAR(pad.x(held.vertex).z(), pad.kTop_m, 1e-9) << "at rest on the undeformed face";
   }
   for (VertexId v = 0; v < old_vertices; ++v) {
     EXPECT_EQ(pad.x(v), pad.soup.vertices_body_m[v]);
-    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(pad.positions[4 * v + i], before[4 * v + i]);
+    EXPECT_EQ(pad.particles.position_world_m[v], before[v]);
   }
 }
 
@@ -225,15 +225,8 @@ class PressedSprings : public PressedPad {
   void step(std::span<const HeldParticle> held) {
     std::vector<PointConstraint> constraints;
     for (const HeldParticle& p : held) constraints.push_back(hold(p.vertex, p.target_world_m));
-    std::vector<Vec4f> x(mesh.vertex_slots()), v(mesh.vertex_slots());
-    for (std::size_t i = 0; i < x.size(); ++i)
-      for (int k = 0; k < 4; ++k)
-        x[i][k] = positions[4 * i + std::size_t(k)], v[i][k] = velocities[4 * i + std::size_t(k)];
     std::vector<Reaction> reactions(constraints.size());
-    springs.step(x, v, constraints, reactions);
-    for (std::size_t i = 0; i < x.size(); ++i)
-      for (int k = 0; k < 4; ++k)
-        positions[4 * i + std::size_t(k)] = x[i][k], velocities[4 * i + std::size_t(k)] = v[i][k];
+    springs.step(particles.position_world_m, particles.velocity_world_m_per_s, constraints, reactions);
   }
   void topology_changed(const TopologyDelta& delta, const TriangleMesh& before) {
     std::set<VertexId> touched;
@@ -259,7 +252,7 @@ TEST(A_DEF, A_DEF_9_held_for_one_step_and_no_longer) {
   pad.topology_changed(delta, before);
   pad.step(p.held);
   const VertexId k = p.held[0].vertex;
-  const auto depth = [&] { return pad.kTop_m - pad.positions[4 * k + 2]; };
+  const auto depth = [&] { return pad.kTop_m - pad.particles.position_world_m[k].z(); };
   EXPECT_NEAR(depth(), 0.0005, 1e-5) << "held";
   for (int i = 0; i < 3000; ++i) pad.step({});
   EXPECT_LT(depth(), 1e-5) << "free: the springs have pulled it home";
@@ -337,7 +330,7 @@ TEST(A_DEF, A_DEF_12_closer_to_the_instrument_than_moving_original_points) {
   };
   PressedPad old_way;
   const ContactPoint inside = old_way.inside(from.x(), from.y());
-  for (const VertexId v : inside.place.face) old_way.positions[4 * v + 2] = static_cast<float>(to.z());
+  for (const VertexId v : inside.place.face) old_way.particles.position_world_m[v].z() = static_cast<float>(to.z());
   PressedPad pad;
   ContactPoint a = pad.inside(from.x(), from.y()), b = pad.inside(to.x(), to.y());
   a.target_world_m = from;

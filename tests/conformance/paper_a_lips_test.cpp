@@ -29,12 +29,8 @@ class Squeeze final : public ProcessEngine {
   // Where the tissue around a vertex lies.
   static double side_of(const TriangleMesh& mesh, VertexId v) {
     double sum = 0;
-    const TriangleId first = mesh.incident(v);
-    TriangleId t = first;
-    do {
+    for (const TriangleId t : mesh.fan(v))
       for (const VertexId w : mesh.triangle(t).v) sum += mesh.rest_body_m(w).y();
-      t = mesh.neighbour(t, mesh.triangle(t).corner_of(v));
-    } while (t != first);
     return std::abs(sum) < 1e-6 ? 0 : sum > 0 ? 1 : -1;
   }
 
@@ -54,8 +50,8 @@ class Untouchable final : public DeformationEngine {
     engine_->step(body, constraints, reactions);
   }
   void set_gravity(const Vec3& gravity_m_per_s2) override { engine_->set_gravity(gravity_m_per_s2); }
-  Pose home_frame_world(VertexId v) const override { return engine_->home_frame_world(v); }
-  void release(std::span<const VertexId> piece, const std::optional<Bed>& bed) override {
+  Pose rest_frame_world(VertexId v) const override { return engine_->rest_frame_world(v); }
+  void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) override {
     engine_->release(piece, bed);
   }
   bool fixed(VertexId v) const override { return engine_->fixed(v); }

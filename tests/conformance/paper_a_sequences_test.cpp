@@ -87,11 +87,12 @@ TEST(A_SEQ, A_SEQ_2_a_rest_with_other_actions_changes_nothing) {
       ASSERT_TRUE(rested.commit(draft));
       grooves.commit(rested.grooves);
       ASSERT_TRUE(rested.valid());
-      for (VertexId v = 0; v < rested.mesh.vertex_slots(); ++v) rested.positions[4 * v + 2] += k < 50 ? 1e-5f : -1e-5f;
+      for (VertexId v = 0; v < rested.mesh.vertex_slots(); ++v)
+        rested.particles.position_world_m[v].z() += k < 50 ? 1e-5f : -1e-5f;
     }
     for (VertexId v = 0; v < rested.mesh.vertex_slots(); ++v)  // home again, to the last bit
       for (int j = 0; j < 3; ++j)
-        rested.positions[4 * v + static_cast<std::size_t>(j)] = static_cast<float>(rested.mesh.rest_body_m(v)[j]);
+        rested.particles.position_world_m[v][j] = static_cast<float>(rested.mesh.rest_body_m(v)[j]);
     MeshDraft draft(rested.mesh, rested.view());
     GrooveDraft grooves(rested.grooves);
     ASSERT_TRUE(undo_temporary(draft, other));

@@ -24,7 +24,7 @@ TEST(A_STYLE, A_STYLE_templates_behind_plan_cut) {
       pad->expect_valid();
       ASSERT_TRUE(pad->going());
       // Where others see the instrument.
-      const MeshDraft at(pad->mesh, {pad->positions.data(), pad->velocities.data()});
+      const MeshDraft at(pad->mesh, pad->view());
       EXPECT_LT((position_of(at, *pad->stroke()) - pad->top(x, 0.0143)).norm(), 0.0015);
     }
     pad->lift();

@@ -231,7 +231,7 @@ TEST(A_CUT, A_CUT_6_only_active_faces_and_their_neighbours_are_read) {
   const std::array<VertexId, 3> active_vertices = near.mesh.triangle(active[0]).v;
   ASSERT_LT(read.size(), near.mesh.vertex_count() / 2);
   for (VertexId v = 0; v < near.mesh.vertex_slots(); ++v)
-    if (!read.contains(v)) near.positions[4 * v] = std::numeric_limits<float>::quiet_NaN();
+    if (!read.contains(v)) near.particles.position_world_m[v].x() = std::numeric_limits<float>::quiet_NaN();
   MeshDraft draft(near.mesh, near.view());
   const TemplateStep step = cut_with_templates(draft, first, last, {}, active, near.settings);
   ASSERT_EQ(step.outcome, TemplateOutcome::cut);

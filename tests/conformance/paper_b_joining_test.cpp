@@ -144,14 +144,11 @@ TEST(B_JOIN, B_JOIN_2_where_the_scene_forbids_islands_the_loop_stays_in_one_piec
   bool joined = false;
   for (const auto& [x, y] : dense(kLoop, 4e-4)) {
     const std::vector<BladeMotion> motions{{0, {{pad.top(x, y) - 0.004 * Vec3::UnitZ(), Vec3::UnitZ(), 1e9}}, false}};
-    const CutPlan plan = plan_cut(pad.mesh, {pad.positions.data(), pad.velocities.data()}, pad.cuts, pad.entries,
-                                  motions, pad.settings, false);
+    const CutPlan plan = plan_cut(pad.mesh, pad.view(), pad.cuts, pad.entries, motions, pad.settings, false);
     pad.entries.clear();
     ASSERT_TRUE(accept(plan, pad.mesh, pad.cuts));
-    pad.positions.resize(4 * pad.mesh.vertex_slots());
-    pad.velocities.resize(4 * pad.mesh.vertex_slots());
-    for (const auto& [v, state] : plan.seeds)
-      for (int i = 0; i < 3; ++i) pad.positions[4 * v + unsigned(i)] = static_cast<float>(state.position_world_m[i]);
+    pad.particles.resize(pad.mesh.vertex_slots());
+    for (const auto& [v, state] : plan.seeds) pad.particles.place(v, state.position_world_m);
     if (plan.outcomes.empty()) continue;
     joined = plan.outcomes[0].end == StrokeEnd::joined;
     break;
@@ -280,7 +277,7 @@ TEST(B_JOIN, down_the_wall_of_an_open_groove) {
       for (const Triangle& t : pad.mesh.triangles())
         if (pad.on_top(t) && t.corner_of(v) >= 0)
           for (const VertexId w : t.v) side += pad.mesh.rest_body_m(w).y() - pad.mesh.rest_body_m(v).y();
-      pad.positions[4 * v + 1] += static_cast<float>(side > 0 ? 0.0015 : -0.0015);
+      pad.particles.position_world_m[v].y() += static_cast<float>(side > 0 ? 0.0015 : -0.0015);
     }
     ++opened;
   }

@@ -16,7 +16,7 @@ TopologyDelta rebased(TopologyDelta delta, const TriangleMesh& mesh) {
 // The mesh with every temporary subdivision undone, in the order in which the strokes will undo theirs.
 TriangleMesh without_temporaries(const PadUnderScalpel& pad) {
   TriangleMesh mesh = pad.mesh;
-  MeshDraft draft(pad.mesh, {pad.positions.data(), pad.velocities.data()});
+  MeshDraft draft(pad.mesh, pad.view());
   for (auto s = pad.cuts.strokes.rbegin(); s != pad.cuts.strokes.rend(); ++s)
     EXPECT_TRUE(!s->temporary_inverse || draft.undo(*s->temporary_inverse));
   const TopologyDelta delta = draft.delta();
@@ -216,7 +216,7 @@ TEST(B_PROG, a_delta_that_does_not_fit_leaves_the_mesh_alone) {
   come_to_cell(pad);
   const TriangleMesh before = pad.mesh;
   CutPlan plan =
-      plan_cut(pad.mesh, {pad.positions.data(), pad.velocities.data()}, pad.cuts, {},
+      plan_cut(pad.mesh, pad.view(), pad.cuts, {},
                std::vector<BladeMotion>{{0, {{pad.top(0.026, 0.015), Vec3::UnitZ(), 1e9}}, false}}, pad.settings, true);
   ASSERT_FALSE(plan.delta.empty());
   plan.delta.hash_after ^= 1;

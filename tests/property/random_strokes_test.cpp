@@ -78,7 +78,7 @@ Storm storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double st
       if (i > 0 && !scalpel.going()) break;
       if (i > 0) {
         const Stroke& s = *scalpel.stroke();
-        const MeshDraft at(scalpel.mesh, {scalpel.positions.data(), scalpel.velocities.data()});
+        const MeshDraft at(scalpel.mesh, scalpel.view());
         const Vec3 n = rest_normal_of(at, s);
         if (n.dot(up) > 0.2) up = (0.8 * up + 0.2 * n).normalized();  // the hand follows the surface
       }

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/mesh/check.h"
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/simulation.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/simulation_engines.h"
@@ -48,7 +48,7 @@ class BlockUnderBlade {
         body_(scene_.bodies[0], scene_, 0, maker(model)) {}
 
   SimulationBody& body() { return body_; }
-  const VolumeEngine& engine() const { return dynamic_cast<const VolumeEngine&>(*body_.engines.deformation); }
+  const VolumeDeformation& engine() const { return dynamic_cast<const VolumeDeformation&>(*body_.engines.deformation); }
   const VolumeCutting& cutting() const { return dynamic_cast<const VolumeCutting&>(*body_.engines.cutting); }
   double volume_m3() { return check(body_.mesh).volume_m3; }
 

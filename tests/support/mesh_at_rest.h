@@ -10,26 +10,20 @@ namespace sectio::test {
 
 class MeshAtRest {
  public:
-  explicit MeshAtRest(const TriangleSoup& soup) : mesh(soup) { seed({}); }
+  explicit MeshAtRest(const TriangleSoup& soup) : mesh(soup), particles(particles_at_rest(mesh.rest_body_m(), {})) {}
 
-  ParticleView view() const { return {positions.data(), velocities.data()}; }
+  ParticleView view() const { return particles.view(); }
 
   TriangleMesh mesh;
-  std::vector<float> positions, velocities;  // four a vertex slot
+  ParticleState particles;
 
  protected:
-  // After a delta: new vertices are at rest, those named where their state says.
+  // After a delta: new vertices are at rest, seeded ones where their state says.
   void seed(const std::vector<std::pair<VertexId, VertexState>>& seeds) {
-    const std::size_t known = positions.size() / 4;
-    positions.resize(mesh.vertex_slots() * 4);
-    velocities.resize(mesh.vertex_slots() * 4);
-    for (std::size_t v = known; v < mesh.vertex_slots(); ++v) place(v, mesh.rest_body_m(static_cast<VertexId>(v)));
-    for (const auto& [v, state] : seeds) place(v, state.position_world_m);
-  }
-
- private:
-  void place(std::size_t v, const Vec3& x) {
-    for (int i = 0; i < 3; ++i) positions[4 * v + static_cast<std::size_t>(i)] = static_cast<float>(x[i]);
+    const std::size_t known = particles.size();
+    particles.resize(mesh.vertex_slots());
+    for (std::size_t v = known; v < particles.size(); ++v) particles.place(v, mesh.rest_body_m()[v]);
+    for (const auto& [v, state] : seeds) particles.place(v, state.position_world_m);
   }
 };
 

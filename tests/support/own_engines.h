@@ -130,8 +130,8 @@ class Verlet final : public DeformationEngine {
     ++steps_;
   }
 
-  Pose home_frame_world(VertexId) const override { return frame_; }
-  void release(std::span<const VertexId>, const std::optional<Bed>&) override {}
+  Pose rest_frame_world(VertexId) const override { return frame_; }
+  void release(std::span<const VertexId>, const std::optional<SupportPlane>&) override {}
   bool fixed(VertexId v) const override { return fixed_[v]; }
   double mass_kg(VertexId) const override { return kMass_kg; }
   double largest_stable_step_s() const override {
@@ -189,9 +189,7 @@ class Verlet final : public DeformationEngine {
     acceleration_.resize(body.mesh.vertex_slots(), Vec3::Zero());
     fixed_.resize(acceleration_.size());
     for (VertexId v = 0; v < acceleration_.size(); ++v) {
-      const Vec3 home = frame_.to_world(body.mesh.rest_body_m(v));
-      fixed_[v] = fixed_box_ && (home.array() >= fixed_box_->min_world_m.array()).all() &&
-                  (home.array() <= fixed_box_->max_world_m.array()).all();
+      fixed_[v] = fixed_box_ && fixed_box_->contains(frame_.to_world(body.mesh.rest_body_m(v)));
     }
   }
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "sim_server/deformation/hexa/hex_solid.h"
-#include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/shape_matching.h"
 
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"

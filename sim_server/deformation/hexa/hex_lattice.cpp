@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/core/each_once.h"
 #include "common/core/error.h"
+#include "common/core/sort_unique.h"
 
 namespace sectio {
 namespace {
@@ -149,7 +149,7 @@ void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetM
   for (const std::uint32_t t : tetrahedra)
     for (std::size_t corner = 0; corner < 4 && mesh.tetrahedra[t] != kNoTetrahedron; ++corner)
       if (const std::uint32_t u = across(t, corner, mesh, stars); u != kNone) around.push_back(u);
-  each_once(around);
+  sort_unique(around);
   for (const std::uint32_t t : around)
     if (mesh.tetrahedra[t] != kNoTetrahedron) find_contacts(t, mesh, stars);
 }

@@ -7,7 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/math/lame.h"
-#include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/shape_matching.h"
 
 namespace sectio {
 namespace {
@@ -29,7 +29,7 @@ HexMaterial hex_material_of(const VolumeMaterial& m) {
 
 HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
                    TetDriver driver, const HexSolid* from)
-    : TwoDrivers(material, std::move(settings), driver),
+    : ExplicitImplicitIntegrator(material, std::move(settings), driver),
       body_(mesh, material, settings_.fixed),
       hex_material_(hex_material_of(material)),
       maker_(grid) {

@@ -8,12 +8,12 @@
 
 #include "sim_server/deformation/held_points.h"
 #include "sim_server/deformation/hexa/hex_descent.h"
+#include "sim_server/deformation/tetra/explicit_implicit_integrator.h"
 #include "sim_server/deformation/tetra/tet_body.h"
-#include "sim_server/deformation/tetra/two_drivers.h"
 
 namespace sectio {
 
-class HexSolid final : public TwoDrivers {
+class HexSolid final : public ExplicitImplicitIntegrator {
  public:
   // `from`: what this is a part of, whose nodes pass their state on. settings.least_part_s isn't needed. A fixed vertex
   // holds the node next to it, and what lies between four fixed corners of a tetrahedron.

@@ -26,7 +26,7 @@ void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetS
 }  // namespace
 
 TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
-    : TwoDrivers(material, std::move(settings), driver), body_(mesh, material, settings_.fixed) {
+    : ExplicitImplicitIntegrator(material, std::move(settings), driver), body_(mesh, material, settings_.fixed) {
   stiffness_.shear_pa.resize(mesh.tetrahedra.size());
   stiffness_.bulk_pa.resize(mesh.tetrahedra.size());
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)

@@ -4,13 +4,13 @@
 #pragma once
 
 #include "sim_server/deformation/held_points.h"
+#include "sim_server/deformation/tetra/explicit_implicit_integrator.h"
 #include "sim_server/deformation/tetra/tet_body.h"
 #include "sim_server/deformation/tetra/tet_kernel.h"
-#include "sim_server/deformation/tetra/two_drivers.h"
 
 namespace sectio {
 
-class TetSolid final : public TwoDrivers {
+class TetSolid final : public ExplicitImplicitIntegrator {
  public:
   TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
            TetDriver driver = TetDriver::automatic);

@@ -108,11 +108,7 @@ TEST(SurfaceTree, right_after_thousands_of_local_edits) {
       const std::size_t i = below(random, added.size());
       const VertexId v = added[i];
       int valence = 0;
-      TriangleId t = body.mesh.incident(v);
-      do {
-        t = body.mesh.neighbour(t, body.mesh.triangle(t).corner_of(v));
-        ++valence;
-      } while (t != body.mesh.incident(v));
+      for ([[maybe_unused]] const TriangleId t : body.mesh.fan(v)) ++valence;
       if (valence != 3) continue;
       delta = unsplit(body.mesh, v);
       added.erase(added.begin() + static_cast<std::ptrdiff_t>(i));

@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/shape_matching.h"
 #include "tests/unit/deformation/shapes.h"
 
 namespace sectio {
@@ -35,7 +35,7 @@ SurfaceSpringMaterial slack() {
   return material;
 }
 
-TEST(HomeFrame, finds_the_rotation_also_of_flat_and_turned_pieces) {
+TEST(ShapeMatching, finds_the_rotation_also_of_flat_and_turned_pieces) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int n = 0; n < 100; ++n) {
@@ -54,7 +54,7 @@ TEST(HomeFrame, finds_the_rotation_also_of_flat_and_turned_pieces) {
   }
 }
 
-TEST(HomeFrame, keeps_the_last_frame_when_nothing_has_weight) {
+TEST(ShapeMatching, keeps_the_last_frame_when_nothing_has_weight) {
   Pose last;
   last.position_m = Vec3(1, 2, 3);
   EXPECT_EQ(match_shape({}, last).position_m, last.position_m);

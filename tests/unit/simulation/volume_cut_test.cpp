@@ -6,7 +6,7 @@
 #include "common/delta/keyframe.h"
 #include "common/mesh/check.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/simulation.h"
 #include "sim_server/simulation_body.h"
 #include "sim_server/simulation_volume.h"
@@ -94,7 +94,7 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   constexpr double kRatio = 0.3;
   BlockUnderBlade block(GetParam(), kRatio);
   block.go(0.025, 0.012);
-  const auto& engine = dynamic_cast<const VolumeEngine&>(*block.body().engines.deformation);
+  const auto& engine = dynamic_cast<const VolumeDeformation&>(*block.body().engines.deformation);
   const auto state = [&] {
     std::array<double, 4> sum{};  // momentum along all axes, mass
     for (VertexId v = 0; v < engine.position_world_m().size(); ++v) {
@@ -185,7 +185,7 @@ TEST_P(VolumeCuts, a_collapse_that_is_not_accepted_leaves_all_as_it_was) {
   ASSERT_FALSE(delta.empty());
   const std::uint64_t hash = block.body().mesh.hash();
   const TetMesh before = block.cutting().volume().mesh();
-  const TetMesh& followed = dynamic_cast<const VolumeEngine&>(*block.body().engines.deformation).model().mesh();
+  const TetMesh& followed = dynamic_cast<const VolumeDeformation&>(*block.body().engines.deformation).model().mesh();
   const std::vector<Tetrahedron> model_before = followed.tetrahedra;
   delta.hash_after += 1;
   EXPECT_FALSE(block.body().accept_change(delta, {}));

@@ -1,4 +1,4 @@
-#include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/shape_matching.h"
 
 #include <Eigen/LU>
 #include <cmath>

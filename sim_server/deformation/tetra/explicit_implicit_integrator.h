@@ -14,9 +14,9 @@ namespace sectio {
 
 enum class TetDriver { automatic, implicit_only };
 
-class TwoDrivers : public VolumeModel {
+class ExplicitImplicitIntegrator : public VolumeModel {
  public:
-  TwoDrivers(const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
+  ExplicitImplicitIntegrator(const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
       : VolumeModel(material, std::move(settings)), driver_(driver) {}
 
   // Parts of a step for the explicit driver, and the longest one that is stable at rest.

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "sim_server/deformation/deformation_engine.h"
-#include "sim_server/deformation/home_frame.h"
+#include "sim_server/deformation/shape_matching.h"
 #include "sim_server/deformation/tetra/vertex_set.h"
 #include "sim_server/deformation/tetra/volume_model.h"
 
@@ -18,19 +18,19 @@ struct VolumeFloor {
   double kept_velocity = 0;
 };
 
-class VolumeEngine final : public DeformationEngine {
+class VolumeDeformation final : public DeformationEngine {
  public:
   // `vertex_of` each slot of the surface, in the model's mesh; which is at `body`, at rest.
-  VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
-               std::optional<VolumeFloor> floor);
+  VolumeDeformation(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
+                    std::optional<VolumeFloor> floor);
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
   void set_gravity(const Vec3& gravity_m_per_s2) override { model_->set_gravity(gravity_m_per_s2); }
   // The surface's topology changes with the volume's: see change().
   void follow(const SharedBody&, const TopologyChange&) override {}
-  Pose home_frame_world(VertexId v) const override;
-  void release(std::span<const VertexId>, const std::optional<Bed>&) override {}
+  Pose rest_frame_world(VertexId v) const override;
+  void release(std::span<const VertexId>, const std::optional<SupportPlane>&) override {}
 
   // By slot of the surface.
   bool fixed(VertexId v) const override { return vertex_of_[v] != kNone && is_anchor(vertex_of_[v]); }

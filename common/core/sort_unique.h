@@ -1,4 +1,4 @@
-// Ascending, and nothing twice.
+// Sorts a list and drops what stands in it twice.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 namespace sectio {
 
 template <class T>
-void each_once(std::vector<T>& list) {
+void sort_unique(std::vector<T>& list) {
   std::sort(list.begin(), list.end());
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }

@@ -1,4 +1,4 @@
-#include "sim_server/deformation/tetra/volume_engine.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
 
 #include <algorithm>
 #include <utility>
@@ -13,8 +13,8 @@ constexpr double kFloorReach_m = 1e-4;  // what is higher is stopped after the s
 
 }  // namespace
 
-VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
-                           std::optional<VolumeFloor> floor)
+VolumeDeformation::VolumeDeformation(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of,
+                                     const Pose& body, std::optional<VolumeFloor> floor)
     : model_(std::move(model)), floor_(floor), frame_(body) {
   const std::vector<Vec3>& home = model_->mesh().vertices_body_m;
   position_.assign(home.size(), Vec4f::Zero());
@@ -28,14 +28,14 @@ VolumeEngine::VolumeEngine(std::unique_ptr<VolumeModel> model, std::vector<Verte
   give_room(position_, velocity_, slots_of_, vertex_of_);
 }
 
-void VolumeEngine::set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {
+void VolumeDeformation::set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s) {
   SECTIO_ASSERT(position_world_m.size() == position_.size(), "all vertices have a state");
   position_ = std::move(position_world_m);
   velocity_ = std::move(velocity_m_per_s);
 }
 
-void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
-                          std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots) {
+void VolumeDeformation::change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
+                               std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots) {
   const auto first_added = static_cast<std::ptrdiff_t>(change.first_added);
   touched_.begin(std::max(position_.size(), change.first_added + change.added_body_m.size()));
   for (const TetEdit& e : change.tetrahedra)
@@ -56,7 +56,7 @@ void VolumeEngine::change(const TetChange& change, std::span<const Vec4f> added_
   for (const Slot& slot : slots) give(slot);
 }
 
-void VolumeEngine::give(const Slot& slot) {
+void VolumeDeformation::give(const Slot& slot) {
   if (slot.slot >= vertex_of_.size()) resize_slots(vertex_of_, slot.slot + 1, kNone);
   VertexId& vertex = vertex_of_[slot.slot];
   if (vertex != kNone) --slots_of_[vertex];
@@ -67,7 +67,7 @@ void VolumeEngine::give(const Slot& slot) {
 }
 
 // Of two slots with one vertex the one that has moved counts.
-void VolumeEngine::take_over(const ParticleState& outside) {
+void VolumeDeformation::take_over(const ParticleState& outside) {
   std::vector<VertexId> moved;
   for (const VertexId slot : shared_slots_) {
     const VertexId v = vertex_of_[slot];
@@ -91,8 +91,8 @@ void VolumeEngine::take_over(const ParticleState& outside) {
   for (const VertexId slot : moved) take(slot);
 }
 
-void VolumeEngine::step(const SharedBody& body, std::span<const PointConstraint> constraints,
-                        std::span<Reaction> reactions) {
+void VolumeDeformation::step(const SharedBody& body, std::span<const PointConstraint> constraints,
+                             std::span<Reaction> reactions) {
   SECTIO_ASSERT(body.mesh.vertex_slots() == vertex_of_.size(), "the surface is that of the volume");
   ParticleState& outside = body.particles;
   take_over(outside);
@@ -117,7 +117,7 @@ void VolumeEngine::step(const SharedBody& body, std::span<const PointConstraint>
   frame_ = match_shape(matched_, frame_);
 }
 
-double VolumeEngine::energy_j(const SharedBody& body) const {
+double VolumeDeformation::energy_j(const SharedBody& body) const {
   std::vector<Vec4f> x = position_, v = velocity_;
   for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) {
     if (vertex_of_[slot] == kNone) continue;
@@ -127,13 +127,13 @@ double VolumeEngine::energy_j(const SharedBody& body) const {
   return model_->energy_j(x, v);
 }
 
-Pose VolumeEngine::home_frame_world(VertexId) const {
+Pose VolumeDeformation::rest_frame_world(VertexId) const {
   return frame_;
 }
 
 // The floor holds within the step: what only put vertices back after it would carry as much as they weigh, not what the
 // tissue above presses down with.
-void VolumeEngine::stand_on_floor() {
+void VolumeDeformation::stand_on_floor() {
   for (VertexId v = 0; v < position_.size(); ++v) {
     const double above_m = double{position_[v].z()} - floor_->z_m;
     if (above_m > kFloorReach_m || model_->inverse_mass_per_kg(v) == 0) continue;
@@ -144,7 +144,7 @@ void VolumeEngine::stand_on_floor() {
   }
 }
 
-void VolumeEngine::stop_at_floor(std::size_t first) {
+void VolumeDeformation::stop_at_floor(std::size_t first) {
   const auto z = static_cast<float>(floor_->z_m), kept = static_cast<float>(floor_->kept_velocity);
   for (std::size_t n = first; n < constraints_.size(); ++n)
     if (reactions_[n].active) velocity_[constraints_[n].v[0]].head<2>() *= kept;
