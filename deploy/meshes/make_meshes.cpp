@@ -1,6 +1,6 @@
 // make_meshes DIR [NAME...]: writes organ-like surfaces, a bar and a sheet as NAME.obj, and a box of tetrahedra as
-// NAME.msh, in metres (all of the table below, or those named). make_meshes --check DIR [NAME...]: 1 when a file there
-// isn't what this program makes.
+// NAME.msh, in metres (all of the table below, or those named). make_meshes --check DIR [NAME...] exits with 1 when a
+// file there differs from the one that this program makes.
 //
 // An organ: a geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and
 // back to the surface, and edges flip to Delaunay's, until triangles are even. A bar or sheet: a grid on each side.
@@ -189,7 +189,7 @@ TriangleSoup organ(const ImplicitShape& shape, int frequency, int rounds) {
   return soup;
 }
 
-// Around the origin; the diagonals of neighbouring cells mirror each other.
+// A box around the origin; the diagonals of neighbouring cells mirror each other.
 TriangleSoup bar(const std::array<int, 3>& cells, double cell_m) {
   TriangleSoup soup;
   std::map<std::array<int, 3>, VertexId> known;
@@ -238,7 +238,7 @@ std::string described(const char* name, const TetMesh& mesh) {
   return report.valid ? msh(mesh) : "";
 }
 
-// Open above, 64 x 48 x 20 mm, 4 mm thick: what is cut off is put in here. The outside of the cells that are solid.
+// A tray for pieces, open above, 64 x 48 x 20 mm, 4 mm thick: the outside of the solid cells of a grid.
 TriangleSoup tray() {
   const std::array<std::vector<double>, 3> lines_mm{
       {{-32, -28, -20, -12, -4, 4, 12, 20, 28, 32}, {-24, -20, -12, -4, 4, 12, 20, 24}, {0, 4, 12, 20}}};

@@ -13,7 +13,7 @@ using Edge = std::pair<VertexId, VertexId>;
 
 constexpr int kAcross = 4;  // cubes along x and y, one along z
 constexpr std::size_t kVertices = 74;
-constexpr unsigned kSeed = 17345;  // of those tried, the first with 196 tetrahedra and 1167 springs
+constexpr unsigned kSeed = 17345;  // the first seed that gives 196 tetrahedra and 1167 springs
 
 // Five tetrahedra to a cube, neighbours mirrored: 50 vertices, 80 tetrahedra.
 TetMesh lattice() {

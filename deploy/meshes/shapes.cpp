@@ -6,13 +6,13 @@
 namespace sectio {
 namespace {
 
-// Near the distance to an ellipsoid: the gradient of |p / r| has the length |p / r^2| / |p / r|.
+// Approximate distance to an ellipsoid: the gradient of |p / r| has the length |p / r^2| / |p / r|.
 double ellipsoid(const Vec3& p, const Vec3& r) {
   const double k0 = p.cwiseQuotient(r).norm(), k1 = p.cwiseQuotient(r.cwiseProduct(r)).norm();
   return k1 > 0 ? k0 * (k0 - 1) / k1 : -r.minCoeff();
 }
 
-// Minimum and maximum, rounded off over the length k.
+// Smooth minimum and maximum, rounded off over the length k.
 double blend_min(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - h * h * k / 4;

@@ -1,5 +1,5 @@
-// Draws moments of scenes side by side, simulated here and now: how pictures of documents are made. The same picture
-// every time on one machine.
+// Draws moments of scenes side by side, for the pictures of the documents. Simulates the scenes in this process; on one
+// machine the same call makes the same picture every time.
 #include <algorithm>
 #include <charconv>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// What a viewer would draw of a scene that is simulated here, without a network.
+// The frame that a viewer would draw of a scene, simulated in this process without a network.
 #pragma once
 
 #include "render_client/draw/draw_frame.h"
@@ -6,7 +6,7 @@
 
 namespace sectio {
 
-// Bodies and camera, no instruments and no floor.
+// Has the bodies and the camera, no instruments and no floor.
 inline Frame frame_of(const Scene& scene, Simulation& simulation) {
   Frame frame;
   frame.session = scene.session;

@@ -1,5 +1,5 @@
-// make_traces DIR: writes the instruments' motions of the scenes in deploy/scenes as CSV. All numbers that one would
-// tune stand in the table below.
+// make_traces DIR: writes the instruments' motions of the scenes in deploy/scenes as CSV. The numbers to
+// tune stand in the tables below.
 //
 // A motion: hover above the start of the stroke, press down to the depth, draw the blade along the stroke at constant
 // speed, lift. The blade stands upright on the surface, leans back a little, and its sharp edge (tool +x) leads.
@@ -20,7 +20,7 @@ namespace {
 
 using Path = std::vector<Vec3>;  // in the body frame, seen from above; only x and y count
 
-// Through all points, with even tangents (Catmull and Rom 1974); closed paths run over their start.
+// A curve through all points with even tangents (Catmull and Rom 1974); closed paths run over their start.
 Path curve(const Path& through, bool closed) {
   constexpr int kPieces = 200;
   const int n = static_cast<int>(through.size());
@@ -114,7 +114,7 @@ const auto kMotions = std::to_array<Motion>({
      .depth_m = 0.006,
      .speed_m_per_s = 0.030,
      .lean_deg = 10},
-    // The probe glides on the skin; what cuts is its virtual tip, 5 mm below.
+    // The probe glides on the skin; its virtual tip, 5 mm below, cuts.
     {.name = "cautery_liver",
      .shape = liver,
      .strokes = {{.through = {{-0.050, 0.030, 0}, {-0.020, 0.020, 0}, {0.012, 0.022, 0}}}},
@@ -264,7 +264,7 @@ class Recorder {
       return now_;
     });
   }
-  // In an arc.
+  // Moves in an arc.
   void travel(const Pose& to, double duration_s, double rise_m) {
     const Pose from = now_;
     const int steps = static_cast<int>(std::lround(duration_s / kStep_s));
@@ -380,7 +380,7 @@ class TraceWriter : Recorder {
     }
   }
 
-  // How much deeper a knife is: in the middle of the stroke it goes down, on for a little, and up again.
+  // The extra depth of a knife, which goes down in the middle of the stroke, on for a little, and up again.
   double sunk_m(double t) const {
     const double ramp = std::clamp((0.1 - std::abs(t - 0.55)) / 0.05, 0.0, 1.0);
     return motion_.sink_m * smooth_step(ramp);
