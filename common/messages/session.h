@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/material/regions.h"
+#include "common/math/camera.h"
 #include "common/math/types.h"
 
 namespace sectio {
@@ -31,18 +32,11 @@ struct ToolInfo {
   double gauge_m = 0;  // between the edges of a U-form blade
 };
 
-struct CameraInfo {
-  Vec3 eye_world_m{0.0, -0.4, 0.3};
-  Vec3 target_world_m = Vec3::Zero();
-  Vec3 up_world = Vec3::UnitZ();
-  double field_of_view_deg = 35;
-};
-
 struct SceneInfo {
   std::uint64_t epoch = 0;  // grows with every start of a server; messages of an older one are ghosts
   std::string session;
   double step_s = 0.001;
-  CameraInfo camera;
+  Camera camera;
   std::optional<double> floor_z_m = {};  // a plane on which what falls comes to rest
   // Of all bodies of the scene. Several servers of one session may have a share each; nobody else has a body of theirs.
   std::vector<std::string> world_bodies;

@@ -10,8 +10,7 @@ namespace sectio {
 inline Frame frame_of(const Scene& scene, Simulation& simulation) {
   Frame frame;
   frame.session = scene.session;
-  frame.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
-                  scene.camera.field_of_view_deg};
+  frame.camera = scene.camera;
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
     const TriangleMesh& mesh = simulation.mesh(b);
     const auto positions = simulation.positions_world_m(b);

@@ -10,7 +10,7 @@ namespace sectio {
 namespace {
 
 // Rows: right, up and backward in the world.
-Mat3 view_axes(const CameraView& camera) {
+Mat3 view_axes(const Camera& camera) {
   Vec3 backward = camera.eye_world_m - camera.target_world_m;
   if (!(backward.norm() > 1e-9)) backward = Vec3::UnitZ();
   backward.normalize();
@@ -26,13 +26,13 @@ Mat3 view_axes(const CameraView& camera) {
   return axes;
 }
 
-double tangent_of_half_angle(const CameraView& camera) {
+double tangent_of_half_angle(const Camera& camera) {
   return std::tan(0.5 * std::clamp(camera.field_of_view_deg, 1.0, 150.0) * std::numbers::pi / 180.0);
 }
 
 }  // namespace
 
-Eigen::Matrix4f view_from_world(const CameraView& camera) {
+Eigen::Matrix4f view_from_world(const Camera& camera) {
   const Mat3 axes = view_axes(camera);
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.topLeftCorner<3, 3>() = axes;
@@ -40,7 +40,7 @@ Eigen::Matrix4f view_from_world(const CameraView& camera) {
   return m.cast<float>();
 }
 
-Eigen::Matrix4f projection(const CameraView& camera, double aspect) {
+Eigen::Matrix4f projection(const Camera& camera, double aspect) {
   // 24 bits of depth resolve about 2e-6 of the distance at this ratio of planes.
   const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
   const double near_m = 0.05 * distance_m, far_m = 20 * distance_m;
@@ -56,7 +56,7 @@ Eigen::Matrix4f projection(const CameraView& camera, double aspect) {
 
 // The eye is e to the right: the view moves by -e, and a point at the convergence distance D in the middle between the
 // eyes, at (-e, 0, -D) for this one, is to come out at x = 0 again: m00 (-e) + m02 (-D) = 0.
-EyeView eye_view(const CameraView& camera, double aspect, const Stereo& stereo, int side) {
+EyeView eye_view(const Camera& camera, double aspect, const Stereo& stereo, int side) {
   const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
   const double convergence_m = stereo.convergence_m > 0 ? stereo.convergence_m : distance_m;
   const double apart_m = stereo.eye_separation_m > 0 ? stereo.eye_separation_m : convergence_m / 30;
@@ -67,9 +67,9 @@ EyeView eye_view(const CameraView& camera, double aspect, const Stereo& stereo, 
   return view;
 }
 
-CameraView fit_camera(const Frame& frame, double aspect) {
+Camera fit_camera(const Frame& frame, double aspect) {
   constexpr double kMargin = 1.08;
-  CameraView fitted = frame.camera;
+  Camera fitted = frame.camera;
   const Mat3 axes = view_axes(frame.camera);
   const Vec3 slope(1 / (tangent_of_half_angle(frame.camera) * aspect), 1 / tangent_of_half_angle(frame.camera), 0);
   // A point (x, y, z) in view axes is inside the pyramid of an eye (ex, ey, ez) when slope |x - ex| + z <= ez. So for

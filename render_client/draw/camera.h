@@ -1,4 +1,4 @@
-// From a CameraView (eye, target, up, angle) to matrices, and a view that shows everything there is to see.
+// From a Camera (eye, target, up, angle) to matrices, and a view that shows everything there is to see.
 // OpenGL conventions: the camera looks down -z, clip space is [-1, 1]^3.
 #pragma once
 
@@ -9,10 +9,10 @@
 namespace sectio {
 
 // Rigid. An up vector along the line of sight, or an eye on its target, is replaced by a usable one.
-Eigen::Matrix4f view_from_world(const CameraView& camera);
+Eigen::Matrix4f view_from_world(const Camera& camera);
 
 // field_of_view_deg is vertical; near and far planes follow the distance from eye to target.
-Eigen::Matrix4f projection(const CameraView& camera, double aspect);
+Eigen::Matrix4f projection(const Camera& camera, double aspect);
 
 // Two eyes side by side that look in parallel, each through a frustum shifted so that both meet at the convergence
 // distance: what is there has no disparity, and nothing is turned inwards, so that no height differs between the eyes.
@@ -25,10 +25,10 @@ struct EyeView {
   Eigen::Matrix4f view_from_world, projection;
 };
 // side: -1 the left eye, 1 the right one. aspect: of the picture of one eye.
-EyeView eye_view(const CameraView& camera, double aspect, const Stereo& stereo, int side);
+EyeView eye_view(const Camera& camera, double aspect, const Stereo& stereo, int side);
 
 // Keeps the direction of sight, moves target and eye so that all finite body vertices in use are in the picture.
 // Without any it returns the frame's own camera.
-CameraView fit_camera(const Frame& frame, double aspect);
+Camera fit_camera(const Frame& frame, double aspect);
 
 }  // namespace sectio

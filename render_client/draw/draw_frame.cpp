@@ -109,7 +109,7 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
   update_bodies(frame);
   update_tools(frame);
   const double aspect = static_cast<double>(canvas_.width_px()) / canvas_.height_px();
-  const CameraView camera = options.fit_camera ? fit_camera(frame, aspect) : frame.camera;
+  const Camera camera = options.fit_camera ? fit_camera(frame, aspect) : frame.camera;
   if (frame.floor_z_m) {
     floor_.move(frame, camera);
     canvas_.set_vertices(floor_mesh_, floor_.vertices());

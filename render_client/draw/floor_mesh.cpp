@@ -40,7 +40,7 @@ FloorMesh::FloorMesh() : vertices_(kSide * kSide) {
     }
 }
 
-void FloorMesh::move(const Frame& frame, const CameraView& camera) {
+void FloorMesh::move(const Frame& frame, const Camera& camera) {
   const auto z = static_cast<float>(*frame.floor_z_m);
   const Vec3f middle(static_cast<float>(camera.target_world_m.x()), static_cast<float>(camera.target_world_m.y()), z);
   const float half_m = kSizeOfView * static_cast<float>((camera.eye_world_m - camera.target_world_m).norm());

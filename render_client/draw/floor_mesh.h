@@ -15,7 +15,7 @@ class FloorMesh {
   FloorMesh();
 
   // `frame` has a floor.
-  void move(const Frame& frame, const CameraView& camera);
+  void move(const Frame& frame, const Camera& camera);
 
   const std::vector<CanvasVertex>& vertices() const { return vertices_; }
   const std::vector<std::uint32_t>& indices() const { return indices_; }  // never change

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/material/regions.h"
+#include "common/math/camera.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 
@@ -35,20 +36,13 @@ struct ToolFrame {
   double gauge_m = 0;               // between the edges of a U-form blade
 };
 
-struct CameraView {
-  Vec3 eye_world_m{0.0, -0.4, 0.3};
-  Vec3 target_world_m = Vec3::Zero();
-  Vec3 up_world = Vec3::UnitZ();
-  double field_of_view_deg = 35;
-};
-
 struct Frame {
   std::string session;
   std::uint64_t step = 0;
   double sim_time_s = 0;
   double step_wall_time_s = 0;  // as the server measured it
   bool in_contact = false;
-  CameraView camera;
+  Camera camera;
   std::optional<double> floor_z_m;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<BodyFrame> bodies;

@@ -117,8 +117,7 @@ void Replica::fill(const StateHeader& header, Frame& frame) {
   frame.step_wall_time_s = header.step_wall_time_s;
   frame.in_contact = header.in_contact;
   frame.gravity_m_per_s2 = header.gravity_m_per_s2;
-  frame.camera = {scene_->camera.eye_world_m, scene_->camera.target_world_m, scene_->camera.up_world,
-                  scene_->camera.field_of_view_deg};
+  frame.camera = scene_->camera;
   frame.floor_z_m = scene_->floor_z_m;
   frame.bodies.resize(bodies_.size());
   for (std::size_t b = 0; b < bodies_.size(); ++b) {

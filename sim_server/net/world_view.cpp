@@ -14,8 +14,7 @@ SceneInfo scene_info(const Scene& scene) {
   SceneInfo info;
   info.session = scene.session;
   info.step_s = scene.step_s;
-  info.camera = {scene.camera.eye_world_m, scene.camera.target_world_m, scene.camera.up_world,
-                 scene.camera.field_of_view_deg};
+  info.camera = scene.camera;
   info.floor_z_m = scene.floor_z_m;
   info.world_bodies = scene.world_bodies;
   for (const BodySpec& body : scene.bodies)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/material/regions.h"
+#include "common/math/camera.h"
 #include "common/math/trace.h"
 #include "common/math/types.h"
 #include "common/mesh/tet_mesh.h"
@@ -14,13 +15,6 @@
 #include "sim_server/instruments/instrument.h"
 
 namespace sectio {
-
-struct Camera {
-  Vec3 eye_world_m{0.0, -0.4, 0.3};
-  Vec3 target_world_m = Vec3::Zero();
-  Vec3 up_world = Vec3::UnitZ();
-  double field_of_view_deg = 35;
-};
 
 // Elastic constants; springs (M1) are calibrated from them, never set by hand.
 struct MaterialSpec {

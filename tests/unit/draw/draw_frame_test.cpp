@@ -41,7 +41,7 @@ int pixels_that_differ(const Image& a, const Image& b, int by_more_than) {
 }
 
 // Where a point of the world is in the picture.
-std::pair<int, int> pixel_of(const CameraView& camera, const Vec3& p_world_m) {
+std::pair<int, int> pixel_of(const Camera& camera, const Vec3& p_world_m) {
   const Eigen::Vector4f clip = projection(camera, static_cast<double>(kWidth) / kHeight) * view_from_world(camera) *
                                p_world_m.cast<float>().homogeneous();
   const Eigen::Vector2f ndc = clip.head<2>() / clip.w();
@@ -261,7 +261,7 @@ TEST(C_EXP, C_EXP_2_what_is_nearer_than_the_convergence_is_crossed_by_as_many_pi
 }
 
 TEST(C_EXP, C_EXP_2_by_default_eyes_meet_at_the_target) {
-  const CameraView camera{Vec3(0, 0, 0), Vec3(0.3, 0, 0), Vec3::UnitZ(), 40};
+  const Camera camera{Vec3(0, 0, 0), Vec3(0.3, 0, 0), Vec3::UnitZ(), 40};
   for (const int side : {-1, 1}) {
     const EyeView eye = eye_view(camera, 1.5, {}, side);
     // Anywhere on the plane of the target: as one eye in the middle sees it.
@@ -277,7 +277,7 @@ TEST(Camera, fit_shows_all_of_the_body) {
   Frame frame = test::make_frame();
   frame.camera.eye_world_m = Vec3(2, 1, 3);
   frame.camera.target_world_m = Vec3(1, 1, 1);
-  const CameraView camera = fit_camera(frame, static_cast<double>(kWidth) / kHeight);
+  const Camera camera = fit_camera(frame, static_cast<double>(kWidth) / kHeight);
   int low_x = kWidth, high_x = 0, low_y = kHeight, high_y = 0;
   for (const Vec3f& p : frame.bodies[0].positions_world_m) {
     const auto [x, y] = pixel_of(camera, p.cast<double>());
