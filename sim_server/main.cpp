@@ -7,11 +7,11 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"
-#include "sim_server/mesh_command.h"
+#include "sim_server/commands/mesh_command.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/net/status.h"
 #include "sim_server/net/tilt.h"
-#include "sim_server/run.h"
+#include "sim_server/session/run.h"
 
 namespace {
 

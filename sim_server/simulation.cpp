@@ -5,14 +5,14 @@
 #include <deque>
 
 #include "common/core/error.h"
-#include "sim_server/simulation_check.h"
-#include "sim_server/simulation_contact.h"
-#include "sim_server/simulation_gravity.h"
-#include "sim_server/simulation_rigid.h"
-#include "sim_server/simulation_split.h"
-#include "sim_server/simulation_tool.h"
-#include "sim_server/simulation_touch.h"
-#include "sim_server/simulation_volume.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/step/collide.h"
+#include "sim_server/step/split.h"
+#include "sim_server/world/edge_contact.h"
+#include "sim_server/world/indentation.h"
+#include "sim_server/world/model_check.h"
+#include "sim_server/world/tool.h"
+#include "sim_server/world/turning_gravity.h"
 
 namespace sectio {
 
@@ -23,13 +23,13 @@ constexpr std::size_t kMostBodies = 256;  // that a session can announce
 }  // namespace
 
 struct Simulation::State {
-  State(const Scene& s, const EngineTable& engines) : scene(with_volumes(s)), gravity(scene) {
+  State(const Scene& s, const EngineTable& engines) : scene(s), gravity(scene) {
     for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
       const auto make = engines.models.find(scene.bodies[i].model);
       if (make == engines.models.end())
         throw InputError(scene.file + ": bodies[" + std::to_string(i) + "].model: there are no engines for " +
                          scene.bodies[i].model);
-      bodies.push_back(std::make_unique<SimulationBody>(scene.bodies[i], scene, i, make->second));
+      bodies.push_back(std::make_unique<Body>(scene.bodies[i], scene, i, make->second));
     }
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
     for (std::uint32_t i = 0; i < scene.tools.size(); ++i)
@@ -38,7 +38,7 @@ struct Simulation::State {
     for (const auto& body : bodies) checks.emplace_back(body->spec);
   }
 
-  void add_touches(SimulationBody& body);
+  void add_touches(Body& body);
   void take(const StepInput& input);
   void step_body(std::uint32_t body_id);
   void step_and_check(std::uint32_t body_id, bool gravity_turned);
@@ -48,7 +48,7 @@ struct Simulation::State {
   void deform(std::uint32_t body_id);
   bool is_idle(std::uint32_t body_id);
   void split(std::uint32_t body_id);
-  void add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id);
+  void add_part(std::unique_ptr<Body> part, std::uint32_t parent_id);
   void move_rigid_pieces();
   void follow_hands();
   void tell_grips(std::span<const Reaction> reactions);
@@ -60,24 +60,22 @@ struct Simulation::State {
   void say(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
     output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
   }
-  SimulationTouch& touch(std::uint32_t body_id, std::uint32_t edge_id) {
-    return touches[body_id * edges.size() + edge_id];
-  }
-  SimulationTool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
+  EdgeContact& touch(std::uint32_t body_id, std::uint32_t edge_id) { return touches[body_id * edges.size() + edge_id]; }
+  Tool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
 
   Scene scene;  // its gravity is that of this step
   TurningGravity gravity;
-  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  std::vector<std::unique_ptr<Body>> bodies;
   std::deque<BodySpec> part_specs;
-  std::vector<SimulationTool> tools;
+  std::vector<Tool> tools;
   struct Edge {
     std::uint32_t tool_id = 0;
     std::size_t index = 0;  // of the tool's edges
   };
-  std::vector<Edge> edges;               // of all tools; cutting knows each as a tool of its own
-  std::vector<SimulationTouch> touches;  // a row a body, a column an edge
+  std::vector<Edge> edges;           // of all tools; cutting knows each as a tool of its own
+  std::vector<EdgeContact> touches;  // a row a body, a column an edge
   StepOutput output;
-  std::vector<SimulationCheck> checks;  // one a body
+  std::vector<ModelCheck> checks;  // one a body
   double (*processor_s)() = nullptr;
   double contact_work_j = 0;  // so far
   bool spare_idle_bodies = false;
@@ -91,28 +89,28 @@ struct Simulation::State {
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   std::vector<RigidTouch> rigid_touches;
-  std::vector<Grip> grips;
+  std::vector<GraspConstraint> grips;
   std::vector<std::uint8_t> stirred;  // by body: touched, held or cut in this step
 };
 
-void Simulation::State::add_touches(SimulationBody& body) {
+void Simulation::State::add_touches(Body& body) {
   for (std::uint32_t i = 0; i < edges.size(); ++i)
     touches.emplace_back(i, scene.tools[edges[i].tool_id], edges[i].index, body, !body.rigid);
 }
 
 void Simulation::State::take(const StepInput& input) {
-  for (SimulationTool& tool : tools) tool.begin_step();
+  for (Tool& tool : tools) tool.begin_step();
   for (const ToolSample& sample : input.samples)
     if (sample.tool_id < tools.size()) tools[sample.tool_id].take(sample);
 }
 
 void Simulation::State::step_body(std::uint32_t body_id) {
-  SimulationBody& body = *bodies[body_id];
+  Body& body = *bodies[body_id];
   entries.clear();
   motions.clear();
   bool at_work = !body.unsettled.empty();
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
-    const SimulationTool& tool = tool_of(i);
+    const Tool& tool = tool_of(i);
     if (!tool.pose) continue;
     if (tool.grip.holds(body_id)) {
       touch(body_id, i).let_go();
@@ -123,7 +121,7 @@ void Simulation::State::step_body(std::uint32_t body_id) {
   }
   if (at_work) release(body_id);
   for (std::uint32_t i = 0; i < edges.size(); ++i)
-    if (const SimulationTool& tool = tool_of(i); tool.pose && !tool.grip.holds(body_id))
+    if (const Tool& tool = tool_of(i); tool.pose && !tool.grip.holds(body_id))
       touch(body_id, i).plan(tool.poses, entries, motions);
 
   if (body.rigid) return;
@@ -156,7 +154,7 @@ void Simulation::State::step_and_check(std::uint32_t body_id, bool gravity_turne
 }
 
 void Simulation::State::tidy(std::uint32_t body_id) {
-  SimulationBody& body = *bodies[body_id];
+  Body& body = *bodies[body_id];
   const std::uint64_t collapsed = body.engines.cutting->edges_collapsed();
   TopologyDelta delta = body.engines.cutting->tidy(body.shared());
   if (!delta.empty() && body.accept_change(delta, {})) {
@@ -178,12 +176,12 @@ void Simulation::State::release(std::uint32_t body_id) {
 }
 
 void Simulation::State::changed_topology(std::uint32_t body_id, TopologyDelta delta) {
-  for (SimulationTool& tool : tools) tool.grip.topology_changed(body_id, delta);
+  for (Tool& tool : tools) tool.grip.topology_changed(body_id, delta);
   output.deltas.push_back({body_id, std::move(delta)});
 }
 
 void Simulation::State::press(std::uint32_t body_id) {
-  SimulationBody& body = *bodies[body_id];
+  Body& body = *bodies[body_id];
   if (!body.contact_by_templates()) return;
   contact_points.clear();
   for (std::uint32_t i = 0; i < edges.size(); ++i) {
@@ -203,14 +201,13 @@ bool Simulation::State::is_idle(std::uint32_t body_id) {
 }
 
 void Simulation::State::deform(std::uint32_t body_id) {
-  SimulationBody& body = *bodies[body_id];
+  Body& body = *bodies[body_id];
   constraints.clear();
   for (std::uint32_t i = 0; i < edges.size(); ++i)
     if (const auto c = touch(body_id, i).constraints(); tool_of(i).pose)
       constraints.insert(constraints.end(), c.begin(), c.end());
   const std::size_t of_touches = constraints.size();
-  for (SimulationTool& tool : tools)
-    tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
+  for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(body, scene.step_s, constraints) : 0;
   reactions.assign(constraints.size(), {});
   const bool gripped = constraints.size() > of_touches;
   const bool left_alone = !gripped && is_idle(body_id);
@@ -231,7 +228,7 @@ void Simulation::State::deform(std::uint32_t body_id) {
 }
 
 void Simulation::State::tell_grips(std::span<const Reaction> of_grips) {
-  for (SimulationTool& tool : tools) {
+  for (Tool& tool : tools) {
     tool.grip.felt(of_grips.first(tool.grip_constraints));
     of_grips = of_grips.subspan(tool.grip_constraints);
   }
@@ -239,7 +236,7 @@ void Simulation::State::tell_grips(std::span<const Reaction> of_grips) {
 
 // Takes its reactions from `next` on.
 void Simulation::State::tell_touch(std::uint32_t body_id, std::uint32_t edge_id, std::size_t& next) {
-  SimulationTouch& t = touch(body_id, edge_id);
+  EdgeContact& t = touch(body_id, edge_id);
   Reaction reaction;
   for (std::size_t i = 0; i < t.constraints().size(); ++i, ++next) {
     reaction.force_on_tool_n += reactions[next].force_on_tool_n;
@@ -257,7 +254,7 @@ void Simulation::State::split(std::uint32_t body_id) {
   const auto room = static_cast<std::uint32_t>(kMostBodies - std::min(kMostBodies, bodies.size()));
   Split split = split_body(*bodies[body_id], scene, next_id, room, part_specs);
   for (std::size_t n = 0; n < split.parts.size(); ++n)
-    for (SimulationTool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
+    for (Tool& tool : tools) tool.grip.part_left(body_id, *split.parts[n], split.vertex_from[n]);
   for (TopologyDelta& delta : split.deltas) {
     tell_touches(body_id, delta);
     changed_topology(body_id, std::move(delta));
@@ -271,7 +268,7 @@ void Simulation::State::split(std::uint32_t body_id) {
   }
 }
 
-void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint32_t parent_id) {
+void Simulation::State::add_part(std::unique_ptr<Body> part, std::uint32_t parent_id) {
   const char* kind = part->rigid ? "rigid" : part->spec.fixed ? "anchored" : "deformable";
   say(EventKind::body_split, parent_id, 0, part->spec.name + ", " + kind);
   output.new_bodies.push_back({part->id, parent_id, part->spec.name});
@@ -283,15 +280,15 @@ void Simulation::State::add_part(std::unique_ptr<SimulationBody> part, std::uint
 }
 
 void Simulation::State::follow_hands() {
-  for (SimulationTool& tool : tools)
+  for (Tool& tool : tools)
     if (tool.pose) tool.grip.follow(*tool.pose, bodies);
 }
 
 void Simulation::State::move_rigid_pieces() {
   grips.clear();
-  for (SimulationTool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
+  for (Tool& tool : tools) tool.grip_constraints = tool.pose ? tool.grip.append(bodies, grips) : 0;
   rigid_touches.clear();
-  for (const Grip& grip : grips) stirred[grip.body_id] = 1;
+  for (const GraspConstraint& grip : grips) stirred[grip.body_id] = 1;
   for (std::uint32_t b = 0; b < bodies.size(); ++b)
     for (std::uint32_t i = 0; bodies[b]->rigid && i < edges.size(); ++i) {
       stirred[b] |= touch(b, i).state() != ContactState::free;
@@ -362,7 +359,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   out.report.penetration_m = 0;
   report(s.bodies, s.checks, s.scene.step_s, out.report);
   out.report.instrument_work_j = s.contact_work_j;
-  for (SimulationTouch& t : s.touches) {
+  for (EdgeContact& t : s.touches) {
     out.report.instrument_work_j += t.cutting_work_j();
     out.report.local_searches += t.local_searches();
     out.report.global_searches += t.global_searches();

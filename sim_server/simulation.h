@@ -7,7 +7,7 @@
 
 #include "common/material/region_volumes.h"
 #include "sim_server/scene/scene.h"
-#include "sim_server/step_io.h"
+#include "sim_server/step/step_io.h"
 
 namespace sectio {
 
@@ -16,9 +16,10 @@ struct EngineTable;
 
 class Simulation {
  public:
-  // Throws InputError when the scene can't be simulated, e.g. a step beyond the stable one.
+  // The scene is ready (sim_server/prepare): its models are chosen and its volumes filled. Throws InputError when it
+  // can't be simulated, e.g. with a step beyond the stable one.
   explicit Simulation(const Scene& scene);
-  // With engines of one's own (simulation_engines.h).
+  // With engines of one's own (engine/engine_table.h).
   Simulation(const Scene& scene, const EngineTable& engines);
   ~Simulation();
   Simulation(Simulation&&) noexcept;

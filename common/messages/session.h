@@ -50,7 +50,7 @@ bool overlap(const SceneInfo& a, const SceneInfo& b);
 struct SessionEvent {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
-  std::uint8_t kind = 0;  // EventKind of sim_server/step_io.h
+  std::uint8_t kind = 0;  // EventKind of sim_server/step/step_io.h
   std::uint32_t body_id = 0;
   std::uint32_t tool_id = 0;
   std::string text;

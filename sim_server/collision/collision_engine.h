@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sim_server/collision/surface_view.h"
-#include "sim_server/engine.h"
+#include "sim_server/engine/engine.h"
 
 namespace sectio {
 

@@ -6,7 +6,7 @@
 
 #include "common/math/types.h"
 #include "sim_server/deformation/point_constraint.h"
-#include "sim_server/engine.h"
+#include "sim_server/engine/engine.h"
 
 namespace sectio {
 

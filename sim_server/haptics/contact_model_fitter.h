@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "common/math/contact_model.h"
-#include "sim_server/step_io.h"
+#include "sim_server/step/step_io.h"
 
 namespace sectio {
 

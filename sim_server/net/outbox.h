@@ -12,7 +12,7 @@
 #include "common/mesh/triangle_mesh.h"
 #include "common/messages/session.h"
 #include "sim_server/net/state_encoder.h"
-#include "sim_server/step_io.h"
+#include "sim_server/step/step_io.h"
 
 namespace sectio {
 

@@ -1,4 +1,5 @@
 #include "sim_server/net/serve.h"
+#include "sim_server/prepare/fill_volumes.h"
 
 #include <algorithm>
 #include <chrono>
@@ -11,7 +12,7 @@
 #include "common/core/processor_time.h"
 #include "sim_server/net/budget.h"
 #include "sim_server/net/world_view.h"
-#include "sim_server/run.h"
+#include "sim_server/session/run.h"
 
 namespace sectio {
 namespace {
@@ -101,7 +102,7 @@ void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& opti
 std::string serve(const Scene& scene, const ServeOptions& options) {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  Simulation simulation(scene);
+  Simulation simulation(fill_volumes(scene));
   simulation.measure_with(processor_time_s);
   RunRecord record(scene, simulation, options.directory);
   ServerNetOptions net_options;

@@ -12,7 +12,7 @@
 
 namespace sectio::planning {
 
-// Processor's time on one machine, measured (simulation_calibration.h).
+// Processor's time on one machine, measured (prepare/machine_speed.h).
 struct Rate {
   double element_ns = 0;  // of a part of a step (or of a sweep), for each element: vertex (M1), tetrahedron, hexahedron
   double vertex_ns = 0;   // of a step, for each vertex, whatever the number of parts

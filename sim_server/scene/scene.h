@@ -102,7 +102,7 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  // Or tetra_springs, neo_hookean, neo_hookean_lattice; auto, until planned() has chosen one (simulation_plan.h).
+  // Or tetra_springs, neo_hookean, neo_hookean_lattice; auto, until planned() has chosen one (prepare/choose_model.h).
   std::string model = "surface_springs";
   PlanSpec plan;
   VolumeSpec volume;

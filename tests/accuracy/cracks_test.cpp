@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/moving_body.h"
 #include "tests/support/static_body.h"
 

@@ -10,7 +10,7 @@ namespace {
 
 // One body of each size for all benchmarks; 8 n^2 triangles.
 struct Organ {
-  Body body;
+  SurfaceBody body;
   SurfaceTree tree;
   explicit Organ(int n) : body(organ(n)), tree(body.view()) {}
 };

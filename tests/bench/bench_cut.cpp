@@ -12,7 +12,8 @@
 #include <cstdio>
 
 #include "common/core/processor_time.h"
-#include "sim_server/simulation_body.h"
+#include "sim_server/surface/surface_engines.h"
+#include "sim_server/world/body.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/shapes.h"
 
@@ -58,7 +59,7 @@ Blade blade_over(const Vec3& surface_m) {
 
 // Every step of all strokes once: step(entries, motions) says how long it took.
 template <class Step>
-void draw(benchmark::State& state, const Pad& pad, SimulationBody& body, const Step& step) {
+void draw(benchmark::State& state, const Pad& pad, Body& body, const Step& step) {
   int k = 0;
   for (auto _ : state) {
     const int stroke = k / kStepsPerStroke, i = k % kStepsPerStroke;
@@ -79,7 +80,7 @@ void draw(benchmark::State& state, const Pad& pad, SimulationBody& body, const S
 
 void cut_step(benchmark::State& state) {
   const Pad pad(state.range(0));
-  SimulationBody body(pad.scene.bodies[0], pad.scene, 0);
+  Body body(pad.scene.bodies[0], pad.scene, 0, surface_spring_engines);
   body.tree();
   std::vector<TriangleId> changed;
   double plan_s = 0;
@@ -96,7 +97,7 @@ void cut_step(benchmark::State& state) {
 
 void plan_and_accept(benchmark::State& state) {
   const Pad pad(state.range(0));
-  SimulationBody body(pad.scene.bodies[0], pad.scene, 0);
+  Body body(pad.scene.bodies[0], pad.scene, 0, surface_spring_engines);
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
     const double start_s = processor_time_s();
     const CutPlan plan =

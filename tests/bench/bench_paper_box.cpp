@@ -9,7 +9,8 @@
 #include <string>
 
 #include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/run.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/session/run.h"
 #include "tests/bench/best_times.h"
 
 namespace {
@@ -24,7 +25,7 @@ const Scene& scene() {
 }
 
 void model(benchmark::State& state) {
-  const Simulation simulation(scene());
+  const Simulation simulation(fill_volumes(scene()));
   const TetMesh& mesh = simulation.body(0).tets;
   VolumeMaterial material;
   material.young_pa = scene().bodies[0].material.young_pa;
@@ -46,7 +47,7 @@ void scene_of_paper(benchmark::State& state) {
   const std::uint64_t steps = steps_of(scene(), 0);
   for (auto _ : state) {
     state.PauseTiming();
-    Simulation simulation(scene());
+    Simulation simulation(fill_volumes(scene()));
     StepInput input;
     state.ResumeTiming();
     for (std::uint64_t k = 1; k <= steps; ++k) {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "sim_server/splitting/leave.h"
-#include "sim_server/splitting/parts.h"
+#include "sim_server/components/leave.h"
+#include "sim_server/components/parts.h"
 #include "tests/support/shapes.h"
 
 namespace {

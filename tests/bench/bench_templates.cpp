@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <map>
 
-#include "sim_server/cutting/template_cut.h"
+#include "sim_server/surface/cutting/template_cut.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/mesh_at_rest.h"
 #include "tests/support/shapes.h"

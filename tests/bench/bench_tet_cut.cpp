@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/tet_shapes.h"
 

@@ -8,8 +8,9 @@
 #include <string>
 
 #include "common/core/processor_time.h"
-#include "sim_server/simulation_body.h"
-#include "sim_server/simulation_volume_cut.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/volume/volume_cutting.h"
+#include "sim_server/world/body.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/tet_shapes.h"
 
@@ -38,7 +39,7 @@ class Notch {
     }
     spec_.mesh = surface.soup;
     scene_.gravity_m_per_s2.setZero();
-    body_ = std::make_unique<SimulationBody>(spec_, scene_, 0, standard_engines().models.at(model));
+    body_ = std::make_unique<Body>(spec_, scene_, 0, standard_engines().models.at(model));
     const Vec3 at(0.5 * size_m_ + 0.3 * kCell, 0, 0.5 * size_m_ + 0.37 * kCell);
     double closest = 1;
     for (TriangleId t = 0; t < body_->mesh.triangle_slots(); ++t)
@@ -81,7 +82,7 @@ class Notch {
   double size_m_;
   Scene scene_;
   BodySpec spec_;
-  std::unique_ptr<SimulationBody> body_;
+  std::unique_ptr<Body> body_;
   TriangleId entry_ = 0;
   std::vector<TriangleId> changed_;
   bool begun_ = false;

@@ -1,6 +1,6 @@
 #include "tests/chart/tet_specimen.h"
 
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio::chart {

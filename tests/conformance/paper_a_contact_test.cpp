@@ -6,7 +6,8 @@
 
 #include "common/delta/keyframe.h"
 #include "sim_server/deformation/surface_springs.h"
-#include "sim_server/simulation_contact.h"
+#include "sim_server/surface/surface_engines.h"
+#include "sim_server/world/indentation.h"
 #include "tests/support/loop_cut.h"
 
 namespace sectio::test {
@@ -102,7 +103,7 @@ TEST(A_DEF, A_DEF_8_all_is_as_before_once_the_face_has_its_shape_on_the_server_a
 
 // One body whose steps a test makes itself: what the simulation does, with a view of the springs.
 struct PressedBody {
-  PressedBody() : scene(pressed_scene()), body(scene.bodies[0], scene, 0) {}
+  PressedBody() : scene(pressed_scene()), body(scene.bodies[0], scene, 0, surface_spring_engines) {}
   const SpringRows& rows() const { return dynamic_cast<const SurfaceSprings&>(*body.engines.deformation).rows(); }
   ContactPoint point_in(TriangleId t, double depth_m) const {
     ContactPoint p;
@@ -136,7 +137,7 @@ struct PressedBody {
     return best;
   }
   Scene scene;
-  SimulationBody body;
+  Body body;
 };
 
 TEST(A_DEF, A_DEF_8_springs_and_masses_are_as_before_bit_for_bit) {

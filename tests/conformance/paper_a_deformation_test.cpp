@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "sim_server/cutting/contact_templates.h"
 #include "sim_server/deformation/surface_springs.h"
+#include "sim_server/surface/indentation/contact_templates.h"
 #include "tests/support/knife_on_mesh.h"
 
 namespace sectio::test {

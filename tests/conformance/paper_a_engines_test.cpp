@@ -4,6 +4,8 @@
 
 #include "common/core/error.h"
 
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/surface/surface_engines.h"
 #include "tests/support/loop_cut.h"
 #include "tests/support/own_engines.h"
 

@@ -4,7 +4,9 @@
 
 #include <map>
 
-#include "sim_server/simulation_lips.h"
+#include "sim_server/body_contact/lip_contacts.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/surface/surface_engines.h"
 #include "tests/support/operation.h"
 
 namespace sectio::test {

@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
+#include "sim_server/body_contact/rigid_body.h"
 #include "sim_server/instruments/instrument.h"
-#include "sim_server/splitting/rigid_body.h"
 #include "tests/support/loop_cut.h"
 
 namespace sectio::test {

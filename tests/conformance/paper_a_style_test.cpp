@@ -1,7 +1,8 @@
 // Paper A's method and paper B's are two styles behind one plan_cut().
 #include <gtest/gtest.h>
 
-#include "sim_server/run.h"
+#include "sim_server/session/run.h"
+#include "sim_server/surface/surface_engines.h"
 #include "tests/support/operation.h"
 #include "tests/support/pad_under_scalpel.h"
 

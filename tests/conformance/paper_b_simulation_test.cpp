@@ -7,7 +7,8 @@
 #include "common/math/intersect.h"
 #include "common/math/trace.h"
 #include "sim_server/deformation/surface_springs.h"
-#include "sim_server/simulation_body.h"
+#include "sim_server/surface/surface_engines.h"
+#include "sim_server/world/body.h"
 #include "tests/support/operation.h"
 
 namespace sectio::test {
@@ -92,7 +93,7 @@ TEST(B_CD, B_CD_11_dropped_samples_bring_the_global_search_back) {
 
 // New vertices: a cut in a body that feels no force but its springs'.
 struct CutBody {
-  CutBody() : scene(still_scene()), body(scene.bodies[0], scene, 0) {
+  CutBody() : scene(still_scene()), body(scene.bodies[0], scene, 0, surface_spring_engines) {
     const Vec3 top(0, 0, 1);
     TriangleId nearest = 0;
     for (TriangleId t = 0; t < body.mesh.triangle_slots(); ++t)
@@ -130,7 +131,7 @@ struct CutBody {
   Vec3 position(VertexId v) const { return body.particles.position_world_m[v].head<3>().cast<double>(); }
 
   Scene scene;
-  SimulationBody body;
+  Body body;
   VertexId original_vertices = 0;
 };
 
@@ -159,7 +160,7 @@ TEST(B_MSM, B_MSM_3_new_vertices_have_a_spring_an_edge_and_a_home_spring) {
 
 TEST(B_MSM, B_MSM_3_new_vertices_stay_at_home_and_come_back_to_it) {
   CutBody cut;
-  SimulationBody& body = cut.body;
+  Body& body = cut.body;
   for (int i = 0; i < 300; ++i) body.deform({}, {}, cut.scene.step_s);
   for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v)
     if (body.mesh.vertex_alive(v)) {

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "sim_server/splitting/rigid_body.h"
+#include "sim_server/body_contact/rigid_body.h"
 #include "tests/support/gripper.h"
 #include "tests/support/loop_cut.h"
 

@@ -7,7 +7,8 @@
 #include <filesystem>
 
 #include "common/core/processor_time.h"
-#include "sim_server/run.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/session/run.h"
 #include "tests/planning/planned_specimens.h"
 
 namespace sectio::test {
@@ -47,7 +48,7 @@ double cost_of(Scene scene) {
   for (ToolSpec& tool : scene.tools)
     if (tool.kind != "probe") tool.trace = {tool.trace[0]};
   constexpr int kStretches = 8, kSteps = 25;
-  Simulation simulation(scene);
+  Simulation simulation(fill_volumes(scene));
   double least_s = 1e9;
   std::uint64_t step = 0;
   for (int n = 0; n < kStretches; ++n) {

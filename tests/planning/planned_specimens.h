@@ -7,7 +7,7 @@
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/planning/error_law.h"
-#include "sim_server/simulation_plan.h"
+#include "sim_server/prepare/choose_model.h"
 #include "tests/chart/surface_specimen.h"
 #include "tests/chart/tet_specimen.h"
 #include "tests/support/shapes.h"

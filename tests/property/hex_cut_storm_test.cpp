@@ -5,7 +5,7 @@
 #include <random>
 
 #include "sim_server/deformation/hexa/hex_solid.h"
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {

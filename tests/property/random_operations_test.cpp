@@ -16,18 +16,18 @@ constexpr int kOperations = 4;
 constexpr int kOperations = 20;
 #endif
 
-struct Body {
+struct OperatedBody {
   const char* name;
   TriangleSoup mesh;
   double top_m;  // the highest point
 };
-std::vector<Body> bodies() {
+std::vector<OperatedBody> bodies() {
   return {{"organ", ellipsoid(3, Vec3(0.06, 0.06, 0.03)), 0.03},
           {"box", box(12, 10, 4, Vec3(0.10, 0.08, 0.03)), 0.03},
           {"ring", torus(28, 12, 0.045, 0.018), 0.018}};
 }
 
-Scene scene_of(const Body& body, const std::string& kind, const char* style) {
+Scene scene_of(const OperatedBody& body, const std::string& kind, const char* style) {
   Scene scene = organ_scene();
   scene.bodies[0].name = body.name;
   scene.bodies[0].mesh = body.mesh;
@@ -40,7 +40,7 @@ Scene scene_of(const Body& body, const std::string& kind, const char* style) {
 // Moves, turns and closes at random, mostly near the surface; sometimes it jumps, sometimes it stays in.
 class Hand {
  public:
-  Hand(Operation& op, const Body& body, std::uint64_t seed) : op_(op), body_(body), random_(seed) {
+  Hand(Operation& op, const OperatedBody& body, std::uint64_t seed) : op_(op), body_(body), random_(seed) {
     at_ = {0, 0, body.top_m + 0.03};
     feed();
   }
@@ -89,7 +89,7 @@ class Hand {
   }
 
   Operation& op_;
-  const Body& body_;
+  const OperatedBody& body_;
   std::mt19937_64 random_;
   Vec3 at_;
   Eigen::Quaterniond orientation_ = Eigen::Quaterniond::Identity();
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(Every, RandomOperations,
 
 TEST_P(RandomOperations, leave_a_whole_body) {
   const auto& [kind, style] = GetParam();
-  for (const Body& body : bodies()) {
+  for (const OperatedBody& body : bodies()) {
     SCOPED_TRACE(body.name);
     Operation op(scene_of(body, kind, style));
     const double volume_m3 = check(op.mesh()).volume_m3, energy_j = op.simulation.energy_j();

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "sim_server/deformation/tetra/tet_solid.h"
-#include "sim_server/tet_cutting/collapse.h"
-#include "sim_server/tet_cutting/taken_back.h"
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/collapse.h"
+#include "sim_server/volume/tets/taken_back.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {

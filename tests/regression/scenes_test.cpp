@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/delta/journal.h"
-#include "sim_server/run.h"
+#include "sim_server/session/run.h"
 
 namespace sectio {
 namespace {

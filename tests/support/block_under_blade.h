@@ -12,11 +12,13 @@
 
 #include "common/mesh/check.h"
 #include "sim_server/deformation/tetra/volume_deformation.h"
+#include "sim_server/engine/engine_table.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/simulation.h"
-#include "sim_server/simulation_body.h"
-#include "sim_server/simulation_engines.h"
-#include "sim_server/simulation_volume.h"
-#include "sim_server/simulation_volume_cut.h"
+#include "sim_server/volume/volume_cutting.h"
+#include "sim_server/volume/volume_engines.h"
+#include "sim_server/world/body.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -44,10 +46,10 @@ class BlockUnderBlade {
  public:
   explicit BlockUnderBlade(const std::string& model, double collapse_ratio = 0,
                            const std::string& style = "semi_progressive")
-      : scene_(with_volumes(block_under_knife(model, collapse_ratio, style))),
+      : scene_(fill_volumes(block_under_knife(model, collapse_ratio, style))),
         body_(scene_.bodies[0], scene_, 0, maker(model)) {}
 
-  SimulationBody& body() { return body_; }
+  Body& body() { return body_; }
   const VolumeDeformation& engine() const { return dynamic_cast<const VolumeDeformation&>(*body_.engines.deformation); }
   const VolumeCutting& cutting() const { return dynamic_cast<const VolumeCutting&>(*body_.engines.cutting); }
   double volume_m3() { return check(body_.mesh).volume_m3; }
@@ -111,7 +113,7 @@ class BlockUnderBlade {
   }
   static MakeEngines maker(const std::string& model) { return standard_engines().models.at(model); }
   Scene scene_;
-  SimulationBody body_;
+  Body body_;
 };
 
 }  // namespace sectio::test

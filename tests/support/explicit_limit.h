@@ -13,7 +13,7 @@
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 

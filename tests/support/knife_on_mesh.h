@@ -7,7 +7,7 @@
 #include <set>
 
 #include "common/mesh/check.h"
-#include "sim_server/cutting/template_stroke.h"
+#include "sim_server/surface/cutting/template_stroke.h"
 #include "tests/support/mesh_at_rest.h"
 #include "tests/support/shapes.h"
 

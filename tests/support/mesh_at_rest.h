@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim_server/cutting/mesh_draft.h"
+#include "sim_server/surface/cutting/mesh_draft.h"
 
 namespace sectio::test {
 

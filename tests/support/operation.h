@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "common/mesh/check.h"
+#include "sim_server/engine/engine_table.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/simulation.h"
-#include "sim_server/simulation_engines.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -45,7 +47,7 @@ class Operation {
   static constexpr double kSample_s = 0.001;
 
   explicit Operation(Scene s, const EngineTable& engines = standard_engines())
-      : scene(std::move(s)), simulation(scene, engines), hands_(scene.tools.size()) {}
+      : scene(fill_volumes(std::move(s))), simulation(scene, engines), hands_(scene.tools.size()) {}
 
   // A step with no news, or with one sample of one or more instruments.
   const StepOutput& step(const std::vector<std::pair<std::uint32_t, Pose>>& poses) {

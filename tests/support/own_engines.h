@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/math/intersect.h"
-#include "sim_server/simulation_engines.h"
+#include "sim_server/engine/engine_table.h"
 
 namespace sectio::test {
 

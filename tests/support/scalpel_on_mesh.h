@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/check.h"
-#include "sim_server/cutting/plan_cut.h"
+#include "sim_server/surface/cutting/plan_cut.h"
 #include "tests/support/mesh_at_rest.h"
 
 namespace sectio::test {

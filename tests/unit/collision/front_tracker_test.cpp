@@ -15,7 +15,7 @@ ToolCorners scalpel(const Vec3& tip) {
 // Runs a tool through poses and compares each step with the test of every triangle.
 class Stroke {
  public:
-  explicit Stroke(const Body& body) : body_(body), tree_(body.view()) {}
+  explicit Stroke(const SurfaceBody& body) : body_(body), tree_(body.view()) {}
 
   ToolContact move(const ToolCorners& to, bool continuous = true) {
     if (!started_) last_ = to;
@@ -38,21 +38,21 @@ class Stroke {
   std::size_t edges = 0;
 
  private:
-  const Body& body_;
+  const SurfaceBody& body_;
   SurfaceTree tree_;
   FrontTracker tracker_;
   ToolCorners last_;
   bool started_ = false;
 };
 
-Body pad() {
+SurfaceBody pad() {
   std::vector<Corners> triangles;
   add_box(triangles, Vec3(-0.06, -0.03, -0.02), Vec3(0.06, 0.03, 0), {40, 20, 4});
-  return Body(weld(triangles));
+  return SurfaceBody(weld(triangles));
 }
 
 TEST(B_CD, B_CD_1_the_instrument_is_four_segments) {
-  const Body body = pad();
+  const SurfaceBody body = pad();
   Stroke stroke(body);
   stroke.move(scalpel({0.0003, 0.0004, 0.002}));
   const ToolContact c = stroke.move(scalpel({0.0003, 0.0004, -0.003}));
@@ -70,7 +70,7 @@ TEST(B_CD, B_CD_1_the_instrument_is_four_segments) {
 }
 
 TEST(B_CD, B_CD_11_one_global_search_in_a_quasi_static_cut) {
-  const Body body = pad();
+  const SurfaceBody body = pad();
   Stroke stroke(body);
   for (int k = 0; k <= 60; ++k) stroke.move(scalpel({-0.04 + 0.00013, 0.00021, 0.003 - 0.0001 * k}));
   for (int k = 0; k <= 600; ++k) stroke.move(scalpel({-0.04 + 0.0001 * k + 0.00013, 0.00021 + 0.00002 * k, -0.003}));
@@ -81,7 +81,7 @@ TEST(B_CD, B_CD_11_one_global_search_in_a_quasi_static_cut) {
 }
 
 TEST(B_CD, B_CD_11_fast_motion_and_dropped_samples_fall_back_to_global) {
-  const Body body(organ(24));
+  const SurfaceBody body(organ(24));
   Random random(1);
   int touched = 0;
   for (int run = 0; run < 12; ++run) {
@@ -105,7 +105,7 @@ TEST(FrontTracker, second_sheet_reached_later) {
   std::vector<Corners> triangles;
   add_box(triangles, Vec3(-0.06, -0.03, -0.004), Vec3(0.06, 0.03, 0), {40, 20, 2});
   add_box(triangles, Vec3(-0.01, -0.03, -0.012), Vec3(0.06, 0.03, -0.006), {23, 20, 3});
-  const Body body(weld(triangles));
+  const SurfaceBody body(weld(triangles));
   Stroke stroke(body);
   for (int k = 0; k < 10; ++k) stroke.move(scalpel({-0.04, 0.00021, 0.001 - 0.0009 * k}));
   const auto before = stroke.counters().global_searches;
@@ -125,7 +125,7 @@ TEST(FrontTracker, second_sheet_reached_later) {
 TEST(FrontTracker, thin_fold_is_not_jumped_over) {
   std::vector<Corners> triangles;
   add_box(triangles, Vec3(-0.0002, -0.03, -0.03), Vec3(0.0002, 0.03, 0.03), {1, 20, 20});
-  const Body body(weld(triangles));
+  const SurfaceBody body(weld(triangles));
   Stroke stroke(body);
   stroke.move(scalpel({-0.0085, 0.0003, -0.001}));
   const ToolContact c = stroke.move(scalpel({0.0015, 0.0003, -0.001}));
@@ -140,7 +140,7 @@ TEST(FrontTracker, thin_fold_is_not_jumped_over) {
 
 // Along a row of vertices, along edges, with corners of the path exactly on them: the tip's crossings alternate.
 TEST(FrontTracker, strokes_through_vertices_and_along_edges) {
-  const Body body = pad();
+  const SurfaceBody body = pad();
   const auto on_grid = [](double steps_of_3_mm) {
     return static_cast<double>(static_cast<float>(0.003 * steps_of_3_mm));
   };
@@ -165,7 +165,7 @@ TEST(FrontTracker, strokes_through_vertices_and_along_edges) {
 // A segment that goes over the surface leaves the triangle that it pierced, over edges, to the one that it pierces
 // next.
 TEST(FrontTracker, swept_edges_lead_from_triangle_to_triangle) {
-  const Body body(organ(24));
+  const SurfaceBody body(organ(24));
   Stroke stroke(body);
   Random random(2);
   int paths = 0, edges = 0;
@@ -193,7 +193,7 @@ TEST(FrontTracker, random_strokes_agree_with_every_triangle) {
   int touched = 0, missed = 0;
   std::uint64_t local = 0;
   for (int run = 0; run < 100; ++run) {
-    Body body(organ(8));
+    SurfaceBody body(organ(8));
     Stroke stroke(body);
     Vec3 tip = uniform_vec(random, -0.05, 0.05);
     const double speed = std::array<double, 4>{0.0001, 0.0007, 0.003, 0.012}[below(random, 4)];
@@ -232,7 +232,7 @@ TEST(FrontTracker, random_strokes_agree_with_every_triangle) {
 }
 
 TEST(FrontTracker, far_away_searches_nothing) {
-  const Body body(organ(8));
+  const SurfaceBody body(organ(8));
   Stroke stroke(body);
   for (int k = 0; k < 50; ++k) stroke.move(scalpel({0.1 + 0.0001 * k, 0, 0.1}));
   EXPECT_EQ(stroke.counters().global_searches + stroke.counters().local_searches, 0u);

@@ -7,7 +7,7 @@
 namespace sectio::collision_test {
 namespace {
 
-void expect_same_as_every_triangle(const Body& body, const SurfaceTree& tree, Random& random, int queries) {
+void expect_same_as_every_triangle(const SurfaceBody& body, const SurfaceTree& tree, Random& random, int queries) {
   const SurfaceView view = body.view();
   ASSERT_EQ(tree.size(), body.mesh.triangle_count());
   for (int k = 0; k < queries; ++k) {
@@ -31,13 +31,13 @@ void expect_same_as_every_triangle(const Body& body, const SurfaceTree& tree, Ra
 
 TEST(SurfaceTree, agrees_with_every_triangle) {
   Random random(1);
-  const Body body(organ(12));
+  const SurfaceBody body(organ(12));
   expect_same_as_every_triangle(body, SurfaceTree(body.view()), random, 400);
 }
 
 TEST(SurfaceTree, hits_say_what_and_where) {
   Random random(2);
-  const Body body(organ(10));
+  const SurfaceBody body(organ(10));
   const SurfaceTree tree(body.view());
   int found = 0;
   for (int k = 0; k < 200; ++k) {
@@ -59,7 +59,7 @@ TEST(SurfaceTree, hits_say_what_and_where) {
 
 TEST(SurfaceTree, follows_positions) {
   Random random(3);
-  Body body(organ(10));
+  SurfaceBody body(organ(10));
   SurfaceTree tree(body.view());
   for (int round = 0; round < 60; ++round) {
     const double size = round % 3 == 0 ? 0.0001 : 0.003;
@@ -79,7 +79,7 @@ TEST(SurfaceTree, follows_positions) {
 }
 
 TEST(SurfaceTree, small_motions_cost_nothing_and_large_ones_are_seen) {
-  Body body(organ(6));
+  SurfaceBody body(organ(6));
   SurfaceTree tree(body.view(), 0.001);
   for (Vec3f& x : body.x) x += Vec3f::Constant(0.0009f);
   EXPECT_EQ(tree.update_moved(body.view()), 0u);
@@ -90,7 +90,7 @@ TEST(SurfaceTree, small_motions_cost_nothing_and_large_ones_are_seen) {
 
 TEST(SurfaceTree, right_after_thousands_of_local_edits) {
   Random random(4);
-  Body body(organ(6));
+  SurfaceBody body(organ(6));
   SurfaceTree tree(body.view());
   std::vector<VertexId> added;
   int applied = 0;
@@ -143,7 +143,7 @@ TEST(SurfaceTree, right_after_thousands_of_local_edits) {
 
 // New leaves that come one beside the other would make a list of the tree.
 TEST(SurfaceTree, a_long_stroke_keeps_the_tree_shallow) {
-  Body body(organ(6));
+  SurfaceBody body(organ(6));
   SurfaceTree tree(body.view());
   TriangleId last = 0;
   for (int k = 0; k < 4000; ++k) {
@@ -163,7 +163,7 @@ TEST(SurfaceTree, a_long_stroke_keeps_the_tree_shallow) {
 
 TEST(SurfaceTree, inside_and_closest) {
   Random random(6);
-  const Body body(organ(14, 0));  // a ball
+  const SurfaceBody body(organ(14, 0));  // a ball
   const SurfaceTree tree(body.view());
   for (int k = 0; k < 1000; ++k) {
     Vec3 p = uniform_vec(random, -0.06, 0.06);

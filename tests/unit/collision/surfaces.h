@@ -28,11 +28,11 @@ inline std::size_t below(Random& random, std::size_t n) {
 }
 
 // A mesh with its current positions and its tree.
-struct Body {
+struct SurfaceBody {
   TriangleMesh mesh;
   std::vector<Vec3f> x;
 
-  explicit Body(const TriangleSoup& soup) : mesh(soup) {
+  explicit SurfaceBody(const TriangleSoup& soup) : mesh(soup) {
     for (const Vec3& p : mesh.rest_body_m()) x.push_back(p.cast<float>());
   }
   SurfaceView view() const { return {mesh, x, 7}; }

@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {

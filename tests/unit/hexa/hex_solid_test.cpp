@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/pressed_block.h"
 #include "tests/support/tet_shapes.h"
 

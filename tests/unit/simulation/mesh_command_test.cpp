@@ -1,4 +1,4 @@
-#include "sim_server/mesh_command.h"
+#include "sim_server/commands/mesh_command.h"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,10 @@
 #include <fstream>
 
 #include "common/core/error.h"
+#include "sim_server/prepare/choose_model.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/machine_speed.h"
 #include "sim_server/simulation.h"
-#include "sim_server/simulation_calibration.h"
-#include "sim_server/simulation_plan.h"
 #include "tests/support/shapes.h"
 
 namespace sectio {
@@ -61,7 +62,7 @@ TEST_F(Plans, scene_gets_a_model_and_runs) {
   EXPECT_NE(planned.table.find("> "), std::string::npos) << planned.table;
   EXPECT_NE(planned.table.find("taken: "), std::string::npos) << planned.table;
 
-  Simulation simulation(planned.scene);
+  Simulation simulation(fill_volumes(planned.scene));
   static double now_s = 0;
   simulation.measure_with([] { return now_s += 0.0005; });
   const StepOutput* out = nullptr;
@@ -78,7 +79,7 @@ TEST_F(Plans, scene_gets_a_model_and_runs) {
 
 TEST_F(Plans, scene_without_auto_stays_as_it_is_and_auto_alone_is_no_model) {
   Scene scene = bar_scene();
-  EXPECT_THROW(Simulation{scene}, InputError);
+  EXPECT_THROW(Simulation{fill_volumes(scene)}, InputError);
   scene.bodies[0].model = "neo_hookean";
   const PlannedScene planned = plan_scene(scene);
   EXPECT_EQ(planned.scene.bodies[0].model, "neo_hookean");
@@ -97,7 +98,7 @@ TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
   scene.bodies.push_back(stiff);
   const PlannedScene planned = plan_scene(scene);
   EXPECT_LT(planned.scene.step_s, 1e-3);
-  EXPECT_NO_THROW(Simulation{planned.scene});
+  EXPECT_NO_THROW(Simulation{fill_volumes(planned.scene)});
 }
 
 TEST_F(Plans, machine_is_measured_once_and_damaged_caches_are_measured_anew) {

@@ -3,7 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim_server/run.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/session/run.h"
 #include "tests/support/block_scene.h"
 
 namespace sectio {
@@ -32,7 +33,7 @@ Regions lump(double stiffness_factor) {
 }
 
 double felt_n(const Scene& scene) {
-  Simulation simulation(scene);
+  Simulation simulation(fill_volumes(scene));
   StepInput input;
   double force_n = 0;
   for (std::uint64_t n = 1; n <= 600; ++n) {

@@ -1,4 +1,5 @@
-#include "sim_server/simulation_split.h"
+#include "sim_server/step/split.h"
+#include "sim_server/surface/surface_engines.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +7,7 @@
 
 #include "common/mesh/check.h"
 #include "sim_server/deformation/surface_springs.h"
-#include "sim_server/simulation_rigid.h"
+#include "sim_server/step/collide.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::test {
@@ -33,7 +34,7 @@ struct Row {
     }
     if (fixed_below_x_m > -1) spec.fixed = Box{Vec3(-1, -1, -1), Vec3(fixed_below_x_m, 1, 1)};
     scene.file = "row";
-    body = std::make_unique<SimulationBody>(spec, scene, 0);
+    body = std::make_unique<Body>(spec, scene, 0, surface_spring_engines);
     body->unsettled.resize(body->mesh.triangle_slots());
     std::iota(body->unsettled.begin(), body->unsettled.end(), TriangleId{0});
   }
@@ -42,7 +43,7 @@ struct Row {
 
   BodySpec spec;
   Scene scene;
-  std::unique_ptr<SimulationBody> body;
+  std::unique_ptr<Body> body;
   std::deque<BodySpec> specs;
 };
 
@@ -50,7 +51,7 @@ struct Momenta {
   double volume_m3 = 0;
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
-void add(const SimulationBody& body, Momenta& sum) {
+void add(const Body& body, Momenta& sum) {
   sum.volume_m3 += check(body.mesh).volume_m3;
   for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) {
     if (!body.mesh.vertex_alive(v)) continue;
@@ -59,10 +60,10 @@ void add(const SimulationBody& body, Momenta& sum) {
     sum.angular += body.particle_view().position(v).cross(p);
   }
 }
-bool anchored(const SimulationBody& body) {
+bool anchored(const Body& body) {
   return dynamic_cast<const SurfaceSprings&>(*body.engines.deformation).anchored(0);
 }
-void stir(SimulationBody& body) {
+void stir(Body& body) {
   std::srand(3);
   for (auto& v : body.particles.velocity_world_m_per_s) v.head<3>() = Vec3f::Random();
   for (auto& x : body.particles.position_world_m) x.head<3>() += 1e-3f * Vec3f::Random();
@@ -137,7 +138,7 @@ TEST(Split, the_larger_side_leaves_when_the_smaller_is_fixed) {
   soup.vertices_body_m.insert(soup.vertices_body_m.end(), large.vertices_body_m.begin(), large.vertices_body_m.end());
   for (const auto& t : large.triangles) soup.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   row.spec.fixed = Box{Vec3(-1, -1, -1), Vec3(0, 1, 1)};
-  row.body = std::make_unique<SimulationBody>(row.spec, row.scene, 0);
+  row.body = std::make_unique<Body>(row.spec, row.scene, 0, surface_spring_engines);
   row.body->unsettled = {0, row.body->mesh.triangle_slots() - 1};
   const Split split = row.split();
   ASSERT_EQ(split.parts.size(), 1u);
@@ -167,12 +168,12 @@ TEST(Split, fragments_below_the_stated_size_are_removed) {
 TEST(Split, a_part_that_goes_on_deforming_falls_and_rests_on_the_floor) {
   Row row(FreeParts::deformable, {0.02, 0.012}, 0);
   row.scene.floor_z_m = -0.06;
-  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  std::vector<std::unique_ptr<Body>> bodies;
   Split split = row.split();
   ASSERT_EQ(split.parts.size(), 1u);
   bodies.push_back(std::move(row.body));
   bodies.push_back(std::move(split.parts[0]));
-  SimulationBody& part = *bodies[1];
+  Body& part = *bodies[1];
   const auto extent_z = [&] {
     Box3 box;
     for (const Vec3f& p : part.positions_world_m()) box.extend(p.cast<double>());
@@ -204,8 +205,8 @@ TEST(Split, a_part_that_goes_on_deforming_lies_on_other_tissue) {
   bed_spec.name = "bed";
   bed_spec.mesh = moved(box(16, 16, 2, Vec3(0.12, 0.12, 0.02)), Vec3(0.04, -0.06, -0.04));
   bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.035)};
-  std::vector<std::unique_ptr<SimulationBody>> bodies;
-  bodies.push_back(std::make_unique<SimulationBody>(bed_spec, row.scene, 0));
+  std::vector<std::unique_ptr<Body>> bodies;
+  bodies.push_back(std::make_unique<Body>(bed_spec, row.scene, 0, surface_spring_engines));
   bodies.push_back(std::move(split.parts[0]));
   double lowest_m = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -234,12 +235,12 @@ TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until
   block_spec.name = "block";
   block_spec.material.damping_per_s = 0;
   block_spec.splitting.free_parts = FreeParts::rigid;
-  std::vector<std::unique_ptr<SimulationBody>> bodies;
-  bodies.push_back(std::make_unique<SimulationBody>(table_spec, scene, 0));
+  std::vector<std::unique_ptr<Body>> bodies;
+  bodies.push_back(std::make_unique<Body>(table_spec, scene, 0, surface_spring_engines));
   for (std::uint32_t i = 1; i <= 2; ++i) {
     const TriangleMesh block(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)));
-    bodies.push_back(std::make_unique<SimulationBody>(block_spec, scene, i, block,
-                                                      particles_at_rest(block.rest_body_m(), {}), Pose{}));
+    bodies.push_back(std::make_unique<Body>(block_spec, scene, i, surface_spring_engines, block,
+                                            particles_at_rest(block.rest_body_m(), {}), Pose{}));
     for (auto& x : bodies.back()->particles.position_world_m)
       x.head<3>() += Vec3f(0.035f, 0.035f, 0.012f + 0.025f * float(i - 1));
     ASSERT_TRUE(bodies.back()->become_rigid());
@@ -265,10 +266,10 @@ struct BlockOverBed {
     bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.005)};
     block_spec.name = "block";
     block_spec.splitting.friction = friction;
-    bodies.push_back(std::make_unique<SimulationBody>(bed_spec, scene, 0));
+    bodies.push_back(std::make_unique<Body>(bed_spec, scene, 0, surface_spring_engines));
     const TriangleMesh block(moved(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)), Vec3(0.043, 0.042, 0.021)));
-    bodies.push_back(std::make_unique<SimulationBody>(block_spec, scene, 1, block,
-                                                      particles_at_rest(block.rest_body_m(), {}), Pose{}));
+    bodies.push_back(std::make_unique<Body>(block_spec, scene, 1, surface_spring_engines, block,
+                                            particles_at_rest(block.rest_body_m(), {}), Pose{}));
     EXPECT_TRUE(bodies[1]->become_rigid());
     for (int i = 0; i < 500; ++i) bodies[0]->deform({}, {}, scene.step_s);  // the bed sags by itself
   }
@@ -295,7 +296,7 @@ struct BlockOverBed {
   Scene scene;
   BodySpec bed_spec, block_spec;
   std::vector<std::uint8_t> calm{0, 0};
-  std::vector<std::unique_ptr<SimulationBody>> bodies;
+  std::vector<std::unique_ptr<Body>> bodies;
 };
 
 TEST(RigidPieces, dropped_on_tissue_one_dents_it_comes_to_rest_and_bears_on_it_asleep_and_energy_only_falls) {
@@ -323,7 +324,7 @@ TEST(RigidPieces, dropped_on_tissue_one_dents_it_comes_to_rest_and_bears_on_it_a
 TEST(RigidPieces, a_bed_sleeps_under_one_that_sleeps_bears_another_and_wakes_when_one_is_lifted_or_falls_on_it) {
   for (const bool falls : {false, true}) {
     BlockOverBed world;
-    SimulationBody& bed = *world.bodies[0];
+    Body& bed = *world.bodies[0];
     for (int i = 0; i < 6000 && !(bed.asleep() && world.block().asleep()); ++i) {
       if (bed.asleep())
         step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
@@ -350,7 +351,7 @@ TEST(RigidPieces, a_bed_sleeps_under_one_that_sleeps_bears_another_and_wakes_whe
 TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
   BlockOverBed world(Vec3::Zero());
   world.block().set_velocity(Vec3(0.05, 0.02, -0.3), Vec3(1, 3, 0));
-  SimulationBody& bed = *world.bodies[0];
+  Body& bed = *world.bodies[0];
   bool met = false;
   for (int i = 0; i < 30; ++i) {
     bed.deform({}, {}, world.scene.step_s);
@@ -412,7 +413,7 @@ struct Held {
   }
   BlockOverBed& world;
   std::vector<Vec3> arms_m;
-  std::vector<Grip> grips;
+  std::vector<GraspConstraint> grips;
 };
 
 TEST(RigidPieces, lifted_with_jaws_energy_rises_by_no_more_than_their_work) {
@@ -446,9 +447,9 @@ TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
   BodySpec spec;
   spec.splitting.free_parts = FreeParts::rigid;
   const TriangleMesh block(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)));
-  std::vector<std::unique_ptr<SimulationBody>> bodies;
-  bodies.push_back(
-      std::make_unique<SimulationBody>(spec, scene, 0, block, particles_at_rest(block.rest_body_m(), {}), Pose{}));
+  std::vector<std::unique_ptr<Body>> bodies;
+  bodies.push_back(std::make_unique<Body>(spec, scene, 0, surface_spring_engines, block,
+                                          particles_at_rest(block.rest_body_m(), {}), Pose{}));
   ASSERT_TRUE(bodies[0]->become_rigid());
   RigidTouch touch;
   touch.constraint.v = block.triangle(0).v;

@@ -3,8 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim_server/run.h"
-#include "sim_server/simulation_volume_cut.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/session/run.h"
+#include "sim_server/volume/volume_cutting.h"
 #include "tests/support/operation.h"
 #include "tests/support/shapes.h"
 

@@ -8,10 +8,10 @@
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/simulation.h"
-#include "sim_server/simulation_body.h"
-#include "sim_server/simulation_volume.h"
-#include "sim_server/simulation_volume_cut.h"
-#include "sim_server/tet_cutting/collapse.h"
+#include "sim_server/volume/tets/collapse.h"
+#include "sim_server/volume/volume_cutting.h"
+#include "sim_server/volume/volume_engines.h"
+#include "sim_server/world/body.h"
 #include "tests/support/block_under_blade.h"
 
 namespace sectio {
@@ -58,7 +58,7 @@ TEST_P(VolumeCuts, C_CUT_4_the_body_is_alive_after_a_cut_and_what_was_cut_opens)
 }
 
 // What tidying leaves of edges below `ratio`, by what speaks against them in the better direction; else it could go on.
-std::map<std::string, int> short_edges(const SimulationBody& body, const VolumeCutting& cutting, double ratio) {
+std::map<std::string, int> short_edges(const Body& body, const VolumeCutting& cutting, double ratio) {
   const TetTopology& volume = cutting.volume();
   const auto fixed = [&](VertexId v) { return volume.vertex(v).rest_body_m.z() <= 0.004; };
   const auto kind = [&](const Corners3& corners) {

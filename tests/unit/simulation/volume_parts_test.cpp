@@ -4,11 +4,12 @@
 #include "common/delta/keyframe.h"
 #include "common/math/trace.h"
 #include "common/mesh/check.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation.h"
-#include "sim_server/simulation_body.h"
-#include "sim_server/simulation_volume.h"
-#include "sim_server/simulation_volume_cut.h"
+#include "sim_server/volume/volume_cutting.h"
+#include "sim_server/volume/volume_engines.h"
+#include "sim_server/world/body.h"
 #include "tests/support/operation.h"
 #include "tests/support/shapes.h"
 
@@ -189,7 +190,7 @@ TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
 // The side through which the blade came is open, too, although the blade had pressed it in.
 TEST(VolumeParts, a_cut_begins_at_the_skin) {
   for (const std::string style : {"semi_progressive", "progressive"}) {
-    Scene scene = with_volumes(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml"));
+    Scene scene = fill_volumes(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml"));
     scene.bodies[0].cutting.style = style;
     Operation op(scene);
     for (int n = 0; n < 1500; ++n) {
@@ -234,7 +235,7 @@ struct Opening {
   std::uint32_t steps = 0;
 };
 Opening opening_along(const std::string& style, double step_m) {
-  const Scene scene = with_volumes(hanging_bar("neo_hookean", style, FreeParts::keep));
+  const Scene scene = fill_volumes(hanging_bar("neo_hookean", style, FreeParts::keep));
   const double edge_m = mean_edge_m(scene.bodies[0].tets);
   const InstrumentShape shape = instrument_of("knife").shape(scene.tools[0].geometry, {});
   Operation op(scene);

@@ -1,5 +1,5 @@
 // The surface of a volume in slots, after any cuts: always a closed manifold, also where it touches itself in a vertex.
-#include "sim_server/simulation_volume_surface.h"
+#include "sim_server/volume/volume_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <random>
 
 #include "common/mesh/check.h"
-#include "sim_server/tet_cutting/collapse.h"
-#include "sim_server/tet_cutting/tet_cut.h"
+#include "sim_server/volume/tets/collapse.h"
+#include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
 namespace sectio {

@@ -1,5 +1,6 @@
 // Bodies that are volumes of tetrahedra, through the whole simulation.
-#include "sim_server/simulation_volume.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/volume/volume_engines.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +29,7 @@ class VolumeModels : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(All, VolumeModels, testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(VolumeModels, C_CON_1_fall_onto_the_floor_and_rest_there_whole) {
-  Simulation simulation(block_on_table(GetParam()));
+  Simulation simulation(fill_volumes(block_on_table(GetParam())));
   for (int n = 0; n < 600; ++n) simulation.step({});
   float lowest = 1;
   for (const Vec3f& x : simulation.positions_world_m(0)) lowest = std::min(lowest, x.z());
@@ -46,7 +47,7 @@ TEST_P(VolumeModels, a_probe_dents_them_and_feels_it) {
   scene.tools[0].name = "probe";
   scene.tools[0].kind = "probe";
   scene.tools[0].geometry = instrument_of("probe").geometry;
-  Simulation simulation(scene);
+  Simulation simulation(fill_volumes(scene));
   StepInput input;
   double force_n = 0;
   for (std::uint64_t n = 1; n <= 800; ++n) {
@@ -62,18 +63,18 @@ TEST_P(VolumeModels, a_probe_dents_them_and_feels_it) {
 TEST(Volume, templates_are_refused_and_said_so) {
   Scene scene = block_on_table("neo_hookean");
   scene.bodies[0].cutting.style = "templates";
-  EXPECT_THROW(with_volumes(scene), InputError);
+  EXPECT_THROW(fill_volumes(scene), InputError);
 }
 
 TEST(Volume, tetrahedra_from_a_file_are_the_body) {
-  Scene scene = with_volumes(block_on_table("neo_hookean"));
+  Scene scene = fill_volumes(block_on_table("neo_hookean"));
   const TetMesh& tets = scene.bodies[0].tets;
   const std::string path = testing::TempDir() + "/sectio_volume_test.msh";
   write_tet_file(path, tets);
   Scene from_file = block_on_table("neo_hookean");
   from_file.bodies[0].mesh = {};
   from_file.bodies[0].volume.file = path;
-  const Simulation simulation(from_file);
+  const Simulation simulation(fill_volumes(from_file));
   EXPECT_EQ(simulation.mesh(0).vertex_count(), scene.bodies[0].mesh.vertices_body_m.size());
   EXPECT_NEAR(check(simulation.mesh(0)).volume_m3, check(tets).volume_m3, 1e-12);
 }
@@ -82,11 +83,11 @@ TEST(Volume, what_can_t_be_filled_is_refused_with_scene_and_body) {
   Scene scene = block_on_table("neo_hookean");
   scene.file = "a.yaml";
   scene.bodies[0].contact.style = "templates";
-  EXPECT_THROW(Simulation{scene}, InputError);
+  EXPECT_THROW(Simulation{fill_volumes(scene)}, InputError);
   scene.bodies[0].contact.style = "vertices";
   scene.bodies[0].volume.file = "nothing.msh";
   try {
-    const Simulation simulation(scene);
+    const Simulation simulation(fill_volumes(scene));
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(std::string(error.what()), "a.yaml: body 'block': nothing.msh: no such file");

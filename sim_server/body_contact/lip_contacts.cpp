@@ -1,0 +1,198 @@
+#include "sim_server/body_contact/lip_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/math/intersect.h"
+#include "sim_server/body_contact/contact_solver.h"
+
+namespace sectio {
+namespace {
+
+constexpr std::size_t kMostWalls = 128;  // triangles looked at in a search
+constexpr double kAsideM = 0.003;        // lips may have slid by this much
+constexpr double kApartAtRestM = 0.001;  // walls further from each other are not of one cut
+constexpr double kBehindAtRestM = 1e-4;  // nor those with tissue between them
+constexpr double kReachM = 1e-4;         // a gap that counts as contact
+constexpr double kDeepestM = 0.004;      // further behind, it is somewhere else
+constexpr double kFastM_per_s = 0.5;     // lips meet more slowly
+constexpr double kLongestPause = 8;      // steps
+constexpr double kFacing = -0.5;         // cosine of the angle between walls that face each other
+
+Corners corners_at_rest(const TriangleMesh& mesh, TriangleId t) {
+  const auto& v = mesh.triangle(t).v;
+  return {mesh.rest_body_m(v[0]), mesh.rest_body_m(v[1]), mesh.rest_body_m(v[2])};
+}
+Vec3 area_of(const Corners& c) {
+  return (c[1] - c[0]).cross(c[2] - c[0]);
+}
+bool is_wall(const TriangleMesh& mesh, TriangleId t) {
+  return t < mesh.triangle_slots() && mesh.triangle(t).alive() && mesh.triangle(t).surface == Surface::wall;
+}
+bool has_corner(const Triangle& t, VertexId v) {
+  return std::ranges::find(t.v, v) != t.v.end();
+}
+
+// Around a vertex, calls with each triangle.
+template <class Call>
+void around(const TriangleMesh& mesh, VertexId v, const Call& call) {
+  const TriangleId first = mesh.incident(v);
+  TriangleId t = first;
+  do {
+    call(t);
+    t = mesh.neighbour(t, mesh.triangle(t).corner_of(v));
+  } while (t != first);
+}
+
+// Of the walls at a vertex, at rest.
+Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
+  Vec3 area = Vec3::Zero();
+  around(mesh, v, [&](TriangleId t) {
+    if (is_wall(mesh, t)) area += area_of(corners_at_rest(mesh, t));
+  });
+  return area.stableNormalized();
+}
+
+}  // namespace
+
+void LipContacts::follow(const TriangleMesh& mesh, std::span<const VertexId> changed) {
+  for (const VertexId v : changed) {
+    const bool lives = v < mesh.vertex_slots() && mesh.vertex_alive(v);
+    bool at_wall = false;
+    if (lives) around(mesh, v, [&](TriangleId t) { at_wall |= is_wall(mesh, t); });
+    if (!at_wall) {
+      lips_.erase(v);
+      continue;
+    }
+    Lip& lip = lips_.try_emplace(v).first->second;
+    lip.opposite.fill(kNone);
+    if (!std::exchange(lip.waits, true)) waiting_.push_back(v);
+  }
+}
+
+void LipContacts::search(const TriangleMesh& mesh) {
+  for (int i = 0; i < kSearches; ++i) {
+    VertexId v = kNone;
+    while (!waiting_.empty() && v == kNone) {
+      if (lips_.contains(waiting_.front())) v = waiting_.front();
+      waiting_.pop_front();
+    }
+    if (v == kNone) {
+      if (i > 0) return;  // one a step in the round
+      auto it = lips_.lower_bound(next_);
+      if (it == lips_.end()) it = lips_.begin();
+      if (it == lips_.end()) return;
+      v = it->first;
+      next_ = v + 1;
+    }
+    Lip& lip = lips_.at(v);
+    lip.waits = false;
+    lip.pause = 0;
+    search_opposite(mesh, v, lip);
+  }
+}
+
+// Breadth first over the walls, which hang together at the bottom of the cut.
+void LipContacts::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) {
+  const Vec3& at = mesh.rest_body_m(v);
+  const Vec3 normal = wall_normal(mesh, v);
+  walls_.clear();
+  seen_.resize(mesh.triangle_slots(), 0);
+  ++round_;
+  const auto see = [&](TriangleId t) {
+    if (is_wall(mesh, t) && std::exchange(seen_[t], round_) != round_) walls_.push_back(t);
+  };
+  around(mesh, v, see);
+  std::vector<std::pair<double, TriangleId>> found;
+  for (std::size_t k = 0; k < walls_.size(); ++k) {
+    const TriangleId t = walls_[k];
+    const Corners c = corners_at_rest(mesh, t);
+    const Vec3 facing = area_of(c).stableNormalized();
+    const double before_m = (at - c[0]).dot(facing);
+    if (normal.dot(facing) < kFacing && before_m > -kBehindAtRestM && before_m < kApartAtRestM &&
+        !has_corner(mesh.triangle(t), v)) {
+      const double away = closest_on_triangle(at, c).squared_distance;
+      if (away < kAsideM * kAsideM) found.emplace_back(away, t);
+    }
+    for (const TriangleId n : mesh.neighbours(t))
+      if (walls_.size() < kMostWalls) see(n);
+  }
+  std::ranges::sort(found);
+  lip.opposite.fill(kNone);
+  for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;
+}
+
+// The nearest of the opposite triangles, over or under which the vertex is.
+void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip,
+                               double step_s) {
+  if (lip.pause > 0) return void(--lip.pause);
+  const auto& positions = body.particles.position_world_m;
+  const Vec3 at = positions[v].head<3>().cast<double>();
+  double nearest = kDeepestM * kDeepestM;
+  TriangleId on = kNone;
+  ClosestPoint best;
+  Vec3 facing = Vec3::Zero();
+  for (const TriangleId t : lip.opposite) {
+    if (t == kNone || !is_wall(body.mesh, t) || has_corner(body.mesh.triangle(t), v)) continue;
+    const auto& c = body.mesh.triangle(t).v;
+    const Corners corners{positions[c[0]].head<3>().cast<double>(), positions[c[1]].head<3>().cast<double>(),
+                          positions[c[2]].head<3>().cast<double>()};
+    const ClosestPoint closest = closest_on_triangle(at, corners);
+    if (closest.squared_distance >= nearest) continue;
+    nearest = closest.squared_distance;
+    best = closest;
+    facing = area_of(corners).stableNormalized();
+    on = t;
+  }
+  lip.pause = static_cast<std::uint8_t>(std::min(kLongestPause, std::sqrt(nearest) / (kFastM_per_s * step_s)));
+  if (on == kNone) return;
+  const Vec3 away = at - best.point;
+  const double above_m = away.dot(facing);
+  if (above_m > kReachM || std::abs(above_m) < 0.7 * away.norm()) return;  // apart, or beside
+  const Corners rest = corners_at_rest(body.mesh, on);
+  const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
+  const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());
+
+  RigidContact contact;
+  contact.point_world_m = at;
+  contact.normal_world = facing;
+  contact.friction = 0;  // wet
+  contact.depth_m = std::min(0.0, at_rest_m) - above_m;
+  const auto& c = body.mesh.triangle(on).v;
+  const std::array<std::pair<VertexId, double>, 4> sides{
+      {{v, 1}, {c[0], -best.bary[0]}, {c[1], -best.bary[1]}, {c[2], -best.bary[2]}}};
+  for (std::size_t a = 0; a < sides.size(); ++a) {
+    const VertexId w = sides[a].first;
+    const auto [it, is_new] = numbers_.try_emplace(w, static_cast<std::uint32_t>(particles_.size()));
+    if (is_new)
+      particles_.push_back({body.particles.velocity_world_m_per_s[w].head<3>().cast<double>(),
+                            deformation.inverse_mass_per_kg(w), Vec3::Zero()});
+    contact.particles[a] = it->second;
+    contact.shares[a] = sides[a].second;
+    contact.depth_m += step_s * contact.shares[a] * particles_[contact.particles[a]].velocity_m_per_s.dot(facing);
+  }
+  contacts_.push_back(contact);
+}
+
+void LipContacts::step(const SharedBody& body, const DeformationEngine& deformation, double step_s) {
+  if (lips_.empty()) return;
+  search(body.mesh);
+  contacts_.clear();
+  particles_.clear();
+  numbers_.clear();
+  for (auto& [v, lip] : lips_) find_contact(body, deformation, v, lip, step_s);
+  if (contacts_.empty()) return;
+  const ContactSides sides{{}, particles_};
+  // An overlap is stopped and not undone: to push it out against the springs would be work that nobody does.
+  solve_contacts(sides, contacts_, {step_s, 10});
+  for (const auto& [v, number] : numbers_) {
+    const SoftParticle& p = particles_[number];
+    Vec4f& velocity = body.particles.velocity_world_m_per_s[v];
+    const Vec3 gained = p.velocity_m_per_s - velocity.head<3>().cast<double>();
+    velocity.head<3>() += gained.cast<float>();
+    body.particles.position_world_m[v].head<3>() += (step_s * gained).cast<float>();
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,60 @@
+// The lips of a cut don't pass through each other (paper A, 2.3: concave results).
+//
+// Walls that a cut has made lay upon each other while the tissue was whole. So each vertex of a wall keeps the few
+// triangles of the opposite wall that are nearest to it at rest, and after each step of deformation it is seen whether
+// it is behind them: a look at the neighbours, not a search of the body.
+//
+//     skin ____v  |____        v behind T by more than at rest: v and T's corners are pushed apart
+//               \ |T           along T's normal, by impulses that keep momentum
+//                \|
+//
+// Cost: O(wall vertices) a step with a small constant; opposite triangles are looked for on the walls from neighbour to
+// neighbour, at most kSearches a step, first where a cut has changed something, then round and round.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <map>
+#include <vector>
+
+#include "sim_server/body_contact/rigid_contact.h"
+#include "sim_server/deformation/deformation_engine.h"
+#include "sim_server/engine/engine.h"
+
+namespace sectio {
+
+class LipContacts {
+ public:
+  static constexpr int kSearches = 3;
+
+  // Vertices around which the topology is not what it was.
+  void follow(const TriangleMesh& mesh, std::span<const VertexId> changed);
+  // After deformation, whose particles it moves.
+  void step(const SharedBody& body, const DeformationEngine& deformation, double step_s);
+
+ private:
+  static constexpr std::size_t kOpposite = 6;
+  struct Lip {
+    std::array<TriangleId, kOpposite> opposite;
+    bool waits = false;      // for a search
+    std::uint8_t pause = 0;  // steps until it is looked at again: it was far from the other lip
+  };
+
+  void search(const TriangleMesh& mesh);
+  void search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip);
+  void find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip, double step_s);
+
+  std::map<VertexId, Lip> lips_;
+  std::deque<VertexId> waiting_;
+  VertexId next_ = 0;  // of the round
+
+  // Scratch.
+  std::vector<TriangleId> walls_;
+  std::vector<std::uint32_t> seen_;  // by triangle: the search that saw it last
+  std::uint32_t round_ = 0;
+  std::vector<RigidContact> contacts_;
+  std::vector<SoftParticle> particles_;
+  std::map<VertexId, std::uint32_t> numbers_;
+};
+
+}  // namespace sectio

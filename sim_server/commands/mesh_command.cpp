@@ -1,0 +1,121 @@
+#include "sim_server/commands/mesh_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "common/core/arguments.h"
+#include "common/core/error.h"
+#include "sim_server/meshing/fill.h"
+#include "sim_server/meshing/tet_file.h"
+#include "sim_server/scene/mesh_import.h"
+#include "sim_server/volume/tets/tet_cut.h"
+
+namespace sectio {
+namespace {
+
+struct Plane {
+  Vec3 point_m, normal;
+};
+
+// "x,y,z,nx,ny,nz"
+Plane plane_of(const std::string& text) {
+  std::istringstream in(text);
+  std::array<double, 6> n{};
+  bool good = true;
+  for (std::size_t i = 0; i < 6; ++i) {
+    char comma = ',';
+    if (i > 0) in >> comma;
+    in >> n[i];
+    good = good && comma == ',' && in && std::isfinite(n[i]);
+  }
+  char more = 0;
+  const Plane plane{{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
+  if (!good || in >> more || !(plane.normal.norm() > 0))
+    throw InputError("--cut: expected x,y,z,nx,ny,nz with a normal that is not zero, got " + text);
+  return plane;
+}
+
+FilledVolume volume_of(const std::string& in, double unit_m, const FillSettings& settings) {
+  FilledVolume filled;
+  if (is_tet_file(in)) {
+    TetFile file = read_tet_file(in, unit_m);
+    filled.mesh = std::move(file.mesh);
+    filled.notes = std::move(file.notes);
+    filled.report = report_on(filled.mesh, "file", check(filled.mesh).volume_m3, settings.material);
+    filled.compared = {filled.report};
+    return filled;
+  }
+  const ImportedMesh surface = import_mesh(in, unit_m);
+  try {
+    filled = fill(surface.soup, settings);
+  } catch (const InputError& error) {
+    throw InputError(in + ": " + error.what());
+  }
+  filled.notes.insert(filled.notes.begin(), surface.mended.begin(), surface.mended.end());
+  return filled;
+}
+
+// Right through, one plane after the other.
+TetMesh cut_along(const TetMesh& mesh, const std::vector<std::string>& planes, double snap) {
+  Vec3 low = mesh.vertices_body_m[0], high = low;
+  for (const Vec3& p : mesh.vertices_body_m) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  TetTopology volume(mesh);
+  for (const std::string& text : planes) {
+    const Plane plane = plane_of(text);
+    const double size = 2 * ((high - low).norm() + (plane.point_m - low).norm());
+    const Vec3 u = size * plane.normal.unitOrthogonal(), w = size * plane.normal.normalized().cross(u / size);
+    const Vec3& at = plane.point_m;
+    const TetCutOutcome outcome = cut(volume, {{at - u - w, at + u - w, at + u + w, at - u + w}, {}}, {snap, false});
+    std::printf("cut: %u tetrahedra crossed, %u more than before, %u edges split, %u vertices moved to, %u twins\n",
+                outcome.crossed, outcome.made, outcome.splits, outcome.snapped, outcome.twins);
+  }
+  return volume.mesh();
+}
+
+void check_values(const FillSettings& settings, double snap) {
+  const ElasticConstants& m = settings.material;
+  if (!(settings.tetrahedra >= 12)) throw InputError("--tetrahedra: expected at least 12");
+  if (!(m.young_pa > 0)) throw InputError("--young-pa: expected > 0");
+  if (!(m.poisson >= 0 && m.poisson < 0.5)) throw InputError("--poisson: expected at least 0 and below 0.5");
+  if (!(m.density_kg_per_m3 > 0)) throw InputError("--density-kg-per-m3: expected > 0");
+  if (!(snap >= 0 && snap <= 0.3)) throw InputError("--snap: expected in [0, 0.3]");
+}
+
+}  // namespace
+
+int run_mesh_command(int argc, char** argv) {
+  std::string in, out, unit = "m", mesher = "lattice";
+  std::vector<std::string> cuts;
+  double snap = TetCutSettings{}.snap;
+  FillSettings settings;
+  Arguments arguments("sim_server mesh", "fills a closed surface with tetrahedra and says how good they are");
+  arguments.option("IN", in, "surface (OBJ, STL, PLY, glTF) or tetrahedra (.msh, .vtk, .node)", Need::required);
+  arguments.option("--tets", out, "file for the tetrahedra, in metres: .msh, .vtk or .node (with .ele)");
+  arguments.choice("--unit", unit, {"m", "cm", "mm"}, "length of IN's unit");
+  arguments.choice("--mesher", mesher, {"lattice", "tetgen", "best"}, "best: the one with the larger stable step");
+  arguments.option("--tetrahedra", settings.tetrahedra, "about so many");
+  arguments.option("--cut", cuts, "cut along a plane: x,y,z,nx,ny,nz, a point in metres and a normal; may be repeated");
+  arguments.option("--snap", snap, "a cut goes to vertices within this fraction of an edge");
+  arguments.option("--young-pa", settings.material.young_pa, "for the stable step");
+  arguments.option("--poisson", settings.material.poisson, "for the stable step");
+  arguments.option("--density-kg-per-m3", settings.material.density_kg_per_m3, "for the stable step");
+  if (!arguments.parse(argc, argv)) return 0;
+  check_values(settings, snap);
+  settings.mesher = mesher == "lattice" ? Mesher::lattice : mesher == "tetgen" ? Mesher::tetgen : Mesher::best;
+
+  FilledVolume filled = volume_of(in, unit == "m" ? 1 : unit == "cm" ? 0.01 : 0.001, settings);
+  for (const std::string& note : filled.notes) std::printf("note: %s\n", note.c_str());
+  for (const FillReport& report : filled.compared) std::printf("%s\n", to_string(report).c_str());
+  if (filled.compared.size() > 1) std::printf("kept: %s\n", filled.report.mesher.c_str());
+  if (!cuts.empty()) {
+    filled.mesh = cut_along(filled.mesh, cuts, snap);
+    const FillReport after = report_on(filled.mesh, "cut", filled.report.surface_volume_m3, settings.material);
+    std::printf("%s, %u parts\n", to_string(after).c_str(), after.tets.components);
+  }
+  if (!out.empty()) write_tet_file(out, filled.mesh);
+  return 0;
+}
+
+}  // namespace sectio

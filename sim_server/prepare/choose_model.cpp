@@ -1,0 +1,237 @@
+#include "sim_server/prepare/choose_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "sim_server/deformation/hexa/hex_solid.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/planning/plan.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/machine_speed.h"
+#include "sim_server/surface/surface_engines.h"
+#include "sim_server/world/body.h"
+
+namespace sectio {
+namespace {
+
+using planning::Candidate;
+using planning::Method;
+
+constexpr std::size_t kMoments = 150;  // of a trace that are looked at
+constexpr double kOnFloor_m = 1e-3;
+constexpr double kFreeSteps_s[] = {1e-3, 5e-4, 2.5e-4};
+
+bool is_auto(const BodySpec& body) {
+  return body.model == "auto";
+}
+
+planning::ToolUse use_of(const ToolSpec& tool, const Pose& body) {
+  const InstrumentKind& kind = instrument_of(tool.kind);
+  planning::ToolUse use;
+  use.name = tool.name;
+  use.ball_radius_m = tool.geometry.sphere_radius_m;
+  if (kind.grip_force_n > 0) use.grip_radius_m = tool.grip_radius_m.value_or(kind.grip_radius_m);
+  const InstrumentShape rest = kind.shape(tool.geometry, {tool.intensity, 0, 0});
+  use.cuts = (rest.edge_tip_tool_m - rest.edge_heel_tool_m).norm() > 0;
+  if (tool.trace.empty()) return use;
+  const double begin = tool.trace.front().time_s, end = tool.trace.back().time_s;
+  for (std::size_t i = 0; i < kMoments; ++i) {
+    const TracePoint at = point_at(tool.trace, begin + (end - begin) * static_cast<double>(i) / (kMoments - 1));
+    const InstrumentShape shape = kind.shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
+    const auto local = [&](const Vec3& p) { return body.to_local(at.pose_world.to_world(p)); };
+    use.moments.push_back({local(use.cuts ? shape.edge_tip_tool_m : shape.a_tool_m), local(shape.b_tool_m),
+                           body.orientation.conjugate() * at.pose_world.orientation,
+                           at.opening_rad < kind.grip_below_rad});
+  }
+  return use;
+}
+
+planning::BodySituation situation_of(const BodySpec& body, const Scene& scene) {
+  planning::BodySituation s;
+  s.young_pa = body.material.young_pa;
+  s.poisson = body.material.poisson;
+  s.density_kg_per_m3 = body.material.density_kg_per_m3;
+  s.bed_radius_m = body.material.foundation_radius_m;
+  s.most_gravity_m_per_s2 = scene.gravity_m_per_s2.norm();
+  for (const GravityChange& change : scene.gravity_changes)
+    s.most_gravity_m_per_s2 = std::max(s.most_gravity_m_per_s2, change.gravity_m_per_s2.norm());
+  double lowest_m = HUGE_VAL;
+  for (const Vec3& p : body.mesh.vertices_body_m) {
+    const Vec3 x = body.pose.to_world(p);
+    lowest_m = std::min(lowest_m, x.z());
+    if (body.fixed && body.fixed->contains(x)) s.fixed_m.push_back(p);
+  }
+  s.lies_on_floor = scene.floor_z_m && lowest_m < *scene.floor_z_m + kOnFloor_m;
+  for (const ToolSpec& tool : scene.tools) s.tools.push_back(use_of(tool, body.pose));
+  return s;
+}
+
+// Alone in its scene, with what a candidate says.
+Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
+  Scene one;
+  one.file = scene.file;
+  one.step_s = c.step_s > 0 ? c.step_s : scene.step_s;
+  one.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  one.bodies.push_back(body);
+  BodySpec& spec = one.bodies[0];
+  spec.volume.tetrahedra = std::max(12.0, c.tetrahedra);
+  switch (c.method) {
+    case Method::surface_springs:
+      spec.model = "surface_springs";
+      break;
+    case Method::tetra_springs:
+      spec.model = "tetra_springs";
+      break;
+    case Method::neo_hookean:
+      spec.model = "neo_hookean";
+      break;
+    case Method::neo_hookean_implicit:
+      spec.model = "neo_hookean";
+      spec.volume.driver = "implicit";
+      break;
+    case Method::lattice:
+    case Method::lattice_beside_faces:
+      spec.model = "neo_hookean_lattice";
+      spec.volume.cell_m = c.cell_m;
+      break;
+  }
+  return one;
+}
+
+planning::Built built(const BodySpec& body, const Scene& scene, const Candidate& c) {
+  const Scene one = fill_volumes(alone(body, scene, c));
+  const Body made(one.bodies[0], one, 0, standard_engines().models.at(one.bodies[0].model));
+  planning::Built b;
+  b.surface_vertices = b.vertices = b.elements = made.mesh.vertex_count();
+  const auto* engine = dynamic_cast<const VolumeDeformation*>(made.engines.deformation.get());
+  if (!engine) return b;
+  b.vertices = static_cast<double>(engine->model().mesh().vertices_body_m.size());
+  b.elements = static_cast<double>(engine->model().mesh().tetrahedra.size());
+  if (const auto* springs = dynamic_cast<const TetSprings*>(&engine->model())) b.parts = springs->parts();
+  if (const auto* solid = dynamic_cast<const TetSolid*>(&engine->model())) b.parts = solid->parts();
+  if (const auto* solid = dynamic_cast<const HexSolid*>(&engine->model())) {
+    b.parts = solid->parts();
+    b.elements = static_cast<double>(solid->lattice().cells.size());
+  }
+  return b;
+}
+
+double surface_limit_s(const BodySpec& body, const Scene& scene) {
+  Candidate c;
+  c.step_s = 1e-7;  // any surface may have it
+  const Scene one = alone(body, scene, c);
+  return Body(one.bodies[0], one, 0, surface_spring_engines).engines.deformation->largest_stable_step_s();
+}
+
+planning::PlanInput input_of(BodySpec& body, const Scene& scene) {
+  planning::PlanInput in;
+  in.body = body.name;
+  in.budgets = {body.plan.error_budget, body.plan.cpu_budget};
+  in.young_pa = body.material.young_pa;
+  in.poisson = body.material.poisson;
+  in.density_kg_per_m3 = body.material.density_kg_per_m3;
+  in.has_tools = !scene.tools.empty();
+  TriangleSoup surface = body.mesh;
+  if (!body.volume.file.empty()) {
+    Candidate c;
+    c.method = Method::neo_hookean;
+    const Scene one = fill_volumes(alone(body, scene, c));
+    surface = one.bodies[0].mesh;
+    in.given_tetrahedra = static_cast<double>(one.bodies[0].tets.tetrahedra.size());
+    in.no_surface = "the scene brings tetrahedra";
+  }
+  if (body.cutting.style == "semi_progressive") in.no_surface = "semi_progressive cuts tetrahedra";
+  if (body.cutting.style == "templates" || body.contact.style == "templates")
+    in.no_volume = "templates are of surfaces";
+  in.shape = planning::shape_of(surface);
+  BodySpec with_surface = body;
+  with_surface.mesh = std::move(surface);
+  in.loads = planning::loads_on(with_surface.mesh, in.shape, situation_of(with_surface, scene));
+  if (in.no_surface.empty()) in.surface_limit_s = surface_limit_s(body, scene);
+  if (!in.no_surface.empty() && !in.no_volume.empty())
+    throw InputError("no model does both: " + in.no_surface + ", and " + in.no_volume);
+  return in;
+}
+
+struct Choice {
+  std::vector<planning::PlanInput> inputs;  // of the bodies that are auto, in order
+  std::vector<planning::BodyPlan> plans;
+  double worst = 0;  // of what they ask for over what they may
+};
+
+Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, double step_s,
+              const planning::Calibration& calibration) {
+  Choice choice;
+  choice.inputs = std::move(inputs);
+  std::size_t n = 0;
+  for (const BodySpec& body : scene.bodies) {
+    if (!is_auto(body)) continue;
+    planning::PlanInput& in = choice.inputs[n++];
+    in.step_s = step_s;
+    choice.plans.push_back(planning::plan(in, calibration, [&](const Candidate& c) { return built(body, scene, c); }));
+    const Candidate& taken = choice.plans.back().chosen;
+    choice.worst = std::max({choice.worst, taken.error / in.budgets.error, taken.cpu / in.budgets.cpu});
+  }
+  return choice;
+}
+
+// Other bodies' surface springs have a longest step, too.
+bool is_stable(const Scene& scene, double step_s) {
+  return std::ranges::all_of(scene.bodies, [&](const BodySpec& body) {
+    return body.model != "surface_springs" || surface_limit_s(body, scene) >= step_s;
+  });
+}
+
+}  // namespace
+
+PlannedScene plan_scene(Scene scene, bool anew) {
+  if (std::ranges::none_of(scene.bodies, is_auto)) return {std::move(scene), {}};
+  const planning::Calibration calibration = calibration_of_this_machine(anew);
+  std::vector<planning::PlanInput> inputs;
+  for (BodySpec& body : scene.bodies) {
+    try {
+      if (is_auto(body)) inputs.push_back(input_of(body, scene));
+    } catch (const InputError& error) {
+      throw InputError(scene.file + ": body '" + body.name + "': " + error.what());
+    }
+  }
+  std::vector<double> steps_s{scene.step_s};
+  if (scene.step_is_free) steps_s.assign(std::begin(kFreeSteps_s), std::end(kFreeSteps_s));
+  std::optional<Choice> best;
+  for (const double step_s : steps_s) {
+    if (scene.step_is_free && !is_stable(scene, step_s)) continue;
+    Choice choice = choose(scene, inputs, step_s, calibration);
+    if (!best || choice.worst < best->worst) {
+      best = std::move(choice);
+      scene.step_s = step_s;
+    }
+    if (best->worst <= 1) break;
+  }
+  if (!best) throw InputError(scene.file + ": step_s: no step is short enough for the bodies with surface springs");
+  PlannedScene planned{std::move(scene), {}};
+  std::size_t n = 0;
+  for (BodySpec& body : planned.scene.bodies) {
+    if (!is_auto(body)) continue;
+    const planning::BodyPlan& plan = best->plans[n];
+    planned.table += planning::to_text(best->inputs[n++], plan);
+    body = alone(body, planned.scene, plan.chosen).bodies[0];
+    body.plan.error_estimate = plan.chosen.error;
+    body.plan.cpu_estimate = plan.chosen.cpu;
+  }
+  return planned;
+}
+
+Scene planned(Scene scene) {
+  PlannedScene plan = plan_scene(std::move(scene));
+  std::istringstream lines(plan.table);
+  for (std::string line; std::getline(lines, line);) log_info(line);
+  return std::move(plan.scene);
+}
+
+}  // namespace sectio

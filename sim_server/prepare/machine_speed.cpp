@@ -1,0 +1,279 @@
+#include "sim_server/prepare/machine_speed.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/core/log.h"
+#include "common/core/processor_time.h"
+#include "sim_server/deformation/hexa/hex_solid.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/deformation/tetra/volume_deformation.h"
+#include "sim_server/engine/standard_engines.h"
+#include "sim_server/planning/resolution.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/simulation.h"
+#include "sim_server/world/body.h"
+
+namespace sectio {
+namespace {
+
+using planning::Calibration;
+using planning::Method;
+using planning::Rate;
+
+constexpr int kTries = 7, kSteps = 6;
+constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // of MaterialSpec
+constexpr char kFirstLine[] = "sectio calibration 2";
+
+// 60 x 60 x 40 mm, of n squares to 10 mm, outwards.
+TriangleSoup block(int n) {
+  TriangleSoup soup;
+  const std::array<int, 3> count{6 * n, 6 * n, 4 * n};
+  std::vector<VertexId> known(static_cast<std::size_t>((count[0] + 1) * (count[1] + 1) * (count[2] + 1)), kNone);
+  const auto vertex = [&](const std::array<int, 3>& at) {
+    const int place = (at[0] * (count[1] + 1) + at[1]) * (count[2] + 1) + at[2];
+    VertexId& id = known[static_cast<std::size_t>(place)];
+    if (id == kNone) {
+      id = static_cast<VertexId>(soup.vertices_body_m.size());
+      soup.vertices_body_m.push_back(Vec3(at[0], at[1], at[2]) * 0.01 / n);
+    }
+    return id;
+  };
+  for (std::size_t k = 0; k < 3; ++k)
+    for (const int side : {0, count[k]}) {
+      const std::size_t u = (k + 1) % 3, w = (k + 2) % 3;
+      for (int i = 0; i < count[u]; ++i)
+        for (int j = 0; j < count[w]; ++j) {
+          std::array<std::array<int, 3>, 4> c;
+          for (std::size_t n_corner = 0; n_corner < 4; ++n_corner) {
+            c[n_corner][k] = side;
+            c[n_corner][u] = i + (n_corner == 1 || n_corner == 2);
+            c[n_corner][w] = j + (n_corner >= 2);
+          }
+          if (side == 0) std::swap(c[1], c[3]);
+          soup.triangles.push_back({vertex(c[0]), vertex(c[1]), vertex(c[2])});
+          soup.triangles.push_back({vertex(c[0]), vertex(c[2]), vertex(c[3])});
+        }
+    }
+  return soup;
+}
+
+// The block, filled with so many tetrahedra; held at its lower face.
+Scene filled_block(double tetrahedra) {
+  Scene scene;
+  scene.file = "calibration";
+  BodySpec body;
+  body.name = "block";
+  body.model = "neo_hookean";
+  body.mesh = block(1);
+  body.volume.tetrahedra = tetrahedra;
+  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
+  scene.bodies.push_back(std::move(body));
+  return fill_volumes(std::move(scene));
+}
+Scene with_model(Scene scene, const std::string& model, double young_pa, double cell_m) {
+  scene.bodies[0].model = model;
+  scene.bodies[0].material.young_pa = young_pa;
+  scene.bodies[0].volume.cell_m = cell_m;
+  return scene;
+}
+Scene surface_block() {
+  Scene scene;
+  scene.file = "calibration";
+  scene.step_s = 1e-4;  // stable, whatever its springs are; a step costs the same
+  scene.bodies.emplace_back();
+  scene.bodies[0].mesh = block(3);
+  return scene;
+}
+
+// It sags.
+class Specimen {
+ public:
+  explicit Specimen(Scene scene)
+      : scene_(std::move(scene)),
+        body_(scene_.bodies[0], scene_, 0, standard_engines().models.at(scene_.bodies[0].model)) {}
+
+  // A step, s; the least of several tries.
+  double step_s() {
+    double least = HUGE_VAL;
+    for (int t = 0; t < kTries; ++t) {
+      const double start = processor_time_s();
+      for (int i = 0; i < kSteps; ++i) body_.deform({}, {}, scene_.step_s);
+      least = std::min(least, (processor_time_s() - start) / kSteps);
+    }
+    return least;
+  }
+  // To let an instrument look for the surface after a step.
+  double look_s() {
+    double least = HUGE_VAL;
+    for (int t = 0; t < kTries; ++t) {
+      body_.deform({}, {}, scene_.step_s);
+      const double start = processor_time_s();
+      body_.tree();
+      least = std::min(least, processor_time_s() - start);
+    }
+    return least;
+  }
+  double surface_vertices() const { return body_.mesh.vertex_count(); }
+  const VolumeModel& model() const {
+    return dynamic_cast<const VolumeDeformation&>(*body_.engines.deformation).model();
+  }
+  double vertices() const { return static_cast<double>(model().mesh().vertices_body_m.size()); }
+  double tetrahedra() const { return static_cast<double>(model().mesh().tetrahedra.size()); }
+
+ private:
+  Scene scene_;
+  Body body_;
+};
+
+// Of the surface, with a ball that rests in it.
+double touched_step_s() {
+  Scene scene = surface_block();
+  scene.tools.resize(1);
+  scene.tools[0].kind = "probe";
+  scene.tools[0].geometry = instrument_of("probe").geometry;
+  scene.tools[0].geometry.sphere_radius_m = 0.01;
+  Simulation simulation(scene);
+  StepInput input;
+  std::uint64_t n = 0;
+  const auto step = [&](double depth_m) {
+    Pose pose;
+    pose.position_m = Vec3(0.03, 0.03, 0.04 + 0.01 - depth_m);
+    input.samples = {{0, ++n, static_cast<double>(n) * scene.step_s, pose, 0}};
+    simulation.step(input);
+  };
+  for (int i = 0; i < 20; ++i) step(5e-5 * (i - 10));
+  double least = HUGE_VAL;
+  for (int t = 0; t < kTries; ++t) {
+    const double start = processor_time_s();
+    for (int i = 0; i < kSteps; ++i) step(5e-4);
+    least = std::min(least, (processor_time_s() - start) / kSteps);
+  }
+  return least;
+}
+
+// What parts(soft) and parts(stiff) of a step cost tells elements from vertices.
+template <class Parts, class Elements>
+Rate rate_of(const Scene& block, const std::string& model, double modulus_over_young, const Parts& parts,
+             const Elements& elements) {
+  Specimen soft(with_model(block, model, kSoft_pa, kCell_m)), stiff(with_model(block, model, kStiff_pa, kCell_m));
+  const double n = elements(stiff), few = parts(soft).first, many = parts(stiff).first;
+  const double fast_s = soft.step_s(), slow_s = stiff.step_s();
+  Rate rate;
+  rate.element_ns = 1e9 * std::max(1e-12, slow_s - fast_s) / ((many - few) * n);
+  rate.vertex_ns = std::max(0.0, 1e9 * fast_s - rate.element_ns * few * n) / soft.vertices();
+  rate.limit = parts(stiff).second / (kCell_m / std::sqrt(kStiff_pa * modulus_over_young / kDensity));
+  return rate;
+}
+
+std::string processor_name() {
+  std::ifstream in("/proc/cpuinfo");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+std::filesystem::path cache_file() {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  if (cache && *cache) return std::filesystem::path(cache) / "sectio" / "calibration.txt";
+  if (home && *home) return std::filesystem::path(home) / ".cache" / "sectio" / "calibration.txt";
+  return {};
+}
+
+}  // namespace
+
+Calibration measure_calibration() {
+  const double mu = 1 / (2 * (1 + kNu)), lambda = 2 * mu * kNu / (1 - 2 * kNu);
+  const double volume_m3 = 0.06 * 0.06 * 0.04;
+  Calibration c;
+  const auto at = [&](Method m) -> Rate& { return c.rate[static_cast<std::size_t>(m)]; };
+  Specimen surface(surface_block());
+  at(Method::surface_springs).element_ns = 1e9 * surface.step_s() / surface.surface_vertices();
+  c.touched_vertex_ns = 1e9 * surface.look_s() / surface.surface_vertices();
+
+  c.touch_ns = 1e9 * std::max(0.0, touched_step_s() - surface.step_s() - surface.look_s());
+
+  const Scene filled = filled_block(planning::tetrahedra_for(volume_m3, kCell_m));
+  const auto tetrahedra = [](const Specimen& s) { return s.tetrahedra(); };
+  const auto springs = [](const Specimen& s) {
+    const auto& m = dynamic_cast<const TetSprings&>(s.model());
+    return std::pair(double(m.parts()), m.part_limit_s());
+  };
+  const auto solid = [](const Specimen& s) {
+    const auto& m = dynamic_cast<const TetSolid&>(s.model());
+    return std::pair(double(m.parts()), m.explicit_limit_s());
+  };
+  const auto hexahedra = [](const Specimen& s) {
+    const auto& m = dynamic_cast<const HexSolid&>(s.model());
+    return std::pair(double(m.parts()), m.explicit_limit_s());
+  };
+  at(Method::tetra_springs) = rate_of(filled, "tetra_springs", 1, springs, tetrahedra);
+  at(Method::neo_hookean) = rate_of(filled, "neo_hookean", lambda + 2 * mu, solid, tetrahedra);
+  at(Method::lattice) = rate_of(filled_block(2 * planning::tetrahedra_for(volume_m3, kCell_m)), "neo_hookean_lattice",
+                                lambda + 2 * mu / 3, hexahedra, [](const Specimen& s) {
+                                  const auto& m = dynamic_cast<const HexSolid&>(s.model());
+                                  return static_cast<double>(m.lattice().cells.size());
+                                });
+  at(Method::lattice_beside_faces) = at(Method::lattice);
+
+  constexpr double kSweeps = 30;  // while it sags
+  Scene scene = with_model(filled, "neo_hookean", kSoft_pa, 0);
+  scene.bodies[0].volume.driver = "implicit";
+  Specimen implicit(std::move(scene));
+  Rate& rate = at(Method::neo_hookean_implicit) = at(Method::neo_hookean);
+  rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.vertices()) /
+                    (kSweeps * implicit.tetrahedra());
+  return c;
+}
+
+std::string to_text(const Calibration& c, const std::string& processor) {
+  std::ostringstream out;
+  out.precision(6);
+  out << kFirstLine << "\n" << processor << "\n";
+  for (const Rate& r : c.rate) out << r.element_ns << " " << r.vertex_ns << " " << r.limit << "\n";
+  out << c.touch_ns << " " << c.touched_vertex_ns << "\nend\n";
+  return out.str();
+}
+
+std::optional<Calibration> calibration_from(const std::string& text, const std::string& processor) {
+  std::istringstream in(text);
+  std::string first, name, last;
+  if (!std::getline(in, first) || first != kFirstLine || !std::getline(in, name) || name != processor)
+    return std::nullopt;
+  Calibration c;
+  const auto good = [](double x) { return std::isfinite(x) && x >= 0 && x < 1e9; };
+  for (Rate& r : c.rate)
+    if (!(in >> r.element_ns >> r.vertex_ns >> r.limit) || !good(r.element_ns) || !good(r.vertex_ns) || !good(r.limit))
+      return std::nullopt;
+  if (!(in >> c.touch_ns >> c.touched_vertex_ns >> last) || !good(c.touch_ns) || !good(c.touched_vertex_ns) ||
+      last != "end")
+    return std::nullopt;
+  return c;
+}
+
+Calibration calibration_of_this_machine(bool anew) {
+  const std::string processor = processor_name();
+  const std::filesystem::path file = cache_file();
+  if (std::ifstream in(file); in && !anew) {
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (const auto known = calibration_from(text, processor)) return *known;
+    log_info(file.string() + ": not of this processor or damaged; measured anew");
+  }
+  const Calibration c = measure_calibration();
+  std::error_code error;
+  if (!file.empty()) std::filesystem::create_directories(file.parent_path(), error);
+  // Others may read it meanwhile.
+  const std::filesystem::path part = file.string() + "." + std::to_string(::getpid());
+  if (std::ofstream(part) << to_text(c, processor)) std::filesystem::rename(part, file, error);
+  return c;
+}
+
+}  // namespace sectio

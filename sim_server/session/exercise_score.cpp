@@ -1,0 +1,126 @@
+#include "sim_server/session/exercise_score.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "common/mesh/check.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kWhole = 0.999;  // of a volume that is measured on a grid
+
+std::string line(const char* format, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+}  // namespace
+
+std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh,
+                                       std::span<const Vec3f> positions_world_m, const Box& bin) {
+  const std::vector<std::uint32_t> component = component_of_triangle(mesh);
+  std::map<std::uint32_t, std::vector<Triangle>> triangles;
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)
+    if (component[t] != kNone) triangles[component[t]].push_back(mesh.triangle(t));
+  std::vector<TissuePiece> pieces;
+  for (const auto& [id, of_piece] : triangles) {
+    TissuePiece piece{spec.name};
+    const RegionVolumes volumes = region_volumes(spec.regions, mesh.rest_body_m(), of_piece);
+    piece.marked_m3 = volumes.marked_m3(spec.regions);
+    piece.healthy_m3 = volumes.total_m3() - piece.marked_m3;
+    piece.in_bin = true;
+    for (const Triangle& t : of_piece)
+      for (const VertexId v : t.v) {
+        piece.held_in_place |= spec.fixed && spec.fixed->contains(spec.pose.to_world(mesh.rest_body_m(v)));
+        piece.in_bin = piece.in_bin && bin.contains(positions_world_m[v].cast<double>());
+      }
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
+    : scene_(scene), simulation_(simulation), tips_(scene.tools.size()) {
+  for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
+    if (scene.bodies[b].name == scene.exercise->body) family_.push_back(b);
+  for (const TissuePiece& piece : pieces()) {
+    marked_m3_ += piece.marked_m3;
+    healthy_m3_ += piece.healthy_m3;
+  }
+  for (const ToolSpec& tool : scene.tools) instruments_.push_back({tool.name});
+}
+
+std::vector<TissuePiece> ExerciseScore::pieces() const {
+  std::vector<TissuePiece> all;
+  for (const std::uint32_t b : family_) {
+    auto of_body =
+        tissue_pieces(simulation_.body(b), simulation_.mesh(b), simulation_.positions_world_m(b), scene_.exercise->bin);
+    all.insert(all.end(), of_body.begin(), of_body.end());
+  }
+  return all;
+}
+
+void ExerciseScore::add(const StepOutput& output) {
+  for (const NewBody& part : output.new_bodies)
+    if (std::ranges::find(family_, part.parent_id) != family_.end()) family_.push_back(part.body_id);
+  for (std::uint32_t i = 0; i < tips_.size(); ++i) {
+    const auto& pose = simulation_.tool_pose_world(i);
+    if (!pose) continue;
+    const Vec3 tip = pose->to_world(scene_.tools[i].geometry.a_tool_m);
+    if (tips_[i]) instruments_[i].path_m += (tip - *tips_[i]).norm();
+    tips_[i] = tip;
+  }
+  for (const ContactModel& contact : output.contacts) {
+    if (contact.state == ContactState::free) continue;
+    InstrumentUse& use = instruments_[contact.tool_id];
+    use.largest_force_n = std::max(use.largest_force_n, contact.force_world_n.norm());
+    use.contact_time_s += scene_.step_s;
+    if (!first_touch_s_) first_touch_s_ = output.sim_time_s;
+    last_touch_s_ = output.sim_time_s;
+  }
+}
+
+Score ExerciseScore::finish() const {
+  Score score;
+  score.body = scene_.exercise->body;
+  score.marked_m3 = score.marked_removed_m3 = marked_m3_;
+  score.healthy_lost_m3 = healthy_m3_;
+  std::vector<TissuePiece> all = pieces();
+  const bool any_held = std::ranges::any_of(all, &TissuePiece::held_in_place);
+  const auto largest =
+      std::ranges::max_element(all, {}, [](const TissuePiece& p) { return p.marked_m3 + p.healthy_m3; });
+  for (auto piece = all.begin(); piece != all.end(); ++piece) {
+    if (any_held ? piece->held_in_place : piece == largest) {
+      score.marked_removed_m3 -= piece->marked_m3;
+      score.healthy_lost_m3 -= piece->healthy_m3;
+      continue;
+    }
+    if (piece->in_bin) score.marked_in_bin_m3 += piece->marked_m3;
+    score.removed.push_back(*piece);
+  }
+  score.in_bin =
+      score.marked_removed_m3 > (1 - kWhole) * marked_m3_ && score.marked_in_bin_m3 >= kWhole * score.marked_removed_m3;
+  score.time_s = first_touch_s_ ? last_touch_s_ - *first_touch_s_ : 0;
+  score.instruments = instruments_;
+  for (const InstrumentUse& use : instruments_)
+    score.largest_force_n = std::max(score.largest_force_n, use.largest_force_n);
+  return score;
+}
+
+std::vector<std::string> to_lines(const Score& score) {
+  constexpr double kMl = 1e6;
+  const double share = score.marked_m3 > 0 ? score.marked_removed_m3 / score.marked_m3 : 0;
+  std::vector<std::string> lines;
+  lines.push_back(line("marked tissue removed   %8.3f ml  (%.1f %%)", kMl * score.marked_removed_m3, 100 * share));
+  lines.push_back(line("healthy tissue lost     %8.3f ml", kMl * score.healthy_lost_m3, 0));
+  lines.push_back(std::string("in the bin              ") + (score.in_bin ? "yes" : "no") +
+                  line(", %.3f ml of what is marked", kMl * score.marked_in_bin_m3, 0));
+  lines.push_back(line("time                    %8.1f s   largest force %.2f N", score.time_s, score.largest_force_n));
+  for (const InstrumentUse& use : score.instruments)
+    lines.push_back(line("path %8.3f m   largest force %.2f N   ", use.path_m, use.largest_force_n) + use.name);
+  return lines;
+}
+
+}  // namespace sectio

@@ -1,0 +1,37 @@
+// One step of all that is loose in a simulation. Rigid pieces fall, touch floor, bodies and instruments, and come to
+// rest; parts that came off and go on deforming touch bodies.
+//
+// Deformable bodies have deformed before; contact then changes the velocities of their particles and of the pieces
+// alike, and moves particles as far as their velocities changed. What sleeps bears others as if it could not move. A
+// sleeping piece costs nothing but the impulses that it goes on giving to what it lies on, unless that sleeps, too. It
+// wakes when something bumps into it, and when what an instrument touches or a cut changes is next to it.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sim_server/world/body.h"
+#include "sim_server/world/grasp.h"
+
+namespace sectio {
+
+// An instrument presses a point of a piece (unilateral, see PointConstraint).
+struct RigidTouch {
+  std::uint32_t body_id = 0;
+  PointConstraint constraint;
+  Vec3 tool_velocity_m_per_s = Vec3::Zero();
+};
+
+struct RigidInput {
+  std::span<const RigidTouch> touches = {};
+  std::span<const GraspConstraint> grips = {};
+  // By body, whether an instrument touched or held it or a cut changed it in this step; empty: none.
+  std::span<const std::uint8_t> stirred = {};
+};
+
+// One reaction a touch, then one a grip.
+void step_rigid_pieces(std::span<const std::unique_ptr<Body>> bodies, const RigidInput& input, const Scene& scene,
+                       std::span<Reaction> reactions);
+
+}  // namespace sectio

@@ -1,0 +1,43 @@
+#include "sim_server/step/step_io.h"
+
+namespace sectio {
+
+const char* to_string(EventKind kind) {
+  switch (kind) {
+    case EventKind::contact_began:
+      return "contact began";
+    case EventKind::contact_ended:
+      return "contact ended";
+    case EventKind::penetrated:
+      return "penetrated";
+    case EventKind::cut_ended:
+      return "cut ended";
+    case EventKind::joined:
+      return "joined";
+    case EventKind::island_freed:
+      return "island freed";
+    case EventKind::cut_refused:
+      return "cut refused";
+    case EventKind::step_overrun:
+      return "step overrun";
+    case EventKind::driver_taken_over:
+      return "driver_taken_over";
+    case EventKind::driver_handed_back:
+      return "driver_handed_back";
+    case EventKind::gravity_turned:
+      return "gravity turned";
+    case EventKind::body_frozen:
+      return "body frozen";
+    case EventKind::body_split:
+      return "body split";
+    case EventKind::fragment_removed:
+      return "fragment removed";
+    case EventKind::grasped:
+      return "grasped";
+    case EventKind::released:
+      return "released";
+  }
+  return "?";
+}
+
+}  // namespace sectio

@@ -1,0 +1,92 @@
+// What later cuts have to know about the grooves of a body, and a draft of changes to it.
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "sim_server/surface/cutting/mesh_draft.h"
+
+namespace sectio {
+
+// Where a groove of the template style ends: an edge from the surface down to its bottom, at which both walls meet. A
+// cut goes on from here, or comes here to join the groove. Sides are as for an instrument that came along the groove.
+struct CutFront {
+  VertexId top = kNone, bottom = kNone;
+  bool bottom_on_surface = false;  // the blade came out on the other side
+  // Before the bottom along the trail: a pair, or one vertex twice.
+  VertexId before_left = kNone, before_right = kNone;
+  Vec3 ahead_body = Vec3::Zero();            // unit, at rest: out of the groove
+  std::optional<VertexState> bottom_at_tip;  // where the bottom is going in the next step; nothing: it is there
+};
+
+struct Grooves {
+  std::map<VertexId, VertexId> ends;  // end vertex of a cut -> the bottom beneath it (paper B, figure 12)
+  std::set<VertexId> bottoms;         // all vertices along the bottoms of grooves
+  std::vector<CutFront> fronts;       // of the template style, those that are being cut among them
+
+  // What names one of these vertices; ascending.
+  void forget(std::span<const VertexId> dead) {
+    if (dead.empty()) return;
+    const auto gone = [&](VertexId v) { return std::binary_search(dead.begin(), dead.end(), v); };
+    std::erase_if(ends, [&](const auto& end) { return gone(end.first) || gone(end.second); });
+    std::erase_if(bottoms, gone);
+    std::erase_if(fronts, [&](const CutFront& f) {
+      return gone(f.top) || gone(f.bottom) || gone(f.before_left) || gone(f.before_right);
+    });
+  }
+};
+
+// Reads fall through; writes stay here until commit(). As with MeshDraft, what is refused is dropped.
+class GrooveDraft {
+ public:
+  explicit GrooveDraft(const Grooves& base) : base_(base) {}
+
+  // The bottom under the end of a cut; kNone where no cut ends.
+  VertexId end_at(VertexId v) const {
+    if (const auto it = ends_.find(v); it != ends_.end()) return it->second;
+    const auto it = base_.ends.find(v);
+    return it != base_.ends.end() ? it->second : kNone;
+  }
+  void set_end(VertexId v, VertexId bottom) { ends_[v] = bottom; }
+  void remove_end(VertexId v) { ends_[v] = kNone; }
+
+  bool is_bottom(VertexId v) const { return bottoms_.contains(v) || base_.bottoms.contains(v); }
+  void add_bottom(VertexId v) { bottoms_.insert(v); }
+
+  const std::vector<CutFront>& fronts() const { return fronts_ ? *fronts_ : base_.fronts; }
+  bool has_front(const CutFront& front) const {
+    return std::any_of(fronts().begin(), fronts().end(), [&](const CutFront& f) { return f.top == front.top; });
+  }
+  void add_front(CutFront front) {
+    if (!fronts_) fronts_ = base_.fronts;
+    front.bottom_at_tip.reset();
+    fronts_->push_back(front);
+  }
+  void remove_front(const CutFront& front) {
+    if (!fronts_) fronts_ = base_.fronts;
+    std::erase_if(*fronts_, [&](const CutFront& f) { return f.top == front.top; });
+  }
+
+  void commit(Grooves& grooves) const {
+    for (const auto& [v, bottom] : ends_) {
+      if (bottom == kNone)
+        grooves.ends.erase(v);
+      else
+        grooves.ends[v] = bottom;
+    }
+    grooves.bottoms.insert(bottoms_.begin(), bottoms_.end());
+    if (fronts_) grooves.fronts = *fronts_;
+  }
+
+ private:
+  const Grooves& base_;
+  std::map<VertexId, VertexId> ends_;
+  std::set<VertexId> bottoms_;
+  std::optional<std::vector<CutFront>> fronts_;
+};
+
+}  // namespace sectio

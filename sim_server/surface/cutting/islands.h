@@ -1,0 +1,24 @@
+// A loop of cuts frees an island (paper B, 5.2): skin that the grooves have parted from the rest, with the walls on its
+// side of the groove's bottom, becomes a component of its own; both sides are capped at the bottom.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sim_server/surface/cutting/grooves.h"
+#include "sim_server/surface/cutting/mesh_draft.h"
+
+namespace sectio {
+
+struct Island {
+  VertexId any_vertex = kNone;            // of the island's own component
+  Vec3 bed_point_world_m = Vec3::Zero();  // middle of the cap
+  Vec3 bed_normal_world = Vec3::UnitZ();  // towards the island
+};
+
+// `left` and `right` are the halves of a vertex that a cut has just opened. Looks from both sides at once, so the time
+// grows with the smaller side only. Nothing if the skin is still connected, or if the bottom of the groove is no simple
+// loop (the island then stays where it is; the surface is valid all the same).
+std::optional<Island> free_island(MeshDraft& draft, const GrooveDraft& grooves, VertexId left, VertexId right);
+
+}  // namespace sectio

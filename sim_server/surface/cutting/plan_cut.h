@@ -1,0 +1,80 @@
+// Planning a step's cuts in one body: a pure function from the mesh, the state and the instruments' motion to a delta.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim_server/surface/cutting/islands.h"
+#include "sim_server/surface/cutting/stroke.h"
+#include "sim_server/surface/cutting/template_stroke.h"
+
+namespace sectio {
+
+// What one instrument does in this body in this step.
+struct BladeMotion {
+  std::uint32_t tool_id = 0;
+  std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
+  bool lift = false;        // the cut ends here, whatever the path
+  // Triangles that the blade sweeps over, as the collision engine found them: for cutting with templates.
+  std::vector<TriangleId> active = {};
+  Pose frame_world = {};  // where the body's shape at rest is, for the same
+};
+
+// Nothing when the instrument does nothing here.
+const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id);
+
+// Where an instrument breaks the surface: as the collision engine found it, used as it is.
+struct Entry {
+  std::uint32_t tool_id = 0;
+  TriangleId triangle = kNone;
+  Vec3 bary = Vec3::Constant(1.0 / 3);
+};
+
+// The cuts of one body: changed only by accepting a plan.
+struct BodyCuts {
+  Grooves grooves;
+  std::vector<Stroke> strokes;                   // one an instrument that is in the tissue, in either style
+  std::vector<TemplateStroke> template_strokes;  // the same ones, when they cut with templates
+
+  const Stroke* stroke_of(std::uint32_t tool_id) const;
+};
+
+inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
+
+struct StrokeOutcome {
+  std::uint32_t tool_id = 0;
+  StrokeEnd end = StrokeEnd::going;
+  std::string_view why = {};  // refused: for a person
+};
+
+struct CutPlan {
+  explicit CutPlan(const BodyCuts& cuts) : grooves(cuts.grooves) {}  // of nothing
+
+  TopologyDelta delta;                                  // empty(): the topology stays
+  std::vector<std::pair<VertexId, VertexState>> seeds;  // state to set once the delta is applied
+  std::vector<StrokeOutcome> outcomes;                  // of strokes that ended
+  std::vector<Island> islands;
+  std::vector<Stroke> strokes;  // those that go on
+  std::vector<TemplateStroke> template_strokes;
+  std::uint32_t refused = 0;  // cuts for which there was no valid subdivision
+  GrooveDraft grooves;
+};
+
+// `entries` begin new strokes. Every temporary subdivision is undone, the cuts advance, what goes on is opened again.
+CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
+                 std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands);
+
+// The same with templates (paper A); plan_cut() calls it when the settings say so. A stroke that is refused ends with
+// what is open; the others go on. A stroke of this style shows in CutPlan::strokes as one that only touches: where the
+// instrument is, in `touched` and `bary`.
+CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+                            std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                            const StrokeSettings& settings);
+
+// Applies the plan's delta and takes over its strokes. When the delta can't be applied the mesh is as before, and the
+// strokes end where they are: true or false.
+bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts);
+
+}  // namespace sectio

@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <utility>
+
+#include "sim_server/surface/cutting/plan_cut.h"
+
+namespace sectio {
+namespace {
+
+// A step's share in the smoothed displacement of the tissue: lips that draw back do not shake the blade's path.
+constexpr double kFollows = 0.02;
+
+TemplateSettings template_settings(const StrokeSettings& s) {
+  TemplateSettings t;
+  t.open_top_m = s.open_top_m;
+  t.open_bottom_m = s.open_bottom_m;
+  t.min_step_m = s.min_step_m;
+  t.join_tolerance_m = s.join_tolerance_m;
+  t.inset = s.inset;
+  return t;
+}
+
+// The triangles that there are of those named, and those around the corners of the first ones.
+std::vector<TriangleId> alive_around(const MeshDraft& draft, const Triangle& entry) {
+  std::vector<TriangleId> result;
+  for (const VertexId v : entry.v)
+    for (const TriangleId t : draft.fan(v)) result.push_back(t);
+  return result;
+}
+
+VertexId top_of(const TemplateStroke& s) {
+  return !s.temporary_fronts.empty() ? s.temporary_fronts.front().top
+         : !s.fronts.empty()         ? s.fronts.front().top
+                                     : kNone;
+}
+
+Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
+  if (const VertexId top = top_of(s); top != kNone) return draft.position(top);
+  Vec3 x = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) x += s.bary[static_cast<int>(i)] * draft.position(s.touched[i]);
+  return x;
+}
+
+// How others see it.
+Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
+  Stroke seen;
+  seen.tool_id = s.tool_id;
+  seen.touched = s.touched;
+  seen.bary = s.bary;
+  seen.blade = s.blade;
+  if (s.blade) seen.depth_m = (surface_point(draft, s) - s.blade->tip_world_m).dot(s.blade->up_world);
+  const VertexId top = top_of(s);
+  if (top == kNone) return seen;
+  seen.temporary_tip = top;
+  for (const TriangleId t : draft.fan(top)) {
+    const Triangle triangle = draft.triangle(t);
+    seen.touched = triangle.v;
+    seen.bary = Vec3::Unit(triangle.corner_of(top));
+    if (triangle.surface == Surface::skin) break;
+  }
+  return seen;
+}
+
+// How far the tissue at the instrument is from its place at rest, in the frame of the body: where the blade is in the
+// tissue, it would be there in the body at rest. Around the top the mean of the skin, which shakes less than a vertex.
+Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const Pose& frame_world) {
+  const auto displacement = [&](VertexId v) -> Vec3 { return frame_world.to_local(draft.position(v)) - draft.rest(v); };
+  const VertexId top = top_of(s);
+  if (top == kNone)
+    return s.bary[0] * displacement(s.touched[0]) + s.bary[1] * displacement(s.touched[1]) +
+           s.bary[2] * displacement(s.touched[2]);
+  std::set<VertexId> around{top};
+  for (const TriangleId t : draft.fan(top))
+    if (const Triangle skin = draft.triangle(t); skin.surface == Surface::skin)
+      around.insert(skin.v.begin(), skin.v.end());
+  Vec3 sum = Vec3::Zero();
+  for (const VertexId v : around) sum += displacement(v);
+  return sum / static_cast<double>(around.size());
+}
+
+StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveDraft& grooves,
+                 const StrokeSettings& settings) {
+  const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
+  if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;
+  *stroke.displacement_body_m += kFollows * (displacement_m - *stroke.displacement_body_m);
+  for (const Blade& blade : motion.path) {
+    const std::optional<RestBlade> newest = stroke.newest;
+    stroke.blade = blade;
+    const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - *stroke.displacement_body_m,
+                            motion.frame_world.orientation.conjugate() * blade.up_world};
+    switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
+      case TemplateStrokeEnd::refused:
+        return StrokeEnd::refused;
+      case TemplateStrokeEnd::left_body:
+        return StrokeEnd::lifted;
+      case TemplateStrokeEnd::joined:
+        return StrokeEnd::joined;
+      case TemplateStrokeEnd::going:
+        break;
+    }
+    if ((surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
+      stroke.newest = newest;
+      return StrokeEnd::lifted;
+    }
+  }
+  return motion.lift ? StrokeEnd::lifted : StrokeEnd::going;
+}
+
+}  // namespace
+
+CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+                            std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                            const StrokeSettings& settings) {
+  CutPlan plan(cuts);
+  const MeshDraft now(mesh, particles);
+  MeshDraft draft = now;
+  std::vector<TemplateStroke> strokes = cuts.template_strokes;
+  for (auto it = strokes.rbegin(); it != strokes.rend(); ++it) {
+    if (undo_temporary(draft, *it)) continue;
+    for (const TemplateStroke& s : cuts.template_strokes) {
+      plan.outcomes.push_back({s.tool_id, StrokeEnd::refused, kChangedBeneath});
+      keep_what_is_open(s, plan.grooves);
+    }
+    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused, kChangedBeneath});
+    ++plan.refused;
+    return plan;
+  }
+  for (const Entry& e : entries) {
+    TemplateStroke s;
+    s.tool_id = e.tool_id;
+    Triangle entry = now.triangle(e.triangle);
+    if (draft.triangle(e.triangle).alive()) entry = draft.triangle(e.triangle);
+    s.touched = entry.v;
+    s.bary = e.bary;
+    s.active = alive_around(draft, entry);
+    strokes.push_back(std::move(s));
+  }
+
+  for (TemplateStroke& s : strokes) take_bottoms_to_tip(draft, s);
+
+  for (TemplateStroke& s : strokes) {
+    const BladeMotion* const motion = motion_of(motions, s.tool_id);
+    const StrokeEnd end = motion ? follow(draft, s, *motion, plan.grooves, settings) : StrokeEnd::going;
+    if (end == StrokeEnd::going) {
+      plan.template_strokes.push_back(s);
+      continue;
+    }
+    plan.refused += end == StrokeEnd::refused;
+    plan.outcomes.push_back({s.tool_id, end, end == StrokeEnd::refused ? s.why_refused : std::string_view()});
+    if (end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
+    finish(draft, s, plan.grooves);
+  }
+  for (std::size_t i = 0; i < plan.template_strokes.size(); ++i) {
+    open_temporarily(draft, plan.template_strokes[i], template_settings(settings));
+    plan.strokes.push_back(as_stroke(draft, plan.template_strokes[i]));
+  }
+  plan.delta = draft.delta();
+  plan.seeds = draft.seeds();
+  return plan;
+}
+
+}  // namespace sectio

@@ -1,0 +1,111 @@
+// One instrument's cut in one body while it lasts: progressive cutting with temporary subdivision (paper B, 5.1).
+//
+// The permanent part of the cut ends at the apex of the cell in which the instrument is. Inside that cell the cut
+// follows the instrument by a temporary subdivision, which is undone before anything else is planned. On leaving the
+// cell the cut goes straight from where it entered to where it leaves (figure 1).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "sim_server/surface/cutting/grooves.h"
+#include "sim_server/surface/cutting/templates.h"
+
+namespace sectio {
+
+// The line that cuts, at one pose: from the tip upwards along the sharp edge (paper B, figure 3: A to C; cautery: D to
+// C).
+struct Blade {
+  Vec3 tip_world_m = Vec3::Zero();
+  Vec3 up_world = Vec3::UnitZ();  // unit
+  double max_depth_m = 1e9;       // of the groove here: what the tissue's thickness leaves
+  Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
+  double length_m = 1e9;          // of the sharp edge
+};
+
+// Two ways to cut a surface; a scene chooses.
+enum class CutStyle : std::uint8_t {
+  progressive,  // paper B: the groove follows the tip, its lips are together until springs part them
+  templates,    // paper A: openings with widths of their own, through the body if the blade is (template_cut.h)
+};
+
+struct StrokeSettings {
+  CutStyle style = CutStyle::progressive;
+  double open_top_m = 4e-4, open_bottom_m = 2e-4;  // templates only: widths of the opening
+  double snap_ratio = 0.08;   // a crossing this close to a corner of its edge (ratio of its length) goes through it
+  double inset = 0.04;        // least barycentric coordinate of a vertex inside a triangle
+  double min_step_m = 1e-4;   // the instrument moves this far before a cut opens
+  double min_depth_m = 3e-4;  // of a groove
+  double release_depth_m = -2e-4;  // depth of the tip below which the instrument is lifted
+  double join_tolerance_m = 2e-3;
+  bool cuts_inside = false;  // whatever the edge meets in the body, the surface being ahead of it or not
+};
+
+enum class StrokeEnd : std::uint8_t {
+  going,    // nothing ended
+  lifted,   // the blade is out of the tissue, or through it
+  joined,   // ran into the end of a cut
+  lost,     // the surface does not lead to where the instrument is: search anew
+  refused,  // no valid subdivision
+};
+
+struct Stroke {
+  std::uint32_t tool_id = 0;
+  Cell cell;                                             // apex == kNone: only touched so far
+  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle where it began
+  Vec3 bary{1, 0, 0};                                    // where the instrument is, in cell.corners() (or in `touched`)
+  VertexId start = kNone;   // of a cut that is scored but not yet open: apex and start are its two points
+  VertexId bottom = kNone;  // beneath the apex; kNone: not open yet
+  std::optional<VertexState> start_bottom, apex_bottom;  // of points that are not open yet
+  VertexId first = kNone;                                // where the cut began, for closing a loop
+  std::uint32_t points = 0;                              // permanent points so far
+  double depth_m = 0;                                    // of the tip below the surface
+  std::optional<Blade> blade;                            // the newest pose at which it cut
+  std::string_view why_refused;                          // for a person
+  VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
+
+  // While the temporary subdivision is undone: where the halves of the apex were. The apex is between them as long.
+  std::optional<std::array<VertexState, 2>> lips;
+
+  // The temporary subdivision.
+  std::optional<TopologyDelta> temporary_inverse;
+  VertexId temporary_tip = kNone;
+  VertexId temporary_twin = kNone;          // the other half of the apex; kNone: the apex is one
+  std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
+};
+
+// Where the instrument is now, by the draft's state of the cell.
+Vec3 position_of(const MeshDraft& draft, const Stroke& stroke);
+// The same point at rest.
+Vec3 rest_of(const MeshDraft& draft, const Stroke& stroke);
+// Unit normal of the surface there at rest, out of the tissue: a dent does not turn it. Zero when there is no cell.
+Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke);
+
+struct SurfacePoint {
+  TriangleId triangle = kNone;
+  Vec3 bary = Vec3::Zero();
+};
+// Of the triangles given, the point nearest to another; kNone if there are none.
+SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m);
+
+// Takes back the temporary subdivision. False when it can't be.
+bool undo_temporary(MeshDraft& draft, Stroke& stroke);
+
+// Takes the instrument to `blade`, cutting all that lies on the way; the draft must be without the stroke's temporary
+// subdivision. Walks over the surface in the plane of the motion, triangle by triangle: nothing is jumped over.
+StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves,
+                  const StrokeSettings& settings);
+
+// Opens the cut up to where the instrument is, temporarily. False when there is no valid subdivision.
+bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, const StrokeSettings& settings);
+
+// The instrument was lifted: what is open stays (figure 10, P4), and the ends can be joined by later cuts.
+// Takes a draft without the temporary subdivision unless the stroke still has it.
+bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves);
+
+// The same where the mesh must not change any more. False when nothing of the cut is open.
+bool keep_what_is_open(Stroke& stroke, GrooveDraft& grooves);
+
+}  // namespace sectio

@@ -1,0 +1,74 @@
+// Cutting with templates (paper A, section 2.3): what template_table.h describes, on a draft.
+//
+// A knife cut is a sequence of smaller ones (template_stroke.h). One step cuts from one pose of the blade to the next,
+// and hands on what the one after it needs: the front, where the blade stands, and the bottoms that follow it.
+//
+//   first step                       next step goes on from the front (T, G): both become pairs, the old bottom face
+//                                    (b- b+ G) is discarded, its sides adjusted
+//    P----e----T  <- front             P----e----T----f----U  <- front
+//    |    |    |                       |    |    |    |    |
+//    g----b----G                       g----b----G----b----H
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sim_server/surface/cutting/sweep_path.h"
+#include "sim_server/surface/cutting/template_table.h"
+
+namespace sectio {
+
+struct TemplateSettings {
+  double open_top_m = 4e-4;     // width of the opening at the surface
+  double open_bottom_m = 2e-4;  // and at the bottom
+  double right_angle_tolerance_rad = kRightAngleTolerance_rad;
+  // Bottoms are born at this ratio of the tip's depth, not beneath the tip; the next step takes them to where it was.
+  double bottom_at_birth = 0.75;
+  double snap_ratio = 0.05;  // a crossing this close to a corner of its edge (ratio of its length) goes through it
+  double inset = 0.04;       // least barycentric coordinate of a path's end inside a triangle
+  double min_step_m = 1e-4;  // shorter motions of the blade wait for more
+  double join_tolerance_m = 0.002;  // a blade this close to where a groove ends joins it, or goes on from there
+  double patience_m = 0.005;        // a step that can't be made waits until the blade is this far ahead
+};
+
+// How a face was cut, and why so.
+struct ActiveFace {
+  std::array<VertexId, 3> corners{kNone, kNone, kNone};
+  AngleClass angle = AngleClass::normal;
+  int active_edges = 0;
+  int vertices_inside = 0;
+  const CutTemplate* chosen = nullptr;
+};
+
+using TargetStates = std::vector<std::pair<VertexId, VertexState>>;
+
+enum class TemplateOutcome : std::uint8_t {
+  cut,
+  nothing,  // no face is active, or the blade has not moved
+  refused,  // no valid subdivision; the draft is as before
+};
+
+inline constexpr std::string_view kNoPath = "the blade's path over the surface can't be followed";
+
+struct TemplateStep {
+  TemplateOutcome outcome = TemplateOutcome::nothing;
+  std::string_view why;  // refused: for a person
+  std::vector<ActiveFace> faces;
+  std::vector<CutFront> fronts;  // where the blade stands now; none: it has left the body, or joined a groove
+  std::vector<CutFront> starts;  // ends of grooves that begin with this step, where its first pose was
+  TargetStates bottoms_at_tip;   // where the next step takes the bottoms that are new
+  std::set<VertexId> bottoms;    // vertices that are new
+};
+
+// One step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found them;
+// one of each path is enough. With fronts, `first` is the pose there; with a target, `last` lies along it, and the two
+// grooves become one.
+TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const SweepEnds& ends,
+                                std::span<const TriangleId> active, const TemplateSettings& settings);
+
+}  // namespace sectio

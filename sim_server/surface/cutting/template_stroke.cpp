@@ -1,0 +1,320 @@
+#include "sim_server/surface/cutting/template_stroke.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "common/core/sort_unique.h"
+
+namespace sectio {
+
+namespace {
+
+constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
+constexpr double kBeyondM = 1e-3;    // a tip that is out on the other side is this far out, at least
+constexpr double kBackwards = -0.2;  // cosine to the way of a front: a blade that has drawn back does not cut
+constexpr int kMostSteps = 64;       // of its own that one motion is divided into
+
+// All of it runs along the plane, in the groove that the blade is in.
+bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle& t, double within_m) {
+  return std::all_of(t.v.begin(), t.v.end(),
+                     [&](VertexId v) { return std::abs(sweep.side(draft.rest(v))) <= within_m; });
+}
+
+}  // namespace
+
+std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const GrooveDraft& grooves,
+                          std::span<const TriangleId> active, const TemplateSettings& settings) {
+  const BladeSweep sweep = sweep_between(draft, first, last, {});
+  if (!(sweep.length_m() > 0)) return 0;
+  std::vector<TriangleId> open(active.begin(), active.end());
+  std::set<TriangleId> seen(open.begin(), open.end());
+  std::set<VertexId> moved;
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    const Triangle t = draft.triangle(open[k]);
+    const auto is_bottom = [&](VertexId v) { return grooves.is_bottom(v); };
+    if (!t.alive() || t.surface != Surface::wall || !std::all_of(t.v.begin(), t.v.end(), is_bottom)) continue;
+    if (!lies_along(draft, sweep, t, settings.open_top_m)) continue;
+    for (const VertexId v : t.v) {
+      const Vec3 x = draft.rest(v);
+      const Vec2 at = sweep.in_plane(x);
+      if (at.x() < sweep.tip_first().x() || at.x() > sweep.tip_last().x()) continue;
+      const double down_m = at.y() - sweep.trail_height(at.x());
+      if (down_m <= 0 || !moved.insert(v).second) continue;
+      const Mat3 to_world = world_from_rest(draft, t.v);
+      const VertexState s = draft.state(v);
+      const Vec3 down = -(down_m + kDeeperM) * sweep.up;
+      draft.move_vertex(v, {s.rest_body_m + down, s.position_world_m + to_world * down, s.velocity_world_m_per_s});
+    }
+    for (int i = 0; i < 3; ++i)
+      if (const TriangleId next = draft.neighbour(open[k], i); seen.insert(next).second) open.push_back(next);
+  }
+  return moved.size();
+}
+
+namespace {
+
+void take_to(MeshDraft& draft, TargetStates& targets) {
+  for (const auto& [v, state] : targets)
+    if (draft.incident(v) != kNone) {
+      VertexState s = state;
+      s.velocity_world_m_per_s = draft.state(v).velocity_world_m_per_s;
+      draft.move_vertex(v, s);
+    }
+  targets.clear();
+}
+
+// The upper end of the blade's line in the body at the end of a sweep: its path, and the last of the path's points
+// that is not inside a face.
+struct LastCrossing {
+  bool blade_is_in = false;
+  bool opens = false;  // there is a point behind it that becomes a pair
+  double at_m = 0;     // ahead
+};
+LastCrossing last_crossing(const std::vector<SurfacePath>& paths, double min_step_m) {
+  const SurfacePath* top = nullptr;
+  for (const SurfacePath& p : paths)
+    if (!p.closed && p.points.back().rim == SweepRim::last_pose &&
+        (!top || p.points.back().rim_position > top->points.back().rim_position))
+      top = &p;
+  if (!top) return {};
+  LastCrossing c;
+  c.blade_is_in = true;
+  std::size_t k = top->points.size() - 1;
+  while (k > 0 && top->points[k].kind == PathPoint::Kind::in_face) --k;
+  c.at_m = top->points[k].at.x();
+  for (std::size_t i = top->points.front().ridge != kNone ? 0 : 1; i < k; ++i)
+    c.opens |= top->points[i].at.x() <= c.at_m - min_step_m;
+  return c;
+}
+
+// The middle of the first hole that a path goes round: cut to there, and the hole is open to what has been cut.
+std::optional<double> middle_of_hole(const std::vector<SurfacePath>& paths) {
+  std::optional<double> first;
+  for (const SurfacePath& path : paths) {
+    if (!goes_round_a_hole(path)) continue;
+    const auto [least, most] = std::minmax_element(path.points.begin(), path.points.end(),
+                                                   [](const auto& a, const auto& b) { return a.at.x() < b.at.x(); });
+    const double middle = 0.5 * (least->at.x() + most->at.x());
+    if (!first || middle < *first) first = middle;
+  }
+  return first;
+}
+
+RestBlade blade_at(const BladeSweep& sweep, double ahead_m, const RestBlade& blade) {
+  RestBlade at = blade;
+  at.tip_body_m = sweep.origin + ahead_m * sweep.ahead + sweep.trail_height(ahead_m) * sweep.up;
+  return at;
+}
+
+bool is_own(const TemplateStroke& stroke, const CutFront& f) {
+  return std::any_of(stroke.fronts.begin(), stroke.fronts.end(), [&](const CutFront& o) { return o.top == f.top; });
+}
+
+// The front of another groove, or of the stroke's own beginning, that the sweep comes to first.
+std::optional<CutFront> groove_ahead(const MeshDraft& draft, const TemplateStroke& stroke, const BladeSweep& sweep,
+                                     const GrooveDraft& grooves, const TemplateSettings& settings) {
+  std::optional<CutFront> nearest;
+  const double tolerance_m = settings.join_tolerance_m, from_m = sweep.tip_first().x() + settings.min_step_m;
+  double nearest_m = sweep.tip_last().x() + tolerance_m;
+  for (const CutFront& f : grooves.fronts()) {
+    if (is_own(stroke, f) || !still_there(draft, f)) continue;
+    const Vec3 top = draft.rest(f.top), bottom = draft.rest(f.bottom);
+    const double ahead_m = sweep.in_plane(top).x(), bottom_ahead_m = sweep.in_plane(bottom).x();
+    if (ahead_m < from_m || bottom_ahead_m < from_m || std::max(ahead_m, bottom_ahead_m) > nearest_m) continue;
+    if (std::max(std::abs(sweep.side(top)), std::abs(sweep.side(bottom))) > tolerance_m) continue;
+    if (sweep.in_plane(top).y() < sweep.trail_height(ahead_m) || f.ahead_body.dot(sweep.ahead) >= 0) continue;
+    nearest = f;
+    nearest_m = std::max(ahead_m, bottom_ahead_m);
+  }
+  return nearest;
+}
+
+// The line of a front as a pose; on the surface, the tip is out of the body.
+RestBlade along(const MeshDraft& draft, const CutFront& f) {
+  RestBlade blade;
+  const Vec3 bottom = draft.rest(f.bottom);
+  blade.up_body = (draft.rest(f.top) - bottom).stableNormalized();
+  blade.tip_body_m = f.bottom_on_surface ? Vec3(bottom - kBeyondM * blade.up_body) : bottom;
+  return blade;
+}
+
+// A stroke that begins where a groove ends goes on with that groove. False while it has yet to come to that end: lips
+// that it brushes on the way are not cut.
+bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const GrooveDraft& grooves,
+                    const TemplateSettings& settings) {
+  const BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, {});
+  if (!(sweep.length_m() >= settings.min_step_m)) return true;
+  double nearest_m = settings.join_tolerance_m;
+  const CutFront* nearest = nullptr;
+  bool is_behind = true;
+  for (const CutFront& f : grooves.fronts()) {
+    if (!still_there(draft, f)) continue;
+    double distance_m = 0, most_ahead_m = 0;
+    for (const VertexId v : {f.top, f.bottom}) {
+      const Vec3 x = draft.rest(v);
+      const double ahead_m = sweep.in_plane(x).x() - sweep.tip_first().x();
+      distance_m = std::max(distance_m, std::hypot(sweep.side(x), ahead_m));
+      most_ahead_m = std::max(most_ahead_m, ahead_m);
+    }
+    if (distance_m >= nearest_m || f.ahead_body.dot(sweep.ahead) <= 0) continue;
+    nearest = &f;
+    nearest_m = distance_m;
+    is_behind = most_ahead_m <= sweep.length_m() - settings.min_step_m;
+  }
+  if (!nearest) return true;
+  if (!is_behind) return false;
+  stroke.fronts = {*nearest};
+  stroke.at_front = along(draft, *nearest);
+  return true;
+}
+
+void replace_fronts(const TemplateStroke& stroke, std::span<const CutFront> fronts, std::span<const CutFront> starts,
+                    GrooveDraft& grooves) {
+  for (const CutFront& f : stroke.fronts) grooves.remove_front(f);
+  for (const auto& list : {fronts, starts})
+    for (const CutFront& f : list) grooves.add_front(f);
+}
+
+}  // namespace
+
+void take_bottoms_to_tip(MeshDraft& draft, TemplateStroke& stroke) {
+  take_to(draft, stroke.bottoms_at_tip);
+  for (CutFront& f : stroke.fronts) f.bottom_at_tip.reset();
+}
+
+bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke) {
+  if (!stroke.temporary_inverse) return true;
+  const bool undone = draft.undo(*stroke.temporary_inverse);
+  for (const auto& [v, by_world] : stroke.temporarily_moved) {
+    if (!undone) break;
+    VertexState state = draft.state(v);
+    state.position_world_m -= by_world;
+    draft.move_vertex(v, state);
+  }
+  stroke.temporarily_moved.clear();
+  stroke.temporary_fronts.clear();
+  stroke.temporary_starts.clear();
+  stroke.temporary_inverse.reset();
+  stroke.temporary_bottoms_at_tip.clear();
+  stroke.temporary_bottoms.clear();
+  return undone;
+}
+
+namespace {
+
+enum class Went : std::uint8_t { on, nowhere, left_body, joined, refused };
+
+// One permanent step towards the blade, as far as there is one to make.
+Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, GrooveDraft& grooves,
+           const TemplateSettings& settings) {
+  SweepEnds ends{stroke.fronts};
+  BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
+  if (!(sweep.length_m() >= settings.min_step_m)) return Went::nowhere;
+  const auto refuse = [&](std::string_view why) {
+    stroke.why_refused = why;
+    return Went::refused;
+  };
+  if (!stroke.fronts.empty() && stroke.fronts.front().ahead_body.dot(sweep.ahead) < kBackwards)
+    return refuse("the blade goes back from where its cut has come to");
+  RestBlade last = blade;
+  ends.target = groove_ahead(draft, stroke, sweep, grooves, settings);
+  if (ends.target) {
+    last = along(draft, *ends.target);
+    sweep = sweep_between(draft, *stroke.at_front, last, ends.fronts);
+  }
+  const auto paths = sweep_paths(draft, sweep, ends, stroke.active, settings.snap_ratio, settings.inset);
+  if (!paths) return refuse(kNoPath);
+  if (paths->empty()) return Went::nowhere;
+  const LastCrossing crossing = last_crossing(*paths, settings.min_step_m);
+  if (const auto hole_m = middle_of_hole(*paths)) {
+    last = blade_at(sweep, *hole_m, last);
+    ends.target.reset();
+  } else if (!ends.target && crossing.blade_is_in) {
+    if (!crossing.opens) return Went::nowhere;
+    last = blade_at(sweep, crossing.at_m, last);
+  }
+  const TemplateStep step = cut_with_templates(draft, *stroke.at_front, last, ends, stroke.active, settings);
+  if (step.outcome == TemplateOutcome::refused) return refuse(step.why);
+  if (step.outcome == TemplateOutcome::nothing) return Went::nowhere;
+  replace_fronts(stroke, step.fronts, step.starts, grooves);
+  if (ends.target) grooves.remove_front(*ends.target);
+  for (const VertexId v : step.bottoms) grooves.add_bottom(v);
+  stroke.fronts = step.fronts;
+  stroke.at_front = last;
+  stroke.faces.insert(stroke.faces.end(), step.faces.begin(), step.faces.end());
+  stroke.bottoms_at_tip.insert(stroke.bottoms_at_tip.end(), step.bottoms_at_tip.begin(), step.bottoms_at_tip.end());
+  if (ends.target) return Went::joined;
+  return step.fronts.empty() ? Went::left_body : Went::on;
+}
+
+}  // namespace
+
+TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade,
+                          std::span<const TriangleId> active, GrooveDraft& grooves, const TemplateSettings& settings) {
+  take_bottoms_to_tip(draft, stroke);
+  stroke.faces.clear();
+  if (!stroke.fronts.empty() && !grooves.has_front(stroke.fronts.front())) return TemplateStrokeEnd::joined;
+  const std::optional<RestBlade> newest = std::exchange(stroke.newest, blade);
+  if (!stroke.at_front) stroke.at_front = blade;
+  stroke.active.insert(stroke.active.end(), active.begin(), active.end());
+  sort_unique(stroke.active);
+  if (newest) deepen_groove(draft, *newest, blade, grooves, active, settings);
+  stroke.waits = stroke.fronts.empty() && !take_up_groove(draft, stroke, blade, grooves, settings);
+  if (stroke.waits) return TemplateStrokeEnd::going;
+
+  bool went_on = false;
+  for (int k = 0; k < kMostSteps; ++k) switch (go_on(draft, stroke, blade, grooves, settings)) {
+      case Went::on:
+        went_on = true;
+        continue;
+      case Went::left_body:
+        return TemplateStrokeEnd::left_body;
+      case Went::joined:
+        return TemplateStrokeEnd::joined;
+      case Went::nowhere:
+        if (went_on) stroke.active.assign(active.begin(), active.end());
+        return TemplateStrokeEnd::going;
+      case Went::refused:
+        if ((blade.tip_body_m - stroke.at_front->tip_body_m).norm() < settings.patience_m)
+          return TemplateStrokeEnd::going;
+        stroke.newest = newest;
+        return TemplateStrokeEnd::refused;
+    }
+  return TemplateStrokeEnd::going;
+}
+
+void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSettings& settings) {
+  if (!stroke.at_front || !stroke.newest || stroke.waits) return;
+  const MeshDraft before = draft;
+  draft.mark();
+  const TemplateStep step =
+      cut_with_templates(draft, *stroke.at_front, *stroke.newest, {stroke.fronts, false}, stroke.active, settings);
+  if (step.outcome != TemplateOutcome::cut) return;
+  stroke.temporary_inverse = draft.inverse_since_mark();
+  stroke.temporary_fronts = step.fronts;
+  stroke.temporary_starts = step.starts;
+  for (const VertexEdit& e : stroke.temporary_inverse->vertices)
+    if (e.alive) stroke.temporarily_moved.emplace_back(e.id, draft.position(e.id) - before.position(e.id));
+  stroke.temporary_bottoms_at_tip = step.bottoms_at_tip;
+  stroke.temporary_bottoms = step.bottoms;
+}
+
+void keep_what_is_open(const TemplateStroke& stroke, GrooveDraft& grooves) {
+  for (const VertexId v : stroke.temporary_bottoms) grooves.add_bottom(v);
+  if (stroke.temporary_inverse) replace_fronts(stroke, stroke.temporary_fronts, stroke.temporary_starts, grooves);
+}
+
+void finish(MeshDraft& draft, TemplateStroke& stroke, GrooveDraft& grooves) {
+  take_bottoms_to_tip(draft, stroke);
+  take_to(draft, stroke.temporary_bottoms_at_tip);
+  keep_what_is_open(stroke, grooves);
+  stroke.temporary_inverse.reset();
+  stroke.temporarily_moved.clear();
+  stroke.temporary_bottoms.clear();
+  stroke.fronts.clear();
+  stroke.at_front.reset();
+}
+
+}  // namespace sectio

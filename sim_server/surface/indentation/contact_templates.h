@@ -1,0 +1,90 @@
+// Deformation templates (paper A, section 2.2, figures 2 and 3): while instruments press, the faces that they touch
+// hold new particles that follow their form; no original particle is moved. Pure functions on a draft.
+//
+// All of it is temporary. What is replaced stays in the inverse (inactive, not deleted); release() puts it back into
+// its slots bit for bit. Particles have their rest positions on the undeformed face, so springs pull them back.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sim_server/surface/cutting/sweep_path.h"
+
+namespace sectio {
+
+// One face under the instrument.
+struct ContactTemplate {
+  int active_edges = 0;
+  int vertices_inside = 0;  // of the instrument
+  bool coincident = false;  // both new particles fall together: only one is made
+  const char* figure = "";
+  int particles = 0;
+  int triangles = 0;  // in place of the face
+  int springs = 0;    // between particles and corners within the face
+  int halved = 0;     // springs of active edges that become two
+};
+std::span<const ContactTemplate> contact_templates();
+// At most one tip with one active edge, none with two. With none, one or two. Faces that more of an instrument, or
+// several, touch are divided by the same operations, one particle after the other.
+const ContactTemplate& contact_template_for(int active_edges, int vertices_inside, bool coincident);
+
+struct PressSettings {
+  double least_ratio = 0.05;  // no particle is nearer to a corner (ratio of the edge) or to an edge (barycentric)
+  double coincidence = 0.08;  // particles closer than this ratio of the face's longest edge are one
+  double least_move = 0.01;   // a contact that slides by less (ratio, as before) leaves the particle's place at rest
+};
+
+// Where an instrument touches the original surface, and where it wants that point of the surface to be.
+struct ContactPoint {
+  PathPoint place;  // on_edge or in_face
+  Vec3 target_world_m = Vec3::Zero();
+  Vec3 normal_world =
+      Vec3::Zero();         // out of the tissue: what is not further out than the target is left; zero: nothing is
+  std::uint32_t owner = 0;  // which instrument's
+  bool presses = true;      // false: it has let go, the particle is on its way home
+};
+
+struct HeldParticle {
+  VertexId vertex = kNone;
+  Vec3 target_world_m = Vec3::Zero();
+  std::uint32_t owner = 0;
+};
+
+// All instruments' temporary elements in one body.
+struct TemporaryContact {
+  std::vector<ContactPoint> points;  // as made: after coincident ones have become one
+  std::vector<VertexId> particles;   // one each
+  std::optional<TopologyDelta> inverse;
+};
+
+enum class ContactChange : std::uint8_t {
+  displaced,  // the same templates: particles follow, nothing is added
+  exchanged,  // other templates than before, or the first
+  refused,    // no valid subdivision; nothing is changed
+};
+
+struct Press {
+  ContactChange change = ContactChange::displaced;
+  // To be held at their targets for one step; nothing remembers them beyond it. One that instruments share is named
+  // for each of them; the first of an owner belongs to the first of its points.
+  std::vector<HeldParticle> held;
+};
+
+// The draft as it would be without the contact: what contact points refer to, so that touching the new faces counts as
+// touching the old. Nothing if the mesh has changed under it.
+std::optional<MeshDraft> without(const MeshDraft& draft, const TemporaryContact& contact);
+
+// Where a place of the original surface is.
+VertexState state_at(const MeshDraft& original, const PathPoint& place);
+
+// Presses at the points given: of each instrument in order, the most important first. Those whose face or edge the
+// original surface has no more are left out. Particles that are pushed are put to their targets and stop there.
+Press press(MeshDraft& draft, TemporaryContact& contact, std::span<const ContactPoint> points,
+            const PressSettings& settings);
+
+// The face has its shape again. False when the mesh has changed under the contact.
+[[nodiscard]] bool release(MeshDraft& draft, TemporaryContact& contact);
+
+}  // namespace sectio

@@ -1,0 +1,70 @@
+#include "sim_server/surface/surface_engines.h"
+
+#include <numeric>
+
+#include "sim_server/collision/surface_tree.h"
+#include "sim_server/deformation/surface_springs.h"
+
+namespace sectio {
+namespace {
+
+SurfaceSpringMaterial spring_material(const MaterialSpec& m) {
+  SurfaceSpringMaterial s;
+  s.young_pa = m.young_pa;
+  s.poisson = m.poisson;
+  s.density_kg_per_m3 = m.density_kg_per_m3;
+  s.skin_thickness_m = m.skin_thickness_m;
+  s.foundation_radius_m = m.foundation_radius_m;
+  s.pretension = m.pretension;
+  s.damping_per_s = m.damping_per_s;
+  return s;
+}
+
+SurfaceSpringSettings spring_settings(const BodySpec& spec, const Scene& scene) {
+  SurfaceSpringSettings s;
+  s.step_s = scene.step_s;
+  s.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  if (spec.fixed) s.fixed = [box = *spec.fixed](const Vec3& x) { return box.contains(x); };
+  if (vary_in_stiffness(spec.regions))
+    s.stiffness_factor = [regions = spec.regions](const Vec3& rest_m) { return stiffness_factor_at(regions, rest_m); };
+  return s;
+}
+
+StrokeSettings stroke_settings(const CuttingSpec& cutting) {
+  StrokeSettings s;
+  s.style = cutting.style == "templates" ? CutStyle::templates : CutStyle::progressive;
+  s.open_top_m = cutting.open_top_m;
+  s.open_bottom_m = cutting.open_bottom_m;
+  s.join_tolerance_m = cutting.join_tolerance_m;
+  s.min_depth_m = cutting.groove_min_depth_m;
+  return s;
+}
+
+std::unique_ptr<DeformationEngine> springs_of(const EngineSite& site) {
+  const TriangleMesh& mesh = site.body.mesh;
+  auto springs = std::make_unique<SurfaceSprings>(mesh, site.frame_world, spring_material(site.spec.material),
+                                                  spring_settings(site.spec, site.scene));
+  if (!site.is_part) return springs;
+  std::vector<VertexId> all(mesh.vertex_slots());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  springs->update(mesh, all);  // what a cut has left may need mass to be stable
+  if (site.spec.fixed) return springs;
+  springs->set_component(0, all, false);
+  if (site.scene.floor_z_m) springs->set_bed(0, Vec3(0, 0, *site.scene.floor_z_m), Vec3::UnitZ());
+  return springs;
+}
+
+}  // namespace
+
+BodyEngines surface_spring_engines(const EngineSite& site) {
+  BodyEngines engines;
+  engines.collision =
+      std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
+  engines.cutting =
+      std::make_unique<SurfaceCutting>(stroke_settings(site.spec.cutting), site.spec.cutting.loops_free_islands);
+  engines.splitting = std::make_unique<SurfaceSplitting>();
+  engines.deformation = springs_of(site);
+  return engines;
+}
+
+}  // namespace sectio

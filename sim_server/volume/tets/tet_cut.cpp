@@ -1,0 +1,415 @@
+#include "sim_server/volume/tets/tet_cut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "common/core/error.h"
+#include "common/core/sort_unique.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kLasting = 3;  // times as far as other crossings are moved those at an end that lasts
+
+struct Crossing {
+  VertexId a, b;  // a < b
+  double t;       // from a
+  bool operator<(const Crossing& o) const { return a != o.a ? a < o.a : b < o.b; }
+  bool operator==(const Crossing& o) const { return a == o.a && b == o.b; }
+};
+
+class SheetCut {
+ public:
+  SheetCut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings)
+      : volume_(volume),
+        outline_(sheet.outline_world_m),
+        exact_(sheet.exact),
+        lasting_(sheet.lasting),
+        settings_(settings) {
+    SECTIO_ASSERT(outline_.size() >= 3, "a sheet has three corners");
+    for (std::size_t i = 2; i < outline_.size(); ++i)
+      normal_ += (outline_[i - 1] - outline_[0]).cross(outline_[i] - outline_[0]);
+    const double area = normal_.norm();
+    flat_ = !(area > 0);
+    if (!flat_) normal_ /= area;
+    for (const Vec3& p : outline_) centre_ += p / static_cast<double>(outline_.size());
+    for (const VertexId v : sheet.joined) {
+      set_side(v, 0);
+      on_sheet_.push_back(v);
+      joined_[v] = true;
+    }
+  }
+
+  TetCutOutcome run(std::span<const std::uint32_t> begin) {
+    if (flat_) return outcome_;
+    find(begin);
+    snap();
+    split();
+    for (std::size_t side = 0; side < outline_.size(); ++side)
+      if (is_exact(side)) end_at(side);
+    if (exact_ != 0) open_across();
+    std::sort(on_sheet_.begin(), on_sheet_.end());
+    for (std::size_t k = 0, end = on_sheet_.size(); k < end; ++k) separate(on_sheet_[k]);
+    std::sort(on_sheet_.begin(), on_sheet_.end());
+    if (exact_ != 0)
+      std::erase_if(on_sheet_, [&](VertexId v) {  // where elements go on beyond it
+        return !opened_.contains(v) && !joined_.contains(v) && !inside(volume_.vertex(v).position_world_m);
+      });
+    outcome_.on_sheet = std::move(on_sheet_);
+    outcome_.made = static_cast<std::uint32_t>(volume_.tetrahedra().size()) - tets_before_;
+    return outcome_;
+  }
+
+ private:
+  // Signed distance from the plane; on it counts as above (simulation of simplicity).
+  double height(VertexId v) const {
+    const double h = normal_.dot(volume_.vertex(v).position_world_m - centre_);
+    return h == 0 ? 1e-300 : h;
+  }
+  bool is_exact(std::size_t side) const { return (exact_ >> side & 1) != 0; }
+  // How far inside a side of the outline, times the side's length.
+  double within(std::size_t side, const Vec3& p) const {
+    const Vec3& a = outline_[side];
+    return (outline_[(side + 1) % outline_.size()] - a).cross(p - a).dot(normal_);
+  }
+  bool inside(const Vec3& p) const {
+    return inside(p, [](std::size_t) { return true; });
+  }
+  template <class Counts>
+  bool inside(const Vec3& p, const Counts& counts) const {
+    for (std::size_t side = 0; side < outline_.size(); ++side)
+      if (counts(side) && within(side, p) < 0) return false;
+    return true;
+  }
+  // As if the sheet went on beyond its exact sides.
+  bool inside_extended(const Vec3& p) const {
+    return inside(p, [&](std::size_t side) { return !is_exact(side); });
+  }
+
+  static double area_m2(const std::vector<Vec3>& polygon) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 2; i < polygon.size(); ++i)
+      sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
+    return sum.norm();
+  }
+  // Whether more than a crumb of the polygon is inside the outline; clips it. Sutherland, Hodgman 1974.
+  bool is_entered() {
+    const double whole_m2 = area_m2(polygon_);
+    for (std::size_t side = 0; side < outline_.size() && !polygon_.empty(); ++side) {
+      left_.clear();
+      for (std::size_t i = 0; i < polygon_.size(); ++i) {
+        const Vec3 &p = polygon_[i], &q = polygon_[(i + 1) % polygon_.size()];
+        const double at_p = within(side, p), at_q = within(side, q);
+        if (at_p >= 0) left_.push_back(p);
+        if ((at_p >= 0) != (at_q >= 0)) left_.push_back(p + at_p / (at_p - at_q) * (q - p));
+      }
+      polygon_.swap(left_);
+    }
+    return area_m2(polygon_) > settings_.snap * settings_.snap * whole_m2;
+  }
+
+  // -1, 1 beside the sheet, 0 on it; by vertex, as far as it is known to matter.
+  int side(VertexId v) const {
+    const auto known = side_.find(v);
+    return known != side_.end() ? known->second : height(v) > 0 ? 1 : -1;
+  }
+  void set_side(VertexId v, int side) { side_[v] = side; }
+
+  struct Crossed {
+    std::uint32_t count = 0, beside = 0;  // edges across the plane: inside the outline, outside it
+    std::uint32_t beyond = 0;             // sides
+    double ahead_m = 0;
+  };
+  // Appends the edges of a tetrahedron that cross the sheet.
+  Crossed cross(std::uint32_t t, std::vector<Crossing>& out) {
+    const Tetrahedron& c = volume_.tetrahedra()[t];
+    std::array<double, 4> h;
+    for (std::size_t i = 0; i < 4; ++i) h[i] = height(c[i]);
+    Crossed crossed;
+    const auto above = std::ranges::count_if(h, [](double m) { return m > 0; });
+    if (above == 0 || above == 4) return crossed;
+    if (exact_ != 0) put_section(c, h);
+    const bool goes_on = exact_ != 0 && is_entered();
+    for (const auto& [i, j] : kTetEdges) {
+      if ((h[i] > 0) == (h[j] > 0)) continue;
+      const std::size_t a = c[i] < c[j] ? i : j, b = a == i ? j : i;
+      const double along = h[a] / (h[a] - h[b]);
+      const Vec3& from = volume_.vertex(c[a]).position_world_m;
+      const Vec3 at = from + along * (volume_.vertex(c[b]).position_world_m - from);
+      for (std::size_t side = 0; side < outline_.size() && goes_on; ++side)
+        if (const double inside_m2 = within(side, at); inside_m2 < 0) {
+          crossed.beyond |= 1u << side;
+          const double side_m = (outline_[(side + 1) % outline_.size()] - outline_[side]).norm();
+          if (is_exact(side)) crossed.ahead_m = std::max(crossed.ahead_m, -inside_m2 / side_m);
+        }
+      if (inside(at) || (goes_on && inside_extended(at))) {
+        out.push_back({c[a], c[b], along});
+        ++crossed.count;
+      } else {
+        ++crossed.beside;
+      }
+    }
+    return crossed;
+  }
+  // The polygon is where the plane cuts a tetrahedron with these heights: three or four corners in order, or none.
+  void put_section(const Tetrahedron& c, const std::array<double, 4>& h) {
+    std::array<std::size_t, 4> above{}, below{};
+    std::size_t some_above = 0, some_below = 0;
+    for (std::size_t i = 0; i < 4; ++i) (h[i] > 0 ? above[some_above++] : below[some_below++]) = i;
+    polygon_.clear();
+    for (std::size_t n = 0; n < some_above; ++n)
+      for (std::size_t m = 0; m < some_below; ++m) {
+        const std::size_t i = above[n], j = n == 1 && some_below == 2 ? below[1 - m] : below[m];
+        const Vec3& from = volume_.vertex(c[i]).position_world_m;
+        polygon_.push_back(from + h[i] / (h[i] - h[j]) * (volume_.vertex(c[j]).position_world_m - from));
+      }
+  }
+
+  // `edges`: that cross the sheet, whether they are cut or not.
+  void visit(std::uint32_t t, std::vector<Crossing>& edges) {
+    const Crossed crossed = cross(t, edges);
+    outcome_.beyond |= crossed.beyond;
+    outcome_.ahead_m = std::max(outcome_.ahead_m, crossed.ahead_m);
+    outcome_.crossed += crossed.count > 0;
+    if (!settings_.semi_progressive || crossed.beside == 0)
+      crossings_.insert(crossings_.end(), edges.begin(), edges.end());
+  }
+
+  void find(std::span<const std::uint32_t> begin) {
+    tets_before_ = static_cast<std::uint32_t>(volume_.tetrahedra().size());
+    if (begin.empty()) {
+      std::vector<Crossing> edges;
+      for (std::uint32_t t = 0; t < tets_before_; ++t) {
+        edges.clear();
+        if (volume_.tetrahedra()[t] != kNoTetrahedron) visit(t, edges);
+      }
+    } else {
+      follow(begin);
+    }
+    sort_unique(crossings_);
+  }
+
+  // Through the stars of crossed edges' ends.
+  void follow(std::span<const std::uint32_t> begin) {
+    std::vector<std::uint32_t> queue(begin.begin(), begin.end());
+    std::unordered_set<std::uint32_t> seen(queue.begin(), queue.end());  // asked, never walked
+    std::unordered_set<std::uint64_t> followed;                          // edges
+    std::vector<Crossing> edges;
+    for (std::size_t k = 0; k < queue.size(); ++k) {
+      edges.clear();
+      visit(queue[k], edges);
+      for (const Crossing& c : edges) {
+        if (!followed.insert(std::uint64_t{c.a} << 32 | c.b).second) continue;
+        for (const std::uint32_t t : volume_.star(c.a)) {
+          const Tetrahedron& corners = volume_.tetrahedra()[t];
+          if (std::ranges::find(corners, c.b) != corners.end() && seen.insert(t).second) queue.push_back(t);
+        }
+      }
+    }
+  }
+
+  void snap() {
+    for (const Crossing& c : crossings_) {
+      if (c.t <= settings_.snap) snap_to(c.a);
+      if (c.t >= 1 - settings_.snap) snap_to(c.b);
+      mean_edge_m_ += length_m(c) / static_cast<double>(crossings_.size());
+    }
+    std::erase_if(crossings_, [&](const Crossing& c) { return side(c.a) == 0 || side(c.b) == 0; });
+  }
+  void snap_to(VertexId v) {
+    if (side(v) == 0) return;
+    set_side(v, 0);
+    on_sheet_.push_back(v);
+    ++outcome_.snapped;
+  }
+
+  double length_m(const Crossing& c) const {
+    return (volume_.vertex(c.b).position_world_m - volume_.vertex(c.a).position_world_m).norm();
+  }
+  void split() {
+    for (const Crossing& c : crossings_) {
+      const VertexId n = volume_.split(c.a, c.b, c.t);
+      on_sheet_.push_back(n);
+      set_side(n, 0);
+      ++outcome_.splits;
+    }
+  }
+
+  // Edges on the sheet, of what it enters and has not cut yet, are split where a side of the outline crosses them.
+  void end_at(std::size_t side) {
+    crossings_.clear();
+    for (const std::array<VertexId, 3>& face : entered_faces())
+      for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}}) {
+        const double at_a = within(side, volume_.vertex(face[i]).position_world_m);
+        const double at_b = within(side, volume_.vertex(face[j]).position_world_m);
+        if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
+      }
+    sort_unique(crossings_);
+    std::unordered_set<VertexId> snapped;
+    for (const Crossing& c : crossings_) {  // what 3 has left of an edge is not divided as finely as an edge
+      const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
+      const double snap = coarse * settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
+      if (std::min(c.t, 1 - c.t) <= snap) snapped.insert(c.t < 0.5 ? c.a : c.b);
+    }
+    std::erase_if(crossings_, [&](const Crossing& c) { return snapped.contains(c.a) || snapped.contains(c.b); });
+    at_end_.merge(snapped);
+    const auto first = static_cast<VertexId>(volume_.vertex_count());
+    split();
+    for (VertexId v = first; v < volume_.vertex_count(); ++v) at_end_.insert(v);
+  }
+  // An edge from end to end of what opens has no vertex that could get a twin, and would hold it together.
+  void open_across() {
+    std::vector<Crossing> edges;
+    for (const std::array<VertexId, 3>& face : entered_faces()) {
+      if (!inside(middle(face))) continue;
+      for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}})
+        if (at_end_.contains(face[i]) && at_end_.contains(face[j])) edges.push_back({face[i], face[j], 0.5});
+    }
+    std::sort(edges.begin(), edges.end());
+    crossings_.clear();
+    for (std::size_t n = 1; n < edges.size(); ++n)
+      if (edges[n] == edges[n - 1]) crossings_.push_back(edges[n]);
+    sort_unique(crossings_);  // of more than two faces where sheets meet
+    split();
+  }
+  // Corners ascending. Each is between two tetrahedra.
+  std::vector<std::array<VertexId, 3>> entered_faces() {
+    std::vector<std::uint32_t> around;
+    for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
+    sort_unique(around);
+    std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
+    for (const std::uint32_t t : around) {
+      const Tetrahedron& c = volume_.tetrahedra()[t];
+      std::array<bool, 4> on{};
+      for (std::size_t i = 0; i < 4; ++i) on[i] = side(c[i]) == 0;
+      for (const auto& [i, j, k] : kTetFaces) {
+        if (!on[i] || !on[j] || !on[k]) continue;
+        std::array<VertexId, 3> face{c[i], c[j], c[k]};
+        std::sort(face.begin(), face.end());
+        faces.emplace_back(face, t);
+      }
+    }
+    std::sort(faces.begin(), faces.end());
+    std::vector<std::array<VertexId, 3>> entered;
+    for (std::size_t n = 1; n < faces.size(); ++n) {
+      const auto& [face, t] = faces[n];
+      if (faces[n - 1].first != face || side_of(faces[n - 1].second) == side_of(t)) continue;
+      polygon_.clear();
+      for (const VertexId v : face) polygon_.push_back(volume_.vertex(v).position_world_m);
+      if (is_entered()) entered.push_back(face);
+    }
+    return entered;
+  }
+
+  int sum_of_sides(std::uint32_t t) const {
+    int sum = 0;
+    for (const VertexId v : volume_.tetrahedra()[t]) sum += side(v);
+    return sum;
+  }
+  // Of a tetrahedron with a face on the sheet: the side of its other corner. One that is all on the sheet stays with
+  // the neighbour that it shares the largest face with: else it would come off as a crumb.
+  int side_of(std::uint32_t t) const {
+    if (const int sum = sum_of_sides(t); sum != 0) return sum > 0 ? 1 : -1;
+    const Tetrahedron& c = volume_.tetrahedra()[t];
+    double largest = 0, heights = 0;
+    int with = 0;
+    for (std::size_t corner = 0; corner < 4; ++corner) {
+      heights += height(c[corner]);
+      const std::uint32_t u = volume_.across(t, corner);
+      const int sum = u == kNone ? 0 : sum_of_sides(u);
+      const auto& [i, j, k] = kTetFaces[corner];
+      const Vec3& p = volume_.vertex(c[i]).rest_body_m;
+      const double area = (volume_.vertex(c[j]).rest_body_m - p).cross(volume_.vertex(c[k]).rest_body_m - p).norm();
+      if (sum == 0 || area <= largest) continue;
+      largest = area;
+      with = sum > 0 ? 1 : -1;
+    }
+    return with != 0 ? with : heights > 0 ? 1 : -1;
+  }
+  Vec3 middle(const std::array<VertexId, 3>& face) const {
+    Vec3 sum = Vec3::Zero();
+    for (const VertexId v : face) sum += volume_.vertex(v).position_world_m / 3;
+    return sum;
+  }
+  bool cut_between(std::uint32_t t, std::uint32_t u, const std::array<VertexId, 3>& face) const {
+    for (const VertexId v : face)
+      if (side(v) != 0) return false;
+    if (side_of(t) == side_of(u)) return false;
+    const bool joins = std::ranges::any_of(face, [&](VertexId v) { return joined_.contains(v); });
+    return inside(middle(face), [&](std::size_t side) { return !joins || is_exact(side); });
+  }
+
+  void separate(VertexId v) {
+    struct FaceAt {
+      VertexId u, w;
+      std::uint32_t place;
+      bool operator<(const FaceAt& o) const { return u != o.u ? u < o.u : w != o.w ? w < o.w : place < o.place; }
+    };
+    const std::vector<std::uint32_t> star(volume_.star(v).begin(), volume_.star(v).end());
+    std::vector<FaceAt> faces;
+    for (std::uint32_t place = 0; place < star.size(); ++place) {
+      std::array<VertexId, 3> others{};
+      std::ranges::copy_if(volume_.tetrahedra()[star[place]], others.begin(), [&](VertexId x) { return x != v; });
+      std::sort(others.begin(), others.end());
+      for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}}) faces.push_back({others[i], others[j], place});
+    }
+    std::sort(faces.begin(), faces.end());
+    std::vector<std::uint32_t> parent(star.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t p) {
+      while (parent[p] != p) p = parent[p] = parent[parent[p]];
+      return p;
+    };
+    for (std::size_t k = 1; k < faces.size(); ++k) {
+      const FaceAt &f = faces[k - 1], &g = faces[k];
+      if (f.u != g.u || f.w != g.w) continue;
+      if (cut_between(star[f.place], star[g.place], {v, f.u, f.w})) {
+        opened_.insert({v, f.u, f.w});
+        continue;
+      }
+      const std::uint32_t a = root(f.place), b = root(g.place);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+    for (std::uint32_t r = 1; r < star.size(); ++r) {  // the component of the first tetrahedron keeps v
+      if (root(r) != r) continue;
+      std::vector<std::uint32_t> component;
+      for (std::uint32_t p = r; p < star.size(); ++p)
+        if (root(p) == r) component.push_back(star[p]);
+      const VertexId twin = volume_.part(v, component);
+      set_side(twin, 0);
+      if (joined_.contains(v)) joined_[twin] = true;
+      opened_.insert(twin);
+      on_sheet_.push_back(twin);
+      ++outcome_.twins;
+    }
+  }
+
+  TetTopology& volume_;
+  std::vector<Vec3> outline_;
+  std::uint32_t exact_, lasting_;
+  TetCutSettings settings_;
+  Vec3 normal_ = Vec3::Zero(), centre_ = Vec3::Zero();
+  bool flat_ = false;
+  std::uint32_t tets_before_ = 0;
+  double mean_edge_m_ = 0;  // of those that the sheet crosses
+  std::vector<Crossing> crossings_;
+  std::vector<VertexId> on_sheet_;
+  std::unordered_map<VertexId, int> side_;  // looked up only, never walked
+  std::unordered_map<VertexId, bool> joined_;
+  std::unordered_set<VertexId> at_end_;  // of the cut; asked, never walked
+  std::unordered_set<VertexId> opened_;  // at faces that are cut; asked, never walked
+  std::vector<Vec3> polygon_, left_;     // scratch
+  TetCutOutcome outcome_;
+};
+
+}  // namespace
+
+TetCutOutcome cut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings,
+                  std::span<const std::uint32_t> begin) {
+  return SheetCut(volume, sheet, settings).run(begin);
+}
+
+}  // namespace sectio

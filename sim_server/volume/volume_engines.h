@@ -1,0 +1,15 @@
+// Bodies that are volumes of tetrahedra: models tetra_springs (M2), neo_hookean (M3) and
+// neo_hookean_lattice (M4), where the tetrahedra ride on hexahedra.
+#pragma once
+
+#include "sim_server/engine/engine_table.h"
+
+namespace sectio {
+
+// Collision as for surfaces; cuts as in volume_cutting.h; parts that come off are volumes, too, unless they are
+// rigid.
+BodyEngines tetra_spring_engines(const EngineSite& site);
+BodyEngines neo_hookean_engines(const EngineSite& site);
+BodyEngines neo_hookean_lattice_engines(const EngineSite& site);
+
+}  // namespace sectio

@@ -1,0 +1,17 @@
+// The material and driver of a volume, as a scene gives them.
+#pragma once
+
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/scene/scene.h"
+
+namespace sectio {
+
+inline VolumeMaterial volume_material(const MaterialSpec& m) {
+  return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
+}
+
+inline TetDriver driver_of(const BodySpec& body) {
+  return body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+}
+
+}  // namespace sectio

@@ -1,0 +1,209 @@
+#include "sim_server/volume/volume_surface.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/core/sort_unique.h"
+#include "common/mesh/slot_table.h"
+
+namespace sectio {
+namespace {
+
+std::size_t place_of(const Corners3& corners, VertexId v) {
+  return static_cast<std::size_t>(std::ranges::find(corners, v) - corners.begin());
+}
+
+// A triangle of the surface to be: one that is kept, or one that is new.
+struct Side {
+  Corners3 corners;  // in the volume
+  Corners3 slots;    // kNone: not known yet
+  TriangleId kept = kNone;
+};
+
+// The surface around what changes: triangles that are new, and those that stay at the same vertices.
+class Patch {
+ public:
+  Patch(const VolumeSurface& surface, const TriangleMesh& mesh, const BoundaryChange& change,
+        std::span<const VertexId> moved = {}) {
+    for (const VertexId v : moved)
+      if (!surface.slots_of(v).empty()) at_[v];
+    for (const Corners3& corners : change.removed) {
+      const TriangleId t = surface.triangle_of(mesh, corners);
+      complete_ = complete_ && t != kNone;
+      removed.insert(t);
+      for (const VertexId v : corners) at_[v];
+    }
+    for (const Corners3& corners : change.added) {
+      for (const VertexId v : corners) at_[v].push_back(sides.size());
+      sides.push_back({corners, {kNone, kNone, kNone}});
+    }
+    if (!complete_) return;
+    std::map<TriangleId, std::size_t> met;
+    for (auto& [v, list] : at_)
+      for (const VertexId slot : surface.slots_of(v))
+        for (const TriangleId t : mesh.fan(slot)) {
+          if (removed.contains(t)) continue;
+          const auto [it, is_new] = met.try_emplace(t, sides.size());
+          if (is_new) sides.push_back({surface.in_volume(mesh.triangle(t)), mesh.triangle(t).v, t});
+          list.push_back(it->second);
+        }
+  }
+
+  bool complete() const { return complete_; }
+  const std::map<VertexId, std::vector<std::size_t>>& at() const { return at_; }
+
+  // The fans into which the triangles at v fall, in their order; empty when they don't.
+  std::vector<std::vector<std::size_t>> fans(VertexId v) const {
+    const std::vector<std::size_t>& all = at_.at(v);
+    std::vector<std::vector<std::size_t>> fans;
+    std::vector<std::uint8_t> done(all.size(), 0);
+    const auto next = [&](std::size_t n, std::size_t by) {
+      const Corners3& c = sides[all[n]].corners;
+      return c[(place_of(c, v) + by) % 3];
+    };
+    for (std::size_t start = 0; start < all.size(); ++start) {
+      if (done[start]) continue;
+      fans.emplace_back();
+      std::size_t n = start;
+      do {
+        if (done[n]) return {};
+        done[n] = 1;
+        fans.back().push_back(all[n]);
+        std::size_t m = 0;
+        while (m < all.size() && next(m, 1) != next(n, 2)) ++m;
+        if (m == all.size()) return {};
+        n = m;
+      } while (n != start);
+    }
+    return fans;
+  }
+
+  std::set<TriangleId> removed;
+  std::vector<Side> sides;  // new ones first
+
+ private:
+  bool complete_ = true;
+  std::map<VertexId, std::vector<std::size_t>> at_;
+};
+
+}  // namespace
+
+VolumeSurface::VolumeSurface(std::vector<VertexId> vertex_of, std::size_t vertices)
+    : vertex_of_(std::move(vertex_of)), slots_of_(vertices) {
+  for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) slots_of_[vertex_of_[slot]].push_back(slot);
+  give_room(vertex_of_, slots_of_);
+}
+
+std::span<const VertexId> VolumeSurface::slots_of(VertexId vertex) const {
+  if (vertex >= slots_of_.size()) return {};
+  return slots_of_[vertex];
+}
+
+TriangleId VolumeSurface::triangle_of(const TriangleMesh& mesh, const Corners3& corners) const {
+  TriangleId found = kNone;
+  for (const VertexId slot : slots_of(corners[0]))
+    for (const TriangleId t : mesh.fan(slot)) {
+      const auto& v = mesh.triangle(t).v;
+      const auto i = static_cast<std::size_t>(mesh.triangle(t).corner_of(slot));
+      if (vertex_of(v[(i + 1) % 3]) == corners[1] && vertex_of(v[(i + 2) % 3]) == corners[2]) found = t;
+    }
+  return found;
+}
+
+std::vector<std::array<VertexId, 2>> VolumeSurface::pinched_edges(const TriangleMesh& mesh,
+                                                                  const BoundaryChange& change) const {
+  const Patch patch(*this, mesh, change);
+  std::vector<std::array<VertexId, 2>> edges;
+  // As directed, where a new triangle has it.
+  for (const auto& [v, list] : patch.at()) {
+    std::map<VertexId, int> to;
+    for (const std::size_t n : list) {
+      const Corners3& c = patch.sides[n].corners;
+      ++to[c[(place_of(c, v) + 1) % 3]];
+    }
+    for (const auto& [w, count] : to)
+      if (count > 1) edges.push_back({std::min(v, w), std::max(v, w)});
+  }
+  sort_unique(edges);
+  return edges;
+}
+
+bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
+                         const StateOf& state_of, const KindOf& kind_of, MeshDraft& draft, Change& result) const {
+  Patch patch(*this, mesh, change, moved);
+  const auto has_moved = [&](VertexId v) { return std::ranges::binary_search(moved, v); };
+  if (!patch.complete()) return false;
+  std::vector<VertexId> had;  // slots of vertices at which something changes
+  for (const auto& [v, list] : patch.at()) {
+    had.insert(had.end(), slots_of(v).begin(), slots_of(v).end());
+    const auto fans = patch.fans(v);
+    if (fans.empty() && !list.empty()) return false;
+    std::vector<VertexId> free(slots_of(v).begin(), slots_of(v).end());
+    for (const std::vector<std::size_t>& fan : fans) {
+      VertexId slot = kNone;
+      for (const VertexId own : free)
+        for (const std::size_t n : fan) {
+          const Side& side = patch.sides[n];
+          if (slot == kNone && side.slots[place_of(side.corners, v)] == own) slot = own;
+        }
+      if (slot != kNone) std::erase(free, slot);
+      for (const std::size_t n : fan) {
+        Side& side = patch.sides[n];
+        side.slots[place_of(side.corners, v)] = slot;  // kNone: one that is left over, or a new one
+      }
+    }
+    for (const std::vector<std::size_t>& fan : fans) {
+      const Side& any = patch.sides[fan.front()];
+      if (any.slots[place_of(any.corners, v)] != kNone) continue;
+      VertexId slot = kNone;
+      if (!free.empty()) {
+        slot = free.front();
+        free.erase(free.begin());
+      } else {
+        slot = draft.add_vertex(state_of(v));
+        result.taken[slot] = v;
+      }
+      for (const std::size_t n : fan) {
+        Side& side = patch.sides[n];
+        side.slots[place_of(side.corners, v)] = slot;
+      }
+    }
+  }
+  std::vector<Triangle> added;
+  for (const Side& side : patch.sides) {
+    if (side.kept == kNone) {
+      added.push_back({side.slots, kind_of(side.corners)});
+    } else {
+      const Triangle& before = mesh.triangle(side.kept);
+      const Triangle after{side.slots,
+                           std::ranges::any_of(side.corners, has_moved) ? kind_of(side.corners) : before.surface};
+      if (after == before) continue;
+      patch.removed.insert(side.kept);
+      added.push_back(after);
+    }
+  }
+  const std::vector<TriangleId> removed(patch.removed.begin(), patch.removed.end());
+  if (!draft.replace(removed, added)) return false;
+  for (const VertexId slot : had) {
+    if (draft.incident(slot) == kNone)
+      result.freed.push_back(slot);
+    else if (has_moved(vertex_of(slot)))
+      draft.move_vertex(slot, state_of(vertex_of(slot)));
+  }
+  return true;
+}
+
+void VolumeSurface::accept(const Change& change) {
+  for (const VertexId slot : change.freed) {
+    std::erase(slots_of_[vertex_of_[slot]], slot);
+    vertex_of_[slot] = kNone;
+  }
+  for (const auto& [slot, v] : change.taken) {
+    if (slot >= vertex_of_.size()) resize_slots(vertex_of_, slot + 1, kNone);
+    if (v >= slots_of_.size()) resize_slots(slots_of_, v + 1, {});
+    vertex_of_[slot] = v;
+    slots_of_[v].insert(std::ranges::lower_bound(slots_of_[v], slot), slot);
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,273 @@
+#include "sim_server/world/body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <set>
+
+#include "common/core/error.h"
+#include "common/core/sort_unique.h"
+#include "sim_server/bodies/touched_vertices.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kThicknessUsed = 0.8;       // of the tissue under a groove, at most
+constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not the other side
+constexpr double kPictureLines = 720;
+
+double pixel_rad(const Camera& camera) {
+  return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
+}
+
+}  // namespace
+
+Body::Body(const BodySpec& body, const Scene& scene, std::uint32_t body_id, MakeEngines make)
+    : spec(body),
+      id(body_id),
+      mesh(body.mesh),
+      particles(particles_at_rest(mesh.rest_body_m(), body.pose)),
+      make_(std::move(make)) {
+  begin({spec, scene, shared(), body.pose});
+  const double largest_s = engines.deformation->largest_stable_step_s();
+  if (scene.step_s > largest_s) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "%s: step_s: %g s is beyond the stable step of body '%s'; the largest that would do is %.3g s",
+                  scene.file.c_str(), scene.step_s, body.name.c_str(), std::floor(largest_s * 1e6) * 1e-6);
+    throw InputError(text);
+  }
+}
+
+Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, MakeEngines make, TriangleMesh part_mesh,
+           ParticleState state, const Pose& frame, const BodyEngines* parent, std::span<const VertexId> vertex_from)
+    : spec(part), id(body_id), mesh(std::move(part_mesh)), particles(std::move(state)), make_(std::move(make)) {
+  begin({spec, scene, shared(), frame, true, parent, vertex_from});
+}
+
+void Body::begin(const EngineSite& site) {
+  engines = make_(site);
+  stroke_settings = engines.cutting->settings();
+  if (!site.is_part) return;
+  std::vector<VertexId> all(mesh.vertex_slots());
+  std::iota(all.begin(), all.end(), VertexId{0});
+  lips_.follow(mesh, all);
+}
+
+double Body::energy_j(const Vec3& gravity_m_per_s2) {
+  if (!rigid) return engines.deformation->energy_j(shared());
+  const RigidBody& piece = rigid->body;
+  return piece.kinetic_energy_j() - piece.mass_kg() * gravity_m_per_s2.dot(piece.pose_world().position_m);
+}
+
+const CollisionEngine& Body::tree() {
+  if (tree_stale_) engines.collision->moved(view());
+  tree_stale_ = false;
+  return *engines.collision;
+}
+
+Vec3 Body::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
+  Vec3 rest = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i)
+    if (v[i] != kNone) rest += bary[static_cast<int>(i)] * mesh.rest_body_m(v[i]);
+  return frame_world(v[0]).to_world(rest);
+}
+
+Vec3 Body::home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const {
+  Vec3 normal_body = Vec3::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vec3 area = Vec3::Zero();
+    for (const TriangleId t : surface.fan(v[i])) {
+      const auto c = surface.triangle(t).v;
+      const Vec3& a = mesh.rest_body_m(c[0]);
+      area += (mesh.rest_body_m(c[1]) - a).cross(mesh.rest_body_m(c[2]) - a);
+    }
+    normal_body += bary[static_cast<int>(i)] * area.stableNormalized();
+  }
+  return frame_world(v[0]).orientation * normal_body.stableNormalized();
+}
+
+void Body::see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const {
+  VertexId at = kNone;
+  for (const Entry& e : entries)
+    if (e.tool_id == motion.tool_id) at = mesh.triangle(e.triangle).v[0];
+  if (const Stroke* stroke = cuts.stroke_of(motion.tool_id))
+    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
+  if (at == kNone) return;
+  motion.frame_world = frame_world(at);
+  const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
+  for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
+}
+
+double Body::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {
+  const Vec3 down = tip_world_m - surface_world_m;
+  const double depth_m = down.norm();
+  if (depth_m <= kSkipBelowSurfaceM) return 1e9;
+  const Vec3 from = surface_world_m + kSkipBelowSurfaceM / depth_m * down;
+  const Vec3 to = surface_world_m + (1 / kThicknessUsed) * down;
+  for (const SurfaceHit& hit : tree().hits(view(), from, to))
+    if (!hit.entering && mesh.triangle(hit.triangle).surface == Surface::skin)
+      return kThicknessUsed * (hit.point_world_m - surface_world_m).norm();
+  return 1e9;
+}
+
+bool Body::accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed) {
+  changed.clear();
+  std::vector<VertexId> touched = touched_vertices(plan.delta, mesh);
+  if (!accept(plan, mesh, cuts)) return false;
+  if (plan.delta.empty()) return true;
+  bring_up_to_date(plan.delta, plan.seeds, std::move(touched), changed);
+  if (spec.splitting.free_parts == FreeParts::keep)
+    free_islands(plan);
+  else
+    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
+  return true;
+}
+
+bool Body::accept_change(const TopologyDelta& delta, Seeds seeds) {
+  if (delta.empty()) {
+    place(seeds);
+    tree_stale_ = true;
+    return true;
+  }
+  std::vector<VertexId> touched = touched_vertices(delta, mesh);
+  if (apply(delta, mesh) != ApplyStatus::applied) return false;
+  std::vector<TriangleId> changed;
+  bring_up_to_date(delta, seeds, std::move(touched), changed);
+  return true;
+}
+
+void Body::place(Seeds seeds) {
+  for (const auto& [v, state] : seeds) {
+    particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
+    compact_.changed(particles, v);
+  }
+}
+
+void Body::bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
+                            std::vector<TriangleId>& changed) {
+  particles.resize(mesh.vertex_slots());
+  place(seeds);
+  std::vector<VertexId> placed;
+  for (const auto& [v, state] : seeds) placed.push_back(v);
+  for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
+  // A vertex that moved changes the springs and triangles around it, too.
+  for (const VertexEdit& e : delta.vertices) {
+    if (!e.alive) continue;
+    for (const TriangleId t : mesh.fan(e.id)) {
+      changed.push_back(t);
+      touched.insert(touched.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
+    }
+  }
+  sort_unique(touched), sort_unique(changed);
+  engines.follow(shared(), {delta, touched, changed, placed});
+  lips_.follow(mesh, touched);
+}
+
+void Body::free_islands(const CutPlan& plan) {
+  for (const Island& island : plan.islands) {
+    std::set<VertexId> members{island.any_vertex};
+    std::vector<VertexId> order{island.any_vertex};
+    for (std::size_t k = 0; k < order.size(); ++k)
+      for (const TriangleId t : mesh.fan(order[k]))
+        for (const VertexId v : mesh.triangle(t).v)
+          if (members.insert(v).second) order.push_back(v);
+    std::sort(order.begin(), order.end());
+    engines.deformation->release(order, SupportPlane{island.bed_point_world_m, island.bed_normal_world});
+  }
+}
+
+Pose Body::frame_world(VertexId v) const {
+  return rigid ? rigid->carried(frame_at_release_) : engines.deformation->rest_frame_world(v);
+}
+
+void Body::give_up(const TopologyDelta& delta) {
+  const ApplyStatus status = apply(delta, mesh);
+  SECTIO_ASSERT(status == ApplyStatus::applied, "a whole part can be removed");
+  static_cast<void>(status);
+  std::vector<VertexId> vertices;
+  std::vector<TriangleId> triangles;
+  for (const VertexEdit& e : delta.vertices) vertices.push_back(e.id);
+  for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
+  engines.follow(shared(), {delta, vertices, triangles, {}});
+  lips_.follow(mesh, vertices);
+  const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
+  cuts.grooves.forget(vertices);
+  std::erase_if(cuts.strokes, [&](const Stroke& s) {
+    return gone(s.cell.apex) || gone(s.start) || gone(s.bottom) || gone(s.first) || gone(s.temporary_tip) ||
+           std::ranges::any_of(s.cell.rim, gone) || std::ranges::any_of(s.touched, gone);
+  });
+}
+
+bool Body::become_rigid() {
+  std::vector<double> masses(mesh.vertex_slots());
+  for (VertexId v = 0; v < masses.size(); ++v) masses[v] = engines.deformation->mass_kg(v);
+  const Pose frame = frame_world(0);
+  rigid = RigidPiece::release(mesh, particles.position_world_m, particles.velocity_world_m_per_s, masses,
+                              spec.material.density_kg_per_m3);
+  frame_at_release_ = frame;
+  if (rigid) follow_rigid();
+  return rigid.has_value();
+}
+
+void Body::follow_rigid() {
+  rigid->place(particles.position_world_m, particles.velocity_world_m_per_s);
+  compact_.invalidate();
+  tree_stale_ = true;
+}
+
+void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
+  particles.velocity_world_m_per_s[v].head<3>() += faster_by_m_per_s.cast<float>();
+  particles.position_world_m[v].head<3>() += by_m.cast<float>();
+  compact_.changed(particles, v);
+  tree_stale_ = true;
+}
+
+void Body::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s) {
+  if (frozen) return;
+  if (!asleep_) {
+    engines.deformation->step(shared(), constraints, reactions);
+    compact_.invalidate();
+  }
+  for (const auto& process : engines.processes) process->step(shared(), step_s);
+  if (asleep_) return;
+  lips_.step(shared(), *engines.deformation, step_s);
+  compact_.invalidate();
+  tree_stale_ = true;
+}
+
+std::vector<std::pair<EventKind, std::string>> Body::watch_numerics() {
+  std::vector<std::pair<EventKind, std::string>> events;
+  if (const std::uint64_t steps = engines.deformation->implicit_steps(); steps != implicit_steps_) {
+    if (!implicit_) events.emplace_back(EventKind::driver_taken_over, "");
+    implicit_ = true;
+    implicit_steps_ = steps;
+  } else if (implicit_) {
+    implicit_ = false;
+    events.emplace_back(EventKind::driver_handed_back, "");
+  }
+  if (const VertexId bad = engines.deformation->first_bad_vertex(); !frozen && bad != kNone) {
+    frozen = true;
+    events.emplace_back(EventKind::body_frozen, "vertex " + std::to_string(bad));
+  }
+  return events;
+}
+
+void Body::watch_rest(const Scene& scene) {
+  if (frozen || asleep_ || scene.sleep.after_s == 0) return;
+  if (std::ranges::any_of(engines.processes, [](const auto& process) { return process->moves_particles(); })) return;
+  const double eye_to_body_m = bounds_world_m().exteriorDistance(scene.camera.eye_world_m);
+  const double unseen_m = scene.sleep.unseen_px * pixel_rad(scene.camera) * eye_to_body_m;
+  asleep_ = stillness_.watch(particles.position_world_m, scene.step_s, scene.sleep.after_s,
+                             std::max(scene.sleep.still_m, unseen_m));
+  if (asleep_) std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
+}
+
+void Body::wake() {
+  asleep_ = false;
+  stillness_.begin_anew();
+  if (rigid) rigid->body.wake();
+}
+
+}  // namespace sectio

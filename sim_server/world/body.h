@@ -1,0 +1,127 @@
+// One body of a simulation: its topology and state, and the engines that share these, kept in step with each other.
+//
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim_server/bodies/particle_state.h"
+#include "sim_server/bodies/stillness.h"
+#include "sim_server/body_contact/lip_contacts.h"
+#include "sim_server/body_contact/rigid_piece.h"
+#include "sim_server/engine/engine_table.h"
+#include "sim_server/scene/scene.h"
+#include "sim_server/step/step_io.h"
+#include "sim_server/surface/indentation/contact_templates.h"
+
+namespace sectio {
+
+// What a sleeping body goes on giving to a particle that it bears on, in each step.
+struct RestingLoad {
+  std::uint32_t body_id = 0;
+  VertexId vertex = kNone;
+  Vec3 impulse_n_s = Vec3::Zero();
+};
+
+class Body {
+ public:
+  // Throws InputError when step_s is beyond the stable step.
+  Body(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make);
+
+  // A part that came off another body: `spec` as for that one, without its mesh; must outlive the body. The particles
+  // as they were, `frame` where its shape at rest is, `vertex_from` its vertices' slots in the parent, if it has one.
+  // It goes on deforming; see become_rigid().
+  Body(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make, TriangleMesh mesh,
+       ParticleState particles, const Pose& frame, const BodyEngines* parent = nullptr,
+       std::span<const VertexId> vertex_from = {});
+
+  const MakeEngines& make_engines() const { return make_; }  // of this body and of its parts
+  std::size_t bytes() const { return mesh.bytes() + particles.bytes() + compact_.bytes(); }
+  SharedBody shared() { return {id, mesh, particles, compact_}; }
+  SurfaceView view() { return {mesh, compact_.of(particles), id}; }
+  std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
+  ParticleView particle_view() const { return particles.view(); }
+  Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
+  double energy_j(const Vec3& gravity_m_per_s2);  // kinetic, elastic and gravitational; O(all)
+  // The collision engine, told of the current positions.
+  const CollisionEngine& tree();
+
+  // Of the connected piece that a vertex belongs to.
+  Pose frame_world(VertexId v) const;
+  // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
+  Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
+  // Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
+  void see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const;
+  // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
+  double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
+
+  // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
+  bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
+
+  // The same for what is no cut, as temporary elements; the delta may be empty, and particles only move.
+  using Seeds = std::span<const std::pair<VertexId, VertexState>>;
+  bool accept_change(const TopologyDelta& delta, Seeds seeds);
+
+  // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
+  void give_up(const TopologyDelta& delta);
+
+  // From now on it moves as a whole. False when its shape has no rigid motion.
+  bool become_rigid();
+  // After the rigid body has moved.
+  void follow_rigid();
+
+  // Deformation, whatever else goes on in the body, and contact of its lips; of a body that sleeps only what else goes
+  // on.
+  void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
+  // Rests, and is not moved until it is woken.
+  bool asleep() const { return rigid ? rigid->body.asleep() : asleep_; }
+  void wake();
+  // After deform(), when nothing touches it: it falls asleep when it has come to rest.
+  void watch_rest(const Scene& scene);
+  // After that, what a person should know of how it went: another driver took over or gave back, or numerics failed,
+  // and the body is frozen from now on. With a text for the event.
+  std::vector<std::pair<EventKind, std::string>> watch_numerics();
+  // After that: a contact makes a particle faster and puts it elsewhere.
+  void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
+
+  const BodySpec& spec;
+  const std::uint32_t id;
+  TriangleMesh mesh;
+  ParticleState particles;
+  BodyEngines engines;
+  BodyCuts cuts;
+  StrokeSettings stroke_settings;
+  // Contact with temporary elements (world/indentation.h); otherwise instruments move the vertices.
+  bool contact_by_templates() const { return spec.contact.style == "templates" && !rigid; }
+  TemporaryContact contact;
+  std::vector<double> still_s;  // by owner: for how long what it let go has not moved
+  std::optional<RigidPiece> rigid;
+  std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
+  std::vector<RestingLoad> loads;     // while it sleeps
+  std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
+  bool frozen = false;           // numerics failed: it stays as it was
+
+ private:
+  void begin(const EngineSite& site);
+  void free_islands(const CutPlan& plan);
+  void place(Seeds seeds);
+  void bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
+                        std::vector<TriangleId>& changed);
+
+  CompactPositions compact_;
+  LipContacts lips_;
+  MakeEngines make_;  // for parts, too
+  bool tree_stale_ = false;
+  bool asleep_ = false;
+  bool implicit_ = false;             // the last step was taken over by a driver that is always stable
+  std::uint64_t implicit_steps_ = 0;  // so far, as the deformation engine says
+  Stillness stillness_;
+  Pose frame_at_release_;  // of a rigid piece: of its shape at rest
+};
+
+}  // namespace sectio

@@ -1,0 +1,457 @@
+#include "sim_server/world/edge_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/math/intersect.h"
+#include "sim_server/surface/indentation/contact_places.h"
+#include "sim_server/world/indentation.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
+constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
+constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
+constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
+
+RuptureThreshold threshold_of(const CuttingSpec& cutting) {
+  return {cutting.threshold_force_n, cutting.threshold_displacement_m, cutting.hysteresis};
+}
+
+Vec3 normal_of_triangle(const SurfaceView& view, TriangleId t) {
+  return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
+}
+
+// How far up its edge a blade passes through the surface at a point. One that lies along the surface doesn't: nearest.
+double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& blade) {
+  const Vec3 from_tip = point_world_m - blade.tip_world_m;
+  const double steepness = blade.up_world.dot(normal);
+  return steepness > kSteep ? from_tip.dot(normal) / steepness : from_tip.dot(blade.up_world);
+}
+
+const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
+  const auto it = std::find_if(hits.begin(), hits.end(), [](const SurfaceHit& h) { return h.entering; });
+  return it != hits.end() ? &*it : nullptr;
+}
+
+}  // namespace
+
+EdgeContact::EdgeContact(std::uint32_t stroke_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts)
+    : stroke_id_(stroke_id),
+      instrument_(instrument_of(tool.kind)),
+      geometry_(tool.geometry),
+      instrument_state_{tool.intensity, 0, edge},
+      cuts_(cuts),
+      body_(body),
+      threshold_(threshold_of(body.spec.cutting)) {}
+
+ContactState EdgeContact::state() const {
+  switch (phase_) {
+    case Phase::free:
+      return ContactState::free;
+    case Phase::pressing:
+      return ContactState::contact;
+    default:
+      return ContactState::penetration;
+  }
+}
+
+std::vector<TouchEvent> EdgeContact::take_events() {
+  return std::exchange(events_, {});
+}
+
+InstrumentShape EdgeContact::shape_at(double opening_rad) const {
+  InstrumentState state = instrument_state_;
+  state.opening_rad = opening_rad;
+  return instrument_.shape(geometry_, state);
+}
+
+ToolCorners EdgeContact::corners_at(const JointPose& pose) const {
+  const InstrumentShape shape = shape_at(pose.opening_rad);
+  return {{pose.to_world(shape.a_tool_m), pose.to_world(shape.b_tool_m), pose.to_world(shape.c_tool_m),
+           pose.to_world(shape.d_tool_m)}};
+}
+
+bool EdgeContact::may_enter() const {
+  return cuts_ && instrument_.may_enter(jaws_between(opening_before_rad_, pose_.opening_rad));
+}
+
+bool EdgeContact::near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const {
+  Box3 box = body_.bounds_world_m();
+  box.min() -= Vec3::Constant(kNearM);
+  box.max() += Vec3::Constant(kNearM);
+  Box3 tool;
+  const auto extend = [&](const JointPose& pose) {
+    for (const Vec3& corner : corners_at(pose).at_world_m) tool.extend(corner);
+  };
+  if (before) extend(*before);
+  for (const JointPose& pose : poses) extend(pose);
+  return !tool.isEmpty() && box.intersects(tool);
+}
+
+void EdgeContact::set_free() {
+  if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
+  if (phase_ == Phase::cutting || phase_ == Phase::searching) events_.push_back({EventKind::cut_ended});
+  phase_ = Phase::free;
+  force_n_.setZero();
+  smooth_force_n_ = 0;
+}
+
+void EdgeContact::approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous) {
+  constraints_.clear();
+  contact_points_.clear();
+  if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
+  opening_before_rad_ = before ? before->opening_rad : pose_.opening_rad;
+  const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
+  if (looks && !near_body(before, poses)) {
+    tracker_.reset();
+    has_just_cut_ = false;
+    if (phase_ == Phase::pressing) set_free();
+    return;
+  }
+  if (looks && before) {
+    JointPose from = *before;
+    const std::array resting{pose_};  // the surface may come to an instrument that rests
+    for (const JointPose& to : poses.empty() ? std::span<const JointPose>(resting) : poses) {
+      const CollisionEngine& tree = body_.tree();
+      look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
+      from = to;
+      if (phase_ != Phase::free) break;
+    }
+  }
+  if (phase_ == Phase::pressing) press();
+}
+
+// Where the edge of an instrument that need not press reaches into the tissue.
+std::optional<SurfaceHit> EdgeContact::edge_reaching_in(const ToolContact& contact,
+                                                        const InstrumentShape& shape) const {
+  if (!may_enter() || shape.edge_tip_tool_m == shape.edge_heel_tool_m) return {};
+  if (!instrument_.front_is_virtual) {
+    const auto hits =
+        body_.tree().hits(body_.view(), pose_.to_world(shape.edge_heel_tool_m), pose_.to_world(shape.edge_tip_tool_m));
+    const SurfaceHit* hit = first_entering(hits);
+    return hit ? std::optional(*hit) : std::nullopt;
+  }
+  const SurfaceHit* hit = first_entering(contact[ToolSegment::cd].after);
+  if (!hit) hit = first_entering(contact.path(ToolCorner::d));
+  return hit ? std::optional(*hit) : std::nullopt;
+}
+
+void EdgeContact::look_for_contact(const ToolContact& contact) {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (const auto hit = edge_reaching_in(contact, shape)) return enter_tissue(*hit);
+  const std::size_t tip = instrument_.front_is_virtual ? 2 : 0;
+  if (const SurfaceHit* hit = first_entering(contact.corner_paths[tip]))
+    return press_at(*hit, {tip, tip}, 0, instrument_.presses_with_tip);
+  // The surface may have risen over a tip that rests: then the blade leaves the tissue before it enters it.
+  const std::vector<SurfaceHit>& shaft = contact[ToolSegment::ab].after;
+  if (instrument_.presses_with_tip && !shaft.empty() && !shaft.front().entering)
+    return press_at(shaft.front(), {tip, tip}, 0, true);
+  if (phase_ == Phase::pressing) return;
+
+  // The side of the instrument: the middle of what is inside.
+  for (const ToolSegment segment : {ToolSegment::ab, ToolSegment::ac, ToolSegment::cd}) {
+    const std::vector<SurfaceHit>& hits = contact[segment].after;
+    if (hits.empty() || (instrument_.front_is_virtual && segment == ToolSegment::cd)) continue;
+    const double from = hits.front().entering ? hits.front().parameter : 0;
+    const double to = !hits.front().entering ? hits.front().parameter : hits.size() > 1 ? hits[1].parameter : 1;
+    return press_at(hits.front(), kSegmentCorners[static_cast<std::size_t>(segment)], 0.5 * (from + to), false);
+  }
+}
+
+void EdgeContact::press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along,
+                           bool at_tip) {
+  if (phase_ == Phase::free) events_.push_back({EventKind::contact_began});
+  phase_ = Phase::pressing;
+  contact_corners_ = corners;
+  contact_along_ = along;
+  at_tip_ = at_tip;
+  triangle_ = original_triangle(body_, hit.triangle);
+  bary_ = body_.contact.inverse ? Vec3(Vec3::Constant(1.0 / 3)) : hit.bary;
+}
+
+Vec3 EdgeContact::contact_world_m() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const std::array corners{shape.a_tool_m, shape.b_tool_m, shape.c_tool_m, shape.d_tool_m};
+  const Vec3 &p = corners[contact_corners_[0]], &q = corners[contact_corners_[1]];
+  return pose_.to_world(contact_corners_[0] == contact_corners_[1] ? p : Vec3(p + contact_along_ * (q - p)));
+}
+
+void EdgeContact::press() {
+  const Vec3 contact = contact_world_m();
+  if (body_.contact_by_templates()) return press_with_templates(contact);
+  slide_to(contact);
+  const Corners corners = body_.view().corners(triangle_);
+  const Vec3 at = bary_[0] * corners[0] + bary_[1] * corners[1] + bary_[2] * corners[2];
+  if ((at - contact).norm() > kNearM) return set_free();  // no hand presses so far in a step: it has jumped through
+  const MeshDraft surface(body_.mesh, body_.particle_view());
+  normal_ = body_.home_normal_world(surface, body_.mesh.triangle(triangle_).v, bary_);
+  PointConstraint c;
+  for (std::size_t i = 0; i < 3; ++i) {
+    c.v[i] = body_.mesh.triangle(triangle_).v[i];
+    c.w[i] = bary_[static_cast<int>(i)];
+  }
+  c.target_world_m = contact;
+  c.unilateral = true;
+  c.normal = normal_;
+  constraints_.push_back(c);
+}
+
+// Downhill over neighbours to the point of the surface that is nearest to the instrument.
+void EdgeContact::slide_to(const Vec3& contact_world_m) {
+  const SurfaceView view = body_.view();
+  if (!view.alive(triangle_)) {
+    ++searches_;
+    const auto closest = body_.tree().closest(view, contact_world_m, kNearM);
+    if (!closest) return;
+    triangle_ = closest->triangle;
+  }
+  const SurfacePoint at = nearest_from(MeshDraft(view.mesh, body_.particle_view()), triangle_, contact_world_m);
+  triangle_ = at.triangle;
+  bary_ = at.bary;
+}
+
+void EdgeContact::enter_tissue(const SurfaceHit& hit) {
+  phase_ = Phase::cutting;
+  entry_ = Entry{stroke_id_, hit.triangle, hit.bary};
+  if (body_.contact.inverse) {
+    const SurfacePoint at =
+        nearest_from(original_surface(body_), original_triangle(body_, hit.triangle), hit.point_world_m);
+    entry_ = Entry{stroke_id_, at.triangle, at.bary};
+  }
+  events_.push_back({EventKind::penetrated});
+}
+
+Blade EdgeContact::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
+  const InstrumentShape shape = shape_at(pose.opening_rad);
+  const EdgeInWorld edge = edge_at(shape, pose);
+  Blade blade;
+  blade.length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
+  blade.tip_world_m = edge.tip_world_m;
+  blade.up_world = edge.up_world;
+  const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);
+  if (depth_m > 0)
+    blade.max_depth_m = body_.depth_limit_m(blade.tip_world_m + depth_m * blade.up_world, blade.tip_world_m);
+  return blade;
+}
+
+void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& entries,
+                       std::vector<BladeMotion>& motions) {
+  cutting_force_n_.setZero();
+  if (phase_ == Phase::spent) rest_in_groove();
+  if (phase_ == Phase::searching) search();
+  if (entry_) return begin_stroke(entries, motions);
+  if (phase_ != Phase::cutting) return;
+  const Stroke* stroke = body_.cuts.stroke_of(stroke_id_);
+  if (stroke && with_templates()) return follow_with_templates(*stroke, poses, motions);
+  if (stroke) follow_stroke(*stroke, poses, motions);
+}
+
+void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions) {
+  const SurfaceView view = body_.view();
+  const Corners c = view.corners(entry_->triangle);
+  point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
+  normal_ = normal_of_triangle(view, entry_->triangle);
+  tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
+  entries.push_back(*entry_);
+  motions.push_back({stroke_id_, {limited_blade(pose_, point_)}, false});
+  if (with_templates()) begin_with_templates(motions.back());
+  entry_.reset();
+}
+
+// The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
+void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose> poses,
+                                std::vector<BladeMotion>& motions) {
+  const MeshDraft now(body_.mesh, body_.particle_view());
+  point_ = position_of(now, stroke);
+  const Pose& frame = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex);
+  if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = frame.orientation * n;
+  const Vec3 home = frame.to_world(rest_of(now, stroke));
+  BladeMotion motion{stroke_id_, {}, false};
+  if (edge_at(shape_at(pose_.opening_rad), pose_).up_world.dot(normal_) < kSteep && is_on_wall(stroke)) {
+    motion.lift = true;  // it came to an open groove: nothing to cut down there
+    motions.push_back(std::move(motion));
+    return;
+  }
+  const std::array resting{pose_};
+  Vec3 from = point_;
+  double opening_rad = opening_before_rad_;
+  for (const JointPose& pose : poses.empty() ? std::span<const JointPose>(resting) : poses) {
+    const InstrumentShape shape = shape_at(pose.opening_rad);
+    const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
+    const Blade blade = limited_blade(pose, point_);
+    const double height_m = height_m_at(point_, normal_, blade);
+    const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
+    const Vec3 step = at_surface - from;
+    const Crossings crossings = crossings_at(shape, pose, point_, normal_);
+    const Vec3 travel = blade.tip_world_m - tip_before_;
+    const bool over_surface = correct_direction(shape, pose, step, normal_);
+    const bool in_world = correct_direction(shape, pose, travel, normal_);
+    const Leaf leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
+    if (leaf == Leaf::cut) {
+      // Tissue that has drawn back ahead of the blade waits for it; a cut that a blade left behind has ended.
+      if (over_surface) {
+        motion.path.push_back(blade);
+        from = at_surface;
+      } else if ((from - blade.tip_world_m).cross(blade.up_world).norm() > left_behind_m()) {
+        motion.lift = true;
+        break;
+      }
+      cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
+      tip_before_ = blade.tip_world_m;
+      continue;
+    }
+    if (leaf == Leaf::detect_again) {
+      motion.lift = height_m < 0 || !crossings.edge || jaws == Jaws::opening;
+      break;
+    }
+    if (leaf == Leaf::push_out) {
+      const double sunk_m = (point_ - pose.to_world(shape.c_tool_m)).dot(normal_);
+      const double e_star = body_.spec.material.young_pa / (1 - std::pow(body_.spec.material.poisson, 2));
+      const double half_length_m = 0.5 * (shape.c_tool_m - shape.a_tool_m).norm();
+      cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
+    }
+    const VertexId end = stroke.temporary_tip != kNone ? stroke.temporary_tip : stroke.cell.apex;
+    if (end != kNone && (at_surface - now.position(end)).norm() > kStillM)
+      constraints_.assign(1, hold(end, at_surface));
+    break;
+  }
+  motions.push_back(std::move(motion));
+}
+
+bool EdgeContact::is_on_wall(const Stroke& stroke) const {
+  return std::ranges::any_of(stroke.cell.rim, [&](VertexId v) { return body_.cuts.grooves.bottoms.contains(v); });
+}
+
+// The work is the toughness times the area at rest, against the motion of the blade.
+void EdgeContact::cut_along(const Vec3& travel, double length_in_tissue_m) {
+  if (travel.norm() <= kNoTravelM) return;
+  const double force_n = body_.spec.material.toughness_j_per_m2 * length_in_tissue_m;
+  cutting_force_n_ = -force_n * travel.normalized();
+  cutting_work_j_ += force_n * travel.norm();  // of a cautery hook: the current does what the hand does not
+}
+
+void EdgeContact::search() {
+  if (instrument_.only_closing && !may_enter()) return void(phase_ = Phase::spent);
+  ++searches_;
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m);
+  const Vec3 heel = pose_.to_world(instrument_.front_is_virtual ? shape.a_tool_m : shape.edge_heel_tool_m);
+  const auto hit = body_.tree().first_hit(body_.view(), heel, tip);
+  if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.stroke_settings.min_step_m) {
+    entry_ = Entry{stroke_id_, hit->triangle, hit->bary};
+    phase_ = Phase::cutting;
+  } else if (hit) {
+    phase_ = Phase::spent;
+  } else {
+    set_free();
+  }
+}
+
+// A new cut at the end of the old one would go along its walls.
+void EdgeContact::rest_in_groove() {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m), heel = pose_.to_world(shape.edge_heel_tool_m);
+  const bool is_out = !body_.tree().inside(body_.view(), tip);
+  if (is_out && (tip - ended_at_).dot(normal_) > kLetGoM) return set_free();
+  if (is_out && with_templates() && body_.tree().hits(body_.view(), tip, heel).empty()) return set_free();
+  const Vec3 away = tip - ended_at_;
+  if ((away - away.dot(normal_) * normal_).norm() > left_behind_m()) phase_ = is_out ? Phase::free : Phase::searching;
+}
+
+void EdgeContact::planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed) {
+  if (!changed.empty()) tracker_.topology_changed(body_.view(), changed);
+  StrokeEnd end = StrokeEnd::going;
+  std::string_view why;
+  for (const StrokeOutcome& o : plan.outcomes)
+    if (o.tool_id == stroke_id_) end = o.end, why = o.why;
+  if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused, why = "the surface would not stay whole";
+  if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
+  has_just_cut_ = true;
+  ended_at_ = point_;
+  cutting_force_n_.setZero();
+  constraints_.clear();
+  switch (end) {
+    case StrokeEnd::lifted:
+      phase_ = Phase::spent;
+      events_.push_back({EventKind::cut_ended});
+      break;
+    case StrokeEnd::lost:
+      phase_ = Phase::searching;
+      break;
+    case StrokeEnd::joined:
+      phase_ = Phase::spent;
+      events_.push_back({EventKind::joined});
+      break;
+    default:
+      phase_ = Phase::spent;
+      events_.push_back({EventKind::cut_refused, why});
+  }
+}
+
+void EdgeContact::let_go() {
+  constraints_.clear();
+  contact_points_.clear();
+  if (phase_ == Phase::pressing) set_free();
+}
+
+void EdgeContact::surface_changed(std::span<const TriangleId> changed) {
+  tracker_.topology_changed(body_.view(), changed);
+  if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
+  std::erase_if(constraints_, [&](const PointConstraint& c) {
+    return std::ranges::any_of(
+        c.v, [&](VertexId v) { return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v)); });
+  });
+  if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
+  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(stroke_id_)) {
+    ended_at_ = point_;
+    phase_ = Phase::spent;
+    cutting_force_n_.setZero();
+    constraints_.clear();
+    events_.push_back({EventKind::cut_ended});
+  }
+}
+
+void EdgeContact::deformed(const Reaction& reaction, double step_s) {
+  if (phase_ == Phase::cutting) {
+    const Vec3 target_n = instrument_.drag * cutting_force_n_;
+    smooth_cutting_n_ += std::min(1.0, step_s / kForceFilterS) * (target_n - smooth_cutting_n_);
+    force_n_ = reaction.force_on_tool_n + smooth_cutting_n_;
+    return;
+  }
+  smooth_cutting_n_.setZero();
+  if (phase_ != Phase::pressing || constraints_.empty()) return force_n_.setZero(), void();
+  force_n_ = reaction.force_on_tool_n;
+  const double push_n = std::max(0.0, force_n_.dot(normal_));
+  smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
+  const PointConstraint& c = constraints_.front();
+  point_.setZero();
+  for (std::size_t i = 0; i < 3; ++i)
+    if (c.v[i] != kNone) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
+  const double above_m = (c.target_world_m - point_).dot(normal_);
+  if (!reaction.active && above_m > kLetGoM) return set_free();
+  const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
+  const double displacement_m = (home - c.target_world_m).dot(normal_);
+  const bool may_rupture = (at_tip_ && instrument_.tip_pierces) || sharp_edge_presses();
+  if (sharp_edge_is_in_slit() ||
+      (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
+    entry_ = Entry{stroke_id_, triangle_, bary_};
+    phase_ = Phase::cutting;
+    smooth_force_n_ = 0;
+    events_.push_back({EventKind::penetrated});
+  }
+}
+
+double EdgeContact::penetration_m() {
+  if (phase_ != Phase::pressing) return 0;
+  const Vec3 contact = contact_world_m();
+  if (body_.contact_by_templates()) return beneath_temporary_m(contact);
+  slide_to(contact);
+  const Corners c = body_.view().corners(triangle_);
+  const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
+  return std::max(0.0, (nearest - contact).dot(normal_of_triangle(body_.view(), triangle_)));
+}
+
+}  // namespace sectio

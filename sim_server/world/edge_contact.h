@@ -1,0 +1,146 @@
+// One edge of an instrument at one body: from free motion over contact to penetration and back (paper B, section 2:
+// contact, penetration and termination states).
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "sim_server/collision/front_tracker.h"
+#include "sim_server/instruments/instrument.h"
+#include "sim_server/step/step_io.h"
+#include "sim_server/world/body.h"
+
+namespace sectio {
+
+struct TouchEvent {
+  EventKind kind;
+  std::string_view text = {};  // a constant
+};
+
+class EdgeContact {
+ public:
+  // `stroke_id` is the tool_id that cutting knows the edge by. Not every body can be cut.
+  EdgeContact(std::uint32_t stroke_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts);
+
+  // Before planning: where the poses since the last step lead. `poses` may be empty: the instrument rests.
+  void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
+  // What this instrument wants of plan_cut().
+  void plan(std::span<const JointPose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
+  // What became of it.
+  void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
+  // It holds the body, and so presses it no more.
+  void let_go();
+  // These triangles are not what they were, or gone with a part that came off: what was done to that has ended.
+  void surface_changed(std::span<const TriangleId> changed);
+  // Cuts, or looks for where to: temporary elements must be gone before plan().
+  bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
+  // Where it presses on a body with contact templates, the most important first.
+  std::span<const ContactPoint> contact_points() const { return contact_points_; }
+  // The particles that have been made of these.
+  void hold_particles(std::span<const HeldParticle> held);
+  // What holds or presses the surface in this step; nothing while free or cutting.
+  std::span<const PointConstraint> constraints() const { return constraints_; }
+  // After the step: the reaction of the constraints together.
+  void deformed(const Reaction& reaction, double step_s);
+
+  ContactState state() const;
+  const Vec3& force_on_tool_n() const { return force_n_; }
+  // The surface point that the instrument is at, and the normal there; nothing while free.
+  bool surface_known() const { return phase_ != Phase::free; }
+  const Vec3& point_world_m() const { return point_; }
+  const Vec3& normal_world() const { return normal_; }
+  // Of what presses beneath the surface, after the step: to the nearest triangle, whatever the constraint was.
+  double penetration_m();
+  ContactGap gap();
+  std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
+  std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
+
+  // Since the last call.
+  std::vector<TouchEvent> take_events();
+  double cutting_work_j() const { return cutting_work_j_; }  // so far
+
+ private:
+  static constexpr double kNearM = 0.02;  // an instrument further from the body's box than this is not looked at
+
+  enum class Phase : std::uint8_t {
+    free,
+    pressing,   // a point of the instrument dents the surface
+    cutting,    // a stroke follows the blade
+    searching,  // in the tissue, but the surface led elsewhere: where does the blade enter?
+    spent,      // a cut has just ended here; no new one until the instrument has gone on
+  };
+
+  bool near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const;
+  void look_for_contact(const ToolContact& contact);
+  std::optional<SurfaceHit> edge_reaching_in(const ToolContact& contact, const InstrumentShape& shape) const;
+  // At a point of the line between two corners.
+  void press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along, bool at_tip);
+  Vec3 contact_world_m() const;
+  void press();
+  void press_with_templates(const Vec3& contact_world_m);
+  std::vector<std::size_t> corners_beside_contact() const;
+  double beneath_temporary_m(const Vec3& contact_world_m) const;
+  void slide_to(const Vec3& contact_world_m);
+  void enter_tissue(const SurfaceHit& hit);
+  void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
+  void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
+  // In the template style; simulation_touch_templates.cpp.
+  static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
+  bool with_templates() const { return body_.stroke_settings.style == CutStyle::templates; }
+  bool sharp_edge_touches(const InstrumentShape& shape) const;
+  bool sharp_edge_presses() const;
+  bool sharp_edge_is_in_slit() const;
+  void begin_with_templates(BladeMotion& motion);
+  void follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
+  Leaf decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
+                         double& cut_length_m);
+  void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
+
+  // A blade that is further from where its cut stands has left it.
+  double left_behind_m() const { return 3 * body_.stroke_settings.join_tolerance_m; }
+  // Is the triangle that a stroke leads into one of a groove's?
+  bool is_on_wall(const Stroke& stroke) const;
+  void cut_along(const Vec3& travel, double length_in_tissue_m);
+  void search();
+  void rest_in_groove();
+  Blade limited_blade(const JointPose& pose, const Vec3& surface_world_m) const;
+  InstrumentShape shape_at(double opening_rad) const;
+  ToolCorners corners_at(const JointPose& pose) const;
+  bool may_enter() const;
+  void set_free();
+
+  std::uint32_t stroke_id_;
+  const InstrumentKind& instrument_;
+  ToolGeometry geometry_;
+  InstrumentState instrument_state_;
+  bool cuts_;
+  Body& body_;
+  RuptureThreshold threshold_;
+  FrontTracker tracker_;
+
+  Phase phase_ = Phase::free;
+  JointPose pose_;
+  double opening_before_rad_ = 0;                 // at the end of the last step
+  std::array<std::size_t, 2> contact_corners_{};  // the point that presses is between these
+  double contact_along_ = 0;
+  bool at_tip_ = false;          // only the tip breaks the surface
+  TriangleId triangle_ = kNone;  // under that point
+  Vec3 bary_ = Vec3::Zero();
+  Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
+  std::vector<PointConstraint> constraints_;
+  std::vector<ContactPoint> contact_points_;
+  std::optional<Entry> entry_;
+  Vec3 force_n_ = Vec3::Zero();
+  double cutting_work_j_ = 0;
+  Vec3 cutting_force_n_ = Vec3::Zero(), smooth_cutting_n_ = Vec3::Zero();
+  Vec3 tip_before_ = Vec3::Zero();  // of the blade
+  double smooth_force_n_ = 0;
+  Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
+  std::uint64_t searches_ = 0;
+  bool has_just_cut_ = false;
+  std::vector<TouchEvent> events_;
+};
+
+}  // namespace sectio

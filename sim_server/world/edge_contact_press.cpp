@@ -1,0 +1,101 @@
+// Pressing with temporary elements, and how close an instrument and the surface are.
+#include <algorithm>
+
+#include "sim_server/surface/indentation/contact_places.h"
+#include "sim_server/world/edge_contact.h"
+#include "sim_server/world/indentation.h"
+
+namespace sectio {
+
+// Paper A, 2.2: the point that presses, and along the instrument from there whatever is beneath the surface.
+void EdgeContact::press_with_templates(const Vec3& contact_world_m) {
+  const MeshDraft surface = original_surface(body_);
+  if (!surface.triangle(triangle_).alive()) {
+    ++searches_;
+    const auto closest = body_.tree().closest(body_.view(), contact_world_m, kNearM);
+    if (!closest) return;
+    triangle_ = original_triangle(body_, closest->triangle);
+    bary_.setConstant(1.0 / 3);
+  }
+  const Pose frame = body_.frame_world(surface.triangle(triangle_).v[0]);
+  normal_ = body_.home_normal_world(surface, surface.triangle(triangle_).v, bary_);
+  const auto to_body = [&](const Vec3& x_world_m) -> Vec3 {
+    return frame.orientation.conjugate() * (x_world_m - frame.position_m);
+  };
+  const SurfacePoint at =
+      seen_along(surface, triangle_, to_body(contact_world_m), frame.orientation.conjugate() * normal_);
+  triangle_ = at.triangle;
+  bary_ = at.bary;
+  normal_ = body_.home_normal_world(surface, surface.triangle(triangle_).v, bary_);
+  const std::span<const ContactPoint> before = body_.contact.points;
+  contact_points_.push_back({contact_place(surface, at, before), contact_world_m, normal_, stroke_id_});
+  ContactLine line{at.triangle, to_body(contact_world_m), {}, frame.orientation.conjugate() * normal_};
+  for (const std::size_t corner : corners_beside_contact()) {
+    line.corner_body_m = to_body(corners_at(pose_).at_world_m[corner]);
+    for (const PlaceOnLine& p : contact_places_along(surface, line, before))
+      contact_points_.push_back({p.place, frame.to_world(p.target_body_m), normal_, stroke_id_});
+  }
+}
+
+// Where lines lead to from the point that presses: from a corner its neighbours, from a side both ends.
+std::vector<std::size_t> EdgeContact::corners_beside_contact() const {
+  if (contact_corners_[0] != contact_corners_[1]) return {contact_corners_[0], contact_corners_[1]};
+  std::vector<std::size_t> beside;
+  for (const auto& [p, q] : kSegmentCorners) {
+    if (instrument_.front_is_virtual && p == 2 && q == 3) continue;
+    if (p == contact_corners_[0]) beside.push_back(q);
+    if (q == contact_corners_[0]) beside.push_back(p);
+  }
+  return beside;
+}
+
+void EdgeContact::hold_particles(std::span<const HeldParticle> held) {
+  for (const HeldParticle& h : held) {
+    if (h.owner != stroke_id_) continue;
+    PointConstraint c = hold(h.vertex, h.target_world_m);
+    c.unilateral = c.sticks = true;
+    c.normal = normal_;
+    constraints_.push_back(c);
+  }
+}
+
+double EdgeContact::beneath_temporary_m(const Vec3& contact_world_m) const {
+  if (constraints_.empty()) return 0;
+  const MeshDraft surface(body_.mesh, body_.particle_view());
+  const SurfacePoint at = nearest_from(surface, surface.incident(constraints_.front().v[0]), contact_world_m);
+  const Corners c = body_.view().corners(at.triangle);
+  const Vec3 nearest = at.bary[0] * c[0] + at.bary[1] * c[1] + at.bary[2] * c[2];
+  return std::max(0.0, (nearest - contact_world_m).dot((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized()));
+}
+
+// Of lines along the surface: those that lead into it have the surface beside them.
+ContactGap EdgeContact::gap() {
+  if (phase_ != Phase::pressing) return {};
+  constexpr int kSamples = 100;
+  constexpr double kAlong = 0.5;   // cosine of a line's angle to the surface
+  constexpr double kLookM = 0.03;  // for the surface, up and down from the line
+  const MeshDraft original = original_surface(body_);
+  const Pose frame = body_.frame_world(original.triangle(triangle_).v[0]);
+  const Eigen::Quaterniond to_body = frame.orientation.conjugate();
+  const auto depth_m = [&](const Vec3& q) {
+    const SurfacePoint home = seen_along(original, triangle_, to_body * (q - frame.position_m), to_body * normal_);
+    return (body_.home_world_m(original.triangle(home.triangle).v, home.bary) - q).dot(normal_);
+  };
+  const Vec3 from = contact_world_m();
+  ContactGap most{depth_m(from), 0};
+  for (const std::size_t corner : corners_beside_contact()) {
+    const Vec3 line = corners_at(pose_).at_world_m[corner] - from;
+    if ((line - line.dot(normal_) * normal_).norm() < kAlong * line.norm()) continue;
+    for (int i = 0; i <= kSamples; ++i) {
+      const Vec3 q = from + i / double{kSamples} * line;
+      if (depth_m(q) < 0.5 * most.depth_m) break;
+      double nearest_m = kLookM;
+      for (const SurfaceHit& hit : body_.tree().hits(body_.view(), q + kLookM * normal_, q - kLookM * normal_))
+        nearest_m = std::min(nearest_m, (hit.point_world_m - q).norm());
+      most.gap_m = std::max(most.gap_m, nearest_m);
+    }
+  }
+  return most;
+}
+
+}  // namespace sectio

@@ -1,0 +1,147 @@
+// An instrument that cuts with templates (paper A, 2.3): its edge may break the surface anywhere along its length, and
+// whatever of it is in the body cuts. Where the edge is in the body is asked of the surface itself; a plane would not
+// do at an edge of the body, or where the blade comes out on the other side.
+#include <algorithm>
+#include <utility>
+
+#include "sim_server/world/edge_contact.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kFarthestBackM = 0.005;  // from where a blade that breaks in sideways is looked for outside the body
+constexpr double kBackStepM = 0.00025;
+constexpr double kCosSharp = 0.5;  // the edge faces the surface within 60 degrees
+
+// Of the segment, with its hits in order: what is inside the body.
+double length_inside_m(const std::vector<SurfaceHit>& hits, double length_m) {
+  double inside = 0, from = 0;
+  bool is_inside = !hits.empty() && !hits.front().entering;
+  for (const SurfaceHit& hit : hits) {
+    if (is_inside && !hit.entering) inside += hit.parameter - from;
+    is_inside = hit.entering;
+    from = hit.parameter;
+  }
+  if (is_inside) inside += 1 - from;
+  return inside * length_m;
+}
+
+}  // namespace
+
+bool EdgeContact::sharp_edge_touches(const InstrumentShape& shape) const {
+  constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2};  // A and C
+  if (!with_templates() || at_tip_ || contact_corners_ != kEdgeCorners) return false;
+  const double along_m = contact_along_ * (shape.c_tool_m - shape.a_tool_m).norm();
+  return along_m <= (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();  // blunt beyond
+}
+
+bool EdgeContact::sharp_edge_presses() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (!sharp_edge_touches(shape)) return false;
+  return !shape.sharp_side_tool || -normal_.dot(pose_.orientation * *shape.sharp_side_tool) >= kCosSharp;
+}
+
+// Its walls are close to both sides of the edge: a blade that is put back where it has cut goes on without breaking in.
+bool EdgeContact::sharp_edge_is_in_slit() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.stroke_settings.cuts_inside) return false;
+  const Vec3 edge = shape.edge_heel_tool_m - shape.edge_tip_tool_m;
+  const Vec3 aside = pose_.orientation * shape.sharp_side_tool->cross(edge).normalized();
+  const Vec3 at = contact_world_m(), reach = body_.stroke_settings.join_tolerance_m * aside;
+  const std::vector<SurfaceHit> hits = body_.tree().hits(body_.view(), at - reach, at + reach);
+  const auto is_wall = [&](bool entering) {
+    return std::ranges::any_of(hits, [&](const SurfaceHit& hit) {
+      return hit.entering == entering && body_.mesh.triangle(hit.triangle).surface == Surface::wall;
+    });
+  };
+  return is_wall(true) && is_wall(false);
+}
+
+// A blade that breaks in sideways comes from outside: the surface that it has pushed in lies between.
+void EdgeContact::begin_with_templates(BladeMotion& motion) {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
+  const SurfaceView view = body_.view();
+  if (!at_tip_ && shape.sharp_side_tool)
+    for (double back_m = kBackStepM; back_m <= kFarthestBackM; back_m += kBackStepM) {
+      Blade outside = motion.path.front();
+      outside.tip_world_m -= back_m * (pose_.orientation * *shape.sharp_side_tool);
+      const CollisionEngine& tree = body_.tree();
+      if (!tree.hits(view, outside.tip_world_m, outside.tip_world_m + length_m * outside.up_world).empty() ||
+          tree.inside(view, outside.tip_world_m))
+        continue;
+      motion.path.insert(motion.path.begin(), outside);
+      break;
+    }
+  sweep_over({}, motion);
+}
+
+Leaf EdgeContact::decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool is_correct_direction,
+                                    Jaws jaws, double& cut_length_m) {
+  const SurfaceView view = body_.view();
+  const CollisionEngine& tree = body_.tree();
+  const auto hits = [&](const Vec3& from_tool_m, const Vec3& to_tool_m) {
+    return tree.hits(view, pose.to_world(from_tool_m), pose.to_world(to_tool_m));
+  };
+  const auto edge = hits(shape.edge_tip_tool_m, shape.edge_heel_tool_m);
+  cut_length_m = length_inside_m(edge, (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm());
+  const Crossings crossings{!hits(shape.a_tool_m, shape.b_tool_m).empty(),
+                            !hits(shape.a_tool_m, shape.c_tool_m).empty(),
+                            !hits(shape.b_tool_m, shape.d_tool_m).empty(), !edge.empty()};
+  return instrument_.decide({crossings, is_correct_direction, jaws});
+}
+
+void EdgeContact::follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses,
+                                        std::vector<BladeMotion>& motions) {
+  const MeshDraft now(body_.mesh, body_.particle_view());
+  point_ = position_of(now, stroke);
+  BladeMotion motion{stroke_id_, {}, false};
+  Vec3 from = point_;
+  double opening_rad = opening_before_rad_;
+  for (const JointPose& pose : poses) {
+    const InstrumentShape shape = shape_at(pose.opening_rad);
+    const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
+    const EdgeInWorld edge = edge_at(shape, pose);
+    const Vec3 travel = edge.tip_world_m - std::exchange(tip_before_, edge.tip_world_m);
+    if (travel.norm() < kNoTravelM && jaws == Jaws::still) continue;
+    const Vec3 at_surface = edge.tip_world_m + (from - edge.tip_world_m).dot(edge.up_world) * edge.up_world;
+    const bool ahead = correct_direction(shape, pose, at_surface - from, edge.up_world);
+    double cut_length_m = 0;
+    const Leaf leaf = decide_by_surface(shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world),
+                                        jaws, cut_length_m);
+    if (leaf == Leaf::cut || (leaf == Leaf::detect_again && ahead)) {
+      if (ahead || (leaf == Leaf::cut && body_.stroke_settings.cuts_inside)) {
+        motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9, Vec3::Zero(),
+                               (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()});
+        from = at_surface;
+      }
+      cut_along(travel, cut_length_m);
+    } else if (leaf == Leaf::detect_again) {  // in what it has opened, or out of it
+      motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > body_.stroke_settings.join_tolerance_m;
+      break;
+    }
+  }
+  if (!motion.path.empty()) sweep_over(stroke.blade, motion);
+  motions.push_back(std::move(motion));
+}
+
+// The triangles that the blade comes near from the pose before to the last one.
+void EdgeContact::sweep_over(const std::optional<Blade>& before, BladeMotion& motion) {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
+  const Blade first = before.value_or(motion.path.front());
+  std::vector<Vec3> points{first.tip_world_m, first.tip_world_m + length_m * first.up_world};
+  std::vector<std::array<std::size_t, 2>> segments{{0, 1}};
+  double reach_m = 0;
+  for (const Blade& blade : motion.path) {
+    const std::size_t n = points.size();
+    reach_m = std::max(reach_m, (blade.tip_world_m - points[n - 2]).norm());
+    points.push_back(blade.tip_world_m);
+    points.push_back(blade.tip_world_m + length_m * blade.up_world);
+    segments.push_back({n, n + 1});
+    segments.push_back({n - 2, n});
+  }
+  body_.tree().near_segments(body_.view(), points, segments, reach_m, motion.active);
+}
+
+}  // namespace sectio

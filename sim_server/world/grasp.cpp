@@ -1,0 +1,244 @@
+#include "sim_server/world/grasp.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "common/core/sort_unique.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kBetweenJawsM = 0.0015;  // a piece whose surface is this close to the tips is between them
+constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold a piece
+constexpr double kFastestM_per_s = 1;     // that tissue follows the hand; no surgeon's is faster
+constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
+constexpr double kBeforeBallM = 0.0005;   // vertices this close to the ball may run into it in a step
+
+Vec3 position_of(const Body& body, VertexId v) {
+  return body.particles.position_world_m[v].head<3>().cast<double>();
+}
+
+// Vertices of triangles that come near a point, ascending.
+std::vector<VertexId> vertices_near(Body& body, const Vec3& at_world_m, double within_m) {
+  std::vector<VertexId> near;
+  Box3 box = body.bounds_world_m();
+  if (box.isEmpty() || box.exteriorDistance(at_world_m) > within_m + kStirredM) return near;
+  constexpr std::array<std::array<std::size_t, 2>, 1> kPoint{{{0, 0}}};
+  std::vector<TriangleId> triangles;
+  body.tree().near_segments(body.view(), std::array{at_world_m}, kPoint, within_m, triangles);
+  for (const TriangleId t : triangles)
+    for (const VertexId v : body.mesh.triangle(t).v)
+      if ((position_of(body, v) - at_world_m).norm() <= within_m) near.push_back(v);
+  sort_unique(near);
+  return near;
+}
+
+}  // namespace
+
+Grasp::Grasp(const ToolSpec& tool)
+    : instrument_(instrument_of(tool.kind)),
+      geometry_(tool.geometry),
+      largest_force_n_(tool.grip_force_n.value_or(instrument_.grip_force_n)),
+      radius_m_(tool.grip_radius_m.value_or(instrument_.grip_radius_m)) {}
+
+bool Grasp::holds(std::uint32_t body_id) const {
+  return std::ranges::find(held_, body_id, &Held::body_id) != held_.end();
+}
+
+std::vector<GraspEvent> Grasp::take_events() {
+  return std::exchange(events_, {});
+}
+
+void Grasp::let_go(std::string_view why) {
+  for (const Held& held : held_) events_.push_back({EventKind::released, held.body_id, why});
+  held_.clear();
+}
+
+// In the frame of the tool three points about its tips, in that of the piece where these are now.
+std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share) const {
+  const ToolGeometry& g = geometry_;
+  const Vec3 up = (g.c_tool_m - g.a_tool_m).stableNormalized(), aside = up.unitOrthogonal();
+  std::vector<Point> points;
+  for (const Vec3& jaw : {up, aside, Vec3(up.cross(aside))}) {
+    Point p;
+    p.at_tool_m = g.a_tool_m + kJawM * jaw;
+    p.at_piece_m = piece.rigid->body.pose_world().to_local(pose_.to_world(p.at_tool_m));
+    p.share = share / 3;
+    points.push_back(p);
+  }
+  return points;
+}
+
+// A loose piece comes before the tissue that it lies in.
+bool Grasp::hold_piece(std::span<const std::unique_ptr<Body>> bodies) {
+  const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
+  double nearest_m = kBetweenJawsM;
+  for (const auto& body : bodies) {
+    if (!body->rigid || body->frozen) continue;
+    const auto closest = body->tree().closest(body->view(), tips, kBetweenJawsM);
+    const double distance_m = body->tree().inside(body->view(), tips) ? 0
+                              : closest                               ? closest->distance_m
+                                                                      : kBetweenJawsM;
+    if (distance_m >= nearest_m) continue;
+    nearest_m = distance_m;
+    held_.assign(1, {body->id, points_of_jaws(*body, 1)});
+  }
+  return !held_.empty();
+}
+
+// Of the nearest body the vertices in the sphere; where its mesh is wider than that, the corners of a triangle.
+void Grasp::hold_tissue(std::span<const std::unique_ptr<Body>> bodies) {
+  const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
+  Body* body = nullptr;
+  std::optional<ClosestSurfacePoint> nearest;
+  for (const auto& b : bodies) {
+    if (b->rigid || b->frozen) continue;
+    const auto closest = b->tree().closest(b->view(), tips, radius_m_);
+    if (!closest || (nearest && nearest->distance_m <= closest->distance_m)) continue;
+    nearest = closest;
+    body = b.get();
+  }
+  if (!body) return;
+  std::vector<VertexId> vertices = vertices_near(*body, tips, radius_m_);
+  if (vertices.empty()) {
+    const auto& corners = body->mesh.triangle(nearest->triangle).v;
+    vertices.assign(corners.begin(), corners.end());
+  }
+  Held held{body->id, {}};
+  for (const VertexId v : vertices)
+    if (!body->engines.deformation->fixed(v))
+      held.points.push_back(
+          {v, Vec3::Zero(), pose_.to_local(position_of(*body, v)), body->engines.deformation->mass_kg(v)});
+  if (held.points.empty()) return;
+  held_.clear();
+  held_.push_back(std::move(held));
+  share_out();
+}
+
+void Grasp::share_out() {
+  double sum = 0;
+  for (const Held& held : held_)
+    for (const Point& p : held.points) sum += p.share;
+  for (Held& held : held_)
+    for (Point& p : held.points) p.share /= sum;
+}
+
+// How far what it holds is behind the hand, in the mean.
+Vec3 Grasp::lag_m(std::span<const std::unique_ptr<Body>> bodies) const {
+  Vec3 lag = Vec3::Zero();
+  for (const Held& held : held_) {
+    const Body& body = *bodies[held.body_id];
+    for (const Point& p : held.points) {
+      const Vec3 at =
+          p.vertex == kNone ? body.rigid->body.pose_world().to_world(p.at_piece_m) : position_of(body, p.vertex);
+      lag += p.share * (pose_.to_world(p.at_tool_m) - at);
+    }
+  }
+  return lag;
+}
+
+void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies) {
+  pose_ = pose;
+  force_on_tool_n_.setZero();
+  pushes_ = false;
+  if (!(instrument_.grip_below_rad > 0)) return;
+  const bool was_open = std::exchange(open_, pose.opening_rad >= instrument_.grip_below_rad);
+  if (open_) let_go("opened");
+  std::erase_if(held_, [&](const Held& held) {
+    const bool gone = held.points.empty(), frozen = bodies[held.body_id]->frozen;
+    if (gone || frozen) events_.push_back({EventKind::released, held.body_id, gone ? "cut away" : "frozen"});
+    return gone || frozen;
+  });
+  if (was_open && !open_) {
+    if (!hold_piece(bodies)) hold_tissue(bodies);
+    for (const Held& held : held_) events_.push_back({EventKind::grasped, held.body_id});
+  }
+  if (lag_m(bodies).norm() > radius_m_) let_go("slipped");
+}
+
+std::size_t Grasp::append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
+  const std::size_t before = constraints.size();
+  const auto held = std::ranges::find(held_, body.id, &Held::body_id);
+  if (held == held_.end()) {
+    push_out(body, constraints);
+    return constraints.size() - before;
+  }
+  for (const Point& p : held->points) {
+    const Vec3 at = position_of(body, p.vertex), way = pose_.to_world(p.at_tool_m) - at;
+    const double furthest_m = kFastestM_per_s * step_s;
+    constraints.push_back(hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way));
+    constraints.back().largest_force_n = p.share * largest_force_n_;
+  }
+  return constraints.size() - before;
+}
+
+void Grasp::push_out(Body& body, std::vector<PointConstraint>& constraints) const {
+  const double radius_m = geometry_.sphere_radius_m;
+  if (!(radius_m > 0)) return;
+  const Vec3 centre = pose_.to_world(geometry_.a_tool_m);
+  for (const VertexId v : vertices_near(body, centre, radius_m + kBeforeBallM)) {
+    const Vec3 from = position_of(body, v) - centre;
+    const Vec3 out = from.isZero(0) ? Vec3(-Vec3::UnitZ()) : Vec3(from.normalized());
+    PointConstraint c = hold(v, centre + radius_m * out);
+    c.unilateral = c.sticks = c.stops = true;
+    c.normal = -out;
+    constraints.push_back(c);
+  }
+}
+
+std::size_t Grasp::append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& grips) const {
+  const std::size_t before = grips.size();
+  for (const Held& held : held_) {
+    if (!bodies[held.body_id]->rigid) continue;
+    const Pose& piece = bodies[held.body_id]->rigid->body.pose_world();
+    for (const Point& p : held.points)
+      grips.push_back(
+          {held.body_id, piece.to_world(p.at_piece_m), pose_.to_world(p.at_tool_m), p.share * largest_force_n_});
+  }
+  return grips.size() - before;
+}
+
+void Grasp::felt(std::span<const Reaction> reactions) {
+  for (const Reaction& reaction : reactions) {
+    force_on_tool_n_ += reaction.force_on_tool_n;
+    pushes_ |= reaction.active;
+  }
+}
+
+void Grasp::topology_changed(std::uint32_t body_id, const TopologyDelta& delta) {
+  const auto held = std::ranges::find(held_, body_id, &Held::body_id);
+  if (held == held_.end()) return;
+  const auto changed = [&](const Point& p) {
+    return p.vertex != kNone && (p.vertex >= delta.vertex_slots_after ||
+                                 std::ranges::binary_search(delta.vertices, p.vertex, {}, &VertexEdit::id));
+  };
+  if (std::erase_if(held->points, changed) > 0) share_out();
+}
+
+void Grasp::part_left(std::uint32_t parent_id, const Body& part, std::span<const VertexId> vertex_from) {
+  const auto held = std::ranges::find(held_, parent_id, &Held::body_id);
+  if (held == held_.end()) return;
+  std::map<VertexId, VertexId> slot_in_part;
+  for (VertexId v = 0; v < vertex_from.size(); ++v) slot_in_part[vertex_from[v]] = v;
+  Held taken{part.id, {}};
+  double share = 0;
+  std::erase_if(held->points, [&](Point p) {
+    const auto in_part = slot_in_part.find(p.vertex);
+    if (in_part == slot_in_part.end()) return false;
+    p.vertex = in_part->second;
+    share += p.share;
+    taken.points.push_back(p);
+    return true;
+  });
+  if (taken.points.empty()) return;
+  if (part.rigid) taken.points = points_of_jaws(part, share);
+  if (held->points.empty()) {
+    events_.push_back({EventKind::released, parent_id, "what it holds came off"});
+    held_.erase(held);
+  }
+  events_.push_back({EventKind::grasped, part.id, "came off"});
+  held_.push_back(std::move(taken));
+}
+
+}  // namespace sectio

@@ -1,0 +1,89 @@
+// What the tips of one instrument do to what is between them or around them (paper C, 3.1). A ball about the tips
+// pushes vertices out to its surface and stops them there. Jaws that close hold what is in a slightly larger sphere, a
+// loose piece or the points of the tissue: these follow the hand by a force that has a cap, and not faster than hands
+// are, so that no motion brings more energy than the cap times the way of the tissue. What is pulled further than the
+// sphere's radius slips out.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "sim_server/instruments/instrument.h"
+#include "sim_server/step/step_io.h"
+#include "sim_server/world/body.h"
+
+namespace sectio {
+
+// Jaws hold a point of a piece.
+struct GraspConstraint {
+  std::uint32_t body_id = 0;
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 to_world_m = Vec3::Zero();  // where it should be
+  double largest_force_n = 0;
+};
+
+struct GraspEvent {
+  EventKind kind;  // grasped, released
+  std::uint32_t body_id;
+  std::string_view text = {};  // why; a constant
+};
+
+class Grasp {
+ public:
+  explicit Grasp(const ToolSpec& tool);
+
+  // At the beginning of a step: closes, opens or loses what it held. The instrument is at `pose` from then on.
+  void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies);
+  // Of a body that deforms: what it wants of its points in this step, appended; returns how many.
+  std::size_t append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
+  // The same of rigid pieces.
+  std::size_t append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& grips) const;
+  // What came of these.
+  void felt(std::span<const Reaction> reactions);
+
+  // A body has changed: vertices that are new or gone are not held.
+  void topology_changed(std::uint32_t body_id, const TopologyDelta& delta);
+  // A part came off; by vertex its slot in the parent. Before the change of the parent.
+  void part_left(std::uint32_t parent_id, const Body& part, std::span<const VertexId> vertex_from);
+
+  bool holds(std::uint32_t body_id) const;
+  // Does it hold or push anything?
+  bool is_at_work() const { return !held_.empty() || pushes_; }
+  const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // of this step
+  std::vector<GraspEvent> take_events();                            // since the last call
+
+ private:
+  struct Point {
+    VertexId vertex = kNone;  // of tissue; of a rigid piece none
+    Vec3 at_piece_m = Vec3::Zero();
+    Vec3 at_tool_m = Vec3::Zero();
+    double share = 0;  // of the force, of all points 1
+  };
+  struct Held {
+    std::uint32_t body_id = 0;
+    std::vector<Point> points;
+  };
+
+  bool hold_piece(std::span<const std::unique_ptr<Body>> bodies);
+  void hold_tissue(std::span<const std::unique_ptr<Body>> bodies);
+  std::vector<Point> points_of_jaws(const Body& piece, double share) const;
+  void push_out(Body& body, std::vector<PointConstraint>& constraints) const;
+  Vec3 lag_m(std::span<const std::unique_ptr<Body>> bodies) const;
+  void share_out();
+  void let_go(std::string_view why);
+
+  const InstrumentKind& instrument_;
+  ToolGeometry geometry_;
+  double largest_force_n_, radius_m_;
+  JointPose pose_;
+  bool open_ = false;  // since when there is a pose
+  std::vector<Held> held_;
+  bool pushes_ = false;
+  Vec3 force_on_tool_n_ = Vec3::Zero();
+  std::vector<GraspEvent> events_;
+};
+
+}  // namespace sectio

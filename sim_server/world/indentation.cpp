@@ -1,0 +1,110 @@
+#include "sim_server/world/indentation.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+// A particle that was let go is home when it has been slower than this against its face for so long: even a vibration
+// of 10 Hz is then below 0.01 mm.
+constexpr double kStillMPerS = 5e-4;
+constexpr double kStillS = 0.02;
+
+bool moves(const MeshDraft& now, const MeshDraft& original, const TemporaryContact& contact, std::size_t i) {
+  const Vec3 of_face = state_at(original, contact.points[i].place).velocity_world_m_per_s;
+  return (now.state(contact.particles[i]).velocity_world_m_per_s - of_face).norm() > kStillMPerS;
+}
+
+// What was let go and is not home yet.
+std::vector<ContactPoint> on_the_way_home(Body& body, std::span<const ContactPoint> pressed, double step_s) {
+  std::vector<ContactPoint> left;
+  const TemporaryContact& contact = body.contact;
+  if (contact.points.empty()) return left;
+  const MeshDraft now(body.mesh, body.particle_view());
+  const MeshDraft original = original_surface(body);
+  const auto presses = [&](std::uint32_t owner) {
+    return std::ranges::any_of(pressed, [&](const ContactPoint& p) { return p.owner == owner; });
+  };
+  for (std::size_t i = 0; i < contact.points.size(); ++i) {
+    ContactPoint p = contact.points[i];
+    if (presses(p.owner)) continue;
+    p.presses = false;
+    if (p.owner >= body.still_s.size()) body.still_s.resize(p.owner + 1, 0);
+    double& still_s = body.still_s[p.owner];
+    if (contact.points[i].presses || moves(now, original, contact, i)) still_s = 0;
+    left.push_back(p);
+  }
+  for (std::uint32_t owner = 0; owner < body.still_s.size(); ++owner) body.still_s[owner] += step_s;
+  std::erase_if(left, [&](const ContactPoint& p) { return body.still_s[p.owner] > kStillS; });
+  return left;
+}
+
+bool nothing_new(const TemporaryContact& contact, std::span<const ContactPoint> left) {
+  return std::ranges::equal(contact.points, left, [](const ContactPoint& a, const ContactPoint& b) {
+    return a.owner == b.owner && !a.presses && !b.presses;
+  });
+}
+
+std::optional<TopologyDelta> commit(Body& body, const MeshDraft& draft) {
+  TopologyDelta delta = draft.delta();
+  delta.temporary = true;
+  const bool applied = body.accept_change(delta, draft.seeds());
+  SECTIO_ASSERT(applied, "dividing faces keeps a surface a surface");
+  if (!applied || delta.empty()) return std::nullopt;
+  return delta;
+}
+
+}  // namespace
+
+MeshDraft original_surface(const Body& body) {
+  const MeshDraft now(body.mesh, body.particle_view());
+  if (!body.contact.inverse) return now;
+  std::optional<MeshDraft> original = without(now, body.contact);
+  SECTIO_ASSERT(original.has_value(), "nothing changes a mesh under temporary elements");
+  return original.value_or(now);
+}
+
+TriangleId original_triangle(const Body& body, TriangleId t) {
+  if (!body.contact.inverse) return t;
+  const MeshDraft original = original_surface(body);
+  if (original.triangle(t).alive()) return t;
+  // Temporary particles are few: an original vertex is close by.
+  const MeshDraft now(body.mesh, body.particle_view());
+  std::vector<VertexId> ring(body.mesh.triangle(t).v.begin(), body.mesh.triangle(t).v.end());
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    if (const TriangleId beside = original.incident(ring[i]); beside != kNone) return beside;
+    for (const TriangleId around : now.fan(ring[i])) {
+      const auto& v = body.mesh.triangle(around).v;
+      ring.insert(ring.end(), v.begin(), v.end());
+    }
+  }
+  return kNone;
+}
+
+std::optional<TopologyDelta> press_body(Body& body, std::span<const ContactPoint> points, double step_s,
+                                        std::vector<HeldParticle>& held) {
+  held.clear();
+  std::vector<ContactPoint> all(points.begin(), points.end());
+  const std::vector<ContactPoint> left = on_the_way_home(body, points, step_s);
+  if (points.empty() && nothing_new(body.contact, left)) return std::nullopt;
+  all.insert(all.end(), left.begin(), left.end());
+  MeshDraft draft(body.mesh, body.particle_view());
+  Press pressed = press(draft, body.contact, all, {});
+  if (pressed.change == ContactChange::refused) return release_body(body);
+  held = std::move(pressed.held);
+  return commit(body, draft);
+}
+
+std::optional<TopologyDelta> release_body(Body& body) {
+  if (!body.contact.inverse) return std::nullopt;
+  MeshDraft draft(body.mesh, body.particle_view());
+  const bool released = release(draft, body.contact);
+  SECTIO_ASSERT(released, "nothing changes a mesh under temporary elements");
+  if (!released) return std::nullopt;
+  return commit(body, draft);
+}
+
+}  // namespace sectio

@@ -1,0 +1,57 @@
+#include "sim_server/world/model_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+constexpr std::uint64_t kEnergyEvery = 256;  // steps: it takes about as long as one
+constexpr double kOfLate_s = 0.5;
+constexpr double kMostMargin = 1e9;
+
+}  // namespace
+
+void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbed, double took_s) {
+  const double share = std::min(1.0, std::max(step_s / kOfLate_s, 1.0 / static_cast<double>(++steps_)));
+  processor_s_ += took_s;
+  check_.cpu += share * (took_s / step_s - check_.cpu);
+  check_.asleep = body.asleep();
+  if (check_.asleep) known_ = false;
+  if (body.rigid || body.frozen || check_.asleep) return;
+  const DeformationEngine& deformation = *body.engines.deformation;
+  check_.stability_margin = std::min(kMostMargin, deformation.margin(step_s));
+  check_.residual_m = std::isfinite(deformation.residual_m()) ? deformation.residual_m() : 0;
+  check_.implicit_steps = deformation.implicit_steps();
+  if (disturbed) known_ = false;
+  work_j_ += work_j;
+  if (steps_ % kEnergyEvery != 0) return;
+  const double energy_j = deformation.energy_j(body.shared());
+  if (known_ && std::isfinite(energy_j))
+    check_.energy_gain_j = std::max(check_.energy_gain_j, energy_j - energy_j_ - work_j_);
+  energy_j_ = energy_j;
+  work_j_ = 0;
+  known_ = std::isfinite(energy_j);
+}
+
+void report(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<ModelCheck>& checks, double step_s,
+            StepReport& out) {
+  out.stability_margin = kMostMargin;
+  out.added_mass_fraction = 0;
+  out.bodies_asleep = 0;
+  for (const auto& body : bodies) {
+    out.bodies_asleep += body->asleep();
+    if (body->rigid) continue;
+    const DeformationEngine& deformation = *body->engines.deformation;
+    out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / step_s);
+    out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.added_mass_fraction());
+  }
+  out.checks.clear();
+  out.processor_s.clear();
+  for (const ModelCheck& check : checks) {
+    out.checks.push_back(check.value());
+    out.processor_s.push_back(check.processor_s());
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,38 @@
+// How a body's model keeps to what it was taken for: margin, residual, energy, time.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sim_server/step/step_io.h"
+#include "sim_server/world/body.h"
+
+namespace sectio {
+
+class ModelCheck {
+ public:
+  explicit ModelCheck(const BodySpec& body) {
+    check_.error_estimate = body.plan.error_estimate.value_or(0);
+    check_.cpu_estimate = body.plan.cpu_estimate.value_or(0);
+  }
+
+  // After a step. `work_j` is what instruments have put in; `disturbed`: its topology has changed, something else has
+  // touched it or gravity turned, so that its energy says nothing; `took_s`: the processor's time.
+  void stepped(Body& body, double step_s, double work_j, bool disturbed, double took_s);
+
+  const BodyCheck& value() const { return check_; }
+  double processor_s() const { return processor_s_; }  // so far
+
+ private:
+  BodyCheck check_;
+  std::uint64_t steps_ = 0;
+  double processor_s_ = 0;
+  bool known_ = false;  // energy_j_ is of this body as it is
+  double energy_j_ = 0, work_j_ = 0;
+};
+
+// What a step's report says of its bodies.
+void report(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<ModelCheck>& checks, double step_s,
+            StepReport& out);
+
+}  // namespace sectio

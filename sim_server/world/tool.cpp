@@ -1,0 +1,63 @@
+#include "sim_server/world/tool.h"
+
+namespace sectio {
+namespace {
+
+FitterSpec fitter_spec(const Scene& scene) {
+  FitterSpec f;
+  if (scene.bodies.empty()) return f;
+  const MaterialSpec& m = scene.bodies.front().material;
+  f.prior_stiffness_n_per_m = 2 * m.young_pa / (1 - m.poisson * m.poisson) * m.foundation_radius_m;
+  return f;
+}
+
+}  // namespace
+
+Tool::Tool(std::uint32_t tool_id, const Scene& scene)
+    : fitter(tool_id, fitter_spec(scene)), grip(scene.tools[tool_id]) {}
+
+void Tool::begin_step() {
+  before = pose;
+  poses.clear();
+  continuous = true;
+}
+
+void Tool::take(const ToolSample& sample) {
+  if (pose && sample.sequence <= sequence) return;
+  if (pose && sample.sequence != sequence + 1) continuous = false;
+  if (pose && sample.tool_time_s > time_s)
+    velocity_m_per_s = (sample.pose_world.position_m - pose->position_m) / (sample.tool_time_s - time_s);
+  pose = JointPose{sample.pose_world, sample.opening_rad};
+  sequence = sample.sequence;
+  time_s = sample.tool_time_s;
+  if (before || !poses.empty())
+    poses.push_back(*pose);
+  else
+    before = pose;  // the first one of all: it has not moved yet
+}
+
+ContactStep Tool::contact(double sim_time_s) const {
+  ContactStep step;
+  step.reaction_world_n = grip.force_on_tool_n();
+  if (grip.is_at_work()) {  // what it holds pulls as well as pushes
+    step.state = ContactState::contact;
+    step.point_world_m = pose->position_m;
+    if (step.reaction_world_n.norm() > 0) step.normal_world = step.reaction_world_n.normalized();
+  }
+  step.sim_time_s = sim_time_s;
+  step.tool_time_s = time_s;
+  step.tip_world_m = pose->position_m;
+  step.tip_velocity_world_m_per_s = velocity_m_per_s;
+  return step;
+}
+
+void feel(const EdgeContact& touch, ContactStep& step) {
+  step.reaction_world_n += touch.force_on_tool_n();
+  if (touch.state() <= step.state) return;
+  step.state = touch.state();
+  step.surface_known = touch.surface_known();
+  step.point_world_m = touch.point_world_m();
+  step.normal_world = touch.normal_world();
+}
+
+}  // namespace sectio

@@ -1,0 +1,43 @@
+// What the simulation knows of one instrument: its newest samples and the way that they make in a step, what it holds,
+// and the contact that the hand is told of.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/world/edge_contact.h"
+#include "sim_server/world/grasp.h"
+
+namespace sectio {
+
+struct Tool {
+  Tool(std::uint32_t tool_id, const Scene& scene);
+
+  // A step begins where the last one ended; then its samples, in order of sequence. Old ones are dropped.
+  void begin_step();
+  void take(const ToolSample& sample);
+
+  // As the instrument is in this step, with what its grip feels. It has a pose.
+  ContactStep contact(double sim_time_s) const;
+
+  ContactModelFitter fitter;
+  Grasp grip;
+  std::optional<JointPose> pose;  // of the newest sample
+  double time_s = 0;              // its time stamp
+  std::uint64_t sequence = 0;
+  Vec3 velocity_m_per_s = Vec3::Zero();
+
+  // Of this step.
+  std::optional<JointPose> before;
+  std::vector<JointPose> poses;
+  bool continuous = true;
+  std::size_t grip_constraints = 0;  // on the body that deforms, or on all rigid ones
+};
+
+// What one of the instrument's edges feels of a body goes with the rest: forces add up, the deepest contact counts.
+void feel(const EdgeContact& touch, ContactStep& step);
+
+}  // namespace sectio

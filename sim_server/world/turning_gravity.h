@@ -1,0 +1,40 @@
+// Gravity as the patient feels it, which turns when the table is tilted: by the scene's plan (gravity_changes) and by
+// whoever is in charge of it (StepInput).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim_server/scene/scene.h"
+#include "sim_server/step/step_io.h"
+
+namespace sectio {
+
+class Body;
+
+// One step from `now` towards `target`: turned by max_rad at most, made stronger or weaker by max_m_per_s2 at most.
+// Between opposite directions some way round is taken, always the same. Exactly `target` in the end. No function of
+// libm but square roots: the same bits everywhere.
+Vec3 turned_towards(const Vec3& now, const Vec3& target, double max_rad, double max_m_per_s2);
+
+class TurningGravity {
+ public:
+  explicit TurningGravity(const Scene& scene);
+
+  // What holds in the step that ends at sim_time_s. True when it is another than before; an event for a new target.
+  bool step(const StepInput& input, StepOutput& output);
+  const Vec3& now() const { return now_; }
+  const Vec3& target() const { return target_; }
+
+ private:
+  std::vector<GravityChange> changes_;
+  std::size_t next_ = 0;
+  double max_rad_, max_m_per_s2_;  // in a step
+  Vec3 now_, target_;
+};
+
+// All that deforms feels it from now on, and nothing sleeps through it.
+void feel_gravity(const std::vector<std::unique_ptr<Body>>& bodies, const Vec3& gravity_m_per_s2);
+
+}  // namespace sectio

@@ -1,0 +1,73 @@
+// The step that was stable before a cut is stable after it: mass where elements have become small, and no less step.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/volume/tets/tet_cut.h"
+#include "tests/support/tet_shapes.h"
+
+namespace sectio {
+namespace {
+
+TetMesh cut_block(std::uint32_t seed, int cuts) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  TetTopology volume(test::tet_box(5, 5, 5, Vec3(0.1, 0.1, 0.1)));
+  for (int n = 0; n < cuts; ++n) {
+    const Vec3 at = Vec3(0.05, 0.05, 0.05) + 0.04 * vector(), normal = vector().normalized();
+    const Vec3 u = 0.04 * normal.unitOrthogonal(), w = 0.04 * normal.cross(normal.unitOrthogonal());
+    cut(volume, {{at - u - w, at + u - w, at + u + w, at - u + w}, {}}, {});
+  }
+  return volume.mesh();
+}
+
+VolumeSettings standing(const TetMesh& mesh, double least_part_s) {
+  VolumeSettings settings;
+  settings.least_part_s = least_part_s;
+  for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.z() < 1e-6);
+  return settings;
+}
+
+// Alive 0.2 s later: at rest on its base, nothing faster than a fall.
+template <class Model>
+void expect_alive(Model& model, const TetMesh& mesh) {
+  std::vector<Vec4f> x(mesh.vertices_body_m.size(), Vec4f::Zero()), v = x;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i].head<3>() = mesh.vertices_body_m[i].cast<float>();
+  for (int n = 0; n < 200; ++n) model.step(x, v, {}, {});
+  EXPECT_EQ(model.first_bad_vertex(), kNone);
+  for (const Vec4f& u : v) EXPECT_LT(u.head<3>().norm(), 9.81 * 0.2);
+  EXPECT_LT(model.elastic_energy_j(x), 1e-3 * 6000 * 0.1 * 0.1 * 0.1 * 10);
+}
+
+TEST(AfterCuts, the_solid_keeps_its_step_with_little_mass_added) {
+  const TetSolid whole(cut_block(0, 0), {}, standing(cut_block(0, 0), 0));
+  const double part_s = 0.001 / whole.parts();
+  for (std::uint32_t seed = 0; seed < 6; ++seed) {
+    const TetMesh mesh = cut_block(seed, 2);
+    const TetSolid light(mesh, {}, standing(mesh, 0));
+    TetSolid solid(mesh, {}, standing(mesh, part_s));
+    EXPECT_GT(light.parts(), solid.parts()) << seed;
+    EXPECT_EQ(solid.parts(), whole.parts()) << seed;
+    EXPECT_LT(solid.added_mass_fraction(), 0.2) << seed;
+    expect_alive(solid, mesh);
+  }
+}
+
+TEST(AfterCuts, springs_keep_their_step_too) {
+  const TetSprings whole(cut_block(0, 0), {}, standing(cut_block(0, 0), 0));
+  const double part_s = 0.001 / whole.parts();
+  for (std::uint32_t seed = 0; seed < 6; ++seed) {
+    const TetMesh mesh = cut_block(seed, 2);
+    TetSprings springs(mesh, {}, standing(mesh, part_s));
+    EXPECT_EQ(springs.parts(), whole.parts()) << seed;
+    EXPECT_LT(springs.added_mass_fraction(), 0.3) << seed;
+    expect_alive(springs, mesh);
+  }
+}
+
+}  // namespace
+}  // namespace sectio
