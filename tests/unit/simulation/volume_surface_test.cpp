@@ -34,7 +34,7 @@ struct Cut {
       return false;
     }
     const std::vector<float> nothing(4 * mesh.vertex_slots(), 0.0f);
-    MeshDraft draft(mesh, {nothing.data(), nothing.data()});
+    MeshDraft draft(mesh, {nothing, nothing});
     VolumeSurface::Change slots;
     const auto state = [&](VertexId v) { return VertexState{volume.vertex(v).rest_body_m, {}, {}}; };
     EXPECT_TRUE(surface.plan(
@@ -53,7 +53,7 @@ struct Cut {
       const BoundaryChange change = boundary_change(volume.collapse_change(v, *onto).tetrahedra);
       on_surface += !change.removed.empty();
       const std::vector<float> nothing(4 * mesh.vertex_slots(), 0.0f);
-      MeshDraft draft(mesh, {nothing.data(), nothing.data()});
+      MeshDraft draft(mesh, {nothing, nothing});
       VolumeSurface::Change slots;
       EXPECT_TRUE(surface.plan(
           mesh, change, {}, [](VertexId) { return VertexState(); }, [](const Corners3&) { return Surface::wall; },
