@@ -3,30 +3,16 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
+
+#include "tests/architecture/source_files.h"
 
 namespace sectio {
 namespace {
 
-namespace fs = std::filesystem;
-
-// Path from the root of the sources -> text, of all files with one of these endings (scripts have none).
 std::map<std::string, std::string> files(const std::set<std::string>& endings) {
-  std::map<std::string, std::string> texts;
-  const fs::path root = SECTIO_SOURCE_DIR;
-  for (const char* top : {"common", "idl", "sim_server", "render_client", "device_bridge", "tests", "deploy", ".ci"}) {
-    if (!fs::exists(root / top)) continue;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / top)) {
-      if (!entry.is_regular_file() || !endings.contains(entry.path().extension().string())) continue;
-      std::ifstream in(entry.path());
-      texts[fs::relative(entry.path(), root).generic_string()] = {std::istreambuf_iterator<char>(in), {}};
-    }
-  }
-  return texts;
+  return test::source_files(test::kSourceFolders, endings);
 }
 
 std::string join(const std::vector<std::string>& lines) {

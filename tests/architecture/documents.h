@@ -1,0 +1,123 @@
+// The rules that documents keep, as pure functions of their text: links and paths lead somewhere.
+#pragma once
+
+#include <cctype>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace sectio {
+
+struct Found {
+  int line = 0;
+  std::string text;
+};
+
+// Calls use(number, line) for each line of a document in Markdown that is no code.
+template <class Use>
+void each_line_of_prose(const std::string& markdown, const Use& use) {
+  std::istringstream lines(markdown);
+  int number = 0;
+  bool in_code = false;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.starts_with("```"))
+      in_code = !in_code;
+    else if (!in_code)
+      use(number, line);
+  }
+}
+
+// The targets of [text](target) and ![picture](target) that are no addresses of the web.
+inline std::vector<Found> links(const std::string& markdown) {
+  std::vector<Found> found;
+  each_line_of_prose(markdown, [&](int number, const std::string& line) {
+    for (std::size_t at = line.find("]("); at != std::string::npos; at = line.find("](", at + 2)) {
+      const std::string target = line.substr(at + 2, line.find(')', at) - at - 2);
+      if (target.find("://") == std::string::npos) found.push_back({number, target});
+    }
+  });
+  return found;
+}
+
+// The anchors of a document's headings: lower case, blanks as hyphens, other punctuation left out.
+inline std::set<std::string> anchors(const std::string& markdown) {
+  std::set<std::string> found;
+  each_line_of_prose(markdown, [&](int, const std::string& line) {
+    if (!line.starts_with('#')) return;
+    std::string anchor;
+    for (const char c : line.substr(line.find_first_not_of("# "))) {
+      if (c == ' ')
+        anchor += '-';
+      else if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+        anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    found.insert(anchor);
+  });
+  return found;
+}
+
+// Paths from the root of the sources that a text names, code included: "deploy/scenes/two_organs.yaml", and the folder
+// alone of "deploy/scenes/*.yaml".
+inline std::vector<Found> paths(const std::string& text) {
+  static constexpr std::string_view kTops[] = {"common/", "deploy/",     "device_bridge/", "docs/",
+                                               "idl/",    "sim_server/", "render_client/", "tests/"};
+  const auto in_path = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.' || c == '/' || c == '-';
+  };
+  std::vector<Found> found;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    for (const std::string_view top : kTops)
+      for (std::size_t at = line.find(top); at != std::string::npos; at = line.find(top, at + 1)) {
+        if (at > 0 && in_path(line[at - 1]) && !line.substr(0, at).ends_with("./")) continue;
+        if (at > 2 && line[at - 3] == '.' && line[at - 2] == '.') continue;  // "../", from somewhere else
+        std::size_t end = at;
+        while (end < line.size() && in_path(line[end])) ++end;
+        std::string path = line.substr(at, end - at);
+        if (end < line.size() && (line[end] == '*' || line[end] == '{' || line[end] == '$'))
+          path.resize(path.rfind('/') + 1);
+        while (path.ends_with('.')) path.pop_back();
+        found.push_back({number, path});
+      }
+  }
+  return found;
+}
+
+// Works that a comment cites as "Smith et al. 2018" or "Chen, Liu 2024": the last name before the year, and the year.
+struct Citation {
+  int line = 0;
+  std::string name, year;
+};
+inline std::vector<Citation> citations(const std::string& source) {
+  std::vector<Citation> found;
+  std::istringstream lines(source);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::size_t comment = line.find("//");
+    if (comment == std::string::npos) continue;
+    std::istringstream text(line.substr(comment + 2));
+    std::string name;
+    for (std::string word; text >> word;) {
+      while (!word.empty() && (word.front() == '(' || word.front() == '[')) word.erase(0, 1);
+      const bool is_year = word.size() >= 4 && (word.starts_with("19") || word.starts_with("20")) &&
+                           std::isdigit(static_cast<unsigned char>(word[2])) &&
+                           std::isdigit(static_cast<unsigned char>(word[3])) &&
+                           (word.size() == 4 || !std::isalnum(static_cast<unsigned char>(word[4])));
+      if (is_year && !name.empty()) found.push_back({number, name, word.substr(0, 4)});
+      if (word == "et" || word == "al." || word == "al.,") continue;
+      while (!word.empty() && std::ispunct(static_cast<unsigned char>(word.back()))) word.pop_back();
+      const bool is_name = word.size() > 2 && std::isupper(static_cast<unsigned char>(word[0])) &&
+                           std::islower(static_cast<unsigned char>(word[1]));
+      name = is_name ? word : "";
+    }
+  }
+  return found;
+}
+
+}  // namespace sectio

@@ -1,0 +1,95 @@
+// Documents drift unless something reads them: links, paths, the table of rooms, cited works, the length of the README.
+#include "tests/architecture/documents.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/architecture/source_files.h"
+#include "tests/architecture/walls.h"
+
+namespace sectio {
+namespace {
+
+using test::read_source;
+using test::source_files;
+
+TEST(Documents, the_readme_is_short) {
+  const std::string text = read_source("README.md");
+  EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 150);
+}
+
+TEST(Documents, the_table_of_rooms_is_that_of_the_walls) {
+  std::string table = "| room | holds |\n|---|---|\n";
+  for (const Room& room : rooms())
+    if (room.path.ends_with('/')) table += "| `" + std::string(room.path) + "` | " + std::string(room.holds) + " |\n";
+  const std::string text = read_source("docs/architecture.md");
+  const std::string begin = "<!-- rooms -->\n", end = "<!-- /rooms -->";
+  const std::size_t from = text.find(begin) + begin.size(), to = text.find(end);
+  ASSERT_LE(from, to);
+  EXPECT_EQ(text.substr(from, to - from), table)
+      << "docs/architecture.md: put the table of tests/architecture/walls.h between the marks:\n"
+      << table;
+}
+
+TEST(Documents, every_cited_work_is_among_the_references) {
+  std::string references = read_source("docs/references.md");
+  for (const auto& [letter, ascii] : std::map<std::string, std::string>{{"ü", "ue"}, {"æ", "ae"}, {"ß", "ss"}})
+    for (std::size_t at = references.find(letter); at != std::string::npos; at = references.find(letter))
+      references.replace(at, letter.size(), ascii);
+  std::istringstream lines(references);
+  std::vector<std::string> works;
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("* ")) works.push_back(line);
+  std::size_t checked = 0;
+  for (const auto& [path, text] : source_files(test::kSourceFolders, {".h", ".cpp"}))
+    for (const Citation& c : citations(text)) {
+      EXPECT_TRUE(std::ranges::any_of(works,
+                                      [&](const std::string& work) {
+                                        return work.find(c.name) != std::string::npos &&
+                                               work.find(c.year) != std::string::npos;
+                                      }))
+          << path << ":" << c.line << ": docs/references.md has no work of " << c.name << ", " << c.year;
+      ++checked;
+    }
+  EXPECT_GT(checked, 30u);
+}
+
+TEST(Documents, the_first_words_of_a_scene_say_what_it_shows) {
+  for (const auto& [path, text] : source_files({"deploy"}, {".yaml"})) {
+    std::istringstream lines(text);
+    std::string line;
+    while (std::getline(lines, line) && line.find("$schema") != std::string::npos) {
+    }
+    EXPECT_TRUE(line.starts_with("# ") && line.ends_with('.') && line.size() <= 120) << path << ": " << line;
+  }
+}
+
+// clang-format leaves comments alone, tables among them.
+TEST(Documents, comments_are_no_wider_than_code) {
+  for (const auto& [path, text] : source_files(test::kSourceFolders, {".h", ".cpp"})) {
+    std::istringstream lines(text);
+    int number = 0;
+    for (std::string line; std::getline(lines, line);) {
+      ++number;
+      const bool is_comment = line.find_first_not_of(' ') == line.find("//") && line.find("//") != std::string::npos;
+      if (is_comment) {
+        EXPECT_LE(line.size(), 120u) << path << ":" << number;
+      }
+    }
+  }
+}
+
+TEST(Documents, broken_links_and_strange_works_are_seen) {
+  EXPECT_EQ(links("a [b](c.md#d) ![e](f.png) [web](https://g.org)\n```\n[no](h)\n```\n").size(), 2u);
+  EXPECT_TRUE(anchors("## As much as a scene needs\n").contains("as-much-as-a-scene-needs"));
+  EXPECT_EQ(paths("see `deploy/scenes/*.yaml`").at(0).text, "deploy/scenes/");
+  EXPECT_EQ(paths("in sim_server/nowhere.h.").at(0).text, "sim_server/nowhere.h");
+  EXPECT_TRUE(paths("build/release/bin/deploy/x").empty());
+  EXPECT_EQ(citations("x;  // (Smith et al. 2018, section 4)").at(0).name, "Smith");
+  EXPECT_EQ(citations("// van Oosterom and Strackee 1983).").at(0).name, "Strackee");
+  EXPECT_TRUE(citations("int x = 2018;  // 2000 of them").empty());
+}
+
+}  // namespace
+}  // namespace sectio
