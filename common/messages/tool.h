@@ -13,9 +13,10 @@ namespace sectio {
 struct ToolSample {
   std::uint32_t tool_id = 0;  // index into the scene's tools
   std::uint64_t sequence = 0;
-  double tool_time_s = 0;
+  double tool_time_s = 0;  // by the clock of its source
   Pose pose_world;
-  double opening_rad = 0;  // between the blades of an instrument that has a joint
+  double opening_rad = 0;    // between the blades of an instrument that has a joint
+  std::uint64_t source = 0;  // grows with every start of a bridge; sequence and clock begin anew with it
 };
 
 // Poses that a packet carries: at 1 kHz, four packets in a row must be lost before one pose is.

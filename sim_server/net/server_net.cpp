@@ -14,7 +14,7 @@
 #include "common/dds/endpoint.h"
 #include "common/delta/keyframe.h"
 #include "common/messages/chunks.h"
-#include "sim_server/net/sample_gate.h"
+#include "sim_server/net/sample_deduplicator.h"
 
 namespace sectio {
 
@@ -78,7 +78,7 @@ struct ServerNet::State {
   OtherServers others;
 
   // Simulation's thread.
-  SampleGate gate;
+  SampleDeduplicator deduplicator;
   std::uint64_t damaged_samples = 0;
   std::uint64_t last_gravity_source = 0;
   Clock::time_point next_state{};
@@ -131,7 +131,7 @@ ServerNet::State::State(const ServerNetOptions& options, SceneInfo scene_info, s
       status_writer(participant),
       end_writer(participant),
       others(participant, scene),
-      gate(scene.tools.size()),
+      deduplicator(scene.tools.size()),
       encoder(scene.epoch, scene.step_s, scene.bodies.size()) {
   body_infos = scene.bodies;
   for (TriangleMesh& mesh : meshes) shadows.push_back({std::move(mesh), false, {}});
@@ -325,7 +325,7 @@ void ServerNet::take_samples(std::vector<ToolSample>& samples) {
   wire::ToolPacket message;
   while (state_->tool_reader.take(message)) {
     if (const std::optional<ToolPacket> packet = from_wire(message))
-      state_->gate.accept(*packet, samples);
+      state_->deduplicator.accept(*packet, samples);
     else
       ++state_->damaged_samples;
   }
@@ -360,7 +360,7 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
       s.body_infos.back().name = body.name;
     }
     s.outbox.put(output, world, s.body_infos, step_wall_time_s, due);
-    s.outbox.samples_refused = s.gate.refused() + s.damaged_samples;
+    s.outbox.samples_refused = s.deduplicator.refused() + s.damaged_samples;
     urgent = s.outbox.urgent();
   }
   if (urgent) s.wake.notify_one();

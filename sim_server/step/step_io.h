@@ -15,7 +15,8 @@
 namespace sectio {
 
 struct StepInput {
-  // All samples since the last step, in order of sequence for each tool. The instrument is swept through all of them.
+  // All samples since the last step: each once, for each tool in order of sequence (SampleDeduplicator). The instrument
+  // is swept through all of them.
   std::vector<ToolSample> samples;
   // The session is behind its clock: bodies that no instrument touches stay as they are in this step.
   bool spare_idle_bodies = false;

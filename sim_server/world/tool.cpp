@@ -23,11 +23,13 @@ void Tool::begin_step() {
 }
 
 void Tool::take(const ToolSample& sample) {
-  if (pose && sample.sequence <= sequence) return;
-  if (pose && sample.sequence != sequence + 1) continuous = false;
-  if (pose && sample.tool_time_s > time_s)
+  const bool same_source = pose && sample.source == source;
+  if (pose && !(same_source && sample.sequence == sequence + 1)) continuous = false;
+  if (same_source && sample.tool_time_s > time_s)
     velocity_m_per_s = (sample.pose_world.position_m - pose->position_m) / (sample.tool_time_s - time_s);
+  if (!same_source) velocity_m_per_s.setZero();  // another source has another clock
   pose = JointPose{sample.pose_world, sample.opening_rad};
+  source = sample.source;
   sequence = sample.sequence;
   time_s = sample.tool_time_s;
   if (before || !poses.empty())

@@ -16,7 +16,7 @@ namespace sectio {
 struct Tool {
   Tool(std::uint32_t tool_id, const Scene& scene);
 
-  // A step begins where the last one ended; then its samples, in order of sequence. Old ones are dropped.
+  // A step begins where the last one ended; then its samples, in order.
   void begin_step();
   void take(const ToolSample& sample);
 
@@ -27,6 +27,7 @@ struct Tool {
   Grasp grip;
   std::optional<JointPose> pose;  // of the newest sample
   double time_s = 0;              // its time stamp
+  std::uint64_t source = 0;
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
 

@@ -182,6 +182,19 @@ TEST_F(Programs, a_bridge_that_slept_takes_its_place_again) {
   EXPECT_TRUE(hand->wait_for_next("servers: 1")) << hand->output();
 }
 
+// The first bridge ends with its blade in the tissue. The second one counts its samples from 1 again.
+TEST_F(Programs, a_bridge_that_is_started_again_is_followed_from_its_first_sample_on) {
+  auto sim = server({"--endless", "--export", file("out")}, 0);
+  for (int i = 0; i < 2; ++i) {
+    const auto hand =
+        program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--duration-s", "1.6"}));
+    EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  }
+  sim->send(SIGINT);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+  EXPECT_EQ(json("out/report.json")["run"]["events"]["penetrated"], 2);
+}
+
 TEST_F(Programs, interrupted_the_server_leaves_whole_files_and_says_goodbye) {
   auto sim = server({"--endless", "--export", file("out")});
   auto screen = viewer("screen", {"--no-pictures"});

@@ -4,8 +4,6 @@
 
 #include <limits>
 
-#include "sim_server/net/sample_gate.h"
-
 namespace sectio {
 namespace {
 
@@ -104,40 +102,6 @@ TEST(StateEncoder, positions_that_are_no_numbers_stay_where_they_were) {
   ASSERT_GE(encoder.pieces().size(), 1u);
   EXPECT_EQ(encoder.pieces()[0].piece, 0u);
   EXPECT_LE((encoder.pieces()[0].position_m(3) - before).norm(), 2 * encoder.pieces()[0].quantum_m);
-}
-
-ToolPacket packet_of(std::uint64_t source, std::initializer_list<std::uint64_t> sequences) {
-  ToolPacket packet{source, 0, {}};
-  for (const std::uint64_t sequence : sequences) packet.samples.push_back({0, sequence, 0, {}});
-  return packet;
-}
-
-TEST(SampleGate, each_pose_once_in_order_though_packets_repeat_and_get_lost) {
-  SampleGate gate(1);
-  std::vector<ToolSample> samples;
-  gate.accept(packet_of(1, {1}), samples);
-  gate.accept(packet_of(1, {1, 2}), samples);
-  gate.accept(packet_of(1, {2, 3, 4, 5}), samples);  // two packets were lost, no pose
-  gate.accept(packet_of(1, {2, 3, 4}), samples);     // late
-  gate.accept(packet_of(1, {8, 9}), samples);
-  std::vector<std::uint64_t> sequences;
-  for (const ToolSample& sample : samples) sequences.push_back(sample.sequence);
-  EXPECT_EQ(sequences, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 8, 9}));
-  EXPECT_EQ(gate.lost(), 2u);
-}
-
-TEST(SampleGate, a_restarted_bridge_replaces_the_old_one) {
-  SampleGate gate(1);
-  std::vector<ToolSample> samples;
-  gate.accept(packet_of(1, {100}), samples);
-  gate.accept(packet_of(2, {1}), samples);
-  gate.accept(packet_of(1, {101}), samples);
-  EXPECT_EQ(samples.size(), 2u);
-  EXPECT_EQ(gate.refused(), 1u);
-  ToolPacket unknown = packet_of(2, {2});
-  unknown.tool_id = 1;
-  gate.accept(unknown, samples);
-  EXPECT_EQ(gate.refused(), 2u);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include "common/dds/convert.h"
 #include "common/dds/endpoint.h"
-#include "sim_server/net/sample_gate.h"
+#include "sim_server/net/sample_deduplicator.h"
 #include "tests/support/damage.h"
 #include "tests/support/operation.h"
 
@@ -17,7 +17,7 @@ struct Survived {
 
 void survive(std::uint32_t seed, Survived& survived) {
   test::Operation op(test::organ_scene());
-  SampleGate gate(1);
+  SampleDeduplicator deduplicator(1);
   std::mt19937 random(seed);
   StepInput input;
   for (std::uint64_t i = 1; i <= 3000; ++i) {
@@ -34,7 +34,7 @@ void survive(std::uint32_t seed, Survived& survived) {
     if (decode(bytes, received)) {
       if (const auto valid = from_wire(received)) {
         survived.damaged_ones += damage;
-        gate.accept(*valid, input.samples);
+        deduplicator.accept(*valid, input.samples);
       }
     }
     ASSERT_LE(input.samples.size(), 64u);

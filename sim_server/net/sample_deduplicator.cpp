@@ -1,8 +1,8 @@
-#include "sim_server/net/sample_gate.h"
+#include "sim_server/net/sample_deduplicator.h"
 
 namespace sectio {
 
-void SampleGate::accept(const ToolPacket& packet, std::vector<ToolSample>& samples) {
+void SampleDeduplicator::accept(const ToolPacket& packet, std::vector<ToolSample>& samples) {
   if (packet.tool_id >= tools_.size() || packet.source < tools_[packet.tool_id].source) {
     ++refused_;
     return;
@@ -15,6 +15,7 @@ void SampleGate::accept(const ToolPacket& packet, std::vector<ToolSample>& sampl
     tool.last_sequence = sample.sequence;
     tool.any = true;
     samples.push_back(sample);
+    samples.back().source = packet.source;
   }
 }
 
