@@ -1,4 +1,4 @@
-// What a cutting engine is to the simulation: it plans a step's cuts in one body.
+// The interface of a cutting engine: it plans a step's cuts in one body.
 #pragma once
 
 #include <span>
@@ -12,18 +12,18 @@ class CuttingEngine : public Engine {
  public:
   virtual const StrokeSettings& settings() const = 0;
 
-  // See plan_cut(). The mesh changes only when the simulation accepts the plan. An engine that has data of its own to
-  // cut changes them when it has to follow() the delta that it planned.
+  // See plan_cut(). The mesh changes only when the simulation accepts the plan. An engine that cuts data of its own
+  // changes these data in follow(), when the delta that it planned has been applied.
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) = 0;
 
-  // Instead, in a step in which no instrument is at the body: a little of what can wait. The mesh changes only when the
-  // simulation applies the delta, as with a plan; most are empty.
+  // A small piece of work that can wait for a step in which no instrument is at the body. As with a plan, the mesh
+  // changes only when the simulation applies the delta, which is mostly empty.
   virtual TopologyDelta tidy(const SharedBody&) { return {}; }
-  virtual std::uint64_t edges_collapsed() const { return 0; }  // by that, so far
+  virtual std::uint64_t edges_collapsed() const { return 0; }  // by tidy(), so far
 };
 
-// Cuts surfaces, in the style that the settings say.
+// Cuts surfaces in the style that the settings name.
 class SurfaceCutting final : public CuttingEngine {
  public:
   SurfaceCutting(const StrokeSettings& settings, bool loops_free_islands)

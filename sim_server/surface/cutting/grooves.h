@@ -1,4 +1,4 @@
-// What later cuts have to know about the grooves of a body, and a draft of changes to it.
+// The grooves of a body as later cuts need them, and a draft of changes to them.
 #pragma once
 
 #include <algorithm>
@@ -12,15 +12,16 @@
 
 namespace sectio {
 
-// Where a groove of the template style ends: an edge from the surface down to its bottom, at which both walls meet. A
-// cut goes on from here, or comes here to join the groove. Sides are as for an instrument that came along the groove.
+// The end of a groove of the template style: an edge from the surface down to the groove's bottom, at which both walls
+// meet. The cut goes on from here, and another cut joins the groove here. Left and right are those of an instrument
+// that came along the groove.
 struct CutFront {
   VertexId top = kNone, bottom = kNone;
   bool bottom_on_surface = false;  // the blade came out on the other side
-  // Before the bottom along the trail: a pair, or one vertex twice.
+  // The vertices before the bottom along the trail: a pair, or one vertex twice.
   VertexId before_left = kNone, before_right = kNone;
   Vec3 ahead_body = Vec3::Zero();            // unit, at rest: out of the groove
-  std::optional<VertexState> bottom_at_tip;  // where the bottom is going in the next step; nothing: it is there
+  std::optional<VertexState> bottom_at_tip;  // the bottom's place after the next step; nothing: it is there
 };
 
 struct Grooves {
@@ -28,7 +29,7 @@ struct Grooves {
   std::set<VertexId> bottoms;         // all vertices along the bottoms of grooves
   std::vector<CutFront> fronts;       // of the template style, those that are being cut among them
 
-  // What names one of these vertices; ascending.
+  // Removes everything that names one of these vertices, which ascend.
   void forget(std::span<const VertexId> dead) {
     if (dead.empty()) return;
     const auto gone = [&](VertexId v) { return std::binary_search(dead.begin(), dead.end(), v); };
@@ -40,7 +41,7 @@ struct Grooves {
   }
 };
 
-// Reads fall through; writes stay here until commit(). As with MeshDraft, what is refused is dropped.
+// Reads fall through to the grooves, writes stay in the draft until commit(). A refused cut drops its draft.
 class GrooveDraft {
  public:
   explicit GrooveDraft(const Grooves& base) : base_(base) {}

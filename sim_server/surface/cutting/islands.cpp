@@ -7,7 +7,7 @@
 namespace sectio {
 namespace {
 
-// Breadth-first over skin.
+// A breadth-first search over skin.
 class SkinSearch {
  public:
   SkinSearch(const MeshDraft& draft, VertexId from) : draft_(draft) {
@@ -19,7 +19,7 @@ class SkinSearch {
   bool contains(TriangleId t) const { return seen_.contains(t); }
   const std::vector<TriangleId>& triangles() const { return order_; }
 
-  // Looks at one more triangle; true when that one belongs to the other search as well.
+  // Expands one more triangle; true when the other search has seen a neighbour of it, too.
   bool expand(const SkinSearch& other) {
     const TriangleId t = order_[next_++];
     if (other.contains(t)) return true;
@@ -37,7 +37,7 @@ class SkinSearch {
   std::size_t next_ = 0;
 };
 
-// Skin that one of the searches has seen whole without meeting the other.
+// The skin that one of two searches has exhausted without meeting the other; empty when they meet.
 std::vector<TriangleId> parted_skin(const MeshDraft& draft, VertexId left, VertexId right) {
   SkinSearch a(draft, left), b(draft, right);
   if (a.empty() || b.empty()) return {};
@@ -50,7 +50,7 @@ std::vector<TriangleId> parted_skin(const MeshDraft& draft, VertexId left, Verte
   return done.triangles();
 }
 
-// With the walls on this side of the bottom: edges between two bottoms are not crossed.
+// The skin with the walls on its side of the bottom: edges between two bottom vertices are not crossed.
 std::unordered_set<TriangleId> with_walls(const MeshDraft& draft, const GrooveDraft& grooves,
                                           std::vector<TriangleId>& region) {
   std::unordered_set<TriangleId> inside(region.begin(), region.end());

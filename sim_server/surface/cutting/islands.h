@@ -16,9 +16,9 @@ struct Island {
   Vec3 bed_normal_world = Vec3::UnitZ();  // towards the island
 };
 
-// `left` and `right` are the halves of a vertex that a cut has just opened. Looks from both sides at once, so the time
-// grows with the smaller side only. Nothing if the skin is still connected, or if the bottom of the groove is no simple
-// loop (the island then stays where it is; the surface is valid all the same).
+// `left` and `right` are the halves of a vertex that a cut has just opened. The search runs from both sides at once, so
+// that its time grows with the smaller side only. Nothing if the skin is still connected, or if the bottom of the
+// groove is no simple loop; the island then stays attached, and the surface is valid.
 std::optional<Island> free_island(MeshDraft& draft, const GrooveDraft& grooves, VertexId left, VertexId right);
 
 }  // namespace sectio

@@ -202,7 +202,7 @@ bool MeshDraft::undo(const TopologyDelta& inverse) {
     if (e.alive && state(e.id).rest_body_m != e.rest_body_m) edit_vertex(e.id).state.rest_body_m = e.rest_body_m;
   if (!exchange(after)) return false;
 
-  // Free lists as they were: dead slots below the old counts are free, those beyond do not exist.
+  // The free lists of before: dead slots below the old counts are free, slots beyond them do not exist.
   vertex_slots_ = inverse.vertex_slots_after;
   triangle_slots_ = inverse.triangle_slots_after;
   for (const TriangleEdit& e : inverse.triangles) {

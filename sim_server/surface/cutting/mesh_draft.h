@@ -1,8 +1,8 @@
-// A draft of changes to a mesh: reads fall through to the mesh, writes stay in the draft until delta() says what they
-// amount to. Planning a cut is therefore a pure function, and a refused cut is a draft that is dropped.
+// A draft of changes to a mesh: reads fall through to the mesh, writes stay in the draft until delta() sums them up.
+// Planning a cut is therefore a pure function, and a refused cut is a draft that is dropped.
 //
-// The draft also holds the state (world position and velocity) of vertices that it adds or moves, because what comes
-// next in the same step has to see them.
+// The draft also holds the state (world position and velocity) of vertices that it adds or moves, because later changes
+// in the same step need them.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct VertexState {
   Vec3 position_world_m = Vec3::Zero();
   Vec3 velocity_world_m_per_s = Vec3::Zero();
 
-  // The same linear combination of all three.
+  // The same linear combination of all three members.
   static VertexState mix(const VertexState& a, const VertexState& b, double s);
   static VertexState mix(const std::array<VertexState, 3>& corners, const Vec3& bary);
 };
@@ -41,7 +41,7 @@ class MeshDraft {
   Vec3 position(VertexId v) const { return state(v).position_world_m; }
   Vec3 rest(VertexId v) const;
 
-  // Triangles around v, counter-clockwise; begins anywhere. Empty if v is dead.
+  // The triangles around v, counter-clockwise from any of them on. Empty if v is dead.
   std::vector<TriangleId> fan(VertexId v) const;
   // The triangle on whose rim the directed edge from -> to lies; kNone if there is none.
   TriangleId triangle_of_edge(VertexId from, VertexId to) const;
@@ -52,8 +52,8 @@ class MeshDraft {
   VertexId add_vertex(const VertexState& state);
   void move_vertex(VertexId v, const VertexState& state);
 
-  // Exchanges triangles; the new ones take the slots of the old, then free ones. Vertices that lose their last triangle
-  // die. False, and the draft is not to be used any more, when the hole is not filled exactly.
+  // Replaces triangles; new ones take the slots of old ones, then free slots. Vertices that lose their last triangle
+  // die. False when the hole is not filled exactly; the draft must then be dropped.
   [[nodiscard]] bool replace(std::span<const TriangleId> removed, std::span<const Triangle> added);
 
   // Takes back an earlier delta, given its inverse.
@@ -63,7 +63,7 @@ class MeshDraft {
   void mark();
   TopologyDelta inverse_since_mark() const;
 
-  // What has changed against the mesh; empty() if nothing.
+  // The difference to the mesh; empty() if there is none.
   TopologyDelta delta() const;
   // Vertices whose state has to be set once the delta is applied, in ascending order of slot.
   std::vector<std::pair<VertexId, VertexState>> seeds() const;

@@ -31,7 +31,7 @@ StrokeEnd follow(MeshDraft& draft, Stroke& stroke, const BladeMotion* motion, Gr
   return motion->lift ? StrokeEnd::lifted : StrokeEnd::going;
 }
 
-// Carries an entry over to the surface without temporary subdivisions: they lie in the cells of the strokes.
+// Moves an entry to the surface without temporary subdivisions, which lie in the cells of the strokes.
 bool carry_over(Entry& e, const MeshDraft& with_temporaries, const MeshDraft& without,
                 std::span<const Stroke> strokes) {
   const Triangle found = with_temporaries.triangle(e.triangle);
@@ -49,7 +49,7 @@ bool carry_over(Entry& e, const MeshDraft& with_temporaries, const MeshDraft& wi
   return at.triangle != kNone;
 }
 
-// All strokes of a body at once; one that can't be continued validly makes the whole attempt fail: why.
+// Advances all strokes of a body at once. A stroke that has no valid continuation makes the attempt fail: the reason.
 std::optional<std::string_view> attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts,
                                         std::span<const Entry> entries, std::span<const BladeMotion> motions,
                                         const StrokeSettings& settings, bool loops_free_islands) {
@@ -114,7 +114,7 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
     plan.seeds = draft.seeds();
     return plan;
   }
-  // Refused whole: the mesh stays; cuts that were under way end with what is open now.
+  // The whole step is refused: the mesh stays, and cuts that were under way end with their present opening.
   CutPlan refusal(cuts);
   refusal.refused = 1;
   for (Stroke s : cuts.strokes) {

@@ -1,4 +1,4 @@
-// Planning a step's cuts in one body: a pure function from the mesh, the state and the instruments' motion to a delta.
+// Plans a step's cuts in one body: a pure function from the mesh, the state and the instruments' motion to a delta.
 #pragma once
 
 #include <span>
@@ -12,27 +12,27 @@
 
 namespace sectio {
 
-// What one instrument does in this body in this step.
+// The motion of one instrument in this body in this step.
 struct BladeMotion {
   std::uint32_t tool_id = 0;
   std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
   bool lift = false;        // the cut ends here, whatever the path
-  // Triangles that the blade sweeps over, as the collision engine found them: for cutting with templates.
+  // The triangles that the blade sweeps over, as the collision engine found them; used by cutting with templates.
   std::vector<TriangleId> active = {};
   Pose frame_world = {};  // where the body's shape at rest is, for the same
 };
 
-// Nothing when the instrument does nothing here.
+// Null when the instrument does nothing here.
 const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id);
 
-// Where an instrument breaks the surface: as the collision engine found it, used as it is.
+// The point at which an instrument breaks the surface, as the collision engine found it.
 struct Entry {
   std::uint32_t tool_id = 0;
   TriangleId triangle = kNone;
   Vec3 bary = Vec3::Constant(1.0 / 3);
 };
 
-// The cuts of one body: changed only by accepting a plan.
+// The cuts of one body. Only accept() changes them.
 struct BodyCuts {
   Grooves grooves;
   std::vector<Stroke> strokes;                   // one an instrument that is in the tissue, in either style
@@ -62,19 +62,20 @@ struct CutPlan {
   GrooveDraft grooves;
 };
 
-// `entries` begin new strokes. Every temporary subdivision is undone, the cuts advance, what goes on is opened again.
+// Undoes every temporary subdivision, begins a stroke for each entry, advances all strokes, and opens those that go on
+// up to their blades, temporarily.
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands);
 
-// The same with templates (paper A); plan_cut() calls it when the settings say so. A stroke that is refused ends with
-// what is open; the others go on. A stroke of this style shows in CutPlan::strokes as one that only touches: where the
-// instrument is, in `touched` and `bary`.
+// The same with templates (paper A); plan_cut() calls it when the settings ask for it. A stroke that is refused ends
+// and keeps its opening; the others go on. CutPlan::strokes shows a stroke of this style as one that only touches, with
+// the place of the instrument in `touched` and `bary`.
 CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
                             std::span<const Entry> entries, std::span<const BladeMotion> motions,
                             const StrokeSettings& settings);
 
-// Applies the plan's delta and takes over its strokes. When the delta can't be applied the mesh is as before, and the
-// strokes end where they are: true or false.
+// Applies the plan's delta and adopts its strokes. False when the delta can't be applied: the mesh is as before, and
+// the strokes end where they are.
 bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts);
 
 }  // namespace sectio

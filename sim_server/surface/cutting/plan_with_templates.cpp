@@ -6,7 +6,7 @@
 namespace sectio {
 namespace {
 
-// A step's share in the smoothed displacement of the tissue: lips that draw back do not shake the blade's path.
+// The share of one step in the smoothed displacement of the tissue, so that lips that draw back don't shake the path.
 constexpr double kFollows = 0.02;
 
 TemplateSettings template_settings(const StrokeSettings& s) {
@@ -19,7 +19,7 @@ TemplateSettings template_settings(const StrokeSettings& s) {
   return t;
 }
 
-// The triangles that there are of those named, and those around the corners of the first ones.
+// The triangles of a list that are alive, and the triangles around the corners of `entry`.
 std::vector<TriangleId> alive_around(const MeshDraft& draft, const Triangle& entry) {
   std::vector<TriangleId> result;
   for (const VertexId v : entry.v)
@@ -40,7 +40,7 @@ Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
   return x;
 }
 
-// How others see it.
+// The stroke as the rest of the simulation sees it: a place on the surface.
 Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
   Stroke seen;
   seen.tool_id = s.tool_id;
@@ -60,8 +60,8 @@ Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
   return seen;
 }
 
-// How far the tissue at the instrument is from its place at rest, in the frame of the body: where the blade is in the
-// tissue, it would be there in the body at rest. Around the top the mean of the skin, which shakes less than a vertex.
+// The displacement of the tissue at the instrument from its place at rest, in the frame of the body; it takes the blade
+// to the body at rest. The mean over the skin around the top of the cut shakes less than one vertex.
 Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const Pose& frame_world) {
   const auto displacement = [&](VertexId v) -> Vec3 { return frame_world.to_local(draft.position(v)) - draft.rest(v); };
   const VertexId top = top_of(s);

@@ -14,8 +14,8 @@ double twice_area(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-// Of a polygon of rim indices, clockwise: cut along the verticals first, then ear after ear, the roundest one first. No
-// wall edge within joins two single vertices: both walls would have it.
+// Triangulates a wall, a clockwise polygon of rim indices: along the verticals first, then ear after ear, the roundest
+// ear first. No inner edge joins two single vertices, because both walls would have that edge.
 class WallDivision {
  public:
   explicit WallDivision(const Slit& slit) : slit_(slit) {}
@@ -49,14 +49,15 @@ class WallDivision {
     }
   }
 
-  // How round: twice the area over the longest side squared; negative when it is not an ear.
+  // Roundness of an ear: twice the area over the longest side squared; negative when it is not an ear.
   double quality(const std::vector<std::size_t>& p, std::size_t i) const {
     const std::size_t n = p.size(), h = p[(i + n - 1) % n], j = p[(i + 1) % n];
     if (!slit_.rim[h].pair() && !slit_.rim[j].pair() && n > 3) return -1e9;
     const double area = -twice_area(at(h), at(p[i]), at(j));
     const double longest =
         std::max({(at(p[i]) - at(h)).squaredNorm(), (at(j) - at(p[i])).squaredNorm(), (at(h) - at(j)).squaredNorm()});
-    // Equal ones, as in a rectangle, are told apart by where they are: the same wherever the cut was interrupted.
+    // Equally round ears, as in a rectangle, are ordered by their place, so that the choice doesn't depend on where the
+    // cut was interrupted.
     const Vec2 aside = (at(p[i]) - at(p[(i + 1) % n]) + at(p[i]) - at(h)) / std::sqrt(std::max(longest, 1e-300));
     double q = longest > 0 ? area / longest - 1e-3 * aside.x() + 1e-4 * aside.y() : 0;
     if (area <= 0) q = std::min(q, 0.0);
@@ -93,7 +94,7 @@ void add_wall(std::vector<Triangle>& out, VertexId a, VertexId b, VertexId c) {
   if (a != b && b != c && c != a) out.push_back({{a, b, c}, Surface::wall});
 }
 
-// Both walls and the bottom.
+// Adds both walls and the bottom.
 void fill(const Slit& slit, std::vector<Triangle>& out) {
   const auto& rim = slit.rim;
   for (const auto& [i, j, k] : WallDivision(slit).run()) {
@@ -109,7 +110,7 @@ void fill(const Slit& slit, std::vector<Triangle>& out) {
   out.insert(out.end(), slit.new_bottoms.begin(), slit.new_bottoms.end());
 }
 
-// One ring of at least three triangles, no neighbour twice, and all triangles that name the vertex are in it.
+// Do all triangles of a vertex form one ring, with at least three triangles and no neighbour twice?
 bool ring_holds(const MeshDraft& draft, VertexId v, std::size_t triangles) {
   const std::vector<TriangleId> fan = draft.fan(v);
   if (fan.size() < 3 || fan.size() != triangles) return false;

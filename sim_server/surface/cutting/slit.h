@@ -1,5 +1,5 @@
-// Opening one region of a cut: its surface points become pairs, two walls and the bottom between them close the hole
-// (paper A, figures 8 to 14). The one topological operation of the template style, on a draft.
+// Opens one region of a cut: its surface points become pairs, and two walls with a bottom between them close the hole
+// (paper A, figures 8 to 14). This is the only topological operation of the template style; it works on a draft.
 #pragma once
 
 #include <utility>
@@ -16,8 +16,8 @@ struct SlitNode {
   Vec2 at = Vec2::Zero();                // in the plane of the sweep
   bool on_surface = false;
   bool bottom_follows = false;  // the edge to the next node is on the trail: bottom faces along it
-  // Of a vertex that was there before and becomes a pair: the path through it, from a neighbour to a neighbour.
-  // Its triangles to the right of that path get the right half.
+  // For an old vertex that becomes a pair: the path through it, from a neighbour to a neighbour. The vertex's triangles
+  // to the right of that path get the right half.
   VertexId path_from = kNone, path_to = kNone;
 
   bool pair() const { return left != right; }
@@ -30,8 +30,8 @@ struct Slit {
   std::vector<Triangle> new_bottoms;                           // in their place, in ids after opening
 };
 
-// Vertices are there already, the path along the surface is one of edges, and pairs have both halves. False, and the
-// draft is not to be used any more, when the result would not be closed, oriented and manifold.
+// The draft has the vertices already, with both halves of each pair, and the path along the surface consists of edges.
+// False when the result would not be closed, oriented and manifold; the draft must then be dropped.
 [[nodiscard]] bool open_slits(MeshDraft& draft, std::span<const Slit> slits);
 
 }  // namespace sectio

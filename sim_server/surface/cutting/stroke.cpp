@@ -18,7 +18,8 @@ std::array<VertexId, 3> corners_of(const Stroke& stroke) {
   return stroke.cell.apex == kNone ? stroke.touched : stroke.cell.corners();
 }
 
-// The corners of where the instrument is. Lips that have drawn apart would shear the cell: its apex is between them.
+// The corners of the cell that the instrument is in. Lips that have drawn apart would shear the cell, so the apex
+// counts as lying between them.
 std::array<VertexState, 3> corner_states(const MeshDraft& draft, const Stroke& stroke) {
   auto c = corner_states(draft, corners_of(stroke));
   if (stroke.temporary_twin != kNone && stroke.cell.rim.size() == 2)
@@ -31,7 +32,7 @@ VertexState state_at(const MeshDraft& draft, const Stroke& stroke) {
   return VertexState::mix(corner_states(draft, stroke), stroke.bary);
 }
 
-// The apex has been split: its halves go to where they were.
+// Moves the halves of a split apex to their places before the temporary subdivision was undone.
 void part_lips(MeshDraft& draft, Stroke& stroke, VertexId twin) {
   if (!stroke.lips) return;
   draft.move_vertex(stroke.cell.apex, (*stroke.lips)[0]);
@@ -83,7 +84,7 @@ struct SweepPlane {
   double distance_m = 0;
 };
 
-// Where the plane leaves a triangle that it entered: the one edge that it crosses from right to left.
+// The exit of the plane from a triangle that it entered: the one edge that it crosses from right to left.
 struct Exit {
   int edge = -1;
   double t = 0;  // along the edge
@@ -130,8 +131,8 @@ std::optional<Cell> cell_ahead(const MeshDraft& draft, VertexId apex, VertexId b
   return best;
 }
 
-// Finds the instrument's place again when another cut has changed the cell: as near as the fan of the apex allows.
-// False when nothing is left of the place.
+// Finds the instrument's place again when another cut has changed the cell, as near as the fan of the apex allows.
+// False when nothing is left of the cell.
 bool settle(const MeshDraft& draft, Stroke& stroke) {
   const VertexId apex = stroke.cell.apex;
   if (apex == kNone) return draft.find_triangle(stroke.touched[0], stroke.touched[1], stroke.touched[2]) != kNone;
@@ -206,8 +207,8 @@ class Walk {
     return stroke_.depth_m < settings_.release_depth_m ? StrokeEnd::lifted : StrokeEnd::going;
   }
 
-  // The first point becomes a vertex: an existing one when it is close, else on an edge, else inside the face. At the
-  // end of an older cut, that cut is continued.
+  // Makes the first point a vertex: an existing vertex when one is close, else a new one on an edge, else one inside
+  // the face. At the end of an older cut the stroke continues that cut.
   bool begin() {
     const TriangleId touched = draft_.find_triangle(stroke_.touched[0], stroke_.touched[1], stroke_.touched[2]);
     const Triangle face{stroke_.touched, draft_.triangle(touched).surface};
@@ -237,7 +238,7 @@ class Walk {
     return enter_at(s);
   }
 
-  // The nearest end of a cut, in the triangle or those around it: the instrument may come down beside the end triangle.
+  // The nearest end of a cut in this triangle or the triangles around it: the instrument may come down beside the end.
   VertexId end_within_reach(const Triangle& face, const Vec3& point) const {
     VertexId nearest = kNone;
     double least_m = settings_.join_tolerance_m;
@@ -260,7 +261,8 @@ class Walk {
     return true;
   }
 
-  // Over the rim of the cell: the cut becomes permanent up to there. Over an edge of the apex: only the cell changes.
+  // Leaves the cell. Over the rim, the cut becomes permanent up to there; over an edge of the apex, only the cell
+  // changes.
   StrokeEnd leave(const Exit& exit, Vec3& bary_in) {
     const auto corners = stroke_.cell.corners();
     const VertexId u = corners[static_cast<std::size_t>(exit.edge)];
@@ -364,7 +366,7 @@ class Walk {
     return StrokeEnd::joined;
   }
 
-  // Inside an end triangle of a cut (gray in figure 12), close enough to its end: run into it.
+  // Joins the cut in whose end triangle the instrument is (gray in figure 12), when its end is close enough.
   StrokeEnd join_if_close() {
     const StrokeEnd end = ended_by_depth();
     if (end != StrokeEnd::going || (stroke_.bottom == kNone && stroke_.start == kNone)) return end;
@@ -387,7 +389,7 @@ class Walk {
   bool waits_ = false;
 };
 
-// Pulled into the triangle, so that the subdivision around it has no sliver.
+// A point pulled into the triangle, so that the subdivision around it has no sliver.
 Vec3 inset(const Vec3& bary, double least) {
   Vec3 b = bary.cwiseMax(least);
   return b / b.sum();

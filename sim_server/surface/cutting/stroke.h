@@ -15,17 +15,17 @@
 
 namespace sectio {
 
-// The line that cuts, at one pose: from the tip upwards along the sharp edge (paper B, figure 3: A to C; cautery: D to
-// C).
+// The line of an instrument that cuts, at one pose: from the tip upwards along the sharp edge (paper B, figure 3: A to
+// C; a cautery hook: D to C).
 struct Blade {
   Vec3 tip_world_m = Vec3::Zero();
   Vec3 up_world = Vec3::UnitZ();  // unit
-  double max_depth_m = 1e9;       // of the groove here: what the tissue's thickness leaves
+  double max_depth_m = 1e9;       // largest depth of the groove that the tissue's thickness allows
   Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
   double length_m = 1e9;          // of the sharp edge
 };
 
-// Two ways to cut a surface; a scene chooses.
+// The two ways to cut a surface; a scene chooses one.
 enum class CutStyle : std::uint8_t {
   progressive,  // paper B: the groove follows the tip, its lips are together until springs part them
   templates,    // paper A: openings with widths of their own, through the body if the blade is (template_cut.h)
@@ -40,14 +40,14 @@ struct StrokeSettings {
   double min_depth_m = 3e-4;  // of a groove
   double release_depth_m = -2e-4;  // depth of the tip below which the instrument is lifted
   double join_tolerance_m = 2e-3;
-  bool cuts_inside = false;  // whatever the edge meets in the body, the surface being ahead of it or not
+  bool cuts_inside = false;  // the edge cuts all that it meets in the body, also where no surface is ahead of it
 };
 
 enum class StrokeEnd : std::uint8_t {
   going,    // nothing ended
   lifted,   // the blade is out of the tissue, or through it
   joined,   // ran into the end of a cut
-  lost,     // the surface does not lead to where the instrument is: search anew
+  lost,     // the surface does not lead to the instrument: search anew
   refused,  // no valid subdivision
 };
 
@@ -66,7 +66,7 @@ struct Stroke {
   std::string_view why_refused;                          // for a person
   VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
 
-  // While the temporary subdivision is undone: where the halves of the apex were. The apex is between them as long.
+  // The states of the apex's halves, while the temporary subdivision is undone; the apex is then between them.
   std::optional<std::array<VertexState, 2>> lips;
 
   // The temporary subdivision.
@@ -76,7 +76,7 @@ struct Stroke {
   std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
 };
 
-// Where the instrument is now, by the draft's state of the cell.
+// The place of the instrument, by the draft's state of the cell.
 Vec3 position_of(const MeshDraft& draft, const Stroke& stroke);
 // The same point at rest.
 Vec3 rest_of(const MeshDraft& draft, const Stroke& stroke);
@@ -87,25 +87,25 @@ struct SurfacePoint {
   TriangleId triangle = kNone;
   Vec3 bary = Vec3::Zero();
 };
-// Of the triangles given, the point nearest to another; kNone if there are none.
+// The point of the given triangles that is nearest to a point; kNone if there are no triangles.
 SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m);
 
-// Takes back the temporary subdivision. False when it can't be.
+// Undoes the temporary subdivision. False when the mesh has changed under it.
 bool undo_temporary(MeshDraft& draft, Stroke& stroke);
 
-// Takes the instrument to `blade`, cutting all that lies on the way; the draft must be without the stroke's temporary
-// subdivision. Walks over the surface in the plane of the motion, triangle by triangle: nothing is jumped over.
+// Moves the instrument to `blade` and cuts all that lies on the way, over the surface in the plane of the motion,
+// triangle by triangle, so that no triangle is skipped. The draft must be without the stroke's temporary subdivision.
 StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves,
                   const StrokeSettings& settings);
 
-// Opens the cut up to where the instrument is, temporarily. False when there is no valid subdivision.
+// Opens the cut up to the instrument, temporarily. False when there is no valid subdivision.
 bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, const StrokeSettings& settings);
 
-// The instrument was lifted: what is open stays (figure 10, P4), and the ends can be joined by later cuts.
-// Takes a draft without the temporary subdivision unless the stroke still has it.
+// Ends the stroke of an instrument that was lifted: its opening stays (figure 10, P4), and later cuts can join its
+// ends. Takes a draft without the temporary subdivision unless the stroke still has it.
 bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves);
 
-// The same where the mesh must not change any more. False when nothing of the cut is open.
+// Ends a stroke without a change of the mesh. False when nothing of the cut is open.
 bool keep_what_is_open(Stroke& stroke, GrooveDraft& grooves);
 
 }  // namespace sectio

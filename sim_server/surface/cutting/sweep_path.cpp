@@ -130,7 +130,7 @@ class PathFinder {
   }
 
  private:
-  // An end of a front: a path begins or ends there, in a triangle of its fan.
+  // An end of a front, at which a path begins or ends in a triangle of its fan.
   struct Anchor {
     VertexId vertex = kNone, ridge = kNone;
     bool begins = false;
@@ -138,7 +138,7 @@ class PathFinder {
     TriangleId face = kNone;
   };
 
-  // False when the surface does not lead on from there, or to there.
+  // False when the surface does not lead on from the front, or to it.
   bool anchor(const CutFront& f, SweepRim rim) {
     const bool goes_on = rim == SweepRim::first_pose;
     const TriangleId top = face_at(f, f.top, goes_on, goes_on);
@@ -225,7 +225,7 @@ class PathFinder {
     }
     f.from = anchor_in(id, true);
     f.to = anchor_in(id, false);
-    if (f.from) f.out = edge_opposite(f.triangle, f.from->vertex);  // they count as on the plane
+    if (f.from) f.out = edge_opposite(f.triangle, f.from->vertex);  // both vertices count as on the plane
     if (f.to) f.in = edge_opposite(f.triangle, f.to->vertex);
     const bool anchored = f.from || f.to;
     if (changes != 2 && !anchored) return std::nullopt;

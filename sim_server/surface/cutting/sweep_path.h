@@ -1,9 +1,9 @@
-// Where the plane region that a blade sweeps between two poses crosses a surface: paths over its active faces, each
-// with the points at which it passes from face to face (paper A, 2.3). Pure functions; reads active faces and, to begin
-// at a vertex, the triangles around it.
+// The crossing of a surface with the plane region that a blade sweeps between two poses: paths over active faces, each
+// with the points at which it passes from face to face (paper A, 2.3). Pure functions; they read active faces and, to
+// begin at a vertex, the triangles around that vertex.
 //
-// All of it is in the body's shape at rest, where no wall of a groove hangs into another and nothing moves while a cut
-// rests. Who plans a cut takes the blade there (plan_with_templates.cpp).
+// Paths lie in the body's shape at rest, where no wall of a groove hangs into another and nothing moves while a cut
+// rests. plan_with_templates.cpp takes the blade there.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace sectio {
 
 using Vec2 = Eigen::Vector2d;
 
-// The line that cuts, in the frame of the body at rest.
+// The line of a blade, in the frame of the body at rest.
 struct RestBlade {
   Vec3 tip_body_m = Vec3::Zero();
   Vec3 up_body = Vec3::UnitZ();  // unit, from the tip upwards
@@ -29,14 +29,14 @@ struct RestBlade {
 // trail of the tip to the first pose, up the blade there.
 enum class SweepRim : std::uint8_t { none, first_pose, trail, last_pose };
 
-// The plane of a motion, and the region of it between two poses, above the trail of the tip and without end upwards.
-// Tissue and blade turn, so where the blade stood first need not be a line in the plane: the surface bends towards it.
+// The plane of a motion, and its region between two poses, above the trail of the tip and without end upwards. Tissue
+// and blade turn, so the first pose need not be a line in the plane; the region bends towards it.
 class BladeSweep {
  public:
-  // From a pose.
+  // Sweeps from a pose.
   BladeSweep(const RestBlade& first, const RestBlade& last);
-  // From where a cut has come to: the upper and lower ends of its parts, from above; `tip_first` is at the last of them
-  // or beyond.
+  // Sweeps from the end of a cut, given by the upper and lower ends of its parts, from above; `tip_first` is at the
+  // last of these ends or beyond.
   BladeSweep(std::span<const std::array<Vec3, 2>> parts, const Vec3& tip_first, const RestBlade& last);
 
   double length_m() const { return tip_last_.x() - tip_first_.x(); }  // along the motion
@@ -54,8 +54,8 @@ class BladeSweep {
   };
   std::optional<Clip> clip(const Vec2& a, const Vec2& b) const;
 
-  // A position on the rim as one number that falls when one walks it clockwise: above 2 on the blade of the last pose,
-  // 2 ... 1 on the trail, below 1 on the blade of the first pose.
+  // A position on the rim as one number, which falls clockwise: above 2 on the blade of the last pose, 2 ... 1 on the
+  // trail, below 1 on the blade of the first pose.
   double rim_position(const Vec2& x, SweepRim rim) const;
 
   Vec3 origin, ahead, left, up;  // right-handed, unit: ahead x left = up
@@ -96,7 +96,7 @@ struct PathPoint {
   bool same_place(const PathPoint& o) const { return kind == o.kind && from == o.from && to == o.to; }
 };
 
-// Crossed face: corners, and how much of its crossing is in the region.
+// A crossed face: its corners, and the part of its crossing that is in the region.
 struct PathFace {
   std::array<VertexId, 3> corners{kNone, kNone, kNone};
   int active_edges = 0;
@@ -110,32 +110,32 @@ struct SurfacePath {
   bool closed = false;  // comes round; the last point leads to the first
 };
 
-// What a sweep goes on from and where it is to end.
+// The fronts that a sweep goes on from, and the groove at which it is to end.
 struct SweepEnds {
   std::vector<CutFront> fronts;  // one for each part of the blade's line that is in the body, from above; may be none
   bool may_part = true;          // something may come off
   std::optional<CutFront> target = {};  // of another groove: the last pose lies along it
 };
 
-// Is the front as it was, whatever has been cut since?
+// Is the front as it was, although other cuts may have changed the mesh?
 bool still_there(const MeshDraft& draft, const CutFront& front);
 
-// Between two poses; with fronts, from where the blade stands there.
+// The sweep between two poses; with fronts, it begins at the blade's place there.
 BladeSweep sweep_between(const MeshDraft& draft, const RestBlade& first, const RestBlade& last,
                          std::span<const CutFront> fronts);
 
-// How a triangle has turned: takes directions at rest to the world.
+// The rotation of a triangle: takes directions at rest to the world.
 Mat3 world_from_rest(const MeshDraft& draft, const std::array<VertexId, 3>& corners);
 
-// All paths through the faces given and those that they lead to. Those from the fronts come first; each begins or ends
-// at one. Nothing if the surface does not lead on from the uppermost front, or to the target. Crossings closer to a
-// corner of their edge than snap_ratio of its length go through it; ends of a path are as far inside their faces as
-// `inset`.
+// All paths through the given faces and the faces that these lead to. Paths from the fronts come first; each begins or
+// ends at a front. Nothing if the surface does not lead on from the uppermost front, or to the target. A crossing that
+// is closer to a corner of its edge than snap_ratio of the edge's length goes through the corner; ends of a path are at
+// least `inset` inside their faces.
 std::optional<std::vector<SurfacePath>> sweep_paths(const MeshDraft& draft, const BladeSweep& sweep,
                                                     const SweepEnds& ends, std::span<const TriangleId> active,
                                                     double snap_ratio, double inset);
 
-// A closed path that goes round a hole of the body.
+// Does a closed path go round a hole of the body?
 bool goes_round_a_hole(const SurfacePath& path);
 
 }  // namespace sectio

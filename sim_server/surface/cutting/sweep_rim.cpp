@@ -3,7 +3,7 @@
 namespace sectio {
 namespace {
 
-// Then the body is on the right.
+// In a clockwise rim the body is on the right.
 bool is_clockwise(const Rim& rim) {
   double twice_area = 0;
   for (std::size_t i = 0; i < rim.size(); ++i) {

@@ -1,4 +1,4 @@
-// What a sweep covers inside a body: polygons with the surface's paths above and the trail of the tip below (paper A,
+// The region of a sweep inside a body: polygons with the surface's paths above and the trail of the tip below (paper A,
 // 2.3). Pure functions.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace sectio {
 
-// A corner of it, before it has vertices.
+// A corner of such a polygon, before it has vertices.
 struct RimItem {
   enum class What : std::uint8_t { path, tip_first, tip_last, bottom };
   What what = What::path;
@@ -20,8 +20,8 @@ struct RimItem {
 };
 using Rim = std::vector<RimItem>;  // clockwise
 
-// Every end of a path is followed, clockwise along the rim of the sweep, by the beginning of one. Nothing when this
-// does not come out, as when a path goes round a hole or the surface passes through itself.
+// Joins paths to polygons: clockwise along the rim of the sweep, the beginning of a path follows each end of one.
+// Nothing when beginnings and ends don't alternate, as when a path goes round a hole or the surface crosses itself.
 std::optional<std::vector<Rim>> join_paths(std::span<const SurfacePath> paths, const BladeSweep& sweep);
 
 }  // namespace sectio

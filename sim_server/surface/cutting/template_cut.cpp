@@ -16,7 +16,7 @@ using Kind = PathPoint::Kind;
 
 constexpr double kWidestOpening = 0.4;  // of the way to the nearest vertex beside the path: the rest stays beside it
 
-// What the surface is like at a point of a path, before anything is changed.
+// The surface at a point of a path, before any change.
 struct PathFrame {
   Vec3 normal_body = Vec3::Zero();
   Mat3 world_from_rest = Mat3::Identity();
@@ -27,8 +27,8 @@ class Step {
   Step(MeshDraft& draft, const BladeSweep& sweep, const SweepEnds& ends, const TemplateSettings& settings)
       : draft_(draft), sweep_(sweep), ends_(ends), settings_(settings) {}
 
-  // The order of the paper: templates, then the surface, then the structures inside.
-  // Why there is no valid subdivision; empty: there is.
+  // Works in the order of the paper: templates, then the surface, then the structures inside. Returns why there is no
+  // valid subdivision; empty when there is one.
   std::string_view run(std::vector<SurfacePath> paths, TemplateStep& step) {
     paths_ = std::move(paths);
     for (SurfacePath& path : paths_)
@@ -48,13 +48,13 @@ class Step {
   }
 
  private:
-  // Nothing holds its two sides together.
+  // Does nothing hold the slit's two sides together?
   static bool parts(const Slit& slit) {
     return std::all_of(slit.rim.begin(), slit.rim.end(), [](const SlitNode& node) { return node.pair(); });
   }
   static bool at_front(const PathPoint& p) { return p.ridge != kNone; }
 
-  // A slit needs a pair: where a path has two single ends and nothing between, its middle becomes one.
+  // Gives each path a pair, which a slit needs: the middle of a path with two single ends and no point between.
   static bool prepare(SurfacePath& path) {
     if (path.closed) return path.points.size() >= 3;
     if (path.points.size() < 2) return false;
@@ -96,7 +96,7 @@ class Step {
     return (draft_.rest(f.corners[1]) - a).cross(draft_.rest(f.corners[2]) - a).stableNormalized();
   }
 
-  // A pair of bottom vertices hangs under a point all of whose faces have sides and a bottom of their own.
+  // Does a pair of bottom vertices hang under the point? Yes, if all its faces have sides and a bottom of their own.
   bool has_bottom(std::size_t p, std::size_t i, const std::vector<ActiveFace>& faces) const {
     const SurfacePath& path = paths_[p];
     bool any = false;
@@ -123,7 +123,7 @@ class Step {
     }
   }
 
-  // Nothing but tissue between a point and the trail beneath it.
+  // Is there only tissue between a point and the trail beneath it?
   static bool sees_trail(const Rim& rim, const RimItem& item, double trail_height) {
     const double s = item.at.x(), h = item.at.y();
     if (h <= trail_height) return false;
@@ -149,7 +149,7 @@ class Step {
     }
   }
 
-  // Splits the active faces; afterwards every path is one of edges.
+  // Divides the active faces; afterwards every path consists of edges.
   bool subdivide_faces() {
     vertices_.resize(paths_.size());
     frames_.resize(paths_.size());
@@ -262,7 +262,7 @@ class Step {
     }
   }
 
-  // From the middle of the pair to its left half: half of open_top, square to the path, in the face.
+  // The vector from the middle of the pair to its left half: half of open_top, square to the path, in the face.
   Vec3 opening(const RimItem& r) const {
     const std::vector<VertexId>& v = vertices_[r.path];
     const SurfacePath& path = paths_[r.path];
@@ -313,7 +313,7 @@ class Step {
     return node;
   }
 
-  // Corners inside the body and bottoms. Those that are new are born above the tip's trail.
+  // A corner inside the body, or a bottom. New ones are made above the tip's trail.
   SlitNode inner_node(const Rim& rim, std::size_t i, TemplateStep& step) {
     const RimItem& r = rim[i];
     SlitNode node;
@@ -357,7 +357,7 @@ class Step {
     return node;
   }
 
-  // The front that a path begins or ends at.
+  // The front at which a path begins or ends.
   const CutFront* front_above(const RimItem& top) const {
     const PathPoint& p = paths_[top.path].points[top.point];
     if (!at_front(p)) return nullptr;
@@ -367,8 +367,8 @@ class Step {
     return f != ends_.fronts.end() ? &*f : nullptr;
   }
 
-  // The bottom of the cut so far leads up to the front's: its last face goes, its sides now end on the pair. So does
-  // that of a groove that is joined, seen from the other side.
+  // Joins the bottom of the cut so far: its last face, which led up to the front, is discarded, and its sides now end
+  // on the pair. The bottom of a groove that is joined is treated alike, seen from the other side.
   void continue_bottoms(const Rim& rim, Slit& slit, TemplateStep& step) const {
     for (std::size_t i = 0; i < rim.size(); ++i) {
       const SlitNode& node = slit.rim[i];
@@ -389,7 +389,7 @@ class Step {
     }
   }
 
-  // Where the blade stands now, and where it began: at each of these lines, its parts in the body.
+  // The fronts at the blade's last pose, and at its first: the parts of each of these lines that are in the body.
   void find_fronts(const Rim& rim, const Slit& slit, TemplateStep& step) const {
     const std::size_t n = rim.size();
     for (std::size_t i = 0; i < n; ++i) {

@@ -1,7 +1,7 @@
-// Cutting with templates (paper A, section 2.3): what template_table.h describes, on a draft.
+// Cuts with templates (paper A, section 2.3) on a draft, as template_table.h describes.
 //
 // A knife cut is a sequence of smaller ones (template_stroke.h). One step cuts from one pose of the blade to the next,
-// and hands on what the one after it needs: the front, where the blade stands, and the bottoms that follow it.
+// and hands the front, at which the blade stands, and the bottoms that follow the blade to the step after it.
 //
 //   first step                       next step goes on from the front (T, G): both become pairs, the old bottom face
 //                                    (b- b+ G) is discarded, its sides adjusted
@@ -27,7 +27,7 @@ struct TemplateSettings {
   double open_top_m = 4e-4;     // width of the opening at the surface
   double open_bottom_m = 2e-4;  // and at the bottom
   double right_angle_tolerance_rad = kRightAngleTolerance_rad;
-  // Bottoms are born at this ratio of the tip's depth, not beneath the tip; the next step takes them to where it was.
+  // New bottoms are made at this ratio of the tip's depth; the next step takes them to the tip's place.
   double bottom_at_birth = 0.75;
   double snap_ratio = 0.05;  // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;       // least barycentric coordinate of a path's end inside a triangle
@@ -36,7 +36,7 @@ struct TemplateSettings {
   double patience_m = 0.005;        // a step that can't be made waits until the blade is this far ahead
 };
 
-// How a face was cut, and why so.
+// The template of a face, and the criteria by which it was chosen.
 struct ActiveFace {
   std::array<VertexId, 3> corners{kNone, kNone, kNone};
   AngleClass angle = AngleClass::normal;
@@ -59,15 +59,15 @@ struct TemplateStep {
   TemplateOutcome outcome = TemplateOutcome::nothing;
   std::string_view why;  // refused: for a person
   std::vector<ActiveFace> faces;
-  std::vector<CutFront> fronts;  // where the blade stands now; none: it has left the body, or joined a groove
+  std::vector<CutFront> fronts;  // at the blade; none: it has left the body, or joined a groove
   std::vector<CutFront> starts;  // ends of grooves that begin with this step, where its first pose was
-  TargetStates bottoms_at_tip;   // where the next step takes the bottoms that are new
+  TargetStates bottoms_at_tip;   // places to which the next step takes the new bottoms
   std::set<VertexId> bottoms;    // vertices that are new
 };
 
-// One step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found them;
-// one of each path is enough. With fronts, `first` is the pose there; with a target, `last` lies along it, and the two
-// grooves become one.
+// Cuts one step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found
+// them; one of each path is enough. With fronts, `first` is the pose there; with a target, `last` lies along the
+// target, and the two grooves become one.
 TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const SweepEnds& ends,
                                 std::span<const TriangleId> active, const TemplateSettings& settings);
 

@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
 constexpr double kBeyondM = 1e-3;    // a tip that is out on the other side is this far out, at least
-constexpr double kBackwards = -0.2;  // cosine to the way of a front: a blade that has drawn back does not cut
-constexpr int kMostSteps = 64;       // of its own that one motion is divided into
+constexpr double kBackwards = -0.2;  // cosine to a front: a blade that has drawn back further does not cut
+constexpr int kMostSteps = 64;       // into which one motion is divided
 
-// All of it runs along the plane, in the groove that the blade is in.
+// Does all of a triangle run along the plane, in the groove that the blade is in?
 bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle& t, double within_m) {
   return std::all_of(t.v.begin(), t.v.end(),
                      [&](VertexId v) { return std::abs(sweep.side(draft.rest(v))) <= within_m; });
@@ -89,7 +89,7 @@ LastCrossing last_crossing(const std::vector<SurfacePath>& paths, double min_ste
   return c;
 }
 
-// The middle of the first hole that a path goes round: cut to there, and the hole is open to what has been cut.
+// The middle of the first hole that a path goes round; a cut up to there opens the hole.
 std::optional<double> middle_of_hole(const std::vector<SurfacePath>& paths) {
   std::optional<double> first;
   for (const SurfacePath& path : paths) {
@@ -140,8 +140,8 @@ RestBlade along(const MeshDraft& draft, const CutFront& f) {
   return blade;
 }
 
-// A stroke that begins where a groove ends goes on with that groove. False while it has yet to come to that end: lips
-// that it brushes on the way are not cut.
+// Lets a stroke that begins at the end of a groove go on with that groove. False while the blade has yet to come to
+// that end; lips that it brushes on the way are not cut.
 bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const GrooveDraft& grooves,
                     const TemplateSettings& settings) {
   const BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, {});
@@ -206,7 +206,7 @@ namespace {
 
 enum class Went : std::uint8_t { on, nowhere, left_body, joined, refused };
 
-// One permanent step towards the blade, as far as there is one to make.
+// Makes one permanent step towards the blade, if there is one to make.
 Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, GrooveDraft& grooves,
            const TemplateSettings& settings) {
   SweepEnds ends{stroke.fronts};

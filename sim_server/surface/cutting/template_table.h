@@ -1,7 +1,7 @@
-// Cutting templates of "Virtual Cutting of Anatomical Structures" (paper A, section 2.3) as data: which subdivision an
-// active face gets, and whether a substructure of its own hangs under it. Pure functions.
+// Cutting templates of "Virtual Cutting of Anatomical Structures" (paper A, section 2.3) as data: the subdivision of an
+// active face, and the substructure that hangs under it, if any. Pure functions.
 //
-// How a cut of this style flows (template_cut.h does it):
+// The course of a cut of this style, which template_cut.h makes:
 //
 //   1. Between two poses the blade sweeps a quadrilateral of a plane. Active faces are the triangles that it crosses.
 //      Each is crossed along one segment, so it has two active edges, or one, or none (sweep_path.h).
@@ -10,15 +10,16 @@
 //      body where the face's segment ends.
 //   3. The face is subdivided as its figure says; the points of the path become pairs, open_top apart, square to the
 //      path in the face. Ends of the path stay single.
-//   4. What the sweep covers inside the body is one polygon: surface path above, the trail of the tip below. It becomes
-//      two side walls, divided at the verticals under the path, and bottom faces along the trail, open_bottom wide.
+//   4. The sweep covers a polygon inside the body, with the surface path above and the trail of the tip below. The
+//      polygon becomes two side walls, divided at the verticals under the path, and bottom faces along the trail,
+//      open_bottom wide.
 //      A face with a substructure of its own puts a pair of bottom vertices under the points that it shares with
 //      others of its kind; a face without one (90 degrees and beyond) leaves its points to the neighbour's wall. So the
 //      neighbour is adjusted (figure 11), and beyond 90 degrees the walls end on vertices of the underside, old or new
 //      (figure 13), with no case of its own.
 //
 // Both walls and the bottom come from the same polygon and close exactly the hole that the pairs open: closed by
-// construction, whatever templates meet. What does not fit is refused whole.
+// construction, whatever templates meet. A cut that does not fit is refused whole.
 #pragma once
 
 #include <cstdint>
@@ -34,18 +35,19 @@ enum class AngleClass : std::uint8_t {
   beyond,       // it comes from within: the underside
 };
 constexpr double kRightAngleTolerance_rad = 0.0873;  // 5 degrees on either side of 90
-// Of the angle between the instrument (from its tip upwards) and the face's outward normal, both of any length.
+// The class of the angle between the instrument (from its tip upwards) and the face's outward normal, both of any
+// length.
 AngleClass angle_class(const Vec3& up_body, const Vec3& face_normal_body,
                        double tolerance_rad = kRightAngleTolerance_rad);
 
-// Of the active face.
+// The subdivision of the active face.
 enum class Subdivision : std::uint8_t {
   slit,    // 1 -> 7 with 4 new vertices: both ends of the path and a pair in the middle
   end,     // 1 -> 4 with 3 new vertices: a pair on the active edge, one at the tip
   midway,  // 1 -> 3 with 4 new vertices: a pair on either active edge
 };
 
-// What hangs under it.
+// The structure that hangs under the face.
 enum class Substructure : std::uint8_t {
   none,     // the walls of its neighbour, or of the faces above, close it
   cone,     // as many vertices as instrument vertices are inside: 4 triangles with one, 6 with two

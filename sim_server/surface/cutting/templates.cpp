@@ -21,7 +21,7 @@ VertexId corner_before(const Triangle& t, VertexId v) {
   return t.v[static_cast<std::size_t>((t.corner_of(v) + 2) % 3)];
 }
 
-// Opens the path a - v - b: the right side gets `twin` in place of v, `fill` closes the hole a, twin, b, v.
+// Opens the path a - v - b: the right side gets `twin` in place of v, and `fill` closes the hole a, twin, b, v.
 bool unzip(MeshDraft& draft, VertexId a, VertexId v, VertexId b, VertexId twin, std::span<const Triangle> fill) {
   const std::vector<TriangleId> right = right_of_path(draft, a, v, b);
   if (right.empty()) return false;

@@ -1,9 +1,9 @@
 // Subdivision templates of progressive cutting on a surface (paper B, sections 4 and 5), on a draft.
 //
-// All of them come from two operations that keep a closed manifold closed whatever surrounds them: inserting a vertex
-// (into a face, on an edge, or in the middle of a cell), and unzipping: opening the path a - v - b along two edges of
-// one vertex and filling the hole. So it does not matter whether the surface is skin, the wall of an older groove, or
-// the lip between the two.
+// All templates are made of two operations that keep a closed manifold closed, whatever surrounds them: inserting a
+// vertex (into a face, on an edge, or in the middle of a cell), and unzipping, which opens the path a - v - b along two
+// edges of one vertex and fills the hole. The surface may therefore be skin, the wall of an older groove, or the lip
+// between the two.
 #pragma once
 
 #include <array>

@@ -147,7 +147,7 @@ SurfacePoint seen_along(const MeshDraft& surface, TriangleId start, const Vec3& 
 
 PathPoint contact_place(const MeshDraft& surface, const SurfacePoint& at, std::span<const ContactPoint> before) {
   const Triangle triangle = surface.triangle(at.triangle);
-  // Of the edges close by: one that was active before, otherwise the closest.
+  // Among the edges close by, an edge that was active before is taken, otherwise the closest.
   int edge = -1;
   double least = was_in_face(before, triangle.v) ? kOntoEdge : 0.5 * (kOntoEdge + kOffEdge);
   for (int i = 0; i < 3; ++i) {

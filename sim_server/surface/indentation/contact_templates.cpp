@@ -19,8 +19,8 @@ using Kind = PathPoint::Kind;
 //    / / | \ \          /  \    \          / /   \ \           / /  \\ \     .
 //   B----e----C        B---------C        B---------C         B---------C    .
 //
-// The text counts "four new springs" for two edges as well: those are the halves of the active edges. By Euler's
-// formula three triangles with five corners have two springs within.
+// For two edges the paper's text counts "four new springs", which are the halves of the active edges: by Euler's
+// formula, three triangles with five corners have two springs within.
 constexpr std::array kTemplates{
     ContactTemplate{1, 1, false, "2 left", 2, 4, 4, 1},  ContactTemplate{1, 1, true, "2 left", 1, 2, 1, 1},
     ContactTemplate{1, 0, false, "2 left", 1, 2, 1, 1},  ContactTemplate{2, 0, false, "2 right", 2, 3, 2, 2},
@@ -46,8 +46,8 @@ bool exists(const MeshDraft& draft, const PathPoint& p) {
   return p.kind == Kind::in_face && draft.find_triangle(p.face[0], p.face[1], p.face[2]) != kNone;
 }
 
-// One way to write each place down; away from corners and edges. Points at vertices press on the nearest place beside
-// them: original particles are not moved.
+// Writes each place in one way, away from corners and edges. Points at vertices press on the nearest place beside them,
+// because original particles are not moved.
 void tidy(PathPoint& p, double least_ratio) {
   if (p.kind == Kind::on_edge) {
     p.t = std::clamp(p.t, least_ratio, 1 - least_ratio);
@@ -64,7 +64,7 @@ void tidy(PathPoint& p, double least_ratio) {
                 p.bary[static_cast<int>((first + 2) % 3)]);
 }
 
-// In the face beside an edge, close to a point of it: for a second instrument on the edge.
+// A place in the face beside an edge, close to a point of the edge: for a second instrument on the edge.
 PathPoint beside_edge(const MeshDraft& draft, const PathPoint& p, double ratio) {
   PathPoint q;
   q.kind = Kind::in_face;
@@ -82,7 +82,7 @@ struct Sorted {
   std::vector<std::size_t> particle_of;  // which of them each point asked for has become; kNone: it is not there
 };
 
-// Where two fall together the first is kept; an edge has one particle.
+// Keeps the first of two places that coincide; an edge has one particle.
 Sorted told_apart(const MeshDraft& draft, std::span<const ContactPoint> points, const PressSettings& settings) {
   std::vector<ContactPoint> kept;
   std::vector<Vec3> at;
@@ -116,7 +116,7 @@ Sorted told_apart(const MeshDraft& draft, std::span<const ContactPoint> points, 
   return sorted;
 }
 
-// Where a particle is in a face, as far as it is in it or on its rim.
+// The place of a particle in a face; nothing if it is neither in the face nor on its rim.
 std::optional<Vec3> bary_in(const std::array<VertexId, 3>& face, const PathPoint& p) {
   if (p.kind == Kind::in_face) return p.face == face ? std::optional(p.bary) : std::nullopt;
   Vec3 bary = Vec3::Zero();
@@ -128,7 +128,7 @@ std::optional<Vec3> bary_in(const std::array<VertexId, 3>& face, const PathPoint
   return bary.sum() > 0.999 ? std::optional(bary) : std::nullopt;
 }
 
-// Of what has become of a face, the triangle that a point of it lies in.
+// The triangle of a divided face that holds a point of the face.
 struct Piece {
   TriangleId triangle = kNone;
   Vec3 bary = Vec3::Zero();
@@ -149,7 +149,7 @@ Piece piece_at(const MeshDraft& draft, const PathPoint& p, std::span<const Conta
       for (int i = 0; i < 3; ++i) corners.col(i) = inside.at(piece.v[static_cast<std::size_t>(i)]);
       const double area = corners.determinant();
       if (area < 1e-9) continue;
-      // Areas of p with each side, over the whole: where p is in the piece.
+      // The barycentric coordinates of p in the piece: areas of p with each side, over the whole.
       Vec3 in_piece;
       for (int i = 0; i < 3; ++i) {
         Mat3 part = corners;
@@ -163,7 +163,8 @@ Piece piece_at(const MeshDraft& draft, const PathPoint& p, std::span<const Conta
   return best;
 }
 
-// A face divided from one edge gets the particle of figure 2, joined to four; any other the one of figure 3.
+// Inserts the particle of figure 2, joined to four vertices, in a face divided from one edge; in any other that of
+// figure 3.
 VertexId insert_within(MeshDraft& draft, const PathPoint& p, std::span<const ContactPoint> made,
                        std::span<const VertexId> particles) {
   const VertexState state = state_at(draft, p);
@@ -219,7 +220,7 @@ std::optional<MeshDraft> without(const MeshDraft& draft, const TemporaryContact&
 
 namespace {
 
-// What is pushed is displaced now and held during the step; it has no velocity of its own.
+// Displaces a particle that is pushed; it is then held during the step and has no velocity of its own.
 void displace(VertexState& state, const ContactPoint& p) {
   if (!p.presses || (state.position_world_m - p.target_world_m).dot(p.normal_world) < 0) return;
   state.position_world_m = p.target_world_m;
@@ -245,7 +246,7 @@ void follow(MeshDraft& draft, const MeshDraft& original, TemporaryContact& conta
   contact.points = std::move(points);
 }
 
-// Where a place of the original surface is on the surface with its temporary elements.
+// The state of a place of the original surface, on the surface with temporary elements.
 VertexState state_on(const MeshDraft& now, const TemporaryContact& contact, PathPoint p) {
   tidy(p, 0);
   if (p.kind == Kind::on_edge) {
@@ -264,7 +265,7 @@ VertexState state_on(const MeshDraft& now, const TemporaryContact& contact, Path
   return VertexState::mix({now.state(v[0]), now.state(v[1]), now.state(v[2])}, piece.bary);
 }
 
-// From the original; a particle that stays goes on as it was, others begin on the surface as it is.
+// Makes the templates anew from the original. A particle that stays keeps its state; others begin on the surface.
 bool exchange(const MeshDraft& before, MeshDraft& original, TemporaryContact& contact,
               std::vector<ContactPoint> points) {
   TemporaryContact next;

@@ -1,8 +1,9 @@
 // Deformation templates (paper A, section 2.2, figures 2 and 3): while instruments press, the faces that they touch
 // hold new particles that follow their form; no original particle is moved. Pure functions on a draft.
 //
-// All of it is temporary. What is replaced stays in the inverse (inactive, not deleted); release() puts it back into
-// its slots bit for bit. Particles have their rest positions on the undeformed face, so springs pull them back.
+// Contact templates are temporary. The inverse keeps the elements that they replace (inactive, not deleted), and
+// release() puts these back into their slots bit for bit. Particles have their rest positions on the undeformed face,
+// so that springs pull them back.
 #pragma once
 
 #include <optional>
@@ -26,8 +27,8 @@ struct ContactTemplate {
   int halved = 0;     // springs of active edges that become two
 };
 std::span<const ContactTemplate> contact_templates();
-// At most one tip with one active edge, none with two. With none, one or two. Faces that more of an instrument, or
-// several, touch are divided by the same operations, one particle after the other.
+// There is at most one tip with one active edge, none with two edges, and one or two with no edge. Faces that are
+// touched by more of an instrument, or by several, are divided by the same operations, one particle after the other.
 const ContactTemplate& contact_template_for(int active_edges, int vertices_inside, bool coincident);
 
 struct PressSettings {
@@ -36,12 +37,12 @@ struct PressSettings {
   double least_move = 0.01;   // a contact that slides by less (ratio, as before) leaves the particle's place at rest
 };
 
-// Where an instrument touches the original surface, and where it wants that point of the surface to be.
+// A place of the original surface that an instrument touches, and the point at which the instrument wants it.
 struct ContactPoint {
   PathPoint place;  // on_edge or in_face
   Vec3 target_world_m = Vec3::Zero();
   Vec3 normal_world =
-      Vec3::Zero();         // out of the tissue: what is not further out than the target is left; zero: nothing is
+      Vec3::Zero();         // out of the tissue; points not further out than the target are left alone; zero: none are
   std::uint32_t owner = 0;  // which instrument's
   bool presses = true;      // false: it has let go, the particle is on its way home
 };
@@ -67,24 +68,24 @@ enum class ContactChange : std::uint8_t {
 
 struct Press {
   ContactChange change = ContactChange::displaced;
-  // To be held at their targets for one step; nothing remembers them beyond it. One that instruments share is named
-  // for each of them; the first of an owner belongs to the first of its points.
+  // Particles to hold at their targets for one step; nothing remembers them beyond it. A particle that instruments
+  // share is named once for each of them; the first particle of an owner belongs to the first of the owner's points.
   std::vector<HeldParticle> held;
 };
 
-// The draft as it would be without the contact: what contact points refer to, so that touching the new faces counts as
-// touching the old. Nothing if the mesh has changed under it.
+// The draft without the contact's elements. Contact points refer to it, so that touching the new faces counts as
+// touching the old ones. Nothing if the mesh has changed under the contact.
 std::optional<MeshDraft> without(const MeshDraft& draft, const TemporaryContact& contact);
 
-// Where a place of the original surface is.
+// The state of a place of the original surface.
 VertexState state_at(const MeshDraft& original, const PathPoint& place);
 
-// Presses at the points given: of each instrument in order, the most important first. Those whose face or edge the
-// original surface has no more are left out. Particles that are pushed are put to their targets and stop there.
+// Presses at the given points, ordered by instrument, the most important first. Points whose face or edge the original
+// surface no longer has are left out. Particles that are pushed are put to their targets and stop there.
 Press press(MeshDraft& draft, TemporaryContact& contact, std::span<const ContactPoint> points,
             const PressSettings& settings);
 
-// The face has its shape again. False when the mesh has changed under the contact.
+// Gives the faces their shape back. False when the mesh has changed under the contact.
 [[nodiscard]] bool release(MeshDraft& draft, TemporaryContact& contact);
 
 }  // namespace sectio
