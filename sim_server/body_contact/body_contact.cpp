@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kTouchingM = 1e-6;  // closer, the direction between the points says nothing
+constexpr double kTouchingM = 1e-6;  // closer points have no meaningful direction
 
 Vec3 normal_of(const Corners& c) {
   return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
@@ -22,7 +22,7 @@ void find_contacts(const SurfaceView& one, const SurfaceView& other, const Colli
   std::vector<VertexId> near;
   for (VertexId v = 0; v < one.mesh.vertex_slots(); ++v)
     if (one.mesh.vertex_alive(v) && box.contains(one.positions_world_m[v].cast<double>())) near.push_back(v);
-  // By number, so that it is the same ones from step to step.
+  // Chosen by number, so that the same vertices are probed from step to step.
   const std::size_t stride = std::bit_ceil(near.size() / kMaxProbedVertices + 1);
   for (const VertexId v : near) {
     if (v % stride != 0) continue;

@@ -1,4 +1,4 @@
-// Where two bodies touch: vertices of one in, or close above, the surface of the other.
+// Contacts of two bodies: vertices of one body in, or close above, the surface of the other.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 namespace sectio {
 
 struct BodyContact {
-  VertexId vertex = kNone;  // of the one
+  VertexId vertex = kNone;  // of the first body
   Vec3 point_world_m = Vec3::Zero();
   Vec3 normal_world = Vec3::UnitZ();  // unit, out of the other's surface
   double depth_m = 0;                 // negative: a gap
@@ -17,8 +17,8 @@ struct BodyContact {
 };
 
 constexpr std::size_t kMaxProbedVertices =
-    64;  // of those near the other body: those whose number divides evenly when there are more
-constexpr double kDeepestContactM = 0.005;  // further inside, the nearest surface is anybody's guess
+    64;  // probed at most near the other body; evenly chosen by number when there are more
+constexpr double kDeepestContactM = 0.005;  // deeper contacts have no reliable nearest surface
 
 // Appends contacts of `one`'s vertices at most reach_m above the surface of `other`, in order of vertex. A tree must be
 // up to date. O(vertices of one + probed x log triangles of other).

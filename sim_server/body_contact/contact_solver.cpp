@@ -7,8 +7,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kSlopM = 5e-5;       // of depth that is left alone, so that contacts last
-constexpr double kDepthUndone = 0.2;  // of the rest in one step
+constexpr double kSlopM = 5e-5;       // depth that is left, so that contacts last
+constexpr double kDepthUndone = 0.2;  // share of the remaining depth that one step undoes
 
 // One contact as the solver needs it: v = v_body - v_other + sum_a share_a v_a at its point, J its transpose.
 struct Row {
@@ -16,7 +16,7 @@ struct Row {
   RigidBody* other = nullptr;
   Vec3 u, w;  // across the normal
   double mass_n = 0, mass_u = 0, mass_w = 0;
-  double largest_n_s = 0;     // of a grip
+  double largest_n_s = 0;     // largest impulse of a grip
   double target_m_per_s = 0;  // least velocity apart
   double n = 0;
   Eigen::Vector2d t = Eigen::Vector2d::Zero();
@@ -110,7 +110,7 @@ void solve_contacts(const ContactSides& sides, std::span<const RigidContact> con
 
 namespace {
 
-// Velocities of a body that are only for undoing depths.
+// Velocities that serve only to undo depths.
 struct Drift {
   Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
 };

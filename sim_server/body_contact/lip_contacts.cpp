@@ -11,11 +11,11 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kMostWalls = 128;  // triangles looked at in a search
-constexpr double kAsideM = 0.003;        // lips may have slid by this much
+constexpr double kAsideM = 0.003;        // sideways distance that lips may have slid
 constexpr double kApartAtRestM = 0.001;  // walls further from each other are not of one cut
-constexpr double kBehindAtRestM = 1e-4;  // nor those with tissue between them
+constexpr double kBehindAtRestM = 1e-4;  // walls with tissue of this thickness between them are not of one cut
 constexpr double kReachM = 1e-4;         // a gap that counts as contact
-constexpr double kDeepestM = 0.004;      // further behind, it is somewhere else
+constexpr double kDeepestM = 0.004;      // a deeper vertex is not behind this lip
 constexpr double kFastM_per_s = 0.5;     // lips meet more slowly
 constexpr double kLongestPause = 8;      // steps
 constexpr double kFacing = -0.5;         // cosine of the angle between walls that face each other
@@ -45,7 +45,7 @@ void around(const TriangleMesh& mesh, VertexId v, const Call& call) {
   } while (t != first);
 }
 
-// Of the walls at a vertex, at rest.
+// The mean normal of the walls at a vertex, at rest.
 Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
   Vec3 area = Vec3::Zero();
   around(mesh, v, [&](TriangleId t) {
@@ -79,7 +79,7 @@ void LipContacts::search(const TriangleMesh& mesh) {
       waiting_.pop_front();
     }
     if (v == kNone) {
-      if (i > 0) return;  // one a step in the round
+      if (i > 0) return;  // one vertex of the round a step
       auto it = lips_.lower_bound(next_);
       if (it == lips_.end()) it = lips_.begin();
       if (it == lips_.end()) return;
@@ -93,7 +93,7 @@ void LipContacts::search(const TriangleMesh& mesh) {
   }
 }
 
-// Breadth first over the walls, which hang together at the bottom of the cut.
+// Searches the opposite triangles breadth-first over the walls, which hang together at the bottom of the cut.
 void LipContacts::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) {
   const Vec3& at = mesh.rest_body_m(v);
   const Vec3 normal = wall_normal(mesh, v);
@@ -123,7 +123,7 @@ void LipContacts::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip
   for (std::size_t i = 0; i < std::min(found.size(), kOpposite); ++i) lip.opposite[i] = found[i].second;
 }
 
-// The nearest of the opposite triangles, over or under which the vertex is.
+// Makes a contact with the nearest of the opposite triangles that the vertex is over or under.
 void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip,
                                double step_s) {
   if (lip.pause > 0) return void(--lip.pause);
@@ -149,7 +149,7 @@ void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& 
   if (on == kNone) return;
   const Vec3 away = at - best.point;
   const double above_m = away.dot(facing);
-  if (above_m > kReachM || std::abs(above_m) < 0.7 * away.norm()) return;  // apart, or beside
+  if (above_m > kReachM || std::abs(above_m) < 0.7 * away.norm()) return;  // apart from the triangle, or beside it
   const Corners rest = corners_at_rest(body.mesh, on);
   const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());
@@ -157,7 +157,7 @@ void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& 
   RigidContact contact;
   contact.point_world_m = at;
   contact.normal_world = facing;
-  contact.friction = 0;  // wet
+  contact.friction = 0;  // lips are wet
   contact.depth_m = std::min(0.0, at_rest_m) - above_m;
   const auto& c = body.mesh.triangle(on).v;
   const std::array<std::pair<VertexId, double>, 4> sides{
@@ -184,7 +184,7 @@ void LipContacts::step(const SharedBody& body, const DeformationEngine& deformat
   for (auto& [v, lip] : lips_) find_contact(body, deformation, v, lip, step_s);
   if (contacts_.empty()) return;
   const ContactSides sides{{}, particles_};
-  // An overlap is stopped and not undone: to push it out against the springs would be work that nobody does.
+  // An overlap is stopped but not undone: pushing it out against the springs would add energy.
   solve_contacts(sides, contacts_, {step_s, 10});
   for (const auto& [v, number] : numbers_) {
     const SoftParticle& p = particles_[number];

@@ -1,15 +1,16 @@
 // The lips of a cut don't pass through each other (paper A, 2.3: concave results).
 //
-// Walls that a cut has made lay upon each other while the tissue was whole. So each vertex of a wall keeps the few
-// triangles of the opposite wall that are nearest to it at rest, and after each step of deformation it is seen whether
-// it is behind them: a look at the neighbours, not a search of the body.
+// The two walls of a cut coincided while the tissue was whole. Each vertex of a wall therefore keeps the few triangles
+// of the opposite wall that are nearest to it at rest. After each step of deformation only these triangles are asked
+// whether the vertex is behind them.
 //
 //     skin ____v  |____        v behind T by more than at rest: v and T's corners are pushed apart
 //               \ |T           along T's normal, by impulses that keep momentum
 //                \|
 //
-// Cost: O(wall vertices) a step with a small constant; opposite triangles are looked for on the walls from neighbour to
-// neighbour, at most kSearches a step, first where a cut has changed something, then round and round.
+// Cost: O(wall vertices) a step with a small constant. Opposite triangles are searched for over the walls from
+// neighbour to neighbour, at most kSearches a step: first where a cut has changed the walls, then in rounds over all
+// vertices.
 #pragma once
 
 #include <array>
@@ -27,9 +28,9 @@ class LipContacts {
  public:
   static constexpr int kSearches = 3;
 
-  // Vertices around which the topology is not what it was.
+  // Takes the vertices around which the topology has changed.
   void follow(const TriangleMesh& mesh, std::span<const VertexId> changed);
-  // After deformation, whose particles it moves.
+  // Separates lips after deformation; changes the particles' state.
   void step(const SharedBody& body, const DeformationEngine& deformation, double step_s);
 
  private:
@@ -46,7 +47,7 @@ class LipContacts {
 
   std::map<VertexId, Lip> lips_;
   std::deque<VertexId> waiting_;
-  VertexId next_ = 0;  // of the round
+  VertexId next_ = 0;  // next vertex of the round
 
   // Scratch.
   std::vector<TriangleId> walls_;

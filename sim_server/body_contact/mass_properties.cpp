@@ -9,11 +9,11 @@ MassProperties mass_properties(std::span<const Vec3> positions_m, std::span<cons
   MassProperties result;
   const auto first = std::find_if(triangles.begin(), triangles.end(), [](const Triangle& t) { return t.alive(); });
   if (first == triangles.end()) return result;
-  // From a point of the surface: far from the origin, differences of large numbers would eat the digits.
+  // Sums from a point of the surface: far from the origin, differences of large numbers would lose digits.
   const Vec3 origin = positions_m[first->v[0]];
   result.centre_m = origin;
 
-  // Of a tetrahedron 0 a b c with s = a + b + c:  V = det / 6,  int x = V s / 4,
+  // Integrals over a tetrahedron 0 a b c with s = a + b + c:  V = det / 6,  int x = V s / 4,
   // int x x^T = V / 20 (a a^T + b b^T + c c^T + s s^T).
   double volume = 0;
   Vec3 moment = Vec3::Zero();

@@ -9,10 +9,11 @@
 namespace sectio {
 namespace {
 
-constexpr double kStillM_per_s = 0.004;  // of the fastest point
+constexpr double kStillM_per_s = 0.004;  // largest speed of any point at rest
 constexpr double kStillBeforeSleepS = 0.2;
 
-// Turned by w h: Cayley's map, which agrees with the exponential to the third order and needs a square root only.
+// The orientation turned by w h, by Cayley's map, which agrees with the exponential to the third order and needs a
+// square root only.
 Eigen::Quaterniond turned(const Eigen::Quaterniond& q, const Vec3& w_rad_per_s, double h) {
   const Vec3 half = 0.5 * h * w_rad_per_s;
   return (Eigen::Quaterniond(1, half.x(), half.y(), half.z()).normalized() * q).normalized();
@@ -60,8 +61,9 @@ void RigidBody::push(const Vec3& acceleration_m_per_s2, double step_s) {
   pushed_ = momentum_;
 }
 
-// Untouched: the mean of both velocities, exact under constant acceleration. Touched: the new one, which contacts
-// allow. Orientation by the midpoint rule at the angular momentum that the body has.
+// An untouched body moves by the mean of the old and the new velocity, which is exact under constant acceleration; a
+// touched body moves by the new velocity, which contacts allow. Orientation follows the midpoint rule at the body's
+// angular momentum.
 void RigidBody::move(double step_s) {
   const Vec3 after = velocity_m_per_s();
   pose_.position_m += step_s * (momentum_ == pushed_ ? Vec3(0.5 * (velocity_before_ + after)) : after);

@@ -1,7 +1,7 @@
-// A rigid body of six degrees of freedom at a fixed explicit step. Its state is where it is and its two momenta, so
-// that nothing but forces changes these: without any, linear and angular momentum stay as they are to the last bit and
-// the gyroscopic term is the inertia that turns with the body. Energy then errs with the square of the step.
-// Deterministic; no trigonometric function.
+// A rigid body of six degrees of freedom at a fixed explicit step. Its state is its pose and its two momenta, which
+// only forces change: without forces, linear and angular momentum keep their last bit, and the gyroscopic term comes
+// from the inertia that turns with the body. The error of energy is of second order in the step. Deterministic; no
+// trigonometric function.
 #pragma once
 
 #include <span>
@@ -17,7 +17,7 @@ class RigidBody {
   RigidBody(double mass_kg, const Mat3& inertia_kg_m2, const Vec3& centre_world_m);
 
   double mass_kg() const { return mass_kg_; }
-  const Pose& pose_world() const { return pose_; }  // of the mass centre
+  const Pose& pose_world() const { return pose_; }  // its origin is the mass centre
   Vec3 velocity_m_per_s() const { return momentum_ / mass_kg_; }
   Vec3 angular_velocity_rad_per_s() const { return inverse_inertia_world() * angular_momentum_; }
   const Vec3& momentum_kg_m_per_s() const { return momentum_; }
@@ -32,10 +32,10 @@ class RigidBody {
   // A step: push(), then contacts, then move(). A body that nothing touches falls on the exact parabola.
   void push(const Vec3& acceleration_m_per_s2, double step_s);
   void move(double step_s);
-  // Puts it elsewhere without a velocity.
+  // Moves the body without giving it a velocity.
   void shift(const Vec3& by_m, const Vec3& turn_rad);
 
-  // Comes to rest: slower than a threshold at its rim for a while. A sleeping body doesn't move and costs nothing.
+  // A body that is slower than a threshold at its rim for a while falls asleep: it doesn't move and costs nothing.
   bool asleep() const { return asleep_; }
   void wake() { asleep_ = false, still_s_ = 0; }
   // After move(); `radius_m`: of a ball around the centre that holds the body. Falls asleep only when `supported`.
@@ -55,8 +55,8 @@ class RigidBody {
   bool asleep_ = false;
 };
 
-// The velocity of a rigid motion with the linear and the angular momentum of moving points: what a body that stops
-// deforming goes on with.
+// The velocity of a rigid motion with the linear and the angular momentum of moving points, with which a body goes on
+// when it stops deforming.
 struct RigidVelocity {
   Vec3 centre_m = Vec3::Zero();
   Vec3 velocity_m_per_s = Vec3::Zero();  // of the centre

@@ -1,6 +1,6 @@
-// A part that has stopped deforming: its vertices follow a rigid body. Mass is density times the volume at rest; the
-// shape is the one at the moment of release, so that nothing jumps; the motion begins with the linear and the angular
-// momentum that the particles had, by their own masses.
+// A part that has stopped deforming: its vertices follow a rigid body. Its mass is density times the volume at rest.
+// Its shape is the one at the moment of release, so that no vertex jumps, and its motion begins with the linear and
+// angular momentum of the particles, by their own masses.
 #pragma once
 
 #include <optional>
@@ -14,15 +14,15 @@ namespace sectio {
 
 class RigidPiece {
  public:
-  // State and masses: one entry a vertex slot of the mesh. Nothing when the surface encloses no volume, at rest or as
-  // it is now: such a piece has no rigid motion.
+  // State and masses: one entry a vertex slot of the mesh. Nothing when the surface encloses no volume, at rest or in
+  // its present shape: such a piece has no rigid motion.
   static std::optional<RigidPiece> release(const TriangleMesh& mesh, std::span<const Vec4f> position_world_m,
                                            std::span<const Vec4f> velocity_m_per_s, std::span<const double> mass_kg,
                                            double density_kg_per_m3);
 
-  // Where the vertices are and how fast they move, as the body has them. Entries as in the constructor.
+  // Writes positions and velocities of the vertices. Entries as in the constructor.
   void place(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
-  // Where that motion has taken a frame that the piece had when it was released.
+  // Takes a frame at the moment of release to its present pose.
   Pose carried(const Pose& at_release) const;
   double radius_m() const { return radius_m_; }
 

@@ -1,5 +1,5 @@
-// A part leaves its body: the body's delta that gives up the part's slots, and the mesh that the part goes on with.
-// Rest positions and surfaces are the same bit for bit, so both together enclose what the body enclosed.
+// Separates a part from its body: the delta that frees the part's slots in the body, and the mesh of the part alone.
+// Rest positions and surfaces stay the same bit for bit, so that both together enclose the body's volume.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 namespace sectio {
 
 struct Leaving {
-  TopologyDelta delta;                // of the body, at the revision of `mesh`
+  TopologyDelta delta;                // for the body, at the revision of `mesh`
   TriangleMesh mesh;                  // of the part, at revision 0, without dead slots
   std::vector<VertexId> vertex_from;  // by vertex of the part: its slot in the body
 };

@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-// One search; several that have met are one.
+// One search. Searches that have met are merged into one.
 struct Search {
   std::uint32_t joined_to = kNone;
   std::vector<std::uint32_t> seen;
@@ -49,7 +49,7 @@ class Searches {
     }
   }
 
-  // Those that ran out of neighbours; the largest when all did is the rest.
+  // The searches that ran out of neighbours; when all did, the largest is the rest.
   std::vector<std::vector<std::uint32_t>> parts(std::uint32_t& rest) {
     std::vector<std::uint32_t> roots;
     for (std::uint32_t i = 0; i < searches_.size(); ++i)
@@ -82,7 +82,7 @@ class Searches {
     return i;
   }
 
-  // The smaller one is poured into the larger. Returns who is left.
+  // Pours the smaller search into the larger. Returns the one that is left.
   std::uint32_t join(std::uint32_t a, std::uint32_t b) {
     a = root(a), b = root(b);
     if (a == b) return a;

@@ -1,13 +1,15 @@
-// Does a surface still hang together after a change, and if not, what has come off? Searches breadth-first from all
-// that the change touched, side by side, a triangle of each in turn, until all but one search have met another or have
-// run out of triangles. One that ran out has seen a whole part.
+// Finds the components that a change has separated from a surface. Breadth-first searches start from all triangles that
+// the change touched, and take a triangle each in turn, until all but one have met another search or have run out of
+// triangles. A search that ran out has seen a whole component.
 //
-// Cost. The changed triangles hang together among themselves (every cut but one that closes): O(changed), whatever the
-// mesh's size. Something has come off: O(changed + (parts + 1) x the largest part that is not the rest). The changed
-// triangles hang together only over the rest of the mesh: until the searches meet, at most the triangles within half
-// the way around, that is O(d^2) for a way of d triangles. No better bound is known without keeping a forest over all
-// triangles (Holm, de Lichtenberg, Thorup 2001: O(log^2 n) for each triangle that changes), which costs more on
-// every cut than this does on the few that close.
+// Cost, by case:
+//   the changed triangles hang together among themselves (every cut but one that closes): O(changed), whatever the
+//   mesh's size
+//   a component has come off: O(changed + (parts + 1) x the largest part that is not the rest)
+//   the changed triangles hang together only over the rest of the mesh: the triangles within half the way around, that
+//   is O(d^2) for a way of d triangles, until the searches meet
+// A better bound needs a forest over all triangles (Holm, de Lichtenberg, Thorup 2001: O(log^2 n) for each triangle
+// that changes), which costs more on every cut than these searches on the few cuts that close.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +27,12 @@ struct Part {
 };
 
 struct PartSearch {
-  std::vector<Part> parts;    // components at which something changed, but for one: the rest, which is never seen whole
-  TriangleId rest = kNone;    // a triangle of the rest; kNone when there was nothing alive to look at
+  std::vector<Part> parts;    // the changed components but one: the rest, which is never seen whole
+  TriangleId rest = kNone;    // a triangle of the rest; kNone when no changed triangle is alive
   std::uint64_t visited = 0;  // triangles looked at
 };
 
-// The same search for any things that have neighbours: `seeds`, ascending, each once.
+// The same search over any graph, given by its neighbours: `seeds` ascend, each once.
 struct Separated {
   std::vector<std::vector<std::uint32_t>> parts;
   std::uint32_t rest = kNone;

@@ -1,4 +1,4 @@
-// What a splitting engine is to the simulation: it knows what has come off a body.
+// The interface of a splitting engine: it finds the parts that have come off a body.
 #pragma once
 
 #include <span>
@@ -12,11 +12,11 @@ class SplittingEngine : public Engine {
  public:
   // See separated_parts().
   virtual PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) = 0;
-  // All that hangs together with a triangle. O(part).
+  // The whole component of a triangle. O(part).
   virtual Part whole(const SharedBody& body, TriangleId triangle) = 0;
 };
 
-// Searches when it is asked.
+// Keeps nothing, and searches when it is asked.
 class SurfaceSplitting final : public SplittingEngine {
  public:
   PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) override {
