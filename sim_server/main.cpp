@@ -8,9 +8,11 @@
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/mesh_command.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/net/status.h"
 #include "sim_server/net/tilt.h"
+#include "sim_server/scene/schema.h"
 #include "sim_server/session/run.h"
 
 namespace {
@@ -33,11 +35,21 @@ int list_traces(int argc, char** argv) {
   Arguments arguments("sim_server traces", "says which trace each tool of a scene follows: NUMBER<tab>FILE");
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   if (!arguments.parse(argc, argv)) return 0;
-  const Scene scene = load_scene(scene_file);
+  const Scene scene = load_scene(scene_file, standard_traits());
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     const std::string& trace = scene.tools[i].trace_file;
     std::printf("%zu\t%s\n", i, trace.empty() ? "" : std::filesystem::absolute(trace).c_str());
   }
+  return 0;
+}
+
+// The keys that a scene file may hold.
+int print_schema(int argc, char** argv) {
+  bool manual = false;
+  Arguments arguments("sim_server schema", "prints the JSON Schema of scene files, with which editors complete keys");
+  arguments.toggle("--manual", manual, "prints docs/scene.md instead");
+  if (!arguments.parse(argc, argv)) return 0;
+  std::fputs((manual ? scene_manual(standard_traits()) : scene_schema(standard_traits())).c_str(), stdout);
   return 0;
 }
 
@@ -47,7 +59,7 @@ int run_gaps(int argc, char** argv) {
                       "says how far pressing instruments are from the surface that they dent, offline");
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   if (!arguments.parse(argc, argv)) return 0;
-  std::fputs(measure_gaps(planned(load_scene(scene_file))).c_str(), stdout);
+  std::fputs(measure_gaps(planned(load_scene(scene_file, standard_traits()))).c_str(), stdout);
   return 0;
 }
 
@@ -59,7 +71,7 @@ int run_plan(int argc, char** argv) {
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   arguments.toggle("--calibrate", calibrate, "measures this machine's speed anew");
   if (!arguments.parse(argc, argv)) return 0;
-  const PlannedScene planned = plan_scene(load_scene(scene_file), calibrate);
+  const PlannedScene planned = plan_scene(load_scene(scene_file, standard_traits()), calibrate);
   std::fputs(planned.table.empty() ? "no body has model: auto\n" : planned.table.c_str(), stdout);
   if (!planned.table.empty()) std::printf("step: %.3g ms\n", 1e3 * planned.scene.step_s);
   return 0;
@@ -105,7 +117,7 @@ int list_servers(int argc, char** argv) {
   arguments.option("SCENE", scene_file, "scene file (YAML)", Need::required);
   if (!arguments.parse(argc, argv)) return 0;
   std::vector<std::pair<std::string, std::string>> servers;
-  for (const BodySpec& body : load_scene(scene_file).bodies) {
+  for (const BodySpec& body : load_scene(scene_file, standard_traits()).bodies) {
     const auto known = std::ranges::find(servers, body.server, &std::pair<std::string, std::string>::first);
     if (known == servers.end())
       servers.emplace_back(body.server, body.name);
@@ -162,7 +174,7 @@ int run_session(int argc, char** argv) {
   arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
   if (!arguments.parse(argc, argv)) return 0;
 
-  Scene scene = planned(load_scene(scene_file));
+  Scene scene = planned(load_scene(scene_file, standard_traits()));
   take_share(scene, bodies, server);
   if (!options.network.session.empty()) scene.session = options.network.session;
   options.network.session = scene.session;
@@ -181,6 +193,7 @@ int main(int argc, char** argv) {
     if (first == "tilt") return run_tilt(argc - 1, argv + 1);
     if (first == "status") return run_status(argc - 1, argv + 1);
     if (first == "plan") return run_plan(argc - 1, argv + 1);
+    if (first == "schema") return print_schema(argc - 1, argv + 1);
     if (first == "gap") return run_gaps(argc - 1, argv + 1);
     if (first == "traces") return list_traces(argc - 1, argv + 1);
     if (first == "servers") return list_servers(argc - 1, argv + 1);

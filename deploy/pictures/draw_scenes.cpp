@@ -9,6 +9,7 @@
 #include "deploy/pictures/scene_frame.h"
 #include "render_client/draw/canvas.h"
 #include "render_client/output/png.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 
 namespace sectio {
@@ -57,7 +58,7 @@ Frame whole_frame_of(const Scene& scene, Simulation& simulation) {
 }
 
 Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
-  const Scene scene = planned(load_scene(moment.scene_file));
+  const Scene scene = planned(load_scene(moment.scene_file, standard_traits()));
   Simulation simulation(fill_volumes(scene));
   StepInput input;
   for (std::uint64_t k = 1; static_cast<double>(k) * scene.step_s <= moment.time_s + 1e-9; ++k) {

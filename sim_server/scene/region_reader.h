@@ -2,15 +2,11 @@
 #pragma once
 
 #include "common/material/regions.h"
+#include "sim_server/scene/key_reader.h"
 
 namespace sectio {
 
-class YamlValue;
-
-// A list; each with name*, shapes*, colour, grain_colour, rim: {width_m*, colour*}, ripple_m, stiffness_factor, marked.
-// A shape is one of, in the frame of the mesh:
-//   ellipsoid: {centre_body_m*, radii_m*, rotation_deg}      sphere: {centre_body_m*, radius_m*}
-//   box: {min_body_m*, max_body_m*}                          tube: {points_body_m*, radii_m*}, two points or more
-Regions read_regions(const YamlValue& list);
+// Reads `regions` of a body's map. Throws InputError.
+Regions read_regions(KeyReader& body);
 
 }  // namespace sectio

@@ -1,354 +1,212 @@
 #include "sim_server/scene/scene.h"
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 #include <filesystem>
 
 #include "common/core/error.h"
+#include "sim_server/scene/body_reader.h"
 #include "sim_server/scene/mesh_import.h"
-#include "sim_server/scene/region_reader.h"
-#include "sim_server/scene/yaml_reader.h"
+#include "sim_server/scene/tool_reader.h"
 
 namespace sectio {
 namespace {
-
-constexpr double kMostSnapRatio = 0.15;  // above, crumbs come off
 
 namespace fs = std::filesystem;
 
 // No part of a patient is larger or smaller: a mesh that is has another unit than the scene says.
 constexpr double kSmallestBody_m = 1e-3;
 constexpr double kLargestBody_m = 5;
-constexpr double kMostGravity = 1000;  // m/s2
+constexpr double kMostGravity_m_per_s2 = 1000;
 
-std::string resolved(const YamlValue& file, const std::string& scene_file) {
-  return (fs::path(scene_file).parent_path() / file.text()).lexically_normal().string();
-}
-
-// A name that is safe in topic partitions and file names.
-std::string name_of(const YamlValue& value) {
-  const std::string name = value.text();
-  const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
-  if (name.size() > 64 || !std::all_of(name.begin(), name.end(), allowed) || name.front() == '.') {
-    value.fail("expected a name of at most 64 letters, digits, _, - and ., got " + name.substr(0, 64));
-  }
-  return name;
-}
-
+// Adds what was read; no two may have the same name.
 template <class Named>
-void unique_name(const YamlValue& value, const std::vector<Named>& others, const std::string& name) {
-  for (const Named& other : others) {
-    if (other.name == name) value.fail("the name " + name + " is used twice");
-  }
+void add(std::vector<Named>& list, Named&& entry, const KeyReader& map) {
+  map.finish();
+  map.check(std::ranges::find(list, entry.name, &Named::name) == list.end(),
+            "the name " + entry.name + " is used twice");
+  list.push_back(std::move(entry));
 }
 
-Camera read_camera(YamlMap& map) {
-  Camera camera;
-  map.read("eye_world_m", camera.eye_world_m);
-  map.read("target_world_m", camera.target_world_m);
-  map.read("up_world", camera.up_world);
-  map.read("field_of_view_deg", camera.field_of_view_deg, between(1, 150));
+void read_camera(KeyReader& map, Camera& camera) {
+  map.vector("eye_world_m", camera.eye_world_m, {}, "Where the camera is.");
+  map.vector("target_world_m", camera.target_world_m, {}, "The point in the middle of the picture.");
+  map.vector("up_world", camera.up_world, {}, "The direction that is up in the picture.");
+  map.number("field_of_view_deg", camera.field_of_view_deg, between(1, 150), "Vertical angle of view.");
   const Vec3 view = camera.target_world_m - camera.eye_world_m;
-  if (view.norm() < 1e-6) map.value().fail("eye_world_m and target_world_m are the same point");
-  if (view.cross(camera.up_world).norm() < 1e-6 * view.norm()) map.value().fail("up_world points along the view");
-  return camera;
+  map.check(view.norm() >= 1e-6, "eye_world_m and target_world_m are the same point");
+  map.check(view.cross(camera.up_world).norm() >= 1e-6 * view.norm(), "up_world points along the view");
 }
 
-Pose read_pose(YamlMap& map) {
-  Pose pose;
-  map.read("position_world_m", pose.position_m);
-  pose.orientation = read_rotation(map);
-  return pose;
+void read_sleep(KeyReader& map, SleepSpec& sleep) {
+  map.number("after_s", sleep.after_s, between(0, 60), "How long it must have been at rest; 0: no body sleeps.");
+  map.number("still_m", sleep.still_m, at_least(0), "A surface that moves no further than this is at rest.");
+  map.number("unseen_px", sleep.unseen_px, at_least(0),
+             "The same in pixels of the scene's camera, 720 lines high, where that is further.");
 }
 
-MaterialSpec read_material(YamlMap& map) {
-  MaterialSpec material;
-  map.read("young_pa", material.young_pa, above(0));
-  map.read("poisson", material.poisson, from_to_below(0, 0.5));
-  map.read("density_kg_per_m3", material.density_kg_per_m3, above(0));
-  map.read("skin_thickness_m", material.skin_thickness_m, above(0));
-  map.read("foundation_radius_m", material.foundation_radius_m, above(0));
-  map.read("pretension", material.pretension, between(0, 0.5));
-  map.read("damping_per_s", material.damping_per_s, at_least(0));
-  map.read("toughness_j_per_m2", material.toughness_j_per_m2, at_least(0));
-  return material;
+void read_gravity(KeyReader& map, Scene& scene) {
+  const Range range = between(-kMostGravity_m_per_s2, kMostGravity_m_per_s2);
+  map.vector("gravity_m_per_s2", scene.gravity_m_per_s2, range, "Gravity at the beginning.");
+  map.each(
+      "gravity_changes",
+      [&](KeyReader& entry) {
+        GravityChange change;
+        entry.required().number("at_s", change.at_s, at_least(0), "Simulated time at which gravity begins to turn.");
+        entry.required().vector("gravity_m_per_s2", change.gravity_m_per_s2, range, "Gravity in the end.");
+        entry.finish();
+        entry.check(scene.gravity_changes.empty() || change.at_s > scene.gravity_changes.back().at_s,
+                    "at_s must be later than the one before");
+        scene.gravity_changes.push_back(change);
+      },
+      "The patient is tilted: gravity turns, in the patient's frame.");
+  map.number("gravity_turns_deg_per_s", scene.gravity_turns_deg_per_s, above_to(0, 360), "How fast it turns at most.");
 }
 
-CuttingSpec read_cutting(YamlMap& map) {
-  CuttingSpec cutting;
-  const auto force = map.find("threshold_force_n"), displacement = map.find("threshold_displacement_m");
-  if (force && displacement) displacement->fail("give threshold_force_n or threshold_displacement_m, not both");
-  if (force) cutting.threshold_force_n = force->number(at_least(0));
-  if (displacement) {
-    cutting.threshold_displacement_m = displacement->number(at_least(0));
-    cutting.threshold_force_n.reset();
+void read_process(KeyReader& map, Scene& scene, const EngineTraits& traits) {
+  ProcessSpec process;
+  std::vector<std::string> kinds;
+  for (const ProcessTraits& kind : traits.processes) kinds.push_back(kind.kind);
+  map.required().name("name", process.name, "Its name, which no other process has.");
+  map.required().choice("kind", process.kind, kinds, "Kind of process.");
+  map.required().names("bodies", process.bodies, "Names of the bodies in which, or between which, it goes on.");
+  std::vector<KeyReader::Owner> owners;
+  for (const ProcessTraits& kind : traits.processes)
+    owners.push_back({"kind " + kind.kind, kind.kind == process.kind, kind.keys});
+  map.options(std::move(owners), process.options);
+  for (auto name = process.bodies.begin(); name != process.bodies.end(); ++name) {
+    map.check("bodies", std::ranges::find(scene.bodies, *name, &BodySpec::name) != scene.bodies.end(),
+              "there is no body " + *name);
+    map.check("bodies", std::find(process.bodies.begin(), name, *name) == name, "the body " + *name + " stands twice");
   }
-  map.read("style", cutting.style, {"progressive", "templates", "semi_progressive"});
-  map.read("open_top_m", cutting.open_top_m, above(0));
-  map.read("open_bottom_m", cutting.open_bottom_m, above(0));
-  map.read("hysteresis", cutting.hysteresis, above_to(0, 1));
-  map.read("join_tolerance_m", cutting.join_tolerance_m, at_least(0));
-  map.read("groove_min_depth_m", cutting.groove_min_depth_m, above(0));
-  map.read("loops_free_islands", cutting.loops_free_islands);
-  map.read("snap_ratio", cutting.snap_ratio, between(0, kMostSnapRatio));
-  return cutting;
-}
-
-SplittingSpec read_splitting(YamlMap& map) {
-  SplittingSpec splitting;
-  if (const auto value = map.find("free_parts")) {
-    const std::string choice = value->choice({"keep", "rigid", "deformable"});
-    splitting.free_parts = choice == "keep"    ? FreeParts::keep
-                           : choice == "rigid" ? FreeParts::rigid
-                                               : FreeParts::deformable;
+  const auto kind = std::ranges::find(traits.processes, process.kind, &ProcessTraits::kind);
+  if (kind != traits.processes.end()) {
+    const std::size_t count = process.bodies.size();
+    map.check("bodies", count >= kind->fewest_bodies && count <= kind->most_bodies,
+              process.kind + " takes " + std::to_string(kind->fewest_bodies) + " to " +
+                  std::to_string(kind->most_bodies) + " bodies, got " + std::to_string(count));
   }
-  map.read("least_volume_m3", splitting.least_volume_m3, at_least(0));
-  map.read("friction", splitting.friction, at_least(0));
-  return splitting;
+  add(scene.processes, std::move(process), map);
 }
 
-Box read_box(YamlMap& map) {
-  const Box box{map.require("min_world_m").vector3(), map.require("max_world_m").vector3()};
-  if (!(box.min_world_m.array() < box.max_world_m.array()).all()) {
-    map.value().fail("each number of min_world_m must be below that of max_world_m");
-  }
-  return box;
-}
-
-double unit_m(const YamlValue& unit) {
-  const std::string name = unit.choice({"m", "cm", "mm"});
-  return name == "m" ? 1 : name == "cm" ? 0.01 : 0.001;
-}
-
-VolumeSpec read_volume(YamlMap& map, const std::string& scene_file) {
-  VolumeSpec volume;
-  map.read("mesher", volume.mesher, {"lattice", "tetgen", "best"});
-  map.read("tetrahedra", volume.tetrahedra, between(12, 5e6));
-  map.read("cell_m", volume.cell_m, between(1e-5, 1));
-  map.read("driver", volume.driver, {"automatic", "implicit"});
-  map.read("second_share", volume.second_share, between(0, 0.95));
-  map.read("damper_s", volume.damper_s, at_least(0));
-  map.read("floor_kept_velocity", volume.floor_kept_velocity, between(0, 1));
-  map.read("least_part_s", volume.least_part_s, between(0, 0.1));
-  map.read("collapse_ratio", volume.collapse_ratio, between(0, 0.8));
-  map.part("tets", [&](YamlMap& part) {
-    volume.file = resolved(part.require("file"), scene_file);
-    volume.file_unit_m = unit_m(part.require("unit"));
-  });
-  return volume;
-}
-
-void read_mesh(YamlMap& map, const std::string& scene_file, BodySpec& body) {
-  const YamlValue file = map.require("file"), unit = map.require("unit");
-  body.mesh_unit_m = unit_m(unit);
-  body.mesh_file = resolved(file, scene_file);
-  ImportedMesh mesh;
-  try {
-    mesh = import_mesh(body.mesh_file, body.mesh_unit_m);
-  } catch (const InputError& error) {
-    file.fail(error.what());
-  }
-  body.mesh = std::move(mesh.soup);
-  body.mesh_notes = std::move(mesh.mended);
-  if (mesh.report.components > 1) {
-    body.mesh_notes.push_back(std::to_string(mesh.report.components) + " separate parts");
-  }
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : body.mesh.vertices_body_m) box.extend(p);
-  const double size_m = box.diagonal().norm();
-  if (size_m < kSmallestBody_m || size_m > kLargestBody_m) {
-    unit.fail("the mesh would be " + std::to_string(size_m) + " m across; is its unit another one?");
-  }
-}
-
-// Whatever model it will be, or is.
-bool may_be_a_surface(const BodySpec& body) {
-  return body.model == "surface_springs" || body.model == "auto";
-}
-
-void read_plan(YamlMap& map, BodySpec& body) {
-  for (const char* key : {"error_budget", "cpu_budget"})
-    if (const auto value = map.find(key); value && body.model != "auto") value->fail("it is of model auto");
-  map.read("error_budget", body.plan.error_budget, above_to(0, 10));
-  map.read("cpu_budget", body.plan.cpu_budget, above_to(0, 1000));
-}
-
-BodySpec read_body(YamlMap& map, const std::string& scene_file) {
-  BodySpec body;
-  body.name = name_of(map.require("name"));
-  if (const auto server = map.find("server")) body.server = name_of(*server);
-  map.read("model", body.model, {"surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice", "auto"});
-  read_plan(map, body);
-  map.part("pose", [&](YamlMap& part) { body.pose = read_pose(part); });
-  map.part("material", [&](YamlMap& part) { body.material = read_material(part); });
-  map.part("contact", [&](YamlMap& part) {
-    part.read("style", body.contact.style, {"vertices", "templates"});
-    if (body.contact.style == "templates" && !may_be_a_surface(body))
-      part.value().fail("templates divide a surface: they need the model surface_springs");
-  });
-  map.part("cutting", [&](YamlMap& part) {
-    body.cutting = read_cutting(part);
-    if (body.cutting.style == "semi_progressive" && body.model == "surface_springs")
-      part.value().fail("semi_progressive cuts tetrahedra: it needs a model with a volume");
-    if (body.cutting.style == "templates" && !may_be_a_surface(body))
-      part.value().fail("templates cut a surface: they need the model surface_springs");
-    if (part.find("snap_ratio") && body.model == "surface_springs")
-      part.value().fail("snap_ratio is of tetrahedra: it needs a model with a volume");
-  });
-  map.part("splitting", [&](YamlMap& part) { body.splitting = read_splitting(part); });
-  map.part("fixed", [&](YamlMap& part) { body.fixed = read_box(part); });
-  map.part("colours", [&](YamlMap& part) {
-    part.read("skin", body.skin_colour, between(0, 1));
-    part.read("wall", body.wall_colour, between(0, 1));
-  });
-  if (const auto regions = map.find("regions")) body.regions = read_regions(*regions);
-  if (const auto volume = map.find("volume")) {
-    if (body.model == "surface_springs") volume->fail("the model surface_springs has no volume");
-    YamlMap part(*volume);
-    body.volume = read_volume(part, scene_file);
-    for (const char* chosen : {"tetrahedra", "cell_m", "driver"})
-      if (const auto value = part.find(chosen); value && body.model == "auto") value->fail("model auto chooses it");
-    part.finish();
-  }
-  if (!body.volume.file.empty()) {
-    map.finish();
-    return body;
-  }
-  YamlMap mesh(map.require("mesh"));
-  map.finish();
-  read_mesh(mesh, scene_file, body);
-  mesh.finish();
-  return body;
-}
-
-ToolGeometry read_geometry(YamlMap& map, ToolGeometry geometry) {
-  map.read("a_tool_m", geometry.a_tool_m);
-  map.read("b_tool_m", geometry.b_tool_m);
-  map.read("c_tool_m", geometry.c_tool_m);
-  map.read("d_tool_m", geometry.d_tool_m);
-  map.read("sharp_length_m", geometry.sharp_length_m, above(0));
-  map.read("gauge_m", geometry.gauge_m, above(0));
-  map.read("sphere_radius_m", geometry.sphere_radius_m, above_to(0, 0.1));
-  return geometry;
-}
-
-void read_grip(YamlMap& map, const InstrumentKind& instrument, ToolSpec& tool) {
-  if (instrument.grip_force_n == 0) return;
-  if (const auto force = map.find("grip_force_n")) tool.grip_force_n = force->number(above_to(0, 1000));
-  if (const auto radius = map.find("grip_radius_m")) tool.grip_radius_m = radius->number(above_to(0, 0.1));
-  if (tool.grip_radius_m.value_or(instrument.grip_radius_m) <= tool.geometry.sphere_radius_m)
-    map.value().fail("grip_radius_m must be more than sphere_radius_m: the ball pushes out what is held");
-}
-
-ToolSpec read_tool(YamlMap& map, const std::string& scene_file) {
-  ToolSpec tool;
-  tool.name = name_of(map.require("name"));
-  tool.kind = map.require("kind").choice(instrument_kinds());
-  const InstrumentKind& instrument = instrument_of(tool.kind);
-  tool.geometry = instrument.geometry;
-  map.part("geometry", [&](YamlMap& part) { tool.geometry = read_geometry(part, tool.geometry); });
-  map.read("intensity", tool.intensity, above_to(0, 10));
-  read_grip(map, instrument, tool);
-  if (const std::string flaw = instrument.flaw(tool.geometry); !flaw.empty()) map.value().fail("geometry: " + flaw);
-  const auto trace = map.find("trace");
-  map.finish();
-  if (!trace) return tool;
-  tool.trace_file = resolved(*trace, scene_file);
-  try {
-    tool.trace = load_trace(tool.trace_file);
-  } catch (const InputError& error) {
-    trace->fail(error.what());
-  }
-  return tool;
-}
-
-ExerciseSpec read_exercise(const YamlValue& value, const std::vector<BodySpec>& bodies) {
-  YamlMap map(value);
-  const YamlValue name = map.require("body");
-  ExerciseSpec exercise{name.text(), {}};
+ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) {
+  ExerciseSpec exercise;
+  map.required().text("body", exercise.body, "Name of a body with a region that is marked.");
   const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
-  if (body == bodies.end()) name.fail("there is no body " + exercise.body);
-  if (std::ranges::none_of(body->regions, &Region::marked)) name.fail(exercise.body + " has no region that is marked");
-  YamlMap bin(map.require("bin"));
-  exercise.bin = read_box(bin);
-  bin.finish();
-  map.finish();
+  map.check("body", body != bodies.end(), "there is no body " + exercise.body);
+  if (body != bodies.end())
+    map.check("body", std::ranges::any_of(body->regions, &Region::marked),
+              exercise.body + " has no region that is marked");
+  map.required().part(
+      "bin", [&](KeyReader& part) { exercise.bin = read_box(part); },
+      "A box; a part that lies in it as a whole is in the bin.");
   return exercise;
 }
 
-SleepSpec read_sleep(YamlMap& map) {
-  SleepSpec sleep;
-  map.read("after_s", sleep.after_s, between(0, 60));
-  map.read("still_m", sleep.still_m, at_least(0));
-  map.read("unseen_px", sleep.unseen_px, at_least(0));
-  return sleep;
+void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
+  map.required().name("session", scene.session, "Name of the session on the network.");
+  map.number_or("auto", scene.step_is_free, "step_s", scene.step_s, above_to(0, 0.1),
+                "Length of a step; a step beyond the stable one is refused with the largest that would do. auto: the "
+                "program chooses it with the models; it needs a body with model auto.");
+  map.number("duration_s", scene.duration_s, above_to(0, 86400), "Simulated time of a run.");
+  read_gravity(map, scene);
+  map.number("floor_z_m", scene.floor_z_m, between(-1000, 1000), "Height of the floor; without it there is none.");
+  map.part(
+      "sleep", [&](KeyReader& part) { read_sleep(part, scene.sleep); },
+      "When a body that has come to rest is not simulated until something touches it.");
+  map.part(
+      "camera", [&](KeyReader& part) { read_camera(part, scene.camera); }, "The first view on the scene.");
+  map.each(
+      "tools", [&](KeyReader& entry) { add(scene.tools, read_tool(entry), entry); }, "The instruments.");
+  map.required().each(
+      "bodies", [&](KeyReader& entry) { add(scene.bodies, read_body(entry, traits), entry); }, "The tissue.");
+  if (!traits.processes.empty())
+    map.each(
+        "processes", [&](KeyReader& entry) { read_process(entry, scene, traits); },
+        "Processes in bodies or between them, such as bleeding.");
+  map.part(
+      "exercise", [&](KeyReader& part) { scene.exercise = read_exercise(part, scene.bodies); },
+      "Marked tissue is to be removed from a body and put into a bin; the report has the score.");
+  map.check("step_s", !scene.step_is_free || std::ranges::count(scene.bodies, "auto", &BodySpec::model) > 0,
+            "auto needs a body with model auto");
 }
 
-std::vector<GravityChange> read_gravity_changes(const YamlValue& list) {
-  std::vector<GravityChange> changes;
-  for (const YamlValue& value : list.list()) {
-    YamlMap map(value);
-    GravityChange change;
-    change.at_s = map.require("at_s").number(at_least(0));
-    change.gravity_m_per_s2 = map.require("gravity_m_per_s2").vector3(between(-kMostGravity, kMostGravity));
-    map.finish();
-    if (!changes.empty() && change.at_s <= changes.back().at_s) value.fail("at_s must be later than the one before");
-    changes.push_back(change);
+// At the value that names the file.
+template <class F>
+void name_place(const YamlValue& place, F read_file) {
+  try {
+    read_file();
+  } catch (const InputError& error) {
+    place.fail(error.what());
   }
-  return changes;
+}
+
+void import_surface(BodySpec& body, const YamlValue& file, const YamlValue& unit) {
+  ImportedMesh mesh;
+  name_place(file, [&] { mesh = import_mesh(body.mesh_file, body.mesh_unit_m); });
+  body.mesh = std::move(mesh.soup);
+  body.mesh_notes = std::move(mesh.mended);
+  if (mesh.report.components > 1) body.mesh_notes.push_back(std::to_string(mesh.report.components) + " separate parts");
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : body.mesh.vertices_body_m) box.extend(p);
+  const double size_m = box.diagonal().norm();
+  if (size_m < kSmallestBody_m || size_m > kLargestBody_m)
+    unit.fail("the mesh would be " + std::to_string(size_m) + " m across; is its unit another one?");
+}
+
+// Meshes and traces, once every key is known to be good.
+void read_files(Scene& scene, const KeyReader& map) {
+  const auto resolve = [&](std::string& file) {
+    if (!file.empty()) file = (fs::path(scene.file).parent_path() / file).lexically_normal().string();
+  };
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    ToolSpec& tool = scene.tools[i];
+    resolve(tool.trace_file);
+    if (const auto trace = KeyReader(map.given("tools")->list()[i]).given("trace"))
+      name_place(*trace, [&] { tool.trace = load_trace(tool.trace_file); });
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    BodySpec& body = scene.bodies[i];
+    resolve(body.mesh_file);
+    resolve(body.volume.file);
+    const auto mesh = KeyReader(map.given("bodies")->list()[i]).given("mesh");
+    if (!mesh) continue;
+    const KeyReader keys(*mesh);
+    import_surface(body, *keys.given("file"), *keys.given("unit"));
+  }
 }
 
 }  // namespace
 
-Scene load_scene(const std::string& path) {
+Scene load_scene(const std::string& path, const EngineTraits& traits) {
   Scene scene;
   scene.file = path;
-  YamlMap map = load_yaml(path);
-  scene.session = name_of(map.require("session"));
-  const auto step = map.find("step_s");
-  scene.step_is_free = step && step->is("auto");
-  if (step && !scene.step_is_free) scene.step_s = step->number(above_to(0, 0.1));
-  map.read("duration_s", scene.duration_s, above_to(0, 86400));
-  map.read("gravity_m_per_s2", scene.gravity_m_per_s2, between(-kMostGravity, kMostGravity));
-  if (const auto changes = map.find("gravity_changes")) scene.gravity_changes = read_gravity_changes(*changes);
-  map.read("gravity_turns_deg_per_s", scene.gravity_turns_deg_per_s, above_to(0, 360));
-  if (const auto floor = map.find("floor_z_m")) scene.floor_z_m = floor->number(between(-1000, 1000));
-  map.part("sleep", [&](YamlMap& part) { scene.sleep = read_sleep(part); });
-  map.part("camera", [&](YamlMap& part) { scene.camera = read_camera(part); });
-  const YamlValue bodies = map.require("bodies");
-  const auto tools = map.find("tools"), exercise = map.find("exercise");
+  KeyReader map(load_yaml(path));
+  read_scene(map, traits, scene);
   map.finish();
-
-  if (tools) {
-    for (const YamlValue& value : tools->list()) {
-      YamlMap entry(value);
-      ToolSpec tool = read_tool(entry, path);
-      unique_name(value, scene.tools, tool.name);
-      scene.tools.push_back(std::move(tool));
-    }
-  }
-  for (const YamlValue& value : bodies.list()) {
-    YamlMap entry(value);
-    BodySpec body = read_body(entry, path);
-    unique_name(value, scene.bodies, body.name);
-    scene.world_bodies.push_back(body.name);
-    scene.bodies.push_back(std::move(body));
-  }
-  if (scene.step_is_free && std::ranges::find(scene.bodies, "auto", &BodySpec::model) == scene.bodies.end())
-    step->fail("auto needs a body with model auto");
-  if (exercise) scene.exercise = read_exercise(*exercise, scene.bodies);
+  for (const BodySpec& body : scene.bodies) scene.world_bodies.push_back(body.name);
+  read_files(scene, map);
   return scene;
+}
+
+std::vector<Key> describe_scene(const EngineTraits& traits) {
+  KeyReader map;
+  Scene scene;
+  read_scene(map, traits, scene);
+  return map.keys();
 }
 
 void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std::string& who) {
   for (const std::string& name : names)
     if (std::ranges::find(scene.bodies, name, &BodySpec::name) == scene.bodies.end())
       throw InputError(who + ": there is no body " + name + " in " + scene.file);
-  std::erase_if(scene.bodies, [&](const BodySpec& body) { return std::ranges::find(names, body.name) == names.end(); });
+  const auto is_kept = [&](const std::string& body) { return std::ranges::find(names, body) != names.end(); };
+  std::erase_if(scene.bodies, [&](const BodySpec& body) { return !is_kept(body.name); });
   if (scene.bodies.empty()) throw InputError(who + ": there are no bodies for it in " + scene.file);
-  if (scene.exercise && std::ranges::find(scene.bodies, scene.exercise->body, &BodySpec::name) == scene.bodies.end())
-    scene.exercise.reset();
+  if (scene.exercise && !is_kept(scene.exercise->body)) scene.exercise.reset();
+  std::erase_if(scene.processes, [&](const ProcessSpec& p) { return std::ranges::none_of(p.bodies, is_kept); });
+  for (const ProcessSpec& process : scene.processes)
+    if (!std::ranges::all_of(process.bodies, is_kept))
+      throw InputError(who + ": the process " + process.name + " goes on between bodies of several servers");
 }
 
 }  // namespace sectio

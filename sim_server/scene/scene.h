@@ -13,6 +13,7 @@
 #include "common/mesh/tet_mesh.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/instruments/instrument.h"
+#include "sim_server/scene/engine_traits.h"
 
 namespace sectio {
 
@@ -102,8 +103,8 @@ struct BodySpec {
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;
-  // Or tetra_springs, neo_hookean, neo_hookean_lattice; auto, until planned() has chosen one (prepare/choose_model.h).
-  std::string model = "surface_springs";
+  std::string model = "surface_springs";  // see EngineTraits; auto, until planned() has chosen one
+  Options options;                        // the model's own keys
   PlanSpec plan;
   VolumeSpec volume;
   TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
@@ -125,6 +126,14 @@ struct ToolSpec {
   std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
+};
+
+// Something that goes on in bodies, or between them: a ProcessEngine for each body, or one for all of them.
+struct ProcessSpec {
+  std::string name;
+  std::string kind;                 // see EngineTraits
+  std::vector<std::string> bodies;  // names, each once
+  Options options;                  // the kind's own keys
 };
 
 // Marked tissue is to be removed from a body and put into a bin: see run_score.h.
@@ -163,42 +172,20 @@ struct Scene {
   std::vector<BodySpec> bodies;           // that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
+  std::vector<ProcessSpec> processes;
   std::optional<ExerciseSpec> exercise;
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
-// own. Throws InputError "FILE:LINE: KEY: what is wrong"; unknown, duplicate and missing keys, empty lists, wrong types
-// and numbers that are not finite or out of range are errors. Any thread. Everything but the keys marked * has a
-// default:
-//
-//   session*: name            step_s (or auto), duration_s         gravity_m_per_s2: [x, y, z]   floor_z_m
-//   gravity_changes: a list of at_s*, gravity_m_per_s2*; gravity_turns_deg_per_s
-//   sleep:     after_s (0: nothing sleeps), still_m, unseen_px
-//   camera:    eye_world_m, target_world_m, up_world, field_of_view_deg
-//   bodies*:   a list of
-//     name*, model: surface_springs | tetra_springs | neo_hookean | neo_hookean_lattice | auto, server: name (main)
-//     error_budget, cpu_budget: of model auto, which chooses tetrahedra, cell_m and driver of the volume, too
-//     volume:    mesher: lattice | tetgen | best, tetrahedra, cell_m, driver: automatic | implicit, second_share,
-//     damper_s,
-//                floor_kept_velocity, least_part_s, collapse_ratio; tets: file*, unit* of tetrahedra (.msh, .vtk,
-//                .node), then without mesh
-//     mesh*:     file*, unit*: m | cm | mm
-//     pose:      position_world_m, rotation_deg: [x, y, z] (about the world's x, then y, then z axis)
-//     material:  the members of MaterialSpec
-//     contact:   style: vertices | templates (of surface_springs)
-//     cutting:   the members of CuttingSpec (style semi_progressive and snap_ratio: of a volume; templates: not);
-//     threshold_force_n or threshold_displacement_m splitting: free_parts: keep | rigid | deformable, least_volume_m3,
-//     friction fixed:     min_world_m*, max_world_m* colours:   skin, wall: [red, green, blue] in [0, 1]
-//     regions:   what is inside, later ones on top: a list, see scene/region_reader.h
-//   exercise:  body* (with a region that is marked), bin: min_world_m*, max_world_m*
-//   tools:     a list of
-//     name*, kind*: scalpel | cautery_hook | knife | scissors | medical_scissors | probe | forceps, intensity, trace:
-//     file geometry:  the members of ToolGeometry (sim_server/instruments/instrument.h); of forceps: grip_force_n,
-//     grip_radius_m
-Scene load_scene(const std::string& path);
+// own. docs/scene.md has every key. Throws InputError "FILE:LINE: KEY: what is wrong"; unknown, duplicate and missing
+// keys, empty lists, wrong types and numbers that are not finite or out of range are errors. Any thread.
+Scene load_scene(const std::string& path, const EngineTraits& traits);
+
+// The keys of a scene, from the reader itself.
+std::vector<Key> describe_scene(const EngineTraits& traits);
 
 // Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for
-// a name that the scene doesn't have, or none at all.
+// a name that the scene doesn't have, or none at all, and for a process over bodies here and elsewhere.
 void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std::string& who);
 
 }  // namespace sectio

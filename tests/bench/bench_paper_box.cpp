@@ -9,6 +9,7 @@
 #include <string>
 
 #include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/run.h"
 #include "tests/bench/best_times.h"
@@ -20,7 +21,7 @@ using namespace sectio;
 constexpr double kPapersStepsPerS = 150;
 
 const Scene& scene() {
-  static const Scene paper_box = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/paper_box.yaml");
+  static const Scene paper_box = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/paper_box.yaml", standard_traits());
   return paper_box;
 }
 

@@ -1,6 +1,7 @@
 // The exercise that the surgeon of paper C asked for, as it is delivered.
 #include <gtest/gtest.h>
 
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/exercise_score.h"
 #include "sim_server/session/run.h"
@@ -10,7 +11,7 @@ namespace {
 
 // And the same operation with the tray elsewhere.
 TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
-  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_kidney.yaml");
+  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_kidney.yaml", standard_traits());
   Scene other = scene;
   other.exercise->bin.min_world_m.x() += 0.1;
   other.exercise->bin.max_world_m.x() += 0.1;
@@ -38,7 +39,7 @@ TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
 
 // The same on a volume: a pole of tetrahedra, marked tissue and all, is cut off and becomes a rigid piece.
 TEST(C_EXP, C_EXP_1_the_pole_of_a_volume_is_cut_off_and_put_into_the_tray) {
-  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_pole.yaml");
+  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_pole.yaml", standard_traits());
   Simulation simulation(fill_volumes(scene));
   ExerciseScore score(scene, simulation);
   StepInput input;

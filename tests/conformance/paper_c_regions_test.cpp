@@ -4,6 +4,7 @@
 
 #include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
+#include "sim_server/engine/standard_traits.h"
 #include "tests/support/drawn_scene.h"
 
 namespace sectio {
@@ -22,7 +23,7 @@ Region region(const char* name, const Vec3& colour) {
 
 // The bar that a knife goes through at x = 5 mm; a blue tumour in it that reaches its side, a green vessel along it.
 Scene bar_with_regions(const std::string& name) {
-  Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/" + name + ".yaml");
+  Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/" + name + ".yaml", standard_traits());
   BodySpec& bar = scene.bodies[0];
   bar.skin_colour = bar.wall_colour = Vec3(0.75, 0.12, 0.12);
   bar.regions = {region("tumour", Vec3(0.12, 0.2, 0.8)), region("vessel", Vec3(0.12, 0.7, 0.12))};

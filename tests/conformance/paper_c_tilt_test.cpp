@@ -7,6 +7,7 @@
 
 #include "common/delta/journal.h"
 #include "sim_server/body_contact/rigid_body.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/run.h"
 #include "sim_server/world/turning_gravity.h"
@@ -96,7 +97,7 @@ TEST_P(Tilted, C_EXP_3_by_plan_or_by_request_it_is_the_same) {
 // A session in which somebody tilts the table while a knife cuts a half off, and what its journal makes of it.
 struct Session {
   explicit Session(const std::vector<JournalGravity>& requests, const std::string& directory = {})
-      : scene(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_one_sequence.yaml")),
+      : scene(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_one_sequence.yaml", standard_traits())),
         simulation(scene),
         record(scene, simulation, directory) {
     std::size_t next = 0;

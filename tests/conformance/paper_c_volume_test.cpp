@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/exercise_score.h"
 #include "sim_server/session/run.h"
@@ -29,7 +30,7 @@ double ball_m3(double radius_m) {
 }
 
 TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
-  Scene scene = load_scene(kPaperBox);
+  Scene scene = load_scene(kPaperBox, standard_traits());
   // Beside it a score: of two marked balls one is all in the corner, the knife goes through the other's middle.
   scene.bodies[0].regions = {ball("in", Vec3(0.035, 0.035, 0), 0.004), ball("across", Vec3(0.025, 0.025, 0), 0.007)};
   scene.exercise = ExerciseSpec{"box", Box{Vec3(0.03, 0.03, -0.01), Vec3(0.1, 0.1, 0.1)}};
@@ -71,7 +72,7 @@ TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
 }
 
 TEST(C_NUM, C_NUM_1_the_papers_box_has_the_papers_numbers) {
-  Scene scene = load_scene(kPaperBox);
+  Scene scene = load_scene(kPaperBox, standard_traits());
   const Simulation simulation(fill_volumes(scene));
   EXPECT_NE(simulation.body(0).mesh_notes[0].find("196 tetrahedra, 74 vertices"), std::string::npos);
   EXPECT_EQ(TetSprings(simulation.body(0).tets, {}, {}).springs().size(), 1167u);

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/delta/journal.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/session/run.h"
 
 namespace sectio {
@@ -67,7 +68,7 @@ class Scenes : public testing::TestWithParam<std::string> {
 
   // The report without the times that steps took.
   ordered_json run(const std::string& name) const {
-    const Scene scene = planned(load_scene((kScenes / (GetParam() + ".yaml")).string()));
+    const Scene scene = planned(load_scene((kScenes / (GetParam() + ".yaml")).string(), standard_traits()));
     ordered_json report = ordered_json::parse(run_offline(scene, 0, (directory / name).string()));
     for (const char* time : {"step_time_total_s", "step_time_median_s", "step_time_p99_s", "processor_time_s"})
       report["run"].erase(time);
@@ -98,7 +99,7 @@ TEST_P(Scenes, D_8_two_runs_and_the_replay_are_alike_and_as_they_were) {
     EXPECT_EQ(replayed[b].mesh.revision(), body["revision"].get<std::uint64_t>());
     EXPECT_TRUE(body["closed"].get<bool>() && body["manifold"].get<bool>());
   }
-  const std::vector<ToolSpec> tools = load_scene((kScenes / (GetParam() + ".yaml")).string()).tools;
+  const std::vector<ToolSpec> tools = load_scene((kScenes / (GetParam() + ".yaml")).string(), standard_traits()).tools;
   const bool cuts = std::ranges::any_of(tools, [](const ToolSpec& tool) { return tool.kind != "probe"; });
   EXPECT_EQ(first["run"]["cuts_made"] > 0, cuts);
 

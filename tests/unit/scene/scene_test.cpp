@@ -1,78 +1,16 @@
 #include "sim_server/scene/scene.h"
 
-#include <gtest/gtest.h>
-
-#include <filesystem>
-#include <fstream>
 #include <random>
 
-#include "common/core/error.h"
+#include "sim_server/engine/standard_traits.h"
+#include "tests/unit/scene/scene_file.h"
 
 namespace sectio {
 namespace {
 
 namespace fs = std::filesystem;
-
-const char* const kScene = R"(session: test
-step_s: 0.002
-duration_s: 3
-gravity_m_per_s2: [0, 0, -1]
-camera: {eye_world_m: [0, -1, 1], target_world_m: [0, 0, 0], up_world: [0, 0, 1], field_of_view_deg: 40}
-bodies:
-  - name: cube
-    mesh: {file: cube.obj, unit: cm}
-    pose: {position_world_m: [1, 2, 3], rotation_deg: [0, 0, 90]}
-    model: surface_springs
-    material: {young_pa: 7000, poisson: 0.4}
-    cutting: {threshold_force_n: 0.3, hysteresis: 0.5}
-    fixed: {min_world_m: [0, 0, 0], max_world_m: [1, 1, 1]}
-    colours: {skin: [1, 0, 0], wall: [0, 1, 0]}
-    contact: {style: templates}
-tools:
-  - {name: knife, kind: scalpel, trace: knife.csv}
-  - {name: hook, kind: cautery_hook, intensity: 0.5}
-)";
-
-class SceneFile : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "sectio_scene_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-    write("cube.obj",
-          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
-          "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n");
-    write("knife.csv", "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n0,0,0,0.1,1,0,0,0\n1,0,0,0,1,0,0,0\n");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
-
-  Scene load(const std::string& text) const {
-    write("s.yaml", text);
-    return load_scene((folder_ / "s.yaml").string());
-  }
-
-  // The message for kScene with `from` replaced by `to`, less the file's folder; "" when it loads.
-  std::string refusal(const std::string& from, const std::string& to) const {
-    std::string text = kScene;
-    const auto at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    try {
-      load(text.replace(at, from.size(), to));
-    } catch (const InputError& error) {
-      std::string message = error.what();
-      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-      for (std::size_t i; (i = message.find(folder_.string() + "/")) != std::string::npos;) {
-        message.erase(i, folder_.string().size() + 1);
-      }
-      return message;
-    }
-    return "";
-  }
-
-  fs::path folder_;
-};
+using test::kScene;
+using test::SceneFile;
 
 TEST_F(SceneFile, every_key_arrives) {
   const Scene scene = load(kScene);
@@ -349,8 +287,8 @@ TEST_F(SceneFile, text_that_is_no_scene_is_refused) {
         std::string("session: !!binary x\nbodies: &b [*b]\n")}) {
     EXPECT_THROW(load(text), InputError) << text.substr(0, 40);
   }
-  EXPECT_THROW(load_scene((folder_ / "absent.yaml").string()), InputError);
-  EXPECT_THROW(load_scene(folder_.string()), InputError);
+  EXPECT_THROW(load_scene((folder_ / "absent.yaml").string(), standard_traits()), InputError);
+  EXPECT_THROW(load_scene(folder_.string(), standard_traits()), InputError);
 }
 
 TEST_F(SceneFile, damaged_text_is_read_or_refused_and_nothing_else) {
@@ -389,7 +327,7 @@ TEST(Scenes, scenes_of_the_project_load_and_their_traces_begin_and_end_clear_of_
   for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(SECTIO_SOURCE_DIR) / "deploy" / "scenes")) {
     if (entry.path().extension() != ".yaml") continue;
     ++count;
-    const Scene scene = load_scene(entry.path().string());
+    const Scene scene = load_scene(entry.path().string(), standard_traits());
     for (const ToolSpec& tool : scene.tools) {
       ASSERT_GT(tool.trace.size(), 1u) << entry.path();
       EXPECT_LE(tool.trace.back().time_s, scene.duration_s) << entry.path();

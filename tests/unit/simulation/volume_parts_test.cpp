@@ -4,6 +4,7 @@
 #include "common/delta/keyframe.h"
 #include "common/math/trace.h"
 #include "common/mesh/check.h"
+#include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation.h"
@@ -190,7 +191,7 @@ TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
 // The side through which the blade came is open, too, although the blade had pressed it in.
 TEST(VolumeParts, a_cut_begins_at_the_skin) {
   for (const std::string style : {"semi_progressive", "progressive"}) {
-    Scene scene = fill_volumes(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml"));
+    Scene scene = fill_volumes(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml", standard_traits()));
     scene.bodies[0].cutting.style = style;
     Operation op(scene);
     for (int n = 0; n < 1500; ++n) {

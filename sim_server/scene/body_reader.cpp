@@ -1,0 +1,211 @@
+#include "sim_server/scene/body_reader.h"
+
+#include <algorithm>
+
+#include "sim_server/scene/region_reader.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kMostSnapRatio = 0.15;  // above, crumbs come off
+
+// Which models of a table have a trait, for an error.
+std::string models_with(const EngineTraits& traits, bool ModelTraits::*trait) {
+  std::vector<std::string> names;
+  for (const ModelTraits& model : traits.models)
+    if (model.*trait) names.push_back(model.name);
+  return joined(names);
+}
+
+// What the model of a body may have. Model auto may have whatever any model may: the planner chooses accordingly.
+struct Allowed {
+  bool is_auto = false, volume = true, cutting = true, templates = true;
+};
+
+Allowed allowed_for(const std::string& model, const EngineTraits& traits) {
+  const auto found = std::ranges::find(traits.models, model, &ModelTraits::name);
+  if (found == traits.models.end()) return {model == "auto"};
+  return {false, found->needs_volume, found->can_cut, found->accepts_templates};
+}
+
+double unit_m(const std::string& name) {
+  return name == "m" ? 1 : name == "cm" ? 0.01 : 0.001;
+}
+
+void read_file(KeyReader& map, std::string& file, double& file_unit_m, const std::string& formats) {
+  std::string unit;
+  map.required().text("file", file, formats + " The path is relative to the scene's own folder.");
+  map.required().choice("unit", unit, {"m", "cm", "mm"}, "Length of the file's unit.");
+  file_unit_m = unit_m(unit);
+}
+
+void read_pose(KeyReader& map, Pose& pose) {
+  map.vector("position_world_m", pose.position_m, {}, "Place of the mesh's origin.");
+  map.rotation(pose.orientation, "world");
+}
+
+void read_material(KeyReader& map, MaterialSpec& m) {
+  map.number("young_pa", m.young_pa, above(0), "Young's modulus.");
+  map.number("poisson", m.poisson, from_to_below(0, 0.5), "Poisson's ratio.");
+  map.number("density_kg_per_m3", m.density_kg_per_m3, above(0), "Density.");
+  map.number("skin_thickness_m", m.skin_thickness_m, above(0),
+             "Thickness of the membrane that surface springs stand for.");
+  map.number("foundation_radius_m", m.foundation_radius_m, above(0),
+             "Radius of the indenter for which the springs that hold a surface in its shape have the stiffness of a "
+             "half-space.");
+  map.number("pretension", m.pretension, between(0, 0.5),
+             "Fraction by which surface springs are shorter at rest than the edges of the mesh.");
+  map.number("damping_per_s", m.damping_per_s, at_least(0), "Damping in proportion to mass.");
+  map.number("toughness_j_per_m2", m.toughness_j_per_m2, at_least(0), "Work that a cut takes, per area.");
+}
+
+void read_cutting(KeyReader& map, CuttingSpec& c, const Allowed& allowed, const EngineTraits& traits) {
+  map.number("threshold_force_n", c.threshold_force_n, at_least(0), "Pushing force at which the surface breaks.");
+  map.number("threshold_displacement_m", c.threshold_displacement_m, at_least(0),
+             "Displacement at which the surface breaks, instead of a force.");
+  map.check("threshold_displacement_m", !map.given("threshold_force_n"),
+            "give threshold_force_n or threshold_displacement_m, not both");
+  if (c.threshold_displacement_m) c.threshold_force_n.reset();
+  map.choice("style", c.style, {"progressive", "templates", "semi_progressive"},
+             "How a cut grows: progressive, up to the blade; templates, by whole triangles of a surface; "
+             "semi_progressive, by whole tetrahedra of a volume.");
+  map.number("open_top_m", c.open_top_m, above(0), "For style templates only: width of the opening at the surface.");
+  map.number("open_bottom_m", c.open_bottom_m, above(0),
+             "For style templates only: width of the opening at its bottom.");
+  map.number("hysteresis", c.hysteresis, above_to(0, 1),
+             "Fraction of the threshold above which a cut that has begun goes on.");
+  map.number("join_tolerance_m", c.join_tolerance_m, at_least(0),
+             "An instrument this close to the end of an earlier cut goes on with that cut.");
+  map.number("groove_min_depth_m", c.groove_min_depth_m, above(0), "Shallower cuts of a surface are not made.");
+  map.boolean("loops_free_islands", c.loops_free_islands, "A closed cut frees the piece of surface inside.");
+  map.number("snap_ratio", c.snap_ratio, between(0, kMostSnapRatio),
+             "For models with a volume only: a cut this close to the end of an edge, in edges, goes through that end.");
+  map.check(c.style != "semi_progressive" || allowed.volume,
+            "semi_progressive cuts tetrahedra: it needs a model with a volume");
+  map.check(c.style != "templates" || allowed.templates,
+            "templates cut a surface: they need the model " + models_with(traits, &ModelTraits::accepts_templates));
+  map.check(!map.given("snap_ratio") || allowed.volume, "snap_ratio is of tetrahedra: it needs a model with a volume");
+}
+
+void read_splitting(KeyReader& map, SplittingSpec& splitting) {
+  std::string free_parts = "keep";
+  map.choice("free_parts", free_parts, {"keep", "rigid", "deformable"},
+             "A part that a cut has separated stays with its body (keep), or becomes a body of its own.");
+  splitting.free_parts = free_parts == "keep"    ? FreeParts::keep
+                         : free_parts == "rigid" ? FreeParts::rigid
+                                                 : FreeParts::deformable;
+  map.number("least_volume_m3", splitting.least_volume_m3, at_least(0), "Smaller free parts are removed.");
+  map.number("friction", splitting.friction, at_least(0),
+             "Coefficient of friction of rigid parts with the floor and with bodies.");
+}
+
+void read_volume(KeyReader& map, VolumeSpec& v, const Allowed& allowed) {
+  map.choice("mesher", v.mesher, {"lattice", "tetgen", "best"},
+             "Program that fills the surface with tetrahedra; best: the one whose stable step is larger.");
+  map.number("tetrahedra", v.tetrahedra, between(12, 5e6), "About how many.");
+  map.default_of("about 2000 cells in the body")
+      .number("cell_m", v.cell_m, between(1e-5, 1), "For model neo_hookean_lattice only: edge of a hexahedron.");
+  map.choice("driver", v.driver, {"automatic", "implicit"},
+             "A step is taken explicitly where that is stable (automatic), or always implicitly.");
+  map.number("second_share", v.second_share, between(0, 0.95),
+             "For model tetra_springs only: share of the stiffness that springs to second neighbours have.");
+  map.number("damper_s", v.damper_s, at_least(0),
+             "For model tetra_springs only: constant of a spring's damper over the spring's stiffness.");
+  map.number("floor_kept_velocity", v.floor_kept_velocity, between(0, 1),
+             "Fraction of its velocity along the floor that a vertex keeps when it touches the floor.");
+  map.number("least_part_s", v.least_part_s, between(0, 0.1),
+             "Vertices that are too light for parts of a step as long as this are made heavier; 0: none.");
+  map.number("collapse_ratio", v.collapse_ratio, between(0, 0.8),
+             "After a cut, edges shorter than this fraction of the mean around them collapse; 0: none.");
+  map.part(
+      "tets",
+      [&](KeyReader& part) { read_file(part, v.file, v.file_unit_m, "Tetrahedra: .msh, .vtk or .node (with .ele)."); },
+      "A volume from a file, instead of a surface that is filled; then the body has no mesh.");
+  for (const char* chosen : {"tetrahedra", "cell_m", "driver"})
+    map.check(chosen, !allowed.is_auto, "model auto chooses it");
+}
+
+void read_model(KeyReader& map, BodySpec& body, const EngineTraits& traits) {
+  std::vector<std::string> names;
+  for (const ModelTraits& model : traits.models) names.push_back(model.name);
+  names.emplace_back("auto");
+  map.choice("model", body.model, names,
+             "How the body deforms and is cut; auto: the cheapest model that keeps both budgets, and its resolution.");
+  for (const char* budget : {"error_budget", "cpu_budget"})
+    map.check(budget, body.model == "auto", "it is of model auto");
+  map.number("error_budget", body.plan.error_budget, above_to(0, 10),
+             "For model auto only: how wrong the body may bend, twist, be dented and open, relative.");
+  map.number("cpu_budget", body.plan.cpu_budget, above_to(0, 1000),
+             "For model auto only: seconds of processor time for a second.");
+  std::vector<KeyReader::Owner> owners;
+  for (const ModelTraits& model : traits.models)
+    owners.push_back({"model " + model.name, model.name == body.model, model.keys});
+  map.options(std::move(owners), body.options);
+}
+
+void read_looks(KeyReader& map, BodySpec& body) {
+  map.vector("skin", body.skin_colour, between(0, 1), "Red, green and blue of the outer surface.");
+  map.vector("wall", body.wall_colour, between(0, 1), "Red, green and blue of walls that cuts have opened.");
+}
+
+}  // namespace
+
+Box read_box(KeyReader& map) {
+  Box box;
+  map.required().vector("min_world_m", box.min_world_m, {}, "Corner with the smallest coordinates.");
+  map.required().vector("max_world_m", box.max_world_m, {}, "Corner with the largest coordinates.");
+  map.check((box.min_world_m.array() < box.max_world_m.array()).all(),
+            "each number of min_world_m must be below that of max_world_m");
+  return box;
+}
+
+BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
+  BodySpec body;
+  map.required().name("name", body.name, "Its name, which no other body has.");
+  map.name("server", body.server,
+           "Name of the server that simulates the body, when several servers share the session.");
+  read_model(map, body, traits);
+  const Allowed allowed = allowed_for(body.model, traits);
+  map.part(
+      "pose", [&](KeyReader& part) { read_pose(part, body.pose); }, "Where the mesh is placed.");
+  map.part(
+      "material", [&](KeyReader& part) { read_material(part, body.material); }, "Constants of the tissue.");
+  map.part(
+      "contact",
+      [&](KeyReader& part) {
+        part.choice("style", body.contact.style, {"vertices", "templates"},
+                    "An instrument that presses moves vertices of the mesh, or temporary particles, which follow "
+                    "its form more closely.");
+        part.check(
+            body.contact.style != "templates" || allowed.templates,
+            "templates divide a surface: they need the model " + models_with(traits, &ModelTraits::accepts_templates));
+      },
+      "How instruments press it.");
+  map.check("cutting", allowed.cutting, "the model " + body.model + " can't be cut");
+  map.part(
+      "cutting", [&](KeyReader& part) { read_cutting(part, body.cutting, allowed, traits); },
+      "How instruments cut it.");
+  map.part(
+      "splitting", [&](KeyReader& part) { read_splitting(part, body.splitting); }, "What happens to separated parts.");
+  map.part(
+      "fixed", [&](KeyReader& part) { body.fixed = read_box(part); }, "A box: vertices inside stay where they are.");
+  map.part(
+      "colours", [&](KeyReader& part) { read_looks(part, body); }, "Colours where the body has no region.");
+  body.regions = read_regions(map);
+  map.check("volume", allowed.volume, "the model " + body.model + " has no volume");
+  map.part(
+      "volume", [&](KeyReader& part) { read_volume(part, body.volume, allowed); },
+      "The inside of a body whose model has a volume.");
+  map.check("mesh", body.volume.file.empty(), "volume.tets brings the surface, too");
+  // Required of most bodies, but not by the description, which holds for all.
+  map.required(!map.describes() && body.volume.file.empty());
+  map.part(
+      "mesh",
+      [&](KeyReader& part) {
+        read_file(part, body.mesh_file, body.mesh_unit_m, "A closed surface: OBJ, STL, PLY, glTF or GLB.");
+      },
+      "Its surface; every body has one but those with volume.tets.");
+  return body;
+}
+
+}  // namespace sectio

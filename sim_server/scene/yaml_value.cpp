@@ -1,0 +1,188 @@
+#include "sim_server/scene/yaml_value.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+#include "common/core/error.h"
+
+namespace sectio {
+namespace {
+
+std::string shortened(std::string text) {
+  for (char& c : text) c = std::iscntrl(static_cast<unsigned char>(c)) ? ' ' : c;
+  return text.size() > 40 ? text.substr(0, 37) + "..." : text;
+}
+
+// Levenshtein's distance.
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string place(const std::string& file, const YAML::Mark& mark) {
+  return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
+}
+
+}  // namespace
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates) {
+  std::string best;
+  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = word.size() > 100 ? least : edits(word, candidate);
+    if (distance >= least || distance >= candidate.size()) continue;
+    least = distance;
+    best = candidate;
+  }
+  return best;
+}
+
+YamlValue::YamlValue(const YAML::Node& node, std::string file, std::string key)
+    : node_(std::make_shared<YAML::Node>(node)), file_(std::move(file)), key_(std::move(key)) {}
+
+void YamlValue::fail(const std::string& flaw) const {
+  throw InputError(place(file_, node_->Mark()) + ": " + (key_.empty() ? "" : key_ + ": ") + flaw);
+}
+
+YamlValue YamlValue::absent(const std::string& key) const {
+  return {*node_, file_, path_of(key)};
+}
+
+std::string YamlValue::path_of(const std::string& key) const {
+  return key_.empty() ? key : key_ + "." + key;
+}
+
+std::string YamlValue::got() const {
+  switch (node_->Type()) {
+    case YAML::NodeType::Scalar: {
+      const std::string quote = node_->Tag() == "!" ? "\"" : "";
+      return "got " + quote + shortened(node_->Scalar()) + quote;
+    }
+    case YAML::NodeType::Sequence:
+      return "got a list of " + std::to_string(node_->size());
+    case YAML::NodeType::Map:
+      return "got a map";
+    default:
+      return "got nothing";
+  }
+}
+
+double YamlValue::number(const Range& range) const {
+  double value = 0;
+  const bool plain = node_->IsScalar() && node_->Tag() != "!";
+  const std::string text = plain ? node_->Scalar() : "";
+  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' && text[1] != '-');
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || text.empty() || !std::isfinite(value)) {
+    fail("expected a finite number, " + got());
+  }
+  if (!range.contains(value)) fail("expected " + range.text() + ", " + got());
+  return value;
+}
+
+bool YamlValue::boolean() const {
+  const std::string text = node_->IsScalar() && node_->Tag() != "!" ? node_->Scalar() : "";
+  if (text != "true" && text != "false") fail("expected true or false, " + got());
+  return text == "true";
+}
+
+std::string YamlValue::text() const {
+  if (!node_->IsScalar() || node_->Scalar().empty()) fail("expected a text, " + got());
+  const std::string& text = node_->Scalar();
+  if (std::any_of(text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; })) {
+    fail("expected a text of one line, " + got());
+  }
+  return text;
+}
+
+std::string YamlValue::name() const {
+  const std::string name = text();
+  const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; };
+  if (name.size() > 64 || !std::all_of(name.begin(), name.end(), allowed) || name.front() == '.')
+    fail("expected a name of at most 64 letters, digits, _, - and ., got " + name.substr(0, 64));
+  return name;
+}
+
+bool YamlValue::is(const std::string& word) const {
+  return node_->IsScalar() && node_->Scalar() == word;
+}
+
+std::string YamlValue::choice(const std::vector<std::string>& allowed) const {
+  const std::string text = node_->IsScalar() ? node_->Scalar() : "";
+  if (std::find(allowed.begin(), allowed.end(), text) == allowed.end()) {
+    fail("expected " + std::string(allowed.size() > 1 ? "one of " : "") + joined(allowed) + ", " + got());
+  }
+  return text;
+}
+
+Vec3 YamlValue::vector3(const Range& each) const {
+  if (!node_->IsSequence() || node_->size() != 3) fail("expected three numbers [x, y, z], " + got());
+  Vec3 v;
+  for (int i = 0; i < 3; ++i) {
+    v[i] = YamlValue((*node_)[static_cast<std::size_t>(i)], file_, key_ + "[" + std::to_string(i) + "]").number(each);
+  }
+  return v;
+}
+
+std::vector<YamlValue> YamlValue::list() const {
+  if (!node_->IsSequence()) fail("expected a list, " + got());
+  if (node_->size() == 0) fail("expected at least one entry, the list is empty");
+  std::vector<YamlValue> values;
+  for (std::size_t i = 0; i < node_->size(); ++i) {
+    values.emplace_back((*node_)[i], file_, key_ + "[" + std::to_string(i) + "]");
+  }
+  return values;
+}
+
+std::vector<YamlEntry> YamlValue::entries() const {
+  if (!node_->IsMap()) fail("expected keys with values, " + got());
+  std::vector<YamlEntry> entries;
+  for (const auto& entry : *node_) {
+    if (!entry.first.IsScalar()) YamlValue(entry.first, file_, key_).fail("expected a word as key");
+    const std::string& word = entry.first.Scalar();
+    const YamlValue key_place(entry.first, file_, path_of(shortened(word)));
+    const auto same = [&](const YamlEntry& e) { return e.key == word; };
+    if (std::ranges::any_of(entries, same)) key_place.fail("the key stands here for the second time");
+    entries.push_back({word, key_place, {entry.second, file_, path_of(word)}});
+  }
+  return entries;
+}
+
+YamlValue load_yaml(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream content;
+  if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read, or is empty");
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(content.str());
+  } catch (const YAML::Exception& error) {
+    throw InputError(place(path, error.mark) + ": " + shortened(error.msg));
+  }
+  if (documents.size() != 1)
+    throw InputError(path + ": expected one document, got " + std::to_string(documents.size()));
+  return {documents[0], path, ""};
+}
+
+}  // namespace sectio

@@ -1,0 +1,60 @@
+// A value of a YAML file that knows its place: whatever is wrong with it becomes an InputError
+// "FILE:LINE: KEY: what is wrong".
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim_server/scene/key.h"
+
+namespace YAML {
+class Node;
+}
+
+namespace sectio {
+
+struct YamlEntry;
+
+class YamlValue {
+ public:
+  YamlValue(const YAML::Node& node, std::string file, std::string key);
+
+  double number(const Range& range = {}) const;
+  bool boolean() const;
+  std::string text() const;  // not empty, one line
+  std::string name() const;  // as KeyType::name says
+  bool is(const std::string& word) const;
+  std::string choice(const std::vector<std::string>& allowed) const;
+  Vec3 vector3(const Range& each = {}) const;
+  std::vector<YamlValue> list() const;     // not empty
+  std::vector<YamlEntry> entries() const;  // of a map; a key that stands there twice is an error
+
+  [[noreturn]] void fail(const std::string& flaw) const;
+  // An entry of this map that does not stand in the file: its errors name the map's line.
+  YamlValue absent(const std::string& key) const;
+
+ private:
+  std::string got() const;  // the value as written, shortened
+  std::string path_of(const std::string& key) const;
+
+  std::shared_ptr<const YAML::Node> node_;
+  std::string file_, key_;
+};
+
+struct YamlEntry {
+  std::string key;
+  YamlValue key_place;  // for errors about the key itself
+  YamlValue value;
+};
+
+// The one document of a file.
+YamlValue load_yaml(const std::string& path);
+
+std::string joined(const std::vector<std::string>& words);  // with commas
+
+// The candidate that differs least from `word` by letters put in, left out or changed, when it is near enough to be
+// meant; "" otherwise.
+std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates);
+
+}  // namespace sectio
