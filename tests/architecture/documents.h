@@ -113,7 +113,7 @@ inline std::vector<Citation> citations(const std::string& source) {
       if (word == "et" || word == "al." || word == "al.,") continue;
       while (!word.empty() && std::ispunct(static_cast<unsigned char>(word.back()))) word.pop_back();
       const bool is_name = word.size() > 2 && std::isupper(static_cast<unsigned char>(word[0])) &&
-                           std::islower(static_cast<unsigned char>(word[1]));
+                           std::islower(static_cast<unsigned char>(word.back()));
       name = is_name ? word : "";
     }
   }

@@ -1,6 +1,6 @@
-// Takes away elements that cuts have left too thin (Ganovelli et al. 2000): an edge that is short beside the others of
-// its tetrahedra goes, one end moves onto the other. The volume stays a manifold of the same shape, within what is said
-// here, and no tetrahedron gets worse than the worst at the end that moves.
+// Removes elements that cuts have left too thin (Ganovelli and O'Sullivan 2001): an edge that is short beside the other
+// edges of its tetrahedra collapses, one end moving onto the other. The volume stays a manifold of the same shape,
+// within the bounds given here, and no tetrahedron gets worse than the worst at the end that moves.
 #pragma once
 
 #include <cstdint>
