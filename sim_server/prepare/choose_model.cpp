@@ -72,7 +72,7 @@ planning::BodySituation situation_of(const BodySpec& body, const Scene& scene) {
   return s;
 }
 
-// Alone in its scene, with what a candidate says.
+// The body alone in its scene, with the model of a candidate.
 Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
   Scene one;
   one.file = scene.file;
@@ -181,7 +181,7 @@ Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, doubl
   return choice;
 }
 
-// Other bodies' surface springs have a longest step, too.
+// The step must also be stable for the surface springs of the other bodies.
 bool is_stable(const Scene& scene, double step_s) {
   return std::ranges::all_of(scene.bodies, [&](const BodySpec& body) {
     return body.model != "surface_springs" || surface_limit_s(body, scene) >= step_s;

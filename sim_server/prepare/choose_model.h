@@ -1,4 +1,4 @@
-// Model auto: a scene whose bodies all have a model.
+// Chooses a model for each body whose scene says `model: auto`.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ struct PlannedScene {
   std::string table;  // for people, of each body that was auto (planning/plan.h); empty: none was
 };
 
-// Measures this machine, or reads what was measured before (prepare/machine_speed.h), when a body is auto; builds what
-// it chooses to see what came out. `anew`: measures again. Throws InputError that names scene and body.
+// When a body is auto, measures this machine or reads an earlier measurement (prepare/machine_speed.h), and builds the
+// chosen body to see its true size and step. `anew`: measures again. Throws InputError that names scene and body.
 PlannedScene plan_scene(Scene scene, bool anew = false);
 
-// The same with the tables in the log.
+// The scene of plan_scene(); its tables go to the log.
 Scene planned(Scene scene);
 
 }  // namespace sectio

@@ -39,7 +39,7 @@ FilledVolume filled(const BodySpec& body) {
   return volume;
 }
 
-// The same volume with these vertices as the first ones, then the others in their order.
+// The volume renumbered: these vertices first, then the others in their order.
 TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   TetMesh out;
   std::vector<VertexId> number(mesh.vertices_body_m.size(), kNone);

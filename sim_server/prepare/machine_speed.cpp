@@ -32,7 +32,7 @@ constexpr int kTries = 7, kSteps = 6;
 constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // of MaterialSpec
 constexpr char kFirstLine[] = "sectio calibration 2";
 
-// 60 x 60 x 40 mm, of n squares to 10 mm, outwards.
+// The surface of a block, 60 x 60 x 40 mm, with n squares to 10 mm, facing outwards.
 TriangleSoup block(int n) {
   TriangleSoup soup;
   const std::array<int, 3> count{6 * n, 6 * n, 4 * n};
@@ -65,7 +65,7 @@ TriangleSoup block(int n) {
   return soup;
 }
 
-// The block, filled with so many tetrahedra; held at its lower face.
+// The block filled with about so many tetrahedra, held at its lower face.
 Scene filled_block(double tetrahedra) {
   Scene scene;
   scene.file = "calibration";
@@ -93,14 +93,14 @@ Scene surface_block() {
   return scene;
 }
 
-// It sags.
+// The block sags.
 class Specimen {
  public:
   explicit Specimen(Scene scene)
       : scene_(std::move(scene)),
         body_(scene_.bodies[0], scene_, 0, standard_engines().models.at(scene_.bodies[0].model)) {}
 
-  // A step, s; the least of several tries.
+  // The time of a step, s: the least of several tries.
   double step_s() {
     double least = HUGE_VAL;
     for (int t = 0; t < kTries; ++t) {
@@ -110,7 +110,7 @@ class Specimen {
     }
     return least;
   }
-  // To let an instrument look for the surface after a step.
+  // The time in which an instrument looks for the surface after a step, s.
   double look_s() {
     double least = HUGE_VAL;
     for (int t = 0; t < kTries; ++t) {
@@ -133,7 +133,7 @@ class Specimen {
   Body body_;
 };
 
-// Of the surface, with a ball that rests in it.
+// The cost of a surface with a ball that rests in it.
 double touched_step_s() {
   Scene scene = surface_block();
   scene.tools.resize(1);
@@ -159,7 +159,7 @@ double touched_step_s() {
   return least;
 }
 
-// What parts(soft) and parts(stiff) of a step cost tells elements from vertices.
+// Separates elements from vertices by the costs of a step with few parts (soft tissue) and with many (stiff tissue).
 template <class Parts, class Elements>
 Rate rate_of(const Scene& block, const std::string& model, double modulus_over_young, const Parts& parts,
              const Elements& elements) {
@@ -270,7 +270,7 @@ Calibration calibration_of_this_machine(bool anew) {
   const Calibration c = measure_calibration();
   std::error_code error;
   if (!file.empty()) std::filesystem::create_directories(file.parent_path(), error);
-  // Others may read it meanwhile.
+  // Written beside and renamed, because other programs may read the file meanwhile.
   const std::filesystem::path part = file.string() + "." + std::to_string(::getpid());
   if (std::ofstream(part) << to_text(c, processor)) std::filesystem::rename(part, file, error);
   return c;
