@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -27,6 +28,7 @@ struct PointConstraint {
   bool stops = false;
   double largest_force_n = std::numeric_limits<double>::infinity();  // of a two-sided one
   Vec3 normal = Vec3::UnitZ();
+  std::uint32_t source = 0;  // whose it is; its reaction is for the same
 };
 
 // One vertex, put at one place for one step.

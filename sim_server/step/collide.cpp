@@ -4,6 +4,7 @@
 
 #include "sim_server/body_contact/body_contact.h"
 #include "sim_server/body_contact/contact_solver.h"
+#include "sim_server/step/step.h"
 #include "sim_server/step/touched_particles.h"
 
 namespace sectio {
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
-constexpr double kFollowed = 0.5;             // of the way to where jaws hold a point, in one step
+constexpr double kGraspFollows = 0.5;         // of the way to where jaws hold a point, in one step
 constexpr double kToolSpeedM_per_s = 1;       // at which a piece gives way to an instrument
 
 class RigidStep {
@@ -27,7 +28,7 @@ class RigidStep {
   }
 
   void run(const RigidInput& input, std::span<Reaction> reactions) {
-    if (!input.stirred.empty()) wake(input.stirred);
+    if (!input.disturbed.empty()) wake(input.disturbed);
     for (const RigidTouch& touch : input.touches) add_tool(touch);
     for (const GraspConstraint& grip : input.grips) add_grip(grip);
     for (std::uint32_t b = 0; b < bodies_.size(); ++b)
@@ -69,11 +70,11 @@ class RigidStep {
     return box.isEmpty() ? box : Box3(box.min() - reach, box.max() + reach);
   }
 
-  void wake(std::span<const std::uint8_t> stirred) {
+  void wake(std::span<const std::uint8_t> disturbed) {
     for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
       if (!bodies_[b]->asleep()) continue;
       for (std::uint32_t other = 0; other < bodies_.size() && bodies_[b]->asleep(); ++other)
-        if (stirred[other] && box_around(b, kReachM).intersects(box_around(other, kReachM))) bodies_[b]->wake();
+        if (disturbed[other] && box_around(b, kReachM).intersects(box_around(other, kReachM))) bodies_[b]->wake();
     }
   }
 
@@ -97,7 +98,7 @@ class RigidStep {
     RigidContact c;
     c.body = grip.body_id;
     c.point_world_m = grip.point_world_m;
-    c.surface_velocity_m_per_s = kFollowed / scene_.step_s * (grip.to_world_m - grip.point_world_m);
+    c.surface_velocity_m_per_s = kGraspFollows / scene_.step_s * (grip.to_world_m - grip.point_world_m);
     c.grip_n = grip.largest_force_n;
     dynamics_[c.body]->wake();
     contacts_.push_back(c);
@@ -210,6 +211,45 @@ void step_rigid_pieces(std::span<const std::unique_ptr<Body>> bodies, const Rigi
                        std::span<Reaction> reactions) {
   if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid || b->id >= scene.bodies.size(); })) return;
   RigidStep(bodies, scene).run(input, reactions);
+}
+
+void collide(World& world, StepContext& context) {
+  std::vector<GraspConstraint> grasps;
+  for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
+    const std::size_t from = grasps.size();
+    if (world.tools[t].pose) world.tools[t].grasp.append(world.bodies, grasps);
+    for (std::size_t i = from; i < grasps.size(); ++i) grasps[i].tool_id = t;
+  }
+  for (const GraspConstraint& g : grasps) context.bodies[g.body_id].disturbed = true;
+
+  std::vector<RigidTouch> touches;
+  std::vector<PointConstraint> constraints;
+  std::vector<std::size_t> first_of_body{0};  // of `constraints`
+  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
+    for (std::uint32_t e = 0; world.bodies[b]->rigid && e < world.edges.size(); ++e) {
+      const EdgeContact& contact = world.contact(b, e);
+      context.bodies[b].disturbed |= contact.state() != ContactState::free;
+      for (PointConstraint c : contact.constraints()) {
+        c.source = e;
+        constraints.push_back(c);
+        touches.push_back({b, c, world.tool_of(e).velocity_m_per_s});
+      }
+    }
+    first_of_body.push_back(constraints.size());
+  }
+  std::vector<std::uint8_t> disturbed;
+  for (const BodyStep& body : context.bodies) disturbed.push_back(body.disturbed);
+  std::vector<Reaction> reactions(touches.size() + grasps.size());
+  step_rigid_pieces(world.bodies, {touches, grasps, disturbed}, world.scene, reactions);
+
+  for (std::size_t i = 0; i < grasps.size(); ++i)
+    world.tools[grasps[i].tool_id].grasp.felt(reactions[touches.size() + i]);
+  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
+    if (!world.bodies[b]->rigid) continue;
+    const std::size_t from = first_of_body[b], count = first_of_body[b + 1] - from;
+    distribute_reactions(world, context, b, std::span(constraints).subspan(from, count),
+                         std::span(reactions).subspan(from, count));
+  }
 }
 
 }  // namespace sectio

@@ -19,7 +19,7 @@ namespace sectio {
 // An instrument presses a point of a piece (unilateral, see PointConstraint).
 struct RigidTouch {
   std::uint32_t body_id = 0;
-  PointConstraint constraint;
+  PointConstraint constraint;  // its source is the edge
   Vec3 tool_velocity_m_per_s = Vec3::Zero();
 };
 
@@ -27,7 +27,7 @@ struct RigidInput {
   std::span<const RigidTouch> touches = {};
   std::span<const GraspConstraint> grips = {};
   // By body, whether an instrument touched or held it or a cut changed it in this step; empty: none.
-  std::span<const std::uint8_t> stirred = {};
+  std::span<const std::uint8_t> disturbed = {};
 };
 
 // One reaction a touch, then one a grip.

@@ -1,16 +1,18 @@
-#include "sim_server/step/split.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
+#include "common/core/error.h"
+#include "common/messages/session.h"
 #include "sim_server/body_contact/mass_properties.h"
 #include "sim_server/components/leave.h"
+#include "sim_server/step/commit.h"
+#include "sim_server/step/step.h"
 
 namespace sectio {
 namespace {
-
-constexpr std::size_t kLongestName = 64;  // that a session can announce
 
 bool is_anchored(const Body& body, const Part& part) {
   return std::ranges::any_of(part.vertices, [&](VertexId v) { return body.engines.deformation->fixed(v); });
@@ -49,7 +51,7 @@ BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored)
   spec.tets = {};
   spec.mesh_notes.clear();
   const std::string number = std::to_string(part);
-  spec.name.resize(std::min(spec.name.size(), kLongestName - number.size() - 1));
+  spec.name.resize(std::min(spec.name.size(), kMaxNameBytes - number.size() - 1));
   spec.name.append(1, '.').append(number);
   if (anchored) return spec;
   spec.fixed.reset();
@@ -60,7 +62,7 @@ BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored)
   return spec;
 }
 
-std::unique_ptr<Body> make_body(Body& parent, Leaving leaving, const BodySpec& spec, const Scene& scene,
+std::unique_ptr<Body> make_body(Body& parent, Leaving& leaving, const BodySpec& spec, const Scene& scene,
                                 std::uint32_t id, const Pose& frame) {
   ParticleState state;
   state.resize(leaving.vertex_from.size());
@@ -74,12 +76,25 @@ std::unique_ptr<Body> make_body(Body& parent, Leaving leaving, const BodySpec& s
   return body;
 }
 
-}  // namespace
+void announce(const Body& part, std::uint32_t parent_id, StepContext& context) {
+  const char* kind = part.rigid ? "rigid" : part.spec.fixed ? "anchored" : "deformable";
+  context.emit(EventKind::body_split, parent_id, 0, part.spec.name + ", " + kind);
+  context.output.new_bodies.push_back({part.id, parent_id, part.spec.name});
+  context.output.publish_now = true;
+}
 
-Split split_body(Body& body, const Scene& scene, std::uint32_t next_id, std::uint32_t room,
-                 std::deque<BodySpec>& specs) {
-  Split result;
-  if (body.unsettled.empty() || body.rigid) return result;
+void announce_removed(double volume_m3, std::uint32_t parent_id, StepContext& context) {
+  context.output.report.removed_volume_m3 += volume_m3;
+  char text[64];
+  std::snprintf(text, sizeof text, "%.3g mm3", volume_m3 * 1e9);
+  context.emit(EventKind::fragment_removed, parent_id, 0, text);
+}
+
+// The component with fixed vertices stays the body; of several the largest, and where none is fixed the one that is
+// largest of all. What comes off beyond the number of bodies that a session can announce stays in the body.
+void split_body(World& world, StepContext& context, std::uint32_t body_id) {
+  Body& body = *world.bodies[body_id];
+  if (body.unsettled.empty() || body.rigid) return;
   const std::vector<TriangleId> changed = std::exchange(body.unsettled, {});
   for (const Part& part : leaving_parts(body, body.engines.splitting->separated(body.shared(), changed))) {
     if (is_worked_on(body, part)) {
@@ -90,20 +105,31 @@ Split split_body(Body& body, const Scene& scene, std::uint32_t next_id, std::uin
     Leaving leaving = leave(body.mesh, part);
     const double volume_m3 = mass_properties(leaving.mesh.rest_body_m(), leaving.mesh.triangles(), 1).volume_m3;
     const bool crumb = !anchored && volume_m3 < body.spec.splitting.least_volume_m3;
-    if (!crumb && result.parts.size() == room) continue;
-    const Pose frame = body.frame_world(part.vertices.front());
-    result.deltas.push_back(leaving.delta);
-    if (crumb) {
-      result.removed_m3.push_back(volume_m3);
-    } else {
-      const std::uint32_t id = next_id + static_cast<std::uint32_t>(result.parts.size());
-      const BodySpec& spec = specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
-      result.vertex_from.push_back(leaving.vertex_from);
-      result.parts.push_back(make_body(body, std::move(leaving), spec, scene, id, frame));
+    if (!crumb && world.bodies.size() >= world.most_bodies) continue;
+    std::unique_ptr<Body> made;
+    if (!crumb) {
+      const BodySpec& spec = world.part_specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
+      made = make_body(body, leaving, spec, world.scene, static_cast<std::uint32_t>(world.bodies.size()),
+                       body.frame_world(part.vertices.front()));
+      for (Tool& tool : world.tools) tool.grasp.part_left(body_id, *made, leaving.vertex_from);
     }
-    body.give_up(result.deltas.back());
+    const bool left = commit(world, context, body_id, {Cause::part_left, std::move(leaving.delta), {}});
+    SECTIO_ASSERT(left, "a whole part can be removed");
+    static_cast<void>(left);
+    if (crumb) {
+      announce_removed(volume_m3, body_id, context);
+      continue;
+    }
+    announce(*made, body_id, context);
+    world.add_part(std::move(made));
+    context.bodies.emplace_back();
   }
-  return result;
+}
+
+}  // namespace
+
+void split(World& world, StepContext& context) {
+  for_each_body(world, context, [&](std::uint32_t b) { split_body(world, context, b); });
 }
 
 }  // namespace sectio

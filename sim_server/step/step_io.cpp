@@ -40,4 +40,14 @@ const char* to_string(EventKind kind) {
   return "?";
 }
 
+void begin_step(StepOutput& output, double step_s) {
+  ++output.step;
+  output.sim_time_s = static_cast<double>(output.step) * step_s;
+  output.deltas.clear();
+  output.new_bodies.clear();
+  output.contacts.clear();
+  output.events.clear();
+  output.publish_now = false;
+}
+
 }  // namespace sectio

@@ -96,6 +96,9 @@ struct StepOutput {
   StepReport report;
 };
 
+// The next step begins: lists of the last one are empty, sums go on.
+void begin_step(StepOutput& output, double step_s);
+
 // How well a surface follows an instrument that presses (paper A, figures 4 and 5). For measurements: no step needs it.
 struct ContactGap {
   double depth_m = 0;  // of the point that presses, beneath the undeformed surface

@@ -88,7 +88,7 @@ Vec3 Body::home_normal_world(const MeshDraft& surface, const std::array<VertexId
   return frame_world(v[0]).orientation * normal_body.stableNormalized();
 }
 
-void Body::see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const {
+void Body::express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) const {
   VertexId at = kNone;
   for (const Entry& e : entries)
     if (e.tool_id == motion.tool_id) at = mesh.triangle(e.triangle).v[0];
@@ -112,29 +112,42 @@ double Body::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m)
   return 1e9;
 }
 
-bool Body::accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed) {
-  changed.clear();
-  std::vector<VertexId> touched = touched_vertices(plan.delta, mesh);
-  if (!accept(plan, mesh, cuts)) return false;
-  if (plan.delta.empty()) return true;
-  bring_up_to_date(plan.delta, plan.seeds, std::move(touched), changed);
-  if (spec.splitting.free_parts == FreeParts::keep)
-    free_islands(plan);
-  else
-    unsettled.insert(unsettled.end(), changed.begin(), changed.end());
-  return true;
+bool Body::apply_to_mesh(const Change& change) {
+  if (change.plan) return accept(*change.plan, mesh, cuts);
+  return change.delta.empty() || sectio::apply(change.delta, mesh) == ApplyStatus::applied;
 }
 
-bool Body::accept_change(const TopologyDelta& delta, Seeds seeds) {
+bool Body::apply(const Change& change, std::vector<TriangleId>& triangles) {
+  triangles.clear();
+  const TopologyDelta& delta = change.delta;
+  std::vector<VertexId> vertices = touched_vertices(delta, mesh);
+  if (!apply_to_mesh(change)) return false;
+  particles.resize(mesh.vertex_slots());
+  place(change.seeds);
   if (delta.empty()) {
-    place(seeds);
-    tree_stale_ = true;
+    tree_stale_ |= !change.seeds.empty();
     return true;
   }
-  std::vector<VertexId> touched = touched_vertices(delta, mesh);
-  if (apply(delta, mesh) != ApplyStatus::applied) return false;
-  std::vector<TriangleId> changed;
-  bring_up_to_date(delta, seeds, std::move(touched), changed);
+  std::vector<VertexId> placed;
+  for (const auto& [v, state] : change.seeds) placed.push_back(v);
+  for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
+  // A vertex that moved changes the springs and triangles around it, too.
+  for (const VertexEdit& e : delta.vertices) {
+    if (!e.alive) continue;
+    for (const TriangleId t : mesh.fan(e.id)) {
+      triangles.push_back(t);
+      vertices.insert(vertices.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
+    }
+  }
+  sort_unique(vertices), sort_unique(triangles);
+  engines.follow(shared(), {delta, vertices, triangles, placed});
+  lips_.follow(mesh, vertices);
+  if (change.cause == Cause::part_left) forget_strokes_of(delta);
+  if (!change.plan) return true;
+  if (spec.splitting.free_parts == FreeParts::keep)
+    free_islands(change.plan->islands);
+  else
+    unsettled.insert(unsettled.end(), triangles.begin(), triangles.end());
   return true;
 }
 
@@ -145,28 +158,9 @@ void Body::place(Seeds seeds) {
   }
 }
 
-void Body::bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
-                            std::vector<TriangleId>& changed) {
-  particles.resize(mesh.vertex_slots());
-  place(seeds);
-  std::vector<VertexId> placed;
-  for (const auto& [v, state] : seeds) placed.push_back(v);
-  for (const TriangleEdit& e : delta.triangles) changed.push_back(e.id);
-  // A vertex that moved changes the springs and triangles around it, too.
-  for (const VertexEdit& e : delta.vertices) {
-    if (!e.alive) continue;
-    for (const TriangleId t : mesh.fan(e.id)) {
-      changed.push_back(t);
-      touched.insert(touched.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
-    }
-  }
-  sort_unique(touched), sort_unique(changed);
-  engines.follow(shared(), {delta, touched, changed, placed});
-  lips_.follow(mesh, touched);
-}
-
-void Body::free_islands(const CutPlan& plan) {
-  for (const Island& island : plan.islands) {
+// An island is no part of the body any more: it lies on a bed, and nothing holds it.
+void Body::free_islands(std::span<const Island> islands) {
+  for (const Island& island : islands) {
     std::set<VertexId> members{island.any_vertex};
     std::vector<VertexId> order{island.any_vertex};
     for (std::size_t k = 0; k < order.size(); ++k)
@@ -182,21 +176,16 @@ Pose Body::frame_world(VertexId v) const {
   return rigid ? rigid->carried(frame_at_release_) : engines.deformation->rest_frame_world(v);
 }
 
-void Body::give_up(const TopologyDelta& delta) {
-  const ApplyStatus status = apply(delta, mesh);
-  SECTIO_ASSERT(status == ApplyStatus::applied, "a whole part can be removed");
-  static_cast<void>(status);
+// A stroke ends with the part that it was in.
+void Body::forget_strokes_of(const TopologyDelta& gone) {
+  const auto is_gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
   std::vector<VertexId> vertices;
-  std::vector<TriangleId> triangles;
-  for (const VertexEdit& e : delta.vertices) vertices.push_back(e.id);
-  for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
-  engines.follow(shared(), {delta, vertices, triangles, {}});
-  lips_.follow(mesh, vertices);
-  const auto gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
+  for (const VertexEdit& e : gone.vertices) vertices.push_back(e.id);
   cuts.grooves.forget(vertices);
   std::erase_if(cuts.strokes, [&](const Stroke& s) {
-    return gone(s.cell.apex) || gone(s.start) || gone(s.bottom) || gone(s.first) || gone(s.temporary_tip) ||
-           std::ranges::any_of(s.cell.rim, gone) || std::ranges::any_of(s.touched, gone);
+    return is_gone(s.cell.apex) || is_gone(s.start) || is_gone(s.bottom) || is_gone(s.first) ||
+           is_gone(s.temporary_tip) || std::ranges::any_of(s.cell.rim, is_gone) ||
+           std::ranges::any_of(s.touched, is_gone);
   });
 }
 

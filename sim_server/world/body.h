@@ -17,6 +17,7 @@
 #include "sim_server/scene/scene.h"
 #include "sim_server/step/step_io.h"
 #include "sim_server/surface/indentation/contact_templates.h"
+#include "sim_server/world/change.h"
 
 namespace sectio {
 
@@ -56,19 +57,14 @@ class Body {
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
-  void see_from_rest(std::span<const Entry> entries, BladeMotion& motion) const;
+  void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) const;
   // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
-  // Applies a plan and brings everything else up to date; false when it was refused. `changed`: triangle slots.
-  bool accept_plan(const CutPlan& plan, std::vector<TriangleId>& changed);
-
-  // The same for what is no cut, as temporary elements; the delta may be empty, and particles only move.
-  using Seeds = std::span<const std::pair<VertexId, VertexState>>;
-  bool accept_change(const TopologyDelta& delta, Seeds seeds);
-
-  // Gives up a part: applies `delta`, which only removes, and forgets what concerned it.
-  void give_up(const TopologyDelta& delta);
+  // Applies a change and brings the state, the engines and the lips up to date; of a cut also the strokes. `triangles`:
+  // slots that changed, or that have a vertex that did. False when the change does not fit the mesh: it is as before, and
+  // strokes have ended where they are. Called by commit() alone.
+  bool apply(const Change& change, std::vector<TriangleId>& triangles);
 
   // From now on it moves as a whole. False when its shape has no rigid motion.
   bool become_rigid();
@@ -108,10 +104,11 @@ class Body {
 
  private:
   void begin(const EngineSite& site);
-  void free_islands(const CutPlan& plan);
+  using Seeds = std::span<const std::pair<VertexId, VertexState>>;
+  bool apply_to_mesh(const Change& change);
   void place(Seeds seeds);
-  void bring_up_to_date(const TopologyDelta& delta, Seeds seeds, std::vector<VertexId> touched,
-                        std::vector<TriangleId>& changed);
+  void free_islands(std::span<const Island> islands);
+  void forget_strokes_of(const TopologyDelta& gone);
 
   CompactPositions compact_;
   LipContacts lips_;

@@ -38,8 +38,8 @@ const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
 
 }  // namespace
 
-EdgeContact::EdgeContact(std::uint32_t stroke_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts)
-    : stroke_id_(stroke_id),
+EdgeContact::EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts)
+    : edge_id_(edge_id),
       instrument_(instrument_of(tool.kind)),
       geometry_(tool.geometry),
       instrument_state_{tool.intensity, 0, edge},
@@ -58,7 +58,7 @@ ContactState EdgeContact::state() const {
   }
 }
 
-std::vector<TouchEvent> EdgeContact::take_events() {
+std::vector<ContactEvent> EdgeContact::take_events() {
   return std::exchange(events_, {});
 }
 
@@ -215,11 +215,11 @@ void EdgeContact::slide_to(const Vec3& contact_world_m) {
 
 void EdgeContact::enter_tissue(const SurfaceHit& hit) {
   phase_ = Phase::cutting;
-  entry_ = Entry{stroke_id_, hit.triangle, hit.bary};
+  entry_ = Entry{edge_id_, hit.triangle, hit.bary};
   if (body_.contact.inverse) {
     const SurfacePoint at =
         nearest_from(original_surface(body_), original_triangle(body_, hit.triangle), hit.point_world_m);
-    entry_ = Entry{stroke_id_, at.triangle, at.bary};
+    entry_ = Entry{edge_id_, at.triangle, at.bary};
   }
   events_.push_back({EventKind::penetrated});
 }
@@ -244,7 +244,7 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
   if (phase_ == Phase::searching) search();
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
-  const Stroke* stroke = body_.cuts.stroke_of(stroke_id_);
+  const Stroke* stroke = body_.cuts.stroke_of(edge_id_);
   if (stroke && with_templates()) return follow_with_templates(*stroke, poses, motions);
   if (stroke) follow_stroke(*stroke, poses, motions);
 }
@@ -256,7 +256,7 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   normal_ = normal_of_triangle(view, entry_->triangle);
   tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
-  motions.push_back({stroke_id_, {limited_blade(pose_, point_)}, false});
+  motions.push_back({edge_id_, {limited_blade(pose_, point_)}, false});
   if (with_templates()) begin_with_templates(motions.back());
   entry_.reset();
 }
@@ -269,7 +269,7 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
   const Pose& frame = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex);
   if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = frame.orientation * n;
   const Vec3 home = frame.to_world(rest_of(now, stroke));
-  BladeMotion motion{stroke_id_, {}, false};
+  BladeMotion motion{edge_id_, {}, false};
   if (edge_at(shape_at(pose_.opening_rad), pose_).up_world.dot(normal_) < kSteep && is_on_wall(stroke)) {
     motion.lift = true;  // it came to an open groove: nothing to cut down there
     motions.push_back(std::move(motion));
@@ -341,7 +341,7 @@ void EdgeContact::search() {
   const Vec3 heel = pose_.to_world(instrument_.front_is_virtual ? shape.a_tool_m : shape.edge_heel_tool_m);
   const auto hit = body_.tree().first_hit(body_.view(), heel, tip);
   if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.stroke_settings.min_step_m) {
-    entry_ = Entry{stroke_id_, hit->triangle, hit->bary};
+    entry_ = Entry{edge_id_, hit->triangle, hit->bary};
     phase_ = Phase::cutting;
   } else if (hit) {
     phase_ = Phase::spent;
@@ -361,12 +361,11 @@ void EdgeContact::rest_in_groove() {
   if ((away - away.dot(normal_) * normal_).norm() > left_behind_m()) phase_ = is_out ? Phase::free : Phase::searching;
 }
 
-void EdgeContact::planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed) {
-  if (!changed.empty()) tracker_.topology_changed(body_.view(), changed);
+void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   StrokeEnd end = StrokeEnd::going;
   std::string_view why;
   for (const StrokeOutcome& o : plan.outcomes)
-    if (o.tool_id == stroke_id_) end = o.end, why = o.why;
+    if (o.tool_id == edge_id_) end = o.end, why = o.why;
   if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused, why = "the surface would not stay whole";
   if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
   has_just_cut_ = true;
@@ -397,15 +396,17 @@ void EdgeContact::let_go() {
   if (phase_ == Phase::pressing) set_free();
 }
 
-void EdgeContact::surface_changed(std::span<const TriangleId> changed) {
-  tracker_.topology_changed(body_.view(), changed);
+void EdgeContact::follow(const AppliedChange& change) {
+  if (change.cause == Cause::indented) return;  // contacts are said on the surface without temporary elements
+  tracker_.topology_changed(body_.view(), change.triangles);
+  if (change.cause == Cause::cut) return;  // planned() says what became of the strokes
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
   std::erase_if(constraints_, [&](const PointConstraint& c) {
     return std::ranges::any_of(
         c.v, [&](VertexId v) { return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v)); });
   });
   if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
-  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(stroke_id_)) {
+  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(edge_id_)) {
     ended_at_ = point_;
     phase_ = Phase::spent;
     cutting_force_n_.setZero();
@@ -437,7 +438,7 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
   const bool may_rupture = (at_tip_ && instrument_.tip_pierces) || sharp_edge_presses();
   if (sharp_edge_is_in_slit() ||
       (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
-    entry_ = Entry{stroke_id_, triangle_, bary_};
+    entry_ = Entry{edge_id_, triangle_, bary_};
     phase_ = Phase::cutting;
     smooth_force_n_ = 0;
     events_.push_back({EventKind::penetrated});

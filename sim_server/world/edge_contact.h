@@ -1,4 +1,4 @@
-// One edge of an instrument at one body: from free motion over contact to penetration and back (paper B, section 2:
+// The contact of one edge of an instrument with one body: from free motion over contact to penetration and back (paper B, section 2:
 // contact, penetration and termination states).
 #pragma once
 
@@ -14,26 +14,26 @@
 
 namespace sectio {
 
-struct TouchEvent {
+struct ContactEvent {
   EventKind kind;
   std::string_view text = {};  // a constant
 };
 
 class EdgeContact {
  public:
-  // `stroke_id` is the tool_id that cutting knows the edge by. Not every body can be cut.
-  EdgeContact(std::uint32_t stroke_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts);
+  // `edge_id` is the index that cutting knows the edge by. Not every body can be cut.
+  EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts);
 
   // Before planning: where the poses since the last step lead. `poses` may be empty: the instrument rests.
   void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
   // What this instrument wants of plan_cut().
   void plan(std::span<const JointPose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   // What became of it.
-  void planned(const CutPlan& plan, bool accepted, std::span<const TriangleId> changed);
+  void planned(const CutPlan& plan, bool accepted);
   // It holds the body, and so presses it no more.
   void let_go();
-  // These triangles are not what they were, or gone with a part that came off: what was done to that has ended.
-  void surface_changed(std::span<const TriangleId> changed);
+  // The topology of the body has changed. What was done to a part that has left has ended.
+  void follow(const AppliedChange& change);
   // Cuts, or looks for where to: temporary elements must be gone before plan().
   bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
   // Where it presses on a body with contact templates, the most important first.
@@ -58,7 +58,7 @@ class EdgeContact {
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 
   // Since the last call.
-  std::vector<TouchEvent> take_events();
+  std::vector<ContactEvent> take_events();
   double cutting_work_j() const { return cutting_work_j_; }  // so far
 
  private:
@@ -111,7 +111,7 @@ class EdgeContact {
   bool may_enter() const;
   void set_free();
 
-  std::uint32_t stroke_id_;
+  std::uint32_t edge_id_;
   const InstrumentKind& instrument_;
   ToolGeometry geometry_;
   InstrumentState instrument_state_;
@@ -140,7 +140,7 @@ class EdgeContact {
   Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
   std::uint64_t searches_ = 0;
   bool has_just_cut_ = false;
-  std::vector<TouchEvent> events_;
+  std::vector<ContactEvent> events_;
 };
 
 }  // namespace sectio

@@ -28,12 +28,12 @@ void EdgeContact::press_with_templates(const Vec3& contact_world_m) {
   bary_ = at.bary;
   normal_ = body_.home_normal_world(surface, surface.triangle(triangle_).v, bary_);
   const std::span<const ContactPoint> before = body_.contact.points;
-  contact_points_.push_back({contact_place(surface, at, before), contact_world_m, normal_, stroke_id_});
+  contact_points_.push_back({contact_place(surface, at, before), contact_world_m, normal_, edge_id_});
   ContactLine line{at.triangle, to_body(contact_world_m), {}, frame.orientation.conjugate() * normal_};
   for (const std::size_t corner : corners_beside_contact()) {
     line.corner_body_m = to_body(corners_at(pose_).at_world_m[corner]);
     for (const PlaceOnLine& p : contact_places_along(surface, line, before))
-      contact_points_.push_back({p.place, frame.to_world(p.target_body_m), normal_, stroke_id_});
+      contact_points_.push_back({p.place, frame.to_world(p.target_body_m), normal_, edge_id_});
   }
 }
 
@@ -51,7 +51,7 @@ std::vector<std::size_t> EdgeContact::corners_beside_contact() const {
 
 void EdgeContact::hold_particles(std::span<const HeldParticle> held) {
   for (const HeldParticle& h : held) {
-    if (h.owner != stroke_id_) continue;
+    if (h.owner != edge_id_) continue;
     PointConstraint c = hold(h.vertex, h.target_world_m);
     c.unilateral = c.sticks = true;
     c.normal = normal_;

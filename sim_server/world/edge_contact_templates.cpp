@@ -95,7 +95,7 @@ void EdgeContact::follow_with_templates(const Stroke& stroke, std::span<const Jo
                                         std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
   point_ = position_of(now, stroke);
-  BladeMotion motion{stroke_id_, {}, false};
+  BladeMotion motion{edge_id_, {}, false};
   Vec3 from = point_;
   double opening_rad = opening_before_rad_;
   for (const JointPose& pose : poses) {

@@ -157,20 +157,15 @@ void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>>
   if (lag_m(bodies).norm() > radius_m_) let_go("slipped");
 }
 
-std::size_t Grasp::append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
-  const std::size_t before = constraints.size();
+void Grasp::append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
   const auto held = std::ranges::find(held_, body.id, &Held::body_id);
-  if (held == held_.end()) {
-    push_out(body, constraints);
-    return constraints.size() - before;
-  }
+  if (held == held_.end()) return push_out(body, constraints);
   for (const Point& p : held->points) {
     const Vec3 at = position_of(body, p.vertex), way = pose_.to_world(p.at_tool_m) - at;
     const double furthest_m = kFastestM_per_s * step_s;
     constraints.push_back(hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way));
     constraints.back().largest_force_n = p.share * largest_force_n_;
   }
-  return constraints.size() - before;
 }
 
 void Grasp::push_out(Body& body, std::vector<PointConstraint>& constraints) const {
@@ -187,26 +182,22 @@ void Grasp::push_out(Body& body, std::vector<PointConstraint>& constraints) cons
   }
 }
 
-std::size_t Grasp::append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& grips) const {
-  const std::size_t before = grips.size();
+void Grasp::append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& constraints) const {
   for (const Held& held : held_) {
     if (!bodies[held.body_id]->rigid) continue;
     const Pose& piece = bodies[held.body_id]->rigid->body.pose_world();
     for (const Point& p : held.points)
-      grips.push_back(
+      constraints.push_back(
           {held.body_id, piece.to_world(p.at_piece_m), pose_.to_world(p.at_tool_m), p.share * largest_force_n_});
   }
-  return grips.size() - before;
 }
 
-void Grasp::felt(std::span<const Reaction> reactions) {
-  for (const Reaction& reaction : reactions) {
-    force_on_tool_n_ += reaction.force_on_tool_n;
-    pushes_ |= reaction.active;
-  }
+void Grasp::felt(const Reaction& reaction) {
+  force_on_tool_n_ += reaction.force_on_tool_n;
+  pushes_ |= reaction.active;
 }
 
-void Grasp::topology_changed(std::uint32_t body_id, const TopologyDelta& delta) {
+void Grasp::follow(std::uint32_t body_id, const TopologyDelta& delta) {
   const auto held = std::ranges::find(held_, body_id, &Held::body_id);
   if (held == held_.end()) return;
   const auto changed = [&](const Point& p) {

@@ -23,6 +23,7 @@ struct GraspConstraint {
   Vec3 point_world_m = Vec3::Zero();
   Vec3 to_world_m = Vec3::Zero();  // where it should be
   double largest_force_n = 0;
+  std::uint32_t tool_id = 0;  // whose jaws
 };
 
 struct GraspEvent {
@@ -37,15 +38,15 @@ class Grasp {
 
   // At the beginning of a step: closes, opens or loses what it held. The instrument is at `pose` from then on.
   void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies);
-  // Of a body that deforms: what it wants of its points in this step, appended; returns how many.
-  std::size_t append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
-  // The same of rigid pieces.
-  std::size_t append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& grips) const;
-  // What came of these.
-  void felt(std::span<const Reaction> reactions);
+  // Appends what it wants of the points of a body that deforms in this step.
+  void append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
+  // Appends what it wants of the rigid pieces.
+  void append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& constraints) const;
+  // The reaction of one of these.
+  void felt(const Reaction& reaction);
 
   // A body has changed: vertices that are new or gone are not held.
-  void topology_changed(std::uint32_t body_id, const TopologyDelta& delta);
+  void follow(std::uint32_t body_id, const TopologyDelta& delta);
   // A part came off; by vertex its slot in the parent. Before the change of the parent.
   void part_left(std::uint32_t parent_id, const Body& part, std::span<const VertexId> vertex_from);
 

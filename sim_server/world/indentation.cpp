@@ -48,13 +48,10 @@ bool nothing_new(const TemporaryContact& contact, std::span<const ContactPoint> 
   });
 }
 
-std::optional<TopologyDelta> commit(Body& body, const MeshDraft& draft) {
-  TopologyDelta delta = draft.delta();
-  delta.temporary = true;
-  const bool applied = body.accept_change(delta, draft.seeds());
-  SECTIO_ASSERT(applied, "dividing faces keeps a surface a surface");
-  if (!applied || delta.empty()) return std::nullopt;
-  return delta;
+Change indentation(const MeshDraft& draft) {
+  Change change{Cause::indented, draft.delta(), draft.seeds()};
+  change.delta.temporary = true;
+  return change;
 }
 
 }  // namespace
@@ -84,8 +81,8 @@ TriangleId original_triangle(const Body& body, TriangleId t) {
   return kNone;
 }
 
-std::optional<TopologyDelta> press_body(Body& body, std::span<const ContactPoint> points, double step_s,
-                                        std::vector<HeldParticle>& held) {
+std::optional<Change> plan_indentation(Body& body, std::span<const ContactPoint> points, double step_s,
+                                       std::vector<HeldParticle>& held) {
   held.clear();
   std::vector<ContactPoint> all(points.begin(), points.end());
   const std::vector<ContactPoint> left = on_the_way_home(body, points, step_s);
@@ -93,18 +90,18 @@ std::optional<TopologyDelta> press_body(Body& body, std::span<const ContactPoint
   all.insert(all.end(), left.begin(), left.end());
   MeshDraft draft(body.mesh, body.particle_view());
   Press pressed = press(draft, body.contact, all, {});
-  if (pressed.change == ContactChange::refused) return release_body(body);
+  if (pressed.change == ContactChange::refused) return plan_release(body);
   held = std::move(pressed.held);
-  return commit(body, draft);
+  return indentation(draft);
 }
 
-std::optional<TopologyDelta> release_body(Body& body) {
+std::optional<Change> plan_release(Body& body) {
   if (!body.contact.inverse) return std::nullopt;
   MeshDraft draft(body.mesh, body.particle_view());
   const bool released = release(draft, body.contact);
   SECTIO_ASSERT(released, "nothing changes a mesh under temporary elements");
   if (!released) return std::nullopt;
-  return commit(body, draft);
+  return indentation(draft);
 }
 
 }  // namespace sectio

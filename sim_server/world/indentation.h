@@ -16,11 +16,12 @@ MeshDraft original_surface(const Body& body);
 // The triangle of it that one of the body has come from, or one beside that.
 TriangleId original_triangle(const Body& body, TriangleId t);
 
-// Brings the temporary elements to what instruments touch now: of each in order, the most important first. Fills
-// `held`, for this step only. Returns the change of topology to publish, if there is one.
-std::optional<TopologyDelta> press_body(Body& body, std::span<const ContactPoint> points, double step_s,
-                                        std::vector<HeldParticle>& held);
-// Undoes all of them; nothing if there are none.
-std::optional<TopologyDelta> release_body(Body& body);
+// The change that brings the temporary elements to what instruments touch now: of each in order, the most important
+// first. Fills `held`, for this step only. The body's TemporaryContact already is as after the change. Nothing when
+// nothing changes.
+std::optional<Change> plan_indentation(Body& body, std::span<const ContactPoint> points, double step_s,
+                                       std::vector<HeldParticle>& held);
+// The change that undoes all of them; nothing if there are none.
+std::optional<Change> plan_release(Body& body);
 
 }  // namespace sectio

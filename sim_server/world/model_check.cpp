@@ -34,24 +34,4 @@ void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbe
   known_ = std::isfinite(energy_j);
 }
 
-void report(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<ModelCheck>& checks, double step_s,
-            StepReport& out) {
-  out.stability_margin = kMostMargin;
-  out.added_mass_fraction = 0;
-  out.bodies_asleep = 0;
-  for (const auto& body : bodies) {
-    out.bodies_asleep += body->asleep();
-    if (body->rigid) continue;
-    const DeformationEngine& deformation = *body->engines.deformation;
-    out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / step_s);
-    out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.added_mass_fraction());
-  }
-  out.checks.clear();
-  out.processor_s.clear();
-  for (const ModelCheck& check : checks) {
-    out.checks.push_back(check.value());
-    out.processor_s.push_back(check.processor_s());
-  }
-}
-
 }  // namespace sectio

@@ -31,8 +31,4 @@ class ModelCheck {
   double energy_j_ = 0, work_j_ = 0;
 };
 
-// What a step's report says of its bodies.
-void report(const std::vector<std::unique_ptr<Body>>& bodies, const std::vector<ModelCheck>& checks, double step_s,
-            StepReport& out);
-
 }  // namespace sectio

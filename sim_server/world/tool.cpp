@@ -14,7 +14,7 @@ FitterSpec fitter_spec(const Scene& scene) {
 }  // namespace
 
 Tool::Tool(std::uint32_t tool_id, const Scene& scene)
-    : fitter(tool_id, fitter_spec(scene)), grip(scene.tools[tool_id]) {}
+    : fitter(tool_id, fitter_spec(scene)), grasp(scene.tools[tool_id]) {}
 
 void Tool::begin_step() {
   before = pose;
@@ -40,8 +40,8 @@ void Tool::take(const ToolSample& sample) {
 
 ContactStep Tool::contact(double sim_time_s) const {
   ContactStep step;
-  step.reaction_world_n = grip.force_on_tool_n();
-  if (grip.is_at_work()) {  // what it holds pulls as well as pushes
+  step.reaction_world_n = grasp.force_on_tool_n();
+  if (grasp.is_at_work()) {  // what it holds pulls as well as pushes
     step.state = ContactState::contact;
     step.point_world_m = pose->position_m;
     if (step.reaction_world_n.norm() > 0) step.normal_world = step.reaction_world_n.normalized();
@@ -51,15 +51,6 @@ ContactStep Tool::contact(double sim_time_s) const {
   step.tip_world_m = pose->position_m;
   step.tip_velocity_world_m_per_s = velocity_m_per_s;
   return step;
-}
-
-void feel(const EdgeContact& touch, ContactStep& step) {
-  step.reaction_world_n += touch.force_on_tool_n();
-  if (touch.state() <= step.state) return;
-  step.state = touch.state();
-  step.surface_known = touch.surface_known();
-  step.point_world_m = touch.point_world_m();
-  step.normal_world = touch.normal_world();
 }
 
 }  // namespace sectio

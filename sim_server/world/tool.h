@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "sim_server/haptics/contact_model_fitter.h"
-#include "sim_server/world/edge_contact.h"
 #include "sim_server/world/grasp.h"
 
 namespace sectio {
@@ -24,7 +23,7 @@ struct Tool {
   ContactStep contact(double sim_time_s) const;
 
   ContactModelFitter fitter;
-  Grasp grip;
+  Grasp grasp;
   std::optional<JointPose> pose;  // of the newest sample
   double time_s = 0;              // its time stamp
   std::uint64_t source = 0;
@@ -35,10 +34,6 @@ struct Tool {
   std::optional<JointPose> before;
   std::vector<JointPose> poses;
   bool continuous = true;
-  std::size_t grip_constraints = 0;  // on the body that deforms, or on all rigid ones
 };
-
-// What one of the instrument's edges feels of a body goes with the rest: forces add up, the deepest contact counts.
-void feel(const EdgeContact& touch, ContactStep& step);
 
 }  // namespace sectio

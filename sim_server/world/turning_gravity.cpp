@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "sim_server/world/body.h"
-
 namespace sectio {
 namespace {
 
@@ -56,13 +54,6 @@ bool TurningGravity::step(const StepInput& input, StepOutput& output) {
   output.gravity_m_per_s2 = now_;
   output.gravity_target_m_per_s2 = target_;
   return now_ != before;
-}
-
-void feel_gravity(const std::vector<std::unique_ptr<Body>>& bodies, const Vec3& gravity_m_per_s2) {
-  for (const auto& body : bodies) {
-    body->wake();
-    if (!body->rigid) body->engines.deformation->set_gravity(gravity_m_per_s2);
-  }
 }
 
 }  // namespace sectio

@@ -2,7 +2,6 @@
 // whoever is in charge of it (StepInput).
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -10,8 +9,6 @@
 #include "sim_server/step/step_io.h"
 
 namespace sectio {
-
-class Body;
 
 // One step from `now` towards `target`: turned by max_rad at most, made stronger or weaker by max_m_per_s2 at most.
 // Between opposite directions some way round is taken, always the same. Exactly `target` in the end. No function of
@@ -33,8 +30,5 @@ class TurningGravity {
   double max_rad_, max_m_per_s2_;  // in a step
   Vec3 now_, target_;
 };
-
-// All that deforms feels it from now on, and nothing sleeps through it.
-void feel_gravity(const std::vector<std::unique_ptr<Body>>& bodies, const Vec3& gravity_m_per_s2);
 
 }  // namespace sectio

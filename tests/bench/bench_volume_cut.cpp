@@ -55,7 +55,7 @@ class Notch {
     for (double y_m = -0.5 * kCell; y_m < 5 * kCell; y_m += 0.5 * kCell) {
       const double start_s = processor_time_s();
       const CutPlan plan = plan_to(y_m);
-      const bool accepted = body_->accept_plan(plan, changed_);
+      const bool accepted = body_->apply(cut_as_planned(plan), changed_);
       if (accepted && !plan.delta.empty()) seconds += processor_time_s() - start_s;
     }
     tetrahedra = (volume.tetrahedra().size() - before) / 4;  // one that is cut becomes four or six: five

@@ -117,8 +117,12 @@ struct PressedBody {
   }
   void press(const std::vector<ContactPoint>& points) {
     std::vector<HeldParticle> held;
-    press_body(body, points, scene.step_s, held);
+    apply(plan_indentation(body, points, scene.step_s, held));
     step(held);
+  }
+  void apply(const std::optional<Change>& change) {
+    std::vector<TriangleId> changed;
+    EXPECT_TRUE(!change || body.apply(*change, changed));
   }
   void step(const std::vector<HeldParticle>& held) {
     std::vector<PointConstraint> constraints;
@@ -145,7 +149,9 @@ TEST(A_DEF, A_DEF_8_springs_and_masses_are_as_before_bit_for_bit) {
   const TriangleId top = pressed.top(), beside = pressed.body.mesh.neighbour(top, 0);
   for (int i = 0; i < 40; ++i) pressed.press({pressed.point_in(top, 1e-4 * i), pressed.point_in(beside, 1e-4 * i)});
   EXPECT_NE(pressed.rows().degree(pressed.body.mesh.triangle(top).v[0]), 0u);
-  ASSERT_TRUE(release_body(pressed.body));
+  const auto release = plan_release(pressed.body);
+  ASSERT_TRUE(release);
+  pressed.apply(release);
   ASSERT_TRUE(pressed.body.mesh.same_database(untouched.body.mesh));
   ASSERT_EQ(pressed.rows().row_count(), untouched.rows().row_count());
   const DeformationEngine &a = *pressed.body.engines.deformation, &b = *untouched.body.engines.deformation;
@@ -164,7 +170,7 @@ TEST(A_DEF, A_DEF_9_nothing_stays_fixed_after_the_step) {
   PressedBody pressed;
   const ContactPoint p = pressed.point_in(pressed.top(), 0.002);
   std::vector<HeldParticle> held;
-  press_body(pressed.body, std::array{p}, pressed.scene.step_s, held);
+  pressed.apply(plan_indentation(pressed.body, std::array{p}, pressed.scene.step_s, held));
   ASSERT_EQ(held.size(), 1u);
   const VertexId v = held[0].vertex;
   EXPECT_GE(v, pressed.scene.bodies[0].mesh.vertices_body_m.size()) << "a new particle";

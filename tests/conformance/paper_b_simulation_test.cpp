@@ -126,7 +126,7 @@ struct CutBody {
     std::vector<TriangleId> changed;
     const CutPlan plan =
         plan_cut(body.mesh, body.particle_view(), body.cuts, entries, std::array{motion}, body.stroke_settings, true);
-    EXPECT_TRUE(body.accept_plan(plan, changed));
+    EXPECT_TRUE(body.apply(cut_as_planned(plan), changed));
   }
   Vec3 position(VertexId v) const { return body.particles.position_world_m[v].head<3>().cast<double>(); }
 

@@ -86,7 +86,7 @@ class BlockUnderBlade {
   CutPlan cut_to(double y_m, double z_m, bool lift = false) {
     CutPlan plan = plan_to(y_m, z_m, lift);
     std::vector<TriangleId> changed;
-    EXPECT_TRUE(body_.accept_plan(plan, changed));
+    EXPECT_TRUE(body_.apply(cut_as_planned(plan), changed));
     body_.deform({}, {}, 0.001);
     return plan;
   }

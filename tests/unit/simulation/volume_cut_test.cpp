@@ -123,10 +123,11 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   const auto short_before = short_edges(block.body(), block.cutting(), kRatio);
   auto replica = mesh_of(keyframe_of(block.body().mesh));
   int deltas = 0;
+  std::vector<TriangleId> triangles;
   for (int n = 0; n < 1000; ++n) {
     const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
     if (delta.empty()) continue;
-    ASSERT_TRUE(block.body().accept_change(delta, {}));
+    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}, triangles));
     ASSERT_EQ(apply(*delta_from_bytes(to_bytes(delta)), *replica), ApplyStatus::applied);
     ASSERT_EQ(replica->hash(), block.body().mesh.hash());
     const SurfaceReport surface = check(*replica);
@@ -168,9 +169,10 @@ TEST_P(VolumeCuts, what_is_fixed_does_not_collapse) {
     return n;
   };
   const std::size_t before = fixed(), all = volume.mesh().vertices_body_m.size();
+  std::vector<TriangleId> triangles;
   for (int n = 0; n < 1000; ++n) {
     const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
-    ASSERT_TRUE(block.body().accept_change(delta, {}));
+    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}, triangles));
   }
   EXPECT_LT(volume.mesh().vertices_body_m.size() + 15, all);
   EXPECT_EQ(fixed(), before);
@@ -188,7 +190,8 @@ TEST_P(VolumeCuts, a_collapse_that_is_not_accepted_leaves_all_as_it_was) {
   const TetMesh& followed = dynamic_cast<const VolumeDeformation&>(*block.body().engines.deformation).model().mesh();
   const std::vector<Tetrahedron> model_before = followed.tetrahedra;
   delta.hash_after += 1;
-  EXPECT_FALSE(block.body().accept_change(delta, {}));
+  std::vector<TriangleId> triangles;
+  EXPECT_FALSE(block.body().apply({Cause::tidied, delta, {}}, triangles));
   EXPECT_EQ(block.body().mesh.hash(), hash);
   EXPECT_EQ(block.cutting().volume().mesh().tetrahedra, before.tetrahedra);
   EXPECT_EQ(followed.tetrahedra, model_before);
@@ -217,7 +220,7 @@ TEST_P(VolumeCuts, a_cut_that_ends_at_another_is_a_T_junction) {
     const CutPlan plan =
         block.body().engines.cutting->plan(block.body().shared(), block.body().cuts, entries, std::array{motion});
     std::vector<TriangleId> changed;
-    ASSERT_TRUE(block.body().accept_plan(plan, changed));
+    ASSERT_TRUE(block.body().apply(cut_as_planned(plan), changed));
     block.body().deform({}, {}, 0.001);
   }
   EXPECT_GT(block.body().mesh.revision(), before + 3);
@@ -234,7 +237,7 @@ TEST_P(VolumeCuts, a_plan_that_is_not_accepted_leaves_all_as_it_was) {
   const TetMesh before = block.cutting().volume().mesh();
   const std::uint64_t hash = block.body().mesh.hash();
   std::vector<TriangleId> changed;
-  ASSERT_TRUE(block.body().accept_plan(block.plan_to(-0.025, 0.02), changed));  // the stroke has begun
+  ASSERT_TRUE(block.body().apply(cut_as_planned(block.plan_to(-0.025, 0.02)), changed));  // the stroke has begun
   const CutPlan plan = block.plan_to(0.01, 0.02);
   ASSERT_FALSE(plan.delta.empty());
   EXPECT_EQ(block.body().mesh.hash(), hash);
@@ -263,7 +266,7 @@ TEST_P(VolumeFronts, C_CUT_3_a_plan_that_is_not_accepted_leaves_the_front_as_it_
   EXPECT_EQ(after.vertices_body_m, before.vertices_body_m);
   EXPECT_EQ(after.tetrahedra, before.tetrahedra);
   std::vector<TriangleId> changed;
-  EXPECT_TRUE(block.body().accept_plan(plan, changed));
+  EXPECT_TRUE(block.body().apply(cut_as_planned(plan), changed));
   EXPECT_NE(block.body().mesh.hash(), hash);
 }
 
@@ -357,7 +360,7 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
     const Vec3 momentum_before = momentum();
     const double energy_j = block.body().engines.deformation->energy_j(block.body().shared());
     std::vector<TriangleId> changed;
-    ASSERT_TRUE(block.body().accept_plan(plan, changed));
+    ASSERT_TRUE(block.body().apply(cut_as_planned(plan), changed));
     fronts += !plan.delta.empty();
     if (GetParam() != "neo_hookean_lattice") {  // whose momentum is that of its nodes
       EXPECT_LT((momentum() - momentum_before).norm(), 1e-6 * mass_kg) << y_m;

@@ -33,7 +33,7 @@ struct Cut {
       volume.undo_to(0);
       return false;
     }
-    const std::vector<float> nothing(4 * mesh.vertex_slots(), 0.0f);
+    const std::vector<Vec4f> nothing(mesh.vertex_slots(), Vec4f::Zero());
     MeshDraft draft(mesh, {nothing, nothing});
     VolumeSurface::Change slots;
     const auto state = [&](VertexId v) { return VertexState{volume.vertex(v).rest_body_m, {}, {}}; };
@@ -52,7 +52,7 @@ struct Cut {
       if (!onto) continue;
       const BoundaryChange change = boundary_change(volume.collapse_change(v, *onto).tetrahedra);
       on_surface += !change.removed.empty();
-      const std::vector<float> nothing(4 * mesh.vertex_slots(), 0.0f);
+      const std::vector<Vec4f> nothing(mesh.vertex_slots(), Vec4f::Zero());
       MeshDraft draft(mesh, {nothing, nothing});
       VolumeSurface::Change slots;
       EXPECT_TRUE(surface.plan(

@@ -1,0 +1,18 @@
+#include "sim_server/step/commit.h"
+
+#include <utility>
+
+namespace sectio {
+
+bool commit(World& world, StepContext& context, std::uint32_t body_id, Change change) {
+  std::vector<TriangleId> triangles;
+  if (!world.bodies[body_id]->apply(change, triangles)) return false;
+  if (change.delta.empty()) return true;
+  for (EdgeContact& contact : world.contacts_of(body_id)) contact.follow({change.cause, change.delta, triangles});
+  for (Tool& tool : world.tools) tool.grasp.follow(body_id, change.delta);
+  context.bodies[body_id].changed = true;
+  context.output.deltas.push_back({body_id, std::move(change.delta)});
+  return true;
+}
+
+}  // namespace sectio

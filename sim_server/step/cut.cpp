@@ -1,0 +1,44 @@
+#include "sim_server/step/commit.h"
+#include "sim_server/step/step.h"
+
+namespace sectio {
+namespace {
+
+void cut_body(World& world, StepContext& context, std::uint32_t b) {
+  Body& body = *world.bodies[b];
+  BodyStep& step = context.bodies[b];
+  StepReport& report = context.output.report;
+  for (BladeMotion& motion : step.motions) body.express_in_rest_frame(step.entries, motion);
+  const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, step.entries, step.motions);
+  const bool accepted = commit(world, context, b, cut_as_planned(plan));
+  report.cuts_made += accepted && !plan.delta.empty();
+  report.cuts_refused += plan.refused + (accepted ? 0u : 1u);
+  for (EdgeContact& contact : world.contacts_of(b)) contact.planned(plan, accepted);
+  if (!accepted) return;
+  for (std::size_t i = 0; i < plan.islands.size(); ++i) context.emit(EventKind::island_freed, b, 0);
+}
+
+}  // namespace
+
+void cut(World& world, StepContext& context) {
+  for_each_body(world, context, [&](std::uint32_t b) {
+    const BodyStep& step = context.bodies[b];
+    if (world.bodies[b]->rigid || (step.entries.empty() && step.motions.empty())) return;
+    cut_body(world, context, b);
+  });
+}
+
+void tidy(World& world, StepContext& context) {
+  for_each_body(world, context, [&](std::uint32_t b) {
+    const BodyStep& step = context.bodies[b];
+    if (world.bodies[b]->rigid || step.at_work || !step.entries.empty() || !step.motions.empty()) return;
+    if (!is_idle(world, context, b)) return;
+    CuttingEngine& cutting = *world.bodies[b]->engines.cutting;
+    const std::uint64_t collapsed = cutting.edges_collapsed();
+    TopologyDelta delta = cutting.tidy(world.bodies[b]->shared());
+    if (!delta.empty()) commit(world, context, b, {Cause::tidied, std::move(delta), {}});
+    context.output.report.edges_collapsed += cutting.edges_collapsed() - collapsed;
+  });
+}
+
+}  // namespace sectio

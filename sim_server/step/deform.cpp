@@ -1,0 +1,80 @@
+#include <algorithm>
+
+#include "sim_server/step/step.h"
+
+namespace sectio {
+namespace {
+
+std::uint32_t grasp_source(const World& world, std::uint32_t tool_id) {
+  return static_cast<std::uint32_t>(world.edges.size()) + tool_id;
+}
+
+void deform_body(World& world, StepContext& context, std::uint32_t b, std::vector<PointConstraint>& constraints,
+                 std::vector<Reaction>& reactions) {
+  Body& body = *world.bodies[b];
+  BodyStep& step = context.bodies[b];
+  constraints.clear();
+  const auto say_whose = [&](std::size_t from, std::uint32_t source) {
+    for (std::size_t i = from; i < constraints.size(); ++i) constraints[i].source = source;
+  };
+  for (std::uint32_t e = 0; e < world.edges.size(); ++e) {
+    if (!world.tool_of(e).pose) continue;
+    const std::size_t from = constraints.size();
+    const auto of_edge = world.contact(b, e).constraints();
+    constraints.insert(constraints.end(), of_edge.begin(), of_edge.end());
+    say_whose(from, e);
+  }
+  const std::size_t of_edges = constraints.size();
+  for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
+    const std::size_t from = constraints.size();
+    if (world.tools[t].pose) world.tools[t].grasp.append(body, world.scene.step_s, constraints);
+    say_whose(from, grasp_source(world, t));
+  }
+  reactions.assign(constraints.size(), {});
+  step.disturbed = constraints.size() > of_edges || !is_idle(world, context, b);
+  if (step.disturbed) body.wake();
+  if (step.disturbed || !context.input.spare_idle_bodies) body.deform(constraints, reactions, world.scene.step_s);
+  for (const Reaction& reaction : reactions) step.work_j += reaction.work_j;
+  distribute_reactions(world, context, b, constraints, reactions);
+}
+
+}  // namespace
+
+bool is_idle(World& world, const StepContext& context, std::uint32_t body_id) {
+  return !context.bodies[body_id].changed && std::ranges::all_of(world.contacts_of(body_id), [](const EdgeContact& c) {
+    return c.state() == ContactState::free && c.constraints().empty();
+  });
+}
+
+void distribute_reactions(World& world, StepContext& context, std::uint32_t body_id,
+                          std::span<const PointConstraint> constraints, std::span<const Reaction> reactions) {
+  for (std::uint32_t e = 0; e < world.edges.size(); ++e) {
+    if (!world.tool_of(e).pose) continue;
+    Reaction sum;
+    for (std::size_t i = 0; i < constraints.size(); ++i) {
+      if (constraints[i].source != e) continue;
+      sum.force_on_tool_n += reactions[i].force_on_tool_n;
+      sum.active |= reactions[i].active;
+    }
+    EdgeContact& contact = world.contact(body_id, e);
+    contact.deformed(sum, world.scene.step_s);
+    for (const auto& [kind, text] : contact.take_events()) {
+      context.emit(kind, body_id, world.edges[e].tool_id, std::string(text));
+      context.output.publish_now |= kind == EventKind::contact_began;
+    }
+  }
+  for (std::size_t i = 0; i < constraints.size(); ++i)
+    if (constraints[i].source >= world.edges.size())
+      world.tools[constraints[i].source - world.edges.size()].grasp.felt(reactions[i]);
+}
+
+void deform(World& world, StepContext& context) {
+  std::vector<PointConstraint> constraints;
+  std::vector<Reaction> reactions;
+  for_each_body(world, context, [&](std::uint32_t b) {
+    if (!world.bodies[b]->rigid) deform_body(world, context, b, constraints, reactions);
+  });
+  for (const BodyStep& body : context.bodies) world.contact_work_j += body.work_j;
+}
+
+}  // namespace sectio

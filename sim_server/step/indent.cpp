@@ -1,0 +1,22 @@
+#include "sim_server/step/commit.h"
+#include "sim_server/step/step.h"
+#include "sim_server/world/indentation.h"
+
+namespace sectio {
+
+void indent(World& world, StepContext& context) {
+  std::vector<ContactPoint> points;
+  std::vector<HeldParticle> held;
+  for_each_body(world, context, [&](std::uint32_t b) {
+    Body& body = *world.bodies[b];
+    if (!body.contact_by_templates()) return;
+    points.clear();
+    for (const EdgeContact& contact : world.contacts_of(b))
+      points.insert(points.end(), contact.contact_points().begin(), contact.contact_points().end());
+    if (auto change = plan_indentation(body, points, world.scene.step_s, held))
+      commit(world, context, b, std::move(*change));
+    for (EdgeContact& contact : world.contacts_of(b)) contact.hold_particles(held);
+  });
+}
+
+}  // namespace sectio

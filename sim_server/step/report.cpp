@@ -1,0 +1,45 @@
+#include <algorithm>
+
+#include "sim_server/step/step.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kMostMargin = 1e9;
+
+void report_bodies(const World& world, StepReport& out) {
+  out.stability_margin = kMostMargin;
+  out.added_mass_fraction = 0;
+  out.bodies_asleep = 0;
+  for (const auto& body : world.bodies) {
+    out.bodies_asleep += body->asleep();
+    if (body->rigid) continue;
+    const DeformationEngine& deformation = *body->engines.deformation;
+    out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / world.scene.step_s);
+    out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.added_mass_fraction());
+  }
+  out.checks.clear();
+  out.processor_s.clear();
+  for (const ModelCheck& check : world.checks) {
+    out.checks.push_back(check.value());
+    out.processor_s.push_back(check.processor_s());
+  }
+}
+
+}  // namespace
+
+void report(World& world, StepContext& context) {
+  StepReport& out = context.output.report;
+  report_bodies(world, out);
+  out.local_searches = out.global_searches = 0;
+  out.penetration_m = 0;
+  out.instrument_work_j = world.contact_work_j;
+  for (EdgeContact& contact : world.contacts) {
+    out.instrument_work_j += contact.cutting_work_j();
+    out.local_searches += contact.local_searches();
+    out.global_searches += contact.global_searches();
+    out.penetration_m = std::max(out.penetration_m, contact.penetration_m());
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,72 @@
+// The stages of a step, in the order in which Simulation::step() lists them. Each loops over the bodies, in order of
+// their ids; what passes between stages is the context, which is made anew in each step.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim_server/step/step_io.h"
+#include "sim_server/world/world.h"
+
+namespace sectio {
+
+// What the stages of one step know of a body.
+struct BodyStep {
+  bool at_work = false;    // an instrument cuts it or looks for where to, or a part may have come off
+  bool changed = false;    // its topology changed
+  bool disturbed = false;  // it was touched, held or cut: what rests on it wakes
+  std::vector<Entry> entries;
+  std::vector<BladeMotion> motions;
+  double work_j = 0;       // that instruments did on it
+  double processor_s = 0;  // that its stages took, where somebody measures
+};
+
+struct StepContext {
+  StepContext(const StepInput& in, StepOutput& out, std::size_t body_count, double (*clock)())
+      : input(in), output(out), bodies(body_count), processor_s(clock) {}
+
+  void emit(EventKind kind, std::uint32_t body_id, std::uint32_t tool_id, std::string text = {}) {
+    output.events.push_back({output.step, kind, body_id, tool_id, std::move(text)});
+  }
+
+  const StepInput& input;
+  StepOutput& output;
+  bool gravity_turned = false;
+  std::vector<BodyStep> bodies;  // grows with the parts that come off
+  double (*processor_s)();       // the processor's time so far; nullptr: nobody measures
+};
+
+// Calls stage(body_id) for each body that there is at the beginning, and measures what it takes.
+template <class Stage>
+void for_each_body(World& world, StepContext& context, const Stage& stage) {
+  for (std::uint32_t b = 0, count = static_cast<std::uint32_t>(world.bodies.size()); b < count; ++b) {
+    const double begun_s = context.processor_s ? context.processor_s() : 0;
+    stage(b);
+    if (context.processor_s) context.bodies[b].processor_s += context.processor_s() - begun_s;
+  }
+}
+
+// No instrument touches the body, and nothing has changed it in this step.
+bool is_idle(World& world, const StepContext& context, std::uint32_t body_id);
+
+// Sums up what each edge of an instrument and each pair of jaws feels of these constraints, one reaction each, and tells
+// them. An edge without a constraint is told, too.
+void distribute_reactions(World& world, StepContext& context, std::uint32_t body_id,
+                          std::span<const PointConstraint> constraints, std::span<const Reaction> reactions);
+
+void take_samples(World& world, StepContext& context);  // instruments are where their newest samples are
+void grasp(World& world, StepContext& context);         // jaws close, open, or lose what they held
+void tilt(World& world, StepContext& context);          // gravity turns
+void touch(World& world, StepContext& context);         // edges meet surfaces, and say what they want to cut
+void cut(World& world, StepContext& context);           // engines plan cuts; accepted ones change the topology
+void tidy(World& world, StepContext& context);          // where no instrument is, short edges collapse
+void split(World& world, StepContext& context);         // parts that came off become bodies
+void indent(World& world, StepContext& context);        // temporary elements follow instruments that press
+void deform(World& world, StepContext& context);        // bodies move
+void watch(World& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
+void collide(World& world, StepContext& context);       // bodies meet each other and the floor
+void feel(World& world, StepContext& context);          // contact models for the hands
+void report(World& world, StepContext& context);        // the numbers of the step
+
+}  // namespace sectio

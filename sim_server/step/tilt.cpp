@@ -1,0 +1,16 @@
+#include "sim_server/step/step.h"
+
+namespace sectio {
+
+// All that deforms feels the new gravity, and nothing sleeps through it.
+void tilt(World& world, StepContext& context) {
+  context.gravity_turned = world.gravity.step(context.input, context.output);
+  if (!context.gravity_turned) return;
+  world.scene.gravity_m_per_s2 = world.gravity.now();
+  for (const auto& body : world.bodies) {
+    body->wake();
+    if (!body->rigid) body->engines.deformation->set_gravity(world.gravity.now());
+  }
+}
+
+}  // namespace sectio

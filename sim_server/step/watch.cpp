@@ -1,0 +1,19 @@
+#include "sim_server/step/step.h"
+
+namespace sectio {
+
+void watch(World& world, StepContext& context) {
+  for_each_body(world, context, [&](std::uint32_t b) {
+    Body& body = *world.bodies[b];
+    if (body.rigid) return;
+    if (!context.bodies[b].disturbed && !context.input.spare_idle_bodies) body.watch_rest(world.scene);
+    for (auto& [kind, text] : body.watch_numerics()) context.emit(kind, b, 0, std::move(text));
+  });
+  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
+    const BodyStep& step = context.bodies[b];
+    world.checks[b].stepped(*world.bodies[b], world.scene.step_s, step.work_j, step.changed || context.gravity_turned,
+                            step.processor_s);
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,39 @@
+// A change of a body's topology, before it is made (Change) and after (AppliedChange).
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/delta/topology_delta.h"
+#include "sim_server/surface/cutting/plan_cut.h"
+
+namespace sectio {
+
+enum class Cause : std::uint8_t {
+  cut,        // an instrument cut, or its stroke went on without one
+  tidied,     // a short edge that cuts had left collapsed
+  indented,   // temporary elements under instruments came, moved or went
+  part_left,  // a part came off and is a body of its own, or was removed
+};
+
+struct Change {
+  Cause cause = Cause::cut;
+  TopologyDelta delta;                                  // empty: only the state of some vertices changes
+  std::vector<std::pair<VertexId, VertexState>> seeds;  // where vertices are placed once the delta is applied
+  const CutPlan* plan = nullptr;                        // of a cut: what its engine goes on with
+};
+
+// A plan that leaves the topology as it is places nothing, either.
+inline Change cut_as_planned(const CutPlan& plan) {
+  if (plan.delta.empty()) return {Cause::cut, {}, {}, &plan};
+  return {Cause::cut, plan.delta, plan.seeds, &plan};
+}
+
+struct AppliedChange {
+  Cause cause = Cause::cut;
+  const TopologyDelta& delta;
+  std::span<const TriangleId> triangles;  // slots that changed, or that have a vertex that did; ascending, each once
+};
+
+}  // namespace sectio

@@ -1,0 +1,55 @@
+// All that a simulation keeps from one step to the next: the bodies, the instruments, and what each edge of an instrument
+// does at each body. The stages of a step (sim_server/step/) change it; commit() (world/commit.h) is the only way to
+// change the topology of a body.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/messages/session.h"
+#include "sim_server/world/body.h"
+#include "sim_server/world/edge_contact.h"
+#include "sim_server/world/model_check.h"
+#include "sim_server/world/tool.h"
+#include "sim_server/world/turning_gravity.h"
+
+namespace sectio {
+
+struct World {
+  // Throws InputError when a body has no engines, or when its step is beyond the stable one.
+  World(const Scene& scene, const EngineTable& engines);
+
+  // A part that came off: it gets the next id, edge contacts and a check of its own.
+  void add_part(std::unique_ptr<Body> part);
+
+  EdgeContact& contact(std::uint32_t body_id, std::uint32_t edge_id) {
+    return contacts[body_id * edges.size() + edge_id];
+  }
+  std::span<EdgeContact> contacts_of(std::uint32_t body_id) {
+    return std::span(contacts).subspan(body_id * edges.size(), edges.size());
+  }
+  Tool& tool_of(std::uint32_t edge_id) { return tools[edges[edge_id].tool_id]; }
+
+  Scene scene;  // its gravity is that of the current step
+  TurningGravity gravity;
+  std::vector<std::unique_ptr<Body>> bodies;  // those of the scene, then parts in the order in which they came off
+  std::deque<BodySpec> part_specs;            // a deque, since bodies refer to their specifications
+  std::vector<Tool> tools;
+  struct Edge {
+    std::uint32_t tool_id = 0;
+    std::size_t index = 0;  // among the edges of the tool
+  };
+  std::vector<Edge> edges;               // of all tools; an engine that cuts knows each by its index here, the edge_id
+  std::vector<EdgeContact> contacts;     // a row a body, a column an edge
+  std::vector<ModelCheck> checks;        // one a body
+  std::size_t most_bodies = kMaxBodies;  // that a session can announce; what comes off beyond stays in its body
+  double contact_work_j = 0;             // that instruments have done on bodies by pressing and holding, so far
+
+ private:
+  void add_contacts(Body& body);
+};
+
+}  // namespace sectio
