@@ -18,7 +18,7 @@ namespace {
 constexpr int kGap_px = 4;
 
 struct Options {
-  std::string out, size = "600x500";
+  std::string out, size = "600x500", field;
   std::vector<std::string> moments;
   int samples = 4, columns = 0;
   bool wireframe = false, stereo = false;
@@ -66,21 +66,22 @@ Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
     simulation.step(input);
   }
   FramePainter painter(canvas);
-  return painter.draw_frame(
-      whole_frame_of(scene, simulation),
-      {options.wireframe, false, false, 0, options.stereo ? std::optional(Stereo{}) : std::nullopt});
+  DrawOptions draw{.wireframe = options.wireframe, .overlay = !options.field.empty(), .field = options.field};
+  if (options.stereo) draw.stereo = Stereo{};
+  return painter.draw_frame(whole_frame_of(scene, simulation), draw);
 }
 
 int run(int argc, char** argv) {
   Options options;
-  Arguments arguments("draw_scenes", "draws moments of scenes side by side");
+  Arguments arguments("draw_scenes", "Simulates scenes and draws moments of them side by side.");
   arguments.option("OUT", options.out, "picture (PNG)", Need::required);
-  arguments.option("--scene", options.moments, "SCENE.yaml@SECONDS; may be repeated", Need::required);
-  arguments.option("--size", options.size, "of each, WIDTHxHEIGHT in pixels");
+  arguments.option("--scene", options.moments, "SCENE.yaml@SECONDS: a moment to draw; may be repeated", Need::required);
+  arguments.option("--size", options.size, "of each picture, WIDTHxHEIGHT in pixels");
   arguments.option("--columns", options.columns, "pictures in a row; 0: all of them");
-  arguments.option("--samples", options.samples, "per pixel: 1 or 4");
-  arguments.toggle("--stereo", options.stereo, "a picture for each eye, each as large as --size says");
-  arguments.toggle("--wireframe", options.wireframe, "with the edges of triangles");
+  arguments.option("--samples", options.samples, "samples per pixel: 1 or 4");
+  arguments.toggle("--stereo", options.stereo, "one picture for each eye, side by side, each of --size");
+  arguments.option("--show-field", options.field, "scalar field of the vertices to show in colours, with its legend");
+  arguments.toggle("--wireframe", options.wireframe, "draw the edges of triangles");
   if (!arguments.parse(argc, argv)) return 0;
   char rest = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d%c", &options.width_px, &options.height_px, &rest) != 2 ||

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "render_client/draw/tissue_noise.h"
+
 namespace sectio {
 
 void compute_normals(std::span<CanvasVertex> vertices, std::span<const std::uint32_t> indices) {
@@ -27,8 +29,8 @@ void compute_normals(std::span<CanvasVertex> vertices, std::span<const std::uint
 
 namespace {
 
-constexpr float kDeep_m = 0.03f;  // at first
-constexpr float kAcross_m = 0.002f;
+constexpr float kDeep_m = 0.03f;     // of a wall vertex below the lips, until it is measured
+constexpr float kAcross_m = 0.002f;  // of a wall that goes from lip to lip and has no vertex below them
 
 }  // namespace
 
@@ -62,13 +64,22 @@ void BodyMesh::arrange(const BodyFrame& body) {
   vertices_.assign(source_.size(), {});
   for (std::size_t i = 0; i < source_.size(); ++i) vertices_[i].rest_m = body.rest_body_m[source_[i]];
   for (std::size_t i = first_wall; i < first_across; ++i) vertices_[i].depth_m = on_skin[source_[i]] ? 0.0f : kDeep_m;
-  // Walls that go from lip to lip have no vertex inside that could be deep.
   for (std::size_t i = first_across; i < source_.size(); ++i) vertices_[i].depth_m = kAcross_m;
   measure_depth();
+  for (std::size_t i = 0; i < first_wall; ++i) vertices_[i].pattern = broad_pattern_at(vertices_[i].rest_m);
+  is_coarse_ = mean_skin_edge_m() > kCoarseSkin_m;
 }
 
-// Shortest way along wall edges to the skin, at rest: relaxation until nothing changes. Walls are a few triangles deep,
-// so it takes a few sweeps; the limit only bounds the work on a strange mesh.
+float BodyMesh::mean_skin_edge_m() const {
+  double sum_m = 0;
+  for (std::size_t i = 0; i < skin_index_count_; i += 3)
+    for (std::size_t k = 0; k < 3; ++k)
+      sum_m += (vertices_[indices_[i + k]].rest_m - vertices_[indices_[i + (k + 1) % 3]].rest_m).norm();
+  return static_cast<float>(sum_m / std::max(skin_index_count_, 1u));
+}
+
+// The shortest way along wall edges to the skin, at rest, by relaxation until nothing changes. Walls are a few triangles
+// deep, so that a few sweeps do; the limit only bounds the work on a strange mesh.
 void BodyMesh::measure_depth() {
   constexpr int kMaxSweeps = 24;
   bool changed = true;
@@ -102,6 +113,14 @@ bool BodyMesh::move(const BodyFrame& body) {
   if (!finite) return false;
   compute_normals(vertices_, indices_);
   return true;
+}
+
+void BodyMesh::set_scalars(const ScalarField* field, float least, float most) {
+  for (std::size_t i = 0; i < vertices_.size(); ++i) {
+    const float value = field && source_[i] < field->values.size() ? field->values[source_[i]] : least;
+    const float share = (value - least) / (most - least);
+    vertices_[i].scalar = share > 0 ? std::min(share, 1.0f) : 0;
+  }
 }
 
 }  // namespace sectio

@@ -13,13 +13,17 @@ namespace sectio {
 
 class BodyMesh {
  public:
-  // For a new revision: which vertices and triangles there are. O(triangles).
+  // For a new revision: takes the vertices and triangles. O(triangles).
   void arrange(const BodyFrame& body);
-  // For every frame on the same triangles: positions and normals. False, and nothing to draw, when a position in use
-  // is missing or not finite.
+  // For every frame on the same triangles: takes positions and computes normals. False, and nothing to draw, when a
+  // position in use is missing or not finite.
   [[nodiscard]] bool move(const BodyFrame& body);
+  // After move(): takes the values of a field as shares of the range from `least` to `most`; without a field, zeros.
+  void set_scalars(const ScalarField* field, float least = 0, float most = 1);
   // Around all vertices that are drawn.
   Eigen::AlignedBox3d rest_box() const;
+  // The skin's edges are too long for its vertices to carry the broad pattern (tissue_noise.h).
+  bool is_coarse() const { return is_coarse_; }
 
   std::span<const CanvasVertex> vertices() const { return vertices_; }
   std::span<const std::uint32_t> indices() const { return indices_; }
@@ -32,11 +36,13 @@ class BodyMesh {
   template <class Belongs>
   void add_triangles(const BodyFrame& body, const Belongs& belongs);
   void measure_depth();
+  float mean_skin_edge_m() const;
 
   std::vector<CanvasVertex> vertices_;
   std::vector<VertexId> source_;  // slot of each drawn vertex
   std::vector<std::uint32_t> indices_;
   std::uint32_t skin_index_count_ = 0;
+  bool is_coarse_ = false;
 };
 
 // Area-weighted unit normals of the triangles.

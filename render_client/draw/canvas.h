@@ -1,5 +1,6 @@
-// What drawing needs from a graphics system, and no more. Names no type of it; canvas_osmesa.cpp is the software one.
-// A canvas belongs to the thread that made it. Several may live at once, also in several threads.
+// The interface between drawing and a graphics library. It names no type of that library; osmesa_canvas.cpp implements
+// it in software. A canvas belongs to the thread that made it. Several canvases may live at once, also in several
+// threads.
 #pragma once
 
 #include <array>
@@ -15,14 +16,16 @@
 
 namespace sectio {
 
-// Uploaded as it is. Procedural materials read rest_m, so their pattern stays with the tissue while it moves.
+// Procedural materials read rest_m, so that their pattern stays with the tissue while it moves.
 struct CanvasVertex {
   Vec3f position_m = Vec3f::Zero();
   Vec3f normal = Vec3f::UnitZ();  // unit
   Vec3f rest_m = Vec3f::Zero();
-  float depth_m = 0;  // of a wall vertex below the lip of its cut, along the surface; of a drape: its shade, 0 to 1
+  float depth_m = 0;  // of a wall: below the lip of its cut, along the surface; of a drape: its shade, 0 to 1
+  std::array<std::uint8_t, 4> pattern{};  // of skin: the broad pattern of tissue (broad_pattern_at in tissue_noise.h)
+  float scalar = 0;  // 0 to 1; of skin and walls: wetness; of a scalar field: the value within the range that is shown
 };
-static_assert(sizeof(CanvasVertex) == 40);
+static_assert(sizeof(CanvasVertex) == 48);
 
 struct IndexRange {
   std::uint32_t first = 0;
@@ -30,19 +33,20 @@ struct IndexRange {
 };
 
 enum class Shading : std::uint8_t {
-  skin,     // moist organ surface; back faces of it and of drapes are not drawn
-  wall,     // cut tissue, lit from both sides
-  metal,    // bare steel
-  polymer,  // insulation
-  glow,     // hot tip
-  drape,    // cloth beneath the bodies
+  skin,          // moist organ surface; back faces of skin and of drapes are not drawn
+  wall,          // cut tissue, lit from both sides
+  scalar_field,  // a colour map of the vertices' scalar, lit from both sides
+  metal,         // bare steel
+  polymer,       // insulation
+  glow,          // hot tip
+  drape,         // cloth beneath the bodies
 };
-inline constexpr std::array kAllShadings{Shading::skin,    Shading::wall, Shading::metal,
-                                         Shading::polymer, Shading::glow, Shading::drape};
 
 struct Material {
   Shading shading = Shading::skin;
-  Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0..1
+  Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0 to 1
+  // Of skin whose vertices are too far apart to carry the broad pattern: it is looked up for each pixel.
+  bool pattern_per_pixel = false;
 };
 
 // Throws a soft shadow on skin, walls and drapes: a cone between two spheres.
@@ -74,11 +78,13 @@ class Canvas {
   virtual void set_vertices(MeshId mesh, std::span<const CanvasVertex> vertices) = 0;
   virtual void set_indices(MeshId mesh, std::span<const std::uint32_t> indices) = 0;
 
-  // What else there is in skin and walls of a mesh, by rest_m, which lies in the box; at most kMaxRegions.
+  // The regions inside a mesh, which its skin and walls show by rest_m; at most kMaxRegions. All rest_m lie in the box.
   virtual void set_regions(MeshId mesh, std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box) = 0;
 
   // Lamps hang at the camera: the picture depends on where things are to the camera, not in the world.
   virtual void begin(const CanvasView& view) = 0;
+  // The first draw of a material in a view compiles its shader, even when the range is empty: about 0.1 s, or 0.4 s
+  // with regions.
   virtual void draw(MeshId mesh, IndexRange range, const Material& material,
                     const Eigen::Matrix4f& world_from_mesh) = 0;
   // The edges of triangles that have been drawn already.
@@ -87,9 +93,9 @@ class Canvas {
   virtual Image& finish() = 0;
 };
 
-// samples_per_pixel: 1 (live) or 4 (stills and videos: smooth edges for about three times the time). Compiles and warms
-// up all shaders, which takes up to about a second. Rasterises on one thread unless the environment variable
-// LP_NUM_THREADS says otherwise. Throws InputError when there can be no such canvas.
+// samples_per_pixel: 1 (live) or 4 (stills and videos: smooth edges for about three times the time). Compiles the
+// shaders that most scenes need, which takes up to about a second. Rasterises on one thread unless the environment
+// variable LP_NUM_THREADS says otherwise. Throws InputError when the canvas can't be made.
 std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samples_per_pixel = 1);
 
 }  // namespace sectio

@@ -37,6 +37,25 @@ double tilt_of_deg(const Vec3& gravity_m_per_s2) {
   return std::acos(std::clamp(-gravity_m_per_s2.normalized().z(), -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
+const ScalarField* field_of(const BodyFrame& body, const std::string& name) {
+  const auto found = std::find_if(body.scalars.begin(), body.scalars.end(),
+                                  [&](const ScalarField& field) { return field.name == name; });
+  return found == body.scalars.end() ? nullptr : &*found;
+}
+
+// The range of the field over all bodies that have it.
+std::optional<FieldRange> range_of(const Frame& frame, const std::string& name) {
+  std::optional<FieldRange> range;
+  for (const BodyFrame& body : frame.bodies) {
+    const ScalarField* field = field_of(body, name);
+    if (!field) continue;
+    if (!range) range = FieldRange{field->least, field->most};
+    range->least = std::min(range->least, field->least);
+    range->most = std::max(range->most, field->most);
+  }
+  return range;
+}
+
 // The text follows the picture: 14 pixels high at 720 lines.
 int text_size_px(int height_px) {
   return std::clamp(height_px / 50, 10, 40);
@@ -55,7 +74,8 @@ FramePainter::~FramePainter() {
   canvas_.remove_mesh(floor_mesh_);
 }
 
-void FramePainter::update_bodies(const Frame& frame) {
+void FramePainter::update_bodies(const Frame& frame, const DrawOptions& options) {
+  field_range_ = range_of(frame, options.field);
   while (bodies_.size() > frame.bodies.size()) {
     canvas_.remove_mesh(bodies_.back().canvas_mesh);
     bodies_.pop_back();
@@ -69,15 +89,23 @@ void FramePainter::update_bodies(const Frame& frame) {
                drawn.vertex_slots == body.rest_body_m.size() && drawn.triangle_slots == body.triangles.size();
     if (!arranged) {
       drawn.mesh.arrange(body);
-      if (drawn.name != body.name || drawn.vertex_slots == 0 || session_ != frame.session)
+      if (drawn.name != body.name || drawn.vertex_slots == 0 || session_ != frame.session) {
         canvas_.set_regions(drawn.canvas_mesh, body.regions, drawn.mesh.rest_box());
+        drawn.pattern_per_pixel = drawn.mesh.is_coarse();
+      }
       drawn.name = body.name;
       drawn.revision = body.revision;
       drawn.vertex_slots = body.rest_body_m.size();
       drawn.triangle_slots = body.triangles.size();
       canvas_.set_indices(drawn.canvas_mesh, drawn.mesh.indices());
     }
+    const ScalarField* field = field_of(body, options.field);
+    drawn.shows_field = field != nullptr;
     drawn.visible = drawn.mesh.move(body);
+    if (field)
+      drawn.mesh.set_scalars(field, field_range_->least, field_range_->most);
+    else
+      drawn.mesh.set_scalars(field_of(body, "wetness"));
     if (drawn.visible) canvas_.set_vertices(drawn.canvas_mesh, drawn.mesh.vertices());
   }
   session_ = frame.session;
@@ -106,7 +134,7 @@ void FramePainter::update_tools(const Frame& frame) {
 }
 
 const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& options) {
-  update_bodies(frame);
+  update_bodies(frame, options);
   update_tools(frame);
   const double aspect = static_cast<double>(canvas_.width_px()) / canvas_.height_px();
   const Camera camera = options.fit_camera ? fit_camera(frame, aspect) : frame.camera;
@@ -122,6 +150,19 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
   return pair_;
 }
 
+void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, bool wireframe) {
+  const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
+  const IndexRange all{0, static_cast<std::uint32_t>(drawn.mesh.indices().size())};
+  if (drawn.shows_field) {
+    canvas_.draw(drawn.canvas_mesh, all, {Shading::scalar_field}, in_world);
+  } else {
+    const Material skin{Shading::skin, body.skin_colour.cast<float>(), drawn.pattern_per_pixel};
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), skin, in_world);
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>()}, in_world);
+  }
+  if (wireframe) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
+}
+
 Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
   CanvasView view;
   view.view_from_world = eye.view_from_world;
@@ -135,15 +176,7 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
   canvas_.begin(view);
   const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const DrawnBody& drawn = bodies_[i];
-    if (!drawn.visible) continue;
-    const BodyFrame& body = frame.bodies[i];
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), {Shading::skin, body.skin_colour.cast<float>()}, in_world);
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>()}, in_world);
-    if (options.wireframe) {
-      const auto all = static_cast<std::uint32_t>(drawn.mesh.indices().size());
-      canvas_.draw_wireframe(drawn.canvas_mesh, {0, all}, in_world);
-    }
+    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], options.wireframe);
   }
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     if (!is_drawable(frame.tools[i])) continue;
@@ -159,6 +192,7 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
   }
   Image& image = canvas_.finish();
   if (options.overlay) draw_panel(image, text_, overlay_lines(frame, options));
+  if (options.overlay && field_range_) draw_legend(image, text_, options.field, *field_range_);
   return image;
 }
 
@@ -172,6 +206,7 @@ std::vector<std::string> FramePainter::overlay_lines(const Frame& frame, const D
   if (frame.in_contact) lines.emplace_back("in contact");
   if (const double tilt_deg = tilt_of_deg(frame.gravity_m_per_s2); tilt_deg > 0.5)
     lines.push_back(format("patient tilted by %.0f deg", tilt_deg));
+  if (!options.field.empty() && !field_range_) lines.push_back("no body has a field " + options.field);
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (!bodies_[i].visible) lines.push_back(frame.bodies[i].name + ": not drawn, positions are not finite");
   }

@@ -1,5 +1,5 @@
-// Draws a whole Frame: bodies, instruments, numbers. Keeps what it uploaded, so only what changed is sent again:
-// positions every time, index buffers when a body's revision changed, instruments once.
+// Draws a whole Frame: bodies, instruments, numbers. It remembers the meshes that the canvas has and sends again only
+// the changes: positions every time, index buffers when a body's revision changed, instruments once.
 #pragma once
 
 #include <optional>
@@ -22,6 +22,7 @@ struct DrawOptions {
   bool fit_camera = false;            // show all of all bodies, along the frame's own line of sight
   double frames_per_s = 0;            // for the overlay; 0: not shown
   std::optional<Stereo> stereo = {};  // the left eye's picture beside the right one's, each as large as the canvas
+  std::string field = {};             // bodies with a scalar field of this name show it in colours instead of tissue
 };
 
 class FramePainter {
@@ -32,8 +33,8 @@ class FramePainter {
   FramePainter(const FramePainter&) = delete;
   FramePainter& operator=(const FramePainter&) = delete;
 
-  // The picture is the canvas's own and valid until the next call. A body with a position that is missing or not
-  // finite is left out, and a line of the overlay says so.
+  // The picture belongs to the canvas and is valid until the next call. A body with a position that is missing or not
+  // finite is left out, and a line of the overlay says so. A field named "wetness", from 0 to 1, makes tissue glossy.
   const Image& draw_frame(const Frame& frame, const DrawOptions& options = {});
 
  private:
@@ -43,6 +44,8 @@ class FramePainter {
     std::uint64_t revision = 0;
     std::size_t vertex_slots = 0, triangle_slots = 0;
     BodyMesh mesh;
+    bool pattern_per_pixel = false;
+    bool shows_field = false;
     bool visible = false;
   };
   struct DrawnTool {
@@ -53,8 +56,9 @@ class FramePainter {
     ToolMesh mesh;
   };
 
-  void update_bodies(const Frame& frame);
+  void update_bodies(const Frame& frame, const DrawOptions& options);
   void update_tools(const Frame& frame);
+  void draw_body(const DrawnBody& drawn, const BodyFrame& body, bool wireframe);
   Image& draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye);
   std::vector<std::string> overlay_lines(const Frame& frame, const DrawOptions& options) const;
 
@@ -63,6 +67,7 @@ class FramePainter {
   std::string session_;
   std::vector<DrawnBody> bodies_;
   std::vector<DrawnTool> tools_;
+  std::optional<FieldRange> field_range_;  // of the field that is shown, over all bodies; empty: no body has it
   FloorMesh floor_;
   MeshId floor_mesh_ = 0;
   Image pair_;

@@ -1,12 +1,15 @@
 #include "render_client/draw/overlay.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <map>
 
 #include <ft2build.h>
 #include FT_FREETYPE_H
 
 #include "common/core/error.h"
+#include "render_client/draw/colour_map.h"
 
 namespace sectio {
 
@@ -15,6 +18,8 @@ namespace {
 constexpr const char* kFontFile = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr int kPanelMargin = 12;
 constexpr int kPanelPadding = 8;
+constexpr Colour kPanelColour{8, 10, 14, 130};
+constexpr Colour kTextColour{225, 230, 235, 255};
 
 // Decodes one character and moves on; a malformed byte stands for itself.
 char32_t next_character(std::string_view& text) {
@@ -116,12 +121,32 @@ Rect panel_rect(const Text& text, const std::vector<std::string>& lines) {
 void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines) {
   if (lines.empty()) return;
   const Rect rect = panel_rect(text, lines);
-  fill(image, rect, {8, 10, 14, 130});
+  fill(image, rect, kPanelColour);
   int y = rect.y_px + kPanelPadding;
   for (const std::string& line : lines) {
-    text.draw(image, rect.x_px + kPanelPadding, y, line, {225, 230, 235, 255});
+    text.draw(image, rect.x_px + kPanelPadding, y, line, kTextColour);
     y += text.line_height_px();
   }
+}
+
+void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range) {
+  const auto format = [](const char* pattern, float value) {
+    std::array<char, 32> digits{};
+    std::snprintf(digits.data(), digits.size(), pattern, static_cast<double>(value));
+    return std::string(digits.data());
+  };
+  const std::string before = name + format("   %.4g ", range.least), after = format(" %.4g", range.most);
+  const int line_px = text.line_height_px(), bar_px = 8 * line_px, before_px = text.width_px(before);
+  const Rect panel{kPanelMargin, image.height_px - kPanelMargin - line_px - 2 * kPanelPadding,
+                   before_px + bar_px + text.width_px(after) + 2 * kPanelPadding, line_px + 2 * kPanelPadding};
+  fill(image, panel, kPanelColour);
+  const int x = panel.x_px + kPanelPadding, y = panel.y_px + kPanelPadding;
+  text.draw(image, x, y, before, kTextColour);
+  for (int i = 0; i < bar_px; ++i) {
+    const float share = static_cast<float>(i) / static_cast<float>(bar_px - 1);
+    fill(image, {x + before_px + i, y + line_px / 4, 1, line_px / 2}, map_colour(share));
+  }
+  text.draw(image, x + before_px + bar_px, y, after, kTextColour);
 }
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// Text on pictures (FreeType stays inside overlay.cpp) and the small panel of numbers over a frame.
+// Text on pictures (FreeType stays inside overlay.cpp), and the panels over a frame: its numbers and its legend.
 #pragma once
 
 #include <memory>
@@ -31,9 +31,16 @@ class Text {
   std::unique_ptr<Face> face_;
 };
 
-// The rectangle that draw_panel() changes for these lines.
+// The rectangle that draw_panel() fills for these lines.
 Rect panel_rect(const Text& text, const std::vector<std::string>& lines);
 // Lines of text on a dark translucent panel in the top left corner.
 void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines);
+
+struct FieldRange {
+  float least = 0, most = 1;
+};
+// The name of a scalar field and a bar of its colours (colour_map.h) with the ends of its range, on a panel in the bottom
+// left corner.
+void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range);
 
 }  // namespace sectio

@@ -30,7 +30,6 @@ RegionTable region_table(std::span<const Region> regions, const Eigen::AlignedBo
 namespace shaders {
 
 constexpr const char* kRegions = R"(
-uniform int region_count;
 uniform ivec2 part_of[32];
 uniform vec4 part_a[32];
 uniform vec4 part_b[32];

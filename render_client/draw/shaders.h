@@ -1,5 +1,6 @@
-// GLSL 3.30. One program for each shading: software rasterisers run both branches of an `if`, so materials are not
-// switched inside a program. All lighting is in view space, in linear light, with lamps fixed to the camera.
+// GLSL 3.30. A program is compiled for each shading, in variants by the definitions REGIONS, SHADOWS and
+// PATTERN_PER_PIXEL (osmesa_program.h): a software rasteriser runs both branches of an `if`. All lighting is in view
+// space, in linear light, with lamps fixed to the camera.
 #pragma once
 
 namespace sectio::shaders {
@@ -10,17 +11,23 @@ constexpr const char* kVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 rest_depth;
+layout(location = 3) in vec4 vertex_pattern;
+layout(location = 4) in float vertex_scalar;
 uniform mat4 view_from_mesh;
 uniform mat4 projection;
 invariant gl_Position;
 out vec3 p_view;
 out vec3 n_view;
 out vec4 rest;
+out vec4 pattern;
+out float scalar;
 void main() {
   vec4 p = view_from_mesh * vec4(position, 1.0);
   p_view = p.xyz;
   n_view = mat3(view_from_mesh) * normal;
   rest = rest_depth;
+  pattern = vertex_pattern;
+  scalar = vertex_scalar;
   gl_Position = projection * p;
 })";
 
@@ -28,12 +35,16 @@ constexpr const char* kLighting = R"(
 in vec3 p_view;
 in vec3 n_view;
 in vec4 rest;
+in vec4 pattern;
+in float scalar;
 uniform vec3 base_colour;
 uniform sampler3D noise;
 uniform sampler3D relief;
+#ifdef SHADOWS
 uniform vec4 occluder_from[2];
 uniform vec4 occluder_to[2];
 uniform int occluder_count;
+#endif
 out vec4 fragment;
 
 const vec3 kKey = vec3(-0.4082, 0.8165, 0.4082);
@@ -43,6 +54,7 @@ const vec3 kRim = vec3(0.3015, 0.6030, -0.7385);
 // Share of the key light that passes the instruments. The penumbra widens with the distance of what throws it.
 float key_light_at(vec3 p) {
   float light = 1.0;
+#ifdef SHADOWS
   for (int i = 0; i < occluder_count; ++i) {
     vec3 ab = occluder_to[i].xyz - occluder_from[i].xyz;
     vec3 ap = p - occluder_from[i].xyz;
@@ -55,6 +67,7 @@ float key_light_at(vec3 p) {
     float soft = 0.0008 + 0.12 * t;
     light -= min(radius / soft, 1.0) * (1.0 - smoothstep(radius - soft, radius + soft, gap));
   }
+#endif
   return max(light, 0.0);
 }
 
@@ -106,25 +119,36 @@ void emit_tissue(vec3 n, vec3 film_n, vec3 albedo, float ambient, float wetness)
   colour += albedo * 0.5 * max(dot(n, kRim), 0.0) * (1.0 - facing);
   emit(colour);
 }
+
+// Of skin and walls the scalar is wetness: a liquid film darkens what lies under it and shines.
+float wet_shade() { return 1.0 - 0.35 * scalar; }
+float wet_gloss() { return 1.2 * scalar; }
 )";
 
+// The broad pattern varies so slowly that fine meshes carry it on their vertices: a look-up costs as much as the light.
 constexpr const char* kSkin = R"(
 void main() {
   vec3 n = normalize(n_view);
+#ifdef PATTERN_PER_PIXEL
   vec4 broad = texture(noise, rest.xyz * 9.0 + 0.37);
+#else
+  vec4 broad = pattern;
+#endif
   vec4 fine = texture(relief, rest.xyz * 41.0);
   vec3 albedo = base_colour * base_colour;
   albedo *= (0.66 + 0.68 * broad.r) * (0.80 + 0.34 * fine.a);
   albedo = mix(albedo, albedo * vec3(0.60, 0.42, 0.48), 0.55 * smoothstep(0.45, 0.95, broad.a));
   albedo = mix(albedo, vec3(dot(albedo, vec3(0.35))), 0.10 + 0.10 * broad.b);
+#ifdef REGIONS
   albedo = tissue_at(rest.xyz, albedo, smoothstep(0.35, 0.75, broad.r), 0.80 + 0.34 * fine.a);
+#endif
   vec3 film = bumped(n, 0.15 * (fine.rgb - 0.5));
-  emit_tissue(mix(n, film, 0.5), film, albedo, 1.0, 0.75 + 0.4 * broad.b);
+  emit_tissue(mix(n, film, 0.5), film, albedo * wet_shade(), 1.0, 0.75 + 0.4 * broad.b + wet_gloss());
 })";
 
-// Where the scene says what is inside, that is shown as it is, and only the light knows how deep a cut is. Otherwise,
-// parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood that gathers
-// towards the bottom, where little light comes.
+// A scene with regions says what is inside: that is shown as it is, and only the light depends on the depth. Without
+// them a wall is parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood that
+// gathers towards the bottom, where little light comes.
 constexpr const char* kWall = R"(
 void main() {
   vec3 n = normalize(n_view);
@@ -136,15 +160,31 @@ void main() {
   albedo *= (0.50 + 0.62 * coarse.r) * (0.66 + 0.60 * fine.a);
   albedo = mix(albedo, vec3(0.50, 0.25, 0.20), 0.28 * smoothstep(0.50, 0.9, coarse.g));
   albedo = mix(albedo, vec3(0.09, 0.007, 0.009), 0.85 * smoothstep(0.50, 0.85, coarse.a));
-  float plain = region_count == 0 ? 1.0 : 0.0;
-  float low = depth + 0.004 * (coarse.r - 0.5);
-  albedo = mix(albedo, vec3(0.15, 0.010, 0.010), plain * 0.75 * smoothstep(0.001, 0.010, low));
-  float lip = 1.0 - smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5));
-  albedo = mix(albedo, vec3(0.55, 0.33, 0.28), plain * lip);
+#ifdef REGIONS
   albedo = tissue_at(rest.xyz, albedo, smoothstep(0.30, 0.80, coarse.r), 0.68 + 0.54 * fine.a);
-  float openness = mix(0.70 + 0.30 * exp2(-60.0 * depth), 0.36 + 0.64 * exp2(-170.0 * depth), plain);
+  float openness = 0.70 + 0.30 * exp2(-60.0 * depth);
+#else
+  float low = depth + 0.004 * (coarse.r - 0.5);
+  albedo = mix(albedo, vec3(0.15, 0.010, 0.010), 0.75 * smoothstep(0.001, 0.010, low));
+  float lip = 1.0 - smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5));
+  albedo = mix(albedo, vec3(0.55, 0.33, 0.28), lip);
+  float openness = 0.36 + 0.64 * exp2(-170.0 * depth);
+#endif
   vec3 film = bumped(n, 0.34 * (fine.rgb - 0.5));
-  emit_tissue(mix(n, film, 0.7), film, albedo, openness, 1.0);
+  emit_tissue(mix(n, film, 0.7), film, albedo * wet_shade(), openness, 1.0 + wet_gloss());
+})";
+
+// Colours that say a value: the light only models the form.
+constexpr const char* kScalarField = R"(
+uniform vec3 colour_stops[5];
+void main() {
+  vec3 n = normalize(n_view);
+  if (!gl_FrontFacing) n = -n;
+  float at = 4.0 * clamp(scalar, 0.0, 1.0);
+  int stop = min(int(at), 3);
+  vec3 colour = mix(colour_stops[stop], colour_stops[stop + 1], at - float(stop));
+  float light = 0.72 + 0.28 * max(dot(n, kKey), 0.0);
+  fragment = vec4(colour * light, 1.0);
 })";
 
 constexpr const char* kMetal = R"(

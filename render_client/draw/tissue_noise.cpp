@@ -39,7 +39,7 @@ float clouds(const Vec3f& p, int period, std::uint64_t seed) {
          7;
 }
 
-// Distance to the nearest of one random point a cell, in cells.
+// Distance to the nearest point, in cells; each cell of the lattice has one point at a random place.
 float cell_distance(const Vec3f& p, int period, std::uint64_t seed) {
   const Vec3f scaled = p * static_cast<float>(period);
   const Eigen::Vector3i base = scaled.array().floor().cast<int>();
@@ -62,18 +62,16 @@ float bump_height(const Vec3f& p) {
   return 0.65f * value_noise(p, 5, 60) + 0.35f * value_noise(p, 13, 61);
 }
 
-}  // namespace
-
 TissueNoise make_tissue_noise() {
   constexpr int n = kTissueNoiseSize;
   constexpr float kStep = 1.0f / n;
-  constexpr float kSteepest = 10;  // slopes beyond it are cut; few are
+  constexpr float kSteepest = 10;  // the few steeper slopes are clamped
   TissueNoise volumes;
   volumes.noise.reserve(4 * n * n * n);
   volumes.relief.reserve(4 * n * n * n);
   for (int i = 0; i < n * n * n; ++i) {
     const Vec3f p = kStep * Eigen::Vector3i(i % n, i / n % n, i / (n * n)).cast<float>();
-    // Vessels lie where two independent fields are both near their mean: thin tubes.
+    // Vessels are thin tubes: they lie where two independent fields are both near their mean.
     const float u = clouds(p, 3, 40) - 0.5f, v = clouds(p, 3, 50) - 0.5f;
     const float grain = 0.5f * value_noise(p, 16, 30) + 0.5f * value_noise(p, 28, 31);
     const float cell = cell_distance(p, 10, 20);
@@ -89,6 +87,38 @@ TissueNoise make_tissue_noise() {
     volumes.relief.push_back(to_byte(0.7f * (1 - cell * cell) + 0.3f * grain));
   }
   return volumes;
+}
+
+}  // namespace
+
+const TissueNoise& tissue_noise() {
+  static const TissueNoise volumes = make_tissue_noise();
+  return volumes;
+}
+
+// Trilinear between texels, whose centres lie at (i + 1/2) / size, as in the shader.
+std::array<std::uint8_t, 4> broad_pattern_at(const Vec3f& rest_m) {
+  constexpr int kSize = kTissueNoiseSize;
+  static_assert((kSize & (kSize - 1)) == 0, "the period is taken by a mask");
+  const std::vector<std::uint8_t>& texels = tissue_noise().noise;
+  const Vec3f at = static_cast<float>(kSize) * (9.0f * rest_m + Vec3f::Constant(0.37f)) - Vec3f::Constant(0.5f);
+  const Vec3f base = at.array().floor();
+  const Vec3f f = at - base;
+  const Eigen::Vector3i cell = base.cast<int>();
+  std::array<float, 4> sum{};
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i d(corner & 1, (corner >> 1) & 1, corner >> 2);
+    float weight = 1;
+    std::size_t texel = 0;
+    for (int axis = 2; axis >= 0; --axis) {
+      weight *= d[axis] ? f[axis] : 1 - f[axis];
+      texel = texel * kSize + static_cast<std::size_t>((cell[axis] + d[axis]) & (kSize - 1));
+    }
+    for (std::size_t k = 0; k < 4; ++k) sum[k] += weight * static_cast<float>(texels[4 * texel + k]);
+  }
+  std::array<std::uint8_t, 4> pattern;
+  for (std::size_t k = 0; k < 4; ++k) pattern[k] = static_cast<std::uint8_t>(sum[k] + 0.5f);
+  return pattern;
 }
 
 }  // namespace sectio

@@ -15,6 +15,14 @@
 
 namespace sectio {
 
+// A number for each vertex that an engine publishes of a body: wetness, temperature, damage.
+struct ScalarField {
+  std::string name;
+  float least = 0, most = 1;  // the range that viewers show; values beyond it are clamped
+  std::vector<float> values;  // one a vertex slot
+  bool operator==(const ScalarField&) const = default;
+};
+
 struct BodyFrame {
   std::string name;
   std::uint64_t revision = 0;
@@ -25,6 +33,7 @@ struct BodyFrame {
   std::vector<Vec3f> rest_body_m;
   std::vector<Vec3f> positions_world_m;
   std::vector<Triangle> triangles;
+  std::vector<ScalarField> scalars;  // values one a slot
 };
 
 struct ToolFrame {

@@ -214,7 +214,7 @@ inline const std::vector<Room>& rooms() {
        {"common/core/", "common/math/", "common/mesh/", "common/material/", "render_client/draw/",
         "render_client/replica/frame.h"},
        {"Eigen/", "ft2build.h"}},
-      {"render_client/draw/canvas_osmesa.cpp",
+      {"render_client/draw/osmesa_",
        "",
        {"common/core/", "common/math/", "common/material/", "render_client/draw/"},
        {"Eigen/", "GL/"}},

@@ -9,10 +9,14 @@
 
 #include "render_client/draw/camera.h"
 #include "tests/support/shapes.h"
+#include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
 namespace sectio {
 namespace {
+
+using test::difference;
+using test::pixels_that_differ;
 
 constexpr int kWidth = 480, kHeight = 270;
 
@@ -24,20 +28,6 @@ Canvas& shared_canvas() {
 Image drawn(const Frame& frame, DrawOptions options = {.overlay = false}) {
   FramePainter painter(shared_canvas());
   return painter.draw_frame(frame, options);
-}
-
-int difference(const Image& a, const Image& b, int x, int y) {
-  int d = 0;
-  for (int k = 0; k < 3; ++k) d = std::max(d, std::abs(a.pixel(x, y)[k] - b.pixel(x, y)[k]));
-  return d;
-}
-
-int pixels_that_differ(const Image& a, const Image& b, int by_more_than) {
-  int count = 0;
-  for (int y = 0; y < a.height_px; ++y) {
-    for (int x = 0; x < a.width_px; ++x) count += difference(a, b, x, y) > by_more_than;
-  }
-  return count;
 }
 
 // Where a point of the world is in the picture.
@@ -118,14 +108,23 @@ TEST(DrawFrame, overlay_changes_its_panel_only) {
   EXPECT_GT(changed, 500);
 }
 
-TEST(DrawFrame, empty_frame_is_background) {
+// The backdrop of shaders.h, by place in the picture, -1 to 1.
+Vec3 backdrop(double x, double y) {
+  const double dx = 0.62 * x + 0.06, dy = 0.55 * y - 0.18;
+  const double light = std::max(1 - dx * dx - dy * dy, 0.0);
+  return Vec3(0.085, 0.10, 0.115) + light * light * (Vec3(0.36, 0.40, 0.43) - Vec3(0.085, 0.10, 0.115));
+}
+
+TEST(DrawFrame, an_empty_frame_is_the_backdrop_in_every_pixel) {
   const Image image = drawn(Frame{});
-  for (int x = 0; x < kWidth; x += 20) {
-    const std::uint8_t* p = image.pixel(x, kHeight / 2);
-    EXPECT_GT(p[0], 10);
-    EXPECT_LT(std::abs(p[0] - p[2]), 40);
-    EXPECT_EQ(p[3], 255);
-  }
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const std::uint8_t* p = image.pixel(x, y);
+      const Vec3 expected = 255 * backdrop((2 * x + 1.0) / kWidth - 1, 1 - (2 * y + 1.0) / kHeight);
+      const Vec3 difference = Vec3(p[0], p[1], p[2]) - expected;
+      ASSERT_LT(difference.cwiseAbs().maxCoeff(), 1.1) << x << ", " << y << ": half a level of grain, half of rounding";
+      ASSERT_EQ(p[3], 255);
+    }
 }
 
 TEST(DrawFrame, bodies_that_are_not_finite_are_left_out) {
@@ -205,7 +204,9 @@ TEST(DrawFrame, a_floor_lies_beneath_and_is_darker_under_what_lies_on_it) {
 
 TEST(DrawFrame, wireframe_adds_dark_lines) {
   const Frame frame = test::make_frame();
-  EXPECT_GT(pixels_that_differ(drawn(frame), drawn(frame, {.wireframe = true, .overlay = false}), 10), 2000);
+  const Image plain = drawn(frame), lines = drawn(frame, {.wireframe = true, .overlay = false});
+  EXPECT_GT(pixels_that_differ(plain, lines, 10), 2000);
+  for (std::size_t i = 0; i < plain.rgba.size(); ++i) ASSERT_LE(lines.rgba[i], std::max<int>(plain.rgba[i], 13));
 }
 
 TEST(DrawFrame, four_samples_smooth_the_outline) {
@@ -243,7 +244,7 @@ Eigen::Vector2d centre_in_half(const Image& image, const Image& empty, int half)
   return sum / count;
 }
 
-TEST(C_EXP, C_EXP_2_what_is_nearer_than_the_convergence_is_crossed_by_as_many_pixels_as_it_should) {
+TEST(C_EXP, C_EXP_2_points_beside_the_convergence_distance_have_the_disparity_of_their_depth) {
   const Stereo eyes{.eye_separation_m = 0.02, .convergence_m = 0.4};
   const DrawOptions options{.overlay = false, .stereo = eyes};
   Frame nothing = ball_at(0.4);
@@ -260,11 +261,11 @@ TEST(C_EXP, C_EXP_2_what_is_nearer_than_the_convergence_is_crossed_by_as_many_pi
   }
 }
 
-TEST(C_EXP, C_EXP_2_by_default_eyes_meet_at_the_target) {
+TEST(C_EXP, C_EXP_2_by_default_the_convergence_distance_is_the_target) {
   const Camera camera{Vec3(0, 0, 0), Vec3(0.3, 0, 0), Vec3::UnitZ(), 40};
   for (const int side : {-1, 1}) {
     const EyeView eye = eye_view(camera, 1.5, {}, side);
-    // Anywhere on the plane of the target: as one eye in the middle sees it.
+    // A point on the plane of the target has no disparity: an eye in the middle sees it at the same place.
     const Eigen::Vector4f p(0.3f, 0.05f, -0.02f, 1);
     const Eigen::Vector4f seen = eye.projection * eye.view_from_world * p;
     const Eigen::Vector4f middle = projection(camera, 1.5) * view_from_world(camera) * p;
@@ -290,7 +291,7 @@ TEST(Camera, fit_shows_all_of_the_body) {
   EXPECT_TRUE(high_x - low_x > 0.8 * kWidth || high_y - low_y > 0.8 * kHeight);
 }
 
-TEST(Canvas, impossible_sizes_are_refused) {
+TEST(Canvas, sizes_that_cannot_be_drawn_are_refused) {
   EXPECT_THROW(make_osmesa_canvas(0, 100), std::runtime_error);
   EXPECT_THROW(make_osmesa_canvas(100, 100, 3), std::runtime_error);
 }

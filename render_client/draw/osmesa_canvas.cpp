@@ -8,102 +8,33 @@
 #include <array>
 #include <cstddef>
 #include <cstdlib>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "render_client/draw/canvas.h"
+#include "render_client/draw/osmesa_program.h"
 #include "render_client/draw/region_shader.h"
-#include "render_client/draw/shaders.h"
 #include "render_client/draw/tissue_noise.h"
 
 namespace sectio {
 
 namespace {
 
-GLuint compile(GLenum stage, const char* head, const char* body) {
-  const GLuint shader = glCreateShader(stage);
-  const std::array<const char*, 3> sources{shaders::kVersion, head, body};
-  glShaderSource(shader, static_cast<GLsizei>(sources.size()), sources.data(), nullptr);
-  glCompileShader(shader);
-  GLint ok = 0;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
-  if (!ok) {
-    std::array<char, 2000> text{};
-    glGetShaderInfoLog(shader, static_cast<GLsizei>(text.size()), nullptr, text.data());
-    throw InputError("this OpenGL can't compile a shader: " + std::string(text.data()));
-  }
-  return shader;
-}
-
-struct Program {
-  GLuint id = 0;
-  GLint view_from_mesh = -1, projection = -1, base_colour = -1, occluder_from = -1, occluder_to = -1,
-        occluder_count = -1, half_size_px = -1;
-  // Of skin and walls.
-  GLint region_count = -1, part_of = -1, part_a = -1, part_b = -1, part_q = -1, region_colour = -1, region_grain = -1,
-        region_rim = -1, grid_from = -1, grid_per = -1;
-};
-
-Program link(std::initializer_list<GLuint> stages) {
-  Program program;
-  program.id = glCreateProgram();
-  for (const GLuint stage : stages) glAttachShader(program.id, stage);
-  glLinkProgram(program.id);
-  for (const GLuint stage : stages) glDeleteShader(stage);
-  GLint ok = 0;
-  glGetProgramiv(program.id, GL_LINK_STATUS, &ok);
-  if (!ok) throw InputError("this OpenGL can't link a shader program");
-  const auto uniform = [&](const char* name) { return glGetUniformLocation(program.id, name); };
-  program.view_from_mesh = uniform("view_from_mesh");
-  program.projection = uniform("projection");
-  program.base_colour = uniform("base_colour");
-  program.occluder_from = uniform("occluder_from");
-  program.occluder_to = uniform("occluder_to");
-  program.occluder_count = uniform("occluder_count");
-  program.half_size_px = uniform("half_size_px");
-  program.region_count = uniform("region_count");
-  program.part_of = uniform("part_of");
-  program.grid_from = uniform("grid_from");
-  program.grid_per = uniform("grid_per");
-  program.part_a = uniform("part_a");
-  program.part_b = uniform("part_b");
-  program.part_q = uniform("part_q");
-  program.region_colour = uniform("region_colour");
-  program.region_grain = uniform("region_grain");
-  program.region_rim = uniform("region_rim");
-  glUseProgram(program.id);
-  glUniform1i(uniform("noise"), 0);
-  glUniform1i(uniform("relief"), 1);
-  glUniform1i(uniform("region_cells"), 2);
-  return program;
-}
-
-const char* fragment_source(Shading shading) {
-  switch (shading) {
-    case Shading::skin:
-      return shaders::kSkin;
-    case Shading::wall:
-      return shaders::kWall;
-    case Shading::metal:
-      return shaders::kMetal;
-    case Shading::polymer:
-      return shaders::kPolymer;
-    case Shading::drape:
-      return shaders::kDrape;
-    case Shading::glow:
-      return shaders::kGlow;
-  }
-  return shaders::kSkin;
+bool takes_shadows(Shading shading) {
+  return shading == Shading::skin || shading == Shading::wall || shading == Shading::drape;
 }
 
 struct GpuMesh {
   GLuint array = 0, vertices = 0, indices = 0;
-  std::size_t vertex_capacity = 0;  // 0 and no array: a free place
+  std::size_t vertex_capacity = 0;
   std::uint32_t index_count = 0;
   GLuint region_cells = 0;  // a texture; 0: no regions
   RegionTable regions;
+
+  bool is_free() const { return array == 0; }
 };
 
 class OsmesaCanvas final : public Canvas {
@@ -127,24 +58,26 @@ class OsmesaCanvas final : public Canvas {
 
  private:
   void make_current();
-  void make_programs();
   void make_noise();
   void make_sample_buffer(int samples);
-  static GLuint make_cells(int size, std::span<const std::uint32_t> cells);
-  void use_regions(const Program& program, const GpuMesh& mesh);
+  static GLuint make_cells(std::span<const std::uint32_t> cells);
   void warm_up();
+  const Program& program(const ShaderVariant& variant);
+  static void set_region_uniforms(const Program& program, const RegionTable& table);
+  void set_occluder_uniforms(const Program& program) const;
+  Eigen::Vector2f half_size_px() const;
   void draw_elements(MeshId mesh, IndexRange range);
 
   OSMesaContext context_ = nullptr;
   Image image_;
-  std::array<Program, kAllShadings.size()> programs_;
-  Program background_, wire_;
+  std::map<ShaderVariant, Program> programs_;
+  Program background_, wireframe_;
   GLuint empty_array_ = 0;
-  GLuint no_cells_ = 0;
   GLuint sample_framebuffer_ = 0;
   std::array<GLuint, 2> sample_buffers_{};
   CanvasView view_;
   std::vector<GpuMesh> meshes_;
+  MeshId unseen_triangle_ = 0;
 };
 
 OsmesaCanvas::OsmesaCanvas(int width_px, int height_px, int samples) : image_(width_px, height_px) {
@@ -169,9 +102,9 @@ OsmesaCanvas::OsmesaCanvas(int width_px, int height_px, int samples) : image_(wi
       log_warning("OpenGL is drawn by " + std::string(renderer ? renderer : "nothing known") +
                   ", not by llvmpipe: expect few frames per second");
     }
-    make_programs();
+    background_ = Program::of_background();
+    wireframe_ = Program::of_wireframe();
     make_noise();
-    no_cells_ = make_cells(1, std::array<std::uint32_t, 1>{0});
     glGenVertexArrays(1, &empty_array_);
     if (samples > 1) make_sample_buffer(samples);
     glEnable(GL_DEPTH_TEST);
@@ -197,22 +130,8 @@ void OsmesaCanvas::make_current() {
   OSMesaPixelStore(OSMESA_Y_UP, 0);
 }
 
-void OsmesaCanvas::make_programs() {
-  for (const Shading shading : kAllShadings) {
-    programs_[static_cast<std::size_t>(shading)] = link(
-        {compile(GL_VERTEX_SHADER, "", shaders::kVertex),
-         compile(GL_FRAGMENT_SHADER, (std::string(shaders::kLighting) + shaders::kBackdrop + shaders::kRegions).c_str(),
-                 fragment_source(shading))});
-  }
-  background_ = link({compile(GL_VERTEX_SHADER, "", shaders::kBackgroundVertex),
-                      compile(GL_FRAGMENT_SHADER, shaders::kBackdrop, shaders::kBackground)});
-  wire_ =
-      link({compile(GL_VERTEX_SHADER, "", shaders::kVertex), compile(GL_GEOMETRY_SHADER, "", shaders::kWireGeometry),
-            compile(GL_FRAGMENT_SHADER, "", shaders::kWire)});
-}
-
 void OsmesaCanvas::make_noise() {
-  const TissueNoise volumes = make_tissue_noise();
+  const TissueNoise& volumes = tissue_noise();
   constexpr GLsizei kSize = kTissueNoiseSize;
   std::array<GLuint, 2> textures{};
   glGenTextures(2, textures.data());
@@ -234,41 +153,50 @@ void OsmesaCanvas::make_sample_buffer(int samples) {
   glGenFramebuffers(1, &sample_framebuffer_);
   glBindFramebuffer(GL_FRAMEBUFFER, sample_framebuffer_);
   glGenRenderbuffers(2, sample_buffers_.data());
-  const std::array<std::array<GLenum, 2>, 2> kinds{
+  const std::array<std::array<GLenum, 2>, 2> attachments{
       {{GL_RGBA8, GL_COLOR_ATTACHMENT0}, {GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT}}};
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
+  for (std::size_t i = 0; i < attachments.size(); ++i) {
     glBindRenderbuffer(GL_RENDERBUFFER, sample_buffers_[i]);
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, kinds[i][0], image_.width_px, image_.height_px);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, kinds[i][1], GL_RENDERBUFFER, sample_buffers_[i]);
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, attachments[i][0], image_.width_px, image_.height_px);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachments[i][1], GL_RENDERBUFFER, sample_buffers_[i]);
   }
   if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     throw InputError("this OpenGL has no buffers of " + std::to_string(samples) + " samples a pixel");
   }
 }
 
-// llvmpipe compiles a shader when it is first used with a given state, 50 to 400 ms each.
+// Compiles what most scenes need, so that neither a first cut nor an instrument that comes in holds up a picture.
 void OsmesaCanvas::warm_up() {
-  const MeshId mesh = add_mesh();
-  std::array<CanvasVertex, 3> corners;
-  for (std::size_t i = 0; i < 3; ++i) {
-    corners[i].position_m = Vec3f(i == 1 ? 0.5f : 0.0f, i == 2 ? 0.5f : 0.0f, 0.0f);
-    corners[i].normal = Vec3f::UnitZ();
-    corners[i].rest_m = corners[i].position_m;
-  }
-  const std::array<std::uint32_t, 3> indices{0, 1, 2};
-  set_vertices(mesh, corners);
-  set_indices(mesh, indices);
+  unseen_triangle_ = add_mesh();
+  set_vertices(unseen_triangle_, std::array<CanvasVertex, 3>{});
+  set_indices(unseen_triangle_, std::array<std::uint32_t, 3>{0, 1, 2});
   begin({});
-  for (const Shading shading : kAllShadings) draw(mesh, {0, 3}, {shading, Vec3f::Ones()}, Eigen::Matrix4f::Identity());
-  draw_wireframe(mesh, {0, 3}, Eigen::Matrix4f::Identity());
+  for (const Shading shading :
+       {Shading::skin, Shading::wall, Shading::metal, Shading::polymer, Shading::glow, Shading::drape})
+    program({.shading = shading});
+  draw_wireframe(unseen_triangle_, {0, 3}, Eigen::Matrix4f::Identity());
   finish();
-  remove_mesh(mesh);
+}
+
+// llvmpipe compiles a shader when something is drawn with it. The triangle has no area. A shading that takes shadows is
+// compiled with and without them: instruments come and go in the middle of a session.
+const Program& OsmesaCanvas::program(const ShaderVariant& variant) {
+  if (const auto found = programs_.find(variant); found != programs_.end()) return found->second;
+  ShaderVariant made = variant;
+  for (const bool shadows : {false, true}) {
+    if (shadows && !takes_shadows(variant.shading)) continue;
+    made.shadows = shadows;
+    const Program& program = programs_.emplace(made, Program::of_variant(made)).first->second;
+    program.use();
+    draw_elements(unseen_triangle_, {0, 3});
+  }
+  return programs_.at(variant);
 }
 
 MeshId OsmesaCanvas::add_mesh() {
   make_current();
   std::size_t place = 0;
-  while (place < meshes_.size() && meshes_[place].array != 0) ++place;
+  while (place < meshes_.size() && !meshes_[place].is_free()) ++place;
   if (place == meshes_.size()) meshes_.emplace_back();
   GpuMesh& mesh = meshes_[place];
   glGenVertexArrays(1, &mesh.array);
@@ -277,14 +205,16 @@ MeshId OsmesaCanvas::add_mesh() {
   glBindVertexArray(mesh.array);
   glBindBuffer(GL_ARRAY_BUFFER, mesh.vertices);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.indices);
-  const auto attribute = [](GLuint location, GLint size, std::size_t offset) {
+  const auto attribute = [](GLuint location, GLint size, GLenum type, std::size_t offset) {
     glEnableVertexAttribArray(location);
-    glVertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(CanvasVertex),
+    glVertexAttribPointer(location, size, type, GL_TRUE, sizeof(CanvasVertex),
                           reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr): GL's way
   };
-  attribute(0, 3, offsetof(CanvasVertex, position_m));
-  attribute(1, 3, offsetof(CanvasVertex, normal));
-  attribute(2, 4, offsetof(CanvasVertex, rest_m));
+  attribute(0, 3, GL_FLOAT, offsetof(CanvasVertex, position_m));
+  attribute(1, 3, GL_FLOAT, offsetof(CanvasVertex, normal));
+  attribute(2, 4, GL_FLOAT, offsetof(CanvasVertex, rest_m));
+  attribute(3, 4, GL_UNSIGNED_BYTE, offsetof(CanvasVertex, pattern));
+  attribute(4, 1, GL_FLOAT, offsetof(CanvasVertex, scalar));
   return static_cast<MeshId>(place);
 }
 
@@ -324,23 +254,24 @@ void OsmesaCanvas::begin(const CanvasView& view) {
   glBindFramebuffer(GL_FRAMEBUFFER, sample_framebuffer_);
   glViewport(0, 0, image_.width_px, image_.height_px);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  Eigen::Matrix<float, 4, 2> from, to;
-  for (int i = 0; i < 2; ++i) {
-    const Occluder& occluder = view.occluders[static_cast<std::size_t>(i)];
-    from.col(i) = view.view_from_world * occluder.from_world_m.homogeneous();
-    to.col(i) = view.view_from_world * occluder.to_world_m.homogeneous();
-    from(3, i) = occluder.from_radius_m;
-    to(3, i) = occluder.to_radius_m;
+}
+
+void OsmesaCanvas::set_occluder_uniforms(const Program& program) const {
+  std::array<Vec4f, 2> from, to;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Occluder& occluder = view_.occluders[i];
+    from[i] = view_.view_from_world * occluder.from_world_m.homogeneous();
+    to[i] = view_.view_from_world * occluder.to_world_m.homogeneous();
+    from[i].w() = occluder.from_radius_m;
+    to[i].w() = occluder.to_radius_m;
   }
-  for (const Shading shading : {Shading::skin, Shading::wall, Shading::drape}) {
-    const Program& program = programs_[static_cast<std::size_t>(shading)];
-    glUseProgram(program.id);
-    glUniform4fv(program.occluder_from, 2, from.data());
-    glUniform4fv(program.occluder_to, 2, to.data());
-    glUniform1i(program.occluder_count, view.occluder_count);
-    glUniform2f(program.half_size_px, 0.5f * static_cast<float>(image_.width_px),
-                0.5f * static_cast<float>(image_.height_px));
-  }
+  program.set("occluder_from", std::span<const Vec4f>(from));
+  program.set("occluder_to", std::span<const Vec4f>(to));
+  program.set("occluder_count", view_.occluder_count);
+}
+
+Eigen::Vector2f OsmesaCanvas::half_size_px() const {
+  return 0.5f * Eigen::Vector2f(static_cast<float>(image_.width_px), static_cast<float>(image_.height_px));
 }
 
 void OsmesaCanvas::draw_elements(MeshId mesh, IndexRange range) {
@@ -359,53 +290,56 @@ void OsmesaCanvas::set_regions(MeshId mesh, std::span<const Region> regions, con
   m.regions = {};
   if (regions.empty()) return;
   m.regions = region_table(regions, rest_box);
-  m.region_cells = make_cells(kRegionGridSize, m.regions.cells);
+  m.region_cells = make_cells(m.regions.cells);
 }
 
-// One number for each cell of a cube, read as it is.
-GLuint OsmesaCanvas::make_cells(int size, std::span<const std::uint32_t> cells) {
+// A texture with a number for each cell of the grid, read as it is.
+GLuint OsmesaCanvas::make_cells(std::span<const std::uint32_t> cells) {
+  constexpr GLsizei kSize = kRegionGridSize;
   GLuint texture = 0;
   glGenTextures(1, &texture);
   glActiveTexture(GL_TEXTURE2);
   glBindTexture(GL_TEXTURE_3D, texture);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R32UI, size, size, size, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, cells.data());
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_R32UI, kSize, kSize, kSize, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, cells.data());
   glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   return texture;
 }
 
-// Into the program in use.
-void OsmesaCanvas::use_regions(const Program& program, const GpuMesh& mesh) {
-  const RegionTable& t = mesh.regions;
-  glUniform1i(program.region_count, t.count);
-  glActiveTexture(GL_TEXTURE2);
-  glBindTexture(GL_TEXTURE_3D, t.count == 0 ? no_cells_ : mesh.region_cells);
-  if (t.count == 0) return;
-  const auto vectors = [](GLint location, const auto& values) {
-    glUniform4fv(location, static_cast<GLsizei>(values.size()), values.front().data());
-  };
-  glUniform2iv(program.part_of, static_cast<GLsizei>(t.part_of.size()), t.part_of.front().data());
-  vectors(program.part_a, t.part_a);
-  vectors(program.part_b, t.part_b);
-  vectors(program.part_q, t.part_q);
-  vectors(program.region_colour, t.colour);
-  vectors(program.region_grain, t.grain);
-  vectors(program.region_rim, t.rim);
-  glUniform3fv(program.grid_from, 1, t.grid_from_m.data());
-  glUniform3fv(program.grid_per, 1, t.grid_per_m.data());
+void OsmesaCanvas::set_region_uniforms(const Program& program, const RegionTable& table) {
+  program.set("part_of", std::span<const std::array<int, 2>>(table.part_of));
+  program.set("part_a", std::span<const Vec4f>(table.part_a));
+  program.set("part_b", std::span<const Vec4f>(table.part_b));
+  program.set("part_q", std::span<const Vec4f>(table.part_q));
+  program.set("region_colour", std::span<const Vec4f>(table.colour));
+  program.set("region_grain", std::span<const Vec4f>(table.grain));
+  program.set("region_rim", std::span<const Vec4f>(table.rim));
+  program.set("grid_from", table.grid_from_m);
+  program.set("grid_per", table.grid_per_m);
 }
 
 void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
                         const Eigen::Matrix4f& world_from_mesh) {
+  const GpuMesh& m = meshes_[mesh];
+  const Shading shading = material.shading;
+  const ShaderVariant variant{.shading = shading,
+                              .regions = m.region_cells != 0 && (shading == Shading::skin || shading == Shading::wall),
+                              .shadows = view_.occluder_count > 0 && takes_shadows(shading),
+                              .pattern_per_pixel = shading == Shading::skin && material.pattern_per_pixel};
+  if (variant.regions) {
+    glActiveTexture(GL_TEXTURE2);
+    glBindTexture(GL_TEXTURE_3D, m.region_cells);
+  }
+  const Program& program = this->program(variant);
   if (range.count == 0) return;
-  const Program& program = programs_[static_cast<std::size_t>(material.shading)];
-  const Eigen::Matrix4f view_from_mesh = view_.view_from_world * world_from_mesh;
-  glUseProgram(program.id);
-  glUniformMatrix4fv(program.view_from_mesh, 1, GL_FALSE, view_from_mesh.data());
-  glUniformMatrix4fv(program.projection, 1, GL_FALSE, view_.projection.data());
-  glUniform3fv(program.base_colour, 1, material.colour.data());
-  use_regions(program, meshes_[mesh]);
-  if (material.shading == Shading::skin || material.shading == Shading::drape) {
+  program.use();
+  program.set("view_from_mesh", Eigen::Matrix4f(view_.view_from_world * world_from_mesh));
+  program.set("projection", view_.projection);
+  program.set("base_colour", material.colour);
+  program.set("half_size_px", half_size_px());
+  if (variant.regions) set_region_uniforms(program, m.regions);
+  if (variant.shadows) set_occluder_uniforms(program);
+  if (shading == Shading::skin || shading == Shading::drape) {
     glEnable(GL_CULL_FACE);
   } else {
     glDisable(GL_CULL_FACE);
@@ -415,12 +349,10 @@ void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
 
 void OsmesaCanvas::draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Matrix4f& world_from_mesh) {
   if (range.count == 0) return;
-  const Eigen::Matrix4f view_from_mesh = view_.view_from_world * world_from_mesh;
-  glUseProgram(wire_.id);
-  glUniformMatrix4fv(wire_.view_from_mesh, 1, GL_FALSE, view_from_mesh.data());
-  glUniformMatrix4fv(wire_.projection, 1, GL_FALSE, view_.projection.data());
-  glUniform2f(wire_.half_size_px, 0.5f * static_cast<float>(image_.width_px),
-              0.5f * static_cast<float>(image_.height_px));
+  wireframe_.use();
+  wireframe_.set("view_from_mesh", Eigen::Matrix4f(view_.view_from_world * world_from_mesh));
+  wireframe_.set("projection", view_.projection);
+  wireframe_.set("half_size_px", half_size_px());
   glEnable(GL_CULL_FACE);
   glEnable(GL_BLEND);
   glEnable(GL_POLYGON_OFFSET_FILL);
@@ -434,7 +366,7 @@ void OsmesaCanvas::draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Ma
 
 Image& OsmesaCanvas::finish() {
   glDisable(GL_CULL_FACE);
-  glUseProgram(background_.id);
+  background_.use();
   glBindVertexArray(empty_array_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
   if (sample_framebuffer_ != 0) {

@@ -1,0 +1,124 @@
+#include "render_client/draw/osmesa_program.h"
+
+#define GL_GLEXT_PROTOTYPES
+#include <GL/osmesa.h>
+// osmesa.h brings gl.h
+#include <GL/glext.h>
+
+#include <string>
+#include <vector>
+
+#include "common/core/error.h"
+#include "render_client/draw/colour_map.h"
+#include "render_client/draw/region_shader.h"
+#include "render_client/draw/shaders.h"
+
+namespace sectio {
+
+namespace {
+
+// The source is the parts one behind the other.
+GLuint compile(GLenum stage, std::vector<const char*> parts) {
+  const GLuint shader = glCreateShader(stage);
+  parts.insert(parts.begin(), shaders::kVersion);
+  glShaderSource(shader, static_cast<GLsizei>(parts.size()), parts.data(), nullptr);
+  glCompileShader(shader);
+  GLint ok = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+  if (!ok) {
+    std::array<char, 2000> text{};
+    glGetShaderInfoLog(shader, static_cast<GLsizei>(text.size()), nullptr, text.data());
+    throw InputError("this OpenGL can't compile a shader: " + std::string(text.data()));
+  }
+  return shader;
+}
+
+const char* fragment_source(Shading shading) {
+  switch (shading) {
+    case Shading::skin:
+      return shaders::kSkin;
+    case Shading::wall:
+      return shaders::kWall;
+    case Shading::scalar_field:
+      return shaders::kScalarField;
+    case Shading::metal:
+      return shaders::kMetal;
+    case Shading::polymer:
+      return shaders::kPolymer;
+    case Shading::drape:
+      return shaders::kDrape;
+    case Shading::glow:
+      return shaders::kGlow;
+  }
+  return shaders::kSkin;
+}
+
+}  // namespace
+
+Program Program::link(std::initializer_list<unsigned> stages) {
+  Program program;
+  program.id_ = glCreateProgram();
+  for (const GLuint stage : stages) glAttachShader(program.id_, stage);
+  glLinkProgram(program.id_);
+  for (const GLuint stage : stages) glDeleteShader(stage);
+  GLint ok = 0;
+  glGetProgramiv(program.id_, GL_LINK_STATUS, &ok);
+  if (!ok) throw InputError("this OpenGL can't link a shader program");
+  program.use();
+  program.set("noise", 0);
+  program.set("relief", 1);
+  program.set("region_cells", 2);
+  program.set("colour_stops", std::span<const Vec3f>(kColourMap));
+  return program;
+}
+
+Program Program::of_variant(const ShaderVariant& variant) {
+  return link(
+      {compile(GL_VERTEX_SHADER, {shaders::kVertex}),
+       compile(GL_FRAGMENT_SHADER,
+               {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
+                variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "", shaders::kLighting, shaders::kBackdrop,
+                variant.regions ? shaders::kRegions : "", fragment_source(variant.shading)})});
+}
+
+Program Program::of_background() {
+  return link({compile(GL_VERTEX_SHADER, {shaders::kBackgroundVertex}),
+               compile(GL_FRAGMENT_SHADER, {shaders::kBackdrop, shaders::kBackground})});
+}
+
+Program Program::of_wireframe() {
+  return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}), compile(GL_GEOMETRY_SHADER, {shaders::kWireGeometry}),
+               compile(GL_FRAGMENT_SHADER, {shaders::kWire})});
+}
+
+void Program::use() const {
+  glUseProgram(id_);
+}
+
+int Program::location(const char* name) const {
+  return glGetUniformLocation(id_, name);
+}
+
+void Program::set(const char* name, int value) const {
+  glUniform1i(location(name), value);
+}
+void Program::set(const char* name, const Eigen::Vector2f& value) const {
+  glUniform2fv(location(name), 1, value.data());
+}
+void Program::set(const char* name, const Vec3f& value) const {
+  glUniform3fv(location(name), 1, value.data());
+}
+void Program::set(const char* name, const Eigen::Matrix4f& value) const {
+  glUniformMatrix4fv(location(name), 1, GL_FALSE, value.data());
+}
+void Program::set(const char* name, std::span<const Vec3f> values) const {
+  glUniform3fv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
+}
+void Program::set(const char* name, std::span<const Vec4f> values) const {
+  glUniform4fv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
+}
+void Program::set(const char* name, std::span<const std::array<int, 2>> values) const {
+  glUniform2iv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
+}
+
+}  // namespace sectio

@@ -1,0 +1,48 @@
+// Shader programs of the software canvas, compiled from the one source in shaders.h. A variant leaves out what a
+// draw doesn't need: llvmpipe runs every branch of a shader for every pixel.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <initializer_list>
+#include <span>
+
+#include "render_client/draw/canvas.h"
+
+namespace sectio {
+
+struct ShaderVariant {
+  Shading shading = Shading::skin;
+  bool regions = false;            // of skin and walls
+  bool shadows = false;            // of skin, walls and drapes
+  bool pattern_per_pixel = false;  // of skin
+  auto operator<=>(const ShaderVariant&) const = default;
+};
+
+// Throw InputError when this OpenGL can't compile the program.
+class Program {
+ public:
+  Program() = default;
+  static Program of_variant(const ShaderVariant& variant);
+  static Program of_background();
+  static Program of_wireframe();
+
+  void use() const;
+
+  // Uniforms of the program in use; a name that the shader doesn't have is ignored.
+  void set(const char* name, int value) const;
+  void set(const char* name, const Eigen::Vector2f& value) const;
+  void set(const char* name, const Vec3f& value) const;
+  void set(const char* name, const Eigen::Matrix4f& value) const;
+  void set(const char* name, std::span<const Vec3f> values) const;
+  void set(const char* name, std::span<const Vec4f> values) const;
+  void set(const char* name, std::span<const std::array<int, 2>> values) const;
+
+ private:
+  static Program link(std::initializer_list<unsigned> stages);
+  int location(const char* name) const;
+
+  unsigned id_ = 0;  // of OpenGL
+};
+
+}  // namespace sectio
