@@ -9,44 +9,47 @@ void Replica::reset(const SceneInfo& scene) {
   *this = Replica();
   scene_ = scene;
   bodies_.resize(scene.bodies.size());
-  asking_.resize(scene.bodies.size());
+  recoveries_.resize(scene.bodies.size());
 }
 
 void Replica::extend(const SceneInfo& scene) {
-  if (!ours(scene.epoch) || scene.bodies.size() <= bodies_.size() || scene.tools.size() != scene_->tools.size()) return;
+  if (!is_of_this_server(scene.epoch) || scene.bodies.size() <= bodies_.size() ||
+      scene.tools.size() != scene_->tools.size())
+    return;
   scene_ = scene;
   bodies_.resize(scene.bodies.size());
-  asking_.resize(scene.bodies.size());
-  headers_.clear();  // they say nothing about the new ones
+  recoveries_.resize(scene.bodies.size());
+  headers_.clear();  // they say nothing about the new bodies
   waiting_since_s_.reset();
 }
 
 void Replica::feed(DeltaMessage message) {
-  if (!ours(message.epoch) || message.body_id >= bodies_.size()) return;
+  if (!is_of_this_server(message.epoch) || message.body_id >= bodies_.size()) return;
   bodies_[message.body_id].feed(std::move(message.delta), counts_);
 }
 
 void Replica::feed_keyframe(std::uint64_t epoch, std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
-  if (!ours(epoch) || body_id >= bodies_.size()) return;
+  if (!is_of_this_server(epoch) || body_id >= bodies_.size()) return;
   std::optional<Keyframe> keyframe = keyframe_from_bytes(bytes);
   if (!keyframe) return;
   const ReplicaBody& body = bodies_[body_id];
-  if (body.known() && keyframe->revision <= body.mesh().revision()) return;  // for somebody else
+  if (body.known() && keyframe->revision <= body.mesh().revision()) return;  // for another viewer
   std::optional<TriangleMesh> mesh = mesh_of(std::move(*keyframe));
   if (mesh) bodies_[body_id].feed(std::move(*mesh), counts_);
 }
 
 void Replica::feed(StateHeader header) {
-  if (!ours(header.epoch) || header.bodies.size() != bodies_.size() || header.tools.size() != scene_->tools.size())
+  if (!is_of_this_server(header.epoch) || header.bodies.size() != bodies_.size() ||
+      header.tools.size() != scene_->tools.size())
     return;
-  // A damaged step would hide all that follow.
+  // A damaged step number would hide all steps that follow.
   const double expected_s = static_cast<double>(header.step) * scene_->step_s;
   if (std::abs(header.sim_time_s - expected_s) > scene_->step_s) return;
-  if (settled_step_ && header.step <= *settled_step_) return;
+  if (drawn_step_ && header.step <= *drawn_step_) return;
   const bool newest = headers_.empty() || header.step > headers_.rbegin()->first;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].expect(header.bodies[b], header.step);
-    if (newest) asking_[b].wanted_revision = header.bodies[b].revision;
+    if (newest) recoveries_[b].wanted_revision = header.bodies[b].revision;
   }
   const std::uint64_t step = header.step;
   headers_.emplace(step, std::move(header));
@@ -54,15 +57,15 @@ void Replica::feed(StateHeader header) {
 }
 
 void Replica::feed(StatePiece piece) {
-  if (!ours(piece.epoch) || piece.body_id >= bodies_.size()) return;
+  if (!is_of_this_server(piece.epoch) || piece.body_id >= bodies_.size()) return;
   ReplicaBody& body = bodies_[piece.body_id];
   body.feed(std::move(piece));
 }
 
 void Replica::feed(const SessionEnd& end) {
-  if (!ours(end.epoch) || end.bodies.size() != bodies_.size()) return;
+  if (!is_of_this_server(end.epoch) || end.bodies.size() != bodies_.size()) return;
   ended_ = true;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) asking_[b].wanted_revision = end.bodies[b].revision;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) recoveries_[b].wanted_revision = end.bodies[b].revision;
 }
 
 bool Replica::reachable(const StateHeader& header) const {
@@ -93,19 +96,19 @@ bool Replica::frame(double now_s, Frame& frame) {
   fill(*chosen, frame);
   ++counts_.frames;
   if (patched) ++counts_.patched_frames;
-  headers_.erase(headers_.begin());  // the chosen one: prepare() has dropped all before it
+  headers_.erase(headers_.begin());  // the chosen header: prepare() has dropped all before it
   waiting_since_s_.reset();
   return true;
 }
 
-// Brings meshes and positions to the header's step. After that no older state can be drawn any more.
+// Brings meshes and positions to the header's step; afterwards no older state can be drawn.
 bool Replica::prepare(const StateHeader& header) {
   bool arrived = true;
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     arrived = bodies_[b].advance(header.bodies[b].revision, counts_) && arrived;
   if (!arrived) return false;
-  for (ReplicaBody& body : bodies_) body.settle(header.step);
-  settled_step_ = header.step;
+  for (ReplicaBody& body : bodies_) body.accept_pieces(header.step);
+  drawn_step_ = header.step;
   headers_.erase(headers_.begin(), headers_.find(header.step));
   return std::ranges::all_of(bodies_, [](const ReplicaBody& body) { return body.placed(); });
 }
@@ -139,21 +142,21 @@ std::vector<KeyframeRequest> Replica::take_requests(double now_s) {
   std::vector<KeyframeRequest> requests;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const ReplicaBody& body = bodies_[b];
-    Asking& asking = asking_[b];
-    const bool behind = body.known() && asking.wanted_revision > body.mesh().revision();
-    // After the end no state comes by itself: the last one may be lost, while all topology is there.
-    const bool starved = body.stuck() || (behind && (ended_ || !body.can_reach(asking.wanted_revision)));
+    Recovery& recovery = recoveries_[b];
+    const bool behind = body.known() && recovery.wanted_revision > body.mesh().revision();
+    // After the end no further state comes: the last one may be lost while all deltas are at hand.
+    const bool starved = body.stuck() || (behind && (ended_ || !body.can_reach(recovery.wanted_revision)));
     if (!starved) {
-      asking.starved_since_s.reset();
-      asking.interval_s = kRequestInterval_s;
+      recovery.starved_since_s.reset();
+      recovery.interval_s = kRequestInterval_s;
       continue;
     }
-    if (!asking.starved_since_s) asking.starved_since_s = now_s;
+    if (!recovery.starved_since_s) recovery.starved_since_s = now_s;
     const bool at_once = !body.known();
-    const bool late = now_s - *asking.starved_since_s >= kPatience_s;
-    if (!(at_once || late) || now_s < asking.next_s) continue;
-    asking.next_s = now_s + asking.interval_s;
-    asking.interval_s = std::min(2 * asking.interval_s, kMaxRequestInterval_s);
+    const bool late = now_s - *recovery.starved_since_s >= kPatience_s;
+    if (!(at_once || late) || now_s < recovery.next_s) continue;
+    recovery.next_s = now_s + recovery.interval_s;
+    recovery.interval_s = std::min(2 * recovery.interval_s, kMaxRequestInterval_s);
     requests.push_back(
         {scene_->epoch, static_cast<std::uint32_t>(b), body.known() ? body.mesh().revision() : kNoRevision, 0});
     ++counts_.requests;

@@ -1,10 +1,11 @@
-// A viewer's copy of the bodies, fed with what arrives in whatever order, with losses. It decides what may be drawn:
+// A viewer's copy of one server's bodies. Messages may arrive in any order, and some may be lost. The replica decides
+// what may be drawn:
 //
 //  - A state is drawn on the topology of its own revision only. Deltas wait, by revision, until a state needs them.
 //  - A vertex whose slot changed at revision b is drawn at a position that was sent at revision b or later.
-//  - A frame carries one step: the newest whose pieces have all come. When none has for kPatience_s, vertices whose
-//    piece was lost are drawn at their last position.
-//  - A gap or a hash mismatch asks for a keyframe; meanwhile the caller keeps drawing the frame it has.
+//  - A frame carries one step: the newest step whose pieces have all come. When no step has been complete for
+//    kPatience_s, the vertices of lost pieces are drawn at their last positions.
+//  - After a gap or a hash mismatch the replica asks for a keyframe; meanwhile the caller keeps drawing the last frame.
 //
 // Memory is bounded whatever arrives. One thread. Knows neither DDS nor GL; time is passed in.
 #pragma once
@@ -26,46 +27,47 @@ namespace sectio {
 class Replica {
  public:
   static constexpr double kPatience_s = 0.1;          // before a frame is patched, or a late delta counts as lost
-  static constexpr double kRequestInterval_s = 0.25;  // between requests for one body; doubles with each in vain
+  static constexpr double kRequestInterval_s = 0.25;  // between requests for one body; doubles with each futile one
   static constexpr double kMaxRequestInterval_s = 4;
   static constexpr std::size_t kMaxHeaders = 64;
 
-  // Begins anew: another server, or another scene.
+  // Forgets everything and begins with this scene.
   void reset(const SceneInfo& scene);
-  // The same session with more bodies than before: parts that came off. What is known of the others stays.
+  // Takes over a list of bodies that has grown by parts that came off. The bodies before them stay as they are.
   void extend(const SceneInfo& scene);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
-  // Messages as from_wire() has validated them. Of another epoch, or about what the scene doesn't have: dropped.
+  // Validated messages. Those of another epoch, and those about bodies that the scene doesn't have, are dropped.
   void feed(DeltaMessage message);
   void feed_keyframe(std::uint64_t epoch, std::uint32_t body_id, std::span<const std::uint8_t> bytes);
   void feed(StateHeader header);
   void feed(StatePiece piece);
-  // Where the bodies must end; a replica that can't get there asks for keyframes.
+  // The final versions of the bodies; a replica that can't reach them asks for keyframes.
   void feed(const SessionEnd& end);
 
-  // The newest state that may be drawn, when there is one newer than the last. A frame given back is refilled: topology
-  // is copied only where its revision differs. False: `frame` is as before. `now_s` ascends, by any clock.
+  // Fills `frame` with the newest state that may be drawn. False, and `frame` is as before, when there is none newer
+  // than the last one. Topology is copied only where the revision differs. `now_s` ascends, by any clock.
   bool frame(double now_s, Frame& frame);
 
-  // The bodies whose keyframe is to be asked for now; `client` is left to the caller.
+  // Requests for keyframes that are due now; the caller fills in `client`.
   std::vector<KeyframeRequest> take_requests(double now_s);
 
-  // Applies everything at hand, drawn or not, and says where the bodies are: for the end of a session.
+  // Applies everything at hand, drawn or not, and returns the versions that the bodies have reached: for the end of a
+  // session.
   std::vector<BodyVersion> catch_up();
 
   const ReplicaCounts& counts() const { return counts_; }
   const std::vector<ReplicaBody>& bodies() const { return bodies_; }
 
  private:
-  struct Asking {
-    std::uint64_t wanted_revision = 0;  // the newest that a state or the session's end has named
+  struct Recovery {
+    std::uint64_t wanted_revision = 0;  // the newest one that a state or the session's end has named
     std::optional<double> starved_since_s;
     double next_s = 0;
     double interval_s = kRequestInterval_s;
   };
 
-  bool ours(std::uint64_t epoch) const { return scene_ && scene_->epoch == epoch; }
+  bool is_of_this_server(std::uint64_t epoch) const { return scene_ && scene_->epoch == epoch; }
   bool reachable(const StateHeader& header) const;
   bool complete(const StateHeader& header) const;
   bool prepare(const StateHeader& header);
@@ -73,11 +75,11 @@ class Replica {
 
   std::optional<SceneInfo> scene_;
   std::vector<ReplicaBody> bodies_;
-  std::vector<Asking> asking_;
+  std::vector<Recovery> recoveries_;  // one a body
   bool ended_ = false;
-  std::map<std::uint64_t, StateHeader> headers_;  // by step; newer than the last frame
-  std::optional<std::uint64_t> settled_step_;
-  std::optional<double> waiting_since_s_;  // since when there has been something newer than the last frame
+  std::map<std::uint64_t, StateHeader> headers_;  // newer than the last frame, by step
+  std::optional<std::uint64_t> drawn_step_;
+  std::optional<double> waiting_since_s_;  // since then a state newer than the last frame has been waiting
   ReplicaCounts counts_;
 };
 

@@ -18,7 +18,7 @@ constexpr std::size_t kMaxExpectedSteps = 64;
 void ReplicaBody::feed(TopologyDelta delta, ReplicaCounts& counts) {
   if (known_ && delta.revision <= mesh_.revision()) return;
   const bool full = deltas_.size() >= kMaxQueuedDeltas || queued_edits_ + edits(delta) > kMaxQueuedEdits;
-  if (full) {  // A keyframe will bring more than these could.
+  if (full) {  // a keyframe will bring more than these deltas could
     counts.deltas_dropped += deltas_.size() + 1;
     deltas_.clear();
     queued_edits_ = 0;
@@ -37,8 +37,8 @@ void ReplicaBody::feed(TriangleMesh keyframe, ReplicaCounts& counts) {
 }
 
 void ReplicaBody::feed(StatePiece piece) {
-  const auto settled = settled_.find(piece.piece);
-  if (settled != settled_.end() && piece.step <= settled->second) return;
+  const auto accepted = accepted_.find(piece.piece);
+  if (accepted != accepted_.end() && piece.step <= accepted->second) return;
   if (pieces_.size() >= pieces_until_cleaning_) drop_superseded();
   if (pieces_.size() >= kMaxPieces) return;
   const std::pair key(piece.piece, piece.step);
@@ -54,7 +54,7 @@ void ReplicaBody::drop_superseded() {
   pieces_until_cleaning_ = std::max(kMaxPieces, pieces_.size() + kMaxPieces / 4);
 }
 
-// All deltas in (from, to] are at hand.
+// All deltas after `from`, up to `to`, are at hand.
 bool ReplicaBody::linked(std::uint64_t from, std::uint64_t to) const {
   if (from >= to) return from == to;
   if (to - from > deltas_.size()) return false;
@@ -115,7 +115,7 @@ void ReplicaBody::adopt_keyframe(ReplicaCounts& counts) {
   known_ = true;
   mesh_ = std::move(*keyframe_);
   keyframe_.reset();
-  // Which slots changed on the way here is unknown: all of them wait for positions of this revision.
+  // The slots that changed on the way here are unknown: all of them wait for positions of this revision.
   const std::uint32_t slots = mesh_.vertex_slots();
   positions_world_m_.resize(slots, Vec3f::Zero());
   changed_at_.assign(slots, mesh_.revision());
@@ -123,7 +123,7 @@ void ReplicaBody::adopt_keyframe(ReplicaCounts& counts) {
   for (VertexId v = 0; v < slots; ++v)
     if (mesh_.vertex_alive(v)) slots_[v] = Slot::waiting;
   waiting_ = mesh_.vertex_count();
-  settled_.clear();
+  accepted_.clear();
   forget_old();
 }
 
@@ -133,7 +133,7 @@ void ReplicaBody::forget_old() {
   if (keyframe_ && keyframe_->revision() <= mesh_.revision()) keyframe_.reset();
 }
 
-// What the delta changed waits for a position of its revision.
+// The vertices that the delta changed wait for positions of its revision.
 void ReplicaBody::follow(const TopologyDelta& delta) {
   for (const VertexEdit& edit : delta.vertices)
     if (edit.id < slots_.size() && slots_[edit.id] == Slot::waiting) --waiting_;
@@ -165,15 +165,15 @@ bool ReplicaBody::complete(std::uint64_t step) const {
     const auto after = std::upper_bound(steps.begin(), steps.end(), step);
     if (after == steps.begin() || piece >= pieces) continue;
     const std::uint64_t needed = *std::prev(after);
-    const auto settled = settled_.find(piece);
-    if (settled != settled_.end() && settled->second >= needed) continue;
+    const auto accepted = accepted_.find(piece);
+    if (accepted != accepted_.end() && accepted->second >= needed) continue;
     const auto found = pieces_.lower_bound({piece, needed});
     if (found == pieces_.end() || found->first.first != piece || found->first.second > step) return false;
   }
   return true;
 }
 
-void ReplicaBody::settle(std::uint64_t step) {
+void ReplicaBody::accept_pieces(std::uint64_t step) {
   for (auto it = pieces_.begin(); it != pieces_.end();) {
     if (it->first.second > step) {
       ++it;
@@ -183,16 +183,17 @@ void ReplicaBody::settle(std::uint64_t step) {
     const bool superseded = next != pieces_.end() && next->first.first == it->first.first && next->first.second <= step;
     if (!superseded) {
       place(it->second);
-      settled_[it->first.first] = it->first.second;
+      accepted_[it->first.first] = it->first.second;
     }
     it = pieces_.erase(it);
   }
-  // Keep what is still to come, and of the past the newest that was named.
+  // Keeps the steps still to come and the newest one of the past.
   for (auto it = expected_.begin(); it != expected_.end();) {
     std::vector<std::uint64_t>& steps = it->second;
     const auto after = std::upper_bound(steps.begin(), steps.end(), step);
-    const auto settled = settled_.find(it->first);
-    const bool satisfied = after != steps.begin() && settled != settled_.end() && settled->second >= *std::prev(after);
+    const auto accepted = accepted_.find(it->first);
+    const bool satisfied =
+        after != steps.begin() && accepted != accepted_.end() && accepted->second >= *std::prev(after);
     if (after != steps.begin()) steps.erase(steps.begin(), satisfied ? after : std::prev(after));
     it = steps.empty() ? expected_.erase(it) : std::next(it);
   }

@@ -1,4 +1,4 @@
-// The replica of one body: its topology, and where its vertices are. See replica.h for the rules.
+// The replica of one body: its topology and the positions of its vertices. replica.h has the rules.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ namespace sectio {
 
 struct ReplicaCounts {
   std::uint64_t deltas_applied = 0;
-  std::uint64_t deltas_dropped = 0;  // malformed, of another history, or no room to keep them
+  std::uint64_t deltas_dropped = 0;  // malformed, of another history, or beyond the room to keep them
   std::uint64_t hash_mismatches = 0;
-  std::uint64_t resyncs = 0;  // keyframes that replaced a mesh; the first one of a body is none
+  std::uint64_t resyncs = 0;  // keyframes that replaced a mesh; a body's first keyframe doesn't count
   std::uint64_t requests = 0;
   std::uint64_t frames = 0;
   std::uint64_t patched_frames = 0;  // drawn with older positions where pieces were lost
@@ -39,26 +39,26 @@ class ReplicaBody {
 
   // True when the mesh is at that revision, or deltas and keyframe at hand lead to it.
   bool can_reach(std::uint64_t revision) const;
-  // Goes there, or as far as it can; true when it arrived. Never goes beyond.
+  // Goes to that revision, or towards it as far as it can; true when it arrived. It never goes beyond.
   bool advance(std::uint64_t revision, ReplicaCounts& counts);
-  // As far as deltas and keyframe at hand lead.
+  // Goes as far as deltas and keyframe at hand lead.
   void catch_up(ReplicaCounts& counts);
-  // Nothing at hand leads on from the mesh, though there is more: a delta is missing.
+  // Later deltas are at hand, but none that leads on from the mesh: a delta is missing.
   bool stuck() const;
 
-  // A state names its pieces: they are expected from then on.
+  // Takes note of the pieces that the state names.
   void expect(const BodyState& state, std::uint64_t step);
   // Every piece that was expected up to this step is at hand.
   bool complete(std::uint64_t step) const;
   // Takes over the positions of the pieces up to this step.
-  void settle(std::uint64_t step);
+  void accept_pieces(std::uint64_t step);
   // Every live vertex has a position that was sent at the revision of its slot's last change or later.
   bool placed() const { return waiting_ == 0; }
 
   // Copies topology only where frame.revision differs.
   void fill(BodyFrame& frame) const;
 
-  // Of topology and state, without what waits.
+  // The memory of topology and positions, without the messages that wait.
   std::size_t bytes() const;
 
   std::size_t queued_deltas() const { return deltas_.size(); }
@@ -87,10 +87,10 @@ class ReplicaBody {
   std::vector<Slot> slots_;
   std::uint32_t waiting_ = 0;
 
-  std::map<std::pair<std::uint32_t, std::uint64_t>, StatePiece> pieces_;  // by piece and step; not settled yet
+  std::map<std::pair<std::uint32_t, std::uint64_t>, StatePiece> pieces_;  // not accepted yet, by piece and step
   std::size_t pieces_until_cleaning_ = kMaxPieces;
-  std::map<std::uint32_t, std::uint64_t> settled_;  // newest step of a piece
-  // By piece: steps whose state named it, ascending; those before the last settled one are reduced to the newest.
+  std::map<std::uint32_t, std::uint64_t> accepted_;  // by piece: the newest step
+  // By piece: the steps whose state named it, ascending; of those that have been accepted, the newest one.
   std::map<std::uint32_t, std::vector<std::uint64_t>> expected_;
 };
 

@@ -1,13 +1,14 @@
-// How far an instrument's tip can be seen inside tissue: what publishing at once on contact keeps small (paper A, 2.1).
+// How far an instrument's tip can be seen inside tissue. A server keeps this depth small by publishing at once on contact
+// (paper A, 2.1).
 #pragma once
 
 #include "render_client/replica/frame.h"
 
 namespace sectio {
 
-// Distance in metres from the tip A beneath skin, of the deepest tool over all bodies; 0 where it is outside, or where
-// the nearest surface is the wall of a cut, in which an instrument belongs. O(triangles) for a tip inside the bounding
-// box of a body, O(vertices) otherwise.
+// The distance in metres of the deepest tip A beneath skin, over all tools and bodies. A tip outside counts as 0, and so
+// does a tip whose nearest surface is the wall of a cut, where instruments belong. O(triangles) for a tip inside the
+// bounding box of a body, O(vertices) otherwise.
 double visible_tip_depth_m(const Frame& frame);
 
 }  // namespace sectio

@@ -11,14 +11,14 @@ bool collide(const SceneInfo& a, const SceneInfo& b) {
   return a.world_bodies != b.world_bodies || overlap(a, b);
 }
 
-// Where a server's first body stands in the scene.
+// The index of the server's first body in the scene.
 std::size_t place_of(const SceneInfo& scene) {
   if (scene.bodies.empty()) return scene.world_bodies.size();
   const auto at = std::ranges::find(scene.world_bodies, scene.bodies.front().name);
   return static_cast<std::size_t>(at - scene.world_bodies.begin());
 }
 
-// Topology is copied only where it is another than before.
+// Copies the topology only where it differs.
 void copy(const BodyFrame& from, BodyFrame& to) {
   const bool same = to.name == from.name && to.revision == from.revision &&
                     to.triangles.size() == from.triangles.size() && to.rest_body_m.size() == from.rest_body_m.size();
@@ -51,22 +51,22 @@ void World::announce(const SceneInfo& scene) {
     server->end = end->second;
     server->replica.feed(end->second);
   }
-  if (!taken && servers_.size() < kMaxServers) return enter(std::move(server));
-  claim(std::move(server));
+  if (!taken && servers_.size() < kMaxServers) return show(std::move(server));
+  add_claimant(std::move(server));
 }
 
-void World::claim(std::unique_ptr<Server> server) {
+void World::add_claimant(std::unique_ptr<Server> server) {
   claimants_.push_back(std::move(server));
   if (claimants_.size() > kMaxServers) claimants_.erase(claimants_.begin());
 }
 
-void World::enter(std::unique_ptr<Server> server) {
+void World::show(std::unique_ptr<Server> server) {
   const SceneInfo& scene = *server->replica.scene();
   const auto others = std::stable_partition(
       servers_.begin(), servers_.end(), [&](const auto& other) { return !collide(*other->replica.scene(), scene); });
   for (auto other = others; other != servers_.end(); ++other) {
     (*other)->drawn = false;
-    claim(std::move(*other));
+    add_claimant(std::move(*other));
   }
   servers_.erase(others, servers_.end());
   const auto at = std::ranges::find_if(
@@ -122,22 +122,22 @@ bool World::gathered(double now_s) {
   return begun_;
 }
 
-void World::let_claimants_in(double now_s) {
+void World::promote_claimants(double now_s) {
   for (const auto& claimant : claimants_)
     if (claimant->replica.frame(now_s, claimant->frame)) claimant->drawn = true;
-  const auto may_enter = [&](const auto& claimant) {
+  const auto may_take_over = [&](const auto& claimant) {
     if (!claimant->drawn || (!claimant->end && claimant->is_silent(now_s))) return false;
     return std::ranges::all_of(servers_, [&](const auto& server) {
       return server->end || server->is_silent(now_s) || !collide(*server->replica.scene(), *claimant->replica.scene());
     });
   };
   while (true) {
-    const auto at = std::ranges::find_if(claimants_, may_enter);
+    const auto at = std::ranges::find_if(claimants_, may_take_over);
     if (at == claimants_.end()) return;
     std::unique_ptr<Server> owner = std::move(*at);
     claimants_.erase(at);
     fresh_ = true;
-    enter(std::move(owner));
+    show(std::move(owner));
   }
 }
 
@@ -145,7 +145,7 @@ bool World::frame(double now_s, Frame& frame) {
   for (const Servers* list : {&servers_, &claimants_})
     for (const auto& server : *list)
       if (std::exchange(server->heard, false)) server->heard_s = now_s;
-  let_claimants_in(now_s);
+  promote_claimants(now_s);
   for (const auto& server : servers_) {
     const bool is_new = server->replica.frame(now_s, server->frame);
     server->drawn |= is_new;

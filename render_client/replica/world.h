@@ -1,9 +1,10 @@
 // What a viewer knows of a session: one replica for each server that has a share of its bodies, shown as one world.
 //
-//  - Every server counts its own steps, bodies and revisions; what belongs to which server is told by its epoch.
-//  - Who speaks keeps its place. A server that claims a body which another one has, or comes with another scene, takes
-//    that one's place once it can be drawn and the other has ended or been silent for kSilence_s: the newcomer may be
-//    refused, or never begin. Who lost its place gets it back in the same way.
+//  - Every server counts its own steps, bodies and revisions. The epoch of a message says which server sent it.
+//  - A server that sends states keeps its place. A newcomer that claims a body of another server, or announces another
+//    scene, takes that server's place once the newcomer can be drawn and the other server has ended or been silent for
+//    kSilence_s: until then the newcomer may be refused, or never begin. A server that lost its place gets it back in
+//    the same way.
 //  - Bodies stand in the order of the scene, those of one server together, parts that came off behind them.
 //  - A frame shows the newest state of every server; of one server it carries one step (replica.h). The first frame
 //    waits for a server for every body of the scene, but not longer than kGather_s.
@@ -27,9 +28,9 @@ class World {
  public:
   static constexpr double kGather_s = 2;
   static constexpr double kSilence_s = 0.5;       // states come sixty times a second
-  static constexpr std::size_t kMaxServers = 64;  // on the screen; and as many that wait for the place of others
+  static constexpr std::size_t kMaxServers = 64;  // shown; and as many claimants
 
-  // Messages as from_wire() has validated them; of servers that haven't been announced: dropped.
+  // Validated messages. Those of a server that hasn't been announced are dropped.
   void announce(const SceneInfo& scene);
   void feed(DeltaMessage message);
   void feed(KeyframeChunk chunk);
@@ -38,7 +39,7 @@ class World {
   void feed(const SessionEnd& end);
   bool knows(std::uint64_t epoch) const { return find(epoch) != nullptr; }
 
-  // As Replica::frame(); give the same frame every time.
+  // As Replica::frame(). Callers pass the same frame every time.
   bool frame(double now_s, Frame& frame);
   std::vector<KeyframeRequest> take_requests(double now_s);
 
@@ -47,12 +48,12 @@ class World {
   double servers_apart_s() const;
   const SceneInfo* scene() const { return servers_.empty() ? nullptr : &*servers_.front()->replica.scene(); }
 
-  // All in the order of the bodies.
+  // The results of all three are in the order of the bodies.
   std::vector<const ReplicaBody*> bodies() const;
   std::vector<std::string> body_names() const;
-  // Applies everything at hand and says where the bodies are: for the end of a session.
+  // Applies everything at hand and returns the versions that the bodies have reached: for the end of a session.
   std::vector<BodyVersion> catch_up();
-  // When every server has said where its bodies end: all of them.
+  // The final versions of all bodies, once every server has announced its own.
   std::optional<SessionEnd> session_end() const;
 
   ReplicaCounts counts() const;
@@ -64,7 +65,7 @@ class World {
     KeyframeAssembler assembler;
     Frame frame;
     bool drawn = false;
-    bool heard = false;  // a state, since the last frame
+    bool heard = false;  // a state has come since the last frame
     double heard_s = -1e300;
     std::optional<SessionEnd> end;
 
@@ -74,17 +75,17 @@ class World {
   using Servers = std::vector<std::unique_ptr<Server>>;
 
   Server* find(std::uint64_t epoch) const;
-  void claim(std::unique_ptr<Server> server);
-  void enter(std::unique_ptr<Server> server);
-  void let_claimants_in(double now_s);
+  void add_claimant(std::unique_ptr<Server> server);
+  void show(std::unique_ptr<Server> server);
+  void promote_claimants(double now_s);
   bool gathered(double now_s);
   void merge(Frame& frame);
 
   Servers servers_;                                 // in the order of their first bodies in the scene
-  Servers claimants_;                               // announced, but another has or had their place
-  std::map<std::uint64_t, SessionEnd> early_ends_;  // of servers not announced yet, by epoch
-  bool changed_ = false;                            // other servers than at the last frame
-  bool fresh_ = false;                              // something new since then
+  Servers claimants_;                               // announced, but another server has their place
+  std::map<std::uint64_t, SessionEnd> early_ends_;  // of servers that aren't announced yet, by epoch
+  bool changed_ = false;                            // the servers are others than at the last frame
+  bool fresh_ = false;                              // there is something new to draw
   std::optional<double> first_seen_s_;
   bool begun_ = false;
 };
