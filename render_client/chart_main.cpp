@@ -1,4 +1,4 @@
-// Columns of a table against another one, as a picture.
+// A chart of columns of a table.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>

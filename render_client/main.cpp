@@ -1,4 +1,4 @@
-// A viewer: replica, pictures, files. It draws at its own steady rate, whatever the server does.
+// The viewer: replica, pictures, files. It draws at its own steady rate, independent of the server's.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -26,18 +26,18 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kEndPatience_s = 5;     // for the final topology, after the server has said what it is
+constexpr double kEndPatience_s = 5;     // for the final topology, after the server has announced it
 constexpr double kFinalPicture_s = 0.5;  // how long the last state is shown
 constexpr std::size_t kSheetShots = 8;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetTile_px = 480;
-constexpr double kMaxRepeat_s = 1;  // pictures that a video repeats for those that came too late
+constexpr double kMaxRepeat_s = 1;  // of video, for which a picture stands in for those that came too late
 
 struct Options {
   NetworkOptions network;
   std::string name = "viewer";
   std::string directory, video_file, sheet_file, report_file;
-  std::string size = "1280x720", eye, target;
+  std::string size = "1280x720", eye, target, field;
   double frames_per_s = 25;
   double field_of_view_deg = 0;
   double duration_s = 0;
@@ -76,32 +76,36 @@ void check(Options& o) {
     throw InputError("--fov: expected 1 to 170 degrees, got " + std::to_string(o.field_of_view_deg));
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
   if (o.no_pictures && !(o.directory.empty() && o.video_file.empty() && o.sheet_file.empty()))
-    throw InputError("--no-pictures: there is nothing for --out, --video or --contact-sheet to write");
+    throw InputError("--no-pictures: --out, --video and --contact-sheet would have nothing to write");
   o.eye_world_m = parse_point("--camera-eye", o.eye);
   o.target_world_m = parse_point("--camera-target", o.target);
   check_network_options(o.network);
 }
 
 bool parse(int argc, char** argv, Options& o) {
-  Arguments arguments("render_client", "Shows a session: holds a replica of its bodies and draws them.");
+  Arguments arguments(
+      "render_client",
+      "Shows a session: holds a replica of its bodies and draws them. The last lines compare them with the server's.");
   add_network_arguments(arguments, o.network, "session to show");
-  arguments.option("--name", o.name, "name in the last line and in the report");
-  arguments.option("--out", o.directory, "directory for the pictures (PNG)");
+  arguments.option("--name", o.name, "name of this viewer in its last lines and in the report");
+  arguments.option("--out", o.directory, "directory for the pictures (PNG); empty: none are written");
   arguments.option("--video", o.video_file, "file for a video (MP4)");
-  arguments.option("--contact-sheet", o.sheet_file, "file for eight pictures of the session side by side (PNG)");
+  arguments.option("--contact-sheet", o.sheet_file, "file for eight pictures of the session, side by side (PNG)");
   arguments.option("--report", o.report_file, "file for the numbers of this viewer (JSON)");
   arguments.option("--fps", o.frames_per_s, "pictures per second");
   arguments.option("--size", o.size, "width x height in pixels");
   arguments.option("--samples", o.samples, "samples per pixel: 1 (live) or 4 (smooth edges)");
-  arguments.option("--camera-eye", o.eye, "x,y,z in metres; empty: the scene's");
-  arguments.option("--camera-target", o.target, "x,y,z in metres; empty: the scene's");
-  arguments.option("--fov", o.field_of_view_deg, "vertical field of view in degrees; 0: the scene's");
-  arguments.toggle("--stereo", o.stereo, "a picture for each eye, the left one's on the left, half of --size each");
-  arguments.option("--eye-separation-m", o.eyes.eye_separation_m, "0: a thirtieth of the convergence distance");
-  arguments.option("--convergence-m", o.eyes.convergence_m, "distance without disparity; 0: the camera's target");
-  arguments.toggle("--fit-camera", o.fit_camera, "show all of all bodies");
-  arguments.toggle("--wireframe", o.wireframe, "edges of triangles");
-  arguments.toggle("--no-overlay", o.no_overlay, "no numbers in the picture");
+  arguments.option("--camera-eye", o.eye, "x,y,z in metres; empty: as the scene says");
+  arguments.option("--camera-target", o.target, "x,y,z in metres; empty: as the scene says");
+  arguments.option("--fov", o.field_of_view_deg, "vertical field of view in degrees; 0: as the scene says");
+  arguments.toggle("--stereo", o.stereo, "one picture for each eye, side by side, half of --size each");
+  arguments.option("--eye-separation-m", o.eyes.eye_separation_m,
+                   "distance between the eyes; 0: a thirtieth of the convergence distance");
+  arguments.option("--convergence-m", o.eyes.convergence_m, "distance without disparity; 0: to the camera's target");
+  arguments.toggle("--fit-camera", o.fit_camera, "move the camera so that all bodies are in the picture");
+  arguments.option("--show-field", o.field, "scalar field of the vertices to show in colours, such as temperature");
+  arguments.toggle("--wireframe", o.wireframe, "draw the edges of triangles");
+  arguments.toggle("--no-overlay", o.no_overlay, "leave the numbers out of the picture");
   arguments.toggle("--no-pictures", o.no_pictures, "follow the session without drawing");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: until the session ends");
   if (!arguments.parse(argc, argv)) return false;
@@ -115,7 +119,7 @@ double now_s() {
   return Seconds(Clock::now().time_since_epoch()).count();
 }
 
-// Frames to pictures to files; without a canvas it only counts.
+// Draws frames and writes the pictures to files; with --no-pictures it does nothing.
 class Screen {
  public:
   explicit Screen(const Options& options) : options_(options) {
@@ -128,26 +132,30 @@ class Screen {
     painter_ = std::make_unique<FramePainter>(*canvas_);
   }
 
-  // `missed`: pictures before this one that came too late; a video shows this one in their place.
+  // `missed`: the number of pictures before this one that came too late; a video shows this one in their place.
   void show(Frame& frame, int missed, double frames_per_s) {
     if (!painter_) return;
     if (options_.eye_world_m) frame.camera.eye_world_m = *options_.eye_world_m;
     if (options_.target_world_m) frame.camera.target_world_m = *options_.target_world_m;
     if (options_.field_of_view_deg != 0) frame.camera.field_of_view_deg = options_.field_of_view_deg;
-    DrawOptions draw{options_.wireframe, !options_.no_overlay, options_.fit_camera, frames_per_s};
+    DrawOptions draw{.wireframe = options_.wireframe,
+                     .overlay = !options_.no_overlay,
+                     .fit_camera = options_.fit_camera,
+                     .frames_per_s = frames_per_s,
+                     .field = options_.field};
     if (options_.stereo) draw.stereo = options_.eyes;
     const Image& image = painter_->draw_frame(frame, draw);
     if (pngs_) pngs_->write(image);
     if (!options_.sheet_file.empty()) shots_.offer(image, frame.sim_time_s);
     for (int i = 0; video_ && i <= missed; ++i)
       if (!video_->write(image)) {
-        log_error("the video encoder has died; no video from here on");
+        log_error(options_.video_file + ": the video encoder has died; the video ends here");
         video_.reset();
       }
   }
 
   void finish() {
-    if (video_ && !video_->finish()) log_error(options_.video_file + ": the video is not complete");
+    if (video_ && !video_->finish()) log_error(options_.video_file + ": the video is incomplete");
     const std::vector<Shot> shots = shots_.shots();
     if (!shots.empty()) write_png(options_.sheet_file, contact_sheet(shots, kSheetColumns, kSheetTile_px));
   }
@@ -161,7 +169,7 @@ class Screen {
   EvenShots shots_{kSheetShots, kSheetTile_px};
 };
 
-// When to stop looking: the session's end has been reached and shown, or the time is over.
+// Tells when to stop: the final state of the session has been shown, or the time is over.
 class Ending {
  public:
   Ending(double duration_s, double begun_s) : stop_s_(duration_s > 0 ? begun_s + duration_s : 1e300) {}
@@ -172,7 +180,7 @@ class Ending {
     if (!end) return false;
     if (!heard_) stop_s_ = std::min(stop_s_, time_s + kEndPatience_s);
     heard_ = true;
-    if (!reached_ && at(*end, world)) {
+    if (!reached_ && has_reached(*end, world)) {
       stop_s_ = std::min(stop_s_, time_s + kFinalPicture_s);
       reached_ = true;
     }
@@ -180,7 +188,7 @@ class Ending {
   }
 
  private:
-  static bool at(const SessionEnd& end, const World& world) {
+  static bool has_reached(const SessionEnd& end, const World& world) {
     const std::vector<const ReplicaBody*> bodies = world.bodies();
     for (std::size_t b = 0; b < bodies.size(); ++b)
       if (bodies[b]->mesh().revision() != end.bodies.at(b).revision) return false;
@@ -202,7 +210,7 @@ void write_report(const std::string& path, const std::string& text) {
 int view(const Options& options) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
-  write_report(options.report_file, "");  // better refused now than at the end
+  write_report(options.report_file, "");  // a file that can't be written is refused now, not at the end
   Screen screen(options);
   ClientNet net(options.network);
   World world;
@@ -210,14 +218,16 @@ int view(const Options& options) {
   ViewRecord record;
   Ending ending(options.duration_s, now_s());
   bool connected = false, any = false;
-  log_info("waiting for session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
+  const std::string session =
+      "session '" + options.network.session + "' on domain " + std::to_string(options.network.domain);
+  log_info("waiting for " + session);
 
   const double interval_s = 1 / options.frames_per_s;
   double due_s = now_s();
   while (!ending.due(now_s(), world)) {
     const double sync_begun_s = now_s();
     net.poll(sync_begun_s, world);
-    if (!connected && net.connected()) log_info("connected");
+    if (!connected && net.connected()) log_info("connected to a server");
     connected = connected || net.connected();
     const bool is_new = world.frame(now_s(), frame);
     record.add_sync(now_s() - sync_begun_s, world);
@@ -247,8 +257,8 @@ int view(const Options& options) {
                 static_cast<unsigned long long>(versions[b].revision), hex(versions[b].topology_hash).c_str(),
                 equal.c_str());
   }
-  if (versions.empty()) std::printf("client %s: no session was seen\n", options.name.c_str());
-  return differs ? 1 : 0;
+  if (versions.empty()) log_error("no server of " + session + " was met");
+  return differs || versions.empty() ? 1 : 0;
 }
 
 }  // namespace

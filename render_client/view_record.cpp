@@ -11,7 +11,7 @@ namespace sectio {
 
 namespace {
 
-constexpr std::size_t kMaxTimes = 1u << 20;  // a long session keeps those of its beginning
+constexpr std::size_t kMaxTimes = 1u << 20;  // of a longer session the first ones are kept
 
 double quantile(std::vector<double> values, double q) {
   if (values.empty()) return 0;
@@ -42,7 +42,7 @@ void ViewRecord::add(double now_s, double draw_time_s, const Frame& frame, bool 
 void ViewRecord::add_sync(double sync_time_s, const World& world) {
   if (sync_times_s_.size() < kMaxTimes) sync_times_s_.push_back(sync_time_s);
   sync_total_s_ += sync_time_s;
-  servers_apart_s_ = std::max(servers_apart_s_, world.servers_apart_s());
+  max_servers_apart_s_ = std::max(max_servers_apart_s_, world.servers_apart_s());
 }
 
 double ViewRecord::pictures_per_s() const {
@@ -79,7 +79,7 @@ std::string ViewRecord::json(const std::string& name, const World& world, const 
   report["median_sync_time_s"] = quantile(sync_times_s_, 0.5);
   report["p99_sync_time_s"] = quantile(sync_times_s_, 0.99);
   report["total_sync_time_s"] = sync_total_s_;
-  report["max_servers_apart_s"] = servers_apart_s_;
+  report["max_servers_apart_s"] = max_servers_apart_s_;
   const ReplicaCounts counts = world.counts();
   report["deltas_applied"] = counts.deltas_applied;
   report["resyncs"] = counts.resyncs;

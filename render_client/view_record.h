@@ -1,4 +1,4 @@
-// What a viewer did and saw, as numbers: for report.json and the line that says whether its bodies equal the server's.
+// The numbers of a viewer for its report, and the comparison of its bodies with the server's.
 #pragma once
 
 #include <optional>
@@ -13,16 +13,16 @@ namespace sectio {
 
 class ViewRecord {
  public:
-  // Once for each picture: when it was complete, how long it took to draw, and whether it shows a new state.
+  // For each picture: when it was complete, how long it took to draw, and whether it shows a new state.
   void add(double now_s, double draw_time_s, const Frame& frame, bool is_new);
 
-  // Once for each look at the network: what taking and applying all that had come took.
+  // For each look at the network: the time to take and apply the messages that had arrived.
   void add_sync(double sync_time_s, const World& world);
 
   std::uint64_t pictures() const { return pictures_; }
   double pictures_per_s() const;
 
-  // Of the bodies at the end. `end`: what the server said they are, if it did.
+  // `versions`: of the bodies at the end. `end`: the server's, if it announced them.
   std::string json(const std::string& name, const World& world, const ClientNetCounts& net,
                    const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end) const;
 
@@ -39,10 +39,10 @@ class ViewRecord {
   std::vector<double> draw_times_s_;
   std::vector<double> sync_times_s_;
   double sync_total_s_ = 0;
-  double servers_apart_s_ = 0;  // at most
+  double max_servers_apart_s_ = 0;
 };
 
-// "yes", "no", or "unknown" when the server hasn't said.
+// "yes", "no", or "unknown" when the server hasn't announced its version of the body.
 std::string equals_server(std::size_t body, const std::vector<BodyVersion>& versions,
                           const std::optional<SessionEnd>& end);
 
