@@ -78,8 +78,8 @@ float BodyMesh::mean_skin_edge_m() const {
   return static_cast<float>(sum_m / std::max(skin_index_count_, 1u));
 }
 
-// The shortest way along wall edges to the skin, at rest, by relaxation until nothing changes. Walls are a few triangles
-// deep, so that a few sweeps do; the limit only bounds the work on a strange mesh.
+// The shortest way along wall edges to the skin, at rest, by relaxation until nothing changes. Walls are a few
+// triangles deep, so that a few sweeps do; the limit only bounds the work on a strange mesh.
 void BodyMesh::measure_depth() {
   constexpr int kMaxSweeps = 24;
   bool changed = true;

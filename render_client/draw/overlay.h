@@ -39,8 +39,8 @@ void draw_panel(Image& image, const Text& text, const std::vector<std::string>& 
 struct FieldRange {
   float least = 0, most = 1;
 };
-// The name of a scalar field and a bar of its colours (colour_map.h) with the ends of its range, on a panel in the bottom
-// left corner.
+// The name of a scalar field and a bar of its colours (colour_map.h) with the ends of its range, on a panel in the
+// bottom left corner.
 void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range);
 
 }  // namespace sectio

@@ -147,8 +147,8 @@ void main() {
 })";
 
 // A scene with regions says what is inside: that is shown as it is, and only the light depends on the depth. Without
-// them a wall is parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood that
-// gathers towards the bottom, where little light comes.
+// regions a wall is parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood
+// that gathers towards the bottom, where little light comes.
 constexpr const char* kWall = R"(
 void main() {
   vec3 n = normalize(n_view);
