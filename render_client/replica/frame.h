@@ -12,16 +12,9 @@
 #include "common/math/camera.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
+#include "common/messages/state.h"
 
 namespace sectio {
-
-// A number for each vertex that an engine publishes of a body: wetness, temperature, damage.
-struct ScalarField {
-  std::string name;
-  float least = 0, most = 1;  // the range that viewers show; values beyond it are clamped
-  std::vector<float> values;  // one a vertex slot
-  bool operator==(const ScalarField&) const = default;
-};
 
 struct BodyFrame {
   std::string name;
@@ -33,7 +26,7 @@ struct BodyFrame {
   std::vector<Vec3f> rest_body_m;
   std::vector<Vec3f> positions_world_m;
   std::vector<Triangle> triangles;
-  std::vector<ScalarField> scalars;  // values one a slot
+  std::vector<ScalarField> scalars;
 };
 
 struct ToolFrame {
