@@ -1,4 +1,4 @@
-// The order of a step; the only file that knows all rooms. Same input, same output, bit for bit.
+// A scene that is stepped: the facade of the simulation. The same input gives the same output, bit for bit.
 #pragma once
 
 #include <memory>
@@ -25,28 +25,27 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  // sweep > collide > plan cut > apply > split > deform > rigid > fit contact model. The result is valid until the next
-  // call.
+  // Runs the stages of step/step.h in order. The result is valid until the next call.
   const StepOutput& step(const StepInput& input);
 
-  // The processor's time, s, as somebody else's clock has it: for BodyCheck::cpu, nothing else. Without: not measured.
+  // Sets a clock of the processor's time, s, which only BodyCheck::cpu uses. Without it, that time is not measured.
   void measure_with(double (*processor_s)());
 
   // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
   const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh
-  // Of a vertex of its surface, where it is at rest: an index into body().regions, or kNoRegion.
+  // The region at the rest position of a surface vertex: an index into body().regions, or kNoRegion.
   std::uint32_t region_of(std::uint32_t body_id, VertexId v) const;
-  // What a body holds of each of its regions, at rest. O(volume), for reports.
+  // The volume of each region in a body, at rest. O(volume), for reports.
   RegionVolumes region_volumes(std::uint32_t body_id) const;
-  // Of the instrument that presses deepest, after a step.
+  // The gap of the instrument that presses deepest, after a step.
   ContactGap contact_gap(std::uint32_t body_id) const;
-  // It rests, and is not stepped until something touches it.
+  // The body rests, and is not stepped until something touches it.
   bool asleep(std::uint32_t body_id) const;
-  // Nothing when it deforms.
+  // Null when the body deforms.
   const RigidBody* rigid_body(std::uint32_t body_id) const;
   const TriangleMesh& mesh(std::uint32_t body_id) const;
-  // Memory of a body's topology and state, what engines keep beside them not counted.
+  // Memory of a body's topology and state, without the engines' own data.
   std::size_t copy_bytes(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;

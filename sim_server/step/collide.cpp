@@ -54,7 +54,7 @@ class RigidStep {
   }
 
  private:
-  // A part that came off and goes on deforming; its floor is its own affair.
+  // A part that came off and goes on deforming; its deformation engine deals with the floor.
   bool is_loose(std::uint32_t b) const { return !dynamics_[b] && b >= scene_.bodies.size() && !bodies_[b]->spec.fixed; }
   bool moves(std::uint32_t b) const {
     return (dynamics_[b] || is_loose(b)) && !bodies_[b]->frozen && !bodies_[b]->asleep();
@@ -157,7 +157,7 @@ class RigidStep {
       particles_.join(c, b, f.vertex, side, scene_.step_s);
   }
 
-  // How fast a body bumps into another at a contact.
+  // The speed at which a body bumps into another at a contact.
   double approach_m_per_s(std::uint32_t b, const BodyContact& f, bool by_triangle, const RigidContact& c) const {
     if (dynamics_[b]) return -dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world);
     const ParticleView state = bodies_[b]->particle_view();
@@ -169,7 +169,7 @@ class RigidStep {
     return speed_m_per_s;
   }
 
-  // What a sleeping piece bears on stays as it is: the last impulses go on.
+  // A sleeping piece goes on giving its last impulses to the body that it bears on.
   void keep_bearing_on(std::uint32_t b, std::span<const Vec3> impulses) {
     std::vector<RestingLoad>& loads = bodies_[b]->loads;
     loads.clear();

@@ -1,10 +1,10 @@
-// One step of all that is loose in a simulation. Rigid pieces fall, touch floor, bodies and instruments, and come to
+// One step of all loose parts of a simulation. Rigid pieces fall, touch floor, bodies and instruments, and come to
 // rest; parts that came off and go on deforming touch bodies.
 //
-// Deformable bodies have deformed before; contact then changes the velocities of their particles and of the pieces
-// alike, and moves particles as far as their velocities changed. What sleeps bears others as if it could not move. A
-// sleeping piece costs nothing but the impulses that it goes on giving to what it lies on, unless that sleeps, too. It
-// wakes when something bumps into it, and when what an instrument touches or a cut changes is next to it.
+// Deformable bodies have deformed before. Contact then changes the velocities of their particles and of the pieces
+// alike, and moves particles by the change of their velocities. A sleeping piece bears others as if it could not move,
+// and costs only the impulses that it goes on giving to the body that it lies on, unless that body sleeps, too. It
+// wakes when something bumps into it, and when a body next to it is touched by an instrument or changed by a cut.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace sectio {
 
-// An instrument presses a point of a piece (unilateral, see PointConstraint).
+// A point of a piece that an instrument presses (unilateral, see PointConstraint).
 struct RigidTouch {
   std::uint32_t body_id = 0;
   PointConstraint constraint;  // its source is the edge

@@ -3,7 +3,7 @@
 namespace sectio {
 namespace {
 
-// Forces of all edges add up; the deepest contact says where.
+// Adds up the forces of all edges; the deepest contact gives the place.
 void add_edge(const EdgeContact& contact, ContactStep& felt) {
   felt.reaction_world_n += contact.force_on_tool_n();
   if (contact.state() <= felt.state) return;

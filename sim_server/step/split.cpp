@@ -18,7 +18,7 @@ bool is_anchored(const Body& body, const Part& part) {
   return std::ranges::any_of(part.vertices, [&](VertexId v) { return body.engines.deformation->fixed(v); });
 }
 
-// A temporary subdivision is not a cut yet: it is undone before the next one is planned.
+// A temporary subdivision is no cut yet; it is undone before the next one is planned.
 bool is_worked_on(const Body& body, const Part& part) {
   for (const Stroke& stroke : body.cuts.strokes) {
     if (!stroke.temporary_inverse) continue;
@@ -28,7 +28,7 @@ bool is_worked_on(const Body& body, const Part& part) {
   return false;
 }
 
-// The parts that leave; the search never lists the component that it didn't see whole.
+// The parts that leave. The search never lists the component that it did not see whole.
 std::vector<Part> leaving_parts(Body& body, PartSearch search) {
   if (search.parts.empty()) return {};
   std::uint32_t fixed_in_body = 0, fixed_in_parts = 0;
@@ -90,8 +90,8 @@ void announce_removed(double volume_m3, std::uint32_t parent_id, StepContext& co
   context.emit(EventKind::fragment_removed, parent_id, 0, text);
 }
 
-// The component with fixed vertices stays the body; of several the largest, and where none is fixed the one that is
-// largest of all. What comes off beyond the number of bodies that a session can announce stays in the body.
+// The component with fixed vertices stays the body: the largest if there are several, and the largest of all if no
+// component is fixed. Parts beyond the number of bodies that a session can announce stay in the body.
 void split_body(World& world, StepContext& context, std::uint32_t body_id) {
   Body& body = *world.bodies[body_id];
   if (body.unsettled.empty() || body.rigid) return;

@@ -11,7 +11,7 @@
 
 namespace sectio {
 
-// What the stages of one step know of a body.
+// A body, as the stages of one step see it.
 struct BodyStep {
   bool at_work = false;    // an instrument cuts it or looks for where to, or a part may have come off
   bool changed = false;    // its topology changed
@@ -50,8 +50,8 @@ void for_each_body(World& world, StepContext& context, const Stage& stage) {
 // No instrument touches the body, and nothing has changed it in this step.
 bool is_idle(World& world, const StepContext& context, std::uint32_t body_id);
 
-// Sums up what each edge of an instrument and each pair of jaws feels of these constraints, one reaction each, and tells
-// them. An edge without a constraint is told, too.
+// Sums up the reactions of constraints for each edge of an instrument and each pair of jaws, and gives them the sums.
+// An edge without a constraint gets a reaction of zero.
 void distribute_reactions(World& world, StepContext& context, std::uint32_t body_id,
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions);
 

@@ -1,4 +1,4 @@
-// What goes into a step of the simulation and what comes out: plain values, no socket, clock or file.
+// Input and output of a step of the simulation: plain values, no socket, clock or file.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,8 @@ struct BodyDelta {
   TopologyDelta delta;
 };
 
-// A part came off and is a body from now on, at revision 0. The delta by which its parent gave it up is of this step.
+// A part that came off and is a body from now on, at revision 0. The same step has the delta that freed its slots in
+// the parent.
 struct NewBody {
   std::uint32_t body_id = 0;
   std::uint32_t parent_id = 0;
@@ -99,11 +100,12 @@ struct StepOutput {
 // The next step begins: lists of the last one are empty, sums go on.
 void begin_step(StepOutput& output, double step_s);
 
-// How well a surface follows an instrument that presses (paper A, figures 4 and 5). For measurements: no step needs it.
+// The gap between a surface and an instrument that presses it (paper A, figures 4 and 5). For measurements; no step
+// needs it.
 struct ContactGap {
   double depth_m = 0;  // of the point that presses, beneath the undeformed surface
-  // Between the instrument and the surface, along the normal, at most: of what is at least half as deep. Further out an
-  // instrument leaves its dent whatever the way of contact.
+  // Largest distance between the instrument and the surface, along the normal, over points at least half as deep.
+  // Points further out leave the dent whatever the way of contact.
   double gap_m = 0;
 };
 

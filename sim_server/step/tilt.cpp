@@ -2,7 +2,7 @@
 
 namespace sectio {
 
-// All that deforms feels the new gravity, and nothing sleeps through it.
+// Gives the new gravity to all deforming bodies, and wakes all bodies.
 void tilt(World& world, StepContext& context) {
   context.gravity_turned = world.gravity.step(context.input, context.output);
   if (!context.gravity_turned) return;

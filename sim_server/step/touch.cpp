@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-// Temporary elements are gone before anything cuts or parts the body.
+// Undoes temporary elements before anything cuts or parts the body.
 void remove_templates(World& world, StepContext& context, std::uint32_t body_id) {
   if (auto change = plan_release(*world.bodies[body_id])) commit(world, context, body_id, std::move(*change));
 }

@@ -1,5 +1,5 @@
-// Particles of deforming bodies that take part in the contacts of one step: borrowed from their bodies, given back with
-// what contacts did to them.
+// Particles of deforming bodies that take part in the contacts of one step: copied from their bodies, and written back
+// with the changes that contacts made.
 #pragma once
 
 #include <map>
@@ -21,14 +21,14 @@ class TouchedParticles {
   std::uint32_t number_of(std::uint32_t body_id, VertexId v);
   std::span<SoftParticle> all() { return particles_; }
 
-  // A point of a triangle, or a vertex, takes part in a contact on the side given: +1 that of `body`, -1 the other's.
+  // Adds a point of a triangle, or a vertex, to a contact on a side: +1 the side of `body`, -1 the other side.
   // Its depth becomes the one before the bodies deformed in this step, whose motion contacts may still change.
   void join(RigidContact& contact, std::uint32_t body_id, const std::array<VertexId, 3>& v, const Vec3& bary,
             double side, double step_s);
   void join(RigidContact& contact, std::uint32_t body_id, VertexId v, double side, double step_s) {
     join(contact, body_id, {v, kNone, kNone}, Vec3::UnitX(), side, step_s);
   }
-  // What a contact's impulse on `other` gives to each of its particles.
+  // Distributes a contact's impulse on `other` over the particles of the other side.
   void loads_of(const RigidContact& contact, const Vec3& impulse_on_other_n_s, std::vector<RestingLoad>& loads) const;
 
   // Positions follow velocities as those of the step before did.

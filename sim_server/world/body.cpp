@@ -158,7 +158,7 @@ void Body::place(Seeds seeds) {
   }
 }
 
-// An island is no part of the body any more: it lies on a bed, and nothing holds it.
+// Releases an island, which is no part of the body any more: it lies on a bed, and nothing holds it.
 void Body::free_islands(std::span<const Island> islands) {
   for (const Island& island : islands) {
     std::set<VertexId> members{island.any_vertex};

@@ -21,7 +21,7 @@
 
 namespace sectio {
 
-// What a sleeping body goes on giving to a particle that it bears on, in each step.
+// The impulse that a sleeping body goes on giving to a particle that it bears on, in each step.
 struct RestingLoad {
   std::uint32_t body_id = 0;
   VertexId vertex = kNone;
@@ -48,41 +48,40 @@ class Body {
   ParticleView particle_view() const { return particles.view(); }
   Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
   double energy_j(const Vec3& gravity_m_per_s2);  // kinetic, elastic and gravitational; O(all)
-  // The collision engine, told of the current positions.
+  // The collision engine, with the current positions.
   const CollisionEngine& tree();
 
-  // Of the connected piece that a vertex belongs to.
+  // The frame at rest of the connected piece that a vertex belongs to.
   Pose frame_world(VertexId v) const;
-  // Where the undeformed surface would be, and its normal there, smooth over edges: a dent turns neither.
+  // A point of the undeformed surface in the world, and the normal there, smooth over edges; a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
-  // Where a blade points in the tissue at rest. The home frame does not turn with the dent that the blade makes.
+  // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
   void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) const;
-  // What the thickness of the tissue leaves for a groove that begins at a point of the surface and reaches to the tip.
+  // The largest depth that the tissue's thickness allows a groove from a point of the surface to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
   // Applies a change and brings the state, the engines and the lips up to date; of a cut also the strokes. `triangles`:
-  // slots that changed, or that have a vertex that did. False when the change does not fit the mesh: it is as before, and
-  // strokes have ended where they are. Called by commit() alone.
+  // slots that changed, or that have a vertex that did. False when the change does not fit the mesh: it is as before,
+  // and strokes have ended where they are. Called by commit() alone.
   bool apply(const Change& change, std::vector<TriangleId>& triangles);
 
-  // From now on it moves as a whole. False when its shape has no rigid motion.
+  // Makes the body move as a whole from now on. False when its shape has no rigid motion.
   bool become_rigid();
-  // After the rigid body has moved.
+  // Takes the vertices along after the rigid body has moved.
   void follow_rigid();
 
-  // Deformation, whatever else goes on in the body, and contact of its lips; of a body that sleeps only what else goes
-  // on.
+  // Deforms the body, steps its processes, and separates its lips; a body that sleeps only steps its processes.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
-  // Rests, and is not moved until it is woken.
+  // The body rests, and is not moved until it is woken.
   bool asleep() const { return rigid ? rigid->body.asleep() : asleep_; }
   void wake();
-  // After deform(), when nothing touches it: it falls asleep when it has come to rest.
+  // Called after deform() when nothing touches the body, which falls asleep when it has come to rest.
   void watch_rest(const Scene& scene);
-  // After that, what a person should know of how it went: another driver took over or gave back, or numerics failed,
-  // and the body is frozen from now on. With a text for the event.
+  // Called after deform(); the events of the step with their texts: another driver took over or gave back, or numerics
+  // failed and the body is frozen from now on.
   std::vector<std::pair<EventKind, std::string>> watch_numerics();
-  // After that: a contact makes a particle faster and puts it elsewhere.
+  // Called after deform(); a contact changes the velocity of a particle and moves it.
   void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
   const BodySpec& spec;

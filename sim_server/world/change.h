@@ -24,7 +24,7 @@ struct Change {
   const CutPlan* plan = nullptr;                        // of a cut: what its engine goes on with
 };
 
-// A plan that leaves the topology as it is places nothing, either.
+// A plan that leaves the topology as it is places no vertices, either.
 inline Change cut_as_planned(const CutPlan& plan) {
   if (plan.delta.empty()) return {Cause::cut, {}, {}, &plan};
   return {Cause::cut, plan.delta, plan.seeds, &plan};

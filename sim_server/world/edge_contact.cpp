@@ -24,7 +24,8 @@ Vec3 normal_of_triangle(const SurfaceView& view, TriangleId t) {
   return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
 }
 
-// How far up its edge a blade passes through the surface at a point. One that lies along the surface doesn't: nearest.
+// The length of a blade's edge beneath the surface at a point; for a blade that lies along the surface, up to the
+// nearest point.
 double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& blade) {
   const Vec3 from_tip = point_world_m - blade.tip_world_m;
   const double steepness = blade.up_world.dot(normal);
@@ -124,7 +125,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   if (phase_ == Phase::pressing) press();
 }
 
-// Where the edge of an instrument that need not press reaches into the tissue.
+// The point at which the edge of an instrument that need not press reaches into the tissue.
 std::optional<SurfaceHit> EdgeContact::edge_reaching_in(const ToolContact& contact,
                                                         const InstrumentShape& shape) const {
   if (!may_enter() || shape.edge_tip_tool_m == shape.edge_heel_tool_m) return {};
@@ -151,7 +152,7 @@ void EdgeContact::look_for_contact(const ToolContact& contact) {
     return press_at(shaft.front(), {tip, tip}, 0, true);
   if (phase_ == Phase::pressing) return;
 
-  // The side of the instrument: the middle of what is inside.
+  // At the side of the instrument, the middle of the part that is inside presses.
   for (const ToolSegment segment : {ToolSegment::ab, ToolSegment::ac, ToolSegment::cd}) {
     const std::vector<SurfaceHit>& hits = contact[segment].after;
     if (hits.empty() || (instrument_.front_is_virtual && segment == ToolSegment::cd)) continue;
@@ -199,7 +200,7 @@ void EdgeContact::press() {
   constraints_.push_back(c);
 }
 
-// Downhill over neighbours to the point of the surface that is nearest to the instrument.
+// Walks downhill over neighbours to the point of the surface that is nearest to the instrument.
 void EdgeContact::slide_to(const Vec3& contact_world_m) {
   const SurfaceView view = body_.view();
   if (!view.alive(triangle_)) {

@@ -1,5 +1,5 @@
-// The contact of one edge of an instrument with one body: from free motion over contact to penetration and back (paper B, section 2:
-// contact, penetration and termination states).
+// The contact of one edge of an instrument with one body: from free motion over contact to penetration and back (paper
+// B, section 2: contact, penetration and termination states).
 #pragma once
 
 #include <optional>
@@ -21,43 +21,43 @@ struct ContactEvent {
 
 class EdgeContact {
  public:
-  // `edge_id` is the index that cutting knows the edge by. Not every body can be cut.
+  // `edge_id`: the index by which cutting knows the edge. `cuts`: the body can be cut.
   EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts);
 
-  // Before planning: where the poses since the last step lead. `poses` may be empty: the instrument rests.
+  // Called before planning; follows the poses since the last step. No poses: the instrument rests.
   void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
-  // What this instrument wants of plan_cut().
+  // Appends the edge's wishes for plan_cut().
   void plan(std::span<const JointPose> poses, std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
-  // What became of it.
+  // Takes the outcome of the plan.
   void planned(const CutPlan& plan, bool accepted);
-  // It holds the body, and so presses it no more.
+  // Ends the contact, because the instrument holds the body now and presses it no more.
   void let_go();
-  // The topology of the body has changed. What was done to a part that has left has ended.
+  // Follows a change of the body's topology. Contacts with a part that has left end.
   void follow(const AppliedChange& change);
-  // Cuts, or looks for where to: temporary elements must be gone before plan().
+  // The edge cuts, or looks for a place to cut: temporary elements must be gone before plan().
   bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
-  // Where it presses on a body with contact templates, the most important first.
+  // The points at which the edge presses on a body with contact templates, the most important first.
   std::span<const ContactPoint> contact_points() const { return contact_points_; }
-  // The particles that have been made of these.
+  // Takes the particles that have been made of these points.
   void hold_particles(std::span<const HeldParticle> held);
-  // What holds or presses the surface in this step; nothing while free or cutting.
+  // The constraints on the surface in this step; none while free or cutting.
   std::span<const PointConstraint> constraints() const { return constraints_; }
-  // After the step: the reaction of the constraints together.
+  // Called after the step, with the reaction of all constraints together.
   void deformed(const Reaction& reaction, double step_s);
 
   ContactState state() const;
   const Vec3& force_on_tool_n() const { return force_n_; }
-  // The surface point that the instrument is at, and the normal there; nothing while free.
+  // The instrument's point on the surface, and the normal there; unknown while free.
   bool surface_known() const { return phase_ != Phase::free; }
   const Vec3& point_world_m() const { return point_; }
   const Vec3& normal_world() const { return normal_; }
-  // Of what presses beneath the surface, after the step: to the nearest triangle, whatever the constraint was.
+  // The depth of the pressing point beneath the nearest triangle, after the step, whatever the constraint was.
   double penetration_m();
   ContactGap gap();
   std::uint64_t local_searches() const { return tracker_.counters().local_searches; }
   std::uint64_t global_searches() const { return tracker_.counters().global_searches + searches_; }
 
-  // Since the last call.
+  // The events since the last call.
   std::vector<ContactEvent> take_events();
   double cutting_work_j() const { return cutting_work_j_; }  // so far
 
@@ -75,7 +75,7 @@ class EdgeContact {
   bool near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const;
   void look_for_contact(const ToolContact& contact);
   std::optional<SurfaceHit> edge_reaching_in(const ToolContact& contact, const InstrumentShape& shape) const;
-  // At a point of the line between two corners.
+  // Presses at a point of the line between two corners.
   void press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along, bool at_tip);
   Vec3 contact_world_m() const;
   void press();
@@ -86,7 +86,7 @@ class EdgeContact {
   void enter_tissue(const SurfaceHit& hit);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
-  // In the template style; simulation_touch_templates.cpp.
+  // For the template style; edge_contact_templates.cpp.
   static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
   bool with_templates() const { return body_.stroke_settings.style == CutStyle::templates; }
   bool sharp_edge_touches(const InstrumentShape& shape) const;
@@ -98,7 +98,7 @@ class EdgeContact {
                          double& cut_length_m);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
 
-  // A blade that is further from where its cut stands has left it.
+  // A blade that is further than this from the end of its cut has left it.
   double left_behind_m() const { return 3 * body_.stroke_settings.join_tolerance_m; }
   // Is the triangle that a stroke leads into one of a groove's?
   bool is_on_wall(const Stroke& stroke) const;

@@ -1,4 +1,4 @@
-// Pressing with temporary elements, and how close an instrument and the surface are.
+// Pressing with temporary elements, and the gap between an instrument and the surface.
 #include <algorithm>
 
 #include "sim_server/surface/indentation/contact_places.h"
@@ -7,7 +7,8 @@
 
 namespace sectio {
 
-// Paper A, 2.2: the point that presses, and along the instrument from there whatever is beneath the surface.
+// Collects the contacts of paper A, 2.2: the point that presses, and along the instrument from there all places that
+// are beneath the surface.
 void EdgeContact::press_with_templates(const Vec3& contact_world_m) {
   const MeshDraft surface = original_surface(body_);
   if (!surface.triangle(triangle_).alive()) {
@@ -37,7 +38,7 @@ void EdgeContact::press_with_templates(const Vec3& contact_world_m) {
   }
 }
 
-// Where lines lead to from the point that presses: from a corner its neighbours, from a side both ends.
+// The ends of the lines from the point that presses: the neighbours of a corner, or both ends of a side.
 std::vector<std::size_t> EdgeContact::corners_beside_contact() const {
   if (contact_corners_[0] != contact_corners_[1]) return {contact_corners_[0], contact_corners_[1]};
   std::vector<std::size_t> beside;
@@ -68,7 +69,7 @@ double EdgeContact::beneath_temporary_m(const Vec3& contact_world_m) const {
   return std::max(0.0, (nearest - contact_world_m).dot((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized()));
 }
 
-// Of lines along the surface: those that lead into it have the surface beside them.
+// The normal for a line along the surface; a line that leads into the surface has the surface beside it.
 ContactGap EdgeContact::gap() {
   if (phase_ != Phase::pressing) return {};
   constexpr int kSamples = 100;

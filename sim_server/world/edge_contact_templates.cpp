@@ -1,6 +1,6 @@
 // An instrument that cuts with templates (paper A, 2.3): its edge may break the surface anywhere along its length, and
-// whatever of it is in the body cuts. Where the edge is in the body is asked of the surface itself; a plane would not
-// do at an edge of the body, or where the blade comes out on the other side.
+// every part of the edge in the body cuts. The surface itself is asked which parts are in the body; a plane would not
+// do at an edge of the body, or at the point where the blade comes out on the other side.
 #include <algorithm>
 #include <utility>
 
@@ -13,7 +13,7 @@ constexpr double kFarthestBackM = 0.005;  // from where a blade that breaks in s
 constexpr double kBackStepM = 0.00025;
 constexpr double kCosSharp = 0.5;  // the edge faces the surface within 60 degrees
 
-// Of the segment, with its hits in order: what is inside the body.
+// The part of a segment that is inside the body, given its hits in order.
 double length_inside_m(const std::vector<SurfaceHit>& hits, double length_m) {
   double inside = 0, from = 0;
   bool is_inside = !hits.empty() && !hits.front().entering;
@@ -41,7 +41,8 @@ bool EdgeContact::sharp_edge_presses() const {
   return !shape.sharp_side_tool || -normal_.dot(pose_.orientation * *shape.sharp_side_tool) >= kCosSharp;
 }
 
-// Its walls are close to both sides of the edge: a blade that is put back where it has cut goes on without breaking in.
+// Is the edge in a groove, with walls close to both its sides? A blade that is put back into its cut then goes on
+// without breaking in.
 bool EdgeContact::sharp_edge_is_in_slit() const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.stroke_settings.cuts_inside) return false;
@@ -57,7 +58,7 @@ bool EdgeContact::sharp_edge_is_in_slit() const {
   return is_wall(true) && is_wall(false);
 }
 
-// A blade that breaks in sideways comes from outside: the surface that it has pushed in lies between.
+// A blade that breaks in sideways comes from outside, with the surface that it has pushed in between.
 void EdgeContact::begin_with_templates(BladeMotion& motion) {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();

@@ -19,7 +19,7 @@ Vec3 position_of(const Body& body, VertexId v) {
   return body.particles.position_world_m[v].head<3>().cast<double>();
 }
 
-// Vertices of triangles that come near a point, ascending.
+// The vertices of the triangles near a point, ascending.
 std::vector<VertexId> vertices_near(Body& body, const Vec3& at_world_m, double within_m) {
   std::vector<VertexId> near;
   Box3 box = body.bounds_world_m();
@@ -55,7 +55,7 @@ void Grasp::let_go(std::string_view why) {
   held_.clear();
 }
 
-// In the frame of the tool three points about its tips, in that of the piece where these are now.
+// Three points about the tips, in the frame of the tool, and their present places in the frame of the piece.
 std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share) const {
   const ToolGeometry& g = geometry_;
   const Vec3 up = (g.c_tool_m - g.a_tool_m).stableNormalized(), aside = up.unitOrthogonal();
@@ -70,7 +70,7 @@ std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share)
   return points;
 }
 
-// A loose piece comes before the tissue that it lies in.
+// A loose piece is taken before the tissue that it lies in.
 bool Grasp::hold_piece(std::span<const std::unique_ptr<Body>> bodies) {
   const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
   double nearest_m = kBetweenJawsM;
@@ -87,7 +87,7 @@ bool Grasp::hold_piece(std::span<const std::unique_ptr<Body>> bodies) {
   return !held_.empty();
 }
 
-// Of the nearest body the vertices in the sphere; where its mesh is wider than that, the corners of a triangle.
+// The vertices of the nearest body in the sphere, or the corners of a triangle if the mesh is wider than the sphere.
 void Grasp::hold_tissue(std::span<const std::unique_ptr<Body>> bodies) {
   const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
   Body* body = nullptr;
@@ -124,7 +124,7 @@ void Grasp::share_out() {
     for (Point& p : held.points) p.share /= sum;
 }
 
-// How far what it holds is behind the hand, in the mean.
+// The mean distance of the held points from their targets at the hand.
 Vec3 Grasp::lag_m(std::span<const std::unique_ptr<Body>> bodies) const {
   Vec3 lag = Vec3::Zero();
   for (const Held& held : held_) {

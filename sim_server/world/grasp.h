@@ -1,8 +1,7 @@
-// What the tips of one instrument do to what is between them or around them (paper C, 3.1). A ball about the tips
-// pushes vertices out to its surface and stops them there. Jaws that close hold what is in a slightly larger sphere, a
-// loose piece or the points of the tissue: these follow the hand by a force that has a cap, and not faster than hands
-// are, so that no motion brings more energy than the cap times the way of the tissue. What is pulled further than the
-// sphere's radius slips out.
+// The grasp of one instrument's tips (paper C, 3.1). A ball about the tips pushes vertices out to its surface and stops
+// them there. Jaws that close hold a loose piece, or the points of tissue, in a slightly larger sphere. Held points
+// follow the hand by a force with a cap, and not faster than hands move, so that no motion brings more energy than the
+// cap times the path of the tissue. Points that are pulled further than the sphere's radius slip out.
 #pragma once
 
 #include <array>
@@ -17,7 +16,7 @@
 
 namespace sectio {
 
-// Jaws hold a point of a piece.
+// A point of a piece that jaws hold.
 struct GraspConstraint {
   std::uint32_t body_id = 0;
   Vec3 point_world_m = Vec3::Zero();
@@ -36,22 +35,22 @@ class Grasp {
  public:
   explicit Grasp(const ToolSpec& tool);
 
-  // At the beginning of a step: closes, opens or loses what it held. The instrument is at `pose` from then on.
+  // Called at the beginning of a step: jaws close, open or lose their hold. The instrument is at `pose` from then on.
   void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies);
-  // Appends what it wants of the points of a body that deforms in this step.
+  // Appends the constraints on the points of a deforming body in this step.
   void append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
-  // Appends what it wants of the rigid pieces.
+  // Appends the constraints on rigid pieces.
   void append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& constraints) const;
-  // The reaction of one of these.
+  // Takes the reaction of one of these constraints.
   void felt(const Reaction& reaction);
 
-  // A body has changed: vertices that are new or gone are not held.
+  // Follows a change of a body: vertices that are new or gone are not held.
   void follow(std::uint32_t body_id, const TopologyDelta& delta);
-  // A part came off; by vertex its slot in the parent. Before the change of the parent.
+  // Follows a part that came off; by vertex of the part, its slot in the parent. Called before the parent changes.
   void part_left(std::uint32_t parent_id, const Body& part, std::span<const VertexId> vertex_from);
 
   bool holds(std::uint32_t body_id) const;
-  // Does it hold or push anything?
+  // Does the instrument hold or push anything?
   bool is_at_work() const { return !held_.empty() || pushes_; }
   const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // of this step
   std::vector<GraspEvent> take_events();                            // since the last call

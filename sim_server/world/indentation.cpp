@@ -8,7 +8,7 @@
 namespace sectio {
 namespace {
 
-// A particle that was let go is home when it has been slower than this against its face for so long: even a vibration
+// A particle that was let go counts as home when it has been slower than this against its face for so long; a vibration
 // of 10 Hz is then below 0.01 mm.
 constexpr double kStillMPerS = 5e-4;
 constexpr double kStillS = 0.02;
@@ -18,7 +18,7 @@ bool moves(const MeshDraft& now, const MeshDraft& original, const TemporaryConta
   return (now.state(contact.particles[i]).velocity_world_m_per_s - of_face).norm() > kStillMPerS;
 }
 
-// What was let go and is not home yet.
+// The contacts that were let go and are not home yet.
 std::vector<ContactPoint> on_the_way_home(Body& body, std::span<const ContactPoint> pressed, double step_s) {
   std::vector<ContactPoint> left;
   const TemporaryContact& contact = body.contact;
@@ -68,7 +68,7 @@ TriangleId original_triangle(const Body& body, TriangleId t) {
   if (!body.contact.inverse) return t;
   const MeshDraft original = original_surface(body);
   if (original.triangle(t).alive()) return t;
-  // Temporary particles are few: an original vertex is close by.
+  // Temporary particles are few, so an original vertex is close by.
   const MeshDraft now(body.mesh, body.particle_view());
   std::vector<VertexId> ring(body.mesh.triangle(t).v.begin(), body.mesh.triangle(t).v.end());
   for (std::size_t i = 0; i < ring.size(); ++i) {

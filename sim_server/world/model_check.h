@@ -1,4 +1,4 @@
-// How a body's model keeps to what it was taken for: margin, residual, energy, time.
+// Compares a body's model with the expectations for which it was chosen: margin, residual, energy, time.
 #pragma once
 
 #include <memory>
@@ -16,8 +16,8 @@ class ModelCheck {
     check_.cpu_estimate = body.plan.cpu_estimate.value_or(0);
   }
 
-  // After a step. `work_j` is what instruments have put in; `disturbed`: its topology has changed, something else has
-  // touched it or gravity turned, so that its energy says nothing; `took_s`: the processor's time.
+  // Called after a step. `work_j`: work of instruments on the body; `disturbed`: the energy says nothing, because the
+  // topology has changed, another body has touched it, or gravity turned; `took_s`: the processor's time.
   void stepped(Body& body, double step_s, double work_j, bool disturbed, double took_s);
 
   const BodyCheck& value() const { return check_; }

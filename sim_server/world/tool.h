@@ -1,5 +1,5 @@
-// What the simulation knows of one instrument: its newest samples and the way that they make in a step, what it holds,
-// and the contact that the hand is told of.
+// One instrument of a simulation: its newest samples and its path in a step, its grasp, and the contact that its hand
+// gets.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ namespace sectio {
 struct Tool {
   Tool(std::uint32_t tool_id, const Scene& scene);
 
-  // A step begins where the last one ended; then its samples, in order.
+  // A step begins at the end of the last one; then come its samples, in order.
   void begin_step();
   void take(const ToolSample& sample);
 
-  // As the instrument is in this step, with what its grip feels. It has a pose.
+  // The instrument's contact in this step, with the reaction of its grasp. It must have a pose.
   ContactStep contact(double sim_time_s) const;
 
   ContactModelFitter fitter;

@@ -1,5 +1,5 @@
-// Gravity as the patient feels it, which turns when the table is tilted: by the scene's plan (gravity_changes) and by
-// whoever is in charge of it (StepInput).
+// Gravity in the frame of the patient, which turns when the table is tilted: by the scene's plan (gravity_changes) and
+// on request (StepInput).
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@
 namespace sectio {
 
 // One step from `now` towards `target`: turned by max_rad at most, made stronger or weaker by max_m_per_s2 at most.
-// Between opposite directions some way round is taken, always the same. Exactly `target` in the end. No function of
-// libm but square roots: the same bits everywhere.
+// Opposite directions are turned into each other always the same way round. The last step gives `target` exactly. Uses
+// no function of libm but square roots, for the same bits everywhere.
 Vec3 turned_towards(const Vec3& now, const Vec3& target, double max_rad, double max_m_per_s2);
 
 class TurningGravity {
  public:
   explicit TurningGravity(const Scene& scene);
 
-  // What holds in the step that ends at sim_time_s. True when it is another than before; an event for a new target.
+  // Sets the gravity of the step that ends at sim_time_s. True when it changed; a new target makes an event.
   bool step(const StepInput& input, StepOutput& output);
   const Vec3& now() const { return now_; }
   const Vec3& target() const { return target_; }

@@ -1,6 +1,6 @@
-// All that a simulation keeps from one step to the next: the bodies, the instruments, and what each edge of an instrument
-// does at each body. The stages of a step (sim_server/step/) change it; commit() (world/commit.h) is the only way to
-// change the topology of a body.
+// The state that a simulation keeps from one step to the next: the bodies, the instruments, and the contact of each
+// edge of an instrument with each body. The stages of a step (sim_server/step/) change it; commit() (step/commit.h) is
+// the only way to change the topology of a body.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct World {
   // Throws InputError when a body has no engines, or when its step is beyond the stable one.
   World(const Scene& scene, const EngineTable& engines);
 
-  // A part that came off: it gets the next id, edge contacts and a check of its own.
+  // Adds a part that came off, with the next id, and edge contacts and a check of its own.
   void add_part(std::unique_ptr<Body> part);
 
   EdgeContact& contact(std::uint32_t body_id, std::uint32_t edge_id) {
