@@ -39,6 +39,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   indent(world, context);
   deform(world, context);
   watch(world, context);
+  interact(world, context);
   collide(world, context);
   feel(world, context);
   report(world, context);
@@ -82,6 +83,9 @@ std::size_t Simulation::copy_bytes(std::uint32_t body_id) const {
 }
 std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->world.bodies[body_id]->positions_world_m();
+}
+std::vector<ScalarField> Simulation::scalars(std::uint32_t body_id) const {
+  return state_->world.scalars(body_id);
 }
 double Simulation::energy_j() const {
   const World& world = state_->world;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/math/types.h"
+#include "common/mesh/scalar_field.h"
 
 namespace sectio {
 
@@ -70,15 +71,5 @@ using GridPoint = std::array<std::int32_t, 3>;
 
 // Fills quantum, origin and offsets from at most kVerticesPerPiece points.
 void encode_positions(std::span<const GridPoint> points, StatePiece& piece);
-
-constexpr std::size_t kMaxScalars = 8;  // of a body
-
-// A number for each vertex that an engine publishes of a body: wetness, temperature, damage.
-struct ScalarField {
-  std::string name;           // 1 to 64 printable bytes; each field of a body has another name
-  float least = 0, most = 1;  // the range that viewers see; values beyond it are cut off
-  std::vector<float> values;  // one a vertex slot; a NaN counts as `least`
-  bool operator==(const ScalarField&) const = default;
-};
 
 }  // namespace sectio

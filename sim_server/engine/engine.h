@@ -9,8 +9,10 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "common/delta/topology_delta.h"
+#include "common/mesh/scalar_field.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/bodies/particle_state.h"
 
@@ -40,6 +42,9 @@ class Engine {
 
   // After a change of topology: a cut, a part that left. The body is as it is now; new slots have their state.
   virtual void follow(const SharedBody& body, const TopologyChange& change) = 0;
+  // Appends the scalars that viewers and records get, one value a vertex slot. Called when a state is published, not in
+  // each step.
+  virtual void publish(const SharedBody&, std::vector<ScalarField>&) const {}
 };
 
 // What else goes on in a body while it is simulated: bleeding, heat, healing. It may change the state of the particles.

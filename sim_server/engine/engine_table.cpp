@@ -1,5 +1,10 @@
 #include "sim_server/engine/engine_table.h"
 
+#include <algorithm>
+#include <utility>
+
+#include "common/core/error.h"
+
 namespace sectio {
 
 void BodyEngines::follow(const SharedBody& body, const TopologyChange& change) {
@@ -8,6 +13,41 @@ void BodyEngines::follow(const SharedBody& body, const TopologyChange& change) {
   cutting->follow(body, change);
   splitting->follow(body, change);
   for (const auto& process : processes) process->follow(body, change);
+}
+
+void BodyEngines::publish(const SharedBody& body, std::vector<ScalarField>& fields) const {
+  for (const Engine* engine :
+       {static_cast<const Engine*>(deformation.get()), static_cast<const Engine*>(cutting.get()),
+        static_cast<const Engine*>(splitting.get()), static_cast<const Engine*>(collision.get())})
+    engine->publish(body, fields);
+  for (const auto& process : processes) process->publish(body, fields);
+}
+
+const ModelEntry* EngineTable::find_model(const std::string& name) const {
+  const auto found = std::ranges::find(models, name, [](const ModelEntry& m) { return m.traits.name; });
+  return found != models.end() ? &*found : nullptr;
+}
+
+const ModelEntry& EngineTable::model(const std::string& name) const {
+  const ModelEntry* found = find_model(name);
+  SECTIO_ASSERT(found, "the table has this model");
+  return *found;
+}
+
+ModelEntry& EngineTable::model(const std::string& name) {
+  return const_cast<ModelEntry&>(std::as_const(*this).model(name));
+}
+
+const ProcessEntry* EngineTable::find_process(const std::string& kind) const {
+  const auto found = std::ranges::find(processes, kind, [](const ProcessEntry& p) { return p.traits.kind; });
+  return found != processes.end() ? &*found : nullptr;
+}
+
+EngineTraits EngineTable::traits() const {
+  EngineTraits traits;
+  for (const ModelEntry& entry : models) traits.models.push_back(entry.traits);
+  for (const ProcessEntry& entry : processes) traits.processes.push_back(entry.traits);
+  return traits;
 }
 
 }  // namespace sectio

@@ -1,18 +1,18 @@
-// The engines of a body, and the table that says which ones a `model` of a scene gets. The entries that ship are in
-// engine/standard_engines.cpp; a program can add or exchange entries:
+// The engines of a body, and the table of all engines that a scene can name: a `model` of a body, a `kind` of a process
+// in a body or between bodies, each with the keys of its own that a scene may give. The entries that ship are in
+// engine/standard_engines.cpp; a program can add entries, or exchange some:
 //
 //   EngineTable table = standard_engines();
-//   table.models["surface_springs"] = [](const EngineSite& site) {
+//   table.models.push_back({{.name = "my_model", .needs_volume = true, .keys = {...}}, [](const EngineSite& site) {
 //     BodyEngines engines = surface_spring_engines(site);
-//     engines.deformation = std::make_unique<MyIntegrator>(site.body);       // exchanged
-//     engines.processes.push_back(std::make_unique<Bleeding>(site));         // added
+//     engines.deformation = std::make_unique<MyIntegrator>(site.body, site.spec.options.number("stiffness_pa"));
 //     return engines;
-//   };
+//   }});
+//   const Scene scene = prepared(load_scene(path, table.traits()), table);
 //   Simulation simulation(scene, table);
 #pragma once
 
 #include <functional>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -21,6 +21,7 @@
 #include "sim_server/collision/collision_engine.h"
 #include "sim_server/components/splitting_engine.h"
 #include "sim_server/deformation/deformation_engine.h"
+#include "sim_server/engine/world_engine.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/surface/cutting/cutting_engine.h"
 
@@ -35,6 +36,7 @@ struct BodyEngines {
   std::vector<std::unique_ptr<ProcessEngine>> processes;  // in the order of their steps
 
   void follow(const SharedBody& body, const TopologyChange& change);
+  void publish(const SharedBody& body, std::vector<ScalarField>& fields) const;
 };
 
 // What engines are made for.
@@ -51,8 +53,52 @@ struct EngineSite {
 
 using MakeEngines = std::function<BodyEngines(const EngineSite&)>;
 
+struct ModelEntry {
+  ModelTraits traits;  // what it needs and can do, and its own keys in a scene
+  MakeEngines make;
+  // Once its volume is filled: completes the specification, and notes what a person should know. May be empty.
+  std::function<void(BodySpec&)> prepare = {};
+};
+
+// What a process that a scene names is made for: one body of those that it is in.
+struct ProcessSite {
+  const ProcessSpec& spec;
+  const Scene& scene;
+  SharedBody body;
+  Pose frame_world;  // of the shape at rest
+  // Of a part: the process in the body that it came off, and by vertex of the part its slot there.
+  const ProcessEngine* parent = nullptr;
+  std::span<const VertexId> vertex_from = {};
+};
+using MakeProcess = std::function<std::unique_ptr<ProcessEngine>(const ProcessSite&)>;
+
+// All the bodies that a process between bodies is between, in the order in which the scene names them.
+struct WorldEngineSite {
+  const ProcessSpec& spec;
+  const Scene& scene;
+  std::span<const SharedBody> bodies;
+};
+using MakeWorldEngine = std::function<std::unique_ptr<WorldEngine>(const WorldEngineSite&)>;
+
+// One of both makes it.
+struct ProcessEntry {
+  ProcessTraits traits;
+  MakeProcess in_body;      // one for each body
+  MakeWorldEngine between;  // one for all of them
+};
+
 struct EngineTable {
-  std::map<std::string, MakeEngines> models;  // by BodySpec::model
+  std::vector<ModelEntry> models;  // in the order in which documents list them
+  std::vector<ProcessEntry> processes;
+
+  // Of the name that BodySpec::model has; nullptr if there is none.
+  const ModelEntry* find_model(const std::string& name) const;
+  ModelEntry& model(const std::string& name);  // of a name that there is
+  const ModelEntry& model(const std::string& name) const;
+  // Of the kind that ProcessSpec::kind has; nullptr if there is none.
+  const ProcessEntry* find_process(const std::string& kind) const;
+
+  EngineTraits traits() const;  // for the reader of scenes
 };
 
 }  // namespace sectio

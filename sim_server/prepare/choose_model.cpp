@@ -106,7 +106,7 @@ Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
 
 planning::Built built(const BodySpec& body, const Scene& scene, const Candidate& c) {
   const Scene one = fill_volumes(alone(body, scene, c));
-  const Body made(one.bodies[0], one, 0, standard_engines().models.at(one.bodies[0].model));
+  const Body made(one.bodies[0], one, 0, standard_engines().model(one.bodies[0].model).make);
   planning::Built b;
   b.surface_vertices = b.vertices = b.elements = made.mesh.vertex_count();
   const auto* engine = dynamic_cast<const VolumeDeformation*>(made.engines.deformation.get());

@@ -1,17 +1,13 @@
 #include "sim_server/prepare/fill_volumes.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/mesh/check.h"
-#include "sim_server/deformation/hexa/hex_solid.h"
-#include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/tet_file.h"
-#include "sim_server/volume/volume_material.h"
 
 namespace sectio {
 namespace {
@@ -55,17 +51,7 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
-constexpr double kCrumb = 0.5;   // of a mean tetrahedron: what comes off and is smaller is removed
-constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
-
-std::string note_on(const HexSolid& solid) {
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
-                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
-                1e3 * solid.explicit_limit_s());
-  return text;
-}
+constexpr double kCrumb = 0.5;  // of a mean tetrahedron: what comes off and is smaller is removed
 
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
@@ -80,37 +66,26 @@ void make_volume(BodySpec& body) {
   body.splitting.least_volume_m3 = std::max(body.splitting.least_volume_m3, kCrumb * element_m3);
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
-  if (body.model == "neo_hookean_lattice") {
-    if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
-    body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
-                                               volume_material(body.material), {}, driver_of(body))));
-  }
-  if (body.model != "tetra_springs") return;
-  const TetSprings springs(body.tets, volume_material(body.material), {}, {body.volume.second_share, 0, true});
-  char text[240];
-  std::snprintf(
-      text, sizeof text,
-      "springs: Young's modulus %.0f Pa before a correction to %.0f Pa; Poisson's ratio %.2f instead of %.2f: a "
-      "net of springs has at most 0.25",
-      springs.as_made().mean_young_pa, springs.calibrated().mean_young_pa, springs.calibrated().mean_poisson,
-      body.material.poisson);
-  body.mesh_notes.emplace_back(text);
 }
 
 }  // namespace
 
-Scene fill_volumes(Scene scene) {
+Scene fill_volumes(Scene scene, const EngineTable& engines) {
   for (BodySpec& body : scene.bodies) {
-    if (!body.tets.tetrahedra.empty() || body.model == "surface_springs" ||
-        !standard_engines().models.contains(body.model))
-      continue;
+    const ModelEntry* model = engines.find_model(body.model);
+    if (!model || !body.tets.tetrahedra.empty()) continue;
     try {
-      make_volume(body);
+      if (model->traits.needs_volume) make_volume(body);
+      if (model->prepare) model->prepare(body);
     } catch (const InputError& error) {
       throw InputError(scene.file + ": body '" + body.name + "': " + error.what());
     }
   }
   return scene;
+}
+
+Scene fill_volumes(Scene scene) {
+  return fill_volumes(std::move(scene), standard_engines());
 }
 
 }  // namespace sectio

@@ -98,7 +98,7 @@ class Specimen {
  public:
   explicit Specimen(Scene scene)
       : scene_(std::move(scene)),
-        body_(scene_.bodies[0], scene_, 0, standard_engines().models.at(scene_.bodies[0].model)) {}
+        body_(scene_.bodies[0], scene_, 0, standard_engines().model(scene_.bodies[0].model).make) {}
 
   // The time of a step, s: the least of several tries.
   double step_s() {

@@ -5,8 +5,12 @@
 namespace sectio {
 namespace {
 
-std::uint32_t grasp_source(const World& world, std::uint32_t tool_id) {
-  return static_cast<std::uint32_t>(world.edges.size()) + tool_id;
+// Sources of constraints: edges of instruments, then jaws by their tool, then engines between bodies.
+std::uint32_t grasp_source(const World& world, std::size_t tool_id) {
+  return static_cast<std::uint32_t>(world.edges.size() + tool_id);
+}
+std::uint32_t interaction_source(const World& world, std::size_t i) {
+  return grasp_source(world, world.tools.size() + i);
 }
 
 void deform_body(World& world, StepContext& context, std::uint32_t b, std::vector<PointConstraint>& constraints,
@@ -29,6 +33,12 @@ void deform_body(World& world, StepContext& context, std::uint32_t b, std::vecto
     const std::size_t from = constraints.size();
     if (world.tools[t].pose) world.tools[t].grasp.append(body, world.scene.step_s, constraints);
     say_whose(from, grasp_source(world, t));
+  }
+  for (std::size_t i = 0; i < world.interactions.size(); ++i) {
+    const std::size_t from = constraints.size();
+    if (world.interactions[i].covers(b))
+      world.interactions[i].engine->constrain(body.shared(), world.scene.step_s, constraints);
+    say_whose(from, interaction_source(world, i));
   }
   reactions.assign(constraints.size(), {});
   step.disturbed = constraints.size() > of_edges || !is_idle(world, context, b);
@@ -64,8 +74,18 @@ void distribute_reactions(World& world, StepContext& context, std::uint32_t body
     }
   }
   for (std::size_t i = 0; i < constraints.size(); ++i)
-    if (constraints[i].source >= world.edges.size())
-      world.tools[constraints[i].source - world.edges.size()].grasp.felt(reactions[i]);
+    if (const std::size_t source = constraints[i].source;
+        source >= grasp_source(world, 0) && source < interaction_source(world, 0))
+      world.tools[source - grasp_source(world, 0)].grasp.felt(reactions[i]);
+  for (std::size_t k = 0; k < world.interactions.size(); ++k) {
+    const auto is_own = [&](const PointConstraint& c) { return c.source == interaction_source(world, k); };
+    const auto from = std::ranges::find_if(constraints, is_own);
+    const auto count = static_cast<std::size_t>(std::ranges::count_if(constraints, is_own));
+    if (count > 0)
+      world.interactions[k].engine->felt(
+          world.bodies[body_id]->shared(),
+          reactions.subspan(static_cast<std::size_t>(from - constraints.begin()), count));
+  }
 }
 
 void deform(World& world, StepContext& context) {

@@ -106,23 +106,20 @@ void split_body(World& world, StepContext& context, std::uint32_t body_id) {
     const double volume_m3 = mass_properties(leaving.mesh.rest_body_m(), leaving.mesh.triangles(), 1).volume_m3;
     const bool crumb = !anchored && volume_m3 < body.spec.splitting.least_volume_m3;
     if (!crumb && world.bodies.size() >= world.most_bodies) continue;
-    std::unique_ptr<Body> made;
     if (!crumb) {
       const BodySpec& spec = world.part_specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
-      made = make_body(body, leaving, spec, world.scene, static_cast<std::uint32_t>(world.bodies.size()),
-                       body.frame_world(part.vertices.front()));
+      std::unique_ptr<Body> made =
+          make_body(body, leaving, spec, world.scene, static_cast<std::uint32_t>(world.bodies.size()),
+                    body.frame_world(part.vertices.front()));
       for (Tool& tool : world.tools) tool.grasp.part_left(body_id, *made, leaving.vertex_from);
+      announce(*made, body_id, context);
+      world.add_part(std::move(made), body, leaving.vertex_from);
+      context.bodies.emplace_back();
     }
     const bool left = commit(world, context, body_id, {Cause::part_left, std::move(leaving.delta), {}});
     SECTIO_ASSERT(left, "a whole part can be removed");
     static_cast<void>(left);
-    if (crumb) {
-      announce_removed(volume_m3, body_id, context);
-      continue;
-    }
-    announce(*made, body_id, context);
-    world.add_part(std::move(made));
-    context.bodies.emplace_back();
+    if (crumb) announce_removed(volume_m3, body_id, context);
   }
 }
 

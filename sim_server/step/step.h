@@ -50,8 +50,8 @@ void for_each_body(World& world, StepContext& context, const Stage& stage) {
 // No instrument touches the body, and nothing has changed it in this step.
 bool is_idle(World& world, const StepContext& context, std::uint32_t body_id);
 
-// Sums up the reactions of constraints for each edge of an instrument and each pair of jaws, and gives them the sums.
-// An edge without a constraint gets a reaction of zero.
+// Gives each edge of an instrument the sum of the reactions of its constraints, each pair of jaws and each engine
+// between bodies one reaction a constraint. An edge without a constraint gets a reaction of zero.
 void distribute_reactions(World& world, StepContext& context, std::uint32_t body_id,
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions);
 
@@ -65,6 +65,7 @@ void split(World& world, StepContext& context);         // parts that came off b
 void indent(World& world, StepContext& context);        // temporary elements follow instruments that press
 void deform(World& world, StepContext& context);        // bodies move
 void watch(World& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
+void interact(World& world, StepContext& context);      // what goes on between bodies: fluids, threads
 void collide(World& world, StepContext& context);       // bodies meet each other and the floor
 void feel(World& world, StepContext& context);          // contact models for the hands
 void report(World& world, StepContext& context);        // the numbers of the step

@@ -1,9 +1,12 @@
 #include "sim_server/volume/volume_engines.h"
 
+#include <cmath>
+#include <cstdio>
 #include <numeric>
 
 #include "common/core/error.h"
 #include "common/material/region_volumes.h"
+#include "common/mesh/check.h"
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
@@ -81,6 +84,17 @@ BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_pt
   return engines;
 }
 
+constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
+
+std::string note_on(const HexSolid& solid) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
+                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
+                1e3 * solid.explicit_limit_s());
+  return text;
+}
+
 }  // namespace
 
 // The tensile test corrects the tissue, whatever regions are in it. A part's springs are what they were in the whole.
@@ -119,6 +133,24 @@ BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
       volume.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
       settings_for(site, volume.mesh), driver_of(site.spec), whole);
   return engines_of(site, std::move(volume), std::move(model));
+}
+
+void prepare_lattice(BodySpec& body) {
+  if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
+  body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
+                                             volume_material(body.material), {}, driver_of(body))));
+}
+
+void prepare_tetra_springs(BodySpec& body) {
+  const TetSprings springs(body.tets, volume_material(body.material), {}, {body.volume.second_share, 0, true});
+  char text[240];
+  std::snprintf(
+      text, sizeof text,
+      "springs: Young's modulus %.0f Pa before a correction to %.0f Pa; Poisson's ratio %.2f instead of %.2f: a "
+      "net of springs has at most 0.25",
+      springs.as_made().mean_young_pa, springs.calibrated().mean_young_pa, springs.calibrated().mean_poisson,
+      body.material.poisson);
+  body.mesh_notes.emplace_back(text);
 }
 
 }  // namespace sectio

@@ -12,4 +12,9 @@ BodyEngines tetra_spring_engines(const EngineSite& site);
 BodyEngines neo_hookean_engines(const EngineSite& site);
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site);
 
+// The size of the cells where the scene doesn't say, and what came out of it.
+void prepare_lattice(BodySpec& body);
+// The Young's modulus of the springs before and after their correction.
+void prepare_tetra_springs(BodySpec& body);
+
 }  // namespace sectio

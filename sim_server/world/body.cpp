@@ -117,38 +117,37 @@ bool Body::apply_to_mesh(const Change& change) {
   return change.delta.empty() || sectio::apply(change.delta, mesh) == ApplyStatus::applied;
 }
 
-bool Body::apply(const Change& change, std::vector<TriangleId>& triangles) {
-  triangles.clear();
+std::optional<AppliedChange> Body::apply(const Change& change) {
   const TopologyDelta& delta = change.delta;
-  std::vector<VertexId> vertices = touched_vertices(delta, mesh);
-  if (!apply_to_mesh(change)) return false;
+  AppliedChange applied;
+  applied.vertices = touched_vertices(delta, mesh);
+  if (!apply_to_mesh(change)) return std::nullopt;
   particles.resize(mesh.vertex_slots());
   place(change.seeds);
   if (delta.empty()) {
     tree_stale_ |= !change.seeds.empty();
-    return true;
+    return applied;
   }
-  std::vector<VertexId> placed;
-  for (const auto& [v, state] : change.seeds) placed.push_back(v);
-  for (const TriangleEdit& e : delta.triangles) triangles.push_back(e.id);
+  for (const auto& [v, state] : change.seeds) applied.placed.push_back(v);
+  for (const TriangleEdit& e : delta.triangles) applied.triangles.push_back(e.id);
   // A vertex that moved changes the springs and triangles around it, too.
   for (const VertexEdit& e : delta.vertices) {
     if (!e.alive) continue;
     for (const TriangleId t : mesh.fan(e.id)) {
-      triangles.push_back(t);
-      vertices.insert(vertices.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
+      applied.triangles.push_back(t);
+      applied.vertices.insert(applied.vertices.end(), mesh.triangle(t).v.begin(), mesh.triangle(t).v.end());
     }
   }
-  sort_unique(vertices), sort_unique(triangles);
-  engines.follow(shared(), {delta, vertices, triangles, placed});
-  lips_.follow(mesh, vertices);
+  sort_unique(applied.vertices), sort_unique(applied.triangles);
+  engines.follow(shared(), applied.of(delta));
+  lips_.follow(mesh, applied.vertices);
   if (change.cause == Cause::part_left) forget_strokes_of(delta);
-  if (!change.plan) return true;
+  if (!change.plan) return applied;
   if (spec.splitting.free_parts == FreeParts::keep)
     free_islands(change.plan->islands);
   else
-    unsettled.insert(unsettled.end(), triangles.begin(), triangles.end());
-  return true;
+    unsettled.insert(unsettled.end(), applied.triangles.begin(), applied.triangles.end());
+  return applied;
 }
 
 void Body::place(Seeds seeds) {
@@ -200,10 +199,14 @@ bool Body::become_rigid() {
   return rigid.has_value();
 }
 
-void Body::follow_rigid() {
-  rigid->place(particles.position_world_m, particles.velocity_world_m_per_s);
+void Body::particles_moved() {
   compact_.invalidate();
   tree_stale_ = true;
+}
+
+void Body::follow_rigid() {
+  rigid->place(particles.position_world_m, particles.velocity_world_m_per_s);
+  particles_moved();
 }
 
 void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {

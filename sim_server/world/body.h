@@ -61,13 +61,14 @@ class Body {
   // The largest depth that the tissue's thickness allows a groove from a point of the surface to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
-  // Applies a change and brings the state, the engines and the lips up to date; of a cut also the strokes. `triangles`:
-  // slots that changed, or that have a vertex that did. False when the change does not fit the mesh: it is as before,
-  // and strokes have ended where they are. Called by commit() alone.
-  bool apply(const Change& change, std::vector<TriangleId>& triangles);
+  // Applies a change and brings the state, the engines and the lips up to date; of a cut also the strokes. Nothing when
+  // the change does not fit the mesh: it is as before, and strokes have ended where they are. Called by commit() alone.
+  std::optional<AppliedChange> apply(const Change& change);
 
   // Makes the body move as a whole from now on. False when its shape has no rigid motion.
   bool become_rigid();
+  // Brings what is derived from the particles up to date after something else has moved them.
+  void particles_moved();
   // Takes the vertices along after the rigid body has moved.
   void follow_rigid();
 

@@ -1,11 +1,12 @@
 // A change of a body's topology, before it is made (Change) and after (AppliedChange).
 #pragma once
 
-#include <span>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "common/delta/topology_delta.h"
+#include "sim_server/engine/engine.h"
 #include "sim_server/surface/cutting/plan_cut.h"
 
 namespace sectio {
@@ -30,10 +31,13 @@ inline Change cut_as_planned(const CutPlan& plan) {
   return {Cause::cut, plan.delta, plan.seeds, &plan};
 }
 
+// What it meant, with the delta that it was; see TopologyChange for the lists.
 struct AppliedChange {
-  Cause cause = Cause::cut;
-  const TopologyDelta& delta;
-  std::span<const TriangleId> triangles;  // slots that changed, or that have a vertex that did; ascending, each once
+  std::vector<VertexId> vertices;
+  std::vector<TriangleId> triangles;
+  std::vector<VertexId> placed;
+
+  TopologyChange of(const TopologyDelta& delta) const { return {delta, vertices, triangles, placed}; }
 };
 
 }  // namespace sectio

@@ -397,10 +397,10 @@ void EdgeContact::let_go() {
   if (phase_ == Phase::pressing) set_free();
 }
 
-void EdgeContact::follow(const AppliedChange& change) {
-  if (change.cause == Cause::indented) return;  // contacts are said on the surface without temporary elements
-  tracker_.topology_changed(body_.view(), change.triangles);
-  if (change.cause == Cause::cut) return;  // planned() says what became of the strokes
+void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
+  if (cause == Cause::indented) return;  // contacts are said on the surface without temporary elements
+  tracker_.topology_changed(body_.view(), changed);
+  if (cause == Cause::cut) return;  // planned() says what became of the strokes
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
   std::erase_if(constraints_, [&](const PointConstraint& c) {
     return std::ranges::any_of(

@@ -33,7 +33,7 @@ class EdgeContact {
   // Ends the contact, because the instrument holds the body now and presses it no more.
   void let_go();
   // Follows a change of the body's topology. Contacts with a part that has left end.
-  void follow(const AppliedChange& change);
+  void follow(Cause cause, std::span<const TriangleId> changed);
   // The edge cuts, or looks for a place to cut: temporary elements must be gone before plan().
   bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
   // The points at which the edge presses on a body with contact templates, the most important first.

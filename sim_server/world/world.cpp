@@ -1,24 +1,26 @@
 #include "sim_server/world/world.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/core/error.h"
 
 namespace sectio {
 
-World::World(const Scene& s, const EngineTable& engines) : scene(s), gravity(scene) {
+World::World(const Scene& s, const EngineTable& engines) : scene(s), gravity(scene), engines_(engines) {
   for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
-    const auto make = engines.models.find(scene.bodies[i].model);
-    if (make == engines.models.end())
+    const ModelEntry* model = engines.find_model(scene.bodies[i].model);
+    if (!model)
       throw InputError(scene.file + ": bodies[" + std::to_string(i) + "].model: there are no engines for " +
                        scene.bodies[i].model);
-    bodies.push_back(std::make_unique<Body>(scene.bodies[i], scene, i, make->second));
+    bodies.push_back(std::make_unique<Body>(scene.bodies[i], scene, i, model->make));
   }
   for (std::uint32_t i = 0; i < scene.tools.size(); ++i) tools.emplace_back(i, scene);
   for (std::uint32_t i = 0; i < scene.tools.size(); ++i)
     for (std::size_t e = 0; e < instrument_of(scene.tools[i].kind).edges; ++e) edges.push_back({i, e});
   for (auto& body : bodies) add_contacts(*body);
   for (const auto& body : bodies) checks.emplace_back(body->spec);
+  add_processes();
 }
 
 void World::add_contacts(Body& body) {
@@ -26,10 +28,65 @@ void World::add_contacts(Body& body) {
     contacts.emplace_back(i, scene.tools[edges[i].tool_id], edges[i].index, body, !body.rigid);
 }
 
-void World::add_part(std::unique_ptr<Body> part) {
+void World::add_processes() {
+  processes_in_.resize(bodies.size());
+  for (const ProcessSpec& spec : scene.processes) {
+    const ProcessEntry* entry = engines_.find_process(spec.kind);
+    if (!entry) throw InputError(scene.file + ": processes: " + spec.name + ": there is no engine for " + spec.kind);
+    Interaction sees;
+    for (const std::string& name : spec.bodies) {
+      const auto body = std::ranges::find(bodies, name, [](const auto& b) { return b->spec.name; });
+      if (body == bodies.end())
+        throw InputError(scene.file + ": processes: " + spec.name + ": no body is named " + name);
+      sees.bodies.push_back((*body)->id);
+    }
+    if (entry->in_body) {
+      for (const std::uint32_t b : sees.bodies) {
+        Body& body = *bodies[b];
+        body.engines.processes.push_back(entry->in_body({spec, scene, body.shared(), body.frame_world(0)}));
+        processes_in_[b].push_back(&spec);
+      }
+    } else {
+      std::vector<SharedBody> shared;
+      for (const std::uint32_t b : sees.bodies) shared.push_back(bodies[b]->shared());
+      sees.engine = entry->between({spec, scene, shared});
+      interactions.push_back(std::move(sees));
+    }
+  }
+}
+
+void World::add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from) {
   add_contacts(*part);
   checks.emplace_back(part->spec);
+  processes_in_.push_back(processes_in_[parent.id]);
+  const auto& named = processes_in_.back();
+  const std::size_t first = parent.engines.processes.size() - named.size();
+  for (std::size_t i = 0; i < named.size(); ++i)
+    part->engines.processes.push_back(engines_.find_process(named[i]->kind)
+                                          ->in_body({*named[i], scene, part->shared(), part->frame_world(0),
+                                                     parent.engines.processes[first + i].get(), vertex_from}));
+  for (Interaction& b : interactions) {
+    if (!b.covers(parent.id)) continue;
+    b.bodies.push_back(part->id);
+    b.engine->part_left(parent.shared(), part->shared(), vertex_from);
+  }
   bodies.push_back(std::move(part));
+}
+
+bool World::is_moved_from_outside(std::uint32_t body_id) const {
+  return std::ranges::any_of(interactions,
+                             [&](const Interaction& b) { return b.engine->moves_particles() && b.covers(body_id); });
+}
+
+std::vector<ScalarField> World::scalars(std::uint32_t body_id) {
+  std::vector<ScalarField> fields;
+  Body& body = *bodies[body_id];
+  body.engines.publish(body.shared(), fields);
+  for (const Interaction& b : interactions)
+    if (b.covers(body_id)) b.engine->publish(body.shared(), fields);
+  if (fields.size() > kMaxScalars) fields.resize(kMaxScalars);
+  for (ScalarField& field : fields) field.values.resize(body.mesh.vertex_slots(), field.least);
+  return fields;
 }
 
 }  // namespace sectio

@@ -3,6 +3,7 @@
 // the only way to change the topology of a body.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -18,12 +19,25 @@
 
 namespace sectio {
 
+// One engine between bodies, and the bodies that it sees.
+struct Interaction {
+  std::unique_ptr<WorldEngine> engine;
+  std::vector<std::uint32_t> bodies;  // in the order in which the scene names them, then parts
+
+  bool covers(std::uint32_t body_id) const { return std::ranges::find(bodies, body_id) != bodies.end(); }
+};
+
 struct World {
   // Throws InputError when a body has no engines, or when its step is beyond the stable one.
   World(const Scene& scene, const EngineTable& engines);
 
-  // Adds a part that came off, with the next id, and edge contacts and a check of its own.
-  void add_part(std::unique_ptr<Body> part);
+  // Adds a part that came off, with the next id, and with edge contacts, a check and processes of its own, while the
+  // parent still has it.
+  void add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from);
+  // An engine between bodies moves the particles of this body.
+  bool is_moved_from_outside(std::uint32_t body_id) const;
+  // The fields that the engines of a body publish now.
+  std::vector<ScalarField> scalars(std::uint32_t body_id);
 
   EdgeContact& contact(std::uint32_t body_id, std::uint32_t edge_id) {
     return contacts[body_id * edges.size() + edge_id];
@@ -42,14 +56,20 @@ struct World {
     std::uint32_t tool_id = 0;
     std::size_t index = 0;  // among the edges of the tool
   };
-  std::vector<Edge> edges;               // of all tools; an engine that cuts knows each by its index here, the edge_id
-  std::vector<EdgeContact> contacts;     // a row a body, a column an edge
-  std::vector<ModelCheck> checks;        // one a body
-  std::size_t most_bodies = kMaxBodies;  // that a session can announce; what comes off beyond stays in its body
-  double contact_work_j = 0;             // that instruments have done on bodies by pressing and holding, so far
+  std::vector<Edge> edges;                // of all tools; an engine that cuts knows each by its index here, the edge_id
+  std::vector<EdgeContact> contacts;      // a row a body, a column an edge
+  std::vector<ModelCheck> checks;         // one a body
+  std::vector<Interaction> interactions;  // engines between bodies, in the order of the processes of the scene
+  std::size_t most_bodies = kMaxBodies;   // that a session can announce; what comes off beyond stays in its body
+  double contact_work_j = 0;              // that instruments have done on bodies by pressing and holding, so far
 
  private:
   void add_contacts(Body& body);
+  void add_processes();
+
+  EngineTable engines_;
+  std::vector<std::vector<const ProcessSpec*>>
+      processes_in_;  // by body: those that the scene names, the last ones of it
 };
 
 }  // namespace sectio

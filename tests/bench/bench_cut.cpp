@@ -82,14 +82,13 @@ void cut_step(benchmark::State& state) {
   const Pad pad(state.range(0));
   Body body(pad.scene.bodies[0], pad.scene, 0, surface_spring_engines);
   body.tree();
-  std::vector<TriangleId> changed;
   double plan_s = 0;
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
     const double start_s = processor_time_s();
     const CutPlan plan =
         plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings, true);
     plan_s += processor_time_s() - start_s;
-    if (!body.apply(cut_as_planned(plan), changed) || plan.refused) state.SkipWithError("a cut was refused");
+    if (!body.apply(cut_as_planned(plan)) || plan.refused) state.SkipWithError("a cut was refused");
     return processor_time_s() - start_s;
   });
   state.counters["plan_us"] = 1e6 * plan_s / kSteps;

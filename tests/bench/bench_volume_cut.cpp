@@ -39,7 +39,7 @@ class Notch {
     }
     spec_.mesh = surface.soup;
     scene_.gravity_m_per_s2.setZero();
-    body_ = std::make_unique<Body>(spec_, scene_, 0, standard_engines().models.at(model));
+    body_ = std::make_unique<Body>(spec_, scene_, 0, standard_engines().model(model).make);
     const Vec3 at(0.5 * size_m_ + 0.3 * kCell, 0, 0.5 * size_m_ + 0.37 * kCell);
     double closest = 1;
     for (TriangleId t = 0; t < body_->mesh.triangle_slots(); ++t)
@@ -55,7 +55,7 @@ class Notch {
     for (double y_m = -0.5 * kCell; y_m < 5 * kCell; y_m += 0.5 * kCell) {
       const double start_s = processor_time_s();
       const CutPlan plan = plan_to(y_m);
-      const bool accepted = body_->apply(cut_as_planned(plan), changed_);
+      const bool accepted = body_->apply(cut_as_planned(plan)).has_value();
       if (accepted && !plan.delta.empty()) seconds += processor_time_s() - start_s;
     }
     tetrahedra = (volume.tetrahedra().size() - before) / 4;  // one that is cut becomes four or six: five
@@ -84,7 +84,6 @@ class Notch {
   BodySpec spec_;
   std::unique_ptr<Body> body_;
   TriangleId entry_ = 0;
-  std::vector<TriangleId> changed_;
   bool begun_ = false;
 };
 

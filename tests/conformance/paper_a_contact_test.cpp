@@ -121,8 +121,7 @@ struct PressedBody {
     step(held);
   }
   void apply(const std::optional<Change>& change) {
-    std::vector<TriangleId> changed;
-    EXPECT_TRUE(!change || body.apply(*change, changed));
+    EXPECT_TRUE(!change || body.apply(*change));
   }
   void step(const std::vector<HeldParticle>& held) {
     std::vector<PointConstraint> constraints;

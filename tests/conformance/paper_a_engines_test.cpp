@@ -30,7 +30,7 @@ void cut_loop(Operation& op) {
 
 EngineTable with(std::function<void(const EngineSite&, BodyEngines&)> change) {
   EngineTable table = standard_engines();
-  table.models["surface_springs"] = [change](const EngineSite& site) {
+  table.model("surface_springs").make = [change](const EngineSite& site) {
     BodyEngines engines = surface_spring_engines(site);
     change(site, engines);
     return engines;
@@ -89,7 +89,7 @@ TEST(A_ARCH, A_ARCH_9_an_engine_with_its_own_structures_is_added_and_follows_a_c
 TEST(A_ARCH, A_ARCH_10_another_integrator_changes_only_its_own_outputs) {
   const Verlet* verlet = nullptr;
   EngineTable table = standard_engines();
-  table.models["verlet"] = [&](const EngineSite& site) {
+  table.model("verlet").make = [&](const EngineSite& site) {
     BodyEngines engines = surface_spring_engines(site);
     auto own = std::make_unique<Verlet>(site.body, site.frame_world, site.spec, site.scene.step_s);
     if (!site.is_part) verlet = own.get();

@@ -68,7 +68,7 @@ class Untouchable final : public DeformationEngine {
 
 EngineTable engines(const double& squeeze_m_per_s2, bool with_lips) {
   EngineTable table = standard_engines();
-  table.models["surface_springs"] = [&squeeze_m_per_s2, with_lips](const EngineSite& site) {
+  table.model("surface_springs").make = [&squeeze_m_per_s2, with_lips](const EngineSite& site) {
     BodyEngines e = surface_spring_engines(site);
     if (!with_lips) e.deformation = std::make_unique<Untouchable>(std::move(e.deformation));
     e.processes.insert(e.processes.begin(), std::make_unique<Squeeze>(squeeze_m_per_s2));

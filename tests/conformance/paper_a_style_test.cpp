@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/session/run.h"
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/surface/surface_engines.h"
 #include "tests/support/operation.h"
 #include "tests/support/pad_under_scalpel.h"
@@ -96,8 +97,8 @@ class NoEntry final : public CuttingEngine {
 };
 
 TEST(A_STYLE, A_STYLE_events_and_report_say_why_a_cut_was_refused) {
-  EngineTable table;
-  table.models["surface_springs"] = [](const EngineSite& site) {
+  EngineTable table = standard_engines();
+  table.model("surface_springs").make = [](const EngineSite& site) {
     BodyEngines engines = surface_spring_engines(site);
     engines.cutting = std::make_unique<NoEntry>();
     return engines;

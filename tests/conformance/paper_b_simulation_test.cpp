@@ -123,10 +123,9 @@ struct CutBody {
     return (body.mesh.rest_body_m(v[0]) + body.mesh.rest_body_m(v[1]) + body.mesh.rest_body_m(v[2])) / 3;
   }
   void apply_plan(const std::vector<Entry>& entries, const BladeMotion& motion) {
-    std::vector<TriangleId> changed;
     const CutPlan plan =
         plan_cut(body.mesh, body.particle_view(), body.cuts, entries, std::array{motion}, body.stroke_settings, true);
-    EXPECT_TRUE(body.apply(cut_as_planned(plan), changed));
+    EXPECT_TRUE(body.apply(cut_as_planned(plan)));
   }
   Vec3 position(VertexId v) const { return body.particles.position_world_m[v].head<3>().cast<double>(); }
 

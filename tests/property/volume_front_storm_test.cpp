@@ -81,8 +81,7 @@ TEST_P(Fronts, C_CUT_3_body_replica_and_volume_stay_whole_and_plans_that_are_dro
       ASSERT_EQ(after.vertices_body_m, before.vertices_body_m) << n;
     }
     const CutPlan plan = block.plan(motions);
-    std::vector<TriangleId> changed;
-    ASSERT_TRUE(block.body().apply(cut_as_planned(plan), changed)) << n;
+    ASSERT_TRUE(block.body().apply(cut_as_planned(plan))) << n;
     for (Hand& hand : hands) hand.look_at(plan);
     block.body().deform({}, {}, 0.001);
     ASSERT_EQ(block.engine().first_bad_vertex(), kNone) << n;

@@ -85,8 +85,7 @@ class BlockUnderBlade {
   // And what comes of it, with a millisecond of deformation.
   CutPlan cut_to(double y_m, double z_m, bool lift = false) {
     CutPlan plan = plan_to(y_m, z_m, lift);
-    std::vector<TriangleId> changed;
-    EXPECT_TRUE(body_.apply(cut_as_planned(plan), changed));
+    EXPECT_TRUE(body_.apply(cut_as_planned(plan)));
     body_.deform({}, {}, 0.001);
     return plan;
   }
@@ -111,7 +110,7 @@ class BlockUnderBlade {
     }
     return found;
   }
-  static MakeEngines maker(const std::string& model) { return standard_engines().models.at(model); }
+  static MakeEngines maker(const std::string& model) { return standard_engines().model(model).make; }
   Scene scene_;
   Body body_;
 };

@@ -46,7 +46,7 @@ struct Tidied {
 Tidied cut_and_rest(double collapse_ratio) {
   EngineTable table = standard_engines();
   const VolumeCutting* cutting = nullptr;
-  table.models["neo_hookean"] = [&, make = table.models.at("neo_hookean")](const EngineSite& site) {
+  table.model("neo_hookean").make = [&, make = table.model("neo_hookean").make](const EngineSite& site) {
     BodyEngines engines = make(site);
     cutting = &dynamic_cast<const VolumeCutting&>(*engines.cutting);
     return engines;

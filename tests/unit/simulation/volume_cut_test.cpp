@@ -123,11 +123,10 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   const auto short_before = short_edges(block.body(), block.cutting(), kRatio);
   auto replica = mesh_of(keyframe_of(block.body().mesh));
   int deltas = 0;
-  std::vector<TriangleId> triangles;
   for (int n = 0; n < 1000; ++n) {
     const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
     if (delta.empty()) continue;
-    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}, triangles));
+    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}));
     ASSERT_EQ(apply(*delta_from_bytes(to_bytes(delta)), *replica), ApplyStatus::applied);
     ASSERT_EQ(replica->hash(), block.body().mesh.hash());
     const SurfaceReport surface = check(*replica);
@@ -169,10 +168,9 @@ TEST_P(VolumeCuts, what_is_fixed_does_not_collapse) {
     return n;
   };
   const std::size_t before = fixed(), all = volume.mesh().vertices_body_m.size();
-  std::vector<TriangleId> triangles;
   for (int n = 0; n < 1000; ++n) {
     const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
-    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}, triangles));
+    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}));
   }
   EXPECT_LT(volume.mesh().vertices_body_m.size() + 15, all);
   EXPECT_EQ(fixed(), before);
@@ -190,8 +188,7 @@ TEST_P(VolumeCuts, a_collapse_that_is_not_accepted_leaves_all_as_it_was) {
   const TetMesh& followed = dynamic_cast<const VolumeDeformation&>(*block.body().engines.deformation).model().mesh();
   const std::vector<Tetrahedron> model_before = followed.tetrahedra;
   delta.hash_after += 1;
-  std::vector<TriangleId> triangles;
-  EXPECT_FALSE(block.body().apply({Cause::tidied, delta, {}}, triangles));
+  EXPECT_FALSE(block.body().apply({Cause::tidied, delta, {}}));
   EXPECT_EQ(block.body().mesh.hash(), hash);
   EXPECT_EQ(block.cutting().volume().mesh().tetrahedra, before.tetrahedra);
   EXPECT_EQ(followed.tetrahedra, model_before);
@@ -219,8 +216,7 @@ TEST_P(VolumeCuts, a_cut_that_ends_at_another_is_a_T_junction) {
     if (x_m > 0.0349) entries.push_back({8, 0, Vec3::Constant(1.0 / 3)});
     const CutPlan plan =
         block.body().engines.cutting->plan(block.body().shared(), block.body().cuts, entries, std::array{motion});
-    std::vector<TriangleId> changed;
-    ASSERT_TRUE(block.body().apply(cut_as_planned(plan), changed));
+    ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
     block.body().deform({}, {}, 0.001);
   }
   EXPECT_GT(block.body().mesh.revision(), before + 3);
@@ -236,8 +232,7 @@ TEST_P(VolumeCuts, a_plan_that_is_not_accepted_leaves_all_as_it_was) {
   BlockUnderBlade block(GetParam());
   const TetMesh before = block.cutting().volume().mesh();
   const std::uint64_t hash = block.body().mesh.hash();
-  std::vector<TriangleId> changed;
-  ASSERT_TRUE(block.body().apply(cut_as_planned(block.plan_to(-0.025, 0.02)), changed));  // the stroke has begun
+  ASSERT_TRUE(block.body().apply(cut_as_planned(block.plan_to(-0.025, 0.02))));  // the stroke has begun
   const CutPlan plan = block.plan_to(0.01, 0.02);
   ASSERT_FALSE(plan.delta.empty());
   EXPECT_EQ(block.body().mesh.hash(), hash);
@@ -265,8 +260,7 @@ TEST_P(VolumeFronts, C_CUT_3_a_plan_that_is_not_accepted_leaves_the_front_as_it_
   const TetMesh after = block.cutting().volume().mesh();
   EXPECT_EQ(after.vertices_body_m, before.vertices_body_m);
   EXPECT_EQ(after.tetrahedra, before.tetrahedra);
-  std::vector<TriangleId> changed;
-  EXPECT_TRUE(block.body().apply(cut_as_planned(plan), changed));
+  EXPECT_TRUE(block.body().apply(cut_as_planned(plan)));
   EXPECT_NE(block.body().mesh.hash(), hash);
 }
 
@@ -359,8 +353,7 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
     const CutPlan plan = block.plan_to(y_m, 0.02);
     const Vec3 momentum_before = momentum();
     const double energy_j = block.body().engines.deformation->energy_j(block.body().shared());
-    std::vector<TriangleId> changed;
-    ASSERT_TRUE(block.body().apply(cut_as_planned(plan), changed));
+    ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
     fronts += !plan.delta.empty();
     if (GetParam() != "neo_hookean_lattice") {  // whose momentum is that of its nodes
       EXPECT_LT((momentum() - momentum_before).norm(), 1e-6 * mass_kg) << y_m;

@@ -1,0 +1,20 @@
+// A number for each vertex of a body that an engine publishes for others to see.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace sectio {
+
+constexpr std::size_t kMaxScalars = 8;  // of a body
+
+// A number for each vertex that an engine publishes of a body: wetness, temperature, damage.
+struct ScalarField {
+  std::string name;           // 1 to 64 printable bytes; each field of a body has another name
+  float least = 0, most = 1;  // the range that viewers see; values beyond it are cut off
+  std::vector<float> values;  // one a vertex slot; a NaN counts as `least`
+  bool operator==(const ScalarField&) const = default;
+};
+
+}  // namespace sectio
