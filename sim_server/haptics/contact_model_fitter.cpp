@@ -7,10 +7,10 @@
 namespace sectio {
 namespace {
 
-constexpr double kLeastOfPrior = 0.2;  // stiffness stays within these multiples of the prior
+constexpr double kLeastOfPrior = 0.2;  // the stiffness stays within these multiples of the prior
 constexpr double kMostOfPrior = 3;
-constexpr double kShareOfBound = 0.7;  // of 2 b / T, beyond which a sampled spring feeds energy to the hand
-// Weight of the estimate so far: as much as a window in which the tip moved 5 um a step.
+constexpr double kShareOfBound = 0.7;  // of the bound 2 b / T, beyond which a sampled spring feeds energy to the hand
+// The weight of the previous estimate: that of a window in which the tip moves 5 um a step.
 constexpr double kMemory_m2 = 32 * 25e-12;
 
 }  // namespace
@@ -47,13 +47,13 @@ ContactModel ContactModelFitter::fit(const ContactStep& step) {
   model.time_to_live_s = spec_.time_to_live_s;
   if (!touching_) return free_model(model, step);
 
-  // Force and tip went through the same filter, so they belong together; the tissue has moved on by v_p tau since.
+  // Force and tip have passed the same filter, so they match each other; the tissue has since moved by v_p tau.
   model.force_world_n = smooth_force_n_;
   model.tip_world_m = smooth_tip_m_ + spec_.force_filter_s * step.surface_velocity_world_m_per_s;
   return model;
 }
 
-// Takes one step of a contact into the filters and into the window.
+// Adds a step of a contact to the filters and to the window.
 void ContactModelFitter::follow(const ContactStep& step) {
   if (!touching_) {
     window_ = {};
@@ -72,7 +72,7 @@ void ContactModelFitter::follow(const ContactStep& step) {
                       step.normal_world.dot(moved_m)};
 }
 
-// Least squares for df = -k dx over the window, drawn towards the estimate so far: a resting tip teaches nothing.
+// Least squares for df = -k dx over the window, regularised by the previous estimate, as a resting tip gives no data.
 void ContactModelFitter::fit_stiffness() {
   double xx = kMemory_m2;
   double xf = -kMemory_m2 * stiffness_n_per_m_;
@@ -85,7 +85,7 @@ void ContactModelFitter::fit_stiffness() {
   stiffness_n_per_m_ = std::min(std::clamp(-xf / xx, kLeastOfPrior * prior, kMostOfPrior * prior), passive);
 }
 
-// No force here; where the surface is known, a plane to be met.
+// The model of a free tool: no force, and the plane of the surface if that is known.
 ContactModel ContactModelFitter::free_model(ContactModel model, const ContactStep& step) const {
   model.tip_world_m = step.tip_world_m;
   if (step.surface_known) {

@@ -10,8 +10,8 @@ InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
   return {g.a_tool_m, g.b_tool_m, g.c_tool_m, d, d, g.c_tool_m, std::nullopt};
 }
 
-Leaf decide(const Situation&) {
-  return Leaf::cut;
+CutDecision decide(const Situation&) {
+  return CutDecision::cut;
 }
 
 }  // namespace
@@ -19,14 +19,14 @@ Leaf decide(const Situation&) {
 InstrumentKind cautery_hook() {
   InstrumentKind hook;
   hook.name = "cautery_hook";
-  // The probe AC hangs from the shaft, its end C in the origin; the virtual tip CD goes on in its direction.
+  // The probe AC hangs from the shaft with its end C in the origin; the virtual tip CD continues it.
   hook.geometry = {Vec3(0, 0, 0.008), Vec3(0, 0, 0.04), Vec3::Zero(), Vec3(0, 0, -0.005)};
   hook.shape = shape;
   hook.decide = decide;
   hook.flaw = corners_flaw;
   hook.edge_enters = true;
   hook.front_is_virtual = true;
-  hook.drag = 0.05;  // tissue gives way before the hook
+  hook.drag = 0.05;  // tissue that is burnt hardly resists
   return hook;
 }
 

@@ -1,4 +1,4 @@
-// The probe AC deforms; CD, the virtual tip beyond it, cuts where it is in the tissue, and in any direction.
+// A cautery hook. The probe AC deforms; the virtual tip CD beyond it cuts in any direction where it is in the tissue.
 #pragma once
 
 #include "sim_server/instruments/instrument.h"

@@ -4,8 +4,8 @@ namespace sectio {
 namespace {
 
 constexpr double kCosWidestCut = 0.5;      // 60 degrees
-constexpr double kShortestMotionM = 1e-6;  // below this a motion has no direction
-constexpr double kStillRad = 1e-6;         // jaws that move by less in one sample are still
+constexpr double kShortestMotionM = 1e-6;  // a shorter motion has no direction
+constexpr double kStillRad = 1e-6;         // jaws that move by less in a sample are still
 
 }  // namespace
 

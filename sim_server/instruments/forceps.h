@@ -1,6 +1,6 @@
-// Paper A, 2.3, takes out what a complete cut has parted: two blunt jaws about a pivot. Closed further than an angle
-// they hold a loose piece, or the tissue, that is between their tips, with a force that is capped; they let go when
-// they open. They press tissue and never cut.
+// Forceps, with which paper A, 2.3, removes what a complete cut has separated: two blunt jaws about a pivot. When they
+// close beyond an angle, they hold the loose piece or the tissue between their tips, up to a largest force, until they
+// open. They press tissue and never cut.
 //
 //    B ---- C ----__  upper jaw
 //                   > A     the tips, closed

@@ -1,8 +1,8 @@
-// What an instrument does to tissue (paper B, section 3; paper A, 2.3): where its parts are, and which of them cut
-// when. Pure functions of plain values; any room of the server may include this.
+// The geometry of instruments, and the rules by which they cut, press or push (paper B, section 3; paper A, 2.3). Pure
+// functions of plain values; any room of the server may include this.
 //
-// A kind of instrument is a file of its own: its usual geometry, its shape and its decision rule, as one entry of the
-// table behind instrument_of().
+// Each kind of instrument is a file of its own: its default geometry, its shape and its decision rule, as one entry of
+// the table behind instrument_of().
 #pragma once
 
 #include <cstdint>
@@ -15,65 +15,65 @@
 
 namespace sectio {
 
-// Corner points of the instrument in its own frame (paper B, figure 3): A the tip, AC the sharp edge, AB the shaft's
-// axis, BD the top and CD the blunt front above the edge. For a cautery hook AC is the probe and CD the virtual tip.
-// Scissors, forceps: A the tips when closed, B the end of the handles, C the pivot, AD from the edge to the lower
-// blade's back.
+// Corner points of the instrument in its own frame (paper B, figure 3): A is the tip, AC the sharp edge, AB the axis of
+// the shaft, BD the top and CD the blunt front above the edge. Of a cautery hook, AC is the probe and CD the virtual
+// tip. Of scissors and forceps, A is the closed tips, B the end of the handles, C the pivot, and AD leads from the edge
+// to the back of the lower blade.
 struct ToolGeometry {
   Vec3 a_tool_m = Vec3::Zero();
   Vec3 b_tool_m = Vec3(0, 0, 0.03);
   Vec3 c_tool_m = Vec3(0.006, 0, 0.012);
   Vec3 d_tool_m = Vec3(0.006, 0, 0.03);
-  double sharp_length_m = 0;   // knife: of AC from A on; the rest is blunt
-  double gauge_m = 0;          // medical scissors: between the two edges of a U
-  double sphere_radius_m = 0;  // about A: what a ball there pushes out of the way; 0: none
+  double sharp_length_m = 0;   // knife: length of the sharp part of AC from A on
+  double gauge_m = 0;          // medical scissors: distance between the two edges of a U
+  double sphere_radius_m = 0;  // radius of a ball about A that pushes tissue out of its way; 0: none
 };
 
-// What else the parts depend on.
+// The state of the instrument besides its pose.
 struct InstrumentState {
   double intensity = 1;    // cautery: |CD| = intensity x geometry's |CD|
-  double opening_rad = 0;  // of jaws
-  std::size_t edge = 0;    // which one of several
+  double opening_rad = 0;  // angle between the jaws
+  std::size_t edge = 0;    // number of the edge, where there are several
 };
 
-// Where the parts are, in the tool's frame.
+// The places of the parts in the tool's frame.
 struct InstrumentShape {
   Vec3 a_tool_m, b_tool_m, c_tool_m, d_tool_m;  // AB, AC, BD and CD touch tissue
-  Vec3 edge_tip_tool_m, edge_heel_tool_m;       // the line that cuts, from its lower end; no line: the same point
-  std::optional<Vec3> sharp_side_tool;          // unit, the way it cuts; nothing: any way
+  Vec3 edge_tip_tool_m, edge_heel_tool_m;       // the cutting edge, from its lower end; the same point if there is none
+  std::optional<Vec3> sharp_side_tool;          // unit, the direction in which the edge cuts; nothing: any direction
 };
 
-// The line that cuts.
+// The cutting edge in the world.
 struct EdgeInWorld {
   Vec3 tip_world_m = Vec3::Zero();
   Vec3 up_world = Vec3::UnitZ();  // unit
 };
 EdgeInWorld edge_at(const InstrumentShape& shape, const Pose& pose);
 
-// Which parts cross the surface where the instrument is.
+// The parts of the instrument that cross the surface.
 struct Crossings {
   bool ab = false, ac = false, bd = false;
-  bool edge = false;  // the line that cuts
+  bool edge = false;  // the cutting edge
 };
-// Of the plane through `point` that stands for the surface there.
+// The surface is approximated by the plane through `point`.
 Crossings crossings_at(const InstrumentShape& shape, const Pose& pose, const Vec3& point_world_m,
                        const Vec3& normal_world);
 
-// Is a motion over the surface one that cuts? Within 60 degrees of the sharp side, both seen in the surface; so short a
-// motion that it has no direction counts as correct.
+// Whether a motion over the surface cuts: it must be within 60 degrees of the sharp side, both projected onto the
+// surface. A motion too short to have a direction counts as correct.
 bool correct_direction(const InstrumentShape& shape, const Pose& pose, const Vec3& motion_world_m,
                        const Vec3& normal_world);
 
 enum class Jaws : std::uint8_t { still, closing, opening };
 Jaws jaws_between(double opening_before_rad, double opening_rad);
 
-// The leaves of figure 4.
-enum class Leaf : std::uint8_t {
+// The leaves of the decision tree of paper B, figure 4.
+enum class CutDecision : std::uint8_t {
   detect_again,       // no contact here
-  cut,                // the edge crosses, the motion is towards the sharp side
-  push_back,          // the edge crosses, the motion is not: force, and the object deforms
-  push_out,           // AC is inside as a whole: force, and AC is pushed out of the surface
-  deform_with_shaft,  // only what is blunt crosses: force, and the object deforms
+  cut,                // the edge crosses the surface, and the motion is towards the sharp side
+  push_back,          // the edge crosses, but the motion is elsewhere: there is a force, and the object deforms
+  push_out,           // all of AC is inside: there is a force, and AC is pushed out of the surface
+  deform_with_shaft,  // only blunt parts cross: there is a force, and the object deforms
 };
 
 struct Situation {
@@ -84,25 +84,25 @@ struct Situation {
 
 struct InstrumentKind {
   std::string_view name;
-  ToolGeometry geometry;  // the usual one
+  ToolGeometry geometry;  // default
   InstrumentShape (*shape)(const ToolGeometry& geometry, const InstrumentState& state);
-  // Of an edge that is in the tissue.
-  Leaf (*decide)(const Situation& situation);
-  // What is wrong with a geometry; empty if nothing.
+  // The decision for an edge at the tissue.
+  CutDecision (*decide)(const Situation& situation);
+  // The flaw of a geometry, as a text for a person; empty if there is none.
   std::string (*flaw)(const ToolGeometry& geometry);
 
   std::size_t edges = 1;
-  bool presses_with_tip = false;  // the tip A holds on to where it touches; else what is inside is the contact
-  bool tip_pierces = false;       // pressing with it breaks the surface at the threshold
-  bool edge_enters = false;       // the edge cuts where it reaches into the tissue, however light the touch
-  bool only_closing = false;      // and only while the jaws close
-  bool front_is_virtual = false;  // CD is no body: it doesn't press
-  double grip_below_rad = 0;      // jaws closed further hold what is between their tips; 0: never
-  double grip_force_n = 0;        // at most
-  double grip_radius_m = 0;       // about A: tissue in this sphere is between the tips
-  double drag = 1;                // of the force that cutting takes
+  bool presses_with_tip = false;  // the tip A sticks to the point that it touches; else the parts inside press
+  bool tip_pierces = false;       // a tip that presses breaks the surface at the threshold
+  bool edge_enters = false;       // the edge cuts as soon as it reaches into the tissue, at any force
+  bool only_closing = false;      // the edge enters only while the jaws close
+  bool front_is_virtual = false;  // CD has no body: it doesn't press
+  double grip_below_rad = 0;      // jaws closed beyond this angle hold what is between their tips; 0: they never do
+  double grip_force_n = 0;        // largest force of the grip
+  double grip_radius_m = 0;       // tissue in this sphere about A is between the tips
+  double drag = 1;                // factor of the force that cutting takes
 
-  // May an edge that reaches into tissue begin to cut?
+  // Whether an edge that reaches into tissue may begin to cut.
   bool may_enter(Jaws jaws) const { return edge_enters && (!only_closing || jaws == Jaws::closing); }
 };
 
@@ -110,11 +110,11 @@ struct InstrumentKind {
 const InstrumentKind& instrument_of(std::string_view kind);
 std::vector<std::string> instrument_kinds();
 
-// The border between deforming and cutting.
+// The threshold between deforming and cutting.
 struct RuptureThreshold {
-  std::optional<double> force_n;         // pushing force, the default
-  std::optional<double> displacement_m;  // of the surface, the alternative
-  double hysteresis = 0.7;               // an instrument that has just been cutting needs only this fraction
+  std::optional<double> force_n;         // pushing force (default)
+  std::optional<double> displacement_m;  // displacement of the surface (alternative)
+  double hysteresis = 0.7;               // factor of the threshold for an instrument that has just been cutting
 };
 bool ruptures(const RuptureThreshold& threshold, double force_n, double displacement_m, bool has_just_cut);
 

@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-// The corner where the blade stops being sharp.
+// The end of the sharp part.
 Vec3 end_of_sharp_tool_m(const ToolGeometry& g) {
   return g.a_tool_m + g.sharp_length_m * (g.c_tool_m - g.a_tool_m).stableNormalized();
 }
@@ -16,11 +16,11 @@ InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
   return s;
 }
 
-Leaf decide(const Situation& s) {
-  if (!s.crossings.ab) return Leaf::detect_again;
-  if (s.crossings.edge) return s.correct_direction ? Leaf::cut : Leaf::push_back;
-  if (s.crossings.ac) return Leaf::deform_with_shaft;
-  return s.crossings.bd ? Leaf::push_out : Leaf::deform_with_shaft;
+CutDecision decide(const Situation& s) {
+  if (!s.crossings.ab) return CutDecision::detect_again;
+  if (s.crossings.edge) return s.correct_direction ? CutDecision::cut : CutDecision::push_back;
+  if (s.crossings.ac) return CutDecision::deform_with_shaft;
+  return s.crossings.bd ? CutDecision::push_out : CutDecision::deform_with_shaft;
 }
 
 std::string flaw(const ToolGeometry& g) {

@@ -1,5 +1,5 @@
-// Paper A, 2.3: one blade with a sharp and a blunt part. AC is sharp from the tip for sharp_length_m and blunt from
-// there on: where the surface meets the blunt part the tissue is held and pushed, not cut.
+// The knife of paper A, 2.3: one blade, of which AC is sharp for sharp_length_m from the tip on and blunt beyond. The
+// blunt part holds and pushes the tissue at the surface without cutting it.
 #pragma once
 
 #include "sim_server/instruments/instrument.h"

@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-// Of one edge of each U and the opposite edge of the other blade.
+// The shape of one edge of each U with the opposite edge of the other blade.
 InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
   const Vec3 aside = (g.a_tool_m - g.c_tool_m).cross(g.d_tool_m - g.a_tool_m).stableNormalized();
   const Vec3 shift = (state.edge == 0 ? 0.5 : -0.5) * g.gauge_m * aside;

@@ -11,14 +11,14 @@ InstrumentShape shape(const ToolGeometry& g, const InstrumentState&) {
 
 }  // namespace
 
-Leaf probe_decide(const Situation& s) {
-  return s.crossings.ab ? Leaf::deform_with_shaft : Leaf::detect_again;
+CutDecision probe_decide(const Situation& s) {
+  return s.crossings.ab ? CutDecision::deform_with_shaft : CutDecision::detect_again;
 }
 
 InstrumentKind probe() {
   InstrumentKind p;
   p.name = "probe";
-  // A the middle of the round end, CD the side of the rod.
+  // A is the middle of the round end, CD the side of the rod.
   p.geometry = {Vec3::Zero(), Vec3(0, 0, 0.05), Vec3(0.0015, 0, 0.0015), Vec3(0.0015, 0, 0.05)};
   p.shape = shape;
   p.decide = probe_decide;

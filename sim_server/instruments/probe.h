@@ -1,4 +1,4 @@
-// A rod with a round end: it presses and is felt, and never cuts.
+// A rod with a round end, which presses and never cuts.
 #pragma once
 
 #include "sim_server/instruments/instrument.h"
@@ -7,7 +7,7 @@ namespace sectio {
 
 InstrumentKind probe();
 
-// Felt where its shaft crosses; no way of moving it cuts.
-Leaf probe_decide(const Situation& situation);
+// Deforms the tissue where the shaft crosses the surface; no motion cuts.
+CutDecision probe_decide(const Situation& situation);
 
 }  // namespace sectio

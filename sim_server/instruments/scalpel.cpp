@@ -3,10 +3,10 @@
 namespace sectio {
 namespace {
 
-Leaf decide(const Situation& s) {
-  if (!s.crossings.ab) return Leaf::detect_again;
-  if (s.crossings.ac) return s.correct_direction ? Leaf::cut : Leaf::push_back;
-  return s.crossings.bd ? Leaf::push_out : Leaf::deform_with_shaft;
+CutDecision decide(const Situation& s) {
+  if (!s.crossings.ab) return CutDecision::detect_again;
+  if (s.crossings.ac) return s.correct_direction ? CutDecision::cut : CutDecision::push_back;
+  return s.crossings.bd ? CutDecision::push_out : CutDecision::deform_with_shaft;
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kEdgeOffset = 0.05;  // w, of the length from the pivot to the tips
-constexpr double kSwept = 0.35;       // the upper blade came down through this much, of the distance from the pivot
+constexpr double kEdgeOffset = 0.05;  // w over the length from the pivot to the tips
+constexpr double kSwept = 0.35;       // height that the upper blade has swept, over the distance from the pivot
 
 }  // namespace
 
@@ -33,9 +33,10 @@ InstrumentShape scissors_shape(const ToolGeometry& g, const InstrumentState& sta
   return s;
 }
 
-Leaf scissors_decide(const Situation& s) {
-  if (s.jaws == Jaws::closing) return s.crossings.edge && s.correct_direction ? Leaf::cut : Leaf::push_back;
-  return s.jaws == Jaws::opening || !s.crossings.edge ? Leaf::detect_again : Leaf::push_back;
+CutDecision scissors_decide(const Situation& s) {
+  if (s.jaws == Jaws::closing)
+    return s.crossings.edge && s.correct_direction ? CutDecision::cut : CutDecision::push_back;
+  return s.jaws == Jaws::opening || !s.crossings.edge ? CutDecision::detect_again : CutDecision::push_back;
 }
 
 std::string scissors_flaw(const ToolGeometry& g) {
@@ -49,7 +50,7 @@ std::string scissors_flaw(const ToolGeometry& g) {
 InstrumentKind scissors() {
   InstrumentKind s;
   s.name = "scissors";
-  // Held so that the blades go down by 15 degrees.
+  // The blades point down by 15 degrees.
   const Vec3 forward(0.9659, 0, -0.2588), down(-0.2588, 0, -0.9659);
   s.geometry = {Vec3::Zero(), -0.12 * forward, -0.04 * forward, 0.004 * down};
   s.shape = scissors_shape;

@@ -6,14 +6,14 @@
 namespace sectio::planning {
 namespace {
 
-constexpr double kSlender = 1.5;          // overhang over thickness
-constexpr double kFlat = 0.05;            // of the thickness: no thicker is a face
-constexpr double kSagThatMatters = 0.02;  // of the thickness
+constexpr double kSlender = 1.5;          // least overhang of a beam, in thicknesses
+constexpr double kFlat = 0.05;            // fixed vertices within this share of the thickness are a face
+constexpr double kSagThatMatters = 0.02;  // in thicknesses
 constexpr double kTwist_rad = 15 * M_PI / 180;
-constexpr double kUnknownBall_m = 0.005;  // of what presses without a trace
+constexpr double kUnknownBall_m = 0.005;  // assumed dent of an instrument that has no trace
 constexpr std::size_t kMostPoints = 1500;
 
-// How far the body reaches from what holds it.
+// The largest distance of the surface from the fixed vertices.
 double overhang_m(const TriangleSoup& surface, const std::vector<Vec3>& fixed) {
   const auto every = [](std::size_t n) { return std::max<std::size_t>(1, n / kMostPoints); };
   double furthest = 0;
@@ -26,7 +26,7 @@ double overhang_m(const TriangleSoup& surface, const std::vector<Vec3>& fixed) {
   return std::sqrt(furthest);
 }
 
-// A cantilever's tip: rho g A L^4 / (8 E I), I = A t^2 / 12.
+// Bending by the body's weight. The sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12.
 void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s,
                 std::vector<BodyLoad>& loads) {
   if (s.fixed_m.empty() || s.lies_on_floor || s.most_gravity_m_per_s2 == 0) return;
@@ -44,7 +44,7 @@ LoadCase pressed(double a_m, double thickness_m, const BodySituation& s) {
   return {Load::indentation, 2 * a_m, s.poisson, a_m / thickness_m, s.bed_radius_m / a_m};
 }
 
-// The deepest moment of a tool.
+// The greatest depth of a tool in the body, over its trace.
 struct Deepest {
   double depth_m = 0, thickness_m = 0, share = 0;
 };
@@ -67,7 +67,8 @@ Deepest deepest_of(const TriangleSoup& surface, const ToolUse& tool) {
   return deepest;
 }
 
-// Cells across the width count as those across the thickness: errors go with the mean of 1 / n^2.
+// The length along which cells count for twisting. Cells across the width count as well as those across the thickness,
+// as the error is proportional to the mean of 1 / n^2.
 double twisted_m(const BodyShape& shape) {
   Vec3 size = shape.size_m;
   std::sort(size.begin(), size.end());

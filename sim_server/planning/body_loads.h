@@ -1,4 +1,5 @@
-// What will be done to a body: its weight where it hangs over, and what instruments do along their traces. Pure.
+// The loads that a body will meet: its weight where it overhangs, and the instruments along their traces. Pure
+// functions.
 #pragma once
 
 #include <string>
@@ -9,39 +10,39 @@
 
 namespace sectio::planning {
 
-// An instrument, in the body's frame.
+// A moment of an instrument's trace, in the body's frame.
 struct ToolMoment {
-  Vec3 tip_m = Vec3::Zero(), back_m = Vec3::Zero();  // the line that cuts or presses, and where its shaft ends
+  Vec3 tip_m = Vec3::Zero(), back_m = Vec3::Zero();  // the end that cuts or presses, and the end of the shaft
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   bool grips = false;
 };
 struct ToolUse {
   std::string name;
   bool cuts = false;
-  double ball_radius_m = 0;  // about its tip
+  double ball_radius_m = 0;  // ball about its tip
   double grip_radius_m = 0;
-  std::vector<ToolMoment> moments;  // in order; empty: nobody knows what it will do
+  std::vector<ToolMoment> moments;  // in order of time; empty: its motion is unknown
 };
 
 struct BodySituation {
   double young_pa = 6000, poisson = 0.45, density_kg_per_m3 = 1060;
-  double bed_radius_m = 0.008;       // of surface springs
-  double most_gravity_m_per_s2 = 0;  // that it will feel
-  std::vector<Vec3> fixed_m;         // vertices that are held
+  double bed_radius_m = 0.008;       // foundation_radius_m of surface springs
+  double most_gravity_m_per_s2 = 0;  // largest gravity in the scene
+  std::vector<Vec3> fixed_m;         // fixed vertices
   bool lies_on_floor = false;
   std::vector<ToolUse> tools;
 };
 
 struct BodyLoad {
   LoadCase what;
-  std::string from;            // whom or what it comes from
-  double depth_of_tissue = 0;  // of a cut: its depth over the thickness there; 1: it goes through
+  std::string from;            // name of the instrument, or "its weight"
+  double depth_of_tissue = 0;  // depth of a cut over the thickness there; 1: it goes through
 };
 
-// Loads that move too little to matter are left out. O(triangles * moments).
+// Omits loads whose displacements are negligible. O(triangles * moments).
 std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& situation);
 
-// A cut this deep, over the thickness, needs an inside.
+// A cut deeper than this share of the thickness needs a model with an inside.
 constexpr double kShallow = 0.3;
 
 }  // namespace sectio::planning

@@ -9,10 +9,10 @@
 namespace sectio::planning {
 namespace {
 
-constexpr std::size_t kSamples = 300;  // of the surface
-constexpr double kBoxShare = 0.999;    // of its area that lies on the box around it
-constexpr double kSharp = 0.5;         // a long square bar has 1
-constexpr double kOnCells = 0.01;      // of a cell
+constexpr std::size_t kSamples = 300;  // triangles whose depth is measured
+constexpr double kBoxShare = 0.999;    // a box has this share of its area on its bounding box
+constexpr double kSharp = 0.5;         // least length of sharp edges times thickness over area; a long square bar has 1
+constexpr double kOnCells = 0.01;      // tolerance in cells
 
 Corners corners(const TriangleSoup& surface, std::size_t t) {
   const auto& v = surface.triangles[t];
@@ -23,7 +23,7 @@ Vec3 area_normal(const Corners& c) {
   return 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
 }
 
-// Tissue beneath the middle of a triangle.
+// The depth of tissue beneath the middle of a triangle.
 double depth_beneath_m(const TriangleSoup& surface, std::size_t t) {
   const Corners c = corners(surface, t);
   const Vec3 inwards = -area_normal(c).normalized(), from = (c[0] + c[1] + c[2]) / 3;
@@ -50,9 +50,9 @@ double on_its_box(const TriangleSoup& surface, const Eigen::AlignedBox3d& box) {
   return on / all;
 }
 
-// Of edges between faces more than 45 degrees apart.
+// The length of edges between faces more than 45 degrees apart.
 double sharp_length_m(const TriangleSoup& surface) {
-  std::map<std::pair<VertexId, VertexId>, Vec3> normal_at;  // of the first of an edge's two faces
+  std::map<std::pair<VertexId, VertexId>, Vec3> normal_at;  // normal of the first of an edge's two faces
   double sum = 0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const Vec3 normal = area_normal(corners(surface, t)).normalized();
@@ -76,7 +76,7 @@ BodyShape shape_of(const TriangleSoup& surface) {
   shape.vertices = surface.vertices_body_m.size();
   shape.is_box = on_its_box(surface, box) > kBoxShare;
   double edges = 0, area_m2 = 0;
-  std::vector<std::pair<double, double>> depths;  // with the area that has it
+  std::vector<std::pair<double, double>> depths;  // with the area of the triangle
   const std::size_t every = std::max<std::size_t>(1, surface.triangles.size() / kSamples);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const Corners c = corners(surface, t);

@@ -1,4 +1,4 @@
-// What a planner has to know of a body's form, measured on its surface. Pure functions.
+// The shape of a body as a planner needs it, measured on the surface. Pure functions.
 #pragma once
 
 #include <optional>
@@ -9,24 +9,24 @@ namespace sectio::planning {
 
 struct BodyShape {
   double volume_m3 = 0;
-  double thickness_m = 0;  // half of the surface has less tissue beneath it than this, measured inwards
+  double thickness_m = 0;  // median over the surface of the depth of tissue beneath it
   Vec3 size_m = Vec3::Zero();
-  double edge_m = 0;  // of its triangles, in the mean
+  double edge_m = 0;  // mean edge of its triangles
   std::size_t vertices = 0;
-  bool sharp_edges = false;  // enough of them to matter for how it bends
-  bool is_box = false;       // it is the box around it
+  bool sharp_edges = false;  // enough sharp edges to matter for bending
+  bool is_box = false;       // it fills its bounding box
 };
 
 // `surface`: closed and oriented. O(triangles).
 BodyShape shape_of(const TriangleSoup& surface);
 
-// Does a box's smallest side take whole cells? Then its faces lie on those of cells, but for what is left over at the
-// far end of the longer sides. Not for other bodies.
+// Whether the body is a box whose smallest side is a multiple of the cell. Then its faces lie on faces of cells, except
+// perhaps at the far end of the longer sides.
 bool lies_on_cells(const BodyShape& shape, double cell_m);
 
-// What a straight line has in the body, from where it comes in.
+// The part of a straight line in the body.
 struct Chord {
-  double enters = 0, leaves = 0;  // along the line from its origin, in lengths of direction; the first and the last
+  double enters = 0, leaves = 0;  // first and last crossing, from the origin in lengths of direction
 };
 std::optional<Chord> chord(const TriangleSoup& surface, const Vec3& origin, const Vec3& direction);
 

@@ -10,7 +10,7 @@
 namespace sectio::planning {
 namespace {
 
-// The chart's scenes: what their `across` divides, and what n counts cells along.
+// The chart's scenes: the length that `across` divides, and the length along which n counts cells.
 struct ChartLoad {
   const char* scene;
   Load load;
@@ -26,13 +26,13 @@ struct ChartMethod {
   Method method;
 };
 constexpr char kInAScene[] = "as in a scene";
-const std::array<ChartMethod, 5> kRows{{{"surface springs (M1)", "explicit", Method::surface_springs},
-                                        {"tetra springs (M2)", kInAScene, Method::tetra_springs},
-                                        {"neo-Hookean tetra (M3)", kInAScene, Method::neo_hookean},
-                                        {"hexahedra (M4)", kInAScene, Method::lattice},
+const std::array<ChartMethod, 5> kRows{{{"surface springs", "explicit", Method::surface_springs},
+                                        {"tetra springs", kInAScene, Method::tetra_springs},
+                                        {"neo-Hookean tetra", kInAScene, Method::neo_hookean},
+                                        {"hexahedra", kInAScene, Method::lattice},
                                         {"hexahedra beside faces", "explicit", Method::lattice_beside_faces}}};
 
-constexpr double kFewestAcross = 2;  // one element across is no model of anything: the planner doesn't take it
+constexpr double kFewestAcross = 2;  // the planner never chooses fewer elements
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> parts;
@@ -41,21 +41,22 @@ std::vector<std::string> split(const std::string& line) {
   return parts;
 }
 
-// What the implicit driver adds to the explicit one's error on the same mesh.
+// The errors of the two integrators on the same mesh.
 struct Pair {
   double explicit_error = -1, implicit_error = -1;
 };
 
-// Of logarithms, not squared: an error that crosses zero, or a run that went wrong, is no reason to leave the others.
+// The sum of absolute, not squared, differences of logarithms, so that outliers, such as an error that crosses zero or
+// a run that failed, don't dominate the fit.
 double misfit(const ErrorLaw& law, std::span<const MeasuredError> points) {
   double sum = 0;
   for (const MeasuredError& p : points) sum += std::abs(std::log(law.at(p.n) / p.error));
   return sum;
 }
 
-constexpr double kLeastFloor = 1e-3;  // of steps, floats and drivers; the references are no better
+constexpr double kLeastFloor = 1e-3;  // the accuracy of the references, and of steps and floats
 
-// Over log c, p and log floor, from a grid, then by halving steps.
+// Minimises over log c, p and log floor, first on a grid, then by steps that are halved.
 ErrorLaw fitted(std::span<const MeasuredError> points) {
   ErrorLaw best;
   double least = HUGE_VAL;
@@ -111,7 +112,7 @@ std::vector<MeasuredError> read_chart(const std::string& csv) {
     if (scene == kScenes.end() || end == row[error_at].c_str() || !(error > 0) || across < kFewestAcross) continue;
     if (error > 0.999 && scene->load != Load::twisting) continue;
     auto& paired = pairs[static_cast<std::size_t>(scene->load)];
-    if (row[model_at] == "neo-Hookean tetra (M3)" && (row[driver_at] == "explicit" || row[driver_at] == "implicit")) {
+    if (row[model_at] == "neo-Hookean tetra" && (row[driver_at] == "explicit" || row[driver_at] == "implicit")) {
       paired.resize(std::max(paired.size(), static_cast<std::size_t>(across) + 1));
       Pair& pair = paired[static_cast<std::size_t>(across)];
       (row[driver_at] == "explicit" ? pair.explicit_error : pair.implicit_error) = error;
@@ -120,7 +121,7 @@ std::vector<MeasuredError> read_chart(const std::string& csv) {
       if (row[model_at] == m.model && row[driver_at] == m.driver)
         points.push_back({scene->load, m.method, across * scene->width_m / scene->across_m, error});
   }
-  // The implicit driver on a scene's mesh: its explicit error there and what the driver adds.
+  // The error of the implicit integrator is the explicit one plus the largest difference between the two.
   const std::size_t count = points.size();
   for (int load = 0; load < kLoads; ++load) {
     double added = 0;

@@ -5,18 +5,19 @@
 namespace sectio::planning {
 namespace {
 
-constexpr double kChartPoisson = 0.45, kChartChi = 0.2236;  // of all its scenes, of its ball
+constexpr double kChartPoisson = 0.45, kChartChi = 0.2236;  // those of the chart's scenes
 constexpr double kSpringsPoisson = 0.25;
 
-// Fewer cells than this along what matters feel nothing of it: a ball falls between the vertices.
+// With fewer cells a model doesn't see the load: a ball falls between the vertices.
 constexpr double kFewestCells[kLoads] = {1.4, 1.4, 0.85, 1.4};
-// Cells that a box doesn't fill, at the far end of its longer sides.
+// The factor for partly empty cells at the far end of a box's longer sides.
 constexpr double kLeftOver = 1.4;
 
-// Most of what tetrahedra miss of a box's bending are its edges, which their mesher bevels.
+// The factor for bodies without sharp edges. Most of the bending error of a box is due to its edges, which the mesher
+// of tetrahedra bevels.
 constexpr double kWithoutEdges = 0.4;
-// What is held ends at the elements' own borders: the overhang is wrong by a part of one, and what hangs sinks with its
-// fourth power.
+// The fixed part ends at the border of an element, so the overhang is wrong by a part of an element, and the sag grows
+// with the fourth power of the overhang.
 constexpr double kClamp = 4 * 0.1;
 
 const std::initializer_list<FittedLaw> kFitted = {
@@ -76,8 +77,8 @@ double layer_stiffness(double nu, double chi) {
          (1 - nu * nu);
 }
 
-// Springs are what they are whatever Poisson's ratio the tissue has: what they were measured to be too stiff in
-// twisting and too soft under a ball, they are more or less so as the tissue itself is softer or stiffer.
+// Springs have a Poisson's ratio of their own. The chart measured by how much they are too stiff in twisting and too
+// soft under a ball; for another Poisson's ratio of the tissue, this changes with the tissue's own stiffness.
 std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m) {
   const std::optional<ErrorLaw> law = law_for(load.load, method);
   if (!law) return std::nullopt;
@@ -91,7 +92,7 @@ std::optional<double> relative_error(const LoadCase& load, Method method, double
     const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
     return std::hypot(error, chart / here - 1, 1 / load.bed_ratio - 1);
   }
-  // What hexahedra miss of bending is at the clamp, where tissue can't get narrower: as much as Poisson's ratio is.
+  // The bending error of hexahedra is at the clamp, where tissue can't contract; it is proportional to Poisson's ratio.
   if (load.load == Load::bending && method == Method::lattice)
     return std::max(error * load.poisson / kChartPoisson, law->floor) * (load.fills_cells ? 1 : kLeftOver);
   if (method != Method::tetra_springs) return error;

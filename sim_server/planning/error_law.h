@@ -1,9 +1,10 @@
-// How far a model is from the truth, by what is done to the body and by how finely it is divided:
+// The error of a model as a function of the load and of the resolution:
 //
-//   error = sqrt((c n^-p)^2 + floor^2),   n: cells across what matters for the load (Load)
+//   error = sqrt((c n^-p)^2 + floor^2),   n: number of cells along the length that Load names
 //
-// c, p and floor are fitted to the chart's own measurements (docs/chart.csv), one law a load and a method; `ninja
-// renew_error_laws` writes them anew into fitted_laws.inc. Relative errors of the whole: mesh, model, driver and step.
+// c, p and floor are fitted to the measurements of the chart (docs/chart.csv), one law for each load and method; `ninja
+// renew_error_laws` writes them into fitted_laws.inc. Errors are relative and total: of mesh, model, integrator and
+// step.
 #pragma once
 
 #include <optional>
@@ -13,23 +14,23 @@
 
 namespace sectio::planning {
 
-// With what n counts.
+// The load, and what n counts for it.
 enum class Load {
   bending,      // cells across the thickness
-  twisting,     // the same, and across the width
+  twisting,     // cells across the thickness and the width
   indentation,  // cells along the width of the contact, 2 a
   opening,      // cells along the depth of the cut
 };
 constexpr int kLoads = 4;
 
-// A model with its driver, as the laws tell them apart.
+// A model with its integrator; each has laws of its own.
 enum class Method {
-  surface_springs,       // M1
-  tetra_springs,         // M2
-  neo_hookean,           // M3, explicit
-  neo_hookean_implicit,  // M3
-  lattice,               // M4, the body's faces lie on those of its cells
-  lattice_beside_faces,  // M4, they don't
+  surface_springs,
+  tetra_springs,
+  neo_hookean,           // explicit
+  neo_hookean_implicit,  // the same model, implicit
+  lattice,               // neo_hookean_lattice, the body's faces lie on faces of cells
+  lattice_beside_faces,  // neo_hookean_lattice, they don't
 };
 constexpr int kMethods = 6;
 
@@ -54,33 +55,34 @@ struct FittedLaw {
   ErrorLaw law;
 };
 
-// Rows of the chart's table that a scene can get, with n counted as Load says. Other rows, and those that failed or
-// moved nothing (error 1 or more, but in twisting), are passed over. Throws InputError when a column is missing.
+// Reads the rows of the chart's table that a scene can use, with n counted as Load says. Skips other rows, and those
+// that failed or moved nothing (error 1 or more, except in twisting). Throws InputError when a column is missing.
 std::vector<MeasuredError> read_chart(const std::string& csv);
-// One law for each load and method that has three points or more: least sum of the logarithms' distances.
-// Deterministic.
+// Fits one law for each load and method that has three points or more, by the least sum of absolute differences of
+// logarithms. Deterministic.
 std::vector<FittedLaw> fit_laws(std::span<const MeasuredError> points);
-// As the text of fitted_laws.inc.
+// The text of fitted_laws.inc.
 std::string to_text(std::span<const FittedLaw> laws);
 
-// What the tree holds. Nothing: the method makes no claim on the load.
+// The law in fitted_laws.inc. Nothing: there is no law for this load and method.
 std::optional<ErrorLaw> law_for(Load load, Method method);
 
-// What the laws were measured with; another material or form changes the error, see relative_error().
+// A load with its parameters. Defaults are those of the chart; relative_error() corrects for others.
 struct LoadCase {
   Load load = Load::bending;
-  double width_m = 0;  // that n counts cells along
+  double width_m = 0;  // length along which n counts cells
   double poisson = 0.45;
-  double chi = 0.2236;      // of an indentation: a over the thickness of what is beneath
-  double bed_ratio = 1;     // of an indentation: the bed's radius (foundation_radius_m) over a
-  double overhang_m = 0;    // of bending: from where what is held ends inside the tissue; 0: it is held at its end
-  bool sharp_edges = true;  // the chart's bodies are boxes: tetrahedra bevel their edges
-  bool fills_cells = true;  // of hexahedra: none is part empty
+  double chi = 0.2236;      // indentation: a over the thickness of the tissue beneath
+  double bed_ratio = 1;     // indentation: foundation_radius_m over a
+  double overhang_m = 0;    // bending: overhang, where the fixed part ends inside the tissue; 0: it is held at its end
+  bool sharp_edges = true;  // the chart's bodies are boxes, whose edges tetrahedra bevel
+  bool fills_cells = true;  // hexahedra: no cell is partly empty
 };
-// Nothing when the method makes no claim.
+// Nothing if there is no law.
 std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m);
 
-// Of a ball on a layer bonded to its ground against a ball on a half-space with Poisson's ratio 0 (Dimitriadis 2002).
+// The stiffness of a ball on a layer bonded to its ground over that of a ball on a half-space with Poisson's ratio 0
+// (Dimitriadis et al. 2002).
 double layer_stiffness(double poisson, double chi);
 
 }  // namespace sectio::planning

@@ -9,27 +9,27 @@
 namespace sectio::planning {
 namespace {
 
-constexpr int kMostSweeps = 30;            // of the implicit driver, while something moves
-constexpr int kMostParts = 1000;           // of a step
-constexpr double kThinnest = 1.5;          // cells across a body of hexahedra
-constexpr double kFewestTetrahedra = 200;  // below, a body's form is lost
-constexpr double kOnCells = 0.01;          // of a cell
+constexpr int kMostSweeps = 30;            // sweeps of the implicit integrator while something moves
+constexpr int kMostSubsteps = 1000;        // of a step
+constexpr double kThinnest = 1.5;          // fewest cells across a body of hexahedra
+constexpr double kFewestTetrahedra = 200;  // fewer don't represent a body's shape
+constexpr double kOnCells = 0.01;          // tolerance in cells
 constexpr double kMostElements = 400000;
-constexpr double kBesideFaces = 1.5;  // as many cells for a body that isn't a box: those on its border are part empty
+constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partly empty ones at the border
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
 bool is_lattice(Method m) {
   return m == Method::lattice || m == Method::lattice_beside_faces;
 }
 
-// What a method's fastest wave goes by: springs E, tetrahedra lambda + 2 mu, hexahedra lambda + 2 mu / 3.
+// The modulus of a method's fastest wave: E for springs, lambda + 2 mu for tetrahedra, lambda + 2 mu / 3 for hexahedra.
 double modulus_pa(Method method, double young_pa, double poisson) {
   const auto [mu, lambda] = lame(young_pa, poisson);
   if (method == Method::tetra_springs) return young_pa;
   return is_lattice(method) ? lambda + 2 * mu / 3 : lambda + 2 * mu;
 }
 
-// Nothing: a load that the method makes no claim on. A cut that stays shallow is, to a surface, a dent as wide as deep.
+// Nothing if there is no law for the load. To surface springs a shallow cut is a dent that is as wide as deep.
 std::optional<double> error_of(BodyLoad load, const BodyShape& shape, Method method, double cell_m) {
   const Vec3 cells = shape.size_m / cell_m;
   load.what.fills_cells = (cells.array() - cells.array().round()).abs().maxCoeff() < kOnCells;
@@ -70,8 +70,8 @@ class Planner {
   double worst_ratio(const Candidate& c) const {
     return std::max(c.error / in_.budgets.error, c.cpu / in_.budgets.cpu);
   }
-  // Surface springs when they fit: nothing needs to be filled, and a cut stays a matter of its triangles. Else the
-  // cheapest that fits; else the nearest.
+  // Surface springs if they fit, as they need no mesh of the inside and a cut changes triangles only; else the cheapest
+  // candidate that fits, else the nearest.
   std::size_t best(const std::vector<Candidate>& of) const {
     std::size_t best = 0;
     for (std::size_t i = 1; i < of.size(); ++i) {
@@ -92,18 +92,18 @@ class Planner {
       plan_.ruled_out.emplace_back(method, std::move(why));
   }
 
-  // What has nothing to do with how fine it is.
+  // The reason that rules out a method at any resolution; empty if there is none.
   std::string why_not(Method method) const {
     const bool surface = method == Method::surface_springs;
     if (const std::string& why = surface ? in_.no_surface : in_.no_volume; !why.empty()) return why;
-    if (surface && in_.step_s > in_.surface_limit_s) return "the step is beyond its stable one";
+    if (surface && in_.step_s > in_.surface_limit_s) return "the step is larger than its stable step";
     for (const BodyLoad& l : in_.loads) {
       if (surface && l.what.load == Load::opening && l.depth_of_tissue > kShallow)
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
       if (!error_of(l, in_.shape, method, 1))
-        return std::string("no claim on ") + to_string(l.what.load) + " (" + l.from + ")";
+        return std::string("no error law for ") + to_string(l.what.load) + " (" + l.from + ")";
       if (method == Method::neo_hookean_implicit && l.from != "its weight")
-        return "points that instruments hold cost its sweeps most of their speed";
+        return "its sweeps converge slowly where instruments hold points";
     }
     return {};
   }
@@ -127,7 +127,7 @@ class Planner {
       divide(c);
       return;
     }
-    // Cells that lie on a box's faces divide its smallest side; others its thickness.
+    // Cells on a box's faces divide its smallest side, others divide the thickness.
     const double across_m = method == Method::lattice ? in_.shape.size_m.minCoeff() : in_.shape.thickness_m;
     bool any = false;
     for (const double n : kAcross) {
@@ -137,29 +137,29 @@ class Planner {
       any |= divide(c);
     }
     if (!any)
-      rule_out(method, method == Method::lattice                ? "no box: its faces don't lie on those of cells"
-                       : method == Method::lattice_beside_faces ? "its faces lie on those of cells"
+      rule_out(method, method == Method::lattice                ? "no box: its faces don't lie on faces of cells"
+                       : method == Method::lattice_beside_faces ? "its faces lie on faces of cells"
                                                                 : "too many elements");
   }
 
-  // Into so many elements as such cells make.
+  // Adds the candidate with the number of elements that cells of this size give; false if it is out of range.
   bool divide(Candidate c) {
     const double volume = in_.shape.volume_m3;
-    const bool carries = is_lattice(c.method);
+    const bool embeds = is_lattice(c.method);
     c.tetrahedra = in_.given_tetrahedra > 0 ? in_.given_tetrahedra
-                   : carries                ? riders_for(volume, c.cell_m)
+                   : embeds                 ? embedded_for(volume, c.cell_m)
                                             : tetrahedra_for(volume, c.cell_m);
     c.elements = c.tetrahedra;
-    if (carries)
+    if (embeds)
       c.elements = volume / std::pow(c.cell_m, 3) * (c.method == Method::lattice_beside_faces ? kBesideFaces : 1);
     c.vertices = c.tetrahedra / 4.5;
     const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
     const double speed = std::sqrt(modulus_pa(c.method, in_.young_pa, in_.poisson) / in_.density_kg_per_m3);
-    c.parts = c.method == Method::neo_hookean_implicit
-                  ? kMostSweeps
-                  : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
+    c.substeps = c.method == Method::neo_hookean_implicit
+                     ? kMostSweeps
+                     : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
     if ((in_.given_tetrahedra == 0 && c.tetrahedra < kFewestTetrahedra) || c.tetrahedra > kMostElements ||
-        c.elements > kMostElements || c.parts > kMostParts)
+        c.elements > kMostElements || c.substeps > kMostSubsteps)
       return false;
     add(c);
     return true;
@@ -169,14 +169,14 @@ class Planner {
     c.built = true;
     c.elements = built.elements;
     c.vertices = built.vertices;
-    c.parts = c.method == Method::neo_hookean_implicit ? kMostSweeps : built.parts;
+    c.substeps = c.method == Method::neo_hookean_implicit ? kMostSweeps : built.substeps;
     set_cost(c, built.surface_vertices);
   }
 
   void set_cost(Candidate& c, double surface_vertices) const {
     const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
     const double per_step_ns =
-        rate.element_ns * c.elements * c.parts + rate.vertex_ns * c.vertices +
+        rate.element_ns * c.elements * c.substeps + rate.vertex_ns * c.vertices +
         (in_.has_tools ? calibration_.touch_ns + calibration_.touched_vertex_ns * surface_vertices : 0);
     c.cpu = 1e-9 * per_step_ns / c.step_s;
   }
@@ -188,7 +188,7 @@ class Planner {
         c.error = e;
         c.worst = l.what.load;
       }
-    // Of a volume, two thirds power: the shell of its cubes.
+    // The surface of a volume has a number of vertices proportional to the power 2/3.
     const double shell = std::min(c.vertices, 6 * std::pow(c.vertices, 2.0 / 3));
     set_cost(c, c.method == Method::surface_springs ? c.vertices : shell);
     all_.push_back(c);

@@ -27,19 +27,19 @@ std::string line_of(const BodyLoad& load) {
 std::string line_of(const Candidate& c, const Budgets& budgets, bool chosen) {
   std::string line = text("%c %-21s", chosen ? '>' : ' ', to_string(c.method));
   line += text(" %6.3g mm %8.0f  %5.3g ms / %-3d %8.3g %s %8.3g %s", 1e3 * c.cell_m, c.elements, 1e3 * c.step_s,
-               c.parts, c.error, c.error <= budgets.error ? " " : "!", c.cpu, c.cpu <= budgets.cpu ? " " : "!");
-  return line + (c.error > 0 ? text(" %s", to_string(c.worst)) : std::string(" nothing moves it")) + "\n";
+               c.substeps, c.error, c.error <= budgets.error ? " " : "!", c.cpu, c.cpu <= budgets.cpu ? " " : "!");
+  return line + (c.error > 0 ? text(" %s", to_string(c.worst)) : std::string(" no load")) + "\n";
 }
 
 std::string verdict(const PlanInput& in, const BodyPlan& plan) {
   const Candidate& c = plan.chosen;
   if (plan.fits)
-    return text("taken: %s, %s that keeps error %.3g and cost %.3g\n", to_string(c.method),
+    return text("taken: %s, %s model that keeps error %.3g and cost %.3g\n", to_string(c.method),
                 c.method == Method::surface_springs ? "the simplest" : "the cheapest", in.budgets.error,
                 in.budgets.cpu);
   return text(
-      "nothing keeps error %.3g and cost %.3g; taken: %s, the nearest: error_budget %.2g and cpu_budget %.2g would "
-      "do\n",
+      "no model keeps error %.3g and cost %.3g; taken: %s, the nearest, which needs error_budget %.2g and cpu_budget "
+      "%.2g\n",
       in.budgets.error, in.budgets.cpu, to_string(c.method), std::max(c.error, in.budgets.error),
       std::max(c.cpu, in.budgets.cpu));
 }
@@ -50,8 +50,8 @@ std::string to_text(const PlanInput& in, const BodyPlan& plan) {
   std::string out = text("%s: %.3g mm thick, %.3g ml, %s\n", in.body.c_str(), 1e3 * in.shape.thickness_m,
                          1e6 * in.shape.volume_m3, in.shape.is_box ? "a box" : "no box");
   for (const BodyLoad& load : in.loads) out += line_of(load);
-  if (in.loads.empty()) out += "  nothing is done to it that matters\n";
-  out += text("  %-21s %9s %8s  %15s %-8s   %-8s\n", "", "cell", "elements", "step / parts", "   error", "    cost");
+  if (in.loads.empty()) out += "  no load of significance\n";
+  out += text("  %-21s %9s %8s  %15s %-8s   %-8s\n", "", "cell", "elements", "step / substeps", "   error", "    cost");
   for (const Candidate& c : plan.considered)
     out += line_of(c, in.budgets, c.method == plan.chosen.method && c.cell_m == plan.chosen.cell_m);
   for (const auto& [method, why] : plan.ruled_out) out += text("  %-21s %s\n", to_string(method), why.c_str());

@@ -290,8 +290,8 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
     const Vec3 travel = blade.tip_world_m - tip_before_;
     const bool over_surface = correct_direction(shape, pose, step, normal_);
     const bool in_world = correct_direction(shape, pose, travel, normal_);
-    const Leaf leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
-    if (leaf == Leaf::cut) {
+    const CutDecision leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
+    if (leaf == CutDecision::cut) {
       // Tissue that has drawn back ahead of the blade waits for it; a cut that a blade left behind has ended.
       if (over_surface) {
         motion.path.push_back(blade);
@@ -304,11 +304,11 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
       tip_before_ = blade.tip_world_m;
       continue;
     }
-    if (leaf == Leaf::detect_again) {
+    if (leaf == CutDecision::detect_again) {
       motion.lift = height_m < 0 || !crossings.edge || jaws == Jaws::opening;
       break;
     }
-    if (leaf == Leaf::push_out) {
+    if (leaf == CutDecision::push_out) {
       const double sunk_m = (point_ - pose.to_world(shape.c_tool_m)).dot(normal_);
       const double e_star = body_.spec.material.young_pa / (1 - std::pow(body_.spec.material.poisson, 2));
       const double half_length_m = 0.5 * (shape.c_tool_m - shape.a_tool_m).norm();

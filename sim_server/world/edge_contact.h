@@ -94,8 +94,8 @@ class EdgeContact {
   bool sharp_edge_is_in_slit() const;
   void begin_with_templates(BladeMotion& motion);
   void follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
-  Leaf decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
-                         double& cut_length_m);
+  CutDecision decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
+                                double& cut_length_m);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
 
   // A blade that is further than this from the end of its cut has left it.

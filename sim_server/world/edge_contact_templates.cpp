@@ -77,8 +77,8 @@ void EdgeContact::begin_with_templates(BladeMotion& motion) {
   sweep_over({}, motion);
 }
 
-Leaf EdgeContact::decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool is_correct_direction,
-                                    Jaws jaws, double& cut_length_m) {
+CutDecision EdgeContact::decide_by_surface(const InstrumentShape& shape, const JointPose& pose,
+                                           bool is_correct_direction, Jaws jaws, double& cut_length_m) {
   const SurfaceView view = body_.view();
   const CollisionEngine& tree = body_.tree();
   const auto hits = [&](const Vec3& from_tool_m, const Vec3& to_tool_m) {
@@ -108,16 +108,16 @@ void EdgeContact::follow_with_templates(const Stroke& stroke, std::span<const Jo
     const Vec3 at_surface = edge.tip_world_m + (from - edge.tip_world_m).dot(edge.up_world) * edge.up_world;
     const bool ahead = correct_direction(shape, pose, at_surface - from, edge.up_world);
     double cut_length_m = 0;
-    const Leaf leaf = decide_by_surface(shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world),
-                                        jaws, cut_length_m);
-    if (leaf == Leaf::cut || (leaf == Leaf::detect_again && ahead)) {
-      if (ahead || (leaf == Leaf::cut && body_.stroke_settings.cuts_inside)) {
+    const CutDecision leaf = decide_by_surface(
+        shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world), jaws, cut_length_m);
+    if (leaf == CutDecision::cut || (leaf == CutDecision::detect_again && ahead)) {
+      if (ahead || (leaf == CutDecision::cut && body_.stroke_settings.cuts_inside)) {
         motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9, Vec3::Zero(),
                                (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()});
         from = at_surface;
       }
       cut_along(travel, cut_length_m);
-    } else if (leaf == Leaf::detect_again) {  // in what it has opened, or out of it
+    } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
       motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > body_.stroke_settings.join_tolerance_m;
       break;
     }

@@ -20,7 +20,9 @@ constexpr double kStep = 1e-3;  // of the scenes; explicit models divide it
 class Descent final : public VolumeModel {
  public:
   Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
-      : VolumeModel(material, settings), solid_(mesh, material, settings, TetDriver::implicit_only), sweeps_(sweeps) {}
+      : VolumeModel(material, settings),
+        solid_(mesh, material, settings, TetDriver::implicit_only),
+        sweeps_(sweeps) {}
   void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
     solid_.implicit_step(x, v, settings_.step_s, sweeps_, constraints, reactions);
@@ -60,28 +62,25 @@ using Material = VolumeMaterial;
 using Settings = VolumeSettings;
 
 Method surface_springs() {
-  return {"surface springs (M1)", "explicit", [](const ChartScene& scene, int across) -> std::unique_ptr<Specimen> {
+  return {"surface springs", "explicit", [](const ChartScene& scene, int across) -> std::unique_ptr<Specimen> {
             return scene.ball ? surface_specimen(scene, across, kStep) : nullptr;
           }};
 }
 Method tetra_springs() {
-  return on_tets("tetra springs (M2)", "explicit", kStep, true,
-                 [](const Mesh& m, const Material& t, const Settings& s) {
-                   return with_forces(std::make_unique<TetSprings>(m, t, s));
-                 });
+  return on_tets("tetra springs", "explicit", kStep, true, [](const Mesh& m, const Material& t, const Settings& s) {
+    return with_forces(std::make_unique<TetSprings>(m, t, s));
+  });
 }
 Method neo_hookean() {
-  return on_tets("neo-Hookean tetra (M3)", "explicit", kStep, true,
-                 [](const Mesh& m, const Material& t, const Settings& s) {
-                   return with_forces(std::make_unique<TetSolid>(m, t, s));
-                 });
+  return on_tets("neo-Hookean tetra", "explicit", kStep, true, [](const Mesh& m, const Material& t, const Settings& s) {
+    return with_forces(std::make_unique<TetSolid>(m, t, s));
+  });
 }
 // The simulator's own way with `driver: implicit`: as many sweeps as it takes, up to its own limit.
 Method implicit_neo_hookean() {
-  return on_tets("neo-Hookean tetra (M3)", "implicit", kStep, true,
-                 [](const Mesh& m, const Material& t, const Settings& s) {
-                   return with_forces(std::make_unique<TetSolid>(m, t, s, TetDriver::implicit_only));
-                 });
+  return on_tets("neo-Hookean tetra", "implicit", kStep, true, [](const Mesh& m, const Material& t, const Settings& s) {
+    return with_forces(std::make_unique<TetSolid>(m, t, s, TetDriver::implicit_only));
+  });
 }
 // On the tetrahedra that a scene's body gets, from the lattice mesher; as many cubes of its lattice across, two or
 // more: what a single one gets right it gets right by accident.
@@ -90,14 +89,14 @@ Method in_a_scene(const std::string& model, bool rides, const MakeVolume& make) 
             if (across < 2) return nullptr;
             const double volume_m3 = scene.size_m.prod(), cell_m = scene.across_m() / across;
             FillSettings settings;
-            settings.tetrahedra = rides ? planning::riders_for(volume_m3, cell_m)
+            settings.tetrahedra = rides ? planning::embedded_for(volume_m3, cell_m)
                                         : std::max(12.0, planning::tetrahedra_for(volume_m3, cell_m));
             settings.material = {scene.young_pa, scene.poisson, scene.density_kg_per_m3};
             return tet_specimen(scene, fill(test::box(4, 4, 4, scene.size_m), settings).mesh, kStep, make);
           }};
 }
 Method lattice_in_a_scene() {
-  return {"hexahedra (M4)", "as in a scene", [](const ChartScene& scene, int across) {
+  return {"hexahedra", "as in a scene", [](const ChartScene& scene, int across) {
             const double cell_m = scene.across_m() / across;
             return in_a_scene("", true,
                               [cell_m](const Mesh& m, const Material& t, const Settings& s) {
@@ -123,7 +122,7 @@ Method lattice(const std::string& name, double offset) {
   });
 }
 Method descent(double step_s, int sweeps) {
-  return on_tets("neo-Hookean tetra (M3)", steps_text(step_s, std::to_string(sweeps) + " sweeps"), step_s, true,
+  return on_tets("neo-Hookean tetra", steps_text(step_s, std::to_string(sweeps) + " sweeps"), step_s, true,
                  [sweeps](const Mesh& m, const Material& t, const Settings& s) {
                    return with_forces(std::make_unique<Descent>(m, t, s, sweeps));
                  });
@@ -132,14 +131,14 @@ Method descent(double step_s, int sweeps) {
 }  // namespace
 
 std::vector<Method> methods(bool quick) {
-  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("hexahedra (M4)", 0),
+  std::vector<Method> all{surface_springs(), tetra_springs(), neo_hookean(), lattice("hexahedra", 0),
                           lattice("hexahedra beside faces", 0.37)};
   if (!quick) {
     all.push_back(implicit_neo_hookean());
-    all.push_back(in_a_scene("tetra springs (M2)", false, [](const Mesh& m, const Material& t, const Settings& s) {
+    all.push_back(in_a_scene("tetra springs", false, [](const Mesh& m, const Material& t, const Settings& s) {
       return with_forces(std::make_unique<TetSprings>(m, t, s));
     }));
-    all.push_back(in_a_scene("neo-Hookean tetra (M3)", false, [](const Mesh& m, const Material& t, const Settings& s) {
+    all.push_back(in_a_scene("neo-Hookean tetra", false, [](const Mesh& m, const Material& t, const Settings& s) {
       return with_forces(std::make_unique<TetSolid>(m, t, s));
     }));
     all.push_back(lattice_in_a_scene());

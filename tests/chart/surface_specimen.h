@@ -1,4 +1,4 @@
-// The surface springs (M1) with their bed, of a body that a ball is pressed into; they make no claim on other scenes.
+// The surface springs with their bed, of a body that a ball is pressed into; they make no claim on other scenes.
 #pragma once
 
 #include "tests/chart/specimen.h"

@@ -10,7 +10,7 @@ const InstrumentKind& instrument() {
 }
 const InstrumentShape kScalpel =
     instrument().shape({Vec3::Zero(), {0, 0, 0.03}, {0.006, 0, 0.012}, {0.006, 0, 0.02}}, {});
-Leaf decide(const Crossings& crossings, bool correct_direction) {
+CutDecision decide(const Crossings& crossings, bool correct_direction) {
   return instrument().decide({crossings, correct_direction, Jaws::still});
 }
 
@@ -23,25 +23,26 @@ Crossings at_depth(double depth_m) {
 
 // Figure 4, leaf by leaf.
 TEST(B_CD, B_CD_2_ab_and_ac_cross_and_the_direction_is_right_so_it_cuts) {
-  EXPECT_EQ(decide({true, true, false}, true), Leaf::cut);
-  EXPECT_EQ(decide({true, true, true}, true), Leaf::cut);
+  EXPECT_EQ(decide({true, true, false}, true), CutDecision::cut);
+  EXPECT_EQ(decide({true, true, true}, true), CutDecision::cut);
 }
 TEST(B_CD, B_CD_3_wrong_direction_pushes_back) {
-  EXPECT_EQ(decide({true, true, false}, false), Leaf::push_back);
-  EXPECT_EQ(decide({true, true, true}, false), Leaf::push_back);
+  EXPECT_EQ(decide({true, true, false}, false), CutDecision::push_back);
+  EXPECT_EQ(decide({true, true, true}, false), CutDecision::push_back);
 }
 TEST(B_CD, B_CD_4_ac_inside_as_a_whole_is_pushed_out) {
-  EXPECT_EQ(decide({true, false, true}, true), Leaf::push_out);
-  EXPECT_EQ(decide({true, false, true}, false), Leaf::push_out);
+  EXPECT_EQ(decide({true, false, true}, true), CutDecision::push_out);
+  EXPECT_EQ(decide({true, false, true}, false), CutDecision::push_out);
 }
 TEST(B_CD, B_CD_5_only_ab_crosses_so_the_shaft_deforms) {
-  EXPECT_EQ(decide({true, false, false}, true), Leaf::deform_with_shaft);
-  EXPECT_EQ(decide({true, false, false}, false), Leaf::deform_with_shaft);
+  EXPECT_EQ(decide({true, false, false}, true), CutDecision::deform_with_shaft);
+  EXPECT_EQ(decide({true, false, false}, false), CutDecision::deform_with_shaft);
 }
 TEST(B_CD, B_CD_6_ab_does_not_cross_so_look_again) {
   for (const bool ac : {false, true})
     for (const bool bd : {false, true})
-      for (const bool direction : {false, true}) EXPECT_EQ(decide({false, ac, bd}, direction), Leaf::detect_again);
+      for (const bool direction : {false, true})
+        EXPECT_EQ(decide({false, ac, bd}, direction), CutDecision::detect_again);
 }
 
 TEST(B_CD, B_CD_1_segments_cross_as_the_instrument_sinks) {

@@ -29,9 +29,9 @@ TEST(A_TOOL, A_TOOL_1_a_knife_is_sharp_up_to_a_point_of_ac) {
   const InstrumentKind& knife = instrument_of("knife");
   const InstrumentShape s = usual("knife");
   EXPECT_NEAR((s.edge_heel_tool_m - s.a_tool_m).norm(), knife.geometry.sharp_length_m, 1e-12);
-  EXPECT_EQ(knife.decide({{true, true, false, true}, true, Jaws::still}), Leaf::cut);
-  EXPECT_EQ(knife.decide({{true, true, false, true}, false, Jaws::still}), Leaf::push_back);
-  EXPECT_EQ(knife.decide({{true, true, false, false}, true, Jaws::still}), Leaf::deform_with_shaft) << "blunt";
+  EXPECT_EQ(knife.decide({{true, true, false, true}, true, Jaws::still}), CutDecision::cut);
+  EXPECT_EQ(knife.decide({{true, true, false, true}, false, Jaws::still}), CutDecision::push_back);
+  EXPECT_EQ(knife.decide({{true, true, false, false}, true, Jaws::still}), CutDecision::deform_with_shaft) << "blunt";
   ToolGeometry longer = knife.geometry;
   longer.sharp_length_m = 0.1;
   EXPECT_NE(knife.flaw(longer), "");
@@ -44,7 +44,7 @@ TEST(A_TOOL, A_TOOL_1_a_probe_has_no_edge) {
     for (int bits = 0; bits < 16; ++bits)
       EXPECT_NE(probe.decide(
                     {{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0}, direction, Jaws::closing}),
-                Leaf::cut);
+                CutDecision::cut);
 }
 
 TEST(Instruments, forceps_hold_and_never_cut) {
@@ -52,7 +52,7 @@ TEST(Instruments, forceps_hold_and_never_cut) {
   EXPECT_GT(forceps.grip_below_rad, 0);
   EXPECT_GT(forceps.grip_force_n, 0);
   EXPECT_FALSE(forceps.tip_pierces || forceps.may_enter(Jaws::closing));
-  EXPECT_NE(forceps.decide({{true, true, true, true}, true, Jaws::closing}), Leaf::cut);
+  EXPECT_NE(forceps.decide({{true, true, true, true}, true, Jaws::closing}), CutDecision::cut);
   const InstrumentShape s = usual("forceps", 0.4);
   EXPECT_NEAR((s.a_tool_m - s.d_tool_m).norm(), 2 * 0.05 * std::sin(0.2), 1e-9) << "the tips are apart";
   EXPECT_EQ(s.edge_tip_tool_m, s.edge_heel_tool_m);
@@ -75,12 +75,12 @@ TEST(A_TOOL, A_TOOL_2_the_crossing_runs_from_the_pivot_to_the_tips) {
 TEST(A_TOOL, A_TOOL_2_the_rule_of_scissors) {
   const InstrumentKind& scissors = instrument_of("scissors");
   const Crossings in{true, true, true, true}, out{true, true, true, false};
-  EXPECT_EQ(scissors.decide({in, true, Jaws::closing}), Leaf::cut);
-  EXPECT_EQ(scissors.decide({in, false, Jaws::closing}), Leaf::push_back);
-  EXPECT_EQ(scissors.decide({in, true, Jaws::still}), Leaf::push_back);
-  EXPECT_EQ(scissors.decide({in, true, Jaws::opening}), Leaf::detect_again);
-  EXPECT_EQ(scissors.decide({out, true, Jaws::closing}), Leaf::push_back) << "it comes back in a moment";
-  EXPECT_EQ(scissors.decide({out, true, Jaws::still}), Leaf::detect_again);
+  EXPECT_EQ(scissors.decide({in, true, Jaws::closing}), CutDecision::cut);
+  EXPECT_EQ(scissors.decide({in, false, Jaws::closing}), CutDecision::push_back);
+  EXPECT_EQ(scissors.decide({in, true, Jaws::still}), CutDecision::push_back);
+  EXPECT_EQ(scissors.decide({in, true, Jaws::opening}), CutDecision::detect_again);
+  EXPECT_EQ(scissors.decide({out, true, Jaws::closing}), CutDecision::push_back) << "it comes back in a moment";
+  EXPECT_EQ(scissors.decide({out, true, Jaws::still}), CutDecision::detect_again);
   EXPECT_TRUE(scissors.may_enter(Jaws::closing));
   EXPECT_FALSE(scissors.may_enter(Jaws::still) || scissors.may_enter(Jaws::opening));
 }

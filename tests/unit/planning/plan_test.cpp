@@ -146,7 +146,7 @@ TEST(Plan, takes_the_cheapest_that_keeps_both_budgets) {
   EXPECT_TRUE(p.fits);
   EXPECT_EQ(p.chosen.method, Method::lattice);
   EXPECT_LE(p.chosen.error, 0.05);
-  EXPECT_EQ(why_not(p, Method::surface_springs), "no claim on bending (its weight)");
+  EXPECT_EQ(why_not(p, Method::surface_springs), "no error law for bending (its weight)");
   for (const Candidate& c : p.considered)
     if (c.error <= 0.05 && c.cpu <= 0.5) {
       EXPECT_LE(p.chosen.cpu, c.cpu);
@@ -182,7 +182,7 @@ TEST(Plan, says_so_when_nothing_fits_and_takes_the_nearest) {
   EXPECT_FALSE(p.fits);
   const double ratio = std::max(p.chosen.error, p.chosen.cpu) / 1e-4;
   for (const Candidate& c : p.considered) EXPECT_LE(ratio, std::max(c.error, c.cpu) / 1e-4 * (1 + 1e-9));
-  EXPECT_NE(to_text(in, p).find("nothing keeps error 0.0001 and cost 0.0001; taken: "), std::string::npos);
+  EXPECT_NE(to_text(in, p).find("no model keeps error 0.0001 and cost 0.0001; taken: "), std::string::npos);
 }
 
 TEST(Plan, builds_what_it_takes_and_goes_on_when_it_is_dearer) {
@@ -193,7 +193,7 @@ TEST(Plan, builds_what_it_takes_and_goes_on_when_it_is_dearer) {
   const BodyPlan p = plan(in, calibration(), [&](const Candidate& c) {
     ++built;
     const bool is_first = c.method == first.method && c.cell_m == first.cell_m;
-    return Built{is_first ? 1e6 : c.elements, c.vertices, c.vertices, c.parts};
+    return Built{is_first ? 1e6 : c.elements, c.vertices, c.vertices, c.substeps};
   });
   EXPECT_GE(built, 2);
   EXPECT_TRUE(p.chosen.built);
@@ -203,9 +203,9 @@ TEST(Plan, builds_what_it_takes_and_goes_on_when_it_is_dearer) {
 TEST(Plan, divides_stiff_tissue_into_more_parts) {
   PlanInput in = of_box({0.1, 0.025, 0.025}, {bending(0.025)});
   in.budgets = {0.05, 5};
-  const int soft = plan(in, calibration()).chosen.parts;
+  const int soft = plan(in, calibration()).chosen.substeps;
   in.young_pa = 3e6;
-  EXPECT_GT(plan(in, calibration()).chosen.parts, 5 * soft);
+  EXPECT_GT(plan(in, calibration()).chosen.substeps, 5 * soft);
 }
 
 TEST(Plan, keeps_to_what_the_scene_rules_out) {
@@ -215,7 +215,7 @@ TEST(Plan, keeps_to_what_the_scene_rules_out) {
   EXPECT_NE(plan(in, calibration()).chosen.method, Method::surface_springs);
   in.no_surface.clear();
   in.surface_limit_s = 0.0005;
-  EXPECT_EQ(why_not(plan(in, calibration()), Method::surface_springs), "the step is beyond its stable one");
+  EXPECT_EQ(why_not(plan(in, calibration()), Method::surface_springs), "the step is larger than its stable step");
 }
 
 }  // namespace
