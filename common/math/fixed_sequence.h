@@ -1,5 +1,5 @@
-// Numbers that look random and are the same everywhere: where an iteration for the largest eigenvalue begins, no mode
-// is likely to be orthogonal to it.
+// Numbers that look random and are the same everywhere. A power iteration starts from them, as no mode is likely to be
+// orthogonal to such a vector.
 #pragma once
 
 #include <cstddef>

@@ -36,7 +36,7 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
   return faces;
 }
 
-// +1 for an even permutation of `key`, -1 for an odd one.
+// +1 if the corners are an even permutation of `key`, -1 if they are an odd one.
 int parity(const std::array<VertexId, 3>& corners) {
   return ((corners[0] < corners[1]) == (corners[1] < corners[2])) == (corners[0] < corners[2]) ? 1 : -1;
 }
@@ -168,6 +168,17 @@ TetChange between(const TetChange& a, const TetChange& b) {
     ++of_b;
   }
   return change;
+}
+
+TetShape tet_shape(const TetMesh& mesh, const Tetrahedron& t) {
+  TetShape shape;
+  shape.volume_m3 = tet_volume_m3(mesh, t);
+  const auto& x = mesh.vertices_body_m;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& [p, q, r] = kTetFaces[i];
+    shape.gradient[i] = (x[t[r]] - x[t[p]]).cross(x[t[q]] - x[t[p]]) / (6 * shape.volume_m3);
+  }
+  return shape;
 }
 
 double mean_edge_m(const TetMesh& mesh) {

@@ -1,4 +1,4 @@
-// The topology of a body's inside: tetrahedra over shared vertices. Plain data; whoever changes it keeps it valid.
+// The topology of a body's inside: tetrahedra over shared vertices. Plain data: its owner must keep it valid.
 #pragma once
 
 #include <array>
@@ -17,28 +17,28 @@ struct TetMesh {
   std::vector<Tetrahedron> tetrahedra;
 };
 
-// Corners of what is not there.
+// The corners of a tetrahedron that doesn't exist.
 constexpr Tetrahedron kNoTetrahedron{kNone, kNone, kNone, kNone};
 
-// What a change makes of one tetrahedron; kNoTetrahedron where it is not there.
+// The change of one tetrahedron; kNoTetrahedron before or after the change if it doesn't exist then.
 struct TetEdit {
   std::uint32_t id = kNone;
   Tetrahedron before = kNoTetrahedron, after = kNoTetrahedron;
-  std::uint32_t origin = kNone;  // that it was cut out of; itself when it was there before
+  std::uint32_t origin = kNone;  // the tetrahedron that it was cut out of; itself if it existed before
 };
 
-// A change of a volume as those follow it who keep data beside it. Vertices and tetrahedra keep their numbers as long
-// as they are there, what is gone leaves its number unused. What is new has the next ones; or those of what was
-// temporary, which then may be elsewhere.
+// A change of a volume, for those who keep data beside it. Vertices and tetrahedra keep their numbers as long as they
+// exist, and the number of one that is removed stays unused. New ones get the next numbers, or those of temporary ones
+// that the change replaces; the places of such vertices may differ.
 struct TetChange {
   VertexId first_added = 0;
-  std::vector<Vec3> added_body_m;   // vertices from there on, at rest
-  std::vector<std::uint8_t> fixed;  // of these, as VolumeSettings::fixed; empty: none
-  std::vector<TetEdit> tetrahedra;  // ascending; some are what they were, where only their neighbours or places are not
+  std::vector<Vec3> added_body_m;   // vertices from first_added on, at rest
+  std::vector<std::uint8_t> fixed;  // one for each added vertex, as VolumeSettings::fixed; empty: none is fixed
+  std::vector<TetEdit> tetrahedra;  // ascending; before == after where only neighbours or places have changed
 };
 
-// What leads from what `a` leads to, to what `b` does, both from the same volume. O(changes). Origins are those of b,
-// or the tetrahedron itself.
+// The change that turns a's result into b's; a and b are changes of the same volume. O(changes). Origins are those of
+// b, or the tetrahedron itself.
 TetChange between(const TetChange& a, const TetChange& b);
 
 void follow(TetMesh& mesh, const TetChange& change);
@@ -55,20 +55,27 @@ inline double tet_volume_m3(const TetMesh& mesh, const Tetrahedron& t) {
   return tet_volume_m3(x[t[0]], x[t[1]], x[t[2]], x[t[3]]);
 }
 
-// Each edge as often as there are tetrahedra that have it.
+// The linear shape functions of a tetrahedron at rest.
+struct TetShape {
+  std::array<Vec3, 4> gradient;  // 1/m
+  double volume_m3 = 0;
+};
+TetShape tet_shape(const TetMesh& mesh, const Tetrahedron& t);
+
+// The mean over the edges of all tetrahedra: an edge counts as often as it has tetrahedra.
 double mean_edge_m(const TetMesh& mesh);
 
-// The faces that belong to one tetrahedron only, outside outward, in the order of the tetrahedra.
+// The faces that belong to one tetrahedron only, oriented outwards, in the order of the tetrahedra.
 struct TetSurface {
-  TriangleSoup soup;                // only vertices of the surface, ascending in their number in the volume
-  std::vector<VertexId> of_volume;  // soup's vertex -> the volume's
+  TriangleSoup soup;                // only vertices of the surface, in the order of their numbers in the volume
+  std::vector<VertexId> of_volume;  // a vertex of the soup -> its number in the volume
 };
 TetSurface surface_of(const TetMesh& mesh);
 
 struct TetReport {
-  bool valid = true;           // all of check()'s demands
-  bool conforming = true;      // all but that on the surface, which may touch itself in a vertex or an edge after cuts
-  std::uint32_t vertices = 0;  // that a tetrahedron uses
+  bool valid = true;           // meets all of check()'s demands
+  bool conforming = true;      // the same, but after cuts the surface may touch itself in a vertex or edge
+  std::uint32_t vertices = 0;  // used by a tetrahedron
   std::uint32_t tetrahedra = 0;
   std::uint32_t components = 0;  // connected through faces
   double volume_m3 = 0;
@@ -76,8 +83,8 @@ struct TetReport {
   std::string first_defect;  // empty when valid: what and where, for a person
 };
 
-// Positions finite, corners in range and distinct, volumes positive, each face in at most two tetrahedra and from
-// opposite sides, the surface closed and manifold, no vertex unused. O(n log n).
+// Demands that positions are finite, corners are in range and distinct, volumes are positive, each face is in at most
+// two tetrahedra and seen from opposite sides, the surface is closed and manifold, and no vertex is unused. O(n log n).
 TetReport check(const TetMesh& mesh);
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// What a deformation model is to the simulation: it moves the points of one body.
+// The interface of a deformation model: it moves the vertices of one body.
 #pragma once
 
 #include <optional>
@@ -22,17 +22,17 @@ class DeformationEngine : public Engine {
   virtual void step(const SharedBody& body, std::span<const PointConstraint> constraints,
                     std::span<Reaction> reactions) = 0;
 
-  // From the next step on.
+  // Takes effect with the next step.
   virtual void set_gravity(const Vec3& gravity_m_per_s2) = 0;
 
-  // Where the shape at rest is, of the connected piece that a vertex belongs to.
+  // The pose of the rest shape of the connected piece that v belongs to.
   virtual Pose rest_frame_world(VertexId v) const = 0;
-  // These vertices, a connected piece, are not held by the rest of the body any more, and lie on a bed if there is one.
-  virtual void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) = 0;
+  // Lets a connected piece move freely: the rest of the body no longer holds it, and `support` bears it if given.
+  virtual void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& support) = 0;
 
-  virtual bool fixed(VertexId v) const = 0;               // never moves
-  virtual double mass_kg(VertexId v) const = 0;           // the tissue's own
-  virtual double inverse_mass_per_kg(VertexId v) const {  // by which a contact's impulse makes it faster
+  virtual bool fixed(VertexId v) const = 0;               // the vertex never moves
+  virtual double mass_kg(VertexId v) const = 0;           // of the tissue, without added mass
+  virtual double inverse_mass_per_kg(VertexId v) const {  // change of velocity per impulse of a contact
     return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
   }
   virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)

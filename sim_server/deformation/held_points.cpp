@@ -8,7 +8,8 @@
 namespace sectio {
 namespace {
 
-// What a constraint may do of that: one that is unilateral pushes, along its normal if it doesn't stick.
+// The part of a force that the constraint may exert: a unilateral constraint only pushes, and only along its normal
+// unless it sticks.
 Vec3 allowed(const PointConstraint& c, const Vec3& force_n) {
   if (c.unilateral) {
     const double push = std::min(0.0, force_n.dot(c.normal));

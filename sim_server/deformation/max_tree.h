@@ -1,4 +1,4 @@
-// The greatest of many values of which few change at a time: O(log n) a change, O(1) to ask.
+// The maximum of many values of which few change at a time: O(log n) for a change, O(1) for the maximum.
 #pragma once
 
 #include <algorithm>

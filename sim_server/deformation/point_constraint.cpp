@@ -7,9 +7,9 @@
 namespace sectio {
 namespace {
 
-constexpr int kSweeps = 8;  // a handful of constraints that share at most a triangle
+constexpr int kSweeps = 8;  // enough for the few constraints of a step, which share at most a triangle
 
-// The impulse (N s) still missing at the constrained point; `so_far` is what earlier sweeps gave.
+// The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
 Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_mass, double step_s,
                      const Vec3& so_far) {
   const Vec3 needed = point_mass / step_s * (c.target_world_m - point);
@@ -18,7 +18,7 @@ Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_m
     const double most = step_s * c.largest_force_n, size = total.norm();
     return size <= most ? needed : Vec3(most / size * total - so_far);
   }
-  // Along the inward normal the sum of impulses may push but not pull.
+  // The sum of impulses may push along the inward normal but not pull.
   const double given = -so_far.dot(c.normal);
   const double total = std::max(0.0, given - needed.dot(c.normal));
   if (c.sticks) return total > 0 ? needed : Vec3(-so_far);

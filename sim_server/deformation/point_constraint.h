@@ -1,6 +1,6 @@
-// An instrument that holds or presses a point of the surface. Projection, not a penalty: the point is put where the
-// tool has it, and the force comes from the momentum that this took (methods: exact in equilibrium and stable at any
-// step).
+// An instrument holds or presses a point of the surface. The constraint is enforced by projection, not by a penalty:
+// the point is put where the tool has it, and the reaction is the impulse that this takes over the step. The reaction
+// is exact in equilibrium, and the projection is stable at any step.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@
 
 namespace sectio {
 
-// The point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
-// Two-sided: it is at target_world_m after the step, or as far on its way as the largest force brings it. Unilateral:
-// it is not further out along `normal` (unit, out of the tissue) than the target; only motion along the normal is
-// constrained, and the tissue is never pulled. One that sticks is at the target as long as the tissue presses against
-// it; one that stops leaves what it moved without velocity.
+// Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
+// A two-sided constraint puts the point at target_world_m after the step, or as near as its largest force allows. A
+// unilateral one keeps the point from lying further out along `normal` (unit, out of the tissue) than the target; it
+// constrains only motion along the normal and never pulls. A constraint that sticks holds the point at the target as
+// long as the tissue presses against it; one that stops leaves the particles that it moved without velocity.
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
@@ -31,7 +31,7 @@ struct PointConstraint {
   std::uint32_t source = 0;  // whose it is; its reaction is for the same
 };
 
-// One vertex, put at one place for one step.
+// Puts one vertex at one place for one step.
 inline PointConstraint hold(VertexId v, const Vec3& at_world_m) {
   PointConstraint constraint;
   constraint.v[0] = v;
@@ -43,10 +43,11 @@ inline PointConstraint hold(VertexId v, const Vec3& at_world_m) {
 struct Reaction {
   Vec3 force_on_tool_n = Vec3::Zero();  // - sum m_i dx_i / h^2
   bool active = false;                  // the constraint moved something
-  double work_j = 0;                    // of the tool: its force times the way of the point in this step
+  double work_j = 0;                    // by the tool: its force times the displacement of the point in this step
 };
 
-// What carries a constraint's point: the corners of its triangle, or, where vertices ride on nodes, the nodes.
+// The particles that carry the point of each constraint, with weights: the corners of its triangle, or the nodes of a
+// lattice that these corners are embedded in.
 class ConstraintSupports {
  public:
   struct Share {
@@ -55,7 +56,7 @@ class ConstraintSupports {
   };
 
   void clear() { shares_.clear(), first_.assign(1, 0); }
-  // To the constraint after the last one finished; shares of one particle are one.
+  // Adds to the constraint that finish() has not closed yet; weights of the same particle are added up.
   void add(std::uint32_t particle, double weight);
   void finish() { first_.push_back(shares_.size()); }
   std::span<const Share> of(std::size_t constraint) const {
@@ -68,13 +69,13 @@ class ConstraintSupports {
 };
 void corners_of(std::span<const PointConstraint> constraints, ConstraintSupports& supports);
 
-// Gauss-Seidel over the constraints in their order, kSweeps times; inverse masses per particle, 0 for one that is held.
-// Writes positions, velocities (+ dx / h) and one reaction a constraint. No allocation.
+// Projected Gauss-Seidel over the constraints in their order, kSweeps sweeps; one inverse mass a particle, 0 for a
+// fixed one. Writes positions, velocities (+ dx / h) and one reaction a constraint. No allocation.
 void project(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
              std::span<const double> inverse_mass, double step_s, std::span<Vec4f> position_world_m,
              std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions);
 
-// The particles are the vertices.
+// As above, where the particles are the vertices.
 void project(std::span<const PointConstraint> constraints, std::span<const double> inverse_mass, double step_s,
              std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions);
 

@@ -28,23 +28,23 @@ Eigen::Quaterniond closest_rotation(const Mat3& a, const Eigen::Quaterniond& sta
 
 Pose match_shape(std::span<const MatchedPoint> points, const Pose& last) {
   double weight = 0;
-  Vec3 home_centre = Vec3::Zero();
+  Vec3 rest_centre = Vec3::Zero();
   Vec3 centre = Vec3::Zero();
   for (const MatchedPoint& p : points) {
     weight += p.weight;
-    home_centre += p.weight * p.home_body_m;
+    rest_centre += p.weight * p.rest_body_m;
     centre += p.weight * p.at_world_m;
   }
   if (!(weight > 0)) return last;
-  home_centre /= weight;
+  rest_centre /= weight;
   centre /= weight;
   Mat3 a = Mat3::Zero();
   for (const MatchedPoint& p : points) {
-    a += p.weight * (p.at_world_m - centre) * (p.home_body_m - home_centre).transpose();
+    a += p.weight * (p.at_world_m - centre) * (p.rest_body_m - rest_centre).transpose();
   }
   Pose frame;
   frame.orientation = closest_rotation(a, last.orientation);
-  frame.position_m = centre - frame.orientation * home_centre;
+  frame.position_m = centre - frame.orientation * rest_centre;
   return frame;
 }
 

@@ -1,6 +1,6 @@
-// Where the rigid kernel of a piece that was cut free is: the rigid motion that fits its vertices best (shape matching,
-// Mueller 2005). With the home springs' own stiffness as weights, their forces on the piece add up to no force and no
-// torque, so that momentum is that of the piece alone and a rigid motion meets no resistance.
+// Shape matching (Mueller et al. 2005): the rigid motion of the rest shape that fits a set of points best. It places
+// the rest shape of a piece that was cut free. With the stiffness of the home springs as weights, these springs exert
+// no net force and no net torque on the piece: its momentum is conserved, and nothing resists a rigid motion.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,12 +11,12 @@
 namespace sectio {
 
 // The rotation R maximising tr(R^T A), reached from `start` by Newton's method where the trace is concave and by the
-// steps of Mueller et al. 2016 elsewhere; quaternion updates without a trigonometric function. Never flips, and is
-// defined for flat pieces as well.
+// steps of Mueller et al. 2016 elsewhere; quaternion updates without a trigonometric function. The result is never a
+// reflection, and flat pieces have one, too.
 Eigen::Quaterniond closest_rotation(const Mat3& a, const Eigen::Quaterniond& start);
 
 struct MatchedPoint {
-  Vec3 home_body_m;
+  Vec3 rest_body_m;
   Vec3 at_world_m;
   double weight;
 };

@@ -17,7 +17,7 @@ bool has_avx512() {
 
 VelocityOutcome update_velocities(const SpringRows& rows, const VelocityUpdate& update,
                                   std::span<const Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
-                                  SpringLanes lanes) {
+                                  SimdWidth width) {
   const SpringLoopInput in{rows.slices().data(),
                            rows.slices().size(),
                            rows.columns().data(),
@@ -28,8 +28,7 @@ VelocityOutcome update_velocities(const SpringRows& rows, const VelocityUpdate& 
                            update.max_speed_m_per_s,
                            update.damper_s > 0 ? reinterpret_cast<const char*>(update.velocity_before.data()) : nullptr,
                            update.damper_s};
-  const bool sixteen = lanes == SpringLanes::sixteen || (lanes == SpringLanes::widest && has_avx512());
-  return sixteen ? spring_loop_avx512(in) : spring_loop_avx2(in);
+  return has_sixteen_lanes(width) ? spring_loop_avx512(in) : spring_loop_avx2(in);
 }
 
 void limit_speed(float* v, int lanes, std::uint32_t bad_lanes, const std::uint32_t* offset, float max_speed_m_per_s,

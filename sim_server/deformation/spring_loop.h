@@ -1,18 +1,17 @@
-// The velocity loop of the springs, written once for registers of 8 lanes (AVX2) and of 16 (AVX-512). `R` names the
-// register and its operations; each lane sees the same operations in the same order, so every R gives the same bits.
-// Only spring_loop_*.cpp include this file, each compiled for its own instruction set, with R in an unnamed namespace:
-// no function compiled for one set may be linked in place of another's.
+// The velocity loop of the springs, written once for registers of 8 lanes (AVX2) and of 16 (AVX-512); simd.h says what
+// R is. Each lane sees the same operations in the same order, so every R gives the same bits. Only *_loop_avx*.cpp
+// instantiate the loop, each compiled for its own instruction set.
 #pragma once
 
 #include <algorithm>
 
-#include "sim_server/deformation/lanes.h"
+#include "sim_server/deformation/simd.h"
 #include "sim_server/deformation/spring_kernel.h"
 
 namespace sectio {
 
 // The arguments of update_velocities() as plain data: inline code of Eigen or the standard library must not be compiled
-// for AVX-512, it would be shared with the rest of the program.
+// for AVX-512, since the linker could use it in the rest of the program.
 struct SpringLoopInput {
   const SpringSlice* slices;
   std::size_t slice_count;
@@ -29,11 +28,12 @@ struct SpringLoopInput {
 VelocityOutcome spring_loop_avx2(const SpringLoopInput& in);
 VelocityOutcome spring_loop_avx512(const SpringLoopInput& in);
 
-// Rare: the lanes in `bad_lanes` are faster than the cap or not finite; v holds all x, then all y, then all z.
+// Limits the speed of the lanes in `bad_lanes`, which are faster than the cap or not finite (rare). v holds all x, then
+// all y, then all z.
 void limit_speed(float* v, int lanes, std::uint32_t bad_lanes, const std::uint32_t* offset, float max_speed_m_per_s,
                  VelocityOutcome& outcome);
 
-// Velocities of the first `count` lanes, none faster than the cap.
+// Limits the velocities of the first `count` lanes to the cap.
 template <class R>
 [[gnu::always_inline]] inline Lanes3<R> limited(const Lanes3<R>& v, int count, const std::uint32_t* offset,
                                                 float max_speed_m_per_s, VelocityOutcome& outcome) {
@@ -49,7 +49,7 @@ template <class R>
   return {R::load(lanes), R::load(lanes + R::kWidth), R::load(lanes + 2 * R::kWidth)};
 }
 
-// Added to l^2: padding has l = 0 and must give 0 / l = 0. Far below the rounding of any real edge's l^2.
+// Added to l^2, so that padding, which has l = 0, gives 0 / l = 0. Far below the rounding of any real edge's l^2.
 constexpr float kNoDivisionByZero = 1e-20f;
 
 template <class R, bool kDampers>
@@ -60,7 +60,7 @@ template <class R, bool kDampers>
   Lanes3<R> force{R::all(0), R::all(0), R::all(0)};
   const Reg tiny = R::all(kNoDivisionByZero);
   for (const SpringColumn* const end = column + width; column != end; ++column) {
-    const Lanes3<R> other = R::gather(in.position, &column->offset[first_lane]);
+    const Lanes3<R> other = gather<R>(in.position, &column->offset[first_lane]);
     const Reg dx = R::sub(other.x, own.x);
     const Reg dy = R::sub(other.y, own.y);
     const Reg dz = R::sub(other.z, own.z);
@@ -70,7 +70,7 @@ template <class R, bool kDampers>
     Reg c = R::minus_fma(R::sqrt(l2), R::div(R::load(&column->k_l0[first_lane]), l2), k);
     if constexpr (kDampers) {
       // + damper_s k (d . dv) / l^2
-      const Lanes3<R> v = R::gather(in.velocity_before, &column->offset[first_lane]);
+      const Lanes3<R> v = gather<R>(in.velocity_before, &column->offset[first_lane]);
       const Reg approach = R::fma(dx, R::sub(v.x, own_velocity.x),
                                   R::fma(dy, R::sub(v.y, own_velocity.y), R::mul(dz, R::sub(v.z, own_velocity.z))));
       c = R::fma(R::mul(R::all(in.damper_s), k), R::div(approach, l2), c);
@@ -82,7 +82,7 @@ template <class R, bool kDampers>
   return force;
 }
 
-// h/m (f + k_h (home - x)) + s h g + damping v, of the lanes that begin at `first` of a slice.
+// The new velocity h/m (f + k_h (home - x)) + s h g + damping v of some lanes of a slice.
 template <class R>
 struct VertexLanes {
   typename R::Reg k_home, step_over_mass, share, damping;
@@ -102,8 +102,8 @@ template <class R, bool kDampers>
   for (const SpringSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice) {
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
       const std::uint32_t* const offset = &slice->offset[first];
-      const Lanes3<R> x = R::gather(in.position, offset);
-      const Lanes3<R> v = R::gather(in.velocity, offset);
+      const Lanes3<R> x = gather<R>(in.position, offset);
+      const Lanes3<R> v = gather<R>(in.velocity, offset);
       const Lanes3<R> force =
           spring_force<R, kDampers>(in, x, v, in.columns + slice->first_column, slice->width, first);
       const VertexLanes<R> vertex{R::load(&slice->k_home[first]), R::load(&slice->step_over_mass[first]),
@@ -112,7 +112,7 @@ template <class R, bool kDampers>
                           vertex.new_velocity(force.y, &slice->home_y[first], x.y, in.gravity_step[1], v.y),
                           vertex.new_velocity(force.z, &slice->home_z[first], x.z, in.gravity_step[2], v.z)};
       const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
-      R::scatter(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
+      scatter<R>(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
     }
   }
   return outcome;

@@ -1,4 +1,4 @@
-#include "sim_server/deformation/lanes_avx2.h"
+#include "sim_server/deformation/simd_avx2.h"
 #include "sim_server/deformation/spring_loop.h"
 
 namespace sectio {

@@ -9,7 +9,8 @@ namespace sectio {
 namespace {
 
 constexpr std::uint32_t kWindow = 256;
-constexpr std::uint32_t kOverflowWidth = 8;  // or a multiple: what is not needed costs time in every step
+constexpr std::uint32_t kOverflowWidth =
+    8;  // columns of an overflow slice, or a multiple: unused ones cost time in every step
 
 void clear_lane(SpringSlice& slice, std::span<SpringColumn> columns, std::uint32_t lane) {
   slice.offset[lane] = 0;

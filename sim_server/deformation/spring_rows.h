@@ -1,6 +1,6 @@
 // Half-edges of a spring network, one row a vertex, in sliced ELLPACK (SELL-16): slices of 16 rows, columns of 16
-// half-edges, rows sorted by degree in windows of 256 so that slices are nearly full. A row only gathers, so there are
-// no write conflicts, and a vertex's sum has the same order wherever its row lies: the layout never changes a result.
+// half-edges, rows sorted by degree in windows of 256 so that slices are nearly full. A row only gathers: there are no
+// write conflicts, and a vertex's sum has the same order wherever its row lies, so the layout never changes a result.
 //
 //   slice s:  lane         0    1    2  ..  15        A row that outgrows its slice moves to an overflow slice;
 //             column 0    j00  j10  j20                when these hold a fifth of all rows, compact() sorts anew.
@@ -61,12 +61,12 @@ struct VertexRow {
 
 class SpringRows {
  public:
-  // Empty rows with room for degrees[v] half-edges; no row where it is kNone. O(n log 256).
+  // Makes empty rows with room for degrees[v] half-edges, and none where that is kNone. O(n log 256).
   void layout(std::span<const std::uint32_t> degrees);
 
   // Creates or replaces the row of v. O(degree).
   void set(VertexId v, const VertexRow& row, std::span<const HalfEdge> half_edges);
-  // All but home and springs; one of the springs.
+  // Change a row's mass, or the constants of its n-th spring, and nothing else.
   void set_mass(VertexId v, float step_over_mass, float gravity_share);
   void set_constants(VertexId v, std::uint32_t n, float k, float k_l0);
   void remove(VertexId v);

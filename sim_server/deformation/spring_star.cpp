@@ -8,8 +8,8 @@
 namespace sectio {
 namespace {
 
-// Of (A_1 + A_2) / l^2, 0.87 for two equilateral triangles. A short edge between slivers is stiffer without limit; past
-// this it is rigid for every purpose, and only costs added mass.
+// Largest (A_1 + A_2) / l^2, which is 0.87 for two equilateral triangles. The ratio has no limit for a short edge
+// between slivers; beyond this value such an edge is rigid for every purpose, and only costs added mass.
 constexpr double kMaxShape = 25;
 
 double area_m2(const TriangleMesh& mesh, const Triangle& t) {

@@ -1,4 +1,5 @@
-// The springs at one vertex, from the triangles around it and nothing else: what a change of topology must recompute.
+// The springs at one vertex. They depend on the triangles around it only, so a change of topology recomputes the stars
+// that it touches.
 #pragma once
 
 #include <vector>
@@ -15,21 +16,21 @@ struct MembraneConstants {
 
 struct SpringStar {
   std::vector<HalfEdge> half_edges;  // ascending in HalfEdge::to, so that sums have one order whatever the history
-  double area_m2 = 0;                // a third of the triangles around the vertex, at rest
+  double area_m2 = 0;                // a third of the area of the triangles around the vertex, at rest
   double stiffness_n_per_m = 0;      // >= the largest eigenvalue of sum_j K_ij at rest, within 3.5 %
 };
 
 // k_ij = E_2D (A_1 + A_2) / l_ij^2 over the two triangles at the edge (2-D Cauchy-Born; Van Gelder 1998). This fits
-// E_2D at nu = 1/3, the only Poisson ratio that a central-force net has. Rest lengths are (1 - pretension) l_ij where
-// both triangles are skin and l_ij where both are wall: the organ's capsule is stretched, the inside of a cut is not,
-// so that a cut gapes. v must be alive; `star` is overwritten, its memory kept. O(degree).
+// E_2D at nu = 1/3, the only Poisson's ratio that a plane net of central forces has. Rest lengths are (1 - pretension)
+// l_ij where both triangles are skin and l_ij where both are wall: the organ's capsule is stretched, the inside of a
+// cut is not, so that a cut gapes. v must be alive; `star` is overwritten, its memory kept. O(degree).
 void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& membrane, SpringStar& star);
 
 // An upper bound on the largest eigenvalue of a symmetric positive semidefinite matrix: tr(A^32)^(1/32), at most
 // 3^(1/32) = 1.035 times too large. Only sums, products and square roots, hence the same bits on every machine.
 double largest_eigenvalue_bound(const Mat3& a);
 
-// Of four matrices, up to rounding the same; xx xy xz yy yz zz.
+// The same bound for four matrices at once, equal up to rounding. Components: xx xy xz yy yz zz.
 using FourSymmetric = std::array<Eigen::Array4d, 6>;
 Eigen::Array4d largest_eigenvalue_bounds(const FourSymmetric& a);
 

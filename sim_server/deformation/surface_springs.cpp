@@ -10,13 +10,13 @@
 namespace sectio {
 namespace {
 
-// A vertex is given at least this share of the mean area: crumbs left by a cut must not be almost massless.
+// A vertex gets at least this share of the mean area, so that crumbs left by a cut are not almost massless.
 constexpr double kLeastAreaShare = 1e-4;
 
-constexpr int kColumnPoints = 8;  // at which the tissue beneath a vertex is looked at
+constexpr int kColumnPoints = 8;  // sample points in the column of tissue beneath a vertex
 
-// How far beyond the bound at rest a row is made stable after a cut: folding turns springs towards one direction, which
-// raises lambda_max from sum k / 2 (a flat ring) towards sum k, and cuts are where instruments fold the surface.
+// The margin beyond the bound at rest that a row gets after a cut. Instruments fold the surface near cuts, and folding
+// turns springs towards one direction, which raises lambda_max from sum k / 2 (a flat ring) towards sum k.
 constexpr double kMassMargin = 2;
 
 }  // namespace
@@ -55,7 +55,7 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
 }
 
 void SurfaceSprings::resize(std::uint32_t vertex_slots) {
-  resize_slots<Vec3>(home_body_m_, vertex_slots, Vec3::Zero());
+  resize_slots<Vec3>(rest_body_m_, vertex_slots, Vec3::Zero());
   for (auto* masses : {&physical_mass_, &added_mass_, &inverse_mass_}) resize_slots(*masses, vertex_slots, 0.0);
   for (auto* flags : {&fixed_, &cut_, &temporary_}) resize_slots<std::uint8_t>(*flags, vertex_slots, 0);
   for (auto* components : {&component_of_, &place_in_component_}) resize_slots(*components, vertex_slots, kNone);
@@ -94,8 +94,8 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   const double k_home = material_.home_springs ? foundation_pa_per_m_ * area_m2 * column_factor(mesh, v) : 0;
   const double stiffness = 2 * star_.stiffness_n_per_m + k_home;
   const double physical = area_density_kg_per_m2_ * area_m2;
-  home_body_m_[v] = mesh.rest_body_m(v);
-  fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(home_body_m_[v]));
+  rest_body_m_[v] = mesh.rest_body_m(v);
+  fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(rest_body_m_[v]));
   double effective = physical;
   if (scale_mass && !fixed_[v]) effective = std::max(physical, kMassMargin * stable_mass_kg(stiffness));
   physical_mass_[v] = physical;
@@ -106,7 +106,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   omega2_.set(v, stiffness * inverse_mass_[v]);
 
   VertexRow row;
-  row.home_world_m = components_[component_of_[v]].frame.to_world(home_body_m_[v]).cast<float>();
+  row.home_world_m = components_[component_of_[v]].frame.to_world(rest_body_m_[v]).cast<float>();
   row.k_home = static_cast<float>(k_home);
   row.step_over_mass = static_cast<float>(settings_.step_s * inverse_mass_[v]);
   row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
@@ -129,7 +129,7 @@ void SurfaceSprings::remove_row(VertexId v) {
 
 void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change) {
   const auto alive = [&](VertexId v) { return v < mesh.vertex_slots() && mesh.vertex_alive(v); };
-  const auto old_slots = static_cast<std::uint32_t>(home_body_m_.size());
+  const auto old_slots = static_cast<std::uint32_t>(rest_body_m_.size());
   resize(std::max(old_slots, mesh.vertex_slots()));
   for (const VertexId v : touched) {
     if (!alive(v)) remove_row(v);
@@ -150,7 +150,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
   if (rows_.wants_compaction()) rows_.compact();
 }
 
-// From neighbour to neighbour: a vertex deep in a groove may have new neighbours only.
+// Assigns components from neighbour to neighbour, since a vertex deep in a groove may have new neighbours only.
 void SurfaceSprings::adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched) {
   std::vector<VertexId> orphans;
   for (const VertexId v : touched) {
@@ -168,7 +168,7 @@ void SurfaceSprings::adopt_new_vertices(const TriangleMesh& mesh, std::span<cons
         move_to_component(v, component_of_[next->to]);
       }
     }
-    // Nobody has a known neighbour: a whole new piece, which starts as part of the body.
+    // No orphan has a known neighbour: they form a new piece, which starts in component 0.
     if (left.size() == orphans.size()) move_to_component(left.front(), 0);
     if (left.size() == orphans.size()) left.erase(left.begin());
     orphans = std::move(left);
@@ -206,15 +206,15 @@ void SurfaceSprings::set_component(std::uint32_t component, std::span<const Vert
   c.free = free;
   for (const VertexId v : vertices) {
     move_to_component(v, component);
-    rows_.set_home(v, c.frame.to_world(home_body_m_[v]).cast<float>());
+    rows_.set_home(v, c.frame.to_world(rest_body_m_[v]).cast<float>());
   }
   matched_.reserve(c.vertices.size());
 }
 
-void SurfaceSprings::release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) {
+void SurfaceSprings::release(std::span<const VertexId> piece, const std::optional<SupportPlane>& support) {
   const auto component = static_cast<std::uint32_t>(components_.size());
   set_component(component, piece, false);
-  if (bed) set_bed(component, bed->point_world_m, bed->normal);
+  if (support) set_bed(component, support->point_world_m, support->normal);
 }
 
 void SurfaceSprings::set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal) {

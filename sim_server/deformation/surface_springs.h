@@ -1,17 +1,17 @@
-// Model M1, the surface mass-spring body with home springs (paper B, 2.1): every edge is a mesh spring, every vertex
-// has a home spring to its place in a rigid kernel, damping is proportional to velocity, symplectic Euler at a fixed
-// step.
+// The model surface_springs: a surface of masses and springs with home springs (paper B, 2.1). Every edge is a spring,
+// and every vertex has a home spring to its place in the rigid rest shape. Damping is proportional to velocity; the
+// integrator is symplectic Euler at a fixed step.
 //
 //   m_i a_i = sum_j k_ij (1 - l0_ij / l)(x_j - x_i) + k_h,i (R h_i + t - x_i) - alpha m_i v_i + m_i g + external
 //
-// Constants come from elasticity, none is set by hand:
+// All constants follow from elasticity:
 //   k_ij   membrane of thickness t_skin, see gather_star()
 //   k_h,i  K_w A_i, K_w = 2 E* / (pi a_ref), E* = E / (1 - nu^2): the stiffness of a half-space under a flat punch of
 //          radius a_ref (Winkler's bed), A_i a third of the area of the triangles around i, at rest
-//   m_i    rho A_i a_ref: the tissue that moves with the surface reaches about as deep as the punch is wide, the depth
-//          in which a half-space's displacement dies away
-// Gravity: home positions are the mesh's own. The body sags by rho g a_ref / K_w as a whole (0.14 mm for 6 kPa and
-// 8 mm) and keeps its volume; nothing is compensated, so a piece that falls or turns needs no second rule.
+//   m_i    rho A_i a_ref: the tissue that moves with the surface is about as deep as the punch is wide, which is the
+//          depth in which the displacement of a half-space decays
+// Gravity: home positions are the rest positions, so the body sags by rho g a_ref / K_w as a whole (0.14 mm for 6 kPa
+// and 8 mm) and keeps its volume. As nothing compensates this, a piece that falls or turns needs no other rule.
 //
 // Components: (R, t) is the body's pose for an anchored component and found by shape matching for a free one.
 // Deterministic, one thread; step() does not allocate.
@@ -46,16 +46,16 @@ struct SurfaceSpringMaterial {
 struct SurfaceSpringSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
-  // Vertices whose home this accepts never move; empty: none.
-  std::function<bool(const Vec3& home_world_m)> fixed = {};
-  // Of the tissue at a point at rest; empty: 1. A home spring stands for the column of tissue beneath its vertex, a_ref
-  // deep: parts of it that differ are springs in series.
+  // Vertices whose rest place it accepts never move; empty: none.
+  std::function<bool(const Vec3& rest_world_m)> fixed = {};
+  // The stiffness factor of the tissue at a rest point; empty: 1. A home spring stands for the column of tissue beneath
+  // its vertex, a_ref deep; sections of the column with different factors act as springs in series.
   std::function<double(const Vec3& rest_body_m)> stiffness_factor = {};
 };
 
 class SurfaceSprings final : public DeformationEngine {
  public:
-  // All vertices form component 0, anchored. Takes any step; ask largest_stable_step_s() before using it.
+  // All vertices form component 0, which is anchored. Accepts any step; the caller compares largest_stable_step_s().
   SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
                  const SurfaceSpringSettings& settings);
 
@@ -69,47 +69,48 @@ class SurfaceSprings final : public DeformationEngine {
 
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
-  // After a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles, before and
-  // after, each once. New slots' positions and velocities must have been set, on the surface as it is now (not at rest:
-  // a short new edge would start inverted). A new vertex joins the component of a
-  // neighbour. Mass is added where a row would not be stable at step_s. O(touched), compaction aside.
-  // temporary: of a deformation; what it adds, mass included, is gone again bit for bit once it is undone.
+  // Call after a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles before and
+  // after the change, each once. Positions and velocities of new slots must have been set on the present surface (not
+  // at rest: a short new edge would start inverted). A new vertex joins the component of a neighbour. Mass is added
+  // where a row would not be stable at step_s. O(touched), compaction aside. A temporary change belongs to a
+  // deformation; undoing it restores everything, added mass included, bit for bit.
   enum class Change { permanent, temporary };
   void update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change = Change::permanent);
   void follow(const SharedBody& body, const TopologyChange& change) override {
     update(body.mesh, change.vertices, change.delta.temporary ? Change::temporary : Change::permanent);
   }
 
-  // A free component moves rigidly apart from its deformation; one with a fixed vertex is anchored whatever is asked.
-  // Calling it again for the same id keeps the frame. O(vertices).
+  // The rest shape of a free component moves with it; a component with a fixed vertex is anchored in any case. Another
+  // call for the same id keeps the frame. O(vertices).
   void set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored);
-  // Vertices of this component that get below the plane are put onto it and stop: a floor with high friction.
+  // Vertices of this component that get below the plane are put onto it and stop, as on a floor with high friction.
   void set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal);
-  // As a new component.
-  void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& bed) override;
+  // The piece becomes a new component.
+  void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& support) override;
   Pose rest_frame_world(VertexId v) const override { return frame_world(component_of(v)); }
   std::uint32_t component_of(VertexId v) const { return component_of_[v]; }
   bool anchored(std::uint32_t component) const { return !components_[component].free; }
   const Pose& frame_world(std::uint32_t component) const { return components_[component].frame; }
 
-  // For the next step only.
+  // Acts in the next step only.
   void add_force(VertexId v, const Vec3& force_world_n);
-  // Moves a vertex now, velocity included; returns the force on whatever pushed it, - m dx / h^2.
+  // Moves a vertex now, and changes its velocity by dx / h; returns the force on the object that pushed it, - m dx /
+  // h^2.
   Vec3 displace(VertexId v, const Vec3& by_m, std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
 
-  // From the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex (methods 3.1), with
-  // omega h <= 2 (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
+  // From the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex, with omega h <=
+  // 2 (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
   double largest_stable_step_s() const override;
   double added_mass_fraction() const override { return added_mass_kg_ / physical_mass_kg_; }
 
   double mass_kg(VertexId v) const override { return physical_mass_[v]; }  // without added mass
   double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
   bool fixed(VertexId v) const override { return fixed_[v] != 0; }
-  std::uint64_t clamped() const { return clamped_; }  // velocities cut back to 5 m/s, so far
+  std::uint64_t clamped() const { return clamped_; }  // velocities reduced to 5 m/s so far
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   const SpringRows& rows() const { return rows_; }
 
-  // Kinetic, elastic and gravitational; with the frames of the last step. O(all), for tests and reports.
+  // Kinetic, elastic and gravitational energy, with the frames of the last step. O(n); for tests and reports.
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
   double energy_j(const SharedBody& body) const override {
     return energy_j(body.particles.position_world_m, body.particles.velocity_world_m_per_s);
@@ -119,7 +120,7 @@ class SurfaceSprings final : public DeformationEngine {
   struct Component {
     bool free = false;
     Pose frame;
-    std::vector<VertexId> vertices;  // of free components only
+    std::vector<VertexId> vertices;  // kept for free components only
     std::optional<Vec3> bed_point_m;
     Vec3 bed_normal = Vec3::UnitZ();
   };
@@ -148,15 +149,15 @@ class SurfaceSprings final : public DeformationEngine {
   double least_area_m2_ = 0;
 
   SpringRows rows_;
-  std::vector<Vec3> home_body_m_;
+  std::vector<Vec3> rest_body_m_;
   std::vector<double> physical_mass_;
   std::vector<double> added_mass_;
   std::vector<double> inverse_mass_;  // of the effective mass; 0 when fixed
   std::vector<std::uint8_t> fixed_;
-  std::vector<std::uint8_t> cut_;        // a permanent change has touched it
-  std::vector<std::uint8_t> temporary_;  // it came with a temporary change
+  std::vector<std::uint8_t> cut_;        // a permanent change has touched the vertex
+  std::vector<std::uint8_t> temporary_;  // the vertex was added by a temporary change
   std::vector<std::uint32_t> component_of_;
-  std::vector<std::uint32_t> place_in_component_;  // index into Component::vertices when that is free
+  std::vector<std::uint32_t> place_in_component_;  // index in Component::vertices, if the component is free
   std::vector<Component> components_;
   MaxTree omega2_;  // per vertex, 1/s^2
   double physical_mass_kg_ = 0;

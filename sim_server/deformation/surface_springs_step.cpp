@@ -1,4 +1,4 @@
-// One step of the surface springs; construction and changes of topology are in surface_springs.cpp.
+// The step of the surface springs; construction and changes of topology are in surface_springs.cpp.
 #include "common/core/error.h"
 #include "sim_server/deformation/spring_kernel.h"
 #include "sim_server/deformation/surface_springs.h"
@@ -6,14 +6,14 @@
 namespace sectio {
 namespace {
 
-// Faster than any surgical motion; at 1 ms it is about an edge a step.
+// Above the speed of any surgical motion; about an edge a step at 1 ms.
 constexpr double kMaxSpeedMPerS = 5;
 
 }  // namespace
 
 void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                           std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
-  SECTIO_ASSERT(position_world_m.size() == home_body_m_.size(), "one position a vertex slot");
+  SECTIO_ASSERT(position_world_m.size() == rest_body_m_.size(), "one position a vertex slot");
   const double h = settings_.step_s;
   follow_free_components(position_world_m);
 
@@ -40,10 +40,10 @@ void SurfaceSprings::follow_free_components(std::span<const Vec4f> position_worl
     if (!c.free || c.vertices.empty()) continue;
     matched_.clear();
     for (const VertexId v : c.vertices) {
-      matched_.push_back({home_body_m_[v], position_world_m[v].head<3>().cast<double>(), physical_mass_[v]});
+      matched_.push_back({rest_body_m_[v], position_world_m[v].head<3>().cast<double>(), physical_mass_[v]});
     }
     c.frame = match_shape(matched_, c.frame);
-    for (const VertexId v : c.vertices) rows_.set_home(v, c.frame.to_world(home_body_m_[v]).cast<float>());
+    for (const VertexId v : c.vertices) rows_.set_home(v, c.frame.to_world(rest_body_m_[v]).cast<float>());
   }
 }
 
@@ -63,7 +63,7 @@ void SurfaceSprings::stop_at_beds(std::span<Vec4f> position_world_m, std::span<V
 double SurfaceSprings::energy_j(std::span<const Vec4f> position_world_m,
                                 std::span<const Vec4f> velocity_m_per_s) const {
   double energy = 0;
-  for (VertexId v = 0; v < home_body_m_.size(); ++v) {
+  for (VertexId v = 0; v < rest_body_m_.size(); ++v) {
     if (!rows_.contains(v)) continue;
     const Vec3 x = position_world_m[v].head<3>().cast<double>();
     const VertexRow row = rows_.row(v);

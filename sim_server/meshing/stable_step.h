@@ -1,4 +1,4 @@
-// How large a step an explicit driver could take on a mesh of tetrahedra: what meshers are compared by.
+// The largest stable explicit step on a mesh of tetrahedra, a measure of the mesh's quality.
 #pragma once
 
 #include "common/mesh/tet_mesh.h"
@@ -12,7 +12,7 @@ struct ElasticConstants {
 };
 
 // 2 / sqrt(lambda_max(M^-1 K)) for linear elasticity at rest with linear elements and masses lumped by volume, by power
-// iteration from a fixed start. From above: within a few percent of the true limit. O(iterations * tetrahedra).
+// iteration: never below the true limit, and within a few percent of it. O(iterations * tetrahedra).
 double explicit_step_limit_s(const TetMesh& mesh, const ElasticConstants& constants, int iterations = 400);
 
 }  // namespace sectio

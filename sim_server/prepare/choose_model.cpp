@@ -113,10 +113,10 @@ planning::Built built(const BodySpec& body, const Scene& scene, const Candidate&
   if (!engine) return b;
   b.vertices = static_cast<double>(engine->model().mesh().vertices_body_m.size());
   b.elements = static_cast<double>(engine->model().mesh().tetrahedra.size());
-  if (const auto* springs = dynamic_cast<const TetSprings*>(&engine->model())) b.substeps = springs->parts();
-  if (const auto* solid = dynamic_cast<const TetSolid*>(&engine->model())) b.substeps = solid->parts();
+  if (const auto* springs = dynamic_cast<const TetSprings*>(&engine->model())) b.substeps = springs->substeps();
+  if (const auto* solid = dynamic_cast<const TetSolid*>(&engine->model())) b.substeps = solid->substeps();
   if (const auto* solid = dynamic_cast<const HexSolid*>(&engine->model())) {
-    b.substeps = solid->parts();
+    b.substeps = solid->substeps();
     b.elements = static_cast<double>(solid->lattice().cells.size());
   }
   return b;

@@ -205,15 +205,15 @@ Calibration measure_calibration() {
   const auto tetrahedra = [](const Specimen& s) { return s.tetrahedra(); };
   const auto springs = [](const Specimen& s) {
     const auto& m = dynamic_cast<const TetSprings&>(s.model());
-    return std::pair(double(m.parts()), m.part_limit_s());
+    return std::pair(double(m.substeps()), m.substep_limit_s());
   };
   const auto solid = [](const Specimen& s) {
     const auto& m = dynamic_cast<const TetSolid&>(s.model());
-    return std::pair(double(m.parts()), m.explicit_limit_s());
+    return std::pair(double(m.substeps()), m.explicit_limit_s());
   };
   const auto hexahedra = [](const Specimen& s) {
     const auto& m = dynamic_cast<const HexSolid&>(s.model());
-    return std::pair(double(m.parts()), m.explicit_limit_s());
+    return std::pair(double(m.substeps()), m.explicit_limit_s());
   };
   at(Method::tetra_springs) = rate_of(filled, "tetra_springs", 1, springs, tetrahedra);
   at(Method::neo_hookean) = rate_of(filled, "neo_hookean", lambda + 2 * mu, solid, tetrahedra);

@@ -38,7 +38,7 @@ VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
   VolumeSettings settings;
   settings.step_s = site.scene.step_s;
   settings.gravity_m_per_s2 = site.scene.gravity_m_per_s2;
-  settings.least_part_s = site.spec.volume.least_part_s;
+  settings.least_substep_s = site.spec.volume.least_part_s;
   if (const auto is_fixed = fixed_places(site))
     for (const Vec3& home : mesh.vertices_body_m) settings.fixed.push_back(is_fixed(home));
   return settings;

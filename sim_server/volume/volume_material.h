@@ -10,8 +10,8 @@ inline VolumeMaterial volume_material(const MaterialSpec& m) {
   return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
 }
 
-inline TetDriver driver_of(const BodySpec& body) {
-  return body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+inline VolumeIntegrator driver_of(const BodySpec& body) {
+  return body.volume.driver == "implicit" ? VolumeIntegrator::implicit_only : VolumeIntegrator::automatic;
 }
 
 }  // namespace sectio

@@ -214,7 +214,7 @@ TEST(A_accuracy, A_21_the_implicit_driver_damps_by_half_the_step) {
   for (const double omega_h : {0.05, 0.1, 0.2}) {
     const double step_s = omega_h / omega;
     Breathing b = breathing(model, 0, step_s);
-    TetSolid solid(b.body.mesh, damped(0), weightless(step_s), TetDriver::implicit_only);
+    TetSolid solid(b.body.mesh, damped(0), weightless(step_s), VolumeIntegrator::implicit_only);
     const double before = solid.energy_j(b.body.x, b.body.v);
     const int steps = static_cast<int>(std::lround(2 * M_PI / omega_h));  // a period
     for (int n = 0; n < steps; ++n) solid.implicit_step(b.body.x, b.body.v, step_s, 400);

@@ -90,14 +90,14 @@ void hexahedra(benchmark::State& state) {
   VolumeSettings settings;
   settings.step_s = kStep;
   HexSolid model(mesh, grid_of(state), {}, settings);
-  if (model.parts() != 1) return state.SkipWithError("the step is not one part");
+  if (model.substeps() != 1) return state.SkipWithError("the step is not one part");
   std::vector<Vec4f> x = test::at_rest(mesh), v = test::still(x);
   for (auto _ : state) model.step(x, v, {}, {});
   count(state, model.lattice().cells.size());
 }
 
-void kernels_of(benchmark::State& state, SpringLanes lanes) {
-  if (lanes == SpringLanes::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
+void kernels_of(benchmark::State& state, SimdWidth width) {
+  if (width == SimdWidth::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
   const HexLattice lattice = lattice_of(cube(), grid_of(state));
   const double mu = 6000 / 2.9;
   const HexRows rows = rows_of(lattice, {mu, 10 * mu, 1060});
@@ -106,16 +106,16 @@ void kernels_of(benchmark::State& state, SpringLanes lanes) {
   const std::vector<float> inverse(x.size(), 1 / static_cast<float>(1060 * std::pow(lattice.grid.cell_m, 3)));
   const VelocityUpdate update{1 - 25 * static_cast<float>(kStep), Vec3f(0, 0, -9.81f * static_cast<float>(kStep)), 5};
   for (auto _ : state) {
-    add_forces(rows, false, x, f, lanes);
+    add_forces(rows, false, x, f, width);
     move_nodes(update, static_cast<float>(kStep), 0, inverse, f, v, x);
   }
   count(state, lattice.cells.size());
 }
 void avx2_hexahedra(benchmark::State& state) {
-  kernels_of(state, SpringLanes::eight);
+  kernels_of(state, SimdWidth::eight);
 }
 void avx512_hexahedra(benchmark::State& state) {
-  kernels_of(state, SpringLanes::sixteen);
+  kernels_of(state, SimdWidth::sixteen);
 }
 
 void implicit_sweep(benchmark::State& state) {

@@ -40,7 +40,7 @@ void model(benchmark::State& state) {
     benchmark::DoNotOptimize(x.data());
   }
   state.counters["springs"] = static_cast<double>(springs.springs().size());
-  state.counters["parts_a_step"] = springs.parts();
+  state.counters["parts_a_step"] = springs.substeps();
 }
 
 // One iteration is the whole scene.

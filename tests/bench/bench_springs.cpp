@@ -134,24 +134,24 @@ void sell_kernel(benchmark::State& state) {
 }
 
 // The inner loops alone, in registers of 8 or 16 lanes.
-void kernel_of(benchmark::State& state, SpringLanes lanes) {
-  if (lanes == SpringLanes::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
+void kernel_of(benchmark::State& state, SimdWidth width) {
+  if (width == SimdWidth::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
   const TriangleMesh mesh = organ_of(state.range(0));
   const SurfaceSprings body = make_body(mesh);
   std::vector<Vec4f> x(mesh.vertex_slots(), Vec4f::Zero()), v(mesh.vertex_slots(), Vec4f::Zero());
   for (VertexId i = 0; i < mesh.vertex_slots(); ++i) x[i].head<3>() = mesh.rest_body_m(i).cast<float>();
   const VelocityUpdate update{1 - 25 * static_cast<float>(kStep), Vec3f(0, 0, -9.81f * static_cast<float>(kStep)), 5};
   for (auto _ : state) {
-    update_velocities(body.rows(), update, x, v, lanes);
+    update_velocities(body.rows(), update, x, v, width);
     update_positions(static_cast<float>(kStep), v, x);
   }
   report(state, mesh.triangle_count() * 3 / 2);
 }
 void avx2_kernel(benchmark::State& state) {
-  kernel_of(state, SpringLanes::eight);
+  kernel_of(state, SimdWidth::eight);
 }
 void avx512_kernel(benchmark::State& state) {
-  kernel_of(state, SpringLanes::sixteen);
+  kernel_of(state, SimdWidth::sixteen);
 }
 
 // One changed star in meshes of all sizes: the cost must not depend on the mesh.

@@ -78,7 +78,7 @@ void plain_springs(benchmark::State& state) {
 void springs(benchmark::State& state) {
   const TetMesh mesh = block(state.range(0));
   TetSprings model(mesh, {}, one_part(), {0.5, 0, false});
-  if (model.parts() != 1) return state.SkipWithError("the step is not one part");
+  if (model.substeps() != 1) return state.SkipWithError("the step is not one part");
   std::vector<Vec4f> x = at_rest(mesh), v(x.size(), Vec4f::Zero());
   for (auto _ : state) model.step(x, v, {}, {});
   count(state, "spring", model.springs().size());
@@ -139,30 +139,30 @@ void plain_elements(benchmark::State& state) {
 void explicit_elements(benchmark::State& state) {
   const TetMesh mesh = block(state.range(0));
   TetSolid model(mesh, {}, one_part());
-  if (model.parts() != 1) return state.SkipWithError("the step is not one part");
+  if (model.substeps() != 1) return state.SkipWithError("the step is not one part");
   std::vector<Vec4f> x = at_rest(mesh), v(x.size(), Vec4f::Zero());
   for (auto _ : state) model.step(x, v, {}, {});
   count(state, "tet", mesh.tetrahedra.size());
 }
 
-void kernels_of(benchmark::State& state, SpringLanes lanes) {
-  if (lanes == SpringLanes::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
+void kernels_of(benchmark::State& state, SimdWidth width) {
+  if (width == SimdWidth::sixteen && !has_avx512()) return state.SkipWithError("this processor has no AVX-512");
   const TetMesh mesh = block(state.range(0));
   const TetSolid model(mesh, {}, one_part());
   std::vector<Vec4f> x = at_rest(mesh), v(x.size(), Vec4f::Zero());
   const VelocityUpdate update{1 - 25 * static_cast<float>(kStep), Vec3f(0, 0, -9.81f * static_cast<float>(kStep)), 5};
   for (auto _ : state) {
-    update_pressures(model.rows(), false, x, lanes);
-    update_velocities(model.rows(), update, x, v, lanes);
+    update_pressures(model.rows(), false, x, width);
+    update_velocities(model.rows(), update, x, v, width);
     update_positions(static_cast<float>(kStep), v, x);
   }
   count(state, "tet", mesh.tetrahedra.size());
 }
 void avx2_elements(benchmark::State& state) {
-  kernels_of(state, SpringLanes::eight);
+  kernels_of(state, SimdWidth::eight);
 }
 void avx512_elements(benchmark::State& state) {
-  kernels_of(state, SpringLanes::sixteen);
+  kernels_of(state, SimdWidth::sixteen);
 }
 
 void implicit_sweep(benchmark::State& state) {

@@ -21,7 +21,7 @@ class Descent final : public VolumeModel {
  public:
   Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
       : VolumeModel(material, settings),
-        solid_(mesh, material, settings, TetDriver::implicit_only),
+        solid_(mesh, material, settings, VolumeIntegrator::implicit_only),
         sweeps_(sweeps) {}
   void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
@@ -79,7 +79,7 @@ Method neo_hookean() {
 // The simulator's own way with `driver: implicit`: as many sweeps as it takes, up to its own limit.
 Method implicit_neo_hookean() {
   return on_tets("neo-Hookean tetra", "implicit", kStep, true, [](const Mesh& m, const Material& t, const Settings& s) {
-    return with_forces(std::make_unique<TetSolid>(m, t, s, TetDriver::implicit_only));
+    return with_forces(std::make_unique<TetSolid>(m, t, s, VolumeIntegrator::implicit_only));
   });
 }
 // On the tetrahedra that a scene's body gets, from the lattice mesher; as many cubes of its lattice across, two or

@@ -138,7 +138,7 @@ inline std::unique_ptr<chart::Specimen> specimen_of(const chart::ChartScene& s, 
   settings.tetrahedra = body.volume.tetrahedra;
   settings.material = {c.young_pa, c.poisson, 1050};
   const TetMesh mesh = fill(body.mesh, settings).mesh;
-  const auto driver = body.volume.driver == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+  const auto driver = body.volume.driver == "implicit" ? VolumeIntegrator::implicit_only : VolumeIntegrator::automatic;
   return chart::tet_specimen(
       s, mesh, step_s, [&](const TetMesh& m, const VolumeMaterial& t, const VolumeSettings& v) -> chart::ChartModel {
         if (body.model == "tetra_springs") return chart::with_forces(std::make_unique<TetSprings>(m, t, v));

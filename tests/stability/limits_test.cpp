@@ -44,7 +44,7 @@ TEST(Limits, S_1_drivers_stay_below_them) {
                                  measured_limit_s(test::springs_of(mesh, material))};
     EXPECT_NEAR(solid.explicit_limit_s() / measured_s[0], poisson > 0.47 ? 0.45 : 0.6, 0.03);
     EXPECT_LE(lattice.explicit_limit_s(), 0.8 * measured_s[1]);
-    EXPECT_LE(springs.part_limit_s(), 0.8 * measured_s[2]);
+    EXPECT_LE(springs.substep_limit_s(), 0.8 * measured_s[2]);
   }
 }
 

@@ -72,11 +72,11 @@ inline double measured_limit_s(const Oscillator& body) {
 }
 
 // Neither gravity nor damping, free.
-inline VolumeSettings undisturbed(double least_part_s = 0) {
+inline VolumeSettings undisturbed(double least_substep_s = 0) {
   VolumeSettings settings;
   settings.step_s = 1e-6;
   settings.gravity_m_per_s2.setZero();
-  settings.least_part_s = least_part_s;
+  settings.least_substep_s = least_substep_s;
   return settings;
 }
 inline VolumeMaterial undamped(double young_pa, double poisson) {
@@ -97,10 +97,10 @@ Oscillator on_vertices(const std::shared_ptr<Model>& model) {
 }
 
 // M2: omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i; the model allows itself 0.8 of it.
-inline Oscillator springs_of(const TetMesh& mesh, const VolumeMaterial& material, double least_part_s = 0) {
-  const auto model = std::make_shared<TetSprings>(mesh, material, undisturbed(least_part_s));
+inline Oscillator springs_of(const TetMesh& mesh, const VolumeMaterial& material, double least_substep_s = 0) {
+  const auto model = std::make_shared<TetSprings>(mesh, material, undisturbed(least_substep_s));
   Oscillator body = on_vertices(model);
-  body.predicted_s = model->part_limit_s() / 0.8;
+  body.predicted_s = model->substep_limit_s() / 0.8;
   return body;
 }
 
@@ -116,8 +116,8 @@ inline TetStiffness stiffness_of(const TetMesh& mesh, const VolumeMaterial& mate
   return stiffness;
 }
 // M3: power iteration, which is a few percent above the limit; the model allows itself 0.6 or 0.45 of it.
-inline Oscillator solid_of(const TetMesh& mesh, const VolumeMaterial& material, double least_part_s = 0) {
-  const auto model = std::make_shared<TetSolid>(mesh, material, undisturbed(least_part_s));
+inline Oscillator solid_of(const TetMesh& mesh, const VolumeMaterial& material, double least_substep_s = 0) {
+  const auto model = std::make_shared<TetSolid>(mesh, material, undisturbed(least_substep_s));
   Oscillator body = on_vertices(model);
   body.predicted_s =
       0.95 * 2 / std::sqrt(largest_omega2_at_rest(mesh, stiffness_of(mesh, material), body.inverse_mass));

@@ -44,7 +44,7 @@ class Violence {
     settings.step_s = step_s;
     step_s_ = step_s;
     settings.gravity_m_per_s2.setZero();
-    const TetDriver driver = model == "implicit" ? TetDriver::implicit_only : TetDriver::automatic;
+    const VolumeIntegrator driver = model == "implicit" ? VolumeIntegrator::implicit_only : VolumeIntegrator::automatic;
     if (model == "tetra_springs")
       model_ = springs_ = std::make_shared<TetSprings>(mesh_, material, settings);
     else if (model == "neo_hookean_lattice")
@@ -86,7 +86,7 @@ class Violence {
     const Pose frame = match_shape(matched, {});
     outcome_.away_m = 0;
     for (const MatchedPoint& p : matched)
-      outcome_.away_m = std::max(outcome_.away_m, (p.at_world_m - frame.to_world(p.home_body_m)).norm());
+      outcome_.away_m = std::max(outcome_.away_m, (p.at_world_m - frame.to_world(p.rest_body_m)).norm());
     return outcome_;
   }
   int inverted() const {
@@ -117,7 +117,7 @@ class Violence {
     model_->step(x_, v_, grips, reactions);
     ++outcome_.steps;
     outcome_.taken_over += is_taken_over();
-    if (lattice_) outcome_.divided += !is_taken_over() && lattice_->last_parts() > lattice_->parts();
+    if (lattice_) outcome_.divided += !is_taken_over() && lattice_->last_substeps() > lattice_->substeps();
     if (solid_ && !is_taken_over()) outcome_.least_margin = std::min(outcome_.least_margin, solid_->margin());
     if (springs_) outcome_.clamped = springs_->clamped();
     for (const Reaction& r : reactions) work_j_ += r.work_j;

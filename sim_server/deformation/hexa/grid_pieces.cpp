@@ -18,7 +18,7 @@ double size_of(const Simplex<3>& s) {
   return 0.5 * (s[1] - s[0]).cross(s[2] - s[0]).norm();
 }
 
-// An edge with an end on either side of the plane is bisected there; both halves have one crossed edge less.
+// Bisects an edge that crosses the plane, and goes on with both halves, which have one crossed edge less.
 template <std::size_t N>
 void bisect(const Simplex<N>& s, int axis, double plane, std::vector<Simplex<N>>& out) {
   std::size_t low = N, high = N;

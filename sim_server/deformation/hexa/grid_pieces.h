@@ -1,5 +1,5 @@
-// What of a tetrahedron or a triangle lies in which cell of a cubic grid: simplices are bisected at the grid's planes
-// until each piece lies in one cell. Sizes add up to the whole's to rounding. Pure functions, in units of a cell.
+// The pieces of a tetrahedron or a triangle in the cells of a cubic grid. Simplices are bisected at the grid's planes
+// until each piece lies in one cell; sizes add up to the whole up to rounding. Pure functions, in units of a cell.
 #pragma once
 
 #include <array>
@@ -9,14 +9,14 @@
 
 namespace sectio {
 
-// Of a cell or a node: its lower corner, or itself, is there.
+// The place of a cell's lower corner, or of a node.
 using GridPlace = std::array<int, 3>;
 
 struct Grid {
   Vec3 origin_m = Vec3::Zero();
   double cell_m = 1;
 
-  // In cells; what lies on a plane up to rounding lies on it exactly.
+  // In cells; a coordinate that is on a plane of the grid up to rounding is put onto it exactly.
   Vec3 at(const Vec3& x_m) const;
   Vec3 point_m(const GridPlace& p) const { return origin_m + cell_m * Vec3(p[0], p[1], p[2]); }
 };
@@ -27,7 +27,7 @@ struct GridPiece {
   Vec3 centroid = Vec3::Zero();
 };
 
-// One entry a cell, ascending. A triangle in a plane of the grid counts to the cells above it.
+// One entry a cell, ascending. A triangle in a plane of the grid belongs to the cells above it.
 void pieces_of(const std::array<Vec3, 4>& tetrahedron, std::vector<GridPiece>& pieces);
 void pieces_of(const std::array<Vec3, 3>& triangle, std::vector<GridPiece>& pieces);
 

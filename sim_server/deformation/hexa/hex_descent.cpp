@@ -29,7 +29,7 @@ Modes modes_of(const HexCell& cell, std::span<const Vec3> x) {
   return m;
 }
 
-// What the kernel's modes are multiplied with.
+// The factors of the kernel's modes.
 struct Weights {
   double a, b, h;  // phi mu h / 16, phi kappa / 64
 
@@ -53,7 +53,7 @@ HexDescent::HexDescent(const HexLattice& lattice, const HexMaterial& material)
     for (std::uint32_t c = 0; c < 8; ++c) corners_[next[lattice.cells[e].nodes[c]]++] = {e, c};
 }
 
-// In modes: phi V mu / 2 |F|^2 = a/2 |M|^2 and so on.
+// The energy in terms of modes: phi V mu / 2 |F|^2 = a/2 |M|^2 and so on.
 double HexDescent::elastic_energy_j(std::span<const Vec3> position_world_m) const {
   double energy = 0;
   for (const HexCell& cell : lattice_->cells) {

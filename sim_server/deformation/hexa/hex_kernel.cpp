@@ -35,7 +35,7 @@ HexRows rows_of(const HexLattice& lattice, const HexMaterial& material) {
 }
 
 float add_forces(const HexRows& rows, bool with_bound, std::span<const Vec4f> position_world_m,
-                 std::span<Vec4f> force_n, SpringLanes lanes) {
+                 std::span<Vec4f> force_n, SimdWidth width) {
   HexLoopInput in;
   in.batches = rows.batches.data();
   in.batch_count = rows.batches.size();
@@ -44,8 +44,7 @@ float add_forces(const HexRows& rows, bool with_bound, std::span<const Vec4f> po
   in.cell_m = rows.cell_m;
   in.bulk_over_shear = rows.bulk_over_shear;
   in.with_bound = with_bound;
-  const bool sixteen = lanes == SpringLanes::sixteen || (lanes == SpringLanes::widest && has_avx512());
-  return rows.omega2_per_shear * (sixteen ? hex_forces_avx512(in) : hex_forces_avx2(in));
+  return rows.omega2_per_shear * (has_sixteen_lanes(width) ? hex_forces_avx512(in) : hex_forces_avx2(in));
 }
 
 VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, float slight_kg,
@@ -56,7 +55,7 @@ VelocityOutcome move_nodes(const VelocityUpdate& update, float step_s, float sli
   const __m128 h = _mm_set1_ps(step_s), damping = _mm_set1_ps(update.damping_factor), zero = _mm_setzero_ps();
   const Vec3f& g = update.gravity_step;
   const __m128 gravity = _mm_setr_ps(g.x(), g.y(), g.z(), 0);
-  const __m128 each = _mm_set1_ps(0.57f * cap);  // of one component: below it the speed is below the cap
+  const __m128 each = _mm_set1_ps(0.57f * cap);  // if every component is below it, the speed is below the cap
   const __m128 no_sign = _mm_castsi128_ps(_mm_set1_epi32(0x7fffffff));
   for (std::size_t n = 0; n < force_n.size(); ++n) {
     float* const v = velocity_m_per_s[n].data();

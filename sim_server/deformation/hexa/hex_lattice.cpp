@@ -10,18 +10,18 @@
 namespace sectio {
 namespace {
 
-constexpr double kLeastVolume = 1e-9;  // cells: less of a tetrahedron in a cell is none of it
-constexpr double kLeastArea = 1e-9;
+constexpr double kLeastVolume = 1e-9;  // in cells; smaller shares of a tetrahedron are rounding
+constexpr double kLeastArea = 1e-9;    // in faces of a cell
 
-class Joined {
+class DisjointSets {
  public:
-  explicit Joined(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t of(std::uint32_t a) {
+  explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t root(std::uint32_t a) {
     while (parent_[a] != a) a = parent_[a] = parent_[parent_[a]];
     return a;
   }
   void join(std::uint32_t a, std::uint32_t b) {
-    a = of(a), b = of(b);
+    a = root(a), b = root(b);
     parent_[std::max(a, b)] = std::min(a, b);
   }
 
@@ -33,7 +33,7 @@ bool earlier(const GridPlace& a, const GridPlace& b) {
   return std::tuple(a[2], a[1], a[0]) < std::tuple(b[2], b[1], b[0]);
 }
 
-// The axis along which b comes next after a, 3 when it doesn't.
+// The axis along which b is the next place after a, or 3.
 std::size_t next_along(const GridPlace& a, const GridPlace& b) {
   std::size_t axis = 3;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -63,7 +63,7 @@ std::uint32_t number_of(std::span<const HexShare> shares, const GridPlace& place
   return at == shares.end() ? kNone : static_cast<std::uint32_t>(at - shares.begin());
 }
 
-// What follows from shares and where they meet.
+// Assembles the cells and nodes of a lattice from shares and their contacts.
 class Assembly {
  public:
   explicit Assembly(HexLattice& lattice) : lattice_(lattice), together_(lattice.shares.size()) {}
@@ -74,7 +74,7 @@ class Assembly {
   void make_cells(const std::function<double(std::uint32_t)>& factor) {
     std::vector<std::uint32_t> roots;
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s)
-      if (together_.of(s) == s) roots.push_back(s);
+      if (together_.root(s) == s) roots.push_back(s);
     std::ranges::stable_sort(roots, earlier, [&](std::uint32_t s) { return lattice_.shares[s].place; });
     std::vector<std::uint32_t> cell_of(lattice_.shares.size(), kNone);
     for (const std::uint32_t s : roots) {
@@ -83,7 +83,7 @@ class Assembly {
     }
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s) {
       HexShare& share = lattice_.shares[s];
-      share.cell = cell_of[together_.of(s)];
+      share.cell = cell_of[together_.root(s)];
       HexCell& cell = lattice_.cells[share.cell];
       cell.fill += share.volume;
       cell.stiffness += share.volume * (factor ? factor(share.tet) : 1);
@@ -92,7 +92,7 @@ class Assembly {
   }
 
   void make_nodes() {
-    Joined corners(8 * lattice_.cells.size());
+    DisjointSets corners(8 * lattice_.cells.size());
     for (const auto& [low, high] : meetings_) {
       const HexShare &a = lattice_.shares[low], &b = lattice_.shares[high];
       const std::uint32_t step = 1u << next_along(a.place, b.place);
@@ -102,7 +102,7 @@ class Assembly {
     std::vector<std::uint32_t> node_of(8 * lattice_.cells.size(), kNone);
     for (std::uint32_t i = 0; i < node_of.size(); ++i) {
       HexCell& cell = lattice_.cells[i / 8];
-      std::uint32_t& node = node_of[corners.of(i)];
+      std::uint32_t& node = node_of[corners.root(i)];
       if (node == kNone) {
         node = static_cast<std::uint32_t>(lattice_.nodes.size());
         const int c = static_cast<int>(i % 8);
@@ -114,11 +114,12 @@ class Assembly {
 
  private:
   HexLattice& lattice_;
-  Joined together_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings_;  // shares in neighbouring cells, the lower one first
+  DisjointSets together_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> meetings_;  // shares in neighbouring cells, lower place first
 };
 
-// To the copy that a tetrahedron of the vertex has nearest to it, of several the fullest by that tetrahedron.
+// Embeds each vertex in the nearest copy that has a share of one of its tetrahedra; of several, that with the largest
+// share.
 void bind_points(const TetMesh& mesh, HexLattice& lattice) {
   std::vector<Vec3> at;
   for (const Vec3& x : mesh.vertices_body_m) at.push_back(lattice.grid.at(x));
@@ -196,7 +197,7 @@ HexLattice LatticeMaker::make(const TetMesh& mesh, const std::function<double(st
   HexLattice lattice;
   lattice.grid = grid_;
   lattice.outside.assign(mesh.vertices_body_m.size(), 0);
-  std::vector<std::uint32_t> first{0};  // of the shares of a tetrahedron
+  std::vector<std::uint32_t> first{0};  // by tetrahedron: index of its first share
   for (std::uint32_t t = 0; t < known_.size(); ++t) {
     lattice.shares.insert(lattice.shares.end(), known_[t].shares.begin(), known_[t].shares.end());
     first.push_back(static_cast<std::uint32_t>(lattice.shares.size()));
@@ -241,7 +242,7 @@ HexLattice lattice_of(const TetMesh& mesh, const Grid& grid,
 
 namespace {
 
-// Those of a sorted list for which it is `key`.
+// The entries of a sorted list that have this key.
 template <class T, class Key, class KeyOf>
 std::span<const T> equal_to(const std::vector<T>& list, const Key& key, const KeyOf& key_of) {
   return {std::ranges::lower_bound(list, key, {}, key_of), std::ranges::upper_bound(list, key, {}, key_of)};
@@ -278,7 +279,7 @@ std::vector<std::uint32_t> cells_before(const HexLattice& now, const HexLattice&
   std::vector<std::uint32_t> from(now.cells.size(), kNone);
   for (std::uint32_t c = 0; c < from.size(); ++c) {
     const Vec3& p = largest[c]->centroid;
-    double most = -HUGE_VAL;  // of the least barycentric coordinate: the tetrahedron that p is in
+    double most = -HUGE_VAL;  // the largest least barycentric coordinate: that of the tetrahedron that contains p
     std::span<const std::uint32_t> near = equal_to(by_place, now.cells[c].place, place_of);
     if (near.empty()) near = by_place;
     for (const std::uint32_t s : near) {

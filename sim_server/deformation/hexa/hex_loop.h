@@ -1,11 +1,11 @@
-// The loop of hex_kernel.h over the cells, written once for registers of 8 and of 16 lanes; see spring_loop.h for the
-// rules.
+// The loop of hex_kernel.h over the cells, written once for registers of 8 and of 16 lanes; simd.h and spring_loop.h
+// have the rules.
 #pragma once
 
 #include <cstddef>
 
 #include "sim_server/deformation/hexa/hex_kernel.h"
-#include "sim_server/deformation/lanes.h"
+#include "sim_server/deformation/simd.h"
 
 namespace sectio {
 
@@ -51,7 +51,8 @@ template <class R>
   return {R::fma(s, a.x, R::mul(t, b.x)), R::fma(s, a.y, R::mul(t, b.y)), R::fma(s, a.z, R::mul(t, b.z))};
 }
 
-// Modes to the forces conjugate to them, in place. n[c]: the mode of the signs that c has bits of; n[0] becomes 0.
+// Replaces modes by the forces conjugate to them. The bits of c say along which axes mode n[c] changes sign; n[0] is
+// left alone. Returns the bound on the stiffness for each lane, or 0.
 template <class R, bool kBound>
 [[gnu::always_inline]] inline typename R::Reg stress_modes(const HexLoopInput& in, const HexBatch& batch, int first,
                                                            Lanes3<R> (&n)[8]) {
@@ -91,7 +92,7 @@ template <class R, bool kBound>
   for (const HexBatch* batch = in.batches; batch != in.batches + in.batch_count; ++batch)
     for (int first = 0; first < static_cast<int>(kLanes); first += R::kWidth) {
       Lanes3<R> n[8];
-      for (int c = 0; c < 8; ++c) n[c] = R::gather(in.position, &batch->offset[c][first]);
+      for (int c = 0; c < 8; ++c) n[c] = gather<R>(in.position, &batch->offset[c][first]);
       for (int step = 1; step < 8; step *= 2)
         for (int c = 0; c < 8; ++c)
           if ((c & step) == 0) butterfly<R>(n[c], n[c | step]);
@@ -100,7 +101,7 @@ template <class R, bool kBound>
       for (int step = 1; step < 8; step *= 2)
         for (int c = 0; c < 8; ++c)
           if ((c & step) == 0) transposed_butterfly<R>(n[c], n[c | step]);
-      for (int c = 0; c < 8; ++c) R::add_scattered(n[c], in.force, &batch->offset[c][first], later[c]);
+      for (int c = 0; c < 8; ++c) add_scattered<R>(n[c], in.force, &batch->offset[c][first], later[c]);
       for (int c = 0; c < 8; ++c) R::add_later(in.force, &batch->offset[c][first], later[c]);
     }
   if (!kBound) return 0;

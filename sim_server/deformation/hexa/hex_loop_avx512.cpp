@@ -1,5 +1,5 @@
 #include "sim_server/deformation/hexa/hex_loop.h"
-#include "sim_server/deformation/lanes_avx512.h"
+#include "sim_server/deformation/simd_avx512.h"
 
 namespace sectio {
 

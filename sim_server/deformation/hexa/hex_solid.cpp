@@ -12,12 +12,12 @@
 namespace sectio {
 namespace {
 
-constexpr double kSafety = 0.8;       // of the bound at rest, which no state at rest exceeds: room for deformation
-constexpr int kMostRefined = 4;       // times as many parts as at rest
-constexpr int kFits = 20;             // rounds in which nodes follow their vertices
-constexpr double kSlightFill = 1e-3;  // material at a node, of a cell's, that no driver is changed for
+constexpr double kSafety = 0.8;       // share of the bound at rest that is used: leaves room for deformation
+constexpr int kMostRefined = 4;       // most substeps, in multiples of those at rest
+constexpr int kFits = 20;             // rounds in which nodes are fitted to their vertices
+constexpr double kSlightFill = 1e-3;  // material at a node, as a share of a cell's, that the integrator disregards
 constexpr int kNewton = 6;
-constexpr double kMostBeside = 0.3;  // cells: of what a cut makes
+constexpr double kMostBeside = 0.3;  // cells; largest distance of a new vertex's embedding from its rest place
 constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
 
 HexMaterial hex_material_of(const VolumeMaterial& m) {
@@ -28,8 +28,8 @@ HexMaterial hex_material_of(const VolumeMaterial& m) {
 }  // namespace
 
 HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
-                   TetDriver driver, const HexSolid* from)
-    : ExplicitImplicitIntegrator(material, std::move(settings), driver),
+                   VolumeIntegrator integrator, const HexSolid* from)
+    : ExplicitImplicitIntegrator(material, std::move(settings), integrator),
       body_(mesh, material, settings_.fixed),
       hex_material_(hex_material_of(material)),
       maker_(grid) {
@@ -68,7 +68,7 @@ void HexSolid::change(const TetChange& change) {
   share_masses();
 }
 
-// All that follows from the tetrahedra.
+// Rebuilds all data that depends on the tetrahedra.
 void HexSolid::build() {
   lattice_ =
       std::make_unique<HexLattice>(maker_.make(mesh(), [&](std::uint32_t t) { return body_.stiffness_factor(t); }));
@@ -86,7 +86,7 @@ void HexSolid::build() {
   for (VertexId v = 0; v < weight_.size(); ++v) weigh_corners(v);
   const double omega2 = omega2_at_rest(hex_material_, h, stiffest);
   explicit_limit_s_ = kSafety * damped_limit_s(omega2, material_.damping_per_s);
-  parts_ = last_parts_ = parts_for(explicit_limit_s_);
+  substeps_ = last_substeps_ = substeps_for(explicit_limit_s_);
   position_.assign(node_mass_.size(), Vec4f::Zero());
   velocity_ = force_ = last_velocity_ = position_;
   written_position_.clear();
@@ -123,8 +123,8 @@ void HexSolid::invert_masses() {
   }
 }
 
-// With N_a the sum of the weights of a node's vertices: 1 / m_v = sum_a w_va N_a / m_a, the row sum of what impulses on
-// all vertices do to this one.
+// With N_a the sum of the weights of a node's vertices: 1 / m_v = sum_a w_va N_a / m_a, which is the row sum of the
+// matrix that maps impulses on all vertices to velocities.
 void HexSolid::share_masses() {
   std::vector<double> weights(node_mass_.size(), 0);
   const auto nodes_of = [&](VertexId v) -> const auto& {
@@ -157,7 +157,7 @@ void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t>
         velocity_[node] = velocity[old.nodes[c]];
         last_velocity_[node] = last_velocity[old.nodes[c]];
         if (free_mass[old.nodes[c]] == 0) free_mass_[node] = 0;
-      } else if (position_[node].isZero(0)) {  // nobody's who has it: as the cell beside it would have it
+      } else if (position_[node].isZero(0)) {  // a new place: extrapolate from the cell beside it
         HexPoint point;
         for (std::size_t k = 0; k < 3; ++k)
           point.local[static_cast<Eigen::Index>(k)] = lattice_->nodes[node][k] - old.place[k];
@@ -227,7 +227,7 @@ void HexSolid::weigh_corners(VertexId v) {
   for (std::size_t c = 0; c < 8; ++c) weight_[v][c] = static_cast<float>(point.weight(c));
 }
 
-// sum_c w_c(s) x_c = x by Newton's method.
+// Solves sum_c w_c(s) x_c = x for s by Newton's method.
 void HexSolid::bind_new(std::span<const Vec4f> position_world_m) {
   if (bound_ == weight_.size()) return;
   for (; bound_ < weight_.size(); ++bound_) {
@@ -259,7 +259,7 @@ void HexSolid::bind_new(std::span<const Vec4f> position_world_m) {
   share_masses();
 }
 
-void HexSolid::take_over(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
+void HexSolid::read_vertices(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
   if (written_position_.empty()) return;
   for (VertexId v = 0; v < position_world_m.size(); ++v) {
     if (position_world_m[v] == written_position_[v] && velocity_m_per_s[v] == written_velocity_[v]) continue;
@@ -312,7 +312,7 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   if (!placed_) place(position_world_m, velocity_m_per_s);
   bind_new(position_world_m);
-  take_over(position_world_m, velocity_m_per_s);
+  read_vertices(position_world_m, velocity_m_per_s);
   support(constraints);
   start_position_ = position_;
   start_velocity_ = velocity_;
@@ -320,18 +320,18 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     position_ = start_position_;
     velocity_ = start_velocity_;
   };
-  was_implicit_ = driver_ == TetDriver::implicit_only;
-  for (int parts = parts_; !was_implicit_;) {
-    constraints_.begin(constraints, supports_, position_, parts);
-    last_parts_ = parts;
-    const int needed = explicit_step(parts);
+  was_implicit_ = integrator_ == VolumeIntegrator::implicit_only;
+  for (int substeps = substeps_; !was_implicit_;) {
+    constraints_.begin(constraints, supports_, position_, substeps);
+    last_substeps_ = substeps;
+    const int needed = explicit_step(substeps);
     if (needed == 0) break;
     back_to_start();
-    was_implicit_ = needed > kMostRefined * parts_ || parts >= kMostRefined * parts_;
-    parts = std::min(kMostRefined * parts_, std::max(needed, 2 * parts));
+    was_implicit_ = needed > kMostRefined * substeps_ || substeps >= kMostRefined * substeps_;
+    substeps = std::min(kMostRefined * substeps_, std::max(needed, 2 * substeps));
   }
   if (was_implicit_) {
-    implicit_steps_ += driver_ == TetDriver::automatic;
+    implicit_steps_ += integrator_ == VolumeIntegrator::automatic;
     implicit_step(constraints);
     held_.finish(velocity_, reactions);
   } else {
@@ -341,14 +341,14 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
   write_vertices(position_world_m, velocity_m_per_s);
 }
 
-int HexSolid::explicit_step(int parts) {
-  const double h = settings_.step_s / parts;
+int HexSolid::explicit_step(int substeps) {
+  const double h = settings_.step_s / substeps;
   const VelocityUpdate update = velocity_update(h);
   const double cell_kg = std::pow(lattice_->grid.cell_m, 3) * material_.density_kg_per_m3;
   const auto slight_kg = static_cast<float>(kSlightFill * cell_kg);
   std::ranges::fill(force_, Vec4f::Zero());
-  for (int part = 0; part < parts; ++part) {
-    const bool look = part % kBoundEvery == 0;
+  for (int substep = 0; substep < substeps; ++substep) {
+    const bool look = substep % kBoundEvery == 0;
     const double omega2 = double{add_forces(rows_, look, position_, force_)};
     if (look) {
       margin_ = damped_limit_s(omega2, material_.damping_per_s) / h;
@@ -359,7 +359,7 @@ int HexSolid::explicit_step(int parts) {
     const VelocityOutcome outcome =
         move_nodes(update, static_cast<float>(h), slight_kg, inverse_mass_float_, force_, velocity_, position_);
     if (outcome.clamped > 0 || outcome.not_finite != kNone) return 1 << 20;
-    constraints_.project_part(part, h, inverse_mass_, position_, velocity_);
+    constraints_.project_substep(substep, h, inverse_mass_, position_, velocity_);
   }
   return 0;
 }
@@ -373,7 +373,7 @@ void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
     inertial_[n] = target_[n] = position_[n].head<3>().cast<double>();
     if (inverse_mass_[n] == 0) continue;
     const auto [inertial_m, guess_m] =
-        start.of(velocity_[n].head<3>().cast<double>(), last_velocity_[n].head<3>().cast<double>());
+        start.displacements(velocity_[n].head<3>().cast<double>(), last_velocity_[n].head<3>().cast<double>());
     inertial_[n] += inertial_m;
     target_[n] += guess_m;
   }
@@ -394,9 +394,9 @@ void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
   }
   for (std::size_t n = 0; n < position_.size(); ++n) {
     if (inverse_mass_[n] == 0) continue;
-    const auto way = within_speed(target_[n] - position_[n].head<3>().cast<double>(), h);
-    bad_ |= !way;
-    const Vec3 moved = way.value_or(Vec3::Zero());
+    const auto displacement = within_speed(target_[n] - position_[n].head<3>().cast<double>(), h);
+    bad_ |= !displacement;
+    const Vec3 moved = displacement.value_or(Vec3::Zero());
     position_[n].head<3>() += moved.cast<float>();
     velocity_[n].head<3>() = (moved / h).cast<float>();
   }

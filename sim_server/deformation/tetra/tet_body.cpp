@@ -36,7 +36,7 @@ void TetBody::weigh_at_least(VertexId v, double mass_kg) {
 }
 
 std::span<const VertexId> TetBody::follow(const TetChange& change) {
-  // Numbers that have been used before: whether they are elsewhere now.
+  // Whether a number that has been in use before now belongs to a vertex at another place.
   const auto is_elsewhere = [&, used = mass_.size()](VertexId v) {
     return v >= change.first_added && v - change.first_added < change.added_body_m.size() && v < used &&
            mesh_.vertices_body_m[v] != change.added_body_m[v - change.first_added];
@@ -65,7 +65,7 @@ std::span<const VertexId> TetBody::follow(const TetChange& change) {
   return touched;
 }
 
-// A number that is used again may be an origin, too.
+// All factors are read before any is written, since a number that is used again may be an origin, too.
 void TetBody::follow_stiffness(const TetChange& change) {
   std::vector<double> factors;
   for (const TetEdit& e : change.tetrahedra)

@@ -1,7 +1,8 @@
-// What a solid's stiffness at rest says of stable steps.
+// Bounds on the stable step of TetSolid, from its stiffness at rest.
+#include <algorithm>
 #include <cmath>
 
-#include "common/math/fixed_sequence.h"
+#include "common/math/power_iteration.h"
 #include "sim_server/deformation/spring_star.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 
@@ -20,7 +21,7 @@ Eigen::Matrix4d transposed(const Eigen::Array4d& a, const Eigen::Array4d& b, con
 
 }  // namespace
 
-// K_ib = sum_e V (lambda g_i g_b^T + mu g_b g_i^T + mu g_i . g_b): four b at a time, column by column.
+// K_ib = sum_e V (lambda g_i g_b^T + mu g_b g_i^T + mu g_i . g_b), computed for four b at a time, column by column.
 double stiffness_bound_n_per_m(const VertexStar& star, const TetStiffness& stiffness) {
   using Four = Eigen::Array4d;
   const Block none{Four::Zero(), Four::Zero(), Four::Zero()};
@@ -76,20 +77,17 @@ double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness
       bulk[v] += shapes[t].volume_m3 * stiffness.bulk_pa[t];
     }
   }
-  std::vector<Vec3> u(n), force(n);
-  for (std::size_t v = 0; v < n; ++v) u[v] = inverse_mass[v] > 0 ? fixed_vector(v) : Vec3::Zero();
   std::vector<Mat3> gradient(shapes.size());
   std::vector<double> pressure(n);
-  double omega2 = 0;
-  for (int i = 0; i < iterations; ++i) {
-    std::fill(pressure.begin(), pressure.end(), 0.0);
+  const auto stiffness_times = [&](std::span<const Vec3> u, std::span<Vec3> force) {
+    std::ranges::fill(pressure, 0.0);
     for (std::size_t t = 0; t < shapes.size(); ++t) {
       gradient[t].setZero();
       for (std::size_t k = 0; k < 4; ++k) gradient[t] += u[mesh.tetrahedra[t][k]] * shapes[t].gradient[k].transpose();
       for (const VertexId v : mesh.tetrahedra[t]) pressure[v] += shapes[t].volume_m3 * gradient[t].trace();
     }
     for (std::size_t v = 0; v < n; ++v) pressure[v] *= bulk[v] / (volume[v] * volume[v]);
-    std::fill(force.begin(), force.end(), Vec3::Zero());
+    std::ranges::fill(force, Vec3::Zero());
     for (std::size_t t = 0; t < shapes.size(); ++t) {
       const auto& c = mesh.tetrahedra[t];
       const double mean = 0.25 * (pressure[c[0]] + pressure[c[1]] + pressure[c[2]] + pressure[c[3]]);
@@ -98,19 +96,8 @@ double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness
           stiffness.shear_pa[t] * (g + g.transpose()) + (mean - stiffness.shear_pa[t] * g.trace()) * Mat3::Identity();
       for (std::size_t k = 0; k < 4; ++k) force[c[k]] += shapes[t].volume_m3 * (stress * shapes[t].gradient[k]);
     }
-    double work = 0, size = 0, scale2 = 0;
-    for (std::size_t v = 0; v < n; ++v) {
-      if (!(inverse_mass[v] > 0)) continue;
-      work += force[v].dot(u[v]);
-      size += u[v].squaredNorm() / inverse_mass[v];
-      u[v] = inverse_mass[v] * force[v];
-      scale2 += u[v].squaredNorm();
-    }
-    if (!(size > 0) || !(scale2 > 0)) return 0;
-    omega2 = work / size;
-    for (Vec3& x : u) x /= std::sqrt(scale2);
-  }
-  return omega2;
+  };
+  return largest_eigenvalue(inverse_mass, iterations, stiffness_times);
 }
 
 }  // namespace sectio

@@ -1,9 +1,9 @@
-// The loops of tet_kernel.h, written once for registers of 8 and of 16 lanes; see spring_loop.h for the rules.
+// The loops of tet_kernel.h, written once for registers of 8 and of 16 lanes; simd.h and spring_loop.h have the rules.
 #pragma once
 
 #include <algorithm>
 
-#include "sim_server/deformation/lanes.h"
+#include "sim_server/deformation/simd.h"
 #include "sim_server/deformation/spring_loop.h"
 #include "sim_server/deformation/tetra/tet_kernel.h"
 
@@ -28,12 +28,12 @@ struct TetLoopInput {
   bool with_bound = false;
 };
 
-float tet_pressures_avx2(const TetLoopInput& in);
-float tet_pressures_avx512(const TetLoopInput& in);
-VelocityOutcome tet_velocities_avx2(const TetLoopInput& in);
-VelocityOutcome tet_velocities_avx512(const TetLoopInput& in);
-float tet_descent_avx2(const TetLoopInput& in);
-float tet_descent_avx512(const TetLoopInput& in);
+struct TetLoops {
+  float (*pressures)(const TetLoopInput& in);
+  VelocityOutcome (*velocities)(const TetLoopInput& in);
+  float (*descent)(const TetLoopInput& in);
+};
+extern const TetLoops tet_loops_avx2, tet_loops_avx512;
 
 template <class R>
 [[gnu::always_inline]] inline float largest_lane(typename R::Reg a, int count) {
@@ -57,9 +57,9 @@ template <class R>
 [[gnu::always_inline]] inline TetFaceLanes<R> gather_face(const char* position, const TetFaceColumn& column,
                                                           int first) {
   TetFaceLanes<R> face;
-  face.a = R::gather4(position, &column.a[first]);
-  face.b = R::gather4(position, &column.b[first]);
-  face.c = R::gather4(position, &column.c[first]);
+  face.a = gather4<R>(position, &column.a[first]);
+  face.b = gather4<R>(position, &column.b[first]);
+  face.c = gather4<R>(position, &column.c[first]);
   face.n = cross<R>(minus<R>(face.b, face.a), minus<R>(face.c, face.a));
   return face;
 }
@@ -72,7 +72,7 @@ template <class R, bool kBound>
   for (const TetSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice)
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
       const std::uint32_t* const offset = &slice->offset[first];
-      const Lanes4<R> x = R::gather4(in.position, offset);
+      const Lanes4<R> x = gather4<R>(in.position, offset);
       Reg volume = R::all(0), stiffness = R::all(0);
       for (std::uint32_t f = slice->first_face; f != slice->first_face + slice->faces; ++f) {
         const TetFaceLanes<R> face = gather_face<R>(in.position, in.faces[f], first);
@@ -100,7 +100,7 @@ template <class R>
                                                    const Lanes4<R>& x) {
   Lanes3<R> force{R::all(0), R::all(0), R::all(0)};
   for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.edges; ++e) {
-    const Lanes3<R> other = R::gather(in.position, &in.edges[e].offset[first]);
+    const Lanes3<R> other = gather<R>(in.position, &in.edges[e].offset[first]);
     const auto weight = R::load(&in.edges[e].weight[first]);
     force.x = R::fma(weight, R::sub(other.x, x.x), force.x);
     force.y = R::fma(weight, R::sub(other.y, x.y), force.y);
@@ -124,7 +124,7 @@ template <class R>
   for (const TetSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice)
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
       const std::uint32_t* const offset = &slice->offset[first];
-      const Lanes4<R> x = R::gather4(in.position, offset);
+      const Lanes4<R> x = gather4<R>(in.position, offset);
       Lanes3<R> force = edge_force<R>(in, *slice, first, x);
       for (std::uint32_t f = slice->first_face; f != slice->first_face + slice->faces; ++f) {
         const TetFaceLanes<R> face = gather_face<R>(in.position, in.faces[f], first);
@@ -133,7 +133,7 @@ template <class R>
         force.y = R::fma(factor, face.n.y, force.y);
         force.z = R::fma(factor, face.n.z, force.z);
       }
-      const Lanes3<R> v = R::gather(in.velocity, offset);
+      const Lanes3<R> v = gather<R>(in.velocity, offset);
       const auto step_over_mass = R::load(&slice->step_over_mass[first]);
       const auto share = R::load(&slice->gravity_share[first]);
       const auto updated = [&](auto f, auto old, float gravity_step) __attribute__((always_inline)) {
@@ -142,7 +142,7 @@ template <class R>
       const Lanes3<R> now{updated(force.x, v.x, in.gravity_step[0]), updated(force.y, v.y, in.gravity_step[1]),
                           updated(force.z, v.z, in.gravity_step[2])};
       const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
-      R::scatter(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
+      scatter<R>(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
     }
   return outcome;
 }
@@ -167,8 +167,9 @@ struct SymmetricLanes {
   }
 };
 
-// dp_m / 24 = s_m n_e . dx_i for the corners m of each element e at i: what its own movement does to the pressures
-// around it. First the growth n_e . dx_i of every face, over the normals in `scratch`; returns the sum for each lane.
+// When vertex i moves by dx_i, the pressures of the corners m of each element e at i change by
+// dp_m / 24 = s_m n_e . dx_i. First the growth n_e . dx_i of every face, which replaces the normals in `scratch`;
+// returns the sum for each lane.
 template <class R>
 [[gnu::always_inline]] inline typename R::Reg grow(std::uint32_t faces, float* scratch, const Lanes3<R>& dx) {
   typename R::Reg sum = R::all(0);
@@ -181,7 +182,8 @@ template <class R>
   return sum;
 }
 
-// Then to the other three corners, in one order whatever R is: eight lanes at a time.
+// Then adds the change of pressure to the other three corners, eight lanes at a time: the order is the same for every
+// R.
 template <class R>
 [[gnu::always_inline]] inline void spread_pressure(const TetLoopInput& in, const TetSlice& slice, int first, int count,
                                                    const float* scratch) {
@@ -203,15 +205,15 @@ template <class R>
   }
 }
 
-// The movement of the lanes that begin at `first`; their pressures and positions are written, the growth of their faces
-// is left in `scratch`. Returns the largest |dx|^2.
+// Moves the lanes that begin at `first`: writes their pressures and positions and leaves the growth of their faces in
+// `scratch`. Returns the largest |dx|^2.
 template <class R>
 [[gnu::always_inline]] inline float move_to_minimum(const TetLoopInput& in, const TetSlice& slice, int first, int count,
                                                     float* scratch) {
   using Reg = typename R::Reg;
   const std::uint32_t* const offset = &slice.offset[first];
-  const Lanes4<R> x = R::gather4(in.position, offset);
-  const Lanes3<R> y = R::gather(in.inertial, offset);
+  const Lanes4<R> x = gather4<R>(in.position, offset);
+  const Lanes3<R> y = gather<R>(in.inertial, offset);
   Lanes3<R> force = edge_force<R>(in, slice, first, x);
   const Reg zero = R::all(0);
   SymmetricLanes<R> h{zero, zero, zero, zero, zero, zero};
@@ -230,7 +232,7 @@ template <class R>
     R::store(normal + R::kWidth, n.y);
     R::store(normal + 2 * R::kWidth, n.z);
   }
-  // (m / h^2 + H) dx = m / h^2 (y - x) + f, times h^2 / m: a vertex that is held, of infinite mass, stays finite.
+  // (m / h^2 + H) dx = m / h^2 (y - x) + f, times h^2 / m, which is finite for a fixed vertex, too.
   const Reg c = R::mul(R::all(in.step_s), R::load(&slice.step_over_mass[first]));
   const Reg diagonal = R::fma(c, R::load(&slice.weight_sum[first]), R::all(1));
   h = {R::fma(c, h.xx, diagonal), R::fma(c, h.yy, diagonal), R::fma(c, h.zz, diagonal),
@@ -238,11 +240,11 @@ template <class R>
   const Lanes3<R> dx = h.solve({R::fma(c, force.x, R::sub(y.x, x.x)), R::fma(c, force.y, R::sub(y.y, x.y)),
                                 R::fma(c, force.z, R::sub(y.z, x.z))});
   const Reg pressure = R::fma(R::load(&slice.pressure_scale[first]), grow<R>(slice.faces, scratch, dx), x.w);
-  R::scatter4({R::add(x.x, dx.x), R::add(x.y, dx.y), R::add(x.z, dx.z), pressure}, in.position, offset, count);
+  scatter4<R>({R::add(x.x, dx.x), R::add(x.y, dx.y), R::add(x.z, dx.z), pressure}, in.position, offset, count);
   return largest_lane<R>(dot<R>(dx, dx), count);
 }
 
-// All rows of a slice move, then the pressures around them follow: each row has seen the others as they were.
+// All rows of a slice move, then the pressures around them follow: each row sees the others' state before the move.
 template <class R>
 [[gnu::always_inline]] inline float tet_descent(const TetLoopInput& in) {
   float most = 0;
@@ -260,5 +262,16 @@ template <class R>
   }
   return most;
 }
+
+template <class R>
+struct TetLoopsOf {
+  [[gnu::flatten]] static float pressures(const TetLoopInput& in) {
+    return in.with_bound ? tet_pressures<R, true>(in) : tet_pressures<R, false>(in);
+  }
+  [[gnu::flatten]] static VelocityOutcome velocities(const TetLoopInput& in) { return tet_velocities<R>(in); }
+  [[gnu::flatten]] static float descent(const TetLoopInput& in) { return tet_descent<R>(in); }
+};
+template <class R>
+constexpr TetLoops kTetLoops{TetLoopsOf<R>::pressures, TetLoopsOf<R>::velocities, TetLoopsOf<R>::descent};
 
 }  // namespace sectio

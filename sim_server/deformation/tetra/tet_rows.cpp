@@ -19,7 +19,7 @@ void append(std::vector<T>& columns, std::uint32_t count) {
 
 }  // namespace
 
-// The smallest colour that no vertex of a common tetrahedron has.
+// Keeps the vertex's colour, or chooses the smallest one, such that no vertex of a common tetrahedron has the same.
 void TetRows::choose_colour(VertexId v, std::span<const VertexId> star) {
   for (const VertexId w : star) {
     const std::uint32_t taken = colour_[w];
@@ -34,7 +34,7 @@ void TetRows::choose_colour(VertexId v, std::span<const VertexId> star) {
     colour_[v] = free;
     colours_ = std::max(colours_, free + 1);
   }
-  // Who asks next may be v again.
+  // The next call may be for v again.
   for (const VertexId w : star)
     if (w != v && colour_[w] != kNone) taken_by_[colour_[w]] = kNone;
 }
@@ -60,7 +60,7 @@ std::uint32_t TetRows::add_slice(std::uint32_t colour, Width width) {
   return static_cast<std::uint32_t>(slices_.size() - 1);
 }
 
-// Rows in the order of the slices: by colour, then by number of faces within windows.
+// Orders rows by colour, then by number of faces within windows, and fills slices in this order.
 void TetRows::layout() {
   std::vector<VertexId> order;
   for (VertexId v = 0; v < colour_.size(); ++v)
@@ -157,7 +157,8 @@ void TetRows::copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32
   }
 }
 
-// The last row of the slice takes its lane. Lanes without a row gather some vertex; what they compute is not stored.
+// Moves the last row of the slice into the lane of v. Lanes without a row gather some vertex; their results are not
+// stored.
 void TetRows::vacate(VertexId v) {
   if (!contains(v)) return;
   const std::uint32_t row = row_of_[v], s = row / kLanes;

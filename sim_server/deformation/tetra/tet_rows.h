@@ -1,14 +1,14 @@
-// A volume of tetrahedra as its vertices see it, in sliced ELLPACK (SELL-16): a row a vertex, slices of 16 rows,
-// columns of 16 edges or faces. Both drivers of the neo-Hookean solid (tet_solid.h) read the same data, and only
-// gather. A slice holds one colour: no two of its vertices share a tetrahedron, so that the implicit driver may move
-// all of them at once. A row that is new, or outgrows its slice, goes to an overflow slice of its colour; when these
-// hold a tenth of all rows, they are laid out anew.
+// A volume of tetrahedra by vertex, in sliced ELLPACK (SELL-16): one row a vertex, slices of 16 rows, columns of 16
+// edges or faces. Both integrators of the neo-Hookean solid (tet_solid.h) read the same data, and only gather. A slice
+// has one colour: no two of its vertices share a tetrahedron, so that an implicit sweep may move all of them at once. A
+// row that is new, or outgrows its slice, goes to an overflow slice of its colour; when these hold a tenth of all rows,
+// all rows are laid out anew.
 //
 //   edge column   the neighbour and the weight w_ij = - sum_e mu_e V_e g_i . g_j  (the I_C term of linear tetrahedra is
 //                 a constant Laplacian)
 //   face column   the face a b c opposite the vertex, seen counter-clockwise from it: n = (b - a) x (c - a) points to
 //                 the vertex, d V_e / d x_i = n / 6; mu_e / 6; kappa_e / (36 V_e)
-// Padding edges have weight 0 and padding faces are thrice the vertex itself: they give nothing.
+// Padding edges have weight 0, and padding faces name the vertex itself three times: both contribute nothing.
 #pragma once
 
 #include <array>
@@ -50,13 +50,13 @@ struct alignas(64) TetSlice {
   std::uint32_t colour = 0;
 };
 
-// What a solid is made of, one entry a tetrahedron.
+// The elastic constants of a solid, one entry a tetrahedron.
 struct TetStiffness {
   std::vector<double> shear_pa;  // mu
   std::vector<double> bulk_pa;   // kappa = lambda + mu
 };
 
-// Of a vertex, for its row.
+// The mass of a vertex, for its row.
 struct TetVertex {
   double inverse_mass = 0;   // of the effective mass, 1/kg; 0 holds the vertex
   double gravity_share = 1;  // physical over effective mass
@@ -64,15 +64,15 @@ struct TetVertex {
 
 class TetRows {
  public:
-  // O(n log n). Every vertex of a tetrahedron gets a row, without mass.
+  // Gives every vertex of a tetrahedron a row, without mass. O(n log n).
   void build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness);
-  // The tetrahedra at some vertices have changed: the row of each is written anew, without mass, or is gone. A vertex
-  // keeps its colour unless a neighbour has it; else it gets the smallest that is free. After follow(), and
-  // compact_if_spread() at the end. O(degree); the latter seldom O(all rows).
+  // Follow a change of the tetrahedra: call follow(), then update() for each vertex whose tetrahedra have changed, then
+  // compact_if_spread(). update() rewrites the vertex's row, without mass, or removes it. A vertex keeps its colour
+  // unless a neighbour has the same; then it gets the smallest free one. O(degree); compaction, rarely, O(all rows).
   void follow(std::size_t vertices);
   void update(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
   void compact_if_spread();
-  // Masses and step of all rows, O(n); or the mass of one.
+  // Set the masses and the step of all rows, O(n), or the mass of one row.
   void set(std::span<const TetVertex> vertices, double step_s);
   void set(VertexId v, const TetVertex& vertex);
   float step_s() const { return static_cast<float>(step_s_); }
@@ -90,11 +90,11 @@ class TetRows {
   std::uint32_t row_count() const { return rows_; }
   std::uint32_t overflow_row_count() const { return overflow_rows_; }
   bool wants_compaction() const { return overflow_rows_ > 256 && overflow_rows_ > rows_ / 10; }
-  // Share of the face columns' lanes that are padding.
+  // The share of padding in the lanes of the face columns.
   double padding() const;
 
  private:
-  // Columns that a row needs.
+  // The columns that a row needs.
   struct Width {
     std::uint32_t edges = 0, faces = 0;
   };
@@ -108,12 +108,12 @@ class TetRows {
   void write(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
   void choose_colour(VertexId v, std::span<const VertexId> star);
 
-  std::vector<TetSlice> slices_;  // each of one colour; ascending in it, but for overflow slices
+  std::vector<TetSlice> slices_;  // ascending in colour, except for overflow slices at the end
   std::vector<TetEdgeColumn> edges_;
   std::vector<TetFaceColumn> faces_;
   std::vector<TetBlockColumn> blocks_;  // one a face column
   std::vector<float> pressure_scale_;
-  std::vector<std::uint32_t> row_of_, colour_;  // by vertex: slice * kLanes + lane; kNone: none
+  std::vector<std::uint32_t> row_of_, colour_;  // by vertex; a row is slice * kLanes + lane; kNone: none
   std::vector<Width> width_;                    // by vertex
   std::map<std::array<std::uint32_t, 3>, std::vector<std::uint32_t>> open_;  // overflow slices with a free lane
   std::uint32_t base_slices_ = 0, rows_ = 0, overflow_rows_ = 0;

@@ -9,12 +9,12 @@
 namespace sectio {
 namespace {
 
-// Of the limit at rest. Deformation makes a nearly incompressible solid stiffer, the more the closer to 1/2
-// (methods 3.1).
+// The share of the stable step at rest that is used. Deformation stiffens a nearly incompressible solid, the more the
+// closer Poisson's ratio is to 1/2.
 double safety(double poisson) {
   return poisson > 0.47 ? 0.45 : 0.6;
 }
-// Of the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
+// The margin beyond the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
 constexpr double kRoomForDeformation = 1.05;
 
 void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetStiffness& stiffness) {
@@ -25,25 +25,26 @@ void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetS
 
 }  // namespace
 
-TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings, TetDriver driver)
-    : ExplicitImplicitIntegrator(material, std::move(settings), driver), body_(mesh, material, settings_.fixed) {
+TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
+                   VolumeIntegrator integrator)
+    : ExplicitImplicitIntegrator(material, std::move(settings), integrator), body_(mesh, material, settings_.fixed) {
   stiffness_.shear_pa.resize(mesh.tetrahedra.size());
   stiffness_.bulk_pa.resize(mesh.tetrahedra.size());
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t)
     set_stiffness(material_, body_.stiffness_factor(t), t, stiffness_);
   const std::uint32_t vertices = body_.vertex_count();
-  for (VertexId v = 0; v < vertices && settings_.least_part_s > 0; ++v) {
+  for (VertexId v = 0; v < vertices && settings_.least_substep_s > 0; ++v) {
     star_.begin(mesh, body_.stars(), v);
     star_.measure(mesh);
-    weigh(v, star_, settings_.least_part_s);
+    weigh(v, star_, settings_.least_substep_s);
   }
   const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2, material_.damping_per_s);
-  parts_ = parts_for(explicit_limit_s_);
+  substeps_ = substeps_for(explicit_limit_s_);
   rows_.build(body_.mesh(), body_.stars(), stiffness_);
   std::vector<TetVertex> rows(vertices);
   for (VertexId v = 0; v < vertices; ++v) rows[v] = row_of(v);
-  rows_.set(rows, settings_.step_s / parts_);
+  rows_.set(rows, settings_.step_s / substeps_);
   scratch_.resize(3 * rows_.most_faces() + 1);
   std::vector<Vec4f> rest(vertices, Vec4f::Zero());
   for (VertexId v = 0; v < vertices; ++v) rest[v].head<3>() = mesh.vertices_body_m[v].cast<float>();
@@ -53,10 +54,10 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   give_room(stiffness_.shear_pa, stiffness_.bulk_pa, last_velocity_);
 }
 
-// Heavy enough for parts of a step of this length.
-void TetSolid::weigh(VertexId v, const VertexStar& star, double part_s) {
+// Adds mass until the vertex is stable in substeps of this length.
+void TetSolid::weigh(VertexId v, const VertexStar& star, double substep_s) {
   if (body_.fixed(v)) return;
-  const double h = kRoomForDeformation * part_s;
+  const double h = kRoomForDeformation * substep_s;
   body_.weigh_at_least(v, 0.25 * h * h * stiffness_bound_n_per_m(star, stiffness_));
 }
 
@@ -76,7 +77,7 @@ void TetSolid::change(const TetChange& change) {
     star_.measure(body_.mesh());
     rows_.update(v, star_, stiffness_);
     if (!rows_.contains(v)) continue;
-    weigh(v, star_, std::max(settings_.least_part_s, settings_.step_s / parts_));
+    weigh(v, star_, std::max(settings_.least_substep_s, settings_.step_s / substeps_));
     rows_.set(v, row_of(v));
   }
   rows_.compact_if_spread();
@@ -88,13 +89,13 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
-  was_implicit_ = driver_ == TetDriver::implicit_only;
+  was_implicit_ = integrator_ == VolumeIntegrator::implicit_only;
   if (!was_implicit_) {
-    constraints_.begin(constraints, position_world_m, parts_);
+    constraints_.begin(constraints, position_world_m, substeps_);
     was_implicit_ = !explicit_step(position_world_m, velocity_m_per_s);
   }
   if (was_implicit_) {
-    implicit_steps_ += driver_ == TetDriver::automatic;
+    implicit_steps_ += integrator_ == VolumeIntegrator::automatic;
     std::ranges::copy(start_position_, position_world_m.begin());
     std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
     implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps, constraints, reactions);
@@ -105,10 +106,10 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
 }
 
 bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
-  const double h = settings_.step_s / parts_;
+  const double h = settings_.step_s / substeps_;
   const VelocityUpdate update = velocity_update(h);
-  for (int part = 0; part < parts_; ++part) {
-    const bool look = part % kBoundEvery == 0;
+  for (int substep = 0; substep < substeps_; ++substep) {
+    const bool look = substep % kBoundEvery == 0;
     const double bound = double{update_pressures(rows_, look, position_world_m)};
     if (look) {
       margin_ = damped_limit_s(omega2_per_bound_ * bound, material_.damping_per_s) / h;
@@ -117,13 +118,12 @@ bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
     const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
     if (outcome.clamped > 0 || outcome.not_finite != kNone) return false;
     update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
-    constraints_.project_part(part, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
+    constraints_.project_substep(substep, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
   }
   return true;
 }
 
-// m / h^2 + sum_e V (mu |g|^2 + kappa c c^T), c = cof(F) g: that of the quadratic that descend() goes to the minimum
-// of.
+// m / h^2 + sum_e V (mu |g|^2 + kappa c c^T), c = cof(F) g: the Hessian of the quadratic that descend() minimises.
 Mat3 TetSolid::block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const {
   Mat3 block = 1 / (body_.inverse_mass()[v] * step_s * step_s) * Mat3::Identity();
   for (const std::uint32_t t : body_.stars().of(v)) {
@@ -149,7 +149,7 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
     inertial_[v] = position_world_m[v];
     if (body_.inverse_mass()[v] == 0) continue;
     const auto [inertial_m, guess_m] =
-        start.of(velocity_m_per_s[v].head<3>().cast<double>(), last_velocity_[v].head<3>().cast<double>());
+        start.displacements(velocity_m_per_s[v].head<3>().cast<double>(), last_velocity_[v].head<3>().cast<double>());
     inertial_[v].head<3>() += inertial_m.cast<float>();
     position_world_m[v].head<3>() += guess_m.cast<float>();
   }
@@ -174,9 +174,9 @@ void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   }
   for (VertexId v = 0; v < inertial_.size(); ++v) {
     if (body_.inverse_mass()[v] == 0) continue;
-    const auto way = within_speed((position_world_m[v] - start_position_[v]).head<3>().cast<double>(), h);
-    if (!way && first_bad_vertex_ == kNone) first_bad_vertex_ = v;
-    const Vec3 moved = way.value_or(Vec3::Zero());
+    const auto displacement = within_speed((position_world_m[v] - start_position_[v]).head<3>().cast<double>(), h);
+    if (!displacement && first_bad_vertex_ == kNone) first_bad_vertex_ = v;
+    const Vec3 moved = displacement.value_or(Vec3::Zero());
     position_world_m[v].head<3>() = start_position_[v].head<3>() + moved.cast<float>();
     velocity_m_per_s[v].head<3>() = (moved / h).cast<float>();
   }

@@ -1,6 +1,6 @@
-// Model M3: stable neo-Hookean tetrahedra with averaged nodal pressure (tet_kernel.h has the energy). Two drivers on
-// the same data (two_drivers.h): symplectic Euler in equal parts of the step, as many as its stability asks for, and
-// vertex block descent. Deterministic, one thread.
+// The model neo_hookean: stable neo-Hookean tetrahedra with averaged nodal pressure (tet_kernel.h has the energy). Two
+// integrators work on the same data (explicit_implicit_integrator.h): symplectic Euler in as many equal substeps as
+// stability requires, and vertex block descent. Deterministic, one thread.
 #pragma once
 
 #include "sim_server/deformation/held_points.h"
@@ -13,7 +13,7 @@ namespace sectio {
 class TetSolid final : public ExplicitImplicitIntegrator {
  public:
   TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSettings settings,
-           TetDriver driver = TetDriver::automatic);
+           VolumeIntegrator integrator = VolumeIntegrator::automatic);
 
   void change(const TetChange& change) override;
   void step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
@@ -26,17 +26,17 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
   }
-  // For tests and reports, O(n): the elastic energy, and the forces that the kernels compute, fixed vertices included.
+  // The elastic energy, and the forces that the kernels compute, on fixed vertices, too. O(n); for tests and reports.
   double elastic_energy_j(std::span<const Vec4f> position_world_m) const;
   void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const;
 
   const TetRows& rows() const { return rows_; }
   const TetMesh& mesh() const override { return body_.mesh(); }
 
-  // One step of the implicit driver with so many sweeps. For tests and comparisons.
+  // One implicit step with this many sweeps. For tests and comparisons.
   void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s, int sweeps,
                      std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
-  // What the implicit driver makes smaller: sum_i m_i |x_i - y_i|^2 / (2 h^2) + elastic energy.
+  // The objective that an implicit step minimises: sum_i m_i |x_i - y_i|^2 / (2 h^2) + elastic energy.
   double objective_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> inertial_world_m,
                      double step_s) const;
 
@@ -44,7 +44,7 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   Mat3 block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const;
   bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
 
-  void weigh(VertexId v, const VertexStar& star, double part_s);
+  void weigh(VertexId v, const VertexStar& star, double substep_s);
   TetVertex row_of(VertexId v) const;
 
   TetBody body_;
@@ -61,13 +61,13 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   std::vector<TetBlockColumn> scratch_;  // aligned floats
 };
 
-// sum_b |K_ib| of a vertex, N/m: omega^2 <= max_i of it over m_i, for linear elements at rest and so for those with
-// nodal pressures, which are softer. Rigorous; the true limit is 1.4 to 1.9 times as large a step for the former, 2 to
-// 2.5 times for the latter.
+// The bound sum_b |K_ib| of a vertex, N/m: omega^2 is at most the largest ratio of the bound to the vertex's mass, for
+// linear elements at rest, and so for those with nodal pressures, which are softer. The bound is rigorous; the true
+// limit of the step is 1.4 to 1.9 times as large for the former, 2 to 2.5 times for the latter.
 double stiffness_bound_n_per_m(const VertexStar& star, const TetStiffness& stiffness);
 
-// The largest omega^2 (1/s^2) of the solid at rest with these masses, fixed vertices (mass 0) held, by power iteration
-// from a fixed start: never above the true one, a few percent below.
+// The largest omega^2 (1/s^2) of the solid at rest with these masses (inverse mass 0: fixed), by power iteration: never
+// above the true one, and a few percent below it.
 double largest_omega2_at_rest(const TetMesh& mesh, const TetStiffness& stiffness, std::span<const double> inverse_mass,
                               int iterations = 200);
 

@@ -6,7 +6,7 @@
 namespace sectio {
 namespace {
 
-// Numbers below it, and no others, have a root below x.
+// The least number whose rounded square root is not below x.
 double least_with_root(double x) {
   double square = x * x;
   while (std::sqrt(square) < x) square = std::nextafter(square, HUGE_VAL);
@@ -66,7 +66,7 @@ std::size_t TetSpringNet::edges() const {
   return halves / 2;
 }
 
-// Neighbours, the stiffness of the edges to them, and masses: all that the tetrahedra at v say.
+// Finds the neighbours of v, the stiffness of the edges to them, and the stiff mass, from the tetrahedra at v.
 void TetSpringNet::find_edges(const TetBody& body, VertexId v) {
   std::vector<VertexId>& found = neighbours_[v];
   found.clear();
@@ -96,7 +96,7 @@ void TetSpringNet::find_edges(const TetBody& body, VertexId v) {
   }
 }
 
-// Vertices exactly two edges from v, beside its neighbours; whether these are other ones together than before.
+// Makes the neighbours of v and the vertices exactly two edges away its partners; returns whether they have changed.
 bool TetSpringNet::find_second(VertexId v) {
   std::size_t room = neighbours_[v].size() + 1;
   for (const VertexId w : neighbours_[v]) room += neighbours_[w].size();
@@ -126,11 +126,12 @@ bool TetSpringNet::find_second(VertexId v) {
     kept += keeps;
   }
   near[v] = 0;
-  return take_over(v, kept);
+  return set_partners(v, kept);
 }
 
-// What is in the list and near becomes the partners of v, and is near no more.
-bool TetSpringNet::take_over(VertexId v, std::size_t near) {
+// Makes the vertices among the first `near` of list_ that are marked in near_ the partners of v, in ascending order,
+// and clears the marks. Partners that stay are merged with the sorted new ones. Returns whether the set has changed.
+bool TetSpringNet::set_partners(VertexId v, std::size_t near) {
   std::vector<VertexId>& partners = partners_[v];
   const std::size_t before = partners.size();
   std::size_t kept = 0, fresh = 0;
@@ -181,7 +182,7 @@ void TetSpringNet::follow(const TetBody& body, std::span<const VertexId> touched
     changed_.insert(v);
     reached_.insert(v);
   }
-  // A way of two edges that came or went has an edge with both ends touched.
+  // If a path of two edges has appeared or disappeared, one of its edges has two touched ends.
   if (second_share_ > 0)
     for (const VertexId v : touched)
       for (const VertexId w : neighbours_[v]) reached_.insert(w);
@@ -204,8 +205,8 @@ void TetSpringNet::follow(const TetBody& body, std::span<const VertexId> touched
       for (const VertexId w : partners_[v]) reached_.insert(w);
 }
 
-// k l^2 is 6 beta E / rho (m_i / d_i + m_j / d_j), with masses that count as often as the tissue is stiff: all together
-// 6 beta sum of E V.
+// k l^2 is 6 beta E / rho (m_i / d_i + m_j / d_j), with masses multiplied by the stiffness factor; the sum over all
+// springs is 6 beta times the sum of E V.
 void TetSpringNet::springs_at(VertexId v, double factor, SpringsAtVertex& springs) const {
   const std::vector<VertexId>& to = partners_[v];
   const double scale = 6 * second_share_ * young_pa_ / density_kg_per_m3_;

@@ -13,7 +13,7 @@ namespace {
 using Spring = TetSprings::Spring;
 
 constexpr double kRoomForDamping = 1.05;
-constexpr double kLeastSecondLength = 0.3;  // of a spring between second neighbours, in mean lengths of edges
+constexpr double kLeastSecondLength = 0.3;  // shortest spring between second neighbours, in mean lengths of edges
 
 }  // namespace
 
@@ -31,7 +31,7 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
     net_.find_second(options_.least_second_m);
   }
   if (options_.calibrate && !material_.stiffness_factor.empty()) {
-    // Young's modulus is that of tissue with factor 1, and the net is tested as if all of it were.
+    // Young's modulus is that of tissue with factor 1, so the net is tested as if all tissue had this factor.
     VolumeMaterial even = material_;
     even.stiffness_factor.clear();
     const TetSprings net(mesh, even, settings_, options_);
@@ -46,8 +46,8 @@ TetSprings::TetSprings(const TetMesh& mesh, const VolumeMaterial& material, Volu
   std::vector<VertexId> all(body_.vertex_count());
   std::iota(all.begin(), all.end(), VertexId{0});
   omega2_.set(with_room(all.size()), 0);
-  weigh_all(all, settings_.least_part_s, [](VertexId, const SpringsAtVertex&) {});
-  parts_ = parts_for(part_limit_s());
+  weigh_all(all, settings_.least_substep_s, [](VertexId, const SpringsAtVertex&) {});
+  substeps_ = substeps_for(substep_limit_s());
   std::vector<std::uint32_t> degree;
   degree.reserve(all.size());
   for (const VertexId v : all) degree.push_back(static_cast<std::uint32_t>(net_.degree(v)));
@@ -72,9 +72,9 @@ std::vector<TetSprings::Spring> TetSprings::springs() const {
   return springs;
 }
 
-void TetSprings::weigh(std::span<const VertexId> rows, const FourSymmetric& sum_n_per_m, double part_s) {
+void TetSprings::weigh(std::span<const VertexId> rows, const FourSymmetric& sum_n_per_m, double substep_s) {
   const Eigen::Array4d bounds = largest_eigenvalue_bounds(sum_n_per_m);
-  const double h = kRoomForDamping * part_s / kSafety;
+  const double h = kRoomForDamping * substep_s / kSafety;
   for (std::size_t n = 0; n < rows.size(); ++n) {
     const VertexId v = rows[n];
     const double stiffness = 2 * bounds[static_cast<Eigen::Index>(n)];
@@ -91,7 +91,7 @@ void TetSprings::write(VertexId v, const SpringsAtVertex& springs) {
   rows_.set(v, {}, half_edges_);
 }
 
-// Of a row whose own springs are what they were: those to vertices that have changed.
+// Writes the springs of a row whose other ends have changed, where v itself has not.
 void TetSprings::write_changed(VertexId v, const SpringsAtVertex& springs) {
   for (std::uint32_t n = 0; n < springs.to.size(); ++n)
     if (net_.has_changed(springs.to[n]))
@@ -101,12 +101,12 @@ void TetSprings::write_changed(VertexId v, const SpringsAtVertex& springs) {
 
 void TetSprings::write_mass(VertexId v) {
   const double inverse = body_.inverse_mass()[v];
-  rows_.set_mass(v, static_cast<float>(settings_.step_s / parts_ * inverse),
+  rows_.set_mass(v, static_cast<float>(settings_.step_s / substeps_ * inverse),
                  static_cast<float>(body_.mass_kg(v) * inverse));
 }
 
 template <class With>
-void TetSprings::weigh_all(std::span<const VertexId> rows, double part_s, const With& with_springs) {
+void TetSprings::weigh_all(std::span<const VertexId> rows, double substep_s, const With& with_springs) {
   for (std::size_t first = 0; first < rows.size(); first += 4) {
     const std::span four = rows.subspan(first, std::min<std::size_t>(4, rows.size() - first));
     FourSymmetric sums;
@@ -117,14 +117,14 @@ void TetSprings::weigh_all(std::span<const VertexId> rows, double part_s, const 
       const auto sum = at_.sum_n_per_m();
       for (std::size_t k = 0; k < sum.size(); ++k) sums[k][static_cast<Eigen::Index>(n)] = sum[k];
     }
-    weigh(four, sums, part_s);
+    weigh(four, sums, substep_s);
   }
 }
 
 void TetSprings::change(const TetChange& change) {
   net_.follow(body_, body_.follow(change));
-  const double part_s = std::max(settings_.least_part_s, settings_.step_s / parts_);
-  weigh_all(net_.reached(), part_s, [&](VertexId v, const SpringsAtVertex& springs) {
+  const double substep_s = std::max(settings_.least_substep_s, settings_.step_s / substeps_);
+  weigh_all(net_.reached(), substep_s, [&](VertexId v, const SpringsAtVertex& springs) {
     if (springs.to.empty())
       rows_.remove(v);
     else if (net_.has_changed(v))
@@ -139,11 +139,11 @@ void TetSprings::change(const TetChange& change) {
 
 void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                       std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
-  const double h = settings_.step_s / parts_;
+  const double h = settings_.step_s / substeps_;
   VelocityUpdate update = velocity_update(h);
   update.damper_s = static_cast<float>(options_.damper_s);
-  constraints_.begin(constraints, position_world_m, parts_);
-  for (int part = 0; part < parts_; ++part) {
+  constraints_.begin(constraints, position_world_m, substeps_);
+  for (int substep = 0; substep < substeps_; ++substep) {
     if (options_.damper_s > 0) {
       before_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
       update.velocity_before = before_;
@@ -152,7 +152,7 @@ void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> veloci
     clamped_ += outcome.clamped;
     if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
     update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
-    constraints_.project_part(part, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
+    constraints_.project_substep(substep, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
   }
   constraints_.finish(reactions);
 }
@@ -209,7 +209,7 @@ TensileTest tensile_test(const TetMesh& mesh, std::span<const Spring> springs) {
   TensileTest test;
   double compliance = 0, poisson = 0;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    // The forces of a uniform unit stress along the axis are in balance on any shape.
+    // The forces of a uniform unit stress along the axis are in equilibrium on any shape.
     Field r = Field::Zero(size, 3);
     for (std::size_t t = 0; t < shapes.size(); ++t)
       for (std::size_t k = 0; k < 4; ++k)

@@ -1,4 +1,4 @@
-// The tetrahedra at each vertex, and what linear shape functions say of one tetrahedron.
+// The star of a vertex in a mesh of tetrahedra: the tetrahedra at the vertex, and their corners.
 #pragma once
 
 #include <algorithm>
@@ -11,27 +11,11 @@
 
 namespace sectio {
 
-struct TetShape {
-  std::array<Vec3, 4> gradient;  // of the shape functions, at rest, 1/m
-  double volume_m3 = 0;
-};
-
-inline TetShape tet_shape(const TetMesh& mesh, const Tetrahedron& t) {
-  TetShape shape;
-  shape.volume_m3 = tet_volume_m3(mesh, t);
-  const auto& x = mesh.vertices_body_m;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto& [p, q, r] = kTetFaces[i];
-    shape.gradient[i] = (x[t[r]] - x[t[p]]).cross(x[t[q]] - x[t[p]]) / (6 * shape.volume_m3);
-  }
-  return shape;
-}
-
 inline std::size_t corner_of(const Tetrahedron& t, VertexId v) {
   return static_cast<std::size_t>(std::ranges::find(t, v) - t.begin());
 }
 
-// Ascending at each vertex, so that sums have one order whatever the history.
+// The tetrahedra at each vertex, ascending, so that sums have one order whatever the history.
 class TetStars {
  public:
   explicit TetStars(const TetMesh& mesh) : tets_(mesh.vertices_body_m.size()) {
@@ -60,23 +44,23 @@ class TetStars {
   std::vector<std::vector<std::uint32_t>> tets_;
 };
 
-// One vertex at a time: its tetrahedra, and who else is at them.
+// The star of one vertex at a time: its tetrahedra, their corners and shapes.
 class VertexStar {
  public:
   struct Corner {
     std::uint32_t tetrahedron = kNone;
-    std::size_t corner = 0;             // of it, which is the vertex
-    std::array<std::uint32_t, 4> at{};  // its corners in vertices()
-    TetShape shape;                     // after measure()
+    std::size_t corner = 0;             // the corner of the tetrahedron that is the vertex
+    std::array<std::uint32_t, 4> at{};  // indices of the corners in vertices()
+    TetShape shape;                     // set by measure()
   };
-  // O(degree), but for vertices that are new.
+  // O(degree); longer when the mesh has more vertices than in the last call.
   void begin(const TetMesh& mesh, const TetStars& stars, VertexId v);
   void measure(const TetMesh& mesh);
 
   std::span<const Corner> corners() const { return {corners_.data(), count_}; }
-  // The vertex and its neighbours, as they come first in its tetrahedra.
+  // The vertex and its neighbours, in the order in which its tetrahedra name them first.
   std::span<const VertexId> vertices() const { return vertices_; }
-  // Places in vertices() of the neighbours, which they put in ascending order.
+  // The neighbours in ascending order, as indices into vertices().
   std::span<const std::uint32_t> ascending() const { return ascending_; }
 
  private:

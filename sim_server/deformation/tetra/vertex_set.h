@@ -1,4 +1,4 @@
-// Few of many vertices, each once, in the order in which they came.
+// A set of few of many vertices, in the order of insertion.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@ namespace sectio {
 
 class VertexSet {
  public:
-  // Empties it, for vertices below that number. O(what was in it), and what the number has grown by.
+  // Empties the set and admits vertices below this number. O(size of the set + growth of the number).
   void begin(std::size_t vertices) {
     for (const VertexId v : list_) in_[v] = 0;
     list_.clear();
     resize_slots<std::uint8_t>(in_, vertices, 0);
   }
-  // False: it is there already.
+  // False if the set already has the vertex.
   bool insert(VertexId v) {
     if (in_[v] != 0) return false;
     in_[v] = 1;
@@ -28,7 +28,7 @@ class VertexSet {
   }
   bool contains(VertexId v) const { return in_[v] != 0; }
   std::span<const VertexId> list() const { return list_; }
-  // Ascending from now on.
+  // Sorts list() and returns it.
   std::span<const VertexId> sorted() {
     std::ranges::sort(list_);
     return list_;

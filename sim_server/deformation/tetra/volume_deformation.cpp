@@ -9,20 +9,20 @@
 namespace sectio {
 namespace {
 
-constexpr double kFloorReach_m = 1e-4;  // what is higher is stopped after the step in which it falls lower
+constexpr double kFloorReach_m = 1e-4;  // vertices higher up are stopped after the step in which they fall through
 
 }  // namespace
 
 VolumeDeformation::VolumeDeformation(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of,
                                      const Pose& body, std::optional<VolumeFloor> floor)
     : model_(std::move(model)), floor_(floor), frame_(body) {
-  const std::vector<Vec3>& home = model_->mesh().vertices_body_m;
-  position_.assign(home.size(), Vec4f::Zero());
-  velocity_.assign(home.size(), Vec4f::Zero());
-  slots_of_.assign(home.size(), 0);
-  for (VertexId slot = 0; slot < vertex_of.size(); ++slot) give({slot, vertex_of[slot]});
-  for (VertexId v = 0; v < home.size(); ++v) {
-    position_[v].head<3>() = body.to_world(home[v]).cast<float>();
+  const std::vector<Vec3>& rest = model_->mesh().vertices_body_m;
+  position_.assign(rest.size(), Vec4f::Zero());
+  velocity_.assign(rest.size(), Vec4f::Zero());
+  slots_of_.assign(rest.size(), 0);
+  for (VertexId slot = 0; slot < vertex_of.size(); ++slot) rebind({slot, vertex_of[slot]});
+  for (VertexId v = 0; v < rest.size(); ++v) {
+    position_[v].head<3>() = body.to_world(rest[v]).cast<float>();
     anchors_ += is_anchor(v);
   }
   give_room(position_, velocity_, slots_of_, vertex_of_);
@@ -53,10 +53,10 @@ void VolumeDeformation::change(const TetChange& change, std::span<const Vec4f> a
     if (!is_there(v)) velocity_[v].setZero();
   }
   resize_slots<std::uint8_t>(slots_of_, position_.size(), 0);
-  for (const Slot& slot : slots) give(slot);
+  for (const Slot& slot : slots) rebind(slot);
 }
 
-void VolumeDeformation::give(const Slot& slot) {
+void VolumeDeformation::rebind(const Slot& slot) {
   if (slot.slot >= vertex_of_.size()) resize_slots(vertex_of_, slot.slot + 1, kNone);
   VertexId& vertex = vertex_of_[slot.slot];
   if (vertex != kNone) --slots_of_[vertex];
@@ -66,8 +66,8 @@ void VolumeDeformation::give(const Slot& slot) {
     shared_slots_.insert(std::ranges::lower_bound(shared_slots_, slot.slot), slot.slot);
 }
 
-// Of two slots with one vertex the one that has moved counts.
-void VolumeDeformation::take_over(const ParticleState& outside) {
+// If two slots share a vertex, the one that has changed since the last step counts.
+void VolumeDeformation::read_surface_state(const ParticleState& outside) {
   std::vector<VertexId> moved;
   for (const VertexId slot : shared_slots_) {
     const VertexId v = vertex_of_[slot];
@@ -95,7 +95,7 @@ void VolumeDeformation::step(const SharedBody& body, std::span<const PointConstr
                              std::span<Reaction> reactions) {
   SECTIO_ASSERT(body.mesh.vertex_slots() == vertex_of_.size(), "the surface is that of the volume");
   ParticleState& outside = body.particles;
-  take_over(outside);
+  read_surface_state(outside);
   constraints_.assign(constraints.begin(), constraints.end());
   for (PointConstraint& c : constraints_)
     for (VertexId& v : c.v)
@@ -131,8 +131,8 @@ Pose VolumeDeformation::rest_frame_world(VertexId) const {
   return frame_;
 }
 
-// The floor holds within the step: what only put vertices back after it would carry as much as they weigh, not what the
-// tissue above presses down with.
+// Makes the floor a constraint within the step. If vertices were only put back after the step, the floor would carry
+// their own weight, but not the pressure of the tissue above.
 void VolumeDeformation::stand_on_floor() {
   for (VertexId v = 0; v < position_.size(); ++v) {
     const double above_m = double{position_[v].z()} - floor_->z_m;

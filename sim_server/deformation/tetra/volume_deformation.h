@@ -1,5 +1,6 @@
-// A volume of tetrahedra behind the surface that the rest of the simulation sees in slots: each has a vertex of the
-// volume, and what happens to it outside is taken over at the start of each step. The inside stays here.
+// The deformation of a volume of tetrahedra. The rest of the simulation sees its surface only, in slots: each live slot
+// is bound to a vertex of the volume. Each step begins by reading the state of the surface, which contacts may have
+// changed.
 #pragma once
 
 #include <memory>
@@ -11,8 +12,8 @@
 
 namespace sectio {
 
-// A horizontal floor for all vertices, the inner ones included (paper C, 3.1): what gets below it is put onto it; its
-// velocity is left this fraction of what it was along the floor: 0 is high friction.
+// A horizontal floor for all vertices, inner ones included (paper C, 3.1). A vertex that gets below the floor is put
+// onto it and keeps this fraction of its velocity along the floor; 0 is high friction.
 struct VolumeFloor {
   double z_m = 0;
   double kept_velocity = 0;
@@ -20,19 +21,19 @@ struct VolumeFloor {
 
 class VolumeDeformation final : public DeformationEngine {
  public:
-  // `vertex_of` each slot of the surface, in the model's mesh; which is at `body`, at rest.
+  // `vertex_of`: the vertex of each slot of the surface. The model's mesh is at rest at the pose `body`.
   VolumeDeformation(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of, const Pose& body,
                     std::optional<VolumeFloor> floor);
 
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
   void set_gravity(const Vec3& gravity_m_per_s2) override { model_->set_gravity(gravity_m_per_s2); }
-  // The surface's topology changes with the volume's: see change().
+  // Does nothing: change() updates the surface together with the volume.
   void follow(const SharedBody&, const TopologyChange&) override {}
   Pose rest_frame_world(VertexId v) const override;
   void release(std::span<const VertexId>, const std::optional<SupportPlane>&) override {}
 
-  // By slot of the surface.
+  // These take a slot of the surface.
   bool fixed(VertexId v) const override { return vertex_of_[v] != kNone && is_anchor(vertex_of_[v]); }
   double mass_kg(VertexId v) const override { return vertex_of_[v] == kNone ? 0 : model_->mass_kg(vertex_of_[v]); }
   double inverse_mass_per_kg(VertexId v) const override {
@@ -46,10 +47,11 @@ class VolumeDeformation final : public DeformationEngine {
   double margin(double) const override { return model_->margin(); }
   double residual_m() const override { return model_->residual_m(); }
 
-  // The volume has changed: added vertices (TetChange::first_added) with their state, and slots that have another
-  // vertex now, or none. Before the next step(), whose body has that surface. O(change).
+  // Follows a change of the volume: the state of the added vertices (from TetChange::first_added on), and the slots
+  // that are bound to another vertex, or to none. Call before the next step(), whose body has the new surface.
+  // O(change).
   struct Slot {
-    VertexId slot, vertex;  // kNone: it is dead
+    VertexId slot, vertex;  // vertex kNone: the slot is dead
   };
   void change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
               std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots);
@@ -58,26 +60,26 @@ class VolumeDeformation final : public DeformationEngine {
     velocity_[v].head<3>() = velocity_m_per_s.cast<float>();
   }
   void nudge(VertexId v, const Vec3& faster_by_m_per_s) { velocity_[v].head<3>() += faster_by_m_per_s.cast<float>(); }
-  // All vertices, of a part that comes off another volume.
+  // Sets the state of all vertices, for a part that comes off another volume.
   void set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
 
   const VolumeModel& model() const { return *model_; }
-  // Of all vertices; those of the surface as they were after the last step, the body has them as they are.
+  // The state of all vertices after the last step; the body has the present state of those on the surface.
   std::span<const Vec4f> position_world_m() const { return position_; }
   std::span<const Vec4f> velocity_m_per_s() const { return velocity_; }
 
  private:
   bool is_there(VertexId v) const { return model_->mass_kg(v) > 0; }
   bool is_anchor(VertexId v) const { return model_->inverse_mass_per_kg(v) == 0 && is_there(v); }
-  void take_over(const ParticleState& outside);
-  void give(const Slot& slot);
+  void read_surface_state(const ParticleState& outside);
+  void rebind(const Slot& slot);
   void stand_on_floor();
-  void stop_at_floor(std::size_t first);  // of the constraints that are the floor's
+  void stop_at_floor(std::size_t first);  // first: number of the floor's first constraint
 
   std::unique_ptr<VolumeModel> model_;
   std::vector<VertexId> vertex_of_;     // by slot
-  std::vector<VertexId> shared_slots_;  // of vertices that another slot has had before; ascending
-  std::vector<std::uint8_t> slots_of_;  // by vertex: how many
+  std::vector<VertexId> shared_slots_;  // slots bound to a vertex that another slot had before; ascending
+  std::vector<std::uint8_t> slots_of_;  // by vertex: number of slots
   std::optional<VolumeFloor> floor_;
   std::size_t anchors_ = 0;
   Pose frame_;

@@ -4,14 +4,14 @@
 
 namespace sectio {
 
-int VolumeModel::parts_for(double part_limit_s) const {
-  return std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / part_limit_s))));
+int VolumeModel::substeps_for(double substep_limit_s) const {
+  return std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / substep_limit_s))));
 }
 
-VelocityUpdate VolumeModel::velocity_update(double part_s) const {
+VelocityUpdate VolumeModel::velocity_update(double substep_s) const {
   VelocityUpdate update;
-  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * part_s);
-  update.gravity_step = (part_s * settings_.gravity_m_per_s2).cast<float>();
+  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * substep_s);
+  update.gravity_step = (substep_s * settings_.gravity_m_per_s2).cast<float>();
   update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
   return update;
 }
@@ -29,43 +29,43 @@ double VolumeModel::energy_of_motion_j(std::span<const Vec4f> position_world_m,
 }
 
 void DividedConstraints::begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m,
-                               int parts) {
+                               int substeps) {
   corners_of(constraints, supports_);
-  begin(constraints, supports_, position_world_m, parts);
+  begin(constraints, supports_, position_world_m, substeps);
 }
 
 void DividedConstraints::begin(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
-                               std::span<const Vec4f> position_world_m, int parts) {
+                               std::span<const Vec4f> position_world_m, int substeps) {
   supports_ = supports;
   constraints_.assign(constraints.begin(), constraints.end());
   start_.resize(constraints_.size());
   end_.resize(constraints_.size());
-  part_.resize(constraints_.size());
+  substep_reactions_.resize(constraints_.size());
   mean_.assign(constraints_.size(), {});
-  parts_ = parts;
+  substeps_ = substeps;
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
     const PointConstraint& c = constraints_[n];
     Vec3 point = Vec3::Zero();
     for (const auto& [particle, weight] : supports_.of(n))
       point += weight * position_world_m[particle].head<3>().cast<double>();
     end_[n] = c.target_world_m;
-    // Where a unilateral constraint is not broken yet, its plane is where it will be.
+    // A unilateral constraint that holds at the start has its plane at the target all along.
     const bool keeps = c.unilateral && (point - c.target_world_m).dot(c.normal) <= 0;
     start_[n] = keeps ? c.target_world_m : point;
   }
 }
 
-void DividedConstraints::project_part(int part, double part_s, std::span<const double> inverse_mass,
-                                      std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+void DividedConstraints::project_substep(int substep, double substep_s, std::span<const double> inverse_mass,
+                                         std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
   if (constraints_.empty()) return;
-  const double s = static_cast<double>(part + 1) / parts_;
+  const double s = static_cast<double>(substep + 1) / substeps_;
   for (std::size_t n = 0; n < constraints_.size(); ++n)
     constraints_[n].target_world_m = start_[n] + s * (end_[n] - start_[n]);
-  project(constraints_, supports_, inverse_mass, part_s, position_world_m, velocity_m_per_s, part_);
+  project(constraints_, supports_, inverse_mass, substep_s, position_world_m, velocity_m_per_s, substep_reactions_);
   for (std::size_t n = 0; n < constraints_.size(); ++n) {
-    mean_[n].force_on_tool_n += part_[n].force_on_tool_n / parts_;
-    mean_[n].active = mean_[n].active || part_[n].active;
-    mean_[n].work_j += part_[n].work_j;
+    mean_[n].force_on_tool_n += substep_reactions_[n].force_on_tool_n / substeps_;
+    mean_[n].active = mean_[n].active || substep_reactions_[n].active;
+    mean_[n].work_j += substep_reactions_[n].work_j;
   }
 }
 

@@ -159,8 +159,8 @@ TEST(SpringKernel, registers_of_8_and_of_16_lanes_give_the_same_bits) {
     }
     std::vector<Vec4f> v16 = v8;
     const VelocityUpdate update{0.975f, Vec3f(0.001f, 0.002f, -0.00981f), 3.0f};
-    const VelocityOutcome a = update_velocities(rows, update, x, v8, SpringLanes::eight);
-    const VelocityOutcome b = update_velocities(rows, update, x, v16, SpringLanes::sixteen);
+    const VelocityOutcome a = update_velocities(rows, update, x, v8, SimdWidth::eight);
+    const VelocityOutcome b = update_velocities(rows, update, x, v16, SimdWidth::sixteen);
     ASSERT_TRUE(same_bits(v8, v16)) << network;
     ASSERT_EQ(a.clamped, b.clamped);
     ASSERT_EQ(a.not_finite, b.not_finite);

@@ -38,7 +38,7 @@ Points nodes_at_rest(const HexLattice& lattice) {
   return x;
 }
 HexSolid solid_of(const TetMesh& mesh, double cell_m, const VolumeSettings& settings, double poisson = 0.45,
-                  TetDriver driver = TetDriver::automatic) {
+                  VolumeIntegrator driver = VolumeIntegrator::automatic) {
   VolumeMaterial material;
   material.poisson = poisson;
   return HexSolid(mesh, grid_around(mesh, cell_m), material, settings, driver);
@@ -49,8 +49,8 @@ std::vector<Vec3> plane_at(double x) {
 
 TEST(HexSolid, both_drivers_feel_the_same_force) {
   double force_n[2];
-  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only})
-    force_n[driver == TetDriver::implicit_only] = test::force_on_pressed_block_n(
+  for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only})
+    force_n[driver == VolumeIntegrator::implicit_only] = test::force_on_pressed_block_n(
         [&](const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
           return std::make_unique<HexSolid>(mesh, grid_around(mesh, 0.0125), material, settings, driver);
         });
@@ -65,8 +65,8 @@ TEST(HexKernel, registers_of_8_and_of_16_give_the_same_bits) {
   for (Vec4f& p : x) p.x() += 3 * p.y() * p.z();
   Points a(x.size(), Vec4f::Zero()), b = a;
   for (const bool bound : {false, true})
-    EXPECT_EQ(add_forces(solid.rows(), bound, x, a, SpringLanes::eight),
-              add_forces(solid.rows(), bound, x, b, SpringLanes::sixteen));
+    EXPECT_EQ(add_forces(solid.rows(), bound, x, a, SimdWidth::eight),
+              add_forces(solid.rows(), bound, x, b, SimdWidth::sixteen));
   EXPECT_EQ(a, b);
   EXPECT_GT(a[0].norm(), 0);
 }
@@ -141,7 +141,7 @@ TEST(HexSolid, the_stable_step_is_not_changed_by_cuts_nor_by_little_fill) {
   for (const HexCell& cell : pieces.lattice().cells) least = std::min(least, cell.fill);
   EXPECT_LT(least, 2e-3);
   EXPECT_EQ(pieces.explicit_limit_s(), whole.explicit_limit_s());
-  EXPECT_EQ(pieces.parts(), whole.parts());
+  EXPECT_EQ(pieces.substeps(), whole.substeps());
   EXPECT_LT(largest_omega2(pieces, nodes_at_rest(pieces.lattice())),
             1.01 * omega2_at_rest(pieces.material(), 0.0125, 1));
   // And a lattice that holds the least of a body at its border.
@@ -159,8 +159,8 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
   TetTopology volume(mesh);
   cut(volume, {plane_at(0.043)}, {});
   const TetMesh halves = volume.mesh();
-  HexSolid after(halves, grid, {}, held_at_end(halves), TetDriver::automatic, &solid);
-  HexSolid followed(mesh, grid, {}, held_at_end(mesh), TetDriver::automatic, &solid);
+  HexSolid after(halves, grid, {}, held_at_end(halves), VolumeIntegrator::automatic, &solid);
+  HexSolid followed(mesh, grid, {}, held_at_end(mesh), VolumeIntegrator::automatic, &solid);
   followed.change(volume.change());
   EXPECT_EQ(followed.node_position_world_m().size(), after.node_position_world_m().size());
   EXPECT_NEAR(followed.energy_j({}, {}), after.energy_j({}, {}), 1e-9 * std::abs(after.energy_j({}, {})));
@@ -190,14 +190,14 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
 TEST(HexSolid, the_two_drivers_come_to_rest_in_one_place) {
   const TetMesh mesh = block(2);
   Points ends[2];
-  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only}) {
+  for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only}) {
     VolumeMaterial soft;
     soft.young_pa = 20000;
     HexSolid solid(mesh, grid_around(mesh, 0.025), soft, held_at_end(mesh), driver);
     Points x = at_rest(mesh), v = still(x);
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
     EXPECT_EQ(solid.implicit_steps(), 0u);
-    ends[driver == TetDriver::automatic ? 0 : 1] = x;
+    ends[driver == VolumeIntegrator::automatic ? 0 : 1] = x;
   }
   double sag = 0, apart = 0;
   for (std::size_t i = 0; i < ends[0].size(); ++i) {
@@ -250,7 +250,7 @@ TEST(HexSolid, a_stretched_body_gets_more_parts) {
   const TetMesh mesh = block(3);
   const double limit_s = solid_of(mesh, 0.05 / 3, weightless(1e-5)).explicit_limit_s();
   HexSolid solid = solid_of(mesh, 0.05 / 3, weightless(1.999 * limit_s));
-  EXPECT_EQ(solid.parts(), 2);
+  EXPECT_EQ(solid.substeps(), 2);
   Points x = at_rest(mesh), v = still(x);
   int most_parts = 0;
   for (int n = 0; n < 200; ++n) {
@@ -262,11 +262,11 @@ TEST(HexSolid, a_stretched_body_gets_more_parts) {
     }
     std::vector<Reaction> reactions(ends.size());
     solid.step(x, v, ends, reactions);
-    most_parts = std::max(most_parts, solid.last_parts());
+    most_parts = std::max(most_parts, solid.last_substeps());
   }
   EXPECT_GT(most_parts, 2);
   for (int n = 0; n < 600; ++n) solid.step(x, v, {}, {});
-  EXPECT_EQ(solid.last_parts(), 2);
+  EXPECT_EQ(solid.last_substeps(), 2);
   EXPECT_EQ(solid.implicit_steps(), 0u);
 }
 

@@ -85,7 +85,7 @@ double worst_quality(const TetTopology& volume) {
 
 // Steps that a millisecond takes without added mass.
 int parts_without_added_mass(const TetMesh& mesh) {
-  return TetSolid(mesh, {}, {}).parts();
+  return TetSolid(mesh, {}, {}).substeps();
 }
 
 // Here more than by default, so that there is something. Volume and momentum stay, replicas follow, no edge that could

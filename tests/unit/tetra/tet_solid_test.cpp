@@ -47,16 +47,16 @@ TEST(TetKernel, registers_of_8_and_of_16_give_the_same_bits) {
   for (Vec4f& p : x) p.x() += 3 * p.y() * p.z();
   Points a = x, b = x, va = still(x), vb = va;
   const VelocityUpdate update{0.99f, Vec3f(0, 0, -0.001f), 5};
-  EXPECT_EQ(update_pressures(solid.rows(), true, a, SpringLanes::eight),
-            update_pressures(solid.rows(), true, b, SpringLanes::sixteen));
-  update_velocities(solid.rows(), update, a, va, SpringLanes::eight);
-  update_velocities(solid.rows(), update, b, vb, SpringLanes::sixteen);
+  EXPECT_EQ(update_pressures(solid.rows(), true, a, SimdWidth::eight),
+            update_pressures(solid.rows(), true, b, SimdWidth::sixteen));
+  update_velocities(solid.rows(), update, a, va, SimdWidth::eight);
+  update_velocities(solid.rows(), update, b, vb, SimdWidth::sixteen);
   EXPECT_EQ(a, b);
   EXPECT_EQ(va, vb);
   std::vector<TetBlockColumn> room(3 * solid.rows().most_faces());
   const std::span<float> scratch(room.data()->bulk.data(), room.size() * kLanes);
-  const float moved = descend(solid.rows(), 0.001f, x, a, scratch, SpringLanes::eight);
-  EXPECT_EQ(moved, descend(solid.rows(), 0.001f, x, b, scratch, SpringLanes::sixteen));
+  const float moved = descend(solid.rows(), 0.001f, x, a, scratch, SimdWidth::eight);
+  EXPECT_EQ(moved, descend(solid.rows(), 0.001f, x, b, scratch, SimdWidth::sixteen));
   EXPECT_GT(moved, 0);
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].head<3>(), b[i].head<3>());
 }
@@ -102,13 +102,13 @@ TEST(TetSolid, the_two_drivers_come_to_rest_in_one_place) {
   VolumeMaterial soft;
   soft.young_pa = 20000;
   Points ends[2];
-  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only}) {
+  for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only}) {
     TetSolid solid(mesh, soft, held_at_end(mesh), driver);
     Points x = at_rest(mesh), v = still(x);
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
     EXPECT_EQ(solid.implicit_steps(), 0u);
-    EXPECT_EQ(solid.last_step_was_implicit(), driver == TetDriver::implicit_only);
-    ends[driver == TetDriver::automatic ? 0 : 1] = x;
+    EXPECT_EQ(solid.last_step_was_implicit(), driver == VolumeIntegrator::implicit_only);
+    ends[driver == VolumeIntegrator::automatic ? 0 : 1] = x;
   }
   double sag = 0, apart = 0;
   for (std::size_t i = 0; i < ends[0].size(); ++i) {
@@ -170,8 +170,8 @@ TEST(TetSolid, a_held_body_weighs_what_it_weighs) {
 
 TEST(TetSolid, both_drivers_feel_the_same_force) {
   double force_n[2];
-  for (const TetDriver driver : {TetDriver::automatic, TetDriver::implicit_only})
-    force_n[driver == TetDriver::implicit_only] = test::force_on_pressed_block_n(
+  for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only})
+    force_n[driver == VolumeIntegrator::implicit_only] = test::force_on_pressed_block_n(
         [&](const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
           return std::make_unique<TetSolid>(mesh, material, settings, driver);
         });
@@ -185,7 +185,7 @@ TEST(TetSolid, A_19_free_fall) {
   TetSolid solid(mesh, material, {});
   Points x = at_rest(mesh), v = still(x);
   for (int n = 0; n < 200; ++n) solid.step(x, v, {}, {});
-  const double h = 0.001 / solid.parts(), t = 0.2;
+  const double h = 0.001 / solid.substeps(), t = 0.2;
   for (std::size_t i = 0; i < x.size(); ++i)  // symplectic Euler: t (t + h) / 2
     EXPECT_NEAR(mesh.vertices_body_m[i].z() - double{x[i].z()}, 0.5 * 9.81 * t * (t + h), 1e-4 * 0.5 * 9.81 * t * t);
 }

@@ -100,7 +100,7 @@ TEST(C_PHY, C_PHY_4_A_21_verlet_is_of_second_order) {
   const auto end_error = [&](double h, int steps) {
     settings.step_s = h;
     TetSprings model(mesh, undamped(), settings, {0, 0, false});
-    EXPECT_EQ(model.parts(), 1);
+    EXPECT_EQ(model.substeps(), 1);
     const double omega = std::sqrt(model.springs()[0].stiffness_n_per_m / model.mass_kg(0)), a = 1e-3;
     Points x = at_rest(mesh), v = still(x);
     x[0].x() += static_cast<float>(a);
@@ -123,7 +123,7 @@ TEST(C_PHY, C_PHY_5_drag_takes_what_it_should) {
   Points x = at_rest(mesh), v = still(x);
   for (Vec4f& u : v) u.y() = 0.5f;
   for (int n = 0; n < 100; ++n) model.step(x, v, {}, {});
-  const double left = std::pow(1 - 25 * 0.001 / model.parts(), 100 * model.parts());
+  const double left = std::pow(1 - 25 * 0.001 / model.substeps(), 100 * model.substeps());
   for (const Vec4f& u : v) EXPECT_NEAR(u.y(), 0.5 * left, 1e-4);
 }
 
@@ -132,7 +132,7 @@ TEST(C_PHY, C_PHY_6_free_fall) {
   TetSprings model(mesh, undamped(), {});
   Points x = at_rest(mesh), v = still(x);
   for (int n = 0; n < 100; ++n) model.step(x, v, {}, {});
-  const double t = 0.1, h = 0.001 / model.parts();
+  const double t = 0.1, h = 0.001 / model.substeps();
   for (std::size_t i = 0; i < x.size(); ++i)
     EXPECT_NEAR(mesh.vertices_body_m[i].z() - double{x[i].z()}, 0.5 * 9.81 * t * (t + h), 1e-6);
 }

@@ -25,9 +25,9 @@ TetMesh cut_block(std::uint32_t seed, int cuts) {
   return volume.mesh();
 }
 
-VolumeSettings standing(const TetMesh& mesh, double least_part_s) {
+VolumeSettings standing(const TetMesh& mesh, double least_substep_s) {
   VolumeSettings settings;
-  settings.least_part_s = least_part_s;
+  settings.least_substep_s = least_substep_s;
   for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.z() < 1e-6);
   return settings;
 }
@@ -45,13 +45,13 @@ void expect_alive(Model& model, const TetMesh& mesh) {
 
 TEST(AfterCuts, the_solid_keeps_its_step_with_little_mass_added) {
   const TetSolid whole(cut_block(0, 0), {}, standing(cut_block(0, 0), 0));
-  const double part_s = 0.001 / whole.parts();
+  const double part_s = 0.001 / whole.substeps();
   for (std::uint32_t seed = 0; seed < 6; ++seed) {
     const TetMesh mesh = cut_block(seed, 2);
     const TetSolid light(mesh, {}, standing(mesh, 0));
     TetSolid solid(mesh, {}, standing(mesh, part_s));
-    EXPECT_GT(light.parts(), solid.parts()) << seed;
-    EXPECT_EQ(solid.parts(), whole.parts()) << seed;
+    EXPECT_GT(light.substeps(), solid.substeps()) << seed;
+    EXPECT_EQ(solid.substeps(), whole.substeps()) << seed;
     EXPECT_LT(solid.added_mass_fraction(), 0.2) << seed;
     expect_alive(solid, mesh);
   }
@@ -59,11 +59,11 @@ TEST(AfterCuts, the_solid_keeps_its_step_with_little_mass_added) {
 
 TEST(AfterCuts, springs_keep_their_step_too) {
   const TetSprings whole(cut_block(0, 0), {}, standing(cut_block(0, 0), 0));
-  const double part_s = 0.001 / whole.parts();
+  const double part_s = 0.001 / whole.substeps();
   for (std::uint32_t seed = 0; seed < 6; ++seed) {
     const TetMesh mesh = cut_block(seed, 2);
     TetSprings springs(mesh, {}, standing(mesh, part_s));
-    EXPECT_EQ(springs.parts(), whole.parts()) << seed;
+    EXPECT_EQ(springs.substeps(), whole.substeps()) << seed;
     EXPECT_LT(springs.added_mass_fraction(), 0.3) << seed;
     expect_alive(springs, mesh);
   }

@@ -53,7 +53,7 @@ VolumeMaterial material() {
 
 VolumeSettings settings(const TetMesh& mesh) {
   VolumeSettings settings;
-  settings.least_part_s = 0.001;  // more than all rows allow: mass wherever it is needed
+  settings.least_substep_s = 0.001;  // more than all rows allow: mass wherever it is needed
   settings.fixed = fixed(mesh.vertices_body_m);
   return settings;
 }
@@ -121,7 +121,7 @@ TEST_P(Changes, rows_are_those_of_a_model_made_anew) {
       for (std::uint32_t k = 0; k < springs.rows().degree(v); ++k)
         ASSERT_EQ(springs.rows().half_edge(v, k), springs_anew.rows().half_edge(v, k)) << v;
     }
-    EXPECT_EQ(springs.part_limit_s(), springs_anew.part_limit_s());
+    EXPECT_EQ(springs.substep_limit_s(), springs_anew.substep_limit_s());
     // No two rows of a slice share a tetrahedron.
     for (const Tetrahedron& t : mesh.tetrahedra)
       for (const auto& [i, j] : kTetEdges) ASSERT_NE(solid.rows().colour(t[i]), solid.rows().colour(t[j]));
