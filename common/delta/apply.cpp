@@ -38,7 +38,7 @@ const Edit* find(const std::vector<Edit>& edits, std::uint32_t id) {
   return it != edits.end() && it->id == id ? &*it : nullptr;
 }
 
-// Every slot between the two counts needs an edit: a new slot its content, a truncated one its death.
+// Every slot between the two counts needs an edit, which fills a new slot or frees a truncated one.
 template <class Edit>
 bool covers(const std::vector<Edit>& edits, std::uint32_t before, std::uint32_t after, bool (*alive)(const Edit&)) {
   const auto [low, high] = std::minmax(before, after);
@@ -51,7 +51,7 @@ bool covers(const std::vector<Edit>& edits, std::uint32_t before, std::uint32_t 
 
 }  // namespace
 
-// Changes a mesh and can take the change back: validation by trial, so that every test sees the mesh as it would be.
+// Changes a mesh and can take the change back. Validation is by trial: every test sees the mesh after the change.
 class MeshWriter {
  public:
   MeshWriter(const TopologyDelta& delta, TriangleMesh& mesh) : delta_(delta), mesh_(mesh) {}
@@ -133,7 +133,7 @@ class MeshWriter {
     }
   }
 
-  // How many triangles each vertex of the patch must have afterwards: those it has outside the patch and the new ones.
+  // The triangles that each vertex of the patch must have afterwards: those outside the patch and the new ones.
   bool expected_valence(std::vector<std::pair<VertexId, std::uint32_t>>& valence) const {
     std::vector<VertexId> before, after, touched;
     for (const PatchTriangle& p : patch_) {
@@ -159,7 +159,7 @@ class MeshWriter {
     return true;
   }
 
-  // Triangles around v in the order of the fan; 0 when the fan does not close.
+  // The number of triangles around v, counted along the fan; 0 if the fan does not close.
   std::uint32_t fan_size(VertexId v, std::vector<VertexId>* rim = nullptr) const {
     const TriangleId first = mesh_.incident_[v];
     TriangleId t = first;

@@ -1,4 +1,4 @@
-// Plain values to little-endian bytes and back. Reading never runs past the end: it fails, and stays failed.
+// Writes plain values as little-endian bytes and reads them. A read past the end fails, and so do all reads after it.
 #pragma once
 
 #include <bit>

@@ -76,7 +76,7 @@ void JournalWriter::append(std::uint32_t body_id, std::span<const std::uint8_t> 
   write(out.bytes());
 }
 
-// Flushed each time: what was appended survives the program.
+// Flushes each record, so that it survives a crash of the program.
 void JournalWriter::write(std::span<const std::uint8_t> bytes) {
   file_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   file_.flush();

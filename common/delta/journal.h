@@ -3,8 +3,8 @@
 //
 // File: "SECTIOJ1", bodies (u32), then for each body: name length (u32), name, keyframe length (u64), keyframe; then
 // records until the end: body_id (u32), length (u32), checksum of the bytes (u64), delta. Little-endian. A record whose
-// body_id is the number of bodies so far brings the next body instead: name length (u32), name, keyframe. One with
-// kGravityRecord says that gravity turns: step (u64), x, y, z (f64, m/s2).
+// body_id is the number of bodies so far adds the next body instead: name length (u32), name, keyframe. A record of
+// kGravityRecord changes gravity: step (u64), x, y, z (f64, m/s2).
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct JournalBody {
 
 constexpr std::uint32_t kGravityRecord = 0xffffffffu;
 
-// From this step on, gravity turned there.
+// Gravity from this step on.
 struct JournalGravity {
   std::uint64_t step = 0;
   Vec3 gravity_m_per_s2 = Vec3::Zero();
@@ -33,12 +33,12 @@ struct JournalGravity {
 
 class JournalWriter {
  public:
-  // Creates the file, with every body as it is now. Throws InputError when it can't be written.
+  // Creates the file with the present state of every body. Throws InputError when it can't be written.
   JournalWriter(const std::string& path, std::span<const JournalBody> bodies);
 
   // Throws InputError when the disk is full.
   void append(std::uint32_t body_id, const TopologyDelta& delta);
-  // A body that came off another; its number is that of the bodies so far.
+  // Adds a body that came off another; its id is the number of bodies so far.
   void append(const JournalBody& body);
   void append(const JournalGravity& gravity);
 
@@ -62,9 +62,9 @@ class JournalReader {
  public:
   explicit JournalReader(const std::string& path);
 
-  // As they were at the beginning: the session's, and of those that came later the ones read so far.
+  // The session's bodies in their initial state, and those added by the records read so far.
   const std::vector<JournalBody>& bodies() const { return bodies_; }
-  // Of the session, read so far.
+  // The changes of gravity read so far.
   const std::vector<JournalGravity>& gravity() const { return gravity_; }
 
   // The next delta; nothing at the end of the file.
@@ -87,7 +87,7 @@ class JournalReader {
 
 // The bodies after all deltas. Throws InputError as JournalReader does, and when a delta doesn't fit its body.
 std::vector<JournalBody> read_journal(const std::string& path);
-// All that gravity did, in order.
+// All changes of gravity, in order.
 std::vector<JournalGravity> read_gravity(const std::string& path);
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// A Keyframe is the whole topology of one body at one revision: what a viewer that joins late, or that has lost a
-// delta, starts again from; and the beginning of a journal.
+// A Keyframe is the whole topology of one body at one revision. A viewer that joins late or has lost a delta starts
+// from one, and a journal begins with one.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace sectio {
 struct Keyframe {
   std::uint64_t revision = 0;
   std::uint64_t hash = 0;
-  std::uint64_t permanent_hash = 0;  // another one while temporary elements are there
+  std::uint64_t permanent_hash = 0;  // differs from hash while there are temporary elements
   std::vector<Vec3> rest_body_m;
   std::vector<std::uint8_t> vertex_alive;  // 0 or 1
   std::vector<Triangle> triangles;
@@ -24,17 +24,17 @@ struct Keyframe {
 
 Keyframe keyframe_of(const TriangleMesh& mesh);
 
-// 40 bytes of header, 25 a vertex slot, 13 a triangle slot.
+// The header has 40 bytes, a vertex slot 25, a triangle slot 13.
 std::vector<std::uint8_t> to_bytes(const Keyframe& keyframe);
 
-// Nothing unless the size is exact, positions are finite, corners are in range and surfaces exist. Allocates no more
-// than a small multiple of bytes.size().
+// Returns nothing unless the size is exact, positions are finite, corners are in range and surfaces exist. Allocates at
+// most a small multiple of bytes.size().
 std::optional<Keyframe> keyframe_from_bytes(std::span<const std::uint8_t> bytes);
 
-// Nothing unless the result is a closed manifold with the keyframe's hash. O(n log n).
+// Returns nothing unless the result is a closed manifold with the keyframe's hash. O(n log n).
 std::optional<TriangleMesh> mesh_of(Keyframe keyframe);
 
-// The same for deltas; validity against a mesh is for apply() to judge.
+// The same for deltas; apply() checks whether a delta fits a mesh.
 std::vector<std::uint8_t> to_bytes(const TopologyDelta& delta);
 std::optional<TopologyDelta> delta_from_bytes(std::span<const std::uint8_t> bytes);
 

@@ -1,5 +1,5 @@
-// A cut is a value. TopologyDelta says what every changed slot holds afterwards; apply() is the only code that changes
-// a mesh. Replication, late join, undo of a temporary subdivision, recording and replay are this one mechanism.
+// A cut is a value. TopologyDelta holds the new content of every changed slot; apply() is the only code that changes a
+// mesh. Replication, late join, undo of a temporary subdivision, recording and replay all use this mechanism.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct TopologyDelta {
   std::uint64_t hash_after = 0;
   std::uint32_t vertex_slots_after = 0;
   std::uint32_t triangle_slots_after = 0;
-  // Of a deformation only (paper A, 2.2): temporary elements come, move or go; other deltas wait until all are gone.
+  // Adds, moves or removes temporary elements of a deformation (paper A, 2.2); other deltas wait until there are none.
   bool temporary = false;
   std::vector<VertexEdit> vertices;
   std::vector<TriangleEdit> triangles;

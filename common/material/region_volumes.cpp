@@ -18,7 +18,7 @@ RegionVolumes none_of(const Regions& regions) {
   return {std::vector<double>(regions.size(), 0), 0};
 }
 
-// Halved at its longest edge until it is of one region, or small.
+// Bisects a tetrahedron at its longest edge until each part lies in one region or is small.
 void add_tetrahedron(const Regions& regions, const Corners& x, double resolution_m, RegionVolumes& volumes) {
   const Vec3 middle = (x[0] + x[1] + x[2] + x[3]) / 4;
   double radius2 = 0, longest2 = 0;
@@ -38,7 +38,7 @@ void add_tetrahedron(const Regions& regions, const Corners& x, double resolution
   }
 }
 
-// Where vertical lines of the grid go through a surface.
+// The intervals in which vertical lines of a grid lie inside a surface.
 class Columns {
  public:
   Columns(std::span<const Vec3> vertices, std::span<const Triangle> triangles, double step_m)
@@ -56,7 +56,7 @@ class Columns {
       if (t.alive()) add(t);
   }
 
-  // visit(point in the middle of a piece, its length): of all that lies inside, in pieces of the step.
+  // Calls visit(midpoint, length) for pieces of at most a step that cover these intervals.
   template <class Visit>
   void pieces(const Visit& visit) {
     for (std::size_t c = 0; c < crossings_.size(); ++c) {
@@ -70,7 +70,7 @@ class Columns {
   }
 
  private:
-  // No vertex of a mesh is likely to lie on a line: an odd place between the steps.
+  // Offsets the lines by an odd share of a step, so that a vertex is unlikely to lie on one.
   static constexpr double kOffset = 0.381966;
 
   Eigen::Vector2i index_above(const Eigen::Vector2d& p) const {
@@ -82,8 +82,8 @@ class Columns {
     return at(Eigen::Vector2i(first_ + Eigen::Vector2i(i % across_, i / across_)));
   }
 
-  // Twice the area of a, b, p as seen from above. Computed alike for both triangles at an edge, so that a line passes
-  // through exactly one of them.
+  // Twice the area of a, b, p seen from above, computed in the same way for both triangles at an edge, so that a line
+  // passes through exactly one of them.
   double side(VertexId a, VertexId b, const Eigen::Vector2d& p) const {
     const bool turned = b < a;
     if (turned) std::swap(a, b);
@@ -105,7 +105,7 @@ class Columns {
         const double z =
             (a * vertices_[t.v[0]].z() + b * vertices_[t.v[1]].z() + c * vertices_[t.v[2]].z()) / (a + b + c);
         const auto column = static_cast<std::size_t>((j - first_.y()) * across_ + i - first_.x());
-        crossings_[column].emplace_back(z, a > 0 ? -1 : 1);  // seen from below, a line enters through what faces down
+        crossings_[column].emplace_back(z, a > 0 ? -1 : 1);  // a line that goes up enters where the surface faces down
       }
   }
 
@@ -124,7 +124,7 @@ class Columns {
   Eigen::AlignedBox2d box_;
   Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
   int across_ = 0;
-  std::vector<std::vector<std::pair<double, int>>> crossings_;  // height, and how the number of bodies around changes
+  std::vector<std::vector<std::pair<double, int>>> crossings_;  // height, and the change of the winding number
 };
 
 }  // namespace

@@ -19,13 +19,13 @@ double ellipsoid_m(const Vec3& q, const Vec3& r) {
   return slope > 1e-6 ? k * (k - 1) / slope : -r.minCoeff();
 }
 
-// Nowhere is the border nearer than that. That of an ellipsoid: k changes by less than 1 / min r on a metre.
+// A lower bound on the distance to the border. For an ellipsoid: k changes by less than 1 / min r on a metre.
 double least_distance_to_border_m(const RegionPart& p, const Vec3& x) {
   if (p.form == RegionForm::ellipsoid) {
     const double k = (p.orientation.conjugate() * (x - p.a_m)).cwiseQuotient(p.b_m).norm();
     return std::abs(k - 1) * p.b_m.minCoeff();
   }
-  // A tube that tapers changes its distance by more than a metre on one.
+  // The distance function of a tapered tube has a slope above 1.
   const double length_m = (p.b_m - p.a_m).norm();
   const double taper =
       p.form == RegionForm::tube ? std::abs(p.radius_b_m - p.radius_a_m) / std::max(length_m, 1e-6) : 0;
@@ -72,8 +72,8 @@ bool vary_in_stiffness(const Regions& regions) {
   return std::ranges::any_of(regions, [](const Region& r) { return r.stiffness_factor != 1; });
 }
 
-// Waves through each other along the axes; the sum of three products is at most 3. A wave is two parabolas a period, as
-// the same bits on every machine want no sine.
+// Products of waves along the axes; the sum of three products is at most 3. A wave consists of two parabolas a period,
+// since a sine would not have the same bits on every machine.
 double ripple_at(const Vec3& x) {
   const auto wave = [](double t) {
     const double v = 2 * (t - std::floor(t)) - 1;

@@ -6,14 +6,14 @@
 namespace sectio {
 namespace {
 
-constexpr double kForceEpsilon_n = 1e-3;  // below it there is no contact to speak of
+constexpr double kForceEpsilon_n = 1e-3;  // smaller forces count as no contact
 
 Vec3 clamped(const Vec3& v, double longest) {
   const double length = v.norm();
   return length > longest ? Vec3(v * (longest / length)) : v;
 }
 
-// What evaluate() and the follower share: the force, and the sideways force that the friction bound took away.
+// The force, and the part of the sideways force that exceeded the friction bound.
 struct Evaluation {
   Vec3 force_n;
   Vec3 cut_off_n;
@@ -77,7 +77,7 @@ void ContactModelFollower::adopt(const Motion& motion) {
   blend_from(before_n, motion);
 }
 
-// From here on the output goes from `before_n` to what the model says, within kBlend_s.
+// Starts a blend of the output from `before_n` to the model's force, which takes kBlend_s.
 void ContactModelFollower::blend_from(const Vec3& before_n, const Motion& motion) {
   gap_n_ = Vec3::Zero();
   gap_n_ = before_n - output(motion);

@@ -1,5 +1,5 @@
-// The local contact model: what the server tells the hand. Between two of these, the bridge evaluates force =
-// model(pose) at 1 kHz by itself. (Intermediate representation: Adachi 1995, Mark 1996.) See evaluate() for the
+// The local contact model, which the server sends to the device bridge. Between two models the bridge itself evaluates
+// force = model(pose) at 1 kHz (intermediate representation: Adachi et al. 1995, Mark et al. 1996). evaluate() has the
 // formula.
 #pragma once
 
@@ -15,17 +15,17 @@ struct ContactModel {
   std::uint32_t tool_id = 0;
   std::uint64_t sequence = 0;
   double sim_time_s = 0;
-  double tool_time_s = 0;  // time stamp of the newest tool sample that the server had used: the bridge's own clock
+  double tool_time_s = 0;  // time stamp, by the bridge's own clock, of the newest tool sample that the server had used
   ContactState state = ContactState::free;
   Vec3 point_world_m = Vec3::Zero();           // on the plane
   Vec3 normal_world = Vec3::UnitZ();           // unit, out of the tissue
-  Vec3 velocity_world_m_per_s = Vec3::Zero();  // of the plane
+  Vec3 velocity_world_m_per_s = Vec3::Zero();  // velocity of the plane
   Vec3 force_world_n = Vec3::Zero();           // on the tool at tip_world_m, at the time of fitting
   Vec3 tip_world_m = Vec3::Zero();             // tool tip for which force_world_n was computed
   double stiffness_n_per_m = 0;                // along the normal
   double tangential_stiffness_n_per_m = 0;
   double damping_n_s_per_m = 0;
-  double friction = 0;        // Coulomb's coefficient; sideways force sticks up to friction x normal force
+  double friction = 0;        // Coulomb's coefficient; the contact sticks up to friction x normal force
   double yield_n = 0;         // the force never exceeds this (rupture or saturation)
   double valid_radius_m = 0;  // past this distance from tip_world_m the force is held, then decays
   double time_to_live_s = 0.05;
@@ -37,20 +37,20 @@ struct ContactModel {
 //   age = min(now - tool_time, time_to_live)          d   = x - v_p age - x0     (the tip, seen from the moving tissue)
 //   F_n = max(0, n.f0 - k n.d - c n.(v - v_p))        F_t = f0_t - k_t d_t, |F_t| <= max(mu F_n, |f0_t|)
 //
-// and |F| <= yield. The bound |f0_t| fades as lifting takes normal force away, and is zero when that comes to
-// the larger of n.f0 and |f0_t|: a lifted tool feels nothing, a blade pressed only sideways keeps its force.
-// Pure: neither holds nor decays; ContactModelFollower does. No allocation, no lock.
+// and |F| <= yield. The bound |f0_t| fades as lifting reduces the normal force, and is zero once the reduction reaches
+// the larger of n.f0 and |f0_t|: a lifted tool feels nothing, and a blade pressed only sideways keeps its force.
+// A pure function: only ContactModelFollower holds a force or lets it decay. No allocation, no lock.
 Vec3 evaluate(const ContactModel& model, const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
 
-// A point carried back to the time of the fit with the plane's velocity: x - v_p age.
+// Carries a point back to the time of the fit with the plane's velocity: x - v_p age.
 Vec3 seen_from_tissue(const ContactModel& model, const Vec3& world_m, double now_s);
 
-// What the 1 kHz loop asks: evaluate() with memory. It
-//  - goes over to a new model within kBlend_s without a jump in force, and lets stiffness rise by at most 20 % in 10 ms
-//    (a rise at fixed penetration hands energy to the user), while it may fall at once;
+// Evaluates the models in the 1 kHz loop, with memory. The follower
+//  - blends to a new model within kBlend_s without a jump in force, and lets stiffness rise by at most 20 % in 10 ms
+//    (a rise at fixed penetration would feed energy to the user), while it may fall at once;
 //  - sticks and slips sideways: the spring's anchor is dragged along once the friction bound is reached;
-//  - outside valid_radius_m keeps the last force and fades it within kDecay_s;
-//  - when no model has come for kSilence_s, fades the force within kDecay_s (the watchdog).
+//  - holds the last force outside valid_radius_m and fades it within kDecay_s;
+//  - fades the force within kDecay_s when no model has arrived for kSilence_s (the watchdog).
 // Deterministic; one thread; no allocation, no lock.
 class ContactModelFollower {
  public:
@@ -59,13 +59,13 @@ class ContactModelFollower {
   static constexpr double kSilence_s = 0.1;
   static constexpr double kStiffnessRisePer10ms = 0.2;
 
-  // The newest model; takes effect with the next tick().
+  // Receives the newest model, which takes effect with the next tick().
   void receive(const ContactModel& model);
 
-  // The force at this tick. `now_s` ascends. No model yet: no force.
+  // Returns the force at this tick, zero before the first model. `now_s` must ascend.
   Vec3 tick(const Vec3& tip_world_m, const Vec3& velocity_world_m_per_s, double now_s);
 
-  // Nothing before the first model has taken effect.
+  // The model in effect; null before the first one.
   const ContactModel* model() const { return has_model_ ? &model_ : nullptr; }
   bool silent(double now_s) const { return has_model_ && now_s - received_s_ > kSilence_s; }
 
@@ -91,9 +91,9 @@ class ContactModelFollower {
   double received_s_ = 0;
   double left_s_ = 0;  // when the tip left valid_radius_m
   double gap_began_s_ = 0;
-  double stiffness_n_per_m_ = 0;  // follows the model's, limited in its rise
-  Vec3 slip_m_ = Vec3::Zero();    // how far the sideways spring's anchor was dragged since the fit
-  Vec3 gap_n_ = Vec3::Zero();     // force before the last change less force after it
+  double stiffness_n_per_m_ = 0;  // follows the model's stiffness at a limited rate of rise
+  Vec3 slip_m_ = Vec3::Zero();    // displacement of the sideways spring's anchor since the fit
+  Vec3 gap_n_ = Vec3::Zero();     // force before the last change of the model minus force after it
   Vec3 held_n_ = Vec3::Zero();
   Vec3 force_n_ = Vec3::Zero();
 };

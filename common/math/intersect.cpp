@@ -9,8 +9,8 @@
 namespace sectio {
 namespace {
 
-// Side of the triangle's plane, the point shifted by shift * (e, e^2, e^3): the first order is shift * n . (e, e^2,
-// e^3).
+// The side of the triangle's plane on which p lies, shifted by shift * (e, e^2, e^3); the first order of the shift is
+// shift * n . (e, e^2, e^3).
 Orientation side_of_plane(const Corners& t, const Vec3& p, int shift) {
   Orientation o = orientation(t[0], t[1], t[2], p);
   if (o.sign == 0) o.sign = shift * leading_sign_of_cross(t[0], t[1], t[0], t[2]);
@@ -24,8 +24,9 @@ Orientation side_of_edge(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3
   return o;
 }
 
-// Does the line p q pass inside the triangle? weights: of the corners, not normalised. Returns -1 against the normal,
-// 1 along it, 0 beside. An edge parallel to the line keeps sign 0: such a line is parallel to the plane.
+// Whether the line p q passes through the triangle: -1 against the normal, 1 along it, 0 if not. `weights` are the
+// corners' barycentric weights, not normalised. An edge parallel to the line has sign 0: such a line is parallel
+// to the plane.
 int line_inside(const Vec3& p, const Vec3& q, const Corners& t, int shift, Vec3& weights) {
   int sign = 0;
   for (int i = 0; i < 3; ++i) {
@@ -80,7 +81,7 @@ SweptCrossings cross_swept(const Vec3& p, const Vec3& q, const SweptSegment& swe
   return result;
 }
 
-// By Voronoi regions of the corners, edges and the face (Ericson, Real-Time Collision Detection, 5.1.5).
+// Tests the Voronoi regions of corners, edges and the face (Ericson 2005, Real-Time Collision Detection, 5.1.5).
 ClosestPoint closest_on_triangle(const Vec3& p, const Corners& t) {
   const auto at = [&](double u, double v, double w) {
     const Vec3 point = u * t[0] + v * t[1] + w * t[2];
@@ -111,7 +112,7 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (a + along * (b - a) - p).norm();
 }
 
-// Separating axes: the three of the box and their cross products with the segment.
+// Separating axis test with the three axes of the box and their cross products with the segment.
 bool overlaps(const Vec3& p, const Vec3& q, const Box3& box) {
   if (box.isEmpty()) return false;
   const Vec3 half = 0.5 * (box.max() - box.min());

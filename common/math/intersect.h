@@ -1,9 +1,9 @@
-// Where segments, rays and triangles meet. Double precision, exact decisions, pure functions.
+// Intersections of segments, rays and triangles. Double precision, exact decisions, pure functions.
 //
-// Watertight: what belongs to the instrument counts as shifted by (e, e^2, e^3) with an infinitely small e > 0
+// Watertight: the instrument's side of a test counts as shifted by (e, e^2, e^3) with an infinitely small e > 0
 // (simulation of simplicity, Edelsbrunner & Muecke 1990). So a segment through a shared edge or vertex of a closed
-// surface crosses exactly one of the triangles there, a path p0 p1 p2 crosses a surface at p1 exactly once, a segment
-// that only grazes crosses nothing or an even number of times, and crossings alternate between in and out.
+// surface crosses exactly one of the triangles there, a path p0 p1 p2 crosses a surface at p1 exactly once, a grazing
+// segment crosses nothing or an even number of times, and crossings alternate between entering and leaving.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace sectio {
 using Corners = std::array<Vec3, 3>;
 using Box3 = Eigen::AlignedBox3d;
 
-// Which of the two belongs to the instrument, and so is the one shifted.
+// Says which of the two belongs to the instrument and is shifted.
 enum class Instrument { segment, triangle };
 
 struct Crossing {
@@ -29,10 +29,10 @@ struct Crossing {
 std::optional<Crossing> cross_segment(const Vec3& p, const Vec3& q, const Corners& triangle,
                                       Instrument instrument = Instrument::segment);
 
-// From origin without end; parameter counts in lengths of direction.
+// The ray begins at origin and has no end; the unit of Crossing::parameter is the length of direction.
 std::optional<Crossing> cross_ray(const Vec3& origin, const Vec3& direction, const Corners& triangle);
 
-// A segment that moved from a0 b0 to a1 b1 sweeps the triangles a0 b0 b1 and a0 b1 a1.
+// The surface swept by a segment that moves from a0 b0 to a1 b1: the triangles a0 b0 b1 and a0 b1 a1.
 struct SweptSegment {
   Vec3 a0, b0, a1, b1;
 };
@@ -44,7 +44,7 @@ struct SweptCrossing {
   Vec3 point = Vec3::Zero();  // on the fixed segment
 };
 
-// Crossings of a fixed segment by the sweep, in order of time: none, one or, as the sweep is bent, two.
+// Crossings of a fixed segment by the swept surface, in order of time: none, one, or two as that surface is bent.
 struct SweptCrossings {
   int count = 0;
   std::array<SweptCrossing, 2> at;
@@ -59,7 +59,7 @@ struct ClosestPoint {
 ClosestPoint closest_on_triangle(const Vec3& p, const Corners& triangle);
 double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b);
 
-// Conservative by rounding: may be true for a segment some 1e-15 beside the box. False for what is not a number.
+// Conservative under rounding: may be true for a segment some 1e-15 outside the box. False if anything is not a number.
 bool overlaps(const Vec3& p, const Vec3& q, const Box3& box);
 
 }  // namespace sectio

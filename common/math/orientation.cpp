@@ -8,7 +8,7 @@
 namespace sectio {
 namespace {
 
-// An exact number as a sum of doubles that do not overlap, ascending in magnitude, without zeros.
+// An exact number: a sum of doubles that do not overlap, ascending in magnitude, without zeros.
 class Expansion {
  public:
   static Expansion difference(double x, double y) {
@@ -18,7 +18,7 @@ class Expansion {
     return e;
   }
 
-  // Grow-Expansion with elimination of zeros.
+  // Shewchuk's Grow-Expansion with elimination of zeros.
   void add(double b) {
     std::size_t n = 0;
     double sum = b;
@@ -52,7 +52,7 @@ class Expansion {
   int sign() const { return size_ == 0 ? 0 : terms_[size_ - 1] > 0 ? 1 : -1; }
 
  private:
-  std::array<double, 200> terms_{};  // 192 are needed by a determinant of three differences
+  std::array<double, 200> terms_{};  // a determinant of three differences needs 192
   std::size_t size_ = 0;
 };
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::array<std::string_view, 8> kColumns{"time_s", "x_world_m", "y_world_m", "z_world_m",
                                                    "qw",     "qx",        "qy",        "qz"};
 constexpr std::string_view kOpening = "opening_rad";  // optional
-constexpr double kUnitTolerance = 1e-3;               // of a quaternion: beyond it the file means something else
+constexpr double kUnitTolerance = 1e-3;               // largest deviation of a quaternion's length from 1
 
 struct Place {
   const std::string& file;

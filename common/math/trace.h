@@ -1,4 +1,4 @@
-// A recorded motion of an instrument: what a haptic device, a joystick or a mouse would have sent.
+// A trace: the recorded motion of an instrument, as a haptic device, a joystick or a mouse would send it.
 #pragma once
 
 #include <span>
@@ -25,8 +25,8 @@ struct TracePoint {
 // point. Throws InputError "FILE:LINE: COLUMN: what is wrong".
 std::vector<TracePoint> load_trace(const std::string& path);
 
-// What the instrument does at a time, interpolated between neighbours; before the first and after the last point it
-// rests there. The trace must not be empty. O(log n).
+// The state of the instrument at a time, interpolated between neighbours; it rests at the first point before the trace
+// begins and at the last one after it ends. The trace must not be empty. O(log n).
 TracePoint point_at(std::span<const TracePoint> trace, double time_s);
 Pose pose_at(std::span<const TracePoint> trace, double time_s);
 

@@ -25,7 +25,7 @@ inline Pose interpolate(const Pose& a, const Pose& b, double s) {
   return {a.position_m + s * (b.position_m - a.position_m), a.orientation.slerp(s, b.orientation)};
 }
 
-// Of an instrument that may have a joint.
+// The pose of an instrument that may have a joint.
 struct JointPose : Pose {
   JointPose(const Pose& pose = {}, double opening = 0) : Pose(pose), opening_rad(opening) {}
 

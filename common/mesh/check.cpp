@@ -17,7 +17,7 @@ constexpr std::uint32_t previous_corner(std::uint32_t h) {
 
 class SurfaceCheck {
  public:
-  // corners: three a triangle; slots that start with kNone are dead where there are dead_slots, else wrong.
+  // corners: three a triangle. A triangle that starts with kNone is a dead slot if dead_slots, else a defect.
   SurfaceCheck(std::vector<VertexId> corners, std::span<const Vec3> positions_m, bool dead_slots)
       : corner_(std::move(corners)), position_(positions_m), dead_slots_(dead_slots) {}
 
@@ -35,7 +35,7 @@ class SurfaceCheck {
     return report_;
   }
 
-  // The opposite of each half-edge, kNone where there is none or more than one; empty when run() gave up early.
+  // The opposite of each half-edge, kNone where there is none or several; empty when run() stopped early.
   std::span<const std::uint32_t> twins() const { return twin_; }
 
   void add_defect(bool SurfaceReport::*flag, const std::string& text) {
@@ -75,7 +75,7 @@ class SurfaceCheck {
     }
   }
 
-  // False when a corner names no vertex: nothing else can be said then.
+  // False when a corner names no vertex; no other check is possible then.
   template <class Alive>
   bool check_corners(Alive alive) {
     bool usable = true;
@@ -141,7 +141,7 @@ class SurfaceCheck {
     }
   }
 
-  // The triangles around a vertex form one ring: walking it from any corner meets all of them.
+  // Checks that the triangles around a vertex form one ring: a walk from any corner meets all of them.
   template <class Alive>
   void check_fans(Alive alive) {
     std::vector<std::uint32_t> degree(position_.size(), 0), start(position_.size(), kNone);
@@ -162,7 +162,7 @@ class SurfaceCheck {
         h = twin_[previous_corner(h)];
         ++length;
       } while (h != kNone && h != start[v] && length <= degree[v]);
-      if (h == kNone) continue;  // at an edge that is reported already
+      if (h == kNone) continue;  // the walk ended at an edge that has been reported already
       if (length != degree[v]) {
         add_defect(&SurfaceReport::manifold, "vertex " + std::to_string(v) + " at " + at(position_[v]) +
                                                  " joins sheets that share no edge there (" +
@@ -175,7 +175,7 @@ class SurfaceCheck {
     }
   }
 
-  // Triangles that share an edge, valid or not, belong together.
+  // Triangles that share an edge, valid or not, are in one component.
   void count_components() {
     std::vector<std::uint32_t> parent(triangles());
     std::iota(parent.begin(), parent.end(), 0u);
@@ -194,7 +194,7 @@ class SurfaceCheck {
     }
   }
 
-  // Sum over the triangles of the tetrahedra with a point near the surface (less cancellation than the origin).
+  // Sums the tetrahedra that the triangles form with a point near the surface (less cancellation than the origin).
   double volume_m3() const {
     double six_volumes = 0;
     const Vec3* origin = nullptr;
@@ -218,7 +218,7 @@ class SurfaceCheck {
   SurfaceReport report_;
 };
 
-// The neighbours and incident triangles that a mesh stores are those of its triangles.
+// Checks that the neighbours and incident triangles that a mesh stores are those of its triangles.
 void check_adjacency(const TriangleMesh& mesh, SurfaceCheck& surface) {
   const auto twins = surface.twins();
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {

@@ -18,7 +18,7 @@ struct SurfaceReport {
   std::uint32_t triangles = 0;
   std::uint32_t components = 0;
   std::int64_t euler_characteristic = 0;  // V - E + F over all components
-  double volume_m3 = 0;                   // signed, by the divergence theorem, of the positions given
+  double volume_m3 = 0;                   // signed, of the given positions, by the divergence theorem
   std::uint32_t defects = 0;              // edges, vertices and triangles that break a rule
   std::string first_defect;               // empty when valid: what and where, for a person
 
@@ -31,7 +31,7 @@ inline SurfaceReport check(const TriangleMesh& mesh) {
   return check(mesh, mesh.rest_body_m());
 }
 
-// For triangles from a file, before a mesh is made of them.
+// Checks triangles from a file, before a mesh is made of them.
 SurfaceReport check_soup(const TriangleSoup& soup);
 
 // Component label (0, 1, ...) of every triangle slot, in the order of their lowest triangle; kNone for dead slots.

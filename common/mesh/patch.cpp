@@ -30,7 +30,7 @@ bool link_patch(std::span<const PatchTriangle> patch, std::vector<Link>& links) 
     return std::binary_search(patch.begin(), patch.end(), PatchTriangle{t, {}, {}, {}},
                               [](const PatchTriangle& a, const PatchTriangle& b) { return a.id < b.id; });
   };
-  std::vector<HalfEdge> rim;    // edges that the patch must provide again, with the triangle outside
+  std::vector<HalfEdge> rim;    // edges of the hole, which the patch must have again, with the triangle outside
   std::vector<HalfEdge> edges;  // of the triangles after
   for (const PatchTriangle& p : patch) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -47,7 +47,7 @@ bool link_patch(std::span<const PatchTriangle> patch, std::vector<Link>& links) 
   for (const HalfEdge& e : edges) {
     const HalfEdge* opposite = find(edges, e.to, e.from);
     const HalfEdge* outside = find(rim, e.from, e.to);
-    if ((opposite != nullptr) == (outside != nullptr)) return false;  // an edge has one other side, not none or two
+    if ((opposite != nullptr) == (outside != nullptr)) return false;  // an edge has exactly one other side
     if (opposite) {
       links.push_back({e.triangle, e.from, opposite->triangle});
     } else {

@@ -1,5 +1,5 @@
-// A patch is a set of triangle slots whose contents change together. link_patch() finds the adjacency across and around
-// it: the one piece of code by which meshes and drafts of meshes stay closed.
+// A patch is a set of triangle slots whose contents change together. link_patch() finds the adjacency in it and around
+// it, for meshes and for drafts of meshes, and so keeps both closed.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ struct PatchTriangle {
   Triangle after;  // dead when the slot is freed
 };
 
-// Across the edge that starts at `from`, triangle `triangle` now meets `neighbour`.
+// The new neighbour of a triangle across its edge that starts at `from`.
 struct Link {
   TriangleId triangle = kNone;
   VertexId from = kNone;
   TriangleId neighbour = kNone;
 };
 
-// `patch` in ascending order of id. Fills `links` for the patch and for the triangles around it. False, with `links`
-// unspecified, when the triangles after do not fill exactly the hole that the triangles before leave.
+// `patch` must ascend in id. Fills `links` for the patch and for the triangles around it. False, with `links`
+// unspecified, when the triangles after the change do not exactly fill the hole that the triangles before it leave.
 bool link_patch(std::span<const PatchTriangle> patch, std::vector<Link>& links);
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// Tables with an entry a vertex or triangle slot grow with every cut. They are given room beforehand: a table that has
-// to move costs O(mesh) in the middle of a cut.
+// Tables with one entry a vertex or triangle slot grow with every cut. Capacity is reserved beforehand, since a table
+// that is reallocated costs O(mesh) in the middle of a cut.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ constexpr std::size_t with_room(std::size_t slots) {
   return slots + slots / 4 + 1024;
 }
 
-// Of tables as they are before the first cut.
+// Reserves capacity for tables before the first cut.
 template <class... Tables>
 void give_room(Tables&... tables) {
   (tables.reserve(with_room(tables.size())), ...);

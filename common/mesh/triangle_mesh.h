@@ -18,7 +18,7 @@ using VertexId = std::uint32_t;
 using TriangleId = std::uint32_t;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-// What a triangle is made of; travels with it.
+// The kind of surface that a triangle belongs to; every split of the triangle keeps it.
 enum class Surface : std::uint8_t {
   skin = 0,  // the organ's outside
   wall = 1,  // made by a cut: groove walls, bottoms and caps
@@ -82,7 +82,7 @@ class TriangleMesh {
   explicit TriangleMesh(const TriangleSoup& soup);
 
   // Rebuilds a mesh from its slots, dead ones included (keyframes). Dead vertices have alive[v] == 0.
-  // permanent_hash: nothing when there are no temporary elements.
+  // permanent_hash: none if there are no temporary elements.
   TriangleMesh(std::vector<Vec3> rest_body_m, std::vector<std::uint8_t> vertex_alive, std::vector<Triangle> triangles,
                std::uint64_t revision, std::optional<std::uint64_t> permanent_hash = {});
 
@@ -108,17 +108,17 @@ class TriangleMesh {
   std::span<const Vec3> rest_body_m() const { return rest_; }
   std::span<const Triangle> triangles() const { return triangles_; }
 
-  // Of slot numbers, rest positions (bit for bit), corners and surfaces; not of the revision.
+  // The hash of slot numbers, rest positions (bit for bit), corners and surfaces; not of the revision.
   std::uint64_t hash() const { return hash_; }
   std::uint64_t revision() const { return revision_; }
-  // Of the database without the temporary elements of a deformation (TopologyDelta::temporary): they are gone when the
-  // hash is this one again.
+  // The hash without the temporary elements of a deformation (TopologyDelta::temporary): there are none when the two
+  // hashes are equal.
   std::uint64_t permanent_hash() const { return permanent_hash_; }
   bool has_temporary_elements() const { return hash_ != permanent_hash_; }
 
-  std::size_t bytes() const;  // held, spare room included
+  std::size_t bytes() const;  // memory held, spare capacity included
 
-  // All slots, dead ones included, adjacency aside (it is derived).
+  // Compares all slots, dead ones included, but not adjacency, which is derived.
   bool same_database(const TriangleMesh& other) const;
 
  private:
