@@ -1,5 +1,5 @@
-// Where a body's vertices are and how fast they move: the state, apart from the topology (common/mesh/triangle_mesh.h).
-// One entry a vertex slot; entries of dead slots are stale but finite. Masses belong to the deformation model.
+// The state of a body's vertices: positions and velocities. The topology is in common/mesh/triangle_mesh.h, masses are
+// in the deformation model. One entry a vertex slot; entries of dead slots are stale but finite.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace sectio {
 
-// The state to read, in the layout of ParticleState.
+// A read-only view of the state.
 struct ParticleView {
   std::span<const Vec4f> position_world_m;
   std::span<const Vec4f> velocity_world_m_per_s;
@@ -30,7 +30,7 @@ struct ParticleState {
     return (position_world_m.capacity() + velocity_world_m_per_s.capacity()) * sizeof(Vec4f);
   }
 
-  // New entries are at rest at the origin until they are placed.
+  // New entries are at the origin, without velocity, until they are placed.
   void resize(std::size_t vertex_slots) {
     resize_slots<Vec4f>(position_world_m, vertex_slots, Vec4f::Zero());
     resize_slots<Vec4f>(velocity_world_m_per_s, vertex_slots, Vec4f::Zero());
@@ -42,7 +42,7 @@ struct ParticleState {
   }
 };
 
-// At rest, at the pose given.
+// The rest shape at the given pose, without velocity.
 inline ParticleState particles_at_rest(std::span<const Vec3> rest_body_m, const Pose& pose) {
   ParticleState state;
   state.resize(rest_body_m.size());
@@ -50,19 +50,19 @@ inline ParticleState particles_at_rest(std::span<const Vec3> rest_body_m, const 
   return state;
 }
 
-// The positions as tight triples for viewers, copied only when somebody asks.
+// The positions as tight triples, which viewers need; copied only on demand.
 class CompactPositions {
  public:
   // Call whenever the state may have changed.
   void invalidate() { stale_ = true; }
-  // Instead, when only this entry has changed, or is new: O(1).
+  // May replace invalidate() when only this entry has changed or is new: O(1).
   void changed(const ParticleState& state, std::size_t v) {
     if (stale_) return;
     resize_slots<Vec3f>(copy_, state.size(), Vec3f::Zero());
     copy_[v] = state.position_world_m[v].head<3>();
   }
 
-  // Valid until the next call after an invalidate().
+  // The result is valid until the next call that follows an invalidate().
   std::span<const Vec3f> of(const ParticleState& state) {
     if (stale_ || copy_.size() != state.size()) {
       resize_slots<Vec3f>(copy_, state.size(), Vec3f::Zero());

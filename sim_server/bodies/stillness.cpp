@@ -6,9 +6,9 @@
 namespace sectio {
 namespace {
 
-constexpr int kLooks = 16;         // in a window
-constexpr float kGrowth = 1.5f;    // of the displacement from one half to the other, at most
-constexpr float kNothing = 0.02f;  // of the bound
+constexpr int kLooks = 16;         // observations in a window
+constexpr float kGrowth = 1.5f;    // largest growth of the displacement from the first half to the second
+constexpr float kNothing = 0.02f;  // share of the bound below which a displacement is ignored
 
 }  // namespace
 
@@ -29,7 +29,7 @@ bool Stillness::watch(std::span<const Vec4f> position_world_m, double step_s, do
   for (std::size_t k = 0, v = liveliest_; k < position_world_m.size(); ++k, ++v) {
     if (v >= position_world_m.size()) v = 0;
     const float moved_m2 = (position_world_m[v] - from_world_m_[v]).squaredNorm();
-    if (!(moved_m2 <= bound_m2)) {  // nor is NaN
+    if (!(moved_m2 <= bound_m2)) {  // true for NaN, too
       liveliest_ = v;
       begin_anew();
       return false;

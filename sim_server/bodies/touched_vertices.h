@@ -1,4 +1,4 @@
-// The vertices whose star a change of topology alters: what a deformation model has to recompute after it.
+// The vertices whose star a change of topology alters; a deformation model recomputes these.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace sectio {
 
-// Ascending, each once: vertices named by the delta and corners of its triangles before and after.
-// `before` is the mesh to which the delta has not been applied yet. Cost O(n log n) in the size of the delta.
+// The vertices named by the delta and the corners of its triangles before and after it, ascending, each once. `before`
+// is the mesh to which the delta has not been applied yet. O(n log n) in the size of the delta.
 std::vector<VertexId> touched_vertices(const TopologyDelta& delta, const TriangleMesh& before);
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// What the collision engine finds, as plain values: facts, no decisions. Intersection points are computed here once and
-// consumed by cutting as they are.
+// The results of a collision engine as plain values: facts, no decisions. Intersection points are computed here once,
+// and cutting uses them unchanged.
 #pragma once
 
 #include <array>
@@ -22,8 +22,9 @@ struct SurfaceHit {
   bool entering = false;              // from the outside to the inside
 };
 
-// An edge of the surface passes through what a moving segment sweeps. In order of time, these are the corners of the
-// segment's path over the surface, between the triangle that it pierced before and the one that it pierces after.
+// An edge of the surface crosses the surface swept by a moving segment. In order of time, these crossings are the
+// corners of the segment's path over the surface, between the triangle that it pierced before and the one that it
+// pierces after.
 struct EdgeCrossing {
   TriangleId triangle = kNone;  // the lower of the two triangles at the edge
   int edge = 0;                 // of `triangle`: v[edge] -> v[(edge + 1) % 3]
@@ -44,19 +45,19 @@ constexpr std::size_t kToolSegments = 4;
 constexpr std::array<std::array<std::size_t, 2>, kToolSegments> kSegmentCorners{{{0, 1}, {0, 2}, {1, 3}, {2, 3}}};
 
 struct SegmentContact {
-  std::vector<SurfaceHit> before;   // of the segment's last place with the surface as it is now
-  std::vector<SurfaceHit> after;    // in order of parameter, from A (AB, AC), B (BD) or C (CD)
+  std::vector<SurfaceHit> before;   // hits of the segment's last place with the present surface
+  std::vector<SurfaceHit> after;    // hits of its present place, from A (AB, AC), B (BD) or C (CD) on
   std::vector<EdgeCrossing> swept;  // in order of time
 };
 
 struct ToolContact {
   std::array<SegmentContact, kToolSegments> segments;
-  std::array<std::vector<SurfaceHit>, 4> corner_paths;  // of A, B, C, D from before to after, in order of parameter
+  std::array<std::vector<SurfaceHit>, 4> corner_paths;  // hits of the paths of A, B, C, D, in order of parameter
   bool searched_globally = false;
 
   const SegmentContact& operator[](ToolSegment s) const { return segments[static_cast<std::size_t>(s)]; }
   const std::vector<SurfaceHit>& path(ToolCorner c) const { return corner_paths[static_cast<std::size_t>(c)]; }
-  // Anything at all, swept parts included.
+  // Whether there is any hit or crossing.
   bool touches() const;
 };
 

@@ -33,7 +33,7 @@ std::vector<SurfaceHit> hits_of(const SurfaceView& view, std::span<const Triangl
   return found;
 }
 
-// All that the instrument meets among the triangles within its reach.
+// Finds all contacts of the instrument with the triangles within its reach.
 ToolContact contact_of(const SurfaceView& view, std::span<const TriangleId> triangles, const FrontStep& step) {
   ToolContact contact;
   const auto &from = step.before.at_world_m, &to = step.after.at_world_m;
@@ -63,7 +63,7 @@ ToolContact FrontTracker::follow(const SurfaceView& view, const CollisionEngine&
   return contact;
 }
 
-// Breadth first from the known triangles, over triangles close to the instrument, until none of near_ is missing.
+// Breadth-first search from the known triangles, over triangles close to the instrument, until all of near_ are found.
 bool FrontTracker::walk_reaches(const SurfaceView& view, const ToolCorners& tool, double reach_m) {
   walked_.clear();
   visited_.clear();

@@ -19,13 +19,13 @@ using FclBox = fcl::AABB<double>;
 using Tree = fcl::detail::HierarchyTree<FclBox>;
 using Node = fcl::detail::NodeBase<FclBox>;
 
-// Below this many leaves FCL joins the closest pairs, which is cubic.
+// With fewer leaves FCL joins the closest pairs, at cubic cost.
 constexpr int kBottomUpLeaves = 6;
-// A vertex is anchored anew a little before it could leave the boxes.
+// A vertex gets a new anchor a little before it could leave the boxes.
 constexpr double kTrigger = 0.99;
 // Boxes of a body that moves as a whole are refitted instead of inserted one by one.
 constexpr std::size_t kRefitFraction = 8;
-constexpr double kRoundingM = 1e-9;      // far above what rounding does to lengths of metres
+constexpr double kRoundingM = 1e-9;      // far above the rounding of lengths of metres
 constexpr std::size_t kStackSize = 192;  // more than the greatest depth of a tree of 2^32 leaves
 
 TriangleId triangle_of(const Node* leaf) {
@@ -43,7 +43,8 @@ std::size_t floor_log2(std::size_t n) {
   return static_cast<std::size_t>(std::bit_width(n | 1)) - 1;
 }
 
-// Halves the leaves at their median along the longest side, using up the inner nodes given; `top` comes first.
+// Builds a tree by halving the leaves at their median along the longest side of their box. The inner nodes come from
+// `inner`, the root first.
 Node* build_halves(std::span<Node*> leaves, Node**& inner) {
   if (leaves.size() == 1) return leaves[0];
   Node* node = *inner++;
@@ -77,8 +78,8 @@ void collect(Node* node, std::vector<Node*>& leaves, std::vector<Node*>& inner) 
   collect(node->children[1], leaves, inner);
 }
 
-// FCL puts a new leaf beside the nearest one, so that a stroke would grow the tree into a list. As in a scapegoat tree
-// (Galperin & Rivest 1993): when a leaf lies too deep, the lowest ancestor that is out of balance is built anew, in
+// FCL inserts a new leaf beside the nearest one, so that a stroke would grow the tree into a list. As in a scapegoat
+// tree (Galperin & Rivest 1993), when a leaf lies too deep, the subtree of its lowest unbalanced ancestor is rebuilt in
 // place; O(log n) amortised.
 void balance_above(Node* leaf, std::size_t leaves_in_tree) {
   std::size_t depth = 0;
@@ -167,7 +168,7 @@ struct SurfaceTree::Hierarchy {
     leaves[t] = nullptr;
   }
 
-  // All triangles at v that are in the tree, once a round.
+  // Marks all triangles at v that are in the tree, once a round.
   void mark_around(const TriangleMesh& mesh, VertexId v) {
     const TriangleId first = mesh.incident(v);
     TriangleId t = first;
@@ -180,7 +181,7 @@ struct SurfaceTree::Hierarchy {
     } while (t != first);
   }
 
-  // The vertices in `moved` get new anchors, the triangles around them new boxes.
+  // Gives new anchors to the vertices in `moved` and new boxes to the triangles around them.
   void anchor_moved(const SurfaceView& view) {
     for (const VertexId v : moved) anchors[v] = view.positions_world_m[v];
     if (moved.size() * kRefitFraction > anchors.size()) {
@@ -214,7 +215,7 @@ SurfaceTree::SurfaceTree(const SurfaceView& view, double margin_m) : hierarchy_(
     h.leaves[t] = leaf;
     live.push_back(leaf);
   }
-  if (!live.empty()) h.tree.init(live);  // owns the leaves from here
+  if (!live.empty()) h.tree.init(live);  // the tree owns the leaves from here on
 }
 
 SurfaceTree::~SurfaceTree() = default;
@@ -247,7 +248,7 @@ void SurfaceTree::update_changed(const SurfaceView& view, std::span<const Triang
   for (const TriangleId t : changed)
     if (view.alive(t))
       for (const VertexId v : view.mesh.triangle(t).v)
-        if (h.left_margin(v, view.positions_world_m[v])) {  // new, or its slot was another vertex
+        if (h.left_margin(v, view.positions_world_m[v])) {  // the vertex is new, or its slot was another's
           h.anchors[v] = view.positions_world_m[v];
           h.moved.push_back(v);
         }

@@ -1,7 +1,7 @@
 // A dynamic hierarchy of boxes over the triangles of one body, for global queries.
 //
 // Each leaf is a triangle slot in a fat box: the box of its corners' anchors, grown by a margin. The anchor of a vertex
-// is where it was when it last left the margin; until then the tree need not know that it moves. Cost: a query
+// is the place where it last left the margin; while it stays within the margin, the tree doesn't change. Cost: a query
 // O(log n + found), a delta of k triangles O(k log n), a scan of all vertices O(n).
 //
 // After the mesh or the positions change, the matching update must come before the next query. Positions must be
@@ -27,10 +27,10 @@ class SurfaceTree final : public CollisionEngine {
   SurfaceTree(SurfaceTree&&) noexcept;
   SurfaceTree& operator=(SurfaceTree&&) noexcept;
 
-  // Positions changed: of all vertices, or only of those named. Returns the number of vertices that left their margin.
+  // Call after positions have changed, of all vertices or of those named. Returns how many vertices left their margin.
   std::size_t update_moved(const SurfaceView& view);
   std::size_t update_moved(const SurfaceView& view, std::span<const VertexId> moved);
-  // The slots of a delta: added, changed or removed triangles, in any order.
+  // Call after a delta, with the slots of added, changed and removed triangles in any order.
   void update_changed(const SurfaceView& view, std::span<const TriangleId> changed);
 
   std::size_t size() const;   // live triangles
@@ -42,21 +42,21 @@ class SurfaceTree final : public CollisionEngine {
 
   std::vector<SurfaceHit> hits(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;
   std::optional<SurfaceHit> first_hit(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;
-  // Parity of the crossings of a ray, which is exact.
+  // By the parity of the crossings of a ray, which is exact.
   bool inside(const SurfaceView& view, const Vec3& point) const override;
   std::optional<ClosestSurfacePoint> closest(const SurfaceView& view, const Vec3& point,
                                              double within_m) const override;
-  // Whatever a moving segment sweeps over.
+  // Crossings of the surface's edges with the surface that a moving segment sweeps.
   std::vector<EdgeCrossing> swept(const SurfaceView& view, const SweptSegment& sweep) const;
 
   void near_segments(const SurfaceView& view, std::span<const Vec3> points,
                      std::span<const std::array<std::size_t, 2>> segments, double reach_m,
                      std::vector<TriangleId>& out) const override;
-  // Triangles whose current box overlaps the box given; ascending.
+  // Triangles whose current box overlaps the given box; ascending.
   void in_box(const SurfaceView& view, const Box3& box, std::vector<TriangleId>& out) const;
 
  private:
-  struct Hierarchy;  // FCL's, not seen from outside
+  struct Hierarchy;  // hides FCL
   std::unique_ptr<Hierarchy> hierarchy_;
 };
 

@@ -54,7 +54,7 @@ Box3 box_of(const Corners& triangle) {
   return box.extend(triangle[1]).extend(triangle[2]);
 }
 
-// Each point of the sweep is a1 + s (b1 - a1) minus a convex mixture of the two ends' motions.
+// Each point of the swept surface is a1 + s (b1 - a1) minus a convex combination of the two ends' motions.
 double reach_of(const SweptSegment& sweep) {
   return std::max((sweep.a1 - sweep.a0).norm(), (sweep.b1 - sweep.b0).norm());
 }

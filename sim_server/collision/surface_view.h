@@ -1,4 +1,4 @@
-// A body's surface as collision sees it, and the tests of its triangles one by one.
+// A view of a body's surface for collision, and tests of single triangles.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace sectio {
 
-// A surface as it is now; refers to the database, and is good until this changes.
+// The present surface; refers to the mesh, and is valid until the mesh or the positions change.
 struct SurfaceView {
   const TriangleMesh& mesh;
   std::span<const Vec3f> positions_world_m;  // one a vertex slot
@@ -20,22 +20,22 @@ struct SurfaceView {
   Corners corners(TriangleId t) const { return {corner(t, 0), corner(t, 1), corner(t, 2)}; }
 };
 
-// One triangle against one segment.
+// Tests one triangle against one segment.
 std::optional<SurfaceHit> hit_triangle(const SurfaceView& view, TriangleId t, const Vec3& p, const Vec3& q);
 
-// Ascending in parameter, then in triangle.
+// Sorts by parameter, then by triangle.
 void sort_hits(std::vector<SurfaceHit>& hits);
 
-// Crossings of the edges of `triangles` (ascending) with a sweep, in order of time, each edge once. `triangles` must
-// hold the lower triangle at every edge that the sweep can reach.
+// Crossings of the edges of `triangles` (ascending) with a swept segment, in order of time, each edge once. `triangles`
+// must contain the lower-numbered triangle at every edge that the segment can reach.
 std::vector<EdgeCrossing> cross_edges(const SurfaceView& view, std::span<const TriangleId> triangles,
                                       const SweptSegment& sweep);
 
-// The box of everything that the segment is at, from before to after.
+// The box that contains the segment from before to after its motion.
 Box3 box_of(const SweptSegment& sweep);
 Box3 box_of(const Corners& triangle);
 
-// No point of the sweep is further than this from the segment a1 b1.
+// The largest distance of a point of the swept surface from the segment a1 b1.
 double reach_of(const SweptSegment& sweep);
 
 }  // namespace sectio

@@ -44,7 +44,7 @@ FilledVolume fill(const TriangleSoup& surface, const FillSettings& settings) {
   };
   if (settings.mesher != Mesher::tetgen) compare(lattice(surface, outside.volume_m3, settings, best.notes), "lattice");
   if (settings.mesher == Mesher::lattice) return best;
-  // TetGen's bound is on the largest; its mean is about 0.6 of that.
+  // TetGen bounds the largest volume; the mean is about 0.6 of the largest.
   const double largest_m3 = outside.volume_m3 / settings.tetrahedra / 0.6;
   try {
     compare(fill_with_tetgen(surface, largest_m3, settings.tetgen_limit_s), "tetgen");

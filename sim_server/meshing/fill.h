@@ -1,4 +1,4 @@
-// From a surface to tetrahedra by the mesher asked for, with a report of what came out.
+// Fills a surface with tetrahedra by the chosen mesher, and reports on the result.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ namespace sectio {
 enum class Mesher {
   lattice,
   tetgen,
-  best,  // both, as far as tetgen is installed, and the one with the larger stable step is kept
+  best,  // runs both, if tetgen is installed, and keeps the mesh with the larger stable step
 };
 
 struct FillSettings {
   Mesher mesher = Mesher::lattice;
-  double tetrahedra = 8000;  // about so many
+  double tetrahedra = 8000;  // approximate number
   ElasticConstants material;
   double tetgen_limit_s = 60;
 };
@@ -31,16 +31,16 @@ struct FillReport {
 
 struct FilledVolume {
   TetMesh mesh;
-  FillReport report;                 // of mesh
-  std::vector<FillReport> compared;  // of every mesher that was tried, in order
-  std::vector<std::string> notes;    // e.g. why one failed
+  FillReport report;                 // on `mesh`
+  std::vector<FillReport> compared;  // one for every mesher that was tried, in order
+  std::vector<std::string> notes;    // for a person, e.g. why a mesher failed
 };
 
-// Throws InputError as the meshers do (lattice_mesher.h, tetgen.h). The lattice's cells are made smaller, up to four
-// times by a fifth, where they can't follow the surface.
+// Throws InputError as the meshers do (lattice_mesher.h, tetgen.h). If the lattice's cells can't follow the surface,
+// they are made smaller by a fifth, up to four times.
 FilledVolume fill(const TriangleSoup& surface, const FillSettings& settings);
 
-// Of tetrahedra that were given.
+// Reports on given tetrahedra.
 FillReport report_on(const TetMesh& mesh, const std::string& mesher, double surface_volume_m3,
                      const ElasticConstants& material);
 

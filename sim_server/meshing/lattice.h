@@ -21,7 +21,7 @@ class Lattice {
   using Place = std::array<int, 3>;  // doubled coordinates
 
   Lattice(const Box3& box, double cell_m) : half_m_(0.5 * cell_m) {
-    // A whole cell around the box, and off the round numbers at which boxes and organs like to end.
+    // A margin of a whole cell around the box. Odd multiples, as surfaces often end at round numbers.
     const Vec3 margin(1.137 * cell_m, 1.219 * cell_m, 1.171 * cell_m);
     origin_m_ = box.min() - margin;
     const Vec3 size = box.sizes() + 2 * margin;
@@ -66,7 +66,7 @@ class Lattice {
     return 0;
   }
 
-  // visit(edge, a, b): all edges at a point.
+  // Calls visit(edge, a, b) for all edges at a point.
   template <class Visit>
   void for_edges_at(std::uint32_t v, Visit visit) const {
     const Place p = place(v);
@@ -78,7 +78,7 @@ class Lattice {
     }
   }
 
-  // visit(edge, p, q): all edges whose own boxes might meet the box.
+  // Calls visit(edge, p, q) for all edges whose boxes might meet the box.
   template <class Visit>
   void for_edges_near(const Box3& box, Visit visit) const {
     const Vec3 low = (box.min() - origin_m_) / half_m_, high = (box.max() - origin_m_) / half_m_;
@@ -99,8 +99,8 @@ class Lattice {
         }
   }
 
-  // visit(point, an earlier one, the edge between): all points but the first, each after the one that it is reached
-  // from.
+  // Calls visit(point, earlier point, edge between them) for all points but the first, each after the point that it is
+  // reached from.
   template <class Visit>
   void for_points(Visit visit) const {
     for (int i = 0; i <= cells_[0]; ++i)
@@ -116,7 +116,7 @@ class Lattice {
         }
   }
 
-  // visit(tetrahedron): all, positively oriented, corners by slot.
+  // Calls visit(tetrahedron) for all tetrahedra, positively oriented, corners by slot.
   template <class Visit>
   void for_tetrahedra(Visit visit) const {
     for (int i = 0; i < cells_[0]; ++i)
@@ -143,7 +143,7 @@ class Lattice {
   static constexpr Place kSteps[7] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {1, -1, -1}};
 
   static Place plus(const Place& p, const Place& d) { return {p[0] + d[0], p[1] + d[1], p[2] + d[2]}; }
-  // Corners 0 .. cells, centres 0 .. cells - 1.
+  // Along each axis there are corners 0 .. cells and centres 0 .. cells - 1.
   bool contains(const Place& p) const {
     for (std::size_t i = 0; i < 3; ++i)
       if (p[i] < 0 || p[i] > 2 * cells_[i]) return false;

@@ -8,12 +8,12 @@
 #include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
 #include "sim_server/meshing/lattice.h"
-#include "sim_server/meshing/settle.h"
+#include "sim_server/meshing/relax.h"
 
 namespace sectio {
 namespace {
 
-// Fractions of a long and of a short edge within which a vertex is moved to the crossing, as in the paper.
+// Fractions of a long and of a short edge within which a vertex is moved to the crossing (Labelle and Shewchuk 2007).
 constexpr double kWarpLong = 0.24999;
 constexpr double kWarpShort = 0.41189;
 
@@ -65,13 +65,13 @@ class LatticeMesher {
     return {first, last};
   }
   bool crosses(std::uint64_t edge) const { return crossings_of(edge).size() % 2 == 1; }
-  // Where an edge crosses the surface; the middle one of several.
+  // The crossing of an edge with the surface; the middle one of several.
   double crossing_at(std::uint64_t edge) const {
     const auto all = crossings_of(edge);
     return std::clamp(all[all.size() / 2].at, 0.0, 1.0);
   }
 
-  // Along paths of lattice edges from the first corner, which lies outside.
+  // Counts crossings along paths of lattice edges from the first corner, which lies outside.
   void find_sides() {
     side_.assign(lattice_.slots(), Side::outside);
     lattice_.for_points([&](std::uint32_t v, std::uint32_t from, std::uint64_t edge) {
@@ -113,7 +113,7 @@ class LatticeMesher {
     }
   }
 
-  // The vertex at which an edge is bisected, after all lattice points.
+  // The vertex at which an edge is bisected; these are numbered after all lattice points.
   VertexId cut_vertex(std::uint64_t edge) {
     const auto found = std::lower_bound(cut_.begin(), cut_.end(), edge);
     SECTIO_ASSERT(found != cut_.end() && *found == edge, "every cut edge has its vertex");
@@ -211,7 +211,7 @@ double cell_for_tetrahedra(double volume_m3, double tetrahedra) {
 TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m) {
   TetMesh mesh = LatticeMesher(surface, cell_m).run();
   if (mesh.tetrahedra.empty()) throw InputError("the surface is thinner than the cells of the lattice everywhere");
-  settle(mesh, surface, cell_m);
+  relax(mesh, surface, cell_m);
   const TetReport report = check(mesh);
   if (!report.valid) {
     char text[120];

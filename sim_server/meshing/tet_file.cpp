@@ -5,88 +5,88 @@
 #include <map>
 #include <memory>
 
-#include "sim_server/meshing/words.h"
+#include "sim_server/meshing/tokenizer.h"
 
 namespace sectio {
 namespace {
 
 namespace fs = std::filesystem;
 
-// As in the file: corners by the file's own numbers until they are looked up.
+// The content of a file before the numbers of its vertices are looked up.
 struct RawTets {
   std::vector<Vec3> vertices;
-  std::map<std::int64_t, VertexId> number;  // of vertices, where a file gives them
+  std::map<std::int64_t, VertexId> number;  // a vertex's number in the file -> its index
   std::vector<std::array<std::int64_t, 4>> tetrahedra;
   std::size_t others = 0;  // elements that are not tetrahedra
 
-  void add_vertex(Words& words, std::int64_t name) {
+  void add_vertex(Tokenizer& tokens, std::int64_t name) {
     Vec3 at;
-    for (double& x : at) x = words.real();
+    for (double& x : at) x = tokens.real();
     if (!number.try_emplace(name, static_cast<VertexId>(vertices.size())).second)
-      words.fail("vertex " + std::to_string(name) + " is given twice");
+      tokens.fail("vertex " + std::to_string(name) + " is given twice");
     vertices.push_back(at);
   }
-  void add_tetrahedron(Words& words) {
+  void add_tetrahedron(Tokenizer& tokens) {
     tetrahedra.emplace_back();
     for (std::int64_t& v : tetrahedra.back()) {
-      v = words.integer();
-      if (!number.contains(v)) words.fail("no vertex has the number " + std::to_string(v));
+      v = tokens.integer();
+      if (!number.contains(v)) tokens.fail("no vertex has the number " + std::to_string(v));
     }
   }
 };
 
 constexpr int kGmshTetrahedron = 4;
 
-void read_msh_2(Words& words, RawTets& raw) {
-  while (!words.at_end()) {
-    const std::string_view section = words.next();
+void read_msh_2(Tokenizer& tokens, RawTets& raw) {
+  while (!tokens.at_end()) {
+    const std::string_view section = tokens.next();
     if (section == "$Nodes") {
-      const std::size_t n = words.count(4);
-      for (std::size_t i = 0; i < n; ++i) raw.add_vertex(words, words.integer());
+      const std::size_t n = tokens.count(4);
+      for (std::size_t i = 0; i < n; ++i) raw.add_vertex(tokens, tokens.integer());
     } else if (section == "$Elements") {
-      const std::size_t n = words.count(3);
+      const std::size_t n = tokens.count(3);
       for (std::size_t i = 0; i < n; ++i) {
-        words.integer();  // its number
-        const std::int64_t type = words.integer(), tags = words.integer();
+        tokens.integer();  // its number
+        const std::int64_t type = tokens.integer(), tags = tokens.integer();
         if (type != kGmshTetrahedron) {
           ++raw.others;
-          words.rest_of_line();
+          tokens.rest_of_line();
           continue;
         }
-        for (std::int64_t tag = 0; tag < tags; ++tag) words.integer();
-        raw.add_tetrahedron(words);
+        for (std::int64_t tag = 0; tag < tags; ++tag) tokens.integer();
+        raw.add_tetrahedron(tokens);
       }
     }
   }
 }
 
-void read_msh_4(Words& words, RawTets& raw) {
-  while (!words.at_end()) {
-    const std::string_view section = words.next();
+void read_msh_4(Tokenizer& tokens, RawTets& raw) {
+  while (!tokens.at_end()) {
+    const std::string_view section = tokens.next();
     if (section == "$Nodes") {
-      const std::size_t blocks = words.count(4);
-      words.rest_of_line();
+      const std::size_t blocks = tokens.count(4);
+      tokens.rest_of_line();
       for (std::size_t b = 0; b < blocks; ++b) {
-        words.integer(), words.integer();  // dimension and number of the entity
-        if (words.integer() != 0) words.fail("nodes with parameters are not read");
-        std::vector<std::int64_t> names(words.count(4));
-        for (std::int64_t& name : names) name = words.integer();
-        for (const std::int64_t name : names) raw.add_vertex(words, name);
+        tokens.integer(), tokens.integer();  // dimension and number of the entity
+        if (tokens.integer() != 0) tokens.fail("nodes with parameters are not read");
+        std::vector<std::int64_t> names(tokens.count(4));
+        for (std::int64_t& name : names) name = tokens.integer();
+        for (const std::int64_t name : names) raw.add_vertex(tokens, name);
       }
     } else if (section == "$Elements") {
-      const std::size_t blocks = words.count(4);
-      words.rest_of_line();
+      const std::size_t blocks = tokens.count(4);
+      tokens.rest_of_line();
       for (std::size_t b = 0; b < blocks; ++b) {
-        words.integer(), words.integer();
-        const std::int64_t type = words.integer();
-        const std::size_t n = words.count(2);
+        tokens.integer(), tokens.integer();
+        const std::int64_t type = tokens.integer();
+        const std::size_t n = tokens.count(2);
         for (std::size_t i = 0; i < n; ++i) {
-          words.integer();
+          tokens.integer();
           if (type == kGmshTetrahedron) {
-            raw.add_tetrahedron(words);
+            raw.add_tetrahedron(tokens);
           } else {
             ++raw.others;
-            words.rest_of_line();
+            tokens.rest_of_line();
           }
         }
       }
@@ -95,55 +95,55 @@ void read_msh_4(Words& words, RawTets& raw) {
 }
 
 RawTets read_msh(const std::string& path) {
-  Words words(path);
+  Tokenizer tokens(path);
   RawTets raw;
-  words.expect("$MeshFormat");
-  const double version = words.real();
-  if (words.integer() != 0) words.fail("binary files are not read; save as ASCII");
+  tokens.expect("$MeshFormat");
+  const double version = tokens.real();
+  if (tokens.integer() != 0) tokens.fail("binary files are not read; save as ASCII");
   if (version >= 4.1 && version < 5)
-    read_msh_4(words, raw);
+    read_msh_4(tokens, raw);
   else if (version >= 2 && version < 3)
-    read_msh_2(words, raw);
+    read_msh_2(tokens, raw);
   else
-    words.fail("version " + std::to_string(version) + " is not read; save as 4.1 or 2.2");
+    tokens.fail("version " + std::to_string(version) + " is not read; save as 4.1 or 2.2");
   return raw;
 }
 
 RawTets read_vtk(const std::string& path) {
   constexpr std::int64_t kTetrahedron = 10;
-  Words words(path);
+  Tokenizer tokens(path);
   RawTets raw;
-  words.expect("#");
-  words.rest_of_line();
-  words.at_end();
-  words.next(), words.rest_of_line();  // the title
-  if (words.next() != "ASCII") words.fail("binary files are not read; save as ASCII");
-  words.expect("DATASET");
-  words.expect("UNSTRUCTURED_GRID");
+  tokens.expect("#");
+  tokens.rest_of_line();
+  tokens.at_end();
+  tokens.next(), tokens.rest_of_line();  // the title
+  if (tokens.next() != "ASCII") tokens.fail("binary files are not read; save as ASCII");
+  tokens.expect("DATASET");
+  tokens.expect("UNSTRUCTURED_GRID");
   std::vector<std::vector<std::int64_t>> cells;
-  while (!words.at_end()) {
-    const std::string_view section = words.next();
+  while (!tokens.at_end()) {
+    const std::string_view section = tokens.next();
     if (section == "POINTS") {
-      const std::size_t n = words.count(3);
-      words.next();  // the type of its numbers
-      for (std::size_t i = 0; i < n; ++i) raw.add_vertex(words, static_cast<std::int64_t>(i));
+      const std::size_t n = tokens.count(3);
+      tokens.next();  // the type of its numbers
+      for (std::size_t i = 0; i < n; ++i) raw.add_vertex(tokens, static_cast<std::int64_t>(i));
     } else if (section == "CELLS") {
-      cells.resize(words.count(2));
-      words.integer();
+      cells.resize(tokens.count(2));
+      tokens.integer();
       for (auto& cell : cells) {
-        cell.resize(words.count(1));
-        for (std::int64_t& v : cell) v = words.integer();
+        cell.resize(tokens.count(1));
+        for (std::int64_t& v : cell) v = tokens.integer();
       }
     } else if (section == "CELL_TYPES") {
-      if (words.count(1) != cells.size()) words.fail("one type a cell is needed");
+      if (tokens.count(1) != cells.size()) tokens.fail("one type a cell is needed");
       for (const auto& cell : cells) {
-        if (words.integer() != kTetrahedron) {
+        if (tokens.integer() != kTetrahedron) {
           ++raw.others;
           continue;
         }
-        if (cell.size() != 4) words.fail("a tetrahedron has four corners");
+        if (cell.size() != 4) tokens.fail("a tetrahedron has four corners");
         for (const std::int64_t v : cell)
-          if (!raw.number.contains(v)) words.fail("no vertex has the number " + std::to_string(v));
+          if (!raw.number.contains(v)) tokens.fail("no vertex has the number " + std::to_string(v));
         raw.tetrahedra.push_back({cell[0], cell[1], cell[2], cell[3]});
       }
     } else if (section == "POINT_DATA" || section == "CELL_DATA") {
@@ -155,7 +155,7 @@ RawTets read_vtk(const std::string& path) {
 
 RawTets read_tetgen(const std::string& path) {
   RawTets raw;
-  Words nodes(fs::path(path).replace_extension(".node").string());
+  Tokenizer nodes(fs::path(path).replace_extension(".node").string());
   nodes.skip_comments();
   const std::size_t n = nodes.count(4);
   if (nodes.integer() != 3) nodes.fail("expected 3 dimensions");
@@ -164,7 +164,7 @@ RawTets read_tetgen(const std::string& path) {
     raw.add_vertex(nodes, nodes.integer());
     for (std::int64_t k = 0; k < more; ++k) nodes.real();
   }
-  Words elements(fs::path(path).replace_extension(".ele").string());
+  Tokenizer elements(fs::path(path).replace_extension(".ele").string());
   elements.skip_comments();
   const std::size_t count = elements.count(5);
   const std::int64_t corners = elements.integer(), attributes = elements.integer();
@@ -181,7 +181,7 @@ std::string extension_of(const std::string& path) {
   return fs::path(path).extension().string();
 }
 
-// Vertices that a tetrahedron uses, in the file's order.
+// Keeps the vertices that a tetrahedron uses, in the file's order.
 TetFile compact(const RawTets& raw, double unit_m) {
   TetFile file;
   std::vector<VertexId> new_id(raw.vertices.size(), kNone);

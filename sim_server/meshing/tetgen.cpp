@@ -66,7 +66,7 @@ void write_poly(const std::string& path, const TriangleSoup& surface) {
   std::fclose(f);
 }
 
-// How it ended: empty when well, else for a person.
+// Runs the program. Returns an empty text if it succeeded, else a reason for a person.
 std::string run(std::vector<std::string> words, double limit_s) {
   std::vector<char*> argv;
   argv.reserve(words.size() + 1);
@@ -112,7 +112,7 @@ TetMesh fill_with_tetgen(const TriangleSoup& surface, double largest_m3, double 
   const WorkFolder folder;
   write_poly(folder / "organ.poly", surface);
   // p: a surface; Y: keep its triangles; q: radius over edge 1.2, dihedral angles 15 degrees; a: largest volume.
-  // On organs this gave the largest stable step of the switches tried.
+  // Of the switches tried on organs, these gave the largest stable step.
   char switches[80];
   std::snprintf(switches, sizeof switches, "-pYq1.2/15a%.9g", largest_m3);
   if (const std::string flaw = run({tetgen, switches, folder / "organ.poly"}, limit_s); !flaw.empty())

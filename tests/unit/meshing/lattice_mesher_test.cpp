@@ -5,7 +5,7 @@
 #include "common/core/error.h"
 #include "common/mesh/check.h"
 #include "sim_server/meshing/fill.h"
-#include "sim_server/meshing/settle.h"
+#include "sim_server/meshing/relax.h"
 #include "sim_server/meshing/tetgen.h"
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
@@ -90,12 +90,12 @@ TEST(lattice, it_is_settled_and_settling_enlarges_the_step) {
   const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
   TetMesh mesh = fill_with_lattice(organ, 0.02);
   const double best_s = explicit_step_limit_s(mesh, {});
-  settle(mesh, organ, 0.02, 2);
+  relax(mesh, organ, 0.02, 2);
   EXPECT_LT(explicit_step_limit_s(mesh, {}), 1.1 * best_s);
   const TetMesh settled = mesh;
   test::jitter(mesh, 0.002);
   const double shaken_s = explicit_step_limit_s(mesh, {});
-  settle(mesh, organ, 0.02);
+  relax(mesh, organ, 0.02);
   EXPECT_GT(explicit_step_limit_s(mesh, {}), 1.1 * shaken_s);
   EXPECT_TRUE(check(mesh).valid);
   EXPECT_EQ(mesh.tetrahedra, settled.tetrahedra);

@@ -1,4 +1,4 @@
-#include "sim_server/meshing/settle.h"
+#include "sim_server/meshing/relax.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-// Triangles by the cubes of a grid that their boxes meet; finds the closest one among those near a point.
+// A grid of cubes with the triangles whose boxes meet each cube; finds the closest triangle near a point.
 class NearTriangles {
  public:
   NearTriangles(const TriangleSoup& surface, double size_m) : surface_(surface), size_m_(size_m) {
@@ -23,7 +23,7 @@ class NearTriangles {
     }
   }
 
-  // Exact when a triangle lies within a cube's size of p; p itself when none is near.
+  // The closest point of the surface if a triangle lies within a cube's size of p; p itself if none is near.
   Vec3 closest(const Vec3& p) const {
     const Key at = key(p);
     ClosestPoint best{p, Vec3::Zero(), HUGE_VAL};
@@ -54,9 +54,9 @@ class NearTriangles {
   std::map<Key, std::vector<std::uint32_t>> cubes_;
 };
 
-class Settler {
+class Relaxation {
  public:
-  Settler(TetMesh& mesh, const TriangleSoup& surface, double cell_m)
+  Relaxation(TetMesh& mesh, const TriangleSoup& surface, double cell_m)
       : mesh_(mesh), near_(surface, cell_m), boundary_(mesh.vertices_body_m.size(), 0), star_(boundary_.size()) {
     const TetSurface outside = surface_of(mesh);
     for (const VertexId v : outside.of_volume) boundary_[v] = 1;
@@ -76,7 +76,8 @@ class Settler {
   }
 
  private:
-  // Adds (or takes away) what a tetrahedron gives its corners; its own worst D with masses of its own.
+  // Adds (sign 1) or removes (sign -1) a tetrahedron's share of the sums at its corners; returns the largest D that its
+  // corners would have if it were alone.
   double add(std::uint32_t t, double sign) {
     const Tetrahedron& corners = mesh_.tetrahedra[t];
     const double volume = tet_volume_m3(mesh_, corners);
@@ -105,7 +106,7 @@ class Settler {
     return s;
   }
 
-  // Moves v and brings the sums up to date; false, and nothing changed, when a tetrahedron would be inverted.
+  // Moves v and updates the sums; false, with nothing changed, if a tetrahedron would be inverted.
   bool move(VertexId v, const Vec3& to, double& worst_element) {
     const Vec3 from = mesh_.vertices_body_m[v];
     for (const std::uint32_t t : star_[v]) add(t, -1);
@@ -154,9 +155,9 @@ class Settler {
 
 }  // namespace
 
-void settle(TetMesh& mesh, const TriangleSoup& surface, double cell_m, int passes) {
-  Settler settler(mesh, surface, cell_m);
-  for (int n = 0; n < passes; ++n) settler.pass();
+void relax(TetMesh& mesh, const TriangleSoup& surface, double cell_m, int passes) {
+  Relaxation relaxation(mesh, surface, cell_m);
+  for (int n = 0; n < passes; ++n) relaxation.pass();
 }
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// A text file as words, for readers: every failure names the line, and no count in a file is believed before the file
-// is seen to be long enough for it.
+// Splits a text file into tokens for readers. Every error names the line, and a count in a file is accepted only if the
+// file is long enough for it.
 #pragma once
 
 #include <charconv>
@@ -14,9 +14,9 @@
 
 namespace sectio {
 
-class Words {
+class Tokenizer {
  public:
-  explicit Words(const std::string& path) : path_(path) {
+  explicit Tokenizer(const std::string& path) : path_(path) {
     std::error_code error;
     const auto size = std::filesystem::file_size(path, error);
     if (error) throw InputError(path + ": no such file");
@@ -26,7 +26,7 @@ class Words {
     if (!in) throw InputError(path + ": can't be read");
   }
 
-  // '#' begins a comment to the end of the line, once asked for.
+  // From now on '#' begins a comment that ends with its line.
   void skip_comments() { comments_ = true; }
 
   [[noreturn]] void fail(const std::string& why) const {
@@ -43,7 +43,7 @@ class Words {
     while (at_ < text_.size() && !is_blank(text_[at_])) ++at_;
     return std::string_view(text_).substr(first, at_ - first);
   }
-  // What is left of this line.
+  // Returns the rest of this line.
   std::string_view rest_of_line() {
     const std::size_t first = at_, end = std::min(text_.find('\n', at_), text_.size());
     at_ = end;
@@ -65,10 +65,10 @@ class Words {
       fail("expected a whole number, got " + std::string(word.substr(0, 40)));
     return value;
   }
-  // How many entries of at least `words` words follow.
-  std::size_t count(std::size_t words) {
+  // Reads the number of entries that follow, each of at least `tokens` tokens.
+  std::size_t count(std::size_t tokens) {
     const std::int64_t n = integer();
-    if (n < 0 || static_cast<std::uint64_t>(n) > (text_.size() - at_) / (2 * words) + 1)
+    if (n < 0 || static_cast<std::uint64_t>(n) > (text_.size() - at_) / (2 * tokens) + 1)
       fail("the file is too short for " + std::to_string(n) + " entries");
     return static_cast<std::size_t>(n);
   }
