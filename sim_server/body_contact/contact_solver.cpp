@@ -10,11 +10,11 @@ namespace {
 constexpr double kSlopM = 5e-5;       // depth that is left, so that contacts last
 constexpr double kDepthUndone = 0.2;  // share of the remaining depth that one step undoes
 
-// One contact as the solver needs it: v = v_body - v_other + sum_a share_a v_a at its point, J its transpose.
+// A row of the solver: its velocity is v = v_body - v_other + sum_a share_a v_a at the point of the contact.
 struct Row {
   RigidBody* body = nullptr;
   RigidBody* other = nullptr;
-  Vec3 u, w;  // across the normal
+  Vec3 u, w;  // tangential directions
   double mass_n = 0, mass_u = 0, mass_w = 0;
   double largest_n_s = 0;     // largest impulse of a grip
   double target_m_per_s = 0;  // least velocity apart
@@ -23,7 +23,7 @@ struct Row {
   Vec3 total = Vec3::Zero();
 };
 
-// 1 / (J M^-1 J^T) along a direction; 0 when nothing can move.
+// The effective mass 1 / (J M^-1 J^T) along a direction; 0 if nothing can move.
 double mass_along(const ContactSides& sides, const RigidContact& c, const Vec3& along) {
   double inverse = 0;
   for (const std::uint32_t b : {c.body, c.other}) {
@@ -156,7 +156,7 @@ class Drifts {
 
   const ContactSides& sides_;
   std::vector<Drift> bodies_;
-  std::vector<Vec3> by_;  // of particles
+  std::vector<Vec3> by_;  // displacements of the particles
 };
 
 }  // namespace

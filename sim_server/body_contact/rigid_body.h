@@ -13,7 +13,7 @@ namespace sectio {
 class RigidBody {
  public:
   RigidBody() = default;
-  // `inertia`: about the centre, at orientation identity. Mass and inertia must be positive (definite).
+  // `inertia` is about the mass centre, at the identity orientation. Mass and inertia must be positive (definite).
   RigidBody(double mass_kg, const Mat3& inertia_kg_m2, const Vec3& centre_world_m);
 
   double mass_kg() const { return mass_kg_; }
@@ -29,7 +29,7 @@ class RigidBody {
   void set_velocity(const Vec3& velocity_m_per_s, const Vec3& angular_velocity_rad_per_s);
   void add_impulse(const Vec3& impulse_n_s, const Vec3& at_world_m);
 
-  // A step: push(), then contacts, then move(). A body that nothing touches falls on the exact parabola.
+  // A step is push(), then contacts, then move(). A body without contacts falls along the exact parabola.
   void push(const Vec3& acceleration_m_per_s2, double step_s);
   void move(double step_s);
   // Moves the body without giving it a velocity.
@@ -38,7 +38,8 @@ class RigidBody {
   // A body that is slower than a threshold at its rim for a while falls asleep: it doesn't move and costs nothing.
   bool asleep() const { return asleep_; }
   void wake() { asleep_ = false, still_s_ = 0; }
-  // After move(); `radius_m`: of a ball around the centre that holds the body. Falls asleep only when `supported`.
+  // Call after move(). `radius_m`: radius of a ball around the centre that contains the body. Only a `supported` body
+  // falls asleep.
   void rest(bool supported, double radius_m, double step_s);
 
  private:
@@ -46,11 +47,11 @@ class RigidBody {
 
   double mass_kg_ = 1;
   Mat3 inertia_body_ = Mat3::Identity(), inverse_inertia_body_ = Mat3::Identity();
-  Mat3 inverse_inertia_world_ = Mat3::Identity();  // at the pose
+  Mat3 inverse_inertia_world_ = Mat3::Identity();  // at the present pose
   Pose pose_;
   Vec3 momentum_ = Vec3::Zero(), angular_momentum_ = Vec3::Zero();
-  Vec3 velocity_before_ = Vec3::Zero();  // push(): at its beginning
-  Vec3 pushed_ = Vec3::Zero();           // momentum that push() left
+  Vec3 velocity_before_ = Vec3::Zero();  // before push()
+  Vec3 pushed_ = Vec3::Zero();           // momentum after push()
   double still_s_ = 0;
   bool asleep_ = false;
 };
@@ -59,7 +60,7 @@ class RigidBody {
 // when it stops deforming.
 struct RigidVelocity {
   Vec3 centre_m = Vec3::Zero();
-  Vec3 velocity_m_per_s = Vec3::Zero();  // of the centre
+  Vec3 velocity_m_per_s = Vec3::Zero();  // velocity of the centre
   Vec3 angular_velocity_rad_per_s = Vec3::Zero();
 
   Vec3 at(const Vec3& point_m) const { return velocity_m_per_s + angular_velocity_rad_per_s.cross(point_m - centre_m); }

@@ -29,7 +29,7 @@ class RigidPiece {
   RigidBody body;
 
  private:
-  std::vector<Vec3> arm_m_;  // of each vertex from the mass centre, at release
+  std::vector<Vec3> arm_m_;  // by vertex: place relative to the mass centre, at release
   Vec3 centre_at_release_world_m_ = Vec3::Zero();
   double radius_m_ = 0;
 };

@@ -13,7 +13,7 @@ namespace {
 struct Search {
   std::uint32_t joined_to = kNone;
   std::vector<std::uint32_t> seen;
-  std::vector<std::uint32_t> open;  // from `next` on
+  std::vector<std::uint32_t> open;  // the queue, which begins at `next`
   std::size_t next = 0;
 
   bool exhausted() const { return next == open.size(); }
@@ -32,7 +32,7 @@ class Searches {
     }
   }
 
-  // Joins the seeds that are neighbours, then goes on from each in turn until at most one search is going on.
+  // Merges seeds that are neighbours, then advances each search in turn until at most one is unfinished.
   void run() {
     std::vector<std::uint32_t> going;
     for (std::uint32_t i = 0; i < searches_.size(); ++i) {
@@ -117,7 +117,7 @@ class Searches {
   std::vector<std::uint32_t> around_;
   std::span<const std::uint32_t> seeds_;
   std::vector<Search> searches_;
-  std::unordered_map<std::uint32_t, std::uint32_t> owner_;  // asked, never iterated
+  std::unordered_map<std::uint32_t, std::uint32_t> owner_;  // never iterated, as its order isn't defined
 };
 
 Part part_of(const TriangleMesh& mesh, std::vector<TriangleId> triangles) {

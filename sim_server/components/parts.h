@@ -41,7 +41,7 @@ struct Separated {
 using Neighbours = std::function<void(std::uint32_t of, std::vector<std::uint32_t>& neighbours)>;  // appends
 Separated separated(std::span<const std::uint32_t> seeds, const Neighbours& neighbours);
 
-// `changed`: triangle slots of a delta already applied, in any order; dead ones are skipped.
+// `changed`: triangle slots of a delta that has been applied, in any order; dead ones are skipped.
 PartSearch separated_parts(const TriangleMesh& mesh, std::span<const TriangleId> changed);
 
 // The whole component of a triangle. O(part).

@@ -34,7 +34,7 @@ class SurfaceCutting final : public CuttingEngine {
                std::span<const BladeMotion> motions) override {
     return plan_cut(body.mesh, body.particles.view(), cuts, entries, motions, settings_, loops_free_islands_);
   }
-  void follow(const SharedBody&, const TopologyChange&) override {}  // BodyCuts hold all there is
+  void follow(const SharedBody&, const TopologyChange&) override {}  // all data is in BodyCuts
 
  private:
   StrokeSettings settings_;

@@ -27,7 +27,7 @@ struct CutFront {
 struct Grooves {
   std::map<VertexId, VertexId> ends;  // end vertex of a cut -> the bottom beneath it (paper B, figure 12)
   std::set<VertexId> bottoms;         // all vertices along the bottoms of grooves
-  std::vector<CutFront> fronts;       // of the template style, those that are being cut among them
+  std::vector<CutFront> fronts;       // of the template style, including those of cuts in progress
 
   // Removes everything that names one of these vertices, which ascend.
   void forget(std::span<const VertexId> dead) {

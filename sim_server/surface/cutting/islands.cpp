@@ -66,7 +66,7 @@ std::unordered_set<TriangleId> with_walls(const MeshDraft& draft, const GrooveDr
   return inside;
 }
 
-// The rim of the region as loops of vertices, the region to the left. Empty when a vertex is on it twice.
+// The rim of the region as loops of vertices, with the region to the left. Empty if a vertex is on the rim twice.
 std::vector<std::vector<VertexId>> rim_of(const MeshDraft& draft, const std::vector<TriangleId>& region,
                                           const std::unordered_set<TriangleId>& inside) {
   std::map<VertexId, VertexId> next;

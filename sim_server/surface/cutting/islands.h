@@ -1,5 +1,5 @@
-// A loop of cuts frees an island (paper B, 5.2): skin that the grooves have parted from the rest, with the walls on its
-// side of the groove's bottom, becomes a component of its own; both sides are capped at the bottom.
+// A loop of cuts frees an island (paper B, 5.2): skin that grooves have separated from the rest becomes a component of
+// its own, together with the walls on its side of the groove's bottom; both sides are capped at the bottom.
 #pragma once
 
 #include <optional>

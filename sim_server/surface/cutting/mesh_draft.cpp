@@ -233,7 +233,7 @@ TopologyDelta MeshDraft::delta() const {
     const bool alive = record.incident != kNone;
     const bool was_alive = v < base_->vertex_slots() && base_->vertex_alive(v);
     const bool new_slot = v >= base_->vertex_slots();
-    if (new_slot && v >= vertex_slots_) continue;  // came and went within the draft
+    if (new_slot && v >= vertex_slots_) continue;  // added and removed within the draft
     if (alive == was_alive && !new_slot && (!alive || record.state.rest_body_m == base_->rest_body_m(v))) continue;
     d.vertices.push_back({v, alive, alive ? record.state.rest_body_m : Vec3::Zero()});
     if (was_alive) hash -= vertex_hash(v, base_->rest_body_m(v));

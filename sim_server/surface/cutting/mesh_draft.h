@@ -43,12 +43,12 @@ class MeshDraft {
 
   // The triangles around v, counter-clockwise from any of them on. Empty if v is dead.
   std::vector<TriangleId> fan(VertexId v) const;
-  // The triangle on whose rim the directed edge from -> to lies; kNone if there is none.
+  // The triangle that has the directed edge from -> to; kNone if there is none.
   TriangleId triangle_of_edge(VertexId from, VertexId to) const;
   // The triangle with these corners in this cyclic order; kNone if there is none.
   TriangleId find_triangle(VertexId a, VertexId b, VertexId c) const;
 
-  // The lowest free slot. A vertex that comes back to its slot with its rest position keeps the state that it had.
+  // Uses the lowest free slot. A vertex that returns to its slot with the same rest position keeps its former state.
   VertexId add_vertex(const VertexState& state);
   void move_vertex(VertexId v, const VertexState& state);
 
@@ -56,16 +56,16 @@ class MeshDraft {
   // die. False when the hole is not filled exactly; the draft must then be dropped.
   [[nodiscard]] bool replace(std::span<const TriangleId> removed, std::span<const Triangle> added);
 
-  // Takes back an earlier delta, given its inverse.
+  // Undoes an earlier delta, given its inverse.
   [[nodiscard]] bool undo(const TopologyDelta& inverse);
 
-  // From here on the draft remembers what it overwrites; inverse_since_mark() takes it all back.
+  // From mark() on the draft records what it overwrites; inverse_since_mark() undoes all of it.
   void mark();
   TopologyDelta inverse_since_mark() const;
 
   // The difference to the mesh; empty() if there is none.
   TopologyDelta delta() const;
-  // Vertices whose state has to be set once the delta is applied, in ascending order of slot.
+  // The states to set once the delta is applied, in ascending order of slot.
   std::vector<std::pair<VertexId, VertexState>> seeds() const;
 
  private:

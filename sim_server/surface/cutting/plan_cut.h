@@ -19,7 +19,7 @@ struct BladeMotion {
   bool lift = false;        // the cut ends here, whatever the path
   // The triangles that the blade sweeps over, as the collision engine found them; used by cutting with templates.
   std::vector<TriangleId> active = {};
-  Pose frame_world = {};  // where the body's shape at rest is, for the same
+  Pose frame_world = {};  // for cutting with templates: the pose of the body's rest shape
 };
 
 // Null when the instrument does nothing here.
@@ -35,8 +35,8 @@ struct Entry {
 // The cuts of one body. Only accept() changes them.
 struct BodyCuts {
   Grooves grooves;
-  std::vector<Stroke> strokes;                   // one an instrument that is in the tissue, in either style
-  std::vector<TemplateStroke> template_strokes;  // the same ones, when they cut with templates
+  std::vector<Stroke> strokes;                   // one for each instrument in the tissue, in either style
+  std::vector<TemplateStroke> template_strokes;  // the same strokes, if they cut with templates
 
   const Stroke* stroke_of(std::uint32_t tool_id) const;
 };
@@ -46,17 +46,17 @@ inline constexpr std::string_view kChangedBeneath = "the surface has changed und
 struct StrokeOutcome {
   std::uint32_t tool_id = 0;
   StrokeEnd end = StrokeEnd::going;
-  std::string_view why = {};  // refused: for a person
+  std::string_view why = {};  // reason of a refusal, for a person
 };
 
 struct CutPlan {
-  explicit CutPlan(const BodyCuts& cuts) : grooves(cuts.grooves) {}  // of nothing
+  explicit CutPlan(const BodyCuts& cuts) : grooves(cuts.grooves) {}  // an empty plan
 
-  TopologyDelta delta;                                  // empty(): the topology stays
+  TopologyDelta delta;                                  // empty(): the topology doesn't change
   std::vector<std::pair<VertexId, VertexState>> seeds;  // state to set once the delta is applied
-  std::vector<StrokeOutcome> outcomes;                  // of strokes that ended
+  std::vector<StrokeOutcome> outcomes;                  // one for each stroke that has ended
   std::vector<Island> islands;
-  std::vector<Stroke> strokes;  // those that go on
+  std::vector<Stroke> strokes;  // that go on
   std::vector<TemplateStroke> template_strokes;
   std::uint32_t refused = 0;  // cuts for which there was no valid subdivision
   GrooveDraft grooves;

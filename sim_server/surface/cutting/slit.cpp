@@ -40,7 +40,7 @@ class WallDivision {
       std::rotate(p.begin(), ia, p.end());
       const auto ib = std::find(p.begin(), p.end(), b);
       const auto n = ib - p.begin();
-      if (n < 2 || n > static_cast<std::ptrdiff_t>(p.size()) - 2) return;  // an edge of it already
+      if (n < 2 || n > static_cast<std::ptrdiff_t>(p.size()) - 2) return;  // already an edge of the polygon
       std::vector<std::size_t> rest(ib, p.end());
       rest.push_back(a);
       p.erase(ib + 1, p.end());
@@ -125,7 +125,7 @@ bool ring_holds(const MeshDraft& draft, VertexId v, std::size_t triangles) {
 }  // namespace
 
 bool open_slits(MeshDraft& draft, std::span<const Slit> slits) {
-  std::map<TriangleId, Triangle> changed;  // dead: discarded
+  std::map<TriangleId, Triangle> changed;  // dead: removed
   for (const Slit& slit : slits)
     for (const Triangle& bottom : slit.old_bottoms) {
       const TriangleId t = draft.find_triangle(bottom.v[0], bottom.v[1], bottom.v[2]);

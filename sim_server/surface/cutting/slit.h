@@ -12,7 +12,7 @@ namespace sectio {
 
 // A corner of the region.
 struct SlitNode {
-  VertexId left = kNone, right = kNone;  // the same one where the slit ends
+  VertexId left = kNone, right = kNone;  // the same vertex where the slit ends
   Vec2 at = Vec2::Zero();                // in the plane of the sweep
   bool on_surface = false;
   bool bottom_follows = false;  // the edge to the next node is on the trail: bottom faces along it
@@ -25,9 +25,9 @@ struct SlitNode {
 
 struct Slit {
   std::vector<SlitNode> rim;                                   // clockwise in the plane of the sweep
-  std::vector<std::pair<std::size_t, std::size_t>> verticals;  // of the rim: edges that the walls must have
-  std::vector<Triangle> old_bottoms;                           // discarded
-  std::vector<Triangle> new_bottoms;                           // in their place, in ids after opening
+  std::vector<std::pair<std::size_t, std::size_t>> verticals;  // edges between rim nodes that the walls must have
+  std::vector<Triangle> old_bottoms;                           // to remove
+  std::vector<Triangle> new_bottoms;                           // that replace them, with the vertices after opening
 };
 
 // The draft has the vertices already, with both halves of each pair, and the path along the surface consists of edges.

@@ -40,7 +40,7 @@ void part_lips(MeshDraft& draft, Stroke& stroke, VertexId twin) {
   stroke.lips.reset();
 }
 
-// Columns: along the first edge, across it, and the normal.
+// A frame whose columns are the first edge, the direction across it, and the normal.
 Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 e = (b - a).stableNormalized();
   const Vec3 n = (b - a).cross(c - a).stableNormalized();
@@ -49,8 +49,8 @@ Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   return f;
 }
 
-// The bottom of the groove under a surface point: on the blade's line, no deeper than its tip or the tissue allow, and
-// carried to the rest shape by the rotation of the triangle that the instrument is in.
+// The bottom of the groove under a surface point: on the line of the blade, not deeper than the tip or the tissue
+// allow. The rotation of the triangle that contains the instrument takes it to the rest shape.
 VertexState bottom_under(const MeshDraft& draft, const std::array<VertexId, 3>& corners, const VertexState& surface,
                          const Blade& blade, const StrokeSettings& settings) {
   const double tip_depth_m = (surface.position_world_m - blade.tip_world_m).dot(blade.up_world);
@@ -66,7 +66,7 @@ VertexState bottom_under(const MeshDraft& draft, const std::array<VertexId, 3>& 
   return {surface.rest_body_m + down_rest, surface.position_world_m + down_world, surface.velocity_world_m_per_s};
 }
 
-// The vertical plane through where the instrument was and where it is, and how far it has come within that plane.
+// The vertical plane through the last and the present place of the instrument, and its progress in that plane.
 struct SweepPlane {
   Vec3 origin, ahead, left;
   Vec3 blade_point;
@@ -79,7 +79,7 @@ struct SweepPlane {
     left = blade.up_world.cross(ahead);
   }
   double side(const Vec3& x) const { return left.dot(x - origin); }            // > 0: to the left
-  double progress(const Vec3& x) const { return ahead.dot(x - blade_point); }  // >= 0: the blade is not there yet
+  double progress(const Vec3& x) const { return ahead.dot(x - blade_point); }  // >= 0: the blade has not reached x
 
   double distance_m = 0;
 };
@@ -112,7 +112,7 @@ Cell cell_of_triangle(const Triangle& t, VertexId apex) {
   return {apex, {t.v[static_cast<std::size_t>((i + 1) % 3)], t.v[static_cast<std::size_t>((i + 2) % 3)]}};
 }
 
-// The triangle of the fan of `apex` into which the plane leads; not one of the groove behind it.
+// The triangle of the fan of `apex` into which the plane leads, excluding those of the groove behind.
 std::optional<Cell> cell_ahead(const MeshDraft& draft, VertexId apex, VertexId bottom, const SweepPlane& plane) {
   std::optional<Cell> best;
   double best_progress = plane.progress(draft.position(apex)) - 1e-12;
@@ -166,7 +166,7 @@ class Walk {
     }
     if (plane_.distance_m < 1e-9) return ended_by_depth();
     if (stroke_.cell.rim.size() == 2 && stroke_.bary[0] == 1 && !enter_at(stroke_.cell.apex)) {
-      // The cut went through a corner a little ahead of the instrument.
+      // The cut has gone through a corner a little ahead of the instrument.
       return wait_here();
     }
     Vec3 bary_in = stroke_.bary;
@@ -196,7 +196,7 @@ class Walk {
     return StrokeEnd::refused;
   }
 
-  // The cut is a little ahead of the instrument: it stays where it is until the instrument comes.
+  // The cut is a little ahead of the instrument and waits for it.
   StrokeEnd wait_here() {
     waits_ = true;
     return plane_.distance_m < 0.5 * settings_.join_tolerance_m ? ended_by_depth() : StrokeEnd::lost;
@@ -297,7 +297,7 @@ class Walk {
     return enter_at(next) ? StrokeEnd::going : stand_at(next);
   }
 
-  // The surface does not go on in this direction: the cut ends at a vertex of its own, ready to be finished.
+  // The surface does not continue in this direction: the cut ends at a vertex of its own.
   StrokeEnd stand_at(VertexId apex) {
     stroke_.cell.apex = apex;
     stroke_.cell.rim.clear();
@@ -325,7 +325,7 @@ class Walk {
     return StrokeEnd::going;
   }
 
-  // Makes the cut permanent from the apex to `next`, which are joined by an edge.
+  // Makes the cut permanent from the apex to `next`, along the edge between them.
   StrokeEnd cut_to(VertexId next, const std::array<VertexId, 3>& corners) {
     if (next == stroke_.start || next == stroke_.bottom) return refuse("the cut comes back to its last point");
     const VertexId bottom_there = grooves_.end_at(next);
@@ -463,7 +463,7 @@ bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, cons
   } else {
     VertexId start = stroke.start, middle = stroke.cell.apex;
     VertexState middle_bottom;
-    if (start == kNone) {  // both ends of the cut are in this triangle: no active edge
+    if (start == kNone) {  // both ends of the cut are in this triangle, so no edge is active
       start = stroke.cell.apex;
       middle = insert_on_edge(draft, start, q, VertexState::mix(draft.state(start), draft.state(q), 0.5));
       if (middle == kNone) return false;

@@ -1,8 +1,8 @@
-// One instrument's cut in one body while it lasts: progressive cutting with temporary subdivision (paper B, 5.1).
+// The cut of one instrument in one body while it lasts: progressive cutting with temporary subdivision (paper B, 5.1).
 //
-// The permanent part of the cut ends at the apex of the cell in which the instrument is. Inside that cell the cut
-// follows the instrument by a temporary subdivision, which is undone before anything else is planned. On leaving the
-// cell the cut goes straight from where it entered to where it leaves (figure 1).
+// The permanent part of the cut ends at the apex of the cell that contains the instrument. Inside the cell the cut
+// follows the instrument by a temporary subdivision, which is undone before anything else is planned. When the
+// instrument leaves the cell, the cut through it becomes a straight line from entry to exit (figure 1).
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ struct Blade {
 
 // The two ways to cut a surface; a scene chooses one.
 enum class CutStyle : std::uint8_t {
-  progressive,  // paper B: the groove follows the tip, its lips are together until springs part them
-  templates,    // paper A: openings with widths of their own, through the body if the blade is (template_cut.h)
+  progressive,  // paper B: the groove follows the tip, and its lips are closed until springs part them
+  templates,    // paper A: the opening has a width, and goes through the body if the blade does (template_cut.h)
 };
 
 struct StrokeSettings {
@@ -36,9 +36,9 @@ struct StrokeSettings {
   double open_top_m = 4e-4, open_bottom_m = 2e-4;  // templates only: widths of the opening
   double snap_ratio = 0.08;   // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;        // least barycentric coordinate of a vertex inside a triangle
-  double min_step_m = 1e-4;   // the instrument moves this far before a cut opens
-  double min_depth_m = 3e-4;  // of a groove
-  double release_depth_m = -2e-4;  // depth of the tip below which the instrument is lifted
+  double min_step_m = 1e-4;   // motion of the instrument before a cut opens
+  double min_depth_m = 3e-4;  // least depth of a groove
+  double release_depth_m = -2e-4;  // the stroke ends when the depth of the tip is below this
   double join_tolerance_m = 2e-3;
   bool cuts_inside = false;  // the edge cuts all that it meets in the body, also where no surface is ahead of it
 };
@@ -53,16 +53,16 @@ enum class StrokeEnd : std::uint8_t {
 
 struct Stroke {
   std::uint32_t tool_id = 0;
-  Cell cell;                                             // apex == kNone: only touched so far
-  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle where it began
-  Vec3 bary{1, 0, 0};                                    // where the instrument is, in cell.corners() (or in `touched`)
-  VertexId start = kNone;   // of a cut that is scored but not yet open: apex and start are its two points
+  Cell cell;                                             // apex == kNone: the instrument has only touched so far
+  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle in which it began
+  Vec3 bary{1, 0, 0};                                    // place of the instrument in cell.corners(), or in `touched`
+  VertexId start = kNone;   // a cut that is scored but not open has the two points start and apex
   VertexId bottom = kNone;  // beneath the apex; kNone: not open yet
-  std::optional<VertexState> start_bottom, apex_bottom;  // of points that are not open yet
-  VertexId first = kNone;                                // where the cut began, for closing a loop
+  std::optional<VertexState> start_bottom, apex_bottom;  // bottoms of points that are not open yet
+  VertexId first = kNone;                                // the first vertex of the cut, at which a loop closes
   std::uint32_t points = 0;                              // permanent points so far
-  double depth_m = 0;                                    // of the tip below the surface
-  std::optional<Blade> blade;                            // the newest pose at which it cut
+  double depth_m = 0;                                    // depth of the tip below the surface
+  std::optional<Blade> blade;                            // the last pose at which it cut
   std::string_view why_refused;                          // for a person
   VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
 
@@ -72,7 +72,7 @@ struct Stroke {
   // The temporary subdivision.
   std::optional<TopologyDelta> temporary_inverse;
   VertexId temporary_tip = kNone;
-  VertexId temporary_twin = kNone;          // the other half of the apex; kNone: the apex is one
+  VertexId temporary_twin = kNone;          // the other half of the apex; kNone: the apex is not divided
   std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
 };
 

@@ -21,7 +21,7 @@ bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves) {
   const VertexId apex = stroke.cell.apex;
   if (stroke.start == kNone) return true;  // touched, not cut
 
-  // Scored along one edge only: its middle makes the pair that an opening needs.
+  // The cut is scored along one edge only, so the middle of the edge becomes the pair that an opening needs.
   const VertexId middle =
       insert_on_edge(draft, stroke.start, apex, VertexState::mix(draft.state(stroke.start), draft.state(apex), 0.5));
   if (middle == kNone) return false;

@@ -9,10 +9,10 @@ namespace sectio {
 namespace {
 
 constexpr int kMaxFaces = 200000;
-constexpr double kBeyondM = 1e-3;         // the tip is this far out, at least, where a cut has come out below
-constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are none
+constexpr double kBeyondM = 1e-3;         // least distance of the tip beyond a cut that has come out below
+constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are dropped
 
-// Columns: along the first edge, across it, and the normal.
+// A frame whose columns are the first edge, the direction across it, and the normal.
 Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 e = (b - a).stableNormalized();
   const Vec3 n = (b - a).cross(c - a).stableNormalized();
@@ -73,7 +73,7 @@ double BladeSweep::trail_height(double s) const {
 
 std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b) const {
   Clip c;
-  // Keeps where the value, linear from `at_a` to `at_b`, is not negative.
+  // Keeps the part in which the value, linear from `at_a` to `at_b`, is not negative.
   const auto keep = [&](double at_a, double at_b, SweepRim rim) {
     if (at_a < 0 && at_b < 0) return false;
     if (at_a < 0) {
@@ -157,14 +157,14 @@ class PathFinder {
     return it != anchors_.end() ? &*it : nullptr;
   }
 
-  // One face that the plane crosses: in over edge `in`, where left becomes right, out over `out`.
+  // A face that the plane crosses: it enters over the edge `in`, where left becomes right, and leaves over `out`.
   struct Face {
     TriangleId id = kNone;
     Triangle triangle;
     std::size_t in = 0, out = 0;
     PathPoint entry, exit;
     BladeSweep::Clip clip;
-    bool begins = false, ends = false;  // the path does
+    bool begins = false, ends = false;  // the path begins or ends here
     const Anchor *from = nullptr, *to = nullptr;
   };
 
@@ -189,8 +189,8 @@ class PathFinder {
   }
 
   // The triangle of the fan of v whose opposite edge the plane crosses furthest ahead (or furthest behind): outwards
-  // for a path that begins at v, inwards for one that ends there. Not a wall of the groove; when the blade has turned,
-  // the plane may cross one of those, too, so that skin comes first.
+  // for a path that begins at v, inwards for one that ends there. Skin is preferred, since the plane may also cross a
+  // wall of the groove when the blade has turned.
   TriangleId face_at(const CutFront& f, VertexId v, bool begins, bool ahead) const {
     TriangleId best = kNone;
     const double sign = ahead ? 1 : -1;
@@ -210,7 +210,7 @@ class PathFinder {
     return best;
   }
 
-  // The crossing of a face as far as it lies in the region; nothing if none of it does.
+  // The part of a face's crossing in the region; nothing if there is none.
   std::optional<Face> face_of(TriangleId id) const {
     Face f;
     f.id = id;
@@ -247,14 +247,14 @@ class PathFinder {
   }
   bool is_anchor(TriangleId t) const { return anchor_in(t, true) || anchor_in(t, false); }
 
-  // Follows the path through a face both ways. False when it leads nowhere.
+  // Follows the path through a face in both directions. False if it leads nowhere.
   bool trace(TriangleId start, std::vector<SurfacePath>& paths) {
     if (visited_.contains(start)) return true;
     const std::optional<Face> first = face_of(start);
     if (!first) return !is_anchor(start);
     if (!first->from && !first->to &&
         (first->clip.to - first->clip.from) * (first->exit.at - first->entry.at).norm() < kShortestPieceM)
-      return true;  // a path that has more than this begins elsewhere
+      return true;  // a longer path begins elsewhere
     std::deque<Face> faces{*first};
     visited_.insert(start);
     bool closed = false;
@@ -265,7 +265,7 @@ class PathFinder {
         break;
       }
       const std::optional<Face> f = visited_.contains(next) ? std::nullopt : face_of(next);
-      if (!f || f->begins || faces.size() > kMaxFaces) {  // what is left of it is too short: it ends at the edge
+      if (!f || f->begins || faces.size() > kMaxFaces) {  // the rest is too short: the path ends at the edge
         faces.back().ends = true;
         faces.back().clip.rim_to = rim_near(faces.back().exit.at);
         break;
@@ -284,7 +284,7 @@ class PathFinder {
       visited_.insert(next);
       faces.push_front(*f);
     }
-    // The walls of the groove so far meet in the front, so the plane may graze them.
+    // The walls of the existing groove meet in the front, so the plane may graze them.
     const bool grazes = !is_anchor(start) && std::any_of(faces.begin(), faces.end(),
                                                          [&](const Face& f) { return at_front_.contains(f.id); });
     return grazes || append(faces, closed, paths);
@@ -298,7 +298,7 @@ class PathFinder {
     return to_trail <= to_first ? SweepRim::trail : SweepRim::first_pose;
   }
 
-  // An end of a path within a face, or the point of the face's rim that it is close to.
+  // The end of a path within a face, or the close point on the face's rim.
   PathPoint end_point(const Face& f, double s, SweepRim rim, const Anchor* anchor) const {
     PathPoint p;
     const double near = std::max(snap_, 1e-9);

@@ -25,8 +25,8 @@ struct RestBlade {
   Vec3 up_body = Vec3::UnitZ();  // unit, from the tip upwards
 };
 
-// The rim of the region inside a body, clockwise from the upper end of the last pose: down the blade there, along the
-// trail of the tip to the first pose, up the blade there.
+// The rim of the swept region, clockwise from the upper end of the last pose: down the blade, along the trail of the
+// tip to the first pose, and up the blade there.
 enum class SweepRim : std::uint8_t { none, first_pose, trail, last_pose };
 
 // The plane of a motion, and its region between two poses, above the trail of the tip and without end upwards. Tissue
@@ -45,7 +45,7 @@ class BladeSweep {
   const Vec2& tip_first() const { return tip_first_; }
   const Vec2& tip_last() const { return tip_last_; }
   double ahead_of_first(const Vec2& x) const { return x.x() - first_at(x.y()).ahead; }
-  double trail_height(double s) const;  // of the trail of the tip, at s metres ahead of the origin
+  double trail_height(double s) const;  // height of the trail of the tip at s metres ahead of the origin
 
   // The part of the segment a - b in the region, as parameters with the rims on which it is cut off; nothing if empty.
   struct Clip {
@@ -69,8 +69,8 @@ class BladeSweep {
   Place first_at(double height) const;
 
   Vec2 tip_first_, tip_last_;
-  std::vector<Place> first_;                 // points of the first pose, from below; straight between them
-  bool straight_ = false;                    // and beyond them; otherwise upright there
+  std::vector<Place> first_;                 // points of the first pose, from below, with straight lines between them
+  bool straight_ = false;                    // straight beyond them, too; otherwise upright there
   std::vector<std::array<double, 2>> gaps_;  // between the parts: lower and upper height
 };
 
@@ -80,7 +80,7 @@ struct PathPoint {
     vertex,   // at vertex `from`
     on_edge,  // between `from` (right of the plane) and `to` (left of it), at ratio t
     in_face,  // at `bary` in the face
-    between,  // in the middle of the points before and after: makes the pair of a slit
+    between,  // in the middle of the points before and after, for the pair of a slit
   };
   Kind kind = Kind::on_edge;
   VertexId from = kNone, to = kNone;
@@ -89,9 +89,9 @@ struct PathPoint {
   Vec3 bary = Vec3::Zero();
   Vec2 at = Vec2::Zero();  // in the plane of the sweep
 
-  SweepRim rim = SweepRim::none;  // of the ends of a path: where it enters or leaves the region
+  SweepRim rim = SweepRim::none;  // for the ends of a path: where it enters or leaves the region
   double rim_position = 0;
-  VertexId ridge = kNone;  // of an end at a front: the other end of its edge
+  VertexId ridge = kNone;  // for an end at a front: the other end of the front's edge
 
   bool same_place(const PathPoint& o) const { return kind == o.kind && from == o.from && to == o.to; }
 };
@@ -100,21 +100,21 @@ struct PathPoint {
 struct PathFace {
   std::array<VertexId, 3> corners{kNone, kNone, kNone};
   int active_edges = 0;
-  int begin = 0, end = 0;  // points between which it is crossed; the same one when the crossing is snapped to it
+  int begin = 0, end = 0;  // points between which it is crossed; the same one if the crossing is snapped to it
 };
 
 // The body is below the path (to its right in the plane, seen with `ahead` to the right and `up` upwards).
 struct SurfacePath {
   std::vector<PathPoint> points;
   std::vector<PathFace> faces;
-  bool closed = false;  // comes round; the last point leads to the first
+  bool closed = false;  // the last point leads to the first
 };
 
 // The fronts that a sweep goes on from, and the groove at which it is to end.
 struct SweepEnds {
-  std::vector<CutFront> fronts;  // one for each part of the blade's line that is in the body, from above; may be none
-  bool may_part = true;          // something may come off
-  std::optional<CutFront> target = {};  // of another groove: the last pose lies along it
+  std::vector<CutFront> fronts;         // one for each part of the edge in the body, from above; may be empty
+  bool may_part = true;                 // a piece may come off
+  std::optional<CutFront> target = {};  // the front of another groove, along which the last pose lies
 };
 
 // Is the front as it was, although other cuts may have changed the mesh?

@@ -14,7 +14,7 @@ namespace sectio {
 struct RimItem {
   enum class What : std::uint8_t { path, tip_first, tip_last, bottom };
   What what = What::path;
-  std::size_t path = 0, point = 0;  // of a path, or above a bottom
+  std::size_t path = 0, point = 0;  // the point of a path, or the one above a bottom
   Vec2 at = Vec2::Zero();
   double rim_position = 0;
 };

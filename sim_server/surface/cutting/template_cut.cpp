@@ -14,7 +14,7 @@ namespace {
 
 using Kind = PathPoint::Kind;
 
-constexpr double kWidestOpening = 0.4;  // of the way to the nearest vertex beside the path: the rest stays beside it
+constexpr double kWidestOpening = 0.4;  // largest width, over the distance to the nearest vertex beside the path
 
 // The surface at a point of a path, before any change.
 struct PathFrame {
@@ -184,7 +184,7 @@ class Step {
     const TriangleId whole = draft_.find_triangle(p.face[0], p.face[1], p.face[2]);
     if (whole != kNone) return insert_in_face(draft_, whole, state);
     const PathPoint& origin = path.points[0];
-    if (origin.kind == Kind::in_face && origin.face == p.face) {  // both ends in one face: the other end has divided it
+    if (origin.kind == Kind::in_face && origin.face == p.face) {  // the other end has divided the face
       std::size_t least = 0;
       for (std::size_t k = 1; k < 3; ++k)
         if (p.bary[static_cast<int>(k)] * origin.bary[static_cast<int>(least)] <
@@ -193,7 +193,7 @@ class Step {
       const TriangleId t = draft_.find_triangle(before, p.face[(least + 1) % 3], p.face[(least + 2) % 3]);
       return t != kNone ? insert_in_face(draft_, t, state) : kNone;
     }
-    // The point before has divided the face from one of its edges.
+    // The previous point has divided the face from one of its edges.
     for (std::size_t k = 0; k < 3; ++k) {
       const Cell cell{before, {p.face[(k + 1) % 3], p.face[(k + 2) % 3], p.face[k]}};
       if (!triangles_of(draft_, cell).empty()) return insert_in_cell(draft_, cell, state);
@@ -274,7 +274,7 @@ class Step {
     const Vec3 here = draft_.rest(v[r.point]);
     double half_m = settings_.open_top_m / 2;
     const std::vector<TriangleId> fan = draft_.fan(v[r.point]);
-    std::set<VertexId> lips;  // of the cut so far
+    std::set<VertexId> lips;  // lips of the cut so far
     for (const TriangleId t : fan)
       if (const Triangle wall = draft_.triangle(t); at_front(path.points[r.point]) && wall.surface == Surface::wall)
         lips.insert(wall.v.begin(), wall.v.end());
@@ -328,7 +328,7 @@ class Step {
     const Vec3 half = settings_.open_bottom_m / 2 * sweep_.left;
     if (const CutFront* f = front_above(top); f && r.what != RimItem::What::bottom) {
       node.left = node.right = f->bottom;
-      if (f->bottom_on_surface) return node;  // of a groove that has come through where this one has not
+      if (f->bottom_on_surface) return node;  // the other groove comes out below here, this one doesn't
       const bool goes_on = r.what == RimItem::What::tip_first;
       node.path_from = goes_on ? f->before_right : f->top;
       node.path_to = goes_on ? f->top : f->before_left;
@@ -431,8 +431,8 @@ class Step {
   const TemplateSettings& settings_;
   std::vector<SurfacePath> paths_;
   std::vector<Rim> rims_;
-  std::vector<std::size_t> first_face_;          // of each path among the active faces
-  std::vector<std::vector<VertexId>> vertices_;  // of each path
+  std::vector<std::size_t> first_face_;          // by path: index of its first face in the active faces
+  std::vector<std::vector<VertexId>> vertices_;  // by path
   std::vector<std::vector<PathFrame>> frames_;
 };
 

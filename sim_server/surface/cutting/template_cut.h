@@ -25,15 +25,15 @@ namespace sectio {
 
 struct TemplateSettings {
   double open_top_m = 4e-4;     // width of the opening at the surface
-  double open_bottom_m = 2e-4;  // and at the bottom
+  double open_bottom_m = 2e-4;  // width of the opening at the bottom
   double right_angle_tolerance_rad = kRightAngleTolerance_rad;
   // New bottoms are made at this ratio of the tip's depth; the next step takes them to the tip's place.
   double bottom_at_birth = 0.75;
   double snap_ratio = 0.05;  // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double inset = 0.04;       // least barycentric coordinate of a path's end inside a triangle
   double min_step_m = 1e-4;  // shorter motions of the blade wait for more
-  double join_tolerance_m = 0.002;  // a blade this close to where a groove ends joins it, or goes on from there
-  double patience_m = 0.005;        // a step that can't be made waits until the blade is this far ahead
+  double join_tolerance_m = 0.002;  // a blade this close to the front of a groove joins it, or continues it
+  double patience_m = 0.005;        // an impossible step is postponed until the blade is this far ahead
 };
 
 // The template of a face, and the criteria by which it was chosen.
@@ -50,14 +50,14 @@ using TargetStates = std::vector<std::pair<VertexId, VertexState>>;
 enum class TemplateOutcome : std::uint8_t {
   cut,
   nothing,  // no face is active, or the blade has not moved
-  refused,  // no valid subdivision; the draft is as before
+  refused,  // there is no valid subdivision; the draft is unchanged
 };
 
 inline constexpr std::string_view kNoPath = "the blade's path over the surface can't be followed";
 
 struct TemplateStep {
   TemplateOutcome outcome = TemplateOutcome::nothing;
-  std::string_view why;  // refused: for a person
+  std::string_view why;  // reason of a refusal, for a person
   std::vector<ActiveFace> faces;
   std::vector<CutFront> fronts;  // at the blade; none: it has left the body, or joined a groove
   std::vector<CutFront> starts;  // ends of grooves that begin with this step, where its first pose was

@@ -65,12 +65,12 @@ void take_to(MeshDraft& draft, TargetStates& targets) {
   targets.clear();
 }
 
-// The upper end of the blade's line in the body at the end of a sweep: its path, and the last of the path's points
-// that is not inside a face.
+// The upper end of the edge in the body at the end of a sweep: its path, and the last of the path's points that is not
+// inside a face.
 struct LastCrossing {
   bool blade_is_in = false;
-  bool opens = false;  // there is a point behind it that becomes a pair
-  double at_m = 0;     // ahead
+  bool opens = false;  // a point behind it becomes a pair
+  double at_m = 0;     // distance ahead
 };
 LastCrossing last_crossing(const std::vector<SurfacePath>& paths, double min_step_m) {
   const SurfacePath* top = nullptr;
@@ -112,7 +112,7 @@ bool is_own(const TemplateStroke& stroke, const CutFront& f) {
   return std::any_of(stroke.fronts.begin(), stroke.fronts.end(), [&](const CutFront& o) { return o.top == f.top; });
 }
 
-// The front of another groove, or of the stroke's own beginning, that the sweep comes to first.
+// The first front that the sweep reaches, of another groove or of the stroke's own beginning.
 std::optional<CutFront> groove_ahead(const MeshDraft& draft, const TemplateStroke& stroke, const BladeSweep& sweep,
                                      const GrooveDraft& grooves, const TemplateSettings& settings) {
   std::optional<CutFront> nearest;
@@ -131,7 +131,7 @@ std::optional<CutFront> groove_ahead(const MeshDraft& draft, const TemplateStrok
   return nearest;
 }
 
-// The line of a front as a pose; on the surface, the tip is out of the body.
+// The line of a front as a pose. If its bottom is on the surface, the tip is outside the body.
 RestBlade along(const MeshDraft& draft, const CutFront& f) {
   RestBlade blade;
   const Vec3 bottom = draft.rest(f.bottom);

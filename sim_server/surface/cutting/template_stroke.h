@@ -16,7 +16,7 @@ std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBl
 // cross it.
 struct TemplateStroke {
   std::uint32_t tool_id = 0;
-  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle where it began, and where in it
+  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // the triangle in which it began, with bary
   Vec3 bary = Vec3::UnitX();
   std::vector<CutFront> fronts;             // of the permanent part
   std::optional<RestBlade> at_front;        // pose there, or where the stroke began
@@ -24,12 +24,12 @@ struct TemplateStroke {
   std::optional<Blade> blade;               // the same in the world
   std::optional<Vec3> displacement_body_m;  // of the tissue at the instrument from its place at rest, smoothed
   std::string_view why_refused;             // for a person
-  bool waits = false;                       // until the blade is at the end of the groove that it goes on with
-  std::vector<TriangleId> active;           // that the temporary part began with
+  bool waits = false;                       // for the blade to reach the end of the groove that it continues
+  std::vector<TriangleId> active;           // triangles with which the temporary part began
   TargetStates bottoms_at_tip;              // of permanent bottoms
-  std::vector<ActiveFace> faces;            // that became permanent in the last step
+  std::vector<ActiveFace> faces;            // faces that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
-  std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // world, metres: back when it is undone
+  std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // former positions in the world, restored by undo
   std::vector<CutFront> temporary_fronts, temporary_starts;
   TargetStates temporary_bottoms_at_tip;
   std::set<VertexId> temporary_bottoms;

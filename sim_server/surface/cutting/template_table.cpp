@@ -48,7 +48,7 @@ constexpr std::array kTemplates{
     //     B-----------C
     CutTemplate{normal, 2, 0, 2, "10 right", Sub::midway, Under::u_shape, 3, 4, 6, 2},
 
-    // 90 degrees. A slit has no neighbour that could be adjusted: it stands for itself, as above.
+    // 90 degrees. A slit has no neighbour that could be adjusted, so it has its own substructure, as above.
     CutTemplate{right_angle, 0, 0, 0, "14", Sub::slit, Under::none, 7, 4, 0, 0},
     CutTemplate{right_angle, 0, 1, 1, "14 left", Sub::slit, Under::cone, 7, 4, 4, 0},
     CutTemplate{right_angle, 0, 2, 2, "14 right", Sub::slit, Under::cone, 7, 4, 6, 0},

@@ -5,7 +5,7 @@
 //
 //   1. Between two poses the blade sweeps a quadrilateral of a plane. Active faces are the triangles that it crosses.
 //      Each is crossed along one segment, so it has two active edges, or one, or none (sweep_path.h).
-//   2. Three things and nothing else choose a face's template from the table below: the class of the angle between
+//   2. Three criteria alone choose a face's template from the table below: the class of the angle between
 //      instrument and face normal, the number of active edges, the instrument vertices (tips of the sweep) inside the
 //      body where the face's segment ends.
 //   3. The face is subdivided as its figure says; the points of the path become pairs, open_top apart, square to the
@@ -49,7 +49,7 @@ enum class Subdivision : std::uint8_t {
 
 // The structure that hangs under the face.
 enum class Substructure : std::uint8_t {
-  none,     // the walls of its neighbour, or of the faces above, close it
+  none,     // the walls of its neighbour, or of the faces above, close the hole
   cone,     // as many vertices as instrument vertices are inside: 4 triangles with one, 6 with two
   taper,    // narrows to the tip in the face: side, side and bottom of one triangle each
   wedge,    // narrows to the vertical under the tip: sides of two triangles, bottom of one
@@ -63,7 +63,7 @@ struct CutTemplate {
   const char* figure = "";
   Subdivision subdivision = Subdivision::slit;
   Substructure substructure = Substructure::none;
-  int faces = 0, new_vertices = 0;              // of the subdivision
+  int faces = 0, new_vertices = 0;              // made by the subdivision
   int substructure_triangles = 0, bottoms = 0;  // bottoms are among the triangles
 };
 

@@ -13,20 +13,20 @@
 
 namespace sectio {
 
-// Part of the fan around `apex` in which the instrument is: the triangles (apex, rim[i], rim[i+1]). One triangle when
-// the cut stands at a vertex; two when it came in over an edge: together they are the triangle rim[0], rim[1], rim[2],
-// and apex is the point on its edge rim[2] - rim[0].
+// The part of the fan around `apex` that contains the instrument: the triangles (apex, rim[i], rim[i+1]). It is one
+// triangle if the cut ends at a vertex. It is two if the cut came over an edge: together they are the triangle rim[0],
+// rim[1], rim[2], and apex is the point on its edge rim[2] - rim[0].
 struct Cell {
   VertexId apex = kNone;
   std::vector<VertexId> rim;  // counter-clockwise, two or three
 
-  // The flat triangle that barycentric coordinates in the cell refer to.
+  // The flat triangle to which barycentric coordinates in the cell refer.
   std::array<VertexId, 3> corners() const {
     return rim.size() == 3 ? std::array{rim[0], rim[1], rim[2]} : std::array{apex, rim[0], rim[1]};
   }
 };
 
-// The triangles of a cell; empty if they are not all there (any more).
+// The triangles of a cell; empty if one of them doesn't exist (any more).
 std::vector<TriangleId> triangles_of(const MeshDraft& draft, const Cell& cell);
 
 //            A                     A
@@ -42,12 +42,12 @@ VertexId insert_in_face(MeshDraft& draft, TriangleId t, const VertexState& state
 //            X                     X
 VertexId insert_on_edge(MeshDraft& draft, VertexId from, VertexId to, const VertexState& state);
 
-// A vertex inside a cell, joined to the whole rim and to the apex (figure 9): a cell of two triangles -> 4, of one
-// -> 3.
+// Inserts a vertex inside a cell and joins it to the whole rim and to the apex (figure 9): a cell of two triangles
+// becomes four, one of one triangle three.
 VertexId insert_in_cell(MeshDraft& draft, const Cell& cell, const VertexState& state);
 
 // The triangles to the right of the path a - v - b along two edges, seen from outside: around v from the edge v - a
-// counter-clockwise to the edge v - b. Empty when one of the edges is missing.
+// counter-clockwise to the edge v - b. Empty if one of the edges is missing.
 std::vector<TriangleId> right_of_path(const MeshDraft& draft, VertexId a, VertexId v, VertexId b);
 
 // The first opening of a cut (figure 5), along the path start - middle - tip of two edges. `middle` becomes a pair

@@ -9,12 +9,12 @@ namespace {
 
 using Kind = PathPoint::Kind;
 
-constexpr int kMaxSlides = 64;                        // triangles that a pressing point crosses in one step
-constexpr int kMaxCrossed = 12;                       // edges under one line of an instrument
-constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;   // barycentric: closer than this a point is on the edge
-constexpr double kShortestLineM = 2e-4;               // seen along the normal; below this it is one point
-constexpr double kTouchesM = 1e-4, kLeavesM = -3e-4;  // the surface over the line: to become active, and to stay so
-constexpr double kFacing = 0.2;  // cosine: faces that turn away from the instrument are not under it
+constexpr int kMaxSlides = 64;                        // most triangles that a pressing point crosses in a step
+constexpr int kMaxCrossed = 12;                       // most edges under one line of an instrument
+constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;   // barycentric: a point gets onto an edge, and off it
+constexpr double kShortestLineM = 2e-4;               // seen along the normal; a shorter line is a point
+constexpr double kTouchesM = 1e-4, kLeavesM = -3e-4;  // surface above line: becomes active, stays active
+constexpr double kFacing = 0.2;                       // least cosine between a face's normal and the line's
 
 using Where = Vec3 VertexState::*;
 constexpr Where kNow = &VertexState::position_world_m, kAtRest = &VertexState::rest_body_m;
@@ -55,7 +55,7 @@ PathPoint in_face(const std::array<VertexId, 3>& face, const Vec3& bary) {
   return p;
 }
 
-// A walk over the surface in the plane that holds the line and the normal.
+// A walk over the surface in the plane of the line and the normal.
 class LineWalk {
  public:
   explicit LineWalk(const ContactLine& line) : line_(line) {

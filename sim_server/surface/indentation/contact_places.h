@@ -25,9 +25,9 @@ SurfacePoint seen_along(const MeshDraft& surface, TriangleId start, const Vec3& 
 // border between the two cases the place stays the kind that it was before.
 PathPoint contact_place(const MeshDraft& surface, const SurfacePoint& at, std::span<const ContactPoint> before);
 
-// A line that leads from a point of an instrument to a corner of it.
+// A line from a point of an instrument to one of its corners.
 struct ContactLine {
-  TriangleId triangle = kNone;  // over or under the point
+  TriangleId triangle = kNone;  // above or below the point
   Vec3 from_body_m = Vec3::Zero(), corner_body_m = Vec3::Zero();
   Vec3 normal_body = Vec3::UnitZ();
 };

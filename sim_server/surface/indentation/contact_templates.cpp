@@ -78,8 +78,8 @@ PathPoint beside_edge(const MeshDraft& draft, const PathPoint& p, double ratio) 
 }
 
 struct Sorted {
-  std::vector<ContactPoint> points;      // those on edges first: in the order in which particles are made
-  std::vector<std::size_t> particle_of;  // which of them each point asked for has become; kNone: it is not there
+  std::vector<ContactPoint> points;      // in the order in which particles are made: those on edges first
+  std::vector<std::size_t> particle_of;  // by requested point: number of its particle; kNone: skipped
 };
 
 // Keeps the first of two places that coincide; an edge has one particle.
@@ -180,7 +180,7 @@ VertexId insert_within(MeshDraft& draft, const PathPoint& p, std::span<const Con
 
 bool make(MeshDraft& draft, TemporaryContact& contact) {
   contact.particles.clear();
-  for (const bool edges : {true, false})  // edges first: a face is divided from them
+  for (const bool edges : {true, false})  // edges first, as they divide their faces
     for (std::size_t i = 0; i < contact.points.size(); ++i) {
       const PathPoint& p = contact.points[i].place;
       if ((p.kind == Kind::on_edge) != edges) continue;

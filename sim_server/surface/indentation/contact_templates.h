@@ -1,5 +1,5 @@
-// Deformation templates (paper A, section 2.2, figures 2 and 3): while instruments press, the faces that they touch
-// hold new particles that follow their form; no original particle is moved. Pure functions on a draft.
+// Deformation templates (paper A, section 2.2, figures 2 and 3): while instruments press, the touched faces get new
+// particles that follow the shape of the instrument; no original particle is moved. Pure functions on a draft.
 //
 // Contact templates are temporary. The inverse keeps the elements that they replace (inactive, not deleted), and
 // release() puts these back into their slots bit for bit. Particles have their rest positions on the undeformed face,
@@ -15,16 +15,16 @@
 
 namespace sectio {
 
-// One face under the instrument.
+// The template for a face under the instrument.
 struct ContactTemplate {
   int active_edges = 0;
-  int vertices_inside = 0;  // of the instrument
-  bool coincident = false;  // both new particles fall together: only one is made
+  int vertices_inside = 0;  // vertices of the instrument in the face
+  bool coincident = false;  // both new particles coincide: only one is made
   const char* figure = "";
   int particles = 0;
-  int triangles = 0;  // in place of the face
+  int triangles = 0;  // that replace the face
   int springs = 0;    // between particles and corners within the face
-  int halved = 0;     // springs of active edges that become two
+  int halved = 0;     // springs of active edges that are divided
 };
 std::span<const ContactTemplate> contact_templates();
 // There is at most one tip with one active edge, none with two edges, and one or two with no edge. Faces that are
@@ -55,15 +55,15 @@ struct HeldParticle {
 
 // All instruments' temporary elements in one body.
 struct TemporaryContact {
-  std::vector<ContactPoint> points;  // as made: after coincident ones have become one
-  std::vector<VertexId> particles;   // one each
+  std::vector<ContactPoint> points;  // after coincident ones have been merged
+  std::vector<VertexId> particles;   // one for each point
   std::optional<TopologyDelta> inverse;
 };
 
 enum class ContactChange : std::uint8_t {
-  displaced,  // the same templates: particles follow, nothing is added
-  exchanged,  // other templates than before, or the first
-  refused,    // no valid subdivision; nothing is changed
+  displaced,  // the templates stay: only particles move
+  exchanged,  // the templates have changed, or are the first
+  refused,    // there is no valid subdivision; nothing has changed
 };
 
 struct Press {

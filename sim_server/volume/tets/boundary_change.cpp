@@ -10,11 +10,11 @@ using Corners3 = std::array<VertexId, 3>;
 
 struct Face {
   Corners3 key;            // ascending
-  Corners3 before, after;  // as its last tetrahedron has it
+  Corners3 before, after;  // oriented as in its last tetrahedron
   std::uint8_t owners_before = 0, owners_after = 0;
 };
 
-// Faces by their corners, in the order in which they were met.
+// Faces by their corners, in the order of insertion.
 class FaceTable {
  public:
   explicit FaceTable(std::size_t most) : place_(std::bit_ceil(2 * most + 1), kNone) { faces_.reserve(most); }

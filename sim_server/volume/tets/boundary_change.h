@@ -1,5 +1,6 @@
-// What a change of a volume does to its surface, from the tetrahedra that have changed and no others: a face that one
-// tetrahedron had before and another number of them has now is gone, and the other way round.
+// The change of a volume's surface that follows from a change of its tetrahedra. Only changed tetrahedra are looked at:
+// a face is removed if one of them had it before the change, and none or two have it after; it is added in the opposite
+// case.
 #pragma once
 
 #include <span>
@@ -9,13 +10,13 @@
 
 namespace sectio {
 
-// Corners as numbered in the volume, counter-clockwise from outside; in the order of the tetrahedra.
+// Corners are numbered as in the volume, counter-clockwise from outside; faces are in the order of the tetrahedra.
 struct BoundaryChange {
   std::vector<std::array<VertexId, 3>> removed, added;
 };
 
-// `edits`: of all tetrahedra at which something has changed, those included that only have a new neighbour or none
-// any more (TetTopology::change()). O(edits).
+// `edits` must include tetrahedra of which only a neighbour has changed, as those of TetTopology::change() do.
+// O(edits).
 BoundaryChange boundary_change(std::span<const TetEdit> edits);
 
 }  // namespace sectio

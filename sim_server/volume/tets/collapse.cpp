@@ -9,8 +9,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kSharp = 0.5;       // cosine between the triangles at a crease, at most
-constexpr double kKeptHeight = 0.5;  // of the least: what comes in place of small elements may be large and thin
+constexpr double kSharp = 0.5;       // largest cosine between the normals at a crease
+constexpr double kKeptHeight = 0.5;  // least height after a collapse, over the least before
 
 using Pair = std::array<VertexId, 2>;
 using Corners3 = std::array<VertexId, 3>;
@@ -32,10 +32,10 @@ double mean_edge_m(const TetTopology& volume, VertexId v, VertexId w) {
   return sum_m / static_cast<double>(edges);
 }
 
-// The triangles of the surface at v are (v, rim[i], rim[i + 1]), in a circle.
+// The triangles of the surface at v are (v, rim[i], rim[i + 1]), cyclically.
 struct Fan {
   std::vector<VertexId> rim;  // empty: v is inside
-  bool is_one = true;         // else the surface touches itself in v
+  bool is_one = true;         // false: the surface touches itself in v
 
   VertexId at(std::size_t i) const { return rim[i % rim.size()]; }
   bool has(VertexId w) const { return std::ranges::find(rim, w) != rim.end(); }
@@ -66,7 +66,7 @@ Fan fan_at(const TetTopology& volume, VertexId v) {
   return fan;
 }
 
-// What is opposite a vertex in its simplices, each ascending.
+// The link of a vertex: the simplices opposite it in its tetrahedra, each ascending.
 struct LinkOf {
   std::vector<VertexId> vertices;
   std::vector<Pair> edges;
@@ -83,7 +83,7 @@ struct LinkOf {
     }
     sort_unique(vertices), sort_unique(edges), sort_unique(triangles);
   }
-  // Of the surface there.
+  // The link in the surface.
   explicit LinkOf(const Fan& fan) : vertices(fan.rim) {
     for (std::size_t i = 0; i < fan.rim.size(); ++i)
       edges.push_back({std::min(fan.at(i), fan.at(i + 1)), std::max(fan.at(i), fan.at(i + 1))});
@@ -98,7 +98,7 @@ std::vector<T> common(const std::vector<T>& a, const std::vector<T>& b) {
   return both;
 }
 
-// What v and w are both connected with is connected with their edge, too: inside, and on the surface.
+// The link condition: the intersection of the links of v and w is the link of their edge, inside and on the surface.
 bool stays_manifold(const TetTopology& volume, VertexId v, VertexId w, const Fan& fan_v, const Fan& fan_w) {
   const LinkOf at_v(volume, v), at_w(volume, w);
   std::size_t around = 0;
@@ -119,7 +119,7 @@ bool stays_manifold(const TetTopology& volume, VertexId v, VertexId w, const Fan
          common(outside_v.edges, outside_w.edges).empty();
 }
 
-// v, w, u: is v near the straight line from w to u, and between them?
+// Whether v is near the straight line from w to u, and between them.
 bool is_straight(const Vec3& v, const Vec3& w, const Vec3& u, double within_m) {
   const Vec3 along = u - w;
   return (v - w).dot(along) >= 0 && (u - v).dot(along) >= 0 && (v - w).cross(along).norm() <= within_m * along.norm();
@@ -167,7 +167,7 @@ double quality(const TetTopology& volume, const Tetrahedron& c) {
   return shape_quality(at(0), at(1), at(2), at(3));
 }
 
-// The least, which the stable step is in proportion to.
+// The least height, to which the stable step is proportional.
 double height_m(const TetTopology& volume, const Tetrahedron& c) {
   const auto at = [&](std::size_t k) -> const Vec3& { return volume.vertex(c[k]).rest_body_m; };
   double twice_m2 = 0;

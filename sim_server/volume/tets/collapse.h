@@ -11,36 +11,39 @@
 
 namespace sectio {
 
-// 6 sqrt(2) V / l^3 with the root mean square of the edges, at rest: 1 for a regular tetrahedron, 0 for a flat one.
+// 6 sqrt(2) V / l^3 at rest, where l is the root mean square of the edges: 1 for a regular tetrahedron, 0 for a flat
+// one.
 double shape_quality(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 double shape_quality(const TetTopology& volume, std::uint32_t t);
 
-// Beside the mean over all edges of the tetrahedra that have it, at rest.
+// The length of an edge over the mean of all edges of its tetrahedra, at rest.
 double edge_ratio(const TetTopology& volume, VertexId v, VertexId w);
 
-// Of these mean edges m: how far a vertex of the surface may come to lie from the surface that is left, and a crease
-// from the straight line in its place; and of m^3 how much the volume inside the surface may change.
+// Tolerances in this mean edge m: kCollapseOff m is the largest distance between a vertex of the old surface and the
+// new surface, or between a crease and its replacement; kCollapseVolume m^3 is the largest change of the enclosed
+// volume.
 inline constexpr double kCollapseOff = 0.02;
 inline constexpr double kCollapseVolume = 2e-3;
 
-// What a triangle of the surface is of, corners counter-clockwise from outside: where that changes is a lip.
-using SurfaceLabel = std::function<int(const std::array<VertexId, 3>& corners)>;  // empty: all are alike
+// The label of a triangle of the surface, given by its corners counter-clockwise from outside. A lip is an edge between
+// triangles of different labels.
+using SurfaceLabel = std::function<int(const std::array<VertexId, 3>& corners)>;  // empty: one label for all
 
 enum class CollapseVerdict : std::uint8_t {
   fine,
-  torn,      // the link condition (Dey et al. 1999), surface included: two sides would be joined, or one pinched
-  inward,    // from the surface into it
-  corner,    // where creases or lips end, meet or bend
-  sideways,  // off the crease or lip
-  bent,      // the surface would have another shape
-  flat,      // a tetrahedron turns over, at rest or in the world, or gets worse, or half as high, as the worst there
+  torn,      // violates the link condition (Dey et al. 1999): two sides would be joined, or one pinched
+  inward,    // a vertex of the surface would move inside
+  corner,    // creases or lips end, meet or bend at the vertex
+  sideways,  // the vertex would leave its crease or lip
+  bent,      // the shape of the surface would change
+  flat,      // a tetrahedron would be inverted, at rest or in the world, or worse or flatter than allowed
 };
 const char* to_string(CollapseVerdict verdict);
 
-// Of v onto its neighbour w. O(star^2).
+// Judges the collapse of v onto its neighbour w. O(star^2).
 CollapseVerdict judge_collapse(const TetTopology& volume, VertexId v, VertexId w, const SurfaceLabel& kind = {});
 
-// The neighbour that v can move onto: over the shortest edge below `ratio` for which nothing speaks against it.
+// The neighbour that v can move onto, along the shortest edge with a ratio below `ratio` whose collapse is fine.
 std::optional<VertexId> collapse_onto(const TetTopology& volume, VertexId v, double ratio,
                                       const SurfaceLabel& kind = {});
 

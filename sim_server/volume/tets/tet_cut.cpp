@@ -12,11 +12,11 @@
 namespace sectio {
 namespace {
 
-constexpr double kLasting = 3;  // times as far as other crossings are moved those at an end that lasts
+constexpr double kLasting = 3;  // factor of the snapping distance at a lasting end
 
 struct Crossing {
   VertexId a, b;  // a < b
-  double t;       // from a
+  double t;       // place on the edge, 0 at a
   bool operator<(const Crossing& o) const { return a != o.a ? a < o.a : b < o.b; }
   bool operator==(const Crossing& o) const { return a == o.a && b == o.b; }
 };
@@ -55,7 +55,7 @@ class SheetCut {
     for (std::size_t k = 0, end = on_sheet_.size(); k < end; ++k) separate(on_sheet_[k]);
     std::sort(on_sheet_.begin(), on_sheet_.end());
     if (exact_ != 0)
-      std::erase_if(on_sheet_, [&](VertexId v) {  // where elements go on beyond it
+      std::erase_if(on_sheet_, [&](VertexId v) {  // elements extend beyond the sheet there
         return !opened_.contains(v) && !joined_.contains(v) && !inside(volume_.vertex(v).position_world_m);
       });
     outcome_.on_sheet = std::move(on_sheet_);
@@ -64,13 +64,13 @@ class SheetCut {
   }
 
  private:
-  // Signed distance from the plane; on it counts as above (simulation of simplicity).
+  // Signed distance from the plane; a point on the plane counts as above (simulation of simplicity).
   double height(VertexId v) const {
     const double h = normal_.dot(volume_.vertex(v).position_world_m - centre_);
     return h == 0 ? 1e-300 : h;
   }
   bool is_exact(std::size_t side) const { return (exact_ >> side & 1) != 0; }
-  // How far inside a side of the outline, times the side's length.
+  // Distance inside a side of the outline, times the side's length.
   double within(std::size_t side, const Vec3& p) const {
     const Vec3& a = outline_[side];
     return (outline_[(side + 1) % outline_.size()] - a).cross(p - a).dot(normal_);
@@ -84,7 +84,7 @@ class SheetCut {
       if (counts(side) && within(side, p) < 0) return false;
     return true;
   }
-  // As if the sheet went on beyond its exact sides.
+  // Treats the sheet as if it went on beyond its exact sides.
   bool inside_extended(const Vec3& p) const {
     return inside(p, [&](std::size_t side) { return !is_exact(side); });
   }
@@ -95,7 +95,7 @@ class SheetCut {
       sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
     return sum.norm();
   }
-  // Whether more than a crumb of the polygon is inside the outline; clips it. Sutherland, Hodgman 1974.
+  // Clips the polygon by the outline (Sutherland, Hodgman 1974); returns whether more than a crumb is left.
   bool is_entered() {
     const double whole_m2 = area_m2(polygon_);
     for (std::size_t side = 0; side < outline_.size() && !polygon_.empty(); ++side) {
@@ -111,7 +111,7 @@ class SheetCut {
     return area_m2(polygon_) > settings_.snap * settings_.snap * whole_m2;
   }
 
-  // -1, 1 beside the sheet, 0 on it; by vertex, as far as it is known to matter.
+  // The side of a vertex: -1 or 1 beside the sheet, 0 on it. Recorded for relevant vertices only.
   int side(VertexId v) const {
     const auto known = side_.find(v);
     return known != side_.end() ? known->second : height(v) > 0 ? 1 : -1;
@@ -119,7 +119,7 @@ class SheetCut {
   void set_side(VertexId v, int side) { side_[v] = side; }
 
   struct Crossed {
-    std::uint32_t count = 0, beside = 0;  // edges across the plane: inside the outline, outside it
+    std::uint32_t count = 0, beside = 0;  // edges that cross the plane: inside the outline, outside it
     std::uint32_t beyond = 0;             // sides
     double ahead_m = 0;
   };
@@ -154,7 +154,7 @@ class SheetCut {
     }
     return crossed;
   }
-  // The polygon is where the plane cuts a tetrahedron with these heights: three or four corners in order, or none.
+  // Sets the polygon to the section of the plane with a tetrahedron of these heights: three or four corners, or none.
   void put_section(const Tetrahedron& c, const std::array<double, 4>& h) {
     std::array<std::size_t, 4> above{}, below{};
     std::size_t some_above = 0, some_below = 0;
@@ -168,7 +168,7 @@ class SheetCut {
       }
   }
 
-  // `edges`: that cross the sheet, whether they are cut or not.
+  // `edges`: edges that cross the sheet, whether they are cut or not.
   void visit(std::uint32_t t, std::vector<Crossing>& edges) {
     const Crossed crossed = cross(t, edges);
     outcome_.beyond |= crossed.beyond;
@@ -192,10 +192,10 @@ class SheetCut {
     sort_unique(crossings_);
   }
 
-  // Through the stars of crossed edges' ends.
+  // Searches through the stars of the ends of crossed edges.
   void follow(std::span<const std::uint32_t> begin) {
     std::vector<std::uint32_t> queue(begin.begin(), begin.end());
-    std::unordered_set<std::uint32_t> seen(queue.begin(), queue.end());  // asked, never walked
+    std::unordered_set<std::uint32_t> seen(queue.begin(), queue.end());  // never iterated
     std::unordered_set<std::uint64_t> followed;                          // edges
     std::vector<Crossing> edges;
     for (std::size_t k = 0; k < queue.size(); ++k) {
@@ -238,7 +238,8 @@ class SheetCut {
     }
   }
 
-  // Edges on the sheet, of what it enters and has not cut yet, are split where a side of the outline crosses them.
+  // Splits edges on the sheet, in elements that it enters and has not cut yet, where a side of the outline crosses
+  // them.
   void end_at(std::size_t side) {
     crossings_.clear();
     for (const std::array<VertexId, 3>& face : entered_faces())
@@ -249,7 +250,7 @@ class SheetCut {
       }
     sort_unique(crossings_);
     std::unordered_set<VertexId> snapped;
-    for (const Crossing& c : crossings_) {  // what 3 has left of an edge is not divided as finely as an edge
+    for (const Crossing& c : crossings_) {  // parts of edges that step 3 has split are divided more coarsely
       const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
       const double snap = coarse * settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
       if (std::min(c.t, 1 - c.t) <= snap) snapped.insert(c.t < 0.5 ? c.a : c.b);
@@ -260,7 +261,7 @@ class SheetCut {
     split();
     for (VertexId v = first; v < volume_.vertex_count(); ++v) at_end_.insert(v);
   }
-  // An edge from end to end of what opens has no vertex that could get a twin, and would hold it together.
+  // An edge from one end of the opening to the other has no vertex that could get a twin, and would keep it closed.
   void open_across() {
     std::vector<Crossing> edges;
     for (const std::array<VertexId, 3>& face : entered_faces()) {
@@ -272,10 +273,10 @@ class SheetCut {
     crossings_.clear();
     for (std::size_t n = 1; n < edges.size(); ++n)
       if (edges[n] == edges[n - 1]) crossings_.push_back(edges[n]);
-    sort_unique(crossings_);  // of more than two faces where sheets meet
+    sort_unique(crossings_);  // an edge may belong to more than two faces where sheets meet
     split();
   }
-  // Corners ascending. Each is between two tetrahedra.
+  // The cut faces, corners ascending. Each is between two tetrahedra.
   std::vector<std::array<VertexId, 3>> entered_faces() {
     std::vector<std::uint32_t> around;
     for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
@@ -309,8 +310,9 @@ class SheetCut {
     for (const VertexId v : volume_.tetrahedra()[t]) sum += side(v);
     return sum;
   }
-  // Of a tetrahedron with a face on the sheet: the side of its other corner. One that is all on the sheet stays with
-  // the neighbour that it shares the largest face with: else it would come off as a crumb.
+  // The side of a tetrahedron with a face on the sheet is that of its other corner. A tetrahedron with all corners on
+  // the sheet stays with the neighbour with which it shares the largest face, as it would come off as a crumb
+  // otherwise.
   int side_of(std::uint32_t t) const {
     if (const int sum = sum_of_sides(t); sum != 0) return sum > 0 ? 1 : -1;
     const Tetrahedron& c = volume_.tetrahedra()[t];
@@ -394,13 +396,13 @@ class SheetCut {
   Vec3 normal_ = Vec3::Zero(), centre_ = Vec3::Zero();
   bool flat_ = false;
   std::uint32_t tets_before_ = 0;
-  double mean_edge_m_ = 0;  // of those that the sheet crosses
+  double mean_edge_m_ = 0;  // mean of the edges that the sheet crosses
   std::vector<Crossing> crossings_;
   std::vector<VertexId> on_sheet_;
-  std::unordered_map<VertexId, int> side_;  // looked up only, never walked
+  std::unordered_map<VertexId, int> side_;  // never iterated
   std::unordered_map<VertexId, bool> joined_;
-  std::unordered_set<VertexId> at_end_;  // of the cut; asked, never walked
-  std::unordered_set<VertexId> opened_;  // at faces that are cut; asked, never walked
+  std::unordered_set<VertexId> at_end_;  // vertices at the end of the cut; never iterated
+  std::unordered_set<VertexId> opened_;  // vertices of cut faces; never iterated
   std::vector<Vec3> polygon_, left_;     // scratch
   TetCutOutcome outcome_;
 };
