@@ -120,7 +120,7 @@ BodyEngines neo_hookean_engines(const EngineSite& site) {
   VolumePart volume = volume_of(site);
   auto model = std::make_unique<TetSolid>(
       volume.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
-      settings_for(site, volume.mesh), driver_of(site.spec));
+      settings_for(site, volume.mesh), integrator_of(site.spec));
   return engines_of(site, std::move(volume), std::move(model));
 }
 
@@ -131,14 +131,14 @@ BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
   const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
   auto model = std::make_unique<HexSolid>(
       volume.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
-      settings_for(site, volume.mesh), driver_of(site.spec), whole);
+      settings_for(site, volume.mesh), integrator_of(site.spec), whole);
   return engines_of(site, std::move(volume), std::move(model));
 }
 
 void prepare_lattice(BodySpec& body) {
   if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
   body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
-                                             volume_material(body.material), {}, driver_of(body))));
+                                             volume_material(body.material), {}, integrator_of(body))));
 }
 
 void prepare_tetra_springs(BodySpec& body) {

@@ -10,7 +10,7 @@ inline VolumeMaterial volume_material(const MaterialSpec& m) {
   return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
 }
 
-inline VolumeIntegrator driver_of(const BodySpec& body) {
+inline VolumeIntegrator integrator_of(const BodySpec& body) {
   return body.volume.driver == "implicit" ? VolumeIntegrator::implicit_only : VolumeIntegrator::automatic;
 }
 
