@@ -17,7 +17,7 @@
 
 namespace sectio {
 
-// Elastic constants; springs (M1) are calibrated from them, never set by hand.
+// Elastic constants; springs are calibrated from them and never set by hand.
 struct MaterialSpec {
   double young_pa = 6000;
   double poisson = 0.45;

@@ -1,5 +1,5 @@
-// Bodies that are volumes of tetrahedra: models tetra_springs (M2), neo_hookean (M3) and
-// neo_hookean_lattice (M4), where the tetrahedra ride on hexahedra.
+// Bodies that are volumes of tetrahedra: models tetra_springs, neo_hookean and neo_hookean_lattice, in which the
+// tetrahedra are embedded in hexahedra.
 #pragma once
 
 #include "sim_server/engine/engine_table.h"

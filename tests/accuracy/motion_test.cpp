@@ -87,7 +87,8 @@ TEST_P(Motion, A_19_free_fall) {
     EXPECT_NEAR(body.mesh.vertices_body_m[i].z() - double{body.x[i].z()}, 0.5 * 9.81 * 0.01, 1.1e-4) << i;
 }
 
-// M1 has no other free motion: its home springs hold an anchored body, and a free piece is followed by its frame.
+// surface_springs has no other free motion: home springs hold an anchored body, and the frame of a free piece follows
+// it.
 TEST(A_accuracy, A_19_a_free_piece_of_surface_springs_falls) {
   const TriangleMesh mesh(test::ellipsoid(1, Vec3(0.02, 0.02, 0.02)));
   SurfaceSpringMaterial material;

@@ -67,7 +67,7 @@ Traction of_hexahedra(const Mat3& f, double poisson) {
   return traction(solid, rest, f);
 }
 
-// Springs are exact in nothing but rigid motion; M2's cases are below.
+// Springs are exact in rigid motion only; the cases of tetra_springs are below.
 class Exact : public ::testing::TestWithParam<Kernels> {};
 INSTANTIATE_TEST_SUITE_P(models, Exact,
                          ::testing::Values(Kernels{"neo_hookean", of_tetrahedra},

@@ -1,5 +1,5 @@
-// The step at which symplectic Euler becomes unstable, measured by running it, and what each model predicts for it
-// (methods 3.1, 3.4). Forces and masses are the models' own, their drivers are not used.
+// The step at which symplectic Euler becomes unstable, measured by running it, and what each model predicts for it.
+// Forces and masses are the models' own; their integrators are not used.
 #pragma once
 
 #include <algorithm>
@@ -96,7 +96,7 @@ Oscillator on_vertices(const std::shared_ptr<Model>& model) {
   return body;
 }
 
-// M2: omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i; the model allows itself 0.8 of it.
+// tetra_springs: omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i; the model uses 0.8 of it.
 inline Oscillator springs_of(const TetMesh& mesh, const VolumeMaterial& material, double least_substep_s = 0) {
   const auto model = std::make_shared<TetSprings>(mesh, material, undisturbed(least_substep_s));
   Oscillator body = on_vertices(model);
@@ -115,7 +115,7 @@ inline TetStiffness stiffness_of(const TetMesh& mesh, const VolumeMaterial& mate
   }
   return stiffness;
 }
-// M3: power iteration, which is a few percent above the limit; the model allows itself 0.6 or 0.45 of it.
+// neo_hookean: power iteration, which is a few percent above the limit; the model uses 0.6 or 0.45 of it.
 inline Oscillator solid_of(const TetMesh& mesh, const VolumeMaterial& material, double least_substep_s = 0) {
   const auto model = std::make_shared<TetSolid>(mesh, material, undisturbed(least_substep_s));
   Oscillator body = on_vertices(model);
@@ -137,7 +137,7 @@ inline double row_bound_s(const TetMesh& mesh, const VolumeMaterial& material, s
   return 2 / std::sqrt(omega2);
 }
 
-// M4: of one cell, whatever is cut; the model allows itself 0.8 of it.
+// neo_hookean_lattice: the limit of one cell, whatever is cut; the model uses 0.8 of it.
 inline Oscillator lattice_of(const TetMesh& mesh, const VolumeMaterial& material, double cell_m) {
   const auto model = std::make_shared<HexSolid>(mesh, grid_around(mesh, cell_m), material, undisturbed());
   Oscillator body;
@@ -151,8 +151,8 @@ inline Oscillator lattice_of(const TetMesh& mesh, const VolumeMaterial& material
   return body;
 }
 
-// M1: omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i. Without pretension, which a closed surface isn't at rest
-// with.
+// surface_springs: omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i. Without pretension, which a closed surface
+// isn't at rest with.
 inline Oscillator surface_of(double young_pa, double poisson) {
   SurfaceSpringMaterial material;
   material.young_pa = young_pa;

@@ -14,7 +14,7 @@
 
 namespace sectio::test {
 
-// Model M2's springs: E = sum k (l - l0)^2 / 2.
+// The model tetra_springs: E = sum k (l - l0)^2 / 2.
 class SpringReference {
  public:
   explicit SpringReference(std::vector<TetSprings::Spring> springs) : springs_(std::move(springs)) {}
@@ -122,7 +122,7 @@ inline std::ostream& operator<<(std::ostream& out, const StaticModel& model) {
   return out << model.name;
 }
 
-// M2: whatever is asked for, its Poisson's ratio is what springs have. Calibrated on the whole.
+// tetra_springs: its Poisson's ratio is that of springs, whatever is asked for. Calibrated on the whole body.
 inline StaticModel tetra_springs() {
   return {"tetra_springs", BoxLattice::five,
           [](const TetMesh& whole, const TetMesh& mesh, double, double young_pa, double) {
@@ -136,14 +136,14 @@ inline StaticModel tetra_springs() {
                                SpringReference(TetSprings(mesh, material, settings, options).springs()));
           }};
 }
-// M3, and two that it could have been: pressures of each element, and these on the lattice of six to a cube.
+// neo_hookean, and two alternatives: with a pressure of each element, and this on a lattice of six tetrahedra a cube.
 inline StaticModel neo_hookean(bool nodal_pressure = true, BoxLattice lattice = BoxLattice::five) {
   return {nodal_pressure ? "neo_hookean" : "element_pressure", lattice,
           [=](const TetMesh&, const TetMesh& mesh, double, double young_pa, double poisson) {
             return static_body(mesh, mesh.vertices_body_m, TetReference(mesh, lame(young_pa, poisson), nodal_pressure));
           }};
 }
-// M4; `beside`: the cells lie this part of one beside the body's faces.
+// neo_hookean_lattice; `beside`: the distance of the cells' faces from the body's, in cells.
 inline StaticModel neo_hookean_lattice(double beside = 0) {
   return {"neo_hookean_lattice", BoxLattice::five,
           [=](const TetMesh& whole, const TetMesh& mesh, double cell_m, double young_pa, double poisson) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStep_s = 0.001, kAfter_s = 1, kBound_m = 1e-4;
 
-// When a body of two vertices of which one moves like that is found at rest, within 5 s.
+// The time within 5 s at which a body of two vertices, one of which moves as given, is found at rest.
 std::optional<double> rests_at_s(const std::function<double(double time_s)>& x_m) {
   Stillness stillness;
   std::vector<Vec4f> positions(2, Vec4f::Zero());

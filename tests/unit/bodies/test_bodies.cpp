@@ -53,7 +53,7 @@ TEST(CompactPositions, follows_single_changes_and_growth_without_a_new_copy) {
   state.resize(3);
   state.place(2, Vec3(7, 8, 9));
   compact.changed(state, 2);
-  state.place(0, Vec3(-1, 0, 0));  // not told: stays as it was
+  state.place(0, Vec3(-1, 0, 0));  // without invalidate() the copy doesn't change
   state.place(1, Vec3(5, 5, 5));
   compact.changed(state, 1);
   const auto now = compact.of(state);
@@ -69,7 +69,7 @@ TEST(TouchedVertices, are_the_corners_before_and_after) {
   delta.vertices = {{4, true, Vec3(0.3, 0.3, 0.3)}};
   delta.triangles = {{2, {{1, 2, 4}, Surface::skin}}, {4, {{2, 3, 4}, Surface::skin}}, {5, {{3, 1, 4}, Surface::skin}}};
   EXPECT_EQ(touched_vertices(delta, mesh), (std::vector<VertexId>{1, 2, 3, 4}));
-  TopologyDelta death;  // a triangle that goes touches its old corners
+  TopologyDelta death;  // removing a triangle touches its corners
   death.triangles = {{1, {}}};
   EXPECT_EQ(touched_vertices(death, mesh), (std::vector<VertexId>{0, 1, 3}));
   EXPECT_TRUE(touched_vertices({}, mesh).empty());

@@ -136,7 +136,7 @@ TEST(RigidBody, energy_never_grows_on_the_floor) {
   }
 }
 
-// What a piece has that was bent when it came off: a face of many points, 0.2 mm lower in the middle.
+// The face of a piece that was bent when it came off: many points, 0.2 mm lower in the middle.
 TEST(RigidBody, on_a_bulging_face_it_comes_to_rest_and_does_not_creep) {
   std::vector<Vec3> face_m;
   for (int i = -20; i <= 20; ++i)

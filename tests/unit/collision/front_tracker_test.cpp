@@ -100,7 +100,7 @@ TEST(B_CD, B_CD_11_fast_motion_and_dropped_samples_fall_back_to_global) {
   EXPECT_EQ(fast.missed, 0);
 }
 
-// The instrument follows one sheet when its tip comes through to another that the walk cannot see.
+// The instrument follows one sheet, and its tip comes through to another that the walk cannot reach.
 TEST(FrontTracker, second_sheet_reached_later) {
   std::vector<Corners> triangles;
   add_box(triangles, Vec3(-0.06, -0.03, -0.004), Vec3(0.06, 0.03, 0), {40, 20, 2});
@@ -121,7 +121,7 @@ TEST(FrontTracker, second_sheet_reached_later) {
   EXPECT_EQ(last[ToolSegment::ab].after.size(), 3u) << "out of the lower piece, into and out of the upper";
 }
 
-// A fold thinner than a step: the segment is outside before and after, and has gone through.
+// A fold thinner than a step: the segment is outside before and after the step, and has passed through.
 TEST(FrontTracker, thin_fold_is_not_jumped_over) {
   std::vector<Corners> triangles;
   add_box(triangles, Vec3(-0.0002, -0.03, -0.03), Vec3(0.0002, 0.03, 0.03), {1, 20, 20});
@@ -138,7 +138,7 @@ TEST(FrontTracker, thin_fold_is_not_jumped_over) {
   EXPECT_EQ(stroke.missed, 0);
 }
 
-// Along a row of vertices, along edges, with corners of the path exactly on them: the tip's crossings alternate.
+// The tip moves along vertices and edges, with corners of its path exactly on them: its crossings alternate.
 TEST(FrontTracker, strokes_through_vertices_and_along_edges) {
   const SurfaceBody body = pad();
   const auto on_grid = [](double steps_of_3_mm) {
@@ -187,7 +187,7 @@ TEST(FrontTracker, swept_edges_lead_from_triangle_to_triangle) {
   EXPECT_GT(edges, 20);
 }
 
-// Random tools at random speeds over a surface that deforms and changes its topology: never a difference.
+// Random tools at random speeds over a surface that deforms and changes its topology: there is never a difference.
 TEST(FrontTracker, random_strokes_agree_with_every_triangle) {
   Random random(3);
   int touched = 0, missed = 0;

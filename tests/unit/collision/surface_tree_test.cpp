@@ -141,7 +141,7 @@ TEST(SurfaceTree, right_after_thousands_of_local_edits) {
   expect_same_as_every_triangle(body, tree, random, 300);
 }
 
-// New leaves that come one beside the other would make a list of the tree.
+// New leaves that are inserted side by side would turn the tree into a list.
 TEST(SurfaceTree, a_long_stroke_keeps_the_tree_shallow) {
   SurfaceBody body(organ(6));
   SurfaceTree tree(body.view());

@@ -1,4 +1,4 @@
-// Closed surfaces to collide with, and the test of every triangle to compare with.
+// Closed surfaces for collision tests, and the test of every triangle as a reference.
 #pragma once
 
 #include <algorithm>

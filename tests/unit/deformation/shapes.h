@@ -47,7 +47,7 @@ inline TriangleMesh organ(int levels = 3) {
   return TriangleMesh(ellipsoid({0.06, 0.045, 0.035}, levels));
 }
 
-// Slots that a test may edit freely; mesh() checks nothing, edits keep the surface closed.
+// Slots that a test may edit freely. mesh() checks nothing; the edits below keep the surface closed.
 class MeshEditor {
  public:
   explicit MeshEditor(const TriangleMesh& mesh)

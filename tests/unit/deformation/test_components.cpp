@@ -1,4 +1,4 @@
-// Pieces that were cut free: rigid motion, momentum, the bed; and instruments that hold or press.
+// Pieces that were cut free: rigid motion, momentum and support; and instruments that hold or press.
 #include <gtest/gtest.h>
 
 #include <numeric>

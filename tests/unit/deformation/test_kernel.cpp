@@ -17,7 +17,7 @@ void shake(Particles& p, std::mt19937& random, float length_m, float speed) {
   for (Vec4f& v : p.v) v.head<3>() += speed * Vec3f(unit(random), unit(random), unit(random));
 }
 
-// The equation of surface_springs.h, written down a second time from the mesh alone.
+// An independent implementation of the equation of surface_springs.h, from the mesh alone.
 std::vector<Vec3> plain_velocities(const TriangleMesh& mesh, const Particles& p, const SurfaceSpringMaterial& m,
                                    const SurfaceSpringSettings& s) {
   std::vector<double> area(mesh.vertex_slots(), 0);
@@ -152,7 +152,7 @@ TEST(SpringKernel, registers_of_8_and_of_16_lanes_give_the_same_bits) {
     std::vector<Vec4f> x(vertices, Vec4f::Zero()), v8(vertices, Vec4f::Zero());
     for (Vec4f& p : x) p.head<3>() = Vec3f(unit(random), unit(random), unit(random));
     for (Vec4f& p : v8) p.head<3>() = Vec3f(unit(random), unit(random), unit(random));
-    if (network % 2 == 1) {  // infinities and NaNs, met as neighbours and as own place or velocity
+    if (network % 2 == 1) {  // infinities and NaNs in neighbours, and in the vertex's own position or velocity
       x[random() % vertices].y() = std::numeric_limits<float>::infinity();
       v8[random() % vertices].z() = std::numeric_limits<float>::quiet_NaN();
       x[random() % vertices].x() = 1e30f;

@@ -1,4 +1,4 @@
-// The bound on the step, and what keeps a body stable after a cut.
+// The bound on the step, and the stability of a body after a cut.
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
@@ -78,7 +78,7 @@ TEST(StableStep, eigenvalue_bound_is_tight_from_above) {
 
 constexpr double kEnd = 0.05;
 
-// Splits next to an end of an edge leave slivers that no longer stand the step; added mass keeps it.
+// Splits near the end of an edge leave slivers that are unstable at the step; added mass keeps it stable.
 TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
   std::mt19937 random(7);
   TriangleMesh mesh = test::organ();
@@ -105,7 +105,7 @@ TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
   EXPECT_EQ(springs.clamped(), 0u);
   EXPECT_EQ(springs.first_bad_vertex(), kNone);
   EXPECT_LT(p.speed(), 1e-4);
-  // Weight is that of the physical mass: the sag is what it was.
+  // The weight is that of the physical mass, so the sag doesn't change.
   double sag = 0;
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     sag -= springs.mass_kg(v) * (p.at(v) - mesh.rest_body_m(v)).z();

@@ -1,4 +1,4 @@
-// The model as a body: rest, gravity, energy, calibration (conformance rows B-MSM).
+// The model as a body: rest, gravity, energy and calibration (paper B, 2.1).
 #include <gtest/gtest.h>
 
 #include <set>
@@ -76,7 +76,7 @@ TEST(B_MSM, B_MSM_2_control_collapses_without_home_springs) {
   EXPECT_NEAR(test::volume_m3(mesh, q) / volume, 1, 0.02);
 }
 
-// How far the top goes in under a weight of 0.5 N spread over the nearest vertices.
+// The indentation of the top by a weight of 0.5 N on the nearest vertices.
 double dent_m(const SurfaceSpringMaterial& material) {
   const TriangleMesh mesh = test::organ();
   SurfaceSprings springs(mesh, {}, material, test::no_gravity(0.0005));
@@ -110,7 +110,7 @@ TEST(B_MSM, B_MSM_4_constants_tune_the_material_monotonically) {
   rises([](SurfaceSpringMaterial& m, double x) { m.pretension = x; }, {0.0, 0.06, 0.2}, -1);
 }
 
-// A flat membrane pulled in its plane: E_2D = E t comes out of the net within the 20 % that the method promises. (On a
+// A flat membrane pulled in its plane: the net has E_2D = E t within 20 %. (On a
 // sphere: a uniform stretch s of the net gives energy k s^2 l^2 / 2 summed, to compare with E_2D s^2 / (1 - nu) A.)
 TEST(SurfaceSprings, membrane_stiffness_comes_from_young_modulus) {
   const TriangleMesh mesh = test::organ();

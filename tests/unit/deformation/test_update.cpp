@@ -67,7 +67,7 @@ TEST(SurfaceSpringsUpdate, is_undone_exactly) {
   EXPECT_EQ(springs.added_mass_fraction(), 0);
 }
 
-// The step that follows sees the change: a new vertex pulled aside is pulled back by its edges and its home.
+// The next step uses the changed rows: edges and home spring pull a displaced new vertex back.
 TEST(B_MSM, B_MSM_3_new_vertices_get_edge_springs_and_home_springs_to_their_own_places) {
   const TriangleMesh before = test::organ(2);
   MeshEditor editor(before);

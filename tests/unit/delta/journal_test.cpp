@@ -28,7 +28,7 @@ void write_file(const std::string& path, const std::vector<char>& bytes) {
   std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-// A journal of 50 changes; the world is left at their end.
+// Writes a journal of 50 changes; the world is in its final state afterwards.
 void record(MovingWorld& world, const std::string& path) {
   JournalWriter writer(path, std::vector<JournalBody>{{"liver", world.mesh()}});
   for (int i = 0; i < 50; ++i)
@@ -48,7 +48,7 @@ TEST(Keyframe, comes_back_bit_for_bit) {
   EXPECT_EQ(mesh->revision(), world.mesh().revision());
 }
 
-// Temporary elements of a deformation: whoever joins meanwhile has them too, and knows that they are.
+// A viewer that joins while a deformation has temporary elements gets them, and knows that they are temporary.
 TEST(Keyframe, A_DEF_13_permanent_changes_wait_until_temporary_elements_are_gone) {
   TriangleMesh mesh = MovingWorld(0).mesh();
   const std::uint64_t hash = mesh.hash();

@@ -42,7 +42,7 @@ TEST(B_FUT, B_FUT_1_force_for_haptics_generated) {
   EXPECT_EQ(model.tool_id, 3U);
   EXPECT_EQ(model.sequence, 400U);
   EXPECT_EQ(model.state, ContactState::contact);
-  // Whoever evaluates the model a moment later, elsewhere, feels what the tissue would have answered.
+  // Evaluated a moment later at another place, the model gives the force of the tissue there.
   for (const double z_m : {-0.013, -0.010, -0.005, -0.001}) {
     const double force = evaluate(model, Vec3(0, 0, z_m), Vec3::Zero(), model.tool_time_s + 0.02).z();
     EXPECT_NEAR(force, 300 * -z_m, 0.01) << z_m;

@@ -21,7 +21,7 @@ double filled(const HexLattice& lattice) {
   return sum;
 }
 
-// Pieces of the material that cells with common nodes make one.
+// The number of pieces into which cells with common nodes divide the material.
 std::size_t parts(const HexLattice& lattice) {
   std::vector<std::uint32_t> label(lattice.nodes.size());
   for (std::uint32_t n = 0; n < label.size(); ++n) label[n] = n;
@@ -116,7 +116,7 @@ TEST(HexLattice, a_cut_through_the_middle_of_cells_copies_them) {
   for (std::uint32_t c = 0; c < from.size(); ++c) EXPECT_EQ(lattice.cells[c].place, whole.cells[from[c]].place);
 }
 
-// Between cells: nothing is copied, and nodes in the plane are two.
+// A cut between cells copies no cell and doubles the nodes in its plane.
 TEST(HexLattice, a_cut_along_the_faces_of_cells_parts_them) {
   const TetMesh mesh = bar();
   const Grid grid = grid_around(mesh, 0.005);
@@ -135,7 +135,7 @@ TEST(HexLattice, a_cut_that_ends_inside_opens_to_the_cell_that_it_ends_in) {
   EXPECT_EQ(lattice.nodes.size(), 9u * 25 + 2 * 2 * 5);
 }
 
-// Two copies of one cell again and again: what was divided stays so, and each has the one it came from.
+// Repeated cuts of one cell: divided material stays divided, and each copy knows the copy that it came from.
 TEST(HexLattice, cuts_that_cross_divide_the_copies_of_copies) {
   const TetMesh mesh = bar();
   const Grid grid = grid_around(mesh, 0.005);

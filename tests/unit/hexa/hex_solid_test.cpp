@@ -71,8 +71,8 @@ TEST(HexKernel, registers_of_8_and_of_16_give_the_same_bits) {
   EXPECT_GT(a[0].norm(), 0);
 }
 
-// The largest omega^2 of M^-1 K at a state, by power iteration on differences of forces in double precision... the
-// energy's: K u = -(f(x + e u) - f(x - e u)) / 2 e.
+// The largest omega^2 of M^-1 K at a state, by power iteration on differences of the energy's forces in double
+// precision: K u = -(f(x + e u) - f(x - e u)) / 2 e.
 double largest_omega2(const HexSolid& solid, const Points& x, int iterations = 120) {
   std::vector<Vec3> u(x.size()), plus(x.size()), minus(x.size());
   for (std::size_t i = 0; i < u.size(); ++i)
@@ -101,7 +101,7 @@ double largest_omega2(const HexSolid& solid, const Points& x, int iterations = 1
   return omega2;
 }
 
-// dt_crit = 0.85 h / c_p of a bar (methods 3.1); the bound that holds for one cell alone is 0.62 h / c_p.
+// dt_crit = 0.85 h / c_p of a bar; the bound that holds for one cell alone is 0.62 h / c_p.
 TEST(HexSolid, S_1_the_bound_is_one_and_close) {
   const TetMesh mesh = block();
   const HexSolid solid = solid_of(mesh, 0.0125, weightless(0.001));
@@ -111,7 +111,7 @@ TEST(HexSolid, S_1_the_bound_is_one_and_close) {
   EXPECT_NEAR(critical, 0.85, 0.04);
   const double bound = 2 / std::sqrt(omega2_at_rest(solid.material(), 0.0125, 1)) * p_wave / 0.0125;
   EXPECT_NEAR(bound, 0.616, 0.002);
-  // One cell by itself is as fast as the bound says.
+  // A single cell attains the bound.
   const TetMesh cube = test::tet_box(1, 1, 1, Vec3::Constant(0.0125));
   const HexSolid one = solid_of(cube, 0.0125, weightless(0.001));
   EXPECT_NEAR(largest_omega2(one, nodes_at_rest(one.lattice())) / omega2_at_rest(one.material(), 0.0125, 1), 1, 0.02);
@@ -129,7 +129,7 @@ TEST(HexSolid, the_watched_bound_is_above_the_truth_in_deformed_states) {
   }
 }
 
-// Whatever is cut, and however little of it is in a cell.
+// The stable step is independent of cuts and of the fill of cells.
 TEST(HexSolid, the_stable_step_is_not_changed_by_cuts_nor_by_little_fill) {
   const TetMesh mesh = block();
   const Grid grid = grid_around(mesh, 0.0125);
@@ -144,7 +144,7 @@ TEST(HexSolid, the_stable_step_is_not_changed_by_cuts_nor_by_little_fill) {
   EXPECT_EQ(pieces.substeps(), whole.substeps());
   EXPECT_LT(largest_omega2(pieces, nodes_at_rest(pieces.lattice())),
             1.01 * omega2_at_rest(pieces.material(), 0.0125, 1));
-  // And a lattice that holds the least of a body at its border.
+  // The same for a lattice whose border cells are almost empty.
   const TetMesh slice = test::tet_box(2, 2, 2, Vec3(0.0251, 0.02501, 0.025));
   const HexSolid thin = solid_of(slice, 0.0125, weightless(0.001));
   EXPECT_LT(largest_omega2(thin, nodes_at_rest(thin.lattice())), 1.01 * omega2_at_rest(thin.material(), 0.0125, 1));
@@ -172,7 +172,7 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
     return p;
   };
   EXPECT_GT(momentum(solid).norm(), 1e-3);
-  EXPECT_LT((momentum(solid) - momentum(after)).norm(), 1e-6 * momentum(solid).norm());  // A20
+  EXPECT_LT((momentum(solid) - momentum(after)).norm(), 1e-6 * momentum(solid).norm());
   EXPECT_NEAR(after.energy_j({}, {}), solid.energy_j({}, {}), 1e-6 * std::abs(solid.energy_j({}, {})));
   Points y(halves.vertices_body_m.size(), Vec4f::Zero()), u = y;
   for (int n = 0; n < 60; ++n) after.step(y, u, {}, {});
@@ -187,7 +187,7 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
   EXPECT_EQ(after.implicit_steps(), 0u);
 }
 
-TEST(HexSolid, the_two_drivers_come_to_rest_in_one_place) {
+TEST(HexSolid, both_integrators_come_to_rest_in_the_same_place) {
   const TetMesh mesh = block(2);
   Points ends[2];
   for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only}) {
@@ -245,7 +245,7 @@ TEST(HexDescent, never_raises_the_objective_and_mends_what_is_inverted) {
   }
 }
 
-// Stretched so far that the parts of a step at rest are too long; then let go.
+// The body is stretched until the substeps of the rest state are too long, and released.
 TEST(HexSolid, a_stretched_body_gets_more_parts) {
   const TetMesh mesh = block(3);
   const double limit_s = solid_of(mesh, 0.05 / 3, weightless(1e-5)).explicit_limit_s();
@@ -270,14 +270,14 @@ TEST(HexSolid, a_stretched_body_gets_more_parts) {
   EXPECT_EQ(solid.implicit_steps(), 0u);
 }
 
-// Blown up to five times its size in two directions, and squeezed flat.
+// The body is inflated to five times its size in two directions, and squeezed flat.
 TEST(HexSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_back) {
   const TetMesh mesh = block(2);
   for (const Vec3f& scale : {Vec3f(5, 1, 5), Vec3f(1, 1, 0.05f)}) {
     HexSolid solid = solid_of(mesh, 0.025, weightless(0.001), 0.49);
     Points x = at_rest(mesh), v = still(x);
     solid.step(x, v, {}, {});
-    for (int n = 0; n < 40; ++n) {  // until the nodes have followed
+    for (int n = 0; n < 40; ++n) {  // until the nodes follow
       for (VertexId i = 0; i < x.size(); ++i) {
         x[i].head<3>() = scale.cwiseProduct(mesh.vertices_body_m[i].cast<float>());
         v[i].setZero();
@@ -294,7 +294,7 @@ TEST(HexSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_
   }
 }
 
-// Held by points that ride in the middle of cells.
+// Constraints on points that are embedded in the middle of cells.
 TEST(HexSolid, a_held_body_weighs_what_it_weighs) {
   const TetMesh mesh = block(2);
   HexSolid solid = solid_of(mesh, 0.017, {});
@@ -313,7 +313,7 @@ TEST(HexSolid, a_held_body_weighs_what_it_weighs) {
   EXPECT_NEAR(mean.z(), -mass * 9.81, 5e-3 * mass * 9.81);
 }
 
-// What somebody else does to vertices is done to the nodes with the same momentum.
+// A change of a vertex's state from outside changes the nodes by the same momentum.
 TEST(HexSolid, a_push_on_vertices_arrives) {
   const TetMesh mesh = block(2);
   HexSolid solid = solid_of(mesh, 0.017, weightless(0.0005));

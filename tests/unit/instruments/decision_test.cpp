@@ -21,7 +21,7 @@ Crossings at_depth(double depth_m) {
   return crossings_at(kScalpel, tip_at_depth(depth_m), Vec3::Zero(), Vec3::UnitZ());
 }
 
-// Figure 4, leaf by leaf.
+// The decision tree of paper B, figure 4, leaf by leaf.
 TEST(B_CD, B_CD_2_ab_and_ac_cross_and_the_direction_is_right_so_it_cuts) {
   EXPECT_EQ(decide({true, true, false}, true), CutDecision::cut);
   EXPECT_EQ(decide({true, true, true}, true), CutDecision::cut);
@@ -54,7 +54,7 @@ TEST(B_CD, B_CD_1_segments_cross_as_the_instrument_sinks) {
   expect(0.004, true, true, false);     // the edge is in the surface
   expect(0.015, true, false, false);    // the edge is inside, the blunt front in the surface
   expect(0.025, true, false, true);     // the blunt front is inside, too
-  expect(0.035, false, false, false);   // swallowed
+  expect(0.035, false, false, false);   // the whole instrument is inside
 }
 
 TEST(B_CD, B_CD_9_only_one_edge_is_sharp) {

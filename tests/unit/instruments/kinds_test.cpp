@@ -1,4 +1,4 @@
-// Where the parts of each kind are, and its rule, without tissue.
+// The shape and the decision rule of each kind of instrument, without tissue.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -21,7 +21,7 @@ Region ball(const std::string& name, const Vec3& centre_m, double radius_m) {
   return region;
 }
 
-// A tumour, marked, with a vessel through it on top.
+// A marked tumour and, on top of it, a vessel through it.
 Regions tumour_and_vessel() {
   Regions regions{ball("tumour", Vec3(0.02, 0.02, 0.02), 0.012), ball("vessel", Vec3::Zero(), 1)};
   regions[0].marked = true;
@@ -108,7 +108,7 @@ TEST(Regions, what_no_scene_can_have_has_a_flaw) {
 TEST(RegionVolumes, of_tetrahedra_add_up_and_agree_with_the_formula) {
   const Regions regions = tumour_and_vessel();
   const double r = 0.012, tube = 0.003, cap = r - std::sqrt(r * r - tube * tube);
-  // The tumour without the vessel through it: a sphere less a cylinder and two caps.
+  // The tumour without the vessel: a sphere minus a cylinder and two caps.
   const double inside = kPi * tube * tube * 2 * (r - cap) + 2 * kPi * cap * cap * (3 * r - cap) / 3;
   const double tumour = 4 * kPi / 3 * r * r * r - inside;
   for (const int cells : {2, 7}) {
@@ -146,7 +146,7 @@ TEST(RegionVolumes, of_a_surface_are_those_of_its_inside) {
 }
 
 TEST(RegionVolumes, a_slit_that_is_closed_at_rest_takes_nothing_away) {
-  // A box, and in it a slit: two triangles on each other, face to face.
+  // A box with a slit in it: two coincident triangles, face to face.
   TriangleSoup soup = test::box(3, 3, 3, Vec3::Constant(0.04));
   const Regions regions = tumour_and_vessel();
   const auto as_triangles = [](const TriangleSoup& s) {

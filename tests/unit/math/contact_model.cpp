@@ -62,12 +62,12 @@ TEST(ContactModel, SidewaysForceSticksUpToFrictionAndFadesWhenLifted) {
   m.friction = 0.5;
   EXPECT_NEAR(evaluate(m, Vec3(0.001, 0, -0.002), Vec3::Zero(), 1).x(), -0.1, 1e-12);
   EXPECT_NEAR(evaluate(m, Vec3(0.009, 0, -0.002), Vec3::Zero(), 1).x(), -0.2, 1e-12);
-  m.force_world_n.x() = 0.3;  // the server's own sideways force is never cut off where it was measured
+  m.force_world_n.x() = 0.3;  // the bound never reduces the server's own sideways force at the place of the fit
   EXPECT_NEAR(evaluate(m, m.tip_world_m, Vec3::Zero(), 1).x(), 0.3, 1e-12);
   EXPECT_EQ(evaluate(m, Vec3(0, 0, 0.001), Vec3::Zero(), 1).norm(), 0);
 }
 
-// A blade in a groove is pressed sideways; its normal force is next to nothing and must not switch the rest off.
+// A blade in a groove is pressed sideways. Its small normal force must not suppress the sideways force.
 TEST(ContactModel, SidewaysForceDoesNotHangOnASmallNormalOne) {
   ContactModel m = pressed();
   m.force_world_n = Vec3(1, 0, 0.002);
@@ -162,7 +162,7 @@ TEST(ContactModelFollower, SpringIsDraggedAlongWhenItSlips) {
     f.tick();
   }
   EXPECT_NEAR(f.tick().x(), -0.2, 1e-9);
-  for (int i = 0; i < 20; ++i) {  // 2 mm back: the anchor had come 3 mm along, so the spring is at rest there
+  for (int i = 0; i < 20; ++i) {  // 2 mm back: the anchor was dragged by 3 mm, so the spring is at rest there
     f.tip.x() -= 1e-4;
     f.tick();
   }

@@ -63,7 +63,7 @@ TEST(Orientation, sign_agrees_with_integers) {
     std::array<std::array<std::int64_t, 3>, 4> x;
     for (auto& point : x)
       for (auto& c : point) c = coordinate();
-    if (k % 2)  // nearly coplanar: the fourth is a corner of the parallelogram, or one unit off
+    if (k % 2)  // nearly coplanar: the fourth point is a corner of the parallelogram, or one unit off
       for (std::size_t i = 0; i < 3; ++i) x[3][i] = x[1][i] + x[2][i] - x[0][i];
     if (k % 4 == 1) x[3][random() % 3] += 1;
     std::array<std::array<std::int64_t, 3>, 3> d;
@@ -87,7 +87,7 @@ TEST(Orientation, odd_permutations_flip_the_sign_of_nearly_flat_points) {
     std::array<Vec3, 4> p;
     for (auto& x : p) x = uniform_vec(random, -1, 1);
     const double u = uniform(random, 0, 1), v = uniform(random, 0, 1);
-    p[3] = p[0] + u * (p[1] - p[0]) + v * (p[2] - p[0]);  // flat but for rounding
+    p[3] = p[0] + u * (p[1] - p[0]) + v * (p[2] - p[0]);  // flat up to rounding
     const int sign = orientation(p[0], p[1], p[2], p[3]).sign;
     EXPECT_EQ(orientation(p[1], p[0], p[2], p[3]).sign, -sign);
     EXPECT_EQ(orientation(p[3], p[1], p[2], p[0]).sign, -sign);
@@ -121,7 +121,8 @@ TEST(Intersect, degenerate_triangles_and_segments_cross_nothing) {
   EXPECT_FALSE(cross_segment({0.1, 0.1, 0}, {0.5, 0.5, 0}, t)) << "in the plane";
 }
 
-// From inside through a vertex or a point of an edge to the outside, exactly as far as doubles go: one crossing.
+// A segment from inside to outside through a vertex, or as exactly as possible through a point of an edge, crosses
+// once.
 TEST(Intersect, watertight_at_vertices_and_edges) {
   Random random(3);
   const auto surface = sphere(6, 0.1);
@@ -138,7 +139,7 @@ TEST(Intersect, watertight_at_vertices_and_edges) {
     EXPECT_NEAR((found[0].point - target).norm(), 0, 1e-12);
     exact += orientation(p, q, t[0], t[1]).sign == 0;
   }
-  EXPECT_GT(exact, 500);  // the hard cases were met
+  EXPECT_GT(exact, 500);  // the hard cases have occurred
 }
 
 TEST(Intersect, crossings_alternate) {
@@ -161,14 +162,14 @@ TEST(Intersect, crossings_alternate) {
       if (i + 1 == found.size()) {
         EXPECT_EQ(depth, 0) << k;
       } else if (found[i + 1].parameter - found[i].parameter > 1e-9) {
-        // Crossings at one vertex have the same parameter but for rounding, and come in any order.
+        // Crossings at one vertex have the same parameter up to rounding, in any order.
         EXPECT_TRUE(depth == 0 || depth == 1) << k;
       }
     }
   }
 }
 
-// A path whose corners lie on the surface, even at its vertices: each passage is counted once.
+// A path may have corners on the surface, even at vertices: each passage is counted once.
 TEST(Intersect, paths_that_stop_on_the_surface_cross_once) {
   Random random(5);
   const auto surface = sphere(4, 0.1);
@@ -184,7 +185,7 @@ TEST(Intersect, paths_that_stop_on_the_surface_cross_once) {
   }
 }
 
-// The two triangles of a sweep, and those of the next one, leave no gap between them.
+// There is no gap between the two triangles of a sweep, nor between these and the next sweep's.
 TEST(Intersect, swept_path_has_no_seams) {
   Random random(6);
   for (int k = 0; k < 2000; ++k) {

@@ -70,7 +70,7 @@ TEST(C_IMP, C_IMP_1_unusable_surfaces_are_refused_with_the_reason) {
   EXPECT_NE(reason(inverted).find("inside out"), std::string::npos);
 }
 
-// A lattice that follows nothing but its own cells would give steps here.
+// A mesh of whole cells would have steps here.
 TEST(lattice, boundary_vertices_lie_on_the_surface) {
   const TetMesh mesh = fill_with_lattice(test::box(4, 4, 4, Vec3(0.1, 0.1, 0.1)), 0.021);
   for (const Vec3& p : surface_of(mesh).soup.vertices_body_m) {

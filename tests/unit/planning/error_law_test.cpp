@@ -26,7 +26,7 @@ TEST(ErrorLaws, are_found_again_in_points_that_follow_one) {
   std::vector<MeasuredError> points;
   const ErrorLaw law{0.8, 1.6, 0.05};
   for (const double n : {2, 3, 4, 6, 8, 12}) points.push_back({Load::twisting, Method::lattice, n, law.at(n)});
-  points.push_back({Load::twisting, Method::lattice, 5, 3 * law.at(5)});  // a run that went wrong
+  points.push_back({Load::twisting, Method::lattice, 5, 3 * law.at(5)});  // a run that failed
   const auto fitted = fit_laws(points);
   ASSERT_EQ(fitted.size(), 1u);
   for (const double n : {2, 5, 12}) EXPECT_NEAR(fitted[0].law.at(n) / law.at(n), 1, 0.02);
@@ -47,7 +47,7 @@ TEST(ErrorLaws, get_smaller_with_cells_and_claim_what_was_measured) {
   EXPECT_FALSE(law_for(Load::bending, Method::surface_springs)) << "a surface has no inside that bends";
 }
 
-// G = E / (2 (1 + nu)): springs, of nu 1/4 at most, are nearer to tissue that has it.
+// G = E / (2 (1 + nu)): springs, whose Poisson's ratio is at most 1/4, represent tissue of that ratio better.
 TEST(ErrorLaws, of_springs_know_poissons_ratio) {
   const auto twisted = [](double nu) {
     return *relative_error({Load::twisting, 0.02, nu}, Method::tetra_springs, 0.002);

@@ -7,7 +7,7 @@
 namespace sectio::planning {
 namespace {
 
-// Of some machine.
+// The calibration of some machine.
 Calibration calibration() {
   Calibration c;
   c.rate[0] = {5, 0, 0};

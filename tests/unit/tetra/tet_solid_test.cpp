@@ -19,7 +19,7 @@ TetMesh block(int n = 4) {
   test::jitter(mesh, 0.05 * 0.15 / n);
   return mesh;
 }
-// The end at x = 0 is held.
+// Fixes the end at x = 0.
 VolumeSettings held_at_end(const TetMesh& mesh, double step_s = 0.001) {
   VolumeSettings settings;
   settings.step_s = step_s;
@@ -63,7 +63,7 @@ TEST(TetKernel, registers_of_8_and_of_16_give_the_same_bits) {
 
 class Descent : public ::testing::TestWithParam<double> {};
 
-// F1 and its extension to nodal pressures: no line search, whatever the step, and however inverted the start.
+// The objective never grows, without line search, whatever the step and however inverted the start.
 TEST_P(Descent, never_raises_the_objective_and_mends_what_is_inverted) {
   const TetMesh mesh = block(3);
   VolumeMaterial material;
@@ -97,7 +97,7 @@ TEST_P(Descent, never_raises_the_objective_and_mends_what_is_inverted) {
 }
 INSTANTIATE_TEST_SUITE_P(poisson, Descent, ::testing::Values(0.3, 0.45, 0.49));
 
-TEST(TetSolid, the_two_drivers_come_to_rest_in_one_place) {
+TEST(TetSolid, both_integrators_come_to_rest_in_the_same_place) {
   const TetMesh mesh = block(2);
   VolumeMaterial soft;
   soft.young_pa = 20000;
@@ -119,7 +119,7 @@ TEST(TetSolid, the_two_drivers_come_to_rest_in_one_place) {
   EXPECT_LT(apart, 0.01 * sag);
 }
 
-// Squeezed to a third between two plates, which the part of a step at rest can't bear; then let go.
+// Two plates squeeze the body to a third, at which the substep of the rest state is unstable, and release it.
 TEST(TetSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_back) {
   const TetMesh mesh = block(3);
   VolumeMaterial material;
@@ -190,7 +190,7 @@ TEST(TetSolid, A_19_free_fall) {
     EXPECT_NEAR(mesh.vertices_body_m[i].z() - double{x[i].z()}, 0.5 * 9.81 * t * (t + h), 1e-4 * 0.5 * 9.81 * t * t);
 }
 
-// A18, a hundredth of the time; the full one is among the accuracy tests.
+// The accuracy tests have the same for a hundred times as long.
 TEST(TetSolid, A_18_momentum_and_energy_of_a_spinning_stretched_body) {
   const TetMesh mesh = test::tet_box(4, 2, 2, Vec3(0.1, 0.05, 0.05));
   VolumeMaterial material;
@@ -225,7 +225,7 @@ TEST(TetSolid, A_18_momentum_and_energy_of_a_spinning_stretched_body) {
   EXPECT_EQ(solid.implicit_steps(), 0u);
 }
 
-// S1: below the limit at rest nothing grows, above it everything does.
+// Below the stable limit at rest no perturbation grows, above it all do.
 TEST(TetSolid, the_predicted_limit_is_the_limit) {
   const TetMesh mesh = block(2);
   VolumeMaterial material;

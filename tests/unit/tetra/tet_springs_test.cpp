@@ -89,7 +89,7 @@ TEST(C_PHY, C_PHY_3_second_neighbours_have_constants_of_their_own_and_save_volum
   EXPECT_NEAR(second, 0.5 * 6 * ev, 1e-9 * ev);
 }
 
-// Two halves of a stretched tetrahedron net swing as one oscillator: the error of Verlet falls with the square of h.
+// A vertex on springs is a harmonic oscillator: the error of Verlet's method is of second order in h.
 TEST(C_PHY, C_PHY_4_A_21_verlet_is_of_second_order) {
   TetMesh mesh;
   mesh.vertices_body_m = {{0, 0, 0}, {0.05, 0, 0}, {0, 0.05, 0}, {0, 0, 0.05}};
@@ -149,7 +149,7 @@ TEST(TetSprings, the_tensile_test_at_load_makes_youngs_modulus_right_and_says_wh
   }
 }
 
-// Against the fast model itself: a bar pulled at both ends has the modulus that the linear test gave it.
+// A bar that is pulled at both ends in the dynamic model has the modulus of the linear tensile test.
 TEST(TetSprings, a_pulled_bar_has_the_modulus_asked_for) {
   const TetMesh mesh = test::tet_box(8, 3, 3, Vec3(0.16, 0.06, 0.06));
   TetSprings model(mesh, {}, weightless(0.001));

@@ -1,6 +1,6 @@
 // One suite for every deformation engine: the force is minus the gradient of the energy, the stiffness is symmetric and
-// the linear one at rest, momentum and moment of momentum are kept, the shape at rest is at rest, and rigid motion
-// changes nothing.
+// the linear one at rest, linear and angular momentum are conserved, the rest shape has no forces, and rigid motion
+// changes neither energy nor forces.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct Engine {
   Points rest;
   std::function<double(const Points&)> energy_j;
   std::function<std::vector<Vec3>(const Points&)> forces_n;
-  double force_scale_n;  // E A of the body: what a strain of one would need
+  double force_scale_n;  // E A of the body: the force at a strain of 1
 };
 
 Points points(std::span<const Vec3> at) {
@@ -72,7 +72,7 @@ Engine surface_engine() {
           6000 * 0.002 * 0.08};
 }
 
-// On its nodes; the cells at the border are filled in part.
+// The lattice, on its nodes; cells at the border are partly empty.
 Engine lattice_engine(double poisson) {
   const TetMesh mesh = block();
   VolumeMaterial material;
@@ -108,7 +108,7 @@ std::vector<Engine> engines() {
   return all;
 }
 
-// Stretched, sheared and bent by some tenths.
+// A deformation that stretches, shears and bends by some tenths.
 Points deformed(const Points& rest) {
   Points x = rest;
   for (Vec4f& p : x) {

@@ -1,4 +1,4 @@
-// The step that was stable before a cut is stable after it: mass where elements have become small, and no less step.
+// The step that was stable before a cut is stable after it: small elements get added mass, and the step stays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ VolumeSettings standing(const TetMesh& mesh, double least_substep_s) {
   return settings;
 }
 
-// Alive 0.2 s later: at rest on its base, nothing faster than a fall.
+// Checks that the body is at rest on its base 0.2 s later, and that nothing is faster than in free fall.
 template <class Model>
 void expect_alive(Model& model, const TetMesh& mesh) {
   std::vector<Vec4f> x(mesh.vertices_body_m.size(), Vec4f::Zero()), v = x;

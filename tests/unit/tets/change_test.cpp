@@ -1,4 +1,4 @@
-// After any number of cuts a model that has followed each of them is what one is that was made of the cut volume.
+// After any number of cuts, a model that has followed each of them equals one that is made from the cut volume.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,7 +84,7 @@ void expect_same(const Model& followed, const Model& made, std::uint32_t seed) {
   EXPECT_NEAR(followed.elastic_energy_j(x), made.elastic_energy_j(x), 1e-6 * made.elastic_energy_j(x));
 }
 
-// Each tetrahedron of the volume as it is has the factor of the one that it was cut out of.
+// Each tetrahedron of the present volume has the factor of the one that it was cut out of.
 VolumeMaterial material_of(const std::vector<double>& factors) {
   VolumeMaterial m;
   m.stiffness_factor = factors;
@@ -130,7 +130,7 @@ TEST_P(Changes, rows_are_those_of_a_model_made_anew) {
   }
 }
 
-// Both drivers compute the same from overflow slices and from a layout anew, and so after many cuts and compactions.
+// Both integrators compute the same from overflow slices and from a new layout, also after many cuts and compactions.
 TEST(Changes, a_body_that_is_cut_often_moves_like_one_made_anew) {
   Random random(77);
   TetTopology volume(block());
@@ -155,7 +155,7 @@ TEST(Changes, a_body_that_is_cut_often_moves_like_one_made_anew) {
   for (std::size_t i = 0; i < x.size(); ++i) ASSERT_LT((x[i] - y[i]).head<3>().norm(), 2e-5f) << i;
 }
 
-// A vertex that no tetrahedron has any more has no row; the others are as if it had never been.
+// A vertex without tetrahedra has no row; the other rows are as if it had never existed.
 TEST(Changes, what_has_left_is_gone) {
   TetTopology volume(block());
   const Vec3 at(0.052, 0.05, 0.05);
@@ -195,7 +195,7 @@ TEST(Changes, what_has_left_is_gone) {
   EXPECT_EQ(solid.rows().row_count(), left.vertices_body_m.size());
 }
 
-// The surface that follows from the changes is the volume's.
+// The surface obtained from the changes is that of the volume.
 TEST(Changes, the_surface_follows_from_what_has_changed) {
   Random random(5);
   TetTopology volume(block());

@@ -1,4 +1,4 @@
-// Which edges may collapse, and what is left when they do: inside, on flat sides, along creases and lips.
+// The edges that may collapse, and the mesh afterwards: inside, on flat sides, along creases and lips.
 #include "sim_server/volume/tets/collapse.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ constexpr VertexId kTop = at(1, 1, 2), kCorner = at(2, 2, 2), kInside = at(1, 1,
 TetMesh cubes() {
   return test::tet_box(2, 2, 2, Vec3::Constant(0.02), test::BoxLattice::kuhn);
 }
-// With a vertex at a twentieth of the way from a to b.
+// The box with a vertex at a twentieth of the edge from a to b.
 struct Split {
   Split(const TetMesh& mesh, VertexId a, VertexId b) : volume(mesh), made(volume.split(a, b, 0.05)) { volume.forget(); }
   TetTopology volume;
@@ -59,7 +59,7 @@ TEST(Collapse, on_a_flat_side_either_end_goes) {
     EXPECT_EQ(planned.tetrahedra.size(), done.tetrahedra.size());
     EXPECT_FALSE(top.volume.alive(v));
     expect_same_shape(top.volume, cubes());
-    // The surface's change is that of all tetrahedra.
+    // The change of the surface agrees with the surface of all tetrahedra.
     TetMesh whole{top.volume.mesh()};
     EXPECT_EQ(whole.vertices_body_m.size(), cubes().vertices_body_m.size());
     EXPECT_EQ(surface_of(whole).soup.triangles.size(), surface_of(cubes()).soup.triangles.size());
@@ -153,7 +153,7 @@ TEST(Collapse, a_hill_stays_and_what_splits_its_edges_goes) {
   EXPECT_EQ(judge_collapse(slope.volume, slope.made, kTop), fine);
 }
 
-// Within the distance that is allowed, and yet all of it together is too much.
+// Each displacement is within the tolerance, but their sum exceeds that of the volume.
 TEST(Collapse, a_flat_hill_stays_for_its_volume) {
   for (const double high_m : {0.0, 0.00015}) {
     TetMesh hill = cubes();
@@ -163,7 +163,7 @@ TEST(Collapse, a_flat_hill_stays_for_its_volume) {
   }
 }
 
-// Triangles beyond x are of another kind: vertices on the lip stay on it, where it ends they stay at all.
+// Triangles beyond x have another label: vertices on the lip stay on it, and those at its end don't move.
 TEST(Collapse, on_a_lip_only_along_it) {
   Split lip(cubes(), kTop, at(1, 2, 2));
   const auto by_x = [&](const std::array<VertexId, 3>& corners) {
@@ -197,7 +197,8 @@ TEST(Collapse, nothing_gets_worse) {
   EXPECT_EQ(judge_collapse(volume, kTop, at(2, 1, 2)), flat);
 }
 
-// A cut that ends inside: every edge of it both ways. What is fine is fine, and of what would tear some does.
+// A cut that ends inside: judges every edge in both directions. A fine collapse leaves a valid mesh; some of those that
+// are judged torn don't.
 TEST(Collapse, C_LIM_1_every_edge_of_a_cut_block_that_may_go_leaves_the_block) {
   TetMesh mesh = test::tet_box(3, 3, 3, Vec3::Constant(0.03));
   test::jitter(mesh, 0.001);

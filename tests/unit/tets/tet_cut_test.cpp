@@ -14,12 +14,12 @@ const TetCutSettings kExact{0, false};
 
 TetMesh block(int n = 3) {
   TetMesh mesh = test::tet_box(n, n, n, Vec3(0.06, 0.06, 0.06));
-  for (Vec3& x : mesh.vertices_body_m) x += Vec3(0.0131, 0.0057, 0.0023);  // off the places where cuts go
+  for (Vec3& x : mesh.vertices_body_m) x += Vec3(0.0131, 0.0057, 0.0023);  // away from the planes of the cuts
   return mesh;
 }
 const Vec3 kMiddle = Vec3(0.03, 0.03, 0.03) + Vec3(0.0131, 0.0057, 0.0023);
 
-// A rectangle around `at`, half as wide as said along two directions.
+// A rectangle around `at`, given by its half sides.
 CutSheet sheet(const Vec3& at, const Vec3& u, const Vec3& w) {
   return {{at - u - w, at + u - w, at + u + w, at - u + w}};
 }
@@ -97,7 +97,7 @@ TEST(C_CUT, C_CUT_3_C_CUT_4_semi_progressive_cuts_only_what_is_cut_through) {
   EXPECT_EQ(cut(all, nick, {0.08, false}).splits, 1u);
   EXPECT_FALSE(cut(through, nick, {0.08, true}).changed());
   EXPECT_TRUE(report(all).valid) << report(all).first_defect;
-  // A whole cut is the same either way.
+  // A cut through the whole body is the same in both modes.
   TetTopology c(block()), d(block());
   const CutSheet whole = sheet(kMiddle, Vec3(1, 0.2, 0), Vec3(0, 1, 0.1));
   cut(c, whole, {0.08, false});
@@ -121,7 +121,7 @@ TEST(TetCut, a_second_cut_across_and_one_along_the_first) {
   const CutSheet flat = sheet(kMiddle, Vec3(1, 0.1, 0), Vec3(0, 1, 0.1));
   cut(volume, flat, {});
   const std::size_t before = volume.tetrahedra().size();
-  const TetCutOutcome again = cut(volume, flat, {});  // all on it is cut already
+  const TetCutOutcome again = cut(volume, flat, {});  // everything on the sheet has been cut
   EXPECT_EQ(again.twins, 0u);
   EXPECT_EQ(volume.tetrahedra().size(), before);
   cut(volume, sheet(kMiddle, Vec3(0.1, 0, 1), Vec3(0, 1, 0)), {});
@@ -160,9 +160,9 @@ double surface_m2(const TetTopology& volume) {
   return sum;
 }
 
-// A blade comes in from the side with its tip inside, its edge aslant; three sides of what it sweeps are exact.
+// A blade enters from the side with its tip inside and its edge aslant; three sides of the swept region are exact.
 struct Swept {
-  double tip_x_m, heel_x_m, tip_y_m;  // where its edge is; the heel is far outside
+  double tip_x_m, heel_x_m, tip_y_m;  // of its edge; the heel is far outside
 
   CutSheet sheet() const {
     const double z_m = kMiddle.z() + 0.0017, heel_y_m = 0.1;
@@ -198,7 +198,7 @@ TEST(TetCut, opens_inside_elements_as_far_as_the_sheet_goes_and_is_undone_to_the
   }
 }
 
-// With snapping: each vertex of the opening is within the fraction of an edge of where the blade is.
+// With snapping, each vertex of the opening is within the snapping fraction of an edge from the blade.
 TEST(TetCut, the_tip_of_the_opening_is_at_the_blade_to_what_snapping_allows) {
   const double longest_m = 0.015 * std::sqrt(2.0), most_m = 0.08 * longest_m;
   double furthest_m = 0;
@@ -231,7 +231,7 @@ TEST(TetCut, the_tip_of_the_opening_is_at_the_blade_to_what_snapping_allows) {
   EXPECT_GT(furthest_m, 0);
 }
 
-// Down, then sideways: a corner comes off, also where the two sheets meet inside an element.
+// A cut down and one sideways separate a corner, also if the two sheets meet inside an element.
 TEST(C_CUT, C_CUT_8_a_stroke_with_a_bend_takes_a_corner_off) {
   for (const int n : {3, 4, 5}) {
     TetTopology volume(block(n));
