@@ -5,6 +5,7 @@
 #include <span>
 
 #include "common/math/types.h"
+#include "sim_server/deformation/integrator_diagnostics.h"
 #include "sim_server/deformation/point_constraint.h"
 #include "sim_server/engine/engine.h"
 
@@ -37,14 +38,8 @@ class DeformationEngine : public Engine {
   }
   virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;
-  virtual double added_mass_fraction() const { return 0; }  // by which it keeps itself stable
-  virtual VertexId first_bad_vertex() const = 0;            // kNone while all is finite
-  // Steps so far for which a driver that is always stable took over.
-  virtual std::uint64_t implicit_steps() const { return 0; }
-  // Of the last step: the largest stable step, or part of one, over that taken, as it was then.
-  virtual double margin(double step_s) const { return largest_stable_step_s() / step_s; }
-  // Of the last step, when it was implicit: how far its last sweep still moved something.
-  virtual double residual_m() const { return 0; }
+  virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
+  virtual IntegratorDiagnostics diagnostics() const { return {}; }
 };
 
 }  // namespace sectio

@@ -101,7 +101,12 @@ class SurfaceSprings final : public DeformationEngine {
   // From the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex, with omega h <=
   // 2 (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
   double largest_stable_step_s() const override;
-  double added_mass_fraction() const override { return added_mass_kg_ / physical_mass_kg_; }
+  IntegratorDiagnostics diagnostics() const override {
+    IntegratorDiagnostics d;
+    d.stability_margin = largest_stable_step_s() / settings_.step_s;
+    d.added_mass_fraction = added_mass_kg_ / physical_mass_kg_;
+    return d;
+  }
 
   double mass_kg(VertexId v) const override { return physical_mass_[v]; }  // without added mass
   double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }

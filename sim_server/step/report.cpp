@@ -16,7 +16,7 @@ void report_bodies(const World& world, StepReport& out) {
     if (body->rigid) continue;
     const DeformationEngine& deformation = *body->engines.deformation;
     out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / world.scene.step_s);
-    out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.added_mass_fraction());
+    out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.diagnostics().added_mass_fraction);
   }
   out.checks.clear();
   out.processor_s.clear();

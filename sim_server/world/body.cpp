@@ -231,7 +231,7 @@ void Body::deform(std::span<const PointConstraint> constraints, std::span<Reacti
 
 std::vector<std::pair<EventKind, std::string>> Body::watch_numerics() {
   std::vector<std::pair<EventKind, std::string>> events;
-  if (const std::uint64_t steps = engines.deformation->implicit_steps(); steps != implicit_steps_) {
+  if (const std::uint64_t steps = engines.deformation->diagnostics().implicit_steps; steps != implicit_steps_) {
     if (!implicit_) events.emplace_back(EventKind::driver_taken_over, "");
     implicit_ = true;
     implicit_steps_ = steps;

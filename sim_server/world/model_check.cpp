@@ -20,9 +20,10 @@ void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbe
   if (check_.asleep) known_ = false;
   if (body.rigid || body.frozen || check_.asleep) return;
   const DeformationEngine& deformation = *body.engines.deformation;
-  check_.stability_margin = std::min(kMostMargin, deformation.margin(step_s));
-  check_.residual_m = std::isfinite(deformation.residual_m()) ? deformation.residual_m() : 0;
-  check_.implicit_steps = deformation.implicit_steps();
+  const IntegratorDiagnostics diagnostics = deformation.diagnostics();
+  check_.stability_margin = std::min(kMostMargin, diagnostics.stability_margin);
+  check_.residual_m = std::isfinite(diagnostics.residual_m) ? diagnostics.residual_m : 0;
+  check_.implicit_steps = diagnostics.implicit_steps;
   if (disturbed) known_ = false;
   work_j_ += work_j;
   if (steps_ % kEnergyEvery != 0) return;

@@ -74,7 +74,7 @@ TEST_P(Motion, A_18_a_stretched_body_spins_for_five_seconds) {
   EXPECT_LT((end.linear - start.linear).norm(), 5e-6 * start.speed);
   EXPECT_LT((end.angular - start.angular).norm(), 2e-4 * start.angular.norm());
   EXPECT_NEAR(last, first, 2e-3 * first);
-  EXPECT_EQ(body.parts.model->implicit_steps(), 0u);
+  EXPECT_EQ(body.parts.model->diagnostics().implicit_steps, 0u);
 }
 
 // x = g t^2 / 2, and half a step more, which symplectic Euler falls ahead.

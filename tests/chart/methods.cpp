@@ -35,7 +35,7 @@ class Descent final : public VolumeModel {
   }
   double mass_kg(VertexId v) const override { return solid_.mass_kg(v); }
   double inverse_mass_per_kg(VertexId v) const override { return solid_.inverse_mass_per_kg(v); }
-  double added_mass_fraction() const override { return solid_.added_mass_fraction(); }
+  IntegratorDiagnostics diagnostics() const override { return solid_.diagnostics(); }
   VertexId first_bad_vertex() const override { return solid_.first_bad_vertex(); }
   double energy_j(std::span<const Vec4f> x, std::span<const Vec4f> v) const override { return solid_.energy_j(x, v); }
   void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const { solid_.elastic_forces_n(x, f); }

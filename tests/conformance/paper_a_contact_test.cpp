@@ -162,7 +162,7 @@ TEST(A_DEF, A_DEF_8_springs_and_masses_are_as_before_bit_for_bit) {
     ASSERT_DOUBLE_EQ(a.mass_kg(v), b.mass_kg(v)) << "sums go around a vertex from any triangle";
   }
   EXPECT_DOUBLE_EQ(a.largest_stable_step_s(), b.largest_stable_step_s());
-  EXPECT_NEAR(a.added_mass_fraction(), 0, 1e-12);
+  EXPECT_NEAR(a.diagnostics().added_mass_fraction, 0, 1e-12);
 }
 
 TEST(A_DEF, A_DEF_9_nothing_stays_fixed_after_the_step) {

@@ -66,7 +66,7 @@ TEST_P(HexStorm, S_6_the_stable_step_is_the_same_before_and_after) {
   }
   EXPECT_EQ(solid.explicit_limit_s(), limit_s);
   EXPECT_LT(least_fill, 0.01);
-  EXPECT_EQ(solid.added_mass_fraction(), 0);
+  EXPECT_EQ(solid.diagnostics().added_mass_fraction, 0);
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST_P(Fronts, C_CUT_3_body_replica_and_volume_stay_whole_and_plans_that_are_dro
   EXPECT_GT(dropped, 10);
   std::printf("%d deltas, %zu tetrahedra, %.0f cm2 of walls, %.1f %% of mass added\n", deltas,
               block.cutting().volume().mesh().tetrahedra.size(), 1e4 * block.walls_m2(),
-              100 * block.engine().added_mass_fraction());
+              100 * block.engine().diagnostics().added_mass_fraction);
 }
 
 }  // namespace

@@ -57,7 +57,8 @@ void map_slivers(const std::string& path, int fine) {
     };
     const TetSolid heavy(mesh, material, test::undisturbed(part_s));
     write("tetrahedra", test::solid_of(mesh, material), 0);
-    write("tetrahedra with added mass", test::solid_of(mesh, material, part_s), heavy.added_mass_fraction());
+    write("tetrahedra with added mass", test::solid_of(mesh, material, part_s),
+          heavy.diagnostics().added_mass_fraction);
     write("lattice", test::lattice_of(mesh, material, test::kCell_m), 0);
   }
 }

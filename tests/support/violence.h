@@ -118,7 +118,8 @@ class Violence {
     ++outcome_.steps;
     outcome_.taken_over += is_taken_over();
     if (lattice_) outcome_.divided += !is_taken_over() && lattice_->last_substeps() > lattice_->substeps();
-    if (solid_ && !is_taken_over()) outcome_.least_margin = std::min(outcome_.least_margin, solid_->margin());
+    if (solid_ && !is_taken_over())
+      outcome_.least_margin = std::min(outcome_.least_margin, solid_->diagnostics().stability_margin);
     if (springs_) outcome_.clamped = springs_->clamped();
     for (const Reaction& r : reactions) work_j_ += r.work_j;
     outcome_.most_work_j = std::max(outcome_.most_work_j, work_j_);

@@ -22,12 +22,16 @@ class ExplicitImplicitIntegrator : public VolumeModel {
   // Explicit substeps of a step, and the length of the largest one that is stable at rest.
   int substeps() const { return substeps_; }
   double explicit_limit_s() const { return explicit_limit_s_; }
-  // For the last step: the largest stable substep by the bound over the substep taken. Above 1 while explicit.
-  double margin() const override { return was_implicit_ ? HUGE_VAL : margin_; }
-  // implicit_steps() counts the steps that the explicit integrator gave up.
   bool last_step_was_implicit() const { return was_implicit_; }
-  std::uint64_t implicit_steps() const override { return implicit_steps_; }
-  double residual_m() const override { return was_implicit_ ? residual_m_ : 0; }
+  IntegratorDiagnostics diagnostics() const override {
+    IntegratorDiagnostics d;
+    d.implicit_steps = implicit_steps_;
+    if (was_implicit_)
+      d.residual_m = residual_m_;
+    else
+      d.stability_margin = margin_;
+    return d;
+  }
 
  protected:
   static constexpr double kLeastMargin = 1.1;  // leaves room for growth until the next evaluation of the bound

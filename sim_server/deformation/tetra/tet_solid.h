@@ -21,7 +21,11 @@ class TetSolid final : public ExplicitImplicitIntegrator {
 
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
   double inverse_mass_per_kg(VertexId v) const override { return body_.inverse_mass()[v]; }
-  double added_mass_fraction() const override { return body_.added_mass_fraction(); }
+  IntegratorDiagnostics diagnostics() const override {
+    IntegratorDiagnostics d = ExplicitImplicitIntegrator::diagnostics();
+    d.added_mass_fraction = body_.added_mass_fraction();
+    return d;
+  }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);

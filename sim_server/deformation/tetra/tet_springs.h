@@ -53,7 +53,12 @@ class TetSprings final : public VolumeModel {
   const TetMesh& mesh() const override { return body_.mesh(); }
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
   double inverse_mass_per_kg(VertexId v) const override { return body_.inverse_mass()[v]; }
-  double added_mass_fraction() const override { return body_.added_mass_fraction(); }
+  IntegratorDiagnostics diagnostics() const override {
+    IntegratorDiagnostics d;
+    d.stability_margin = substep_limit_s() / kSafety * substeps_ / settings_.step_s;
+    d.added_mass_fraction = body_.added_mass_fraction();
+    return d;
+  }
   double largest_stable_step_s() const override { return 1000 * substep_limit_s(); }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
@@ -75,7 +80,6 @@ class TetSprings final : public VolumeModel {
   const TensileTest& as_made() const { return as_made_; }  // before the correction
   const TensileTest& calibrated() const { return calibrated_; }
   int substeps() const { return substeps_; }  // substeps of a step
-  double margin() const override { return substep_limit_s() / kSafety * substeps_ / settings_.step_s; }
   // 0.8 of the bound from omega_i^2 = 2 lambda_max(sum_j k_ij n n^T) / m_i at rest.
   double substep_limit_s() const {
     return kSafety * damped_limit_s(omega2_.max(), material_.damping_per_s, options_.damper_s);

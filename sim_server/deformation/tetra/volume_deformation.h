@@ -41,11 +41,8 @@ class VolumeDeformation final : public DeformationEngine {
   }
   double energy_j(const SharedBody& body) const override;
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
-  double added_mass_fraction() const override { return model_->added_mass_fraction(); }
+  IntegratorDiagnostics diagnostics() const override { return model_->diagnostics(); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
-  std::uint64_t implicit_steps() const override { return model_->implicit_steps(); }
-  double margin(double) const override { return model_->margin(); }
-  double residual_m() const override { return model_->residual_m(); }
 
   // Follows a change of the volume: the state of the added vertices (from TetChange::first_added on), and the slots
   // that are bound to another vertex, or to none. Call before the next step(), whose body has the new surface.

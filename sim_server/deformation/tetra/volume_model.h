@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
+#include "sim_server/deformation/integrator_diagnostics.h"
 #include "sim_server/deformation/point_constraint.h"
 #include "sim_server/deformation/spring_kernel.h"
 
@@ -50,15 +51,12 @@ class VolumeModel {
   const Vec3& gravity_m_per_s2() const { return settings_.gravity_m_per_s2; }
   virtual void set_gravity(const Vec3& gravity_m_per_s2) { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
-  virtual const TetMesh& mesh() const = 0;                   // including numbers that are no longer in use
-  virtual double mass_kg(VertexId v) const = 0;              // of the tissue, without added mass
-  virtual double inverse_mass_per_kg(VertexId v) const = 0;  // of the effective mass; 0 when fixed
-  virtual double added_mass_fraction() const { return 0; }
+  virtual const TetMesh& mesh() const = 0;                           // including numbers that are no longer in use
+  virtual double mass_kg(VertexId v) const = 0;                      // of the tissue, without added mass
+  virtual double inverse_mass_per_kg(VertexId v) const = 0;          // of the effective mass; 0 when fixed
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable
-  virtual std::uint64_t implicit_steps() const { return 0; }         // so far, instead of explicit ones
-  virtual double residual_m() const { return 0; }                    // see DeformationEngine
-  virtual double margin() const { return HUGE_VAL; }  // see DeformationEngine; infinite when the last step was implicit
-  virtual VertexId first_bad_vertex() const = 0;      // kNone while all is finite
+  virtual IntegratorDiagnostics diagnostics() const { return {}; }
+  virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
 
   // Kinetic, elastic and gravitational. O(n).
   virtual double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const = 0;

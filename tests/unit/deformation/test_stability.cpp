@@ -99,8 +99,8 @@ TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
   }
   const SurfaceSprings unscaled(mesh, {}, {}, settings);
   EXPECT_LT(unscaled.largest_stable_step_s(), 0.5 * settings.step_s);
-  EXPECT_GT(springs.added_mass_fraction(), 0);
-  EXPECT_LT(springs.added_mass_fraction(), 1.5);
+  EXPECT_GT(springs.diagnostics().added_mass_fraction, 0);
+  EXPECT_LT(springs.diagnostics().added_mass_fraction, 1.5);
   p.run(springs, 3000);
   EXPECT_EQ(springs.clamped(), 0u);
   EXPECT_EQ(springs.first_bad_vertex(), kNone);

@@ -64,7 +64,7 @@ TEST(SurfaceSpringsUpdate, is_undone_exactly) {
   const TriangleMesh after = editor.mesh();
   springs.update(after, touched);
   expect_rebuilt(springs, untouched, after);
-  EXPECT_EQ(springs.added_mass_fraction(), 0);
+  EXPECT_EQ(springs.diagnostics().added_mass_fraction, 0);
 }
 
 // The next step uses the changed rows: edges and home spring pull a displaced new vertex back.

@@ -184,7 +184,7 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
   }
   EXPECT_GT(tip, 0.015);
   EXPECT_LT(root, 0.012);
-  EXPECT_EQ(after.implicit_steps(), 0u);
+  EXPECT_EQ(after.diagnostics().implicit_steps, 0u);
 }
 
 TEST(HexSolid, both_integrators_come_to_rest_in_the_same_place) {
@@ -196,7 +196,7 @@ TEST(HexSolid, both_integrators_come_to_rest_in_the_same_place) {
     HexSolid solid(mesh, grid_around(mesh, 0.025), soft, held_at_end(mesh), driver);
     Points x = at_rest(mesh), v = still(x);
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
-    EXPECT_EQ(solid.implicit_steps(), 0u);
+    EXPECT_EQ(solid.diagnostics().implicit_steps, 0u);
     ends[driver == VolumeIntegrator::automatic ? 0 : 1] = x;
   }
   double sag = 0, apart = 0;
@@ -267,7 +267,7 @@ TEST(HexSolid, a_stretched_body_gets_more_parts) {
   EXPECT_GT(most_parts, 2);
   for (int n = 0; n < 600; ++n) solid.step(x, v, {}, {});
   EXPECT_EQ(solid.last_substeps(), 2);
-  EXPECT_EQ(solid.implicit_steps(), 0u);
+  EXPECT_EQ(solid.diagnostics().implicit_steps, 0u);
 }
 
 // The body is inflated to five times its size in two directions, and squeezed flat.
@@ -285,7 +285,7 @@ TEST(HexSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_
       solid.step(x, v, {}, {});
     }
     if (scale.x() > 1) {
-      EXPECT_GT(solid.implicit_steps(), 0u);
+      EXPECT_GT(solid.diagnostics().implicit_steps, 0u);
     }
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
     EXPECT_FALSE(solid.last_step_was_implicit());

@@ -52,7 +52,7 @@ TEST_P(VolumeCuts, C_CUT_4_the_body_is_alive_after_a_cut_and_what_was_cut_opens)
   block.go(0.025, 0.012);
   for (int n = 0; n < 200; ++n) block.body().deform({}, {}, 0.001);
   EXPECT_EQ(block.body().engines.deformation->first_bad_vertex(), kNone);
-  EXPECT_LT(block.body().engines.deformation->added_mass_fraction(), 0.05);
+  EXPECT_LT(block.body().engines.deformation->diagnostics().added_mass_fraction, 0.05);
   for (const Vec3f& x : block.body().positions_world_m()) EXPECT_LT(x.norm(), 0.1f);
   EXPECT_EQ(check(block.body().mesh).components, 1u);
 }
@@ -119,7 +119,7 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   const TetTopology& volume = block.cutting().volume();
   const TetMesh mesh_before = volume.mesh();
   const double volume_m3 = block.volume_m3(), quality = worst_quality(volume);
-  const double added = engine.added_mass_fraction();
+  const double added = engine.diagnostics().added_mass_fraction;
   const auto short_before = short_edges(block.body(), block.cutting(), kRatio);
   auto replica = mesh_of(keyframe_of(block.body().mesh));
   int deltas = 0;
@@ -150,9 +150,9 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   EXPECT_FALSE(short_after.contains("fine"));
   for (const auto& [why, count] : short_after) RecordProperty("short_edges_" + why, count);
   EXPECT_LE(parts_without_added_mass(mesh), parts_without_added_mass(mesh_before));
-  EXPECT_LE(engine.added_mass_fraction(), 0.8 * added);
+  EXPECT_LE(engine.diagnostics().added_mass_fraction, 0.8 * added);
   RecordProperty("added_mass_percent",
-                 std::to_string(100 * added) + ", " + std::to_string(100 * engine.added_mass_fraction()));
+                 std::to_string(100 * added) + ", " + std::to_string(100 * engine.diagnostics().added_mass_fraction));
   for (int n = 0; n < 100; ++n) block.body().deform({}, {}, 0.001);
   EXPECT_EQ(engine.first_bad_vertex(), kNone);
 }
@@ -298,7 +298,7 @@ TEST_P(VolumeFronts, slow_and_fast_strokes_leave_about_as_many_tetrahedra) {
     block.go(0.025, 0.012, {}, step_m);
     tetrahedra.push_back(static_cast<double>(block.cutting().volume().mesh().tetrahedra.size()) - before);
     EXPECT_EQ(block.engine().first_bad_vertex(), kNone);
-    EXPECT_LT(block.engine().added_mass_fraction(), 0.12);
+    EXPECT_LT(block.engine().diagnostics().added_mass_fraction, 0.12);
   }
   EXPECT_LT(tetrahedra[0], 1.3 * tetrahedra[1]);
   EXPECT_GT(tetrahedra[0], 0.7 * tetrahedra[1]);

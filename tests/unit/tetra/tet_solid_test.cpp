@@ -106,7 +106,7 @@ TEST(TetSolid, both_integrators_come_to_rest_in_the_same_place) {
     TetSolid solid(mesh, soft, held_at_end(mesh), driver);
     Points x = at_rest(mesh), v = still(x);
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
-    EXPECT_EQ(solid.implicit_steps(), 0u);
+    EXPECT_EQ(solid.diagnostics().implicit_steps, 0u);
     EXPECT_EQ(solid.last_step_was_implicit(), driver == VolumeIntegrator::implicit_only);
     ends[driver == VolumeIntegrator::automatic ? 0 : 1] = x;
   }
@@ -141,7 +141,7 @@ TEST(TetSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_
     std::vector<Reaction> reactions(plates.size());
     solid.step(x, v, plates, reactions);
   }
-  EXPECT_GT(solid.implicit_steps(), 0u);
+  EXPECT_GT(solid.diagnostics().implicit_steps, 0u);
   EXPECT_EQ(solid.first_bad_vertex(), kNone);
   for (int n = 0; n < 600; ++n) solid.step(x, v, {}, {});
   EXPECT_FALSE(solid.last_step_was_implicit());
@@ -222,7 +222,7 @@ TEST(TetSolid, A_18_momentum_and_energy_of_a_spinning_stretched_body) {
   EXPECT_LT((p1 - p0).norm(), 5e-6 * p0.norm());
   EXPECT_LT((l1 - l0).norm(), 2e-4 * l0.norm());
   EXPECT_NEAR(mean, e0, 0.02 * e0);
-  EXPECT_EQ(solid.implicit_steps(), 0u);
+  EXPECT_EQ(solid.diagnostics().implicit_steps, 0u);
 }
 
 // Below the stable limit at rest no perturbation grows, above it all do.

@@ -80,7 +80,7 @@ void expect_same(const Model& followed, const Model& made, std::uint32_t seed) {
     EXPECT_NEAR(followed.inverse_mass_per_kg(v), made.inverse_mass_per_kg(v), 1e-9 * made.inverse_mass_per_kg(v)) << v;
     ASSERT_LT((f[v] - g[v]).norm(), 1e-5 * largest) << v;
   }
-  EXPECT_NEAR(followed.added_mass_fraction(), made.added_mass_fraction(), 1e-9);
+  EXPECT_NEAR(followed.diagnostics().added_mass_fraction, made.diagnostics().added_mass_fraction, 1e-9);
   EXPECT_NEAR(followed.elastic_energy_j(x), made.elastic_energy_j(x), 1e-6 * made.elastic_energy_j(x));
 }
 
