@@ -51,7 +51,7 @@ class Simulation {
   std::size_t copy_bytes(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
   std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
-  // What the engines of a body publish of its vertices now: at most kMaxScalars fields, one value a vertex slot each.
+  // The scalar fields that the engines of a body publish now: at most kMaxScalars, with one value a vertex slot each.
   std::vector<ScalarField> scalars(std::uint32_t body_id) const;
   // Kinetic, elastic and gravitational, of all bodies; heights count from the origin. O(all), for tests and reports.
   double energy_j() const;

@@ -1,10 +1,10 @@
-// An engine simulates one aspect of one body: collision, deformation, cutting, splitting, or whatever else goes on in
-// it (paper A, section 2, figure 1). Engines share the topology, points, edges and faces, and the state of the points.
-// What an engine needs besides, springs or particles or tetrahedra, it keeps itself and brings up to date when the
-// topology changes. None knows another: what they say to each other goes through the simulation as plain values.
+// An engine simulates one aspect of one body: collision, deformation, cutting, splitting, or a further process (paper
+// A, section 2, figure 1). Engines share the topology (points, edges and faces) and the state of the points. An engine
+// keeps all other data that it needs, such as springs or tetrahedra, and brings them up to date when the topology
+// changes. No engine knows another; plain values go from one to the other through the simulation.
 //
-// Each role is an interface in its own room (collision_engine.h and so on); which engines a body gets is said in one
-// table, engine/engine_table.h.
+// Each role is an interface in its own room (collision_engine.h and so on); engine/engine_table.h is the table of the
+// engines that a body gets.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace sectio {
 
-// A body as its engines see it; good until the body changes.
+// A body as its engines see it; valid until the body changes.
 struct SharedBody {
   std::uint32_t id = 0;
   const TriangleMesh& mesh;
@@ -28,10 +28,10 @@ struct SharedBody {
   std::span<const Vec3f> positions_world_m() const { return compact.of(particles); }
 };
 
-// A delta that has been applied, and what it means to somebody who keeps data beside the mesh. Ascending, each once.
+// A delta that has been applied, and the slots that matter to data kept beside the mesh: ascending, each once.
 struct TopologyChange {
   const TopologyDelta& delta;
-  std::span<const VertexId> vertices;     // whose triangles, or these triangles' shapes at rest, are not what they were
+  std::span<const VertexId> vertices;     // whose triangles, or these triangles' shapes at rest, have changed
   std::span<const TriangleId> triangles;  // slots that changed, or that have a corner that did
   std::span<const VertexId> placed;       // were given a place in the world with this change
 };
@@ -40,19 +40,20 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
-  // After a change of topology: a cut, a part that left. The body is as it is now; new slots have their state.
+  // Called after a change of topology, such as a cut or a part that left. `body` is the changed body; new slots have
+  // their state.
   virtual void follow(const SharedBody& body, const TopologyChange& change) = 0;
   // Appends the scalars that viewers and records get, one value a vertex slot. Called when a state is published, not in
   // each step.
   virtual void publish(const SharedBody&, std::vector<ScalarField>&) const {}
 };
 
-// What else goes on in a body while it is simulated: bleeding, heat, healing. It may change the state of the particles.
+// A further process in a body: bleeding, heat, healing. It may change the state of the particles.
 class ProcessEngine : public Engine {
  public:
-  // Once a step, after deformation, while the body sleeps, too.
+  // Called once a step, after deformation, also while the body sleeps.
   virtual void step(const SharedBody& body, double step_s) = 0;
-  // Whether it moves particles: then the body never sleeps.
+  // Does it move particles? Then the body never sleeps.
   virtual bool moves_particles() const { return true; }
 };
 

@@ -27,7 +27,8 @@
 
 namespace sectio {
 
-// Of one body. Engines that share data of their own (tetrahedra that one moves and another cuts) are made together.
+// The engines of one body. Engines that share data of their own (tetrahedra that one moves and another cuts) are made
+// together.
 struct BodyEngines {
   std::unique_ptr<CollisionEngine> collision;
   std::unique_ptr<CuttingEngine> cutting;
@@ -39,14 +40,15 @@ struct BodyEngines {
   void publish(const SharedBody& body, std::vector<ScalarField>& fields) const;
 };
 
-// What engines are made for.
+// The body that engines are made for.
 struct EngineSite {
   const BodySpec& spec;
   const Scene& scene;
   SharedBody body;
   Pose frame_world;  // of the shape at rest
   bool is_part = false;
-  // Of a part: the engines of the body that it came off, which still know it, and by vertex of the part its slot there.
+  // For a part: the engines of the body that it came off, which still know it, and by vertex of the part its slot
+  // there.
   const BodyEngines* parent = nullptr;
   std::span<const VertexId> vertex_from = {};
 };
@@ -60,13 +62,13 @@ struct ModelEntry {
   std::function<void(BodySpec&)> prepare = {};
 };
 
-// What a process that a scene names is made for: one body of those that it is in.
+// The body that a process is made for, one of those that the scene names.
 struct ProcessSite {
   const ProcessSpec& spec;
   const Scene& scene;
   SharedBody body;
   Pose frame_world;  // of the shape at rest
-  // Of a part: the process in the body that it came off, and by vertex of the part its slot there.
+  // For a part: the process in the body that it came off, and by vertex of the part its slot there.
   const ProcessEngine* parent = nullptr;
   std::span<const VertexId> vertex_from = {};
 };
@@ -80,7 +82,7 @@ struct WorldEngineSite {
 };
 using MakeWorldEngine = std::function<std::unique_ptr<WorldEngine>(const WorldEngineSite&)>;
 
-// One of both makes it.
+// Exactly one of the two functions is set.
 struct ProcessEntry {
   ProcessTraits traits;
   MakeProcess in_body;      // one for each body
@@ -91,11 +93,11 @@ struct EngineTable {
   std::vector<ModelEntry> models;  // in the order in which documents list them
   std::vector<ProcessEntry> processes;
 
-  // Of the name that BodySpec::model has; nullptr if there is none.
+  // The row with this name (BodySpec::model); nullptr if there is none.
   const ModelEntry* find_model(const std::string& name) const;
   ModelEntry& model(const std::string& name);  // of a name that there is
   const ModelEntry& model(const std::string& name) const;
-  // Of the kind that ProcessSpec::kind has; nullptr if there is none.
+  // The row of this kind (ProcessSpec::kind); nullptr if there is none.
   const ProcessEntry* find_process(const std::string& kind) const;
 
   EngineTraits traits() const;  // for the reader of scenes

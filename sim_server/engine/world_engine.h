@@ -1,9 +1,9 @@
-// A world engine simulates what goes on between bodies: a fluid that runs from one to another, a thread that holds two
+// A world engine simulates a process between bodies: a fluid that runs from one to another, a thread that holds two
 // together. It sees the bodies that the scene names, and the parts that come off them.
 //
-//   before the bodies deform   constrain(): points that it holds or pulls, then felt(): what that took
-//   after they have            step(): anything else, on all of its bodies at once
-//   whenever one changes       follow(), part_left()
+//   before the bodies deform    constrain(): the points that it holds or pulls, then felt(): the reactions
+//   after they have deformed    step(): all other effects, on all of its bodies at once
+//   whenever a body changes     follow(), part_left()
 #pragma once
 
 #include <span>
@@ -18,13 +18,13 @@ class WorldEngine {
  public:
   virtual ~WorldEngine() = default;
 
-  // Appends what it wants of the points of a body in this step.
+  // Appends the constraints on the points of a body in this step.
   virtual void constrain(const SharedBody&, double /*step_s*/, std::vector<PointConstraint>&) {}
   // The reactions of these constraints, in their order; none when the body was not stepped.
   virtual void felt(const SharedBody&, std::span<const Reaction>) {}
   // Once a step, after all bodies have deformed and before they collide. It may change the state of their particles.
   virtual void step(std::span<const SharedBody> bodies, double step_s) = 0;
-  // Whether step() moves particles: then its bodies never sleep.
+  // Does step() move particles? Then its bodies never sleep.
   virtual bool moves_particles() const { return true; }
 
   // The topology of one of its bodies has changed; see Engine::follow().

@@ -31,7 +31,7 @@ inline Change cut_as_planned(const CutPlan& plan) {
   return {Cause::cut, plan.delta, plan.seeds, &plan};
 }
 
-// What it meant, with the delta that it was; see TopologyChange for the lists.
+// The effect of a change, with its delta; see TopologyChange for the lists.
 struct AppliedChange {
   std::vector<VertexId> vertices;
   std::vector<TriangleId> triangles;
