@@ -89,13 +89,14 @@ TEST(A_ARCH, A_ARCH_9_an_engine_with_its_own_structures_is_added_and_follows_a_c
 TEST(A_ARCH, A_ARCH_10_another_integrator_changes_only_its_own_outputs) {
   const Verlet* verlet = nullptr;
   EngineTable table = standard_engines();
-  table.model("verlet").make = [&](const EngineSite& site) {
-    BodyEngines engines = surface_spring_engines(site);
-    auto own = std::make_unique<Verlet>(site.body, site.frame_world, site.spec, site.scene.step_s);
-    if (!site.is_part) verlet = own.get();
-    engines.deformation = std::move(own);
-    return engines;
-  };
+  table.models.push_back({{.name = "verlet", .meaning = "Another integrator."}, [&](const EngineSite& site) {
+                            BodyEngines engines = surface_spring_engines(site);
+                            auto own =
+                                std::make_unique<Verlet>(site.body, site.frame_world, site.spec, site.scene.step_s);
+                            if (!site.is_part) verlet = own.get();
+                            engines.deformation = std::move(own);
+                            return engines;
+                          }});
   Scene scene = two_organs();
   scene.bodies[0].model = "verlet";
   Operation op(scene, table), standard(two_organs());

@@ -5,6 +5,7 @@
 #include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "tests/support/drawn_scene.h"
 
 namespace sectio {
@@ -71,7 +72,8 @@ Count compare(const Frame& frame, const Image& image) {
 
 // A run of the scene with a knife that goes through.
 struct CutBar {
-  CutBar(const std::string& name, std::uint64_t steps) : scene(bar_with_regions(name)), simulation(scene) {
+  CutBar(const std::string& name, std::uint64_t steps)
+      : scene(fill_volumes(bar_with_regions(name))), simulation(scene) {
     before = frame_of(scene, simulation);
     for (std::uint64_t k = 1; k <= steps; ++k) {
       StepInput input;
