@@ -22,7 +22,8 @@ struct CanvasVertex {
   Vec3f normal = Vec3f::UnitZ();  // unit
   Vec3f rest_m = Vec3f::Zero();
   float depth_m = 0;  // of a wall: below the lip of its cut, along the surface; of a drape: its shade, 0 to 1
-  std::array<std::uint8_t, 4> pattern{};  // of skin: the broad pattern of tissue (broad_pattern_at in tissue_noise.h)
+  std::array<std::uint8_t, 4>
+      pattern{};     // noise that varies slowly (tissue_noise.h); of skin: broad; of a drape: folds
   float scalar = 0;  // 0 to 1; of skin and walls: wetness; of a scalar field: the value within the range that is shown
 };
 static_assert(sizeof(CanvasVertex) == 48);

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render_client/draw/tissue_noise.h"
+
 namespace sectio {
 namespace {
 
 constexpr int kSide = 97;               // vertices along a side
-constexpr float kSizeOfView = 1.3f;     // half the side, of the distance that the camera looks
-constexpr float kShadeReach_m = 0.02f;  // what is this far above leaves a third of the shade
-constexpr float kPlain = 0.3f;          // of half the side: from here on it passes into the backdrop
+constexpr float kSizeOfView = 1.3f;     // half the side over the distance from eye to target
+constexpr float kShadeReach_m = 0.02f;  // a body this far above throws half of the shade
+constexpr float kPlain = 0.3f;          // share of half the side from which on the cloth passes into the backdrop
 constexpr float kDarkest = 0.75f;
 constexpr int kBlurs = 3;
 
@@ -17,7 +19,7 @@ std::size_t at(int x, int y) {
   return static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x);
 }
 
-// The mean of the 3 by 3 around each, the rim as it is.
+// Takes the mean of the 3 by 3 values around each value; the rim stays as it is.
 void blur(std::vector<float>& values, std::vector<float>& scratch) {
   scratch = values;
   for (int y = 1; y + 1 < kSide; ++y)
@@ -42,18 +44,25 @@ FloorMesh::FloorMesh() : vertices_(kSide * kSide) {
 
 void FloorMesh::move(const Frame& frame, const Camera& camera) {
   const auto z = static_cast<float>(*frame.floor_z_m);
-  const Vec3f middle(static_cast<float>(camera.target_world_m.x()), static_cast<float>(camera.target_world_m.y()), z);
+  const Vec3f middle_m(static_cast<float>(camera.target_world_m.x()), static_cast<float>(camera.target_world_m.y()), z);
   const float half_m = kSizeOfView * static_cast<float>((camera.eye_world_m - camera.target_world_m).norm());
+  if (middle_m != middle_m_ || half_m != half_m_) place(middle_m, half_m);
+  shade(frame);
+}
+
+void FloorMesh::place(const Vec3f& middle_m, float half_m) {
+  middle_m_ = middle_m;
+  half_m_ = half_m;
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) {
       const Vec3f on_square(2.0f * static_cast<float>(x) / (kSide - 1) - 1,
                             2.0f * static_cast<float>(y) / (kSide - 1) - 1, 0);
       CanvasVertex& v = vertices_[at(x, y)];
-      v.position_m = middle + half_m * on_square;
+      v.position_m = middle_m + half_m * on_square;
       const float rim = std::clamp((on_square.norm() - kPlain) / (0.98f - kPlain), 0.0f, 1.0f);
       v.rest_m = Vec3f(v.position_m.x(), v.position_m.y(), 1e-3f * rim * rim * (3 - 2 * rim));
+      v.pattern = noise_at(5.0f * v.rest_m + Vec3f::Constant(0.21f));
     }
-  shade(frame);
 }
 
 void FloorMesh::shade(const Frame& frame) {

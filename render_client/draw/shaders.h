@@ -221,7 +221,7 @@ void main() {
   emit(mix(hot * 0.9, hot * 2.2 + vec3(1.2, 0.9, 0.5), facing * facing));
 })";
 
-// What is behind everything, as shown on the screen, by place in the picture, -1 to 1.
+// The background as shown on the screen, by place in the picture, -1 to 1.
 constexpr const char* kBackdrop = R"(
 vec3 backdrop(vec2 screen) {
   vec2 d = screen * vec2(0.62, 0.55) - vec2(-0.06, 0.18);
@@ -230,13 +230,13 @@ vec3 backdrop(vec2 screen) {
 }
 )";
 
-// Surgical cloth: a weave, folds, the shade of what lies on it. Far from the middle it passes into the backdrop: its
-// rest.z says how far, in thousandths.
+// Surgical cloth: a weave, folds, the shade of the bodies on it. Far from the middle it passes into the backdrop:
+// rest.z is the share of the backdrop, in thousandths.
 constexpr const char* kDrape = R"(
 uniform vec2 half_size_px;
 void main() {
   vec3 n = normalize(n_view);
-  vec4 folds = texture(noise, rest.xyz * 5.0 + 0.21);
+  vec4 folds = pattern;
   vec4 weave = texture(relief, rest.xyz * 150.0);
   vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * folds.r) * (0.88 + 0.20 * weave.a);
   float key = mix(0.35, 1.0, key_light_at(p_view));
@@ -258,7 +258,7 @@ in vec2 screen;
 out vec4 fragment;
 void main() {
   vec3 c = backdrop(screen);
-  // Half a grey level of fixed grain: no bands.
+  // Half a grey level of fixed grain prevents bands.
   float grain = fract(dot(gl_FragCoord.xy, vec2(0.7548777, 0.5698403))) - 0.5;
   fragment = vec4(c + grain / 255.0, 1.0);
 })";

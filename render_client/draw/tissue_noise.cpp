@@ -97,11 +97,11 @@ const TissueNoise& tissue_noise() {
 }
 
 // Trilinear between texels, whose centres lie at (i + 1/2) / size, as in the shader.
-std::array<std::uint8_t, 4> broad_pattern_at(const Vec3f& rest_m) {
+std::array<std::uint8_t, 4> noise_at(const Vec3f& coordinates) {
   constexpr int kSize = kTissueNoiseSize;
   static_assert((kSize & (kSize - 1)) == 0, "the period is taken by a mask");
   const std::vector<std::uint8_t>& texels = tissue_noise().noise;
-  const Vec3f at = static_cast<float>(kSize) * (9.0f * rest_m + Vec3f::Constant(0.37f)) - Vec3f::Constant(0.5f);
+  const Vec3f at = static_cast<float>(kSize) * coordinates - Vec3f::Constant(0.5f);
   const Vec3f base = at.array().floor();
   const Vec3f f = at - base;
   const Eigen::Vector3i cell = base.cast<int>();

@@ -19,8 +19,12 @@ struct TissueNoise {
 // Always the same; made at the first call, in about 0.3 s. Any thread.
 const TissueNoise& tissue_noise();
 
-// The broad pattern of skin at a rest point: the texel that the shader of skin would look up in `noise`.
-std::array<std::uint8_t, 4> broad_pattern_at(const Vec3f& rest_m);
+// `noise` at texture coordinates, as a shader would look it up: vertices carry it where they are close enough.
+std::array<std::uint8_t, 4> noise_at(const Vec3f& coordinates);
+// The broad pattern of skin at a rest point.
+inline std::array<std::uint8_t, 4> broad_pattern_at(const Vec3f& rest_m) {
+  return noise_at(9.0f * rest_m + Vec3f::Constant(0.37f));
+}
 // Skin whose edges are longer than this on average can't carry the broad pattern on its vertices: the smallest clouds
 // are 7 mm wide.
 constexpr float kCoarseSkin_m = 0.005f;

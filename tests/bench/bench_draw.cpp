@@ -64,12 +64,17 @@ void draw_skin(benchmark::State& state, const Wanted& wanted) {
   canvas.remove_mesh(id);
 }
 
-// A moving body with a cut, an instrument and a floor, as a viewer draws it; without the numbers over it.
-void draw_frame(benchmark::State& state) {
+struct Scenery {
+  const char* name;
+  bool instrument = false, floor = false;
+};
+
+// A moving body with a cut as a viewer draws it, without the numbers over it.
+void draw_frame(benchmark::State& state, const Scenery& scenery) {
   Frame frame = test::make_frame({.rings = 51, .around = 100});
   frame.camera = near_camera();
-  frame.floor_z_m = -0.05;
-  frame.tools = {test::make_scalpel_at(Vec3(0, 0, 0.03))};
+  if (scenery.floor) frame.floor_z_m = -0.05;
+  if (scenery.instrument) frame.tools = {test::make_scalpel_at(Vec3(0, 0, 0.03))};
   FramePainter painter(shared_canvas());
   painter.draw_frame(frame, {.overlay = false});  // compiles the shaders
   for (auto _ : state) benchmark::DoNotOptimize(painter.draw_frame(frame, {.overlay = false}).rgba.data());
@@ -81,6 +86,9 @@ constexpr Wanted kRegion{.name = "with a region", .region_in_sight = true};
 constexpr Wanted kPerPixel{.name = "pattern per pixel", .pattern_per_pixel = true};
 constexpr Wanted kEverything{
     .name = "everything", .region_out_of_sight = true, .occluder = true, .pattern_per_pixel = true};
+
+constexpr std::array kSceneries{Scenery{"frame of a body"}, Scenery{"frame with an instrument", true},
+                                Scenery{"frame with instrument and floor", true, true}};
 
 void add(const char* name, const std::function<void(benchmark::State&)>& run) {
   benchmark::RegisterBenchmark(name, run)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->MinTime(1);
@@ -97,8 +105,9 @@ void print(const bench::BestTimes& times) {
   std::fprintf(stderr, "skin alone in a picture of %d x %d, plain: %.1f ms of one thread\n", kWidth, kHeight, plain_ms);
   for (const Wanted& wanted : {kShadow, kRegion, kPerPixel, kEverything})
     std::fprintf(stderr, "  %-18s %.2f times as much\n", wanted.name, time_ms(wanted.name) / plain_ms);
-  const double frame_ms = time_ms("whole frame");
-  if (frame_ms > 0) std::fprintf(stderr, "a whole frame: %.1f ms, %.0f pictures/s\n", frame_ms, 1000 / frame_ms);
+  for (const Scenery& scenery : kSceneries)
+    if (const double frame_ms = time_ms(scenery.name); frame_ms > 0)
+      std::fprintf(stderr, "%-32s %.1f ms, %.0f pictures/s\n", scenery.name, frame_ms, 1000 / frame_ms);
 }
 
 }  // namespace
@@ -108,6 +117,7 @@ int main(int argc, char** argv) {
   setenv("LP_NUM_THREADS", "1", 1);
   for (const auto& wanted : {sectio::kPlain, sectio::kShadow, sectio::kRegion, sectio::kPerPixel, sectio::kEverything})
     sectio::add(wanted.name, [wanted](benchmark::State& state) { sectio::draw_skin(state, wanted); });
-  sectio::add("whole frame", sectio::draw_frame);
+  for (const auto& scenery : sectio::kSceneries)
+    sectio::add(scenery.name, [scenery](benchmark::State& state) { sectio::draw_frame(state, scenery); });
   return sectio::bench::run(argc, argv, sectio::print);
 }
