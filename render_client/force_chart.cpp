@@ -1,4 +1,4 @@
-// The force at the hand over time, as a picture, out of the logs that device_bridge wrote.
+// A chart of the force at the hand over time, from logs of device_bridge.
 #include <filesystem>
 
 #include "common/core/arguments.h"
@@ -21,7 +21,7 @@ Series read_force(const std::string& path) {
 int run(int argc, char** argv) {
   std::vector<std::string> logs;
   std::string picture = "force.png";
-  Arguments arguments("force_chart", "Draws the force at the hand over time, out of logs of device_bridge.");
+  Arguments arguments("force_chart", "Draws the force at the hand over time, from logs of device_bridge.");
   arguments.option("--log", logs, "log of a bridge (CSV); may be repeated", Need::required);
   arguments.option("--out", picture, "picture to write (PNG)");
   if (!arguments.parse(argc, argv)) return 0;

@@ -54,8 +54,8 @@ Eigen::Matrix4f projection(const Camera& camera, double aspect) {
   return m.cast<float>();
 }
 
-// The eye is e to the right: the view moves by -e, and a point at the convergence distance D in the middle between the
-// eyes, at (-e, 0, -D) for this one, is to come out at x = 0 again: m00 (-e) + m02 (-D) = 0.
+// The eye is e to the right, so that the view moves by -e. A point at the convergence distance D, in the middle between
+// the eyes, is at (-e, 0, -D) for this eye and must appear at x = 0: m00 (-e) + m02 (-D) = 0.
 EyeView eye_view(const Camera& camera, double aspect, const Stereo& stereo, int side) {
   const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
   const double convergence_m = stereo.convergence_m > 0 ? stereo.convergence_m : distance_m;
@@ -72,8 +72,8 @@ Camera fit_camera(const Frame& frame, double aspect) {
   Camera fitted = frame.camera;
   const Mat3 axes = view_axes(frame.camera);
   const Vec3 slope(1 / (tangent_of_half_angle(frame.camera) * aspect), 1 / tangent_of_half_angle(frame.camera), 0);
-  // A point (x, y, z) in view axes is inside the pyramid of an eye (ex, ey, ez) when slope |x - ex| + z <= ez. So for
-  // each of two directions the bounds of z + slope x and z - slope x fix ex and ez.
+  // A point (x, y, z) in view axes is inside the pyramid of an eye (ex, ey, ez) when slope |x - ex| + z <= ez. Hence
+  // the bounds of z + slope x and z - slope x fix ex and ez, and those of y fix ey and ez.
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Eigen::Array2d highest = Eigen::Array2d::Constant(-kInfinity), lowest = highest;
   double nearest = -kInfinity, farthest = kInfinity;

@@ -1,4 +1,4 @@
-// From a Camera (eye, target, up, angle) to matrices, and a view that shows everything there is to see.
+// The matrices of a camera, and a camera that shows all bodies.
 // OpenGL conventions: the camera looks down -z, clip space is [-1, 1]^3.
 #pragma once
 
@@ -14,8 +14,9 @@ Eigen::Matrix4f view_from_world(const Camera& camera);
 // field_of_view_deg is vertical; near and far planes follow the distance from eye to target.
 Eigen::Matrix4f projection(const Camera& camera, double aspect);
 
-// Two eyes side by side that look in parallel, each through a frustum shifted so that both meet at the convergence
-// distance: what is there has no disparity, and nothing is turned inwards, so that no height differs between the eyes.
+// Two eyes side by side that look in parallel, each through a frustum that is shifted so that both meet at the
+// convergence distance. A point at that distance has no disparity. No eye is turned inwards, so that the heights in
+// both pictures are the same.
 struct Stereo {
   double eye_separation_m = 0;  // 0: a thirtieth of the convergence distance, which is easy on the eyes
   double convergence_m = 0;     // along the line of sight; 0: where the target is
@@ -27,8 +28,8 @@ struct EyeView {
 // side: -1 the left eye, 1 the right one. aspect: of the picture of one eye.
 EyeView eye_view(const Camera& camera, double aspect, const Stereo& stereo, int side);
 
-// Keeps the direction of sight, moves target and eye so that all finite body vertices in use are in the picture.
-// Without any it returns the frame's own camera.
+// Keeps the direction of sight and moves target and eye so that all finite vertices of bodies are in the picture.
+// Without such a vertex it returns the frame's own camera.
 Camera fit_camera(const Frame& frame, double aspect);
 
 }  // namespace sectio

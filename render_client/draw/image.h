@@ -1,4 +1,4 @@
-// A picture in memory, and the few raster operations that overlays, charts and contact sheets need. CPU only.
+// A picture in memory and the raster operations of overlays, charts and contact sheets. It needs no graphics library.
 // Coordinates are pixels, origin at the top left, y down. All operations clip to the picture.
 #pragma once
 
@@ -40,12 +40,12 @@ void blend(Image& image, int x_px, int y_px, Colour colour, float coverage);
 
 void fill(Image& image, const Rect& rect, Colour colour);
 
-// An anti-aliased line through the points, round joints. Where it crosses itself it is not darker.
+// An anti-aliased line through the points with round joints. It is not darker where it crosses itself.
 void draw_polyline(Image& image, std::span<const Eigen::Vector2f> points_px, float width_px, Colour colour);
 
 void paste(Image& image, const Image& from, int x_px, int y_px);
 
-// The picture at another, smaller width, same aspect: every pixel is the mean of the area that it covers.
+// The picture at a smaller width with the same aspect: every pixel is the mean of the area that it covers.
 Image downscale(const Image& image, int width_px);
 
 }  // namespace sectio

@@ -14,7 +14,7 @@ Vec4f packed(const Vec3& v, double w) {
   return Vec4f(static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), static_cast<float>(w));
 }
 
-// Screens have a gamma of 2 here (shaders.h).
+// The display gamma is taken as 2 (shaders.h).
 Vec3 linear(const Vec3& colour) {
   return colour.cwiseProduct(colour);
 }

@@ -1,6 +1,6 @@
-// Regions (common/material/regions.h) as the shaders of skin and walls take them, and the same function in their
-// language: shaders::kRegions. Which parts there may be at a point is looked up in a coarse grid over the body, so that
-// a fragment evaluates the few that are near it, and most of the skin none.
+// Regions (common/material/regions.h) for the shaders of skin and walls: a table of uniforms, and the same function in
+// GLSL (shaders::kRegions). A coarse grid over the body says which parts may be at a point, so that a fragment
+// evaluates only the few that are near it.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@ constexpr int kRegionGridSize = 32;  // cells along each axis
 
 struct RegionTable {
   int count = 0;                                                  // of regions
-  std::array<Vec4f, kMaxRegionParts> part_a, part_b, part_q;      // xyz and radius, twice; orientation
+  std::array<Vec4f, kMaxRegionParts> part_a, part_b, part_q;      // a and its radius; b and its radius; orientation
   std::array<std::array<int, 2>, kMaxRegionParts> part_of{};      // form, region
-  std::array<Vec4f, kMaxRegions> colour, grain, rim;              // linear light; and rim_m, ripple_m, nothing
+  std::array<Vec4f, kMaxRegions> colour, grain, rim;              // linear light; w is rim_m, ripple_m, unused
   Vec3f grid_from_m = Vec3f::Zero(), grid_per_m = Vec3f::Ones();  // cell = (x - from) * per_m
   std::vector<std::uint32_t> cells;  // of the grid, x fastest: a bit for each part that may be there
 };
 
-// Parts are in the order of their regions; those beyond what shaders take are left out, flaw_of() has refused them.
+// Parts are in the order of their regions. Parts beyond kMaxRegionParts are left out: flaw_of() refuses such regions.
 // `rest_box`: of the body.
 RegionTable region_table(std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box);
 
@@ -64,11 +64,11 @@ float part_m(int i, vec3 x) {
   return form == 2 ? tube : form == 1 ? max(d.x, max(d.y, d.z)) : ellipsoid;
 }
 
-// A power of two is its exponent.
+// The lowest bit alone, as a floating-point number, has its index as the exponent.
 int lowest_bit(uint bits) { return int(floatBitsToUint(float(bits & (~bits + 1u))) >> 23u) - 127; }
 
-// `around` where there is no region. Borders are as sharp as a pixel, a little darker inside. grain: 0 to 1; shade:
-// about 1.
+// The colour of the regions at x, `around` outside them. Borders are as sharp as a pixel; a region is a little darker
+// just inside its border. grain: 0 to 1; shade: about 1.
 vec3 tissue_at(vec3 x, vec3 around, float grain, float shade) {
   float pixel_m = max(0.7 * (length(dFdx(x)) + length(dFdy(x))), 1e-7);
   float ripple = ripple_at(x);

@@ -14,7 +14,7 @@ namespace {
 constexpr double kHandleLength_m = 0.125;
 constexpr double kShaftLength_m = 0.22;
 
-// The tool's axes: up along the shaft, forward in the blade's plane towards the edge, aside across the blade.
+// The axes of a tool: up along the shaft, forward in the blade's plane towards the edge, aside across the blade.
 struct Axes {
   Vec3 up, forward, aside;
 };
@@ -41,7 +41,7 @@ struct Section {
 
 class Builder {
  public:
-  // A flat polygon given counter-clockwise as seen from outside, with its own vertices: hard edges.
+  // A flat polygon, counter-clockwise as seen from outside. Its vertices are its own, so that its edges are hard.
   void facet(std::initializer_list<Vec3> corners) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     for (const Vec3& corner : corners) add(corner);
@@ -98,8 +98,8 @@ class Builder {
   std::uint32_t part_begin_ = 0;
 };
 
-//    B-----D      seen from aside; `aside` points at the reader. The strip between AC and A'C' is ground down from
-//    |     |      the blade's thickness to nothing: the sharp edge.
+//    B-----D      `aside` points at the reader. The strip between AC and A'C' is ground down from the blade's
+//    |     |      thickness to nothing: the sharp edge.
 //    |    C'
 //    A'  / C
 //    | ./ /
@@ -236,8 +236,7 @@ ToolMesh make_probe(const std::array<Vec3, 4>& abcd, const Axes& axes) {
   return std::move(builder.mesh);
 }
 
-// A blade of scissors, from the pivot to its tip. `out` points from the edge to the back; the other blade lies beside
-// it.
+// A blade of scissors, from the pivot to its tip. `out` points from the edge to the back; the other blade lies beside.
 void add_scissor_blade(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double blade_m,
                        double height_m) {
   constexpr double kHalfThickness_m = 0.0005;
@@ -252,7 +251,7 @@ void add_scissor_blade(Builder& builder, const Vec3& pivot, const Vec3& along, c
   builder.loft(sections);
 }
 
-// A blunt jaw of forceps, from the pivot to its tip, whose flat side meets the other one's; grooves across hold better.
+// A blunt jaw of forceps, from the pivot to its tip. Its flat side, with grooves across, meets that of the other jaw.
 void add_jaw(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double jaw_m) {
   const Vec3 y = along.cross(out);
   std::vector<Section> sections;
@@ -268,7 +267,7 @@ void add_jaw(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3&
   builder.loft(sections);
 }
 
-// Behind the pivot, on the other side: a shank that ends in a ring.
+// A shank behind the pivot, on the other side of the blade's back, that ends in a ring.
 void add_shank(Builder& builder, const Vec3& pivot, const Vec3& along, const Vec3& out, double shank_m) {
   constexpr double kRing_m = 0.011, kThick_m = 0.0018;
   const Vec3 y = along.cross(out), centre = pivot - shank_m * along - kRing_m * out;

@@ -1,4 +1,4 @@
-// Instruments as a surgeon would know them, built from the four points that collision uses (paper B, figure 3).
+// Meshes of instruments as a surgeon knows them, built from the four points that collision uses (paper B, figure 3).
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ struct ToolMesh {
 
 // scalpel: a thin blade in the plane of A, B, C, D, ground to an edge along AC, on a flat handle along AB.
 // cautery_hook: an insulated shaft along AB, a wire hook A to C with a hot tip, its spark reaching to D.
-// knife: a scalpel's blade, larger. scissors, medical_scissors: two blades about the pivot C, as far apart as the pose
-// says, plain or two abreast in the form of a U, with handles and rings towards B; forceps: the same with blunt jaws.
-// probe: a rod as thick as C says, with a round end at A. Other kinds are drawn as a rod along AB. Points may coincide;
-// the tool then is small or plain, never broken.
+// knife: as a scalpel. scissors, medical_scissors: two blades that turn about the pivot C, opened by the pose's angle,
+// with handles and rings towards B; each blade of medical scissors is double, in the form of a U. forceps: the same
+// with blunt jaws. probe: a rod with a round end at A, as thick as C is away from AB. Other kinds are drawn as a rod
+// along AB. Points may coincide: the mesh is then small or plain, but valid.
 ToolMesh make_tool_mesh(const ToolFrame& tool);
 
 }  // namespace sectio

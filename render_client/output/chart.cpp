@@ -25,12 +25,12 @@ struct Range {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 
-  void take(double value) {
+  void include(double value) {
     low = std::min(low, value);
     high = std::max(high, value);
   }
-  // Never empty or without width, a little room around.
-  void settle(double room) {
+  // Makes an empty or flat range a proper one, then adds a share of its width at both ends.
+  void pad(double room) {
     if (!(low <= high)) low = 0, high = 1;
     if (!(high - low > 1e-12 * std::max(std::abs(low), std::abs(high)))) {
       const double half = low == 0 ? 0.5 : 0.5 * std::abs(low);
@@ -59,7 +59,7 @@ std::string tick_text(double value, double step) {
   return text.data();
 }
 
-constexpr std::size_t kMostAbove = 6;  // series whose names have room over the picture
+constexpr std::size_t kMaxNamesAbove = 6;  // series whose names have room above the chart
 
 Colour colour_of(const std::vector<Series>& series, std::size_t i) {
   if (series[i].style == Series::Style::dashes) return kInk;
@@ -68,7 +68,7 @@ Colour colour_of(const std::vector<Series>& series, std::size_t i) {
   return series[i].faint ? kFaintColours[faint % kFaintColours.size()] : kColours[own % kColours.size()];
 }
 
-// In decades: 1, 2 and 5 times each power of ten, or the powers alone when there are many.
+// Ticks of a logarithmic axis, in decades: 1, 2 and 5 times each power of ten, or the powers alone when there are many.
 std::vector<double> decades(double low, double high) {
   std::vector<double> ticks;
   for (double power = std::floor(low); power <= high; power += 1)
@@ -92,7 +92,7 @@ class Chart {
   Image take() { return std::move(image_); }
 
  private:
-  // Along the axes everything is in their scale, decades when it is logarithmic.
+  // Positions along an axis are in the axis's own scale: in decades when it is logarithmic.
   double scaled_x(double x) const { return labels_.log_x ? std::log10(x) : x; }
   double scaled_y(double y) const { return labels_.log_y ? std::log10(y) : y; }
   bool has_place(double x, double y) const { return std::isfinite(scaled_x(x)) && std::isfinite(scaled_y(y)); }
@@ -126,7 +126,7 @@ class Chart {
   Image image_;
   Text text_{14}, title_{18};
   Range x_, y_;
-  bool whole_x_ = true;  // counts: no ticks between them
+  bool whole_x_ = true;  // all x are whole numbers: no ticks between them
   Rect area_;
 };
 
@@ -137,12 +137,12 @@ Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int w
     if (s.x.size() != s.y.size()) throw InputError("chart: series " + s.name + ": x and y differ in length");
     for (std::size_t i = 0; i < s.x.size() && !heat; ++i) {
       if (!has_place(s.x[i], s.y[i])) continue;
-      x_.take(scaled_x(s.x[i]));
+      x_.include(scaled_x(s.x[i]));
       whole_x_ = whole_x_ && s.x[i] == std::round(s.x[i]);
-      y_.take(scaled_y(s.y[i]));
+      y_.include(scaled_y(s.y[i]));
     }
   }
-  const bool beside = series.size() > kMostAbove;
+  const bool beside = series.size() > kMaxNamesAbove;
   int right = heat ? 96 : 24;
   for (std::size_t i = 0; i < series.size() && beside; ++i)
     right = std::max(right, 56 + text_.width_px(series[i].name));
@@ -150,9 +150,9 @@ Chart::Chart(const ChartLabels& labels, const std::vector<Series>& series, int w
   if (heat) {
     draw_cells(*heat);
   } else {
-    if (labels.y_from_zero) y_.take(0);
-    x_.settle(labels.log_x ? 0.03 : 0);
-    y_.settle(0.06);
+    if (labels.y_from_zero) y_.include(0);
+    x_.pad(labels.log_x ? 0.03 : 0);
+    y_.pad(0.06);
   }
   whole_x_ = whole_x_ && !labels.log_x && !heat;
   draw_axes();
@@ -175,10 +175,10 @@ void Chart::draw_cells(const HeatMap& heat) {
     if (!has_place(heat.x[i], heat.y[i])) continue;
     xs.push_back(scaled_x(heat.x[i]));
     ys.push_back(scaled_y(heat.y[i]));
-    if (std::isfinite(heat.value[i])) values.take(heat.value[i]);
+    if (std::isfinite(heat.value[i])) values.include(heat.value[i]);
   }
   values = {heat.low.value_or(values.low), heat.high.value_or(values.high)};
-  values.settle(0);
+  values.pad(0);
   const CellEdges across(xs), up(ys);
   x_ = {across.low(), across.high()};
   y_ = {up.low(), up.high()};

@@ -16,7 +16,7 @@ struct Series {
   std::vector<double> x;  // same length as y; a pair that is not finite breaks the line
   std::vector<double> y;
   Style style = Style::line;
-  bool faint = false;  // what the others are compared with
+  bool faint = false;  // a reference with which the others are compared
 };
 
 struct ChartLabels {
@@ -24,12 +24,12 @@ struct ChartLabels {
   std::string x;  // with the unit: "time / s"
   std::string y;  // "force / N"
   bool y_from_zero = false;
-  bool log_x = false, log_y = false;  // what is not positive is not drawn
+  bool log_x = false, log_y = false;  // values that are not positive are not drawn
   struct Mark {
     double x = 0;
     std::string name;
   };
-  std::vector<Mark> marks = {};  // vertical lines; they don't widen the axis
+  std::vector<Mark> marks = {};  // vertical lines; the axis doesn't grow for them
 };
 
 // Without any finite point the axes run from 0 to 1. Throws InputError when a series has x and y of unequal length.
@@ -40,14 +40,14 @@ Image plot(const ChartLabels& labels, const std::vector<Series>& series, int wid
 struct HeatMap {
   std::vector<double> x, y, value;
   std::string name;  // of the value, with its unit
-  // Values with the first and the last colour; what is beyond has the same. Without them, the least and the largest.
+  // The values with the first and the last colour, which values beyond them have, too; empty: the least, the largest.
   std::optional<double> low = {}, high = {};
 };
 // Throws InputError when the three differ in length.
 Image heat_map(const ChartLabels& labels, const HeatMap& map, const std::vector<Series>& series = {},
                int width_px = 960, int height_px = 560);
 
-// Of pairs of which less is better in both, those that no other one beats: ascending in x, the rest left out.
+// The Pareto front where less is better in x and in y: the points that no other point beats in both, ascending in x.
 Series front_of(const std::vector<Series>& series);
 
 // Steps of 1, 2 or 5 times a power of ten: all multiples within [low, high], about `wanted` of them.

@@ -33,7 +33,7 @@ Image contact_sheet(std::span<const Shot> shots, int columns, int tile_width_px)
 void EvenShots::offer(const Image& image, double sim_time_s) {
   if (offered_++ % stride_ != 0 || wanted_ == 0) return;
   kept_.push_back({downscale(image, keep_width_px_), sim_time_s});
-  // When there are four times as many as wanted, every second one goes and only every second one comes from now on.
+  // At four times the wanted number every second shot is dropped, and from now on only every second one is kept.
   if (kept_.size() < 4 * wanted_) return;
   for (std::size_t i = 0; 2 * i < kept_.size(); ++i) {
     if (i > 0) kept_[i] = std::move(kept_[2 * i]);

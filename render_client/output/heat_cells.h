@@ -1,4 +1,4 @@
-// The cells of a heat map: where they are along an axis, and their colours.
+// The cells of a heat map: their edges along an axis, and their colours.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace sectio {
 
-// Where the cells of a row of values begin and end: half way to the next, as far at both ends.
+// The edges of cells around the values of a row: half way between neighbours, and as far beyond the first and the last.
 class CellEdges {
  public:
   explicit CellEdges(std::vector<double> values) : values_(std::move(values)) {
@@ -35,7 +35,7 @@ class CellEdges {
   std::vector<double> values_, edges_;
 };
 
-// Pale, amber, red: share from 0 to 1; grey for one that is not finite.
+// Pale, amber, red for a share from 0 to 1; grey for a share that is not finite.
 inline Colour heat_colour(double share) {
   constexpr std::array<std::array<double, 3>, 3> kStops{{{232, 238, 244}, {246, 186, 96}, {158, 24, 38}}};
   if (!std::isfinite(share)) return {150, 154, 160, 255};

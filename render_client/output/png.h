@@ -1,5 +1,5 @@
-// Pictures as PNG files, without their alpha. Fast before small: differences along the row and runs of them only, which
-// takes a rendered frame to two thirds of what zlib level 1 makes of it, in less time.
+// Pictures as PNG files, without their alpha. Only differences along the row and runs of them are encoded: a rendered
+// frame becomes two thirds as large as with zlib level 1, in less time.
 #pragma once
 
 #include <string>
@@ -11,10 +11,10 @@ namespace sectio {
 // Throws InputError when the file can't be written.
 void write_png(const std::string& path, const Image& image);
 
-// Makes the directory (and its parents) if need be; throws InputError unless files can be written there.
+// Makes the directory and its parents where they are missing; throws InputError unless files can be written there.
 void prepare_output_directory(const std::string& directory);
 
-// frame_000000.png, frame_000001.png, ... in a directory that is made if need be.
+// frame_000000.png, frame_000001.png, ... in a directory that is made where it is missing.
 class PngSequence {
  public:
   // Throws InputError when the directory can't be written.

@@ -64,7 +64,8 @@ std::vector<std::string> encoder_arguments(const std::string& path, int width_px
           "file:" + path};
 }
 
-// In a process group of its own, so that Ctrl-C stops us and we complete the file. Returns 0 or an errno.
+// The encoder is in a process group of its own: Ctrl-C stops the viewer, which then completes the file. Returns 0 or an
+// errno.
 int spawn_reading_from(int socket, std::vector<std::string> arguments, pid_t& child) {
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());

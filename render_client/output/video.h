@@ -1,5 +1,5 @@
-// A video that a browser plays: raw pictures go to the program `ffmpeg`, which writes H.264 (yuv420p) in an MP4 file
-// with its index in front. The encoder is a program, not linked.
+// A video that a browser plays. Raw pictures go to the program `ffmpeg`, which isn't linked; it writes H.264 (yuv420p)
+// in an MP4 file with its index in front.
 #pragma once
 
 #include <sys/types.h>
@@ -18,10 +18,10 @@ class VideoWriter {
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
-  // False once the encoder has died; the caller carries on without video. No signal is raised.
+  // False once the encoder has died; the caller then carries on without video. No signal is raised.
   [[nodiscard]] bool write(const Image& image);
 
-  // Waits for the encoder to complete the file. False unless it holds all frames written. Idempotent.
+  // Waits for the encoder to complete the file. False unless the file holds all frames written. Idempotent.
   [[nodiscard]] bool finish();
 
  private:

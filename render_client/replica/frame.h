@@ -1,5 +1,5 @@
-// What there is to draw: the state of one step, whole, on the topology of its own revision. Made by the replica, read
-// by draw/; knows neither DDS nor GL.
+// A frame to draw: the whole state of one step on the topology of its own revision. The replica makes it and draw/
+// reads it; it knows neither DDS nor OpenGL.
 #pragma once
 
 #include <array>
@@ -21,8 +21,8 @@ struct BodyFrame {
   std::uint64_t revision = 0;
   Vec3 skin_colour = Vec3::Constant(0.6);
   Vec3 wall_colour = Vec3::Constant(0.5);
-  Regions regions;  // of its inside
-  // One entry a slot; dead triangles have v[0] == kNone. The revision tells a renderer when its index buffers are old.
+  Regions regions;  // inside the body
+  // One entry a slot; dead triangles have v[0] == kNone. A renderer renews its index buffers when the revision changes.
   std::vector<Vec3f> rest_body_m;
   std::vector<Vec3f> positions_world_m;
   std::vector<Triangle> triangles;
@@ -42,7 +42,7 @@ struct Frame {
   std::string session;
   std::uint64_t step = 0;
   double sim_time_s = 0;
-  double step_wall_time_s = 0;  // as the server measured it
+  double step_wall_time_s = 0;  // measured by the server
   bool in_contact = false;
   Camera camera;
   std::optional<double> floor_z_m;

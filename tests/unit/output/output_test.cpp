@@ -38,7 +38,7 @@ Image striped(int width_px, int height_px) {
   return image;
 }
 
-TEST_F(Output, png_reads_back_as_it_was) {
+TEST_F(Output, a_png_reads_back_unchanged) {
   const Image image = striped(37, 21);
   write_png(directory + "/a.png", image);
   png_image png;
@@ -51,7 +51,7 @@ TEST_F(Output, png_reads_back_as_it_was) {
   EXPECT_EQ(pixels, image.rgba);
 }
 
-TEST_F(Output, places_that_cannot_be_written_are_named) {
+TEST_F(Output, an_error_names_the_path_that_cannot_be_written) {
   std::ofstream(directory + "/file") << "x";
   const std::string inside_a_file = directory + "/file/frames";
   try {
@@ -64,7 +64,7 @@ TEST_F(Output, places_that_cannot_be_written_are_named) {
   EXPECT_THROW(VideoWriter(directory + "/no/such/a.mp4", 64, 64, 30), InputError);
 }
 
-TEST_F(Output, full_disk_is_an_error) {
+TEST_F(Output, a_full_disk_is_an_error) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
   EXPECT_THROW(write_png("/dev/full", striped(400, 400)), InputError);
 }
@@ -90,7 +90,7 @@ TEST_F(Output, video_of_odd_size_is_an_mp4_with_its_index_in_front) {
   EXPECT_NE(bytes.find("avc1"), std::string::npos);
 }
 
-TEST_F(Output, missing_encoder_is_named) {
+TEST_F(Output, an_error_names_the_missing_encoder) {
   const std::string path_variable = std::getenv("PATH");
   ::setenv("PATH", directory.c_str(), 1);
   try {
@@ -102,7 +102,7 @@ TEST_F(Output, missing_encoder_is_named) {
   ::setenv("PATH", path_variable.c_str(), 1);
 }
 
-TEST_F(Output, dying_encoder_does_not_take_us_along) {
+TEST_F(Output, a_dying_encoder_leaves_the_viewer_running) {
   const std::string fake = directory + "/ffmpeg";
   std::ofstream(fake) << "#!/bin/sh\nexit 3\n";
   std::filesystem::permissions(fake, std::filesystem::perms::owner_all);
@@ -157,7 +157,7 @@ int count_reddish(const Image& image) {
   return count;
 }
 
-TEST(Chart, line_runs_through_its_points_and_breaks_at_nan) {
+TEST(Chart, a_line_runs_through_its_points_and_breaks_at_nan) {
   Series line{"", {0, 1, 2, 3, 4}, {0, 1, 2, 3, 4}};
   const Image whole = plot({"rise", "time / s", "force / N"}, {line});
   // The middle of the data is the middle of the plot area, which begins at (72, 64).

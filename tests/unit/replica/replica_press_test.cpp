@@ -91,7 +91,7 @@ class Viewers {
   std::optional<Replica> late;
 };
 
-TEST(A_DEF, A_DEF_8_viewers_have_the_original_back_whenever_they_joined_and_whatever_got_lost) {
+TEST(A_DEF, A_DEF_8_viewers_get_the_original_back_whenever_they_join_and_whatever_is_lost) {
   Operation op(probed_scene());
   Viewers viewers(op);
   op.place({0.003, 0.002, kOrganTop_m + 0.003});

@@ -93,7 +93,7 @@ class ReplicaTest : public testing::Test {
   double now_s = 0;
 };
 
-TEST_F(ReplicaTest, nothing_is_drawn_before_the_topology_is_known_and_it_is_asked_for_at_once) {
+TEST_F(ReplicaTest, before_the_topology_is_known_nothing_is_drawn_and_a_keyframe_is_requested) {
   deliver(step(false));
   EXPECT_FALSE(replica.frame(now_s, frame));
   ASSERT_EQ(replica.take_requests(now_s).size(), 1u);
@@ -158,7 +158,7 @@ TEST_F(ReplicaTest, a_delta_waits_for_its_state) {
   expect_whole(frame);
 }
 
-TEST_F(ReplicaTest, a_vertex_reborn_is_not_drawn_where_its_slot_was_before) {
+TEST_F(ReplicaTest, a_vertex_in_a_reused_slot_is_not_drawn_at_the_old_position) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -173,7 +173,7 @@ TEST_F(ReplicaTest, a_vertex_reborn_is_not_drawn_where_its_slot_was_before) {
   expect_whole(frame);
 }
 
-TEST_F(ReplicaTest, lost_pieces_are_waited_for_then_patched) {
+TEST_F(ReplicaTest, a_frame_waits_for_lost_pieces_and_is_then_patched) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -305,7 +305,7 @@ TEST_F(ReplicaTest, requests_become_rare_when_nobody_answers) {
   EXPECT_LE(requests, 25);
 }
 
-TEST_F(ReplicaTest, a_restarted_server_begins_anew_and_ghosts_of_the_old_one_are_ignored) {
+TEST_F(ReplicaTest, a_restarted_server_begins_anew_and_late_messages_of_the_old_one_are_ignored) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -344,7 +344,7 @@ TEST_F(ReplicaTest, the_end_of_a_session_is_reached_without_drawing) {
   EXPECT_EQ(replica.take_requests(now_s + 1).size(), 1u);  // more is wanted than came
 }
 
-TEST_F(ReplicaTest, a_last_state_that_was_lost_is_asked_for_when_the_session_has_ended) {
+TEST_F(ReplicaTest, a_keyframe_replaces_a_lost_last_state_after_the_end) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));

@@ -48,7 +48,7 @@ struct Share {
   SceneInfo scene;
 };
 
-TEST(World, the_first_picture_waits_for_all_bodies_but_not_for_ever) {
+TEST(World, the_first_picture_waits_for_all_bodies_for_a_bounded_time) {
   World world;
   Frame frame;
   Share kidney(1, "kidney"), liver(2, "liver");
@@ -87,7 +87,7 @@ TEST(World, a_server_takes_the_place_of_one_that_has_fallen_silent_when_it_can_b
   EXPECT_FALSE(world.frame(9, frame)) << "nobody comes back without a word";
 }
 
-TEST(World, who_speaks_keeps_its_place) {
+TEST(World, a_server_that_sends_states_keeps_its_place) {
   World world;
   Frame frame;
   Share kidney(1, "kidney"), liver(2, "liver"), intruder(5, "kidney");
@@ -127,7 +127,7 @@ TEST(World, an_intruder_that_was_seen_first_leaves_its_place_when_it_falls_silen
   EXPECT_TRUE(world.session_end());
 }
 
-TEST(World, an_end_counts_though_it_comes_before_its_server_is_known) {
+TEST(World, an_end_counts_even_before_its_server_is_announced) {
   World world;
   Frame frame;
   Share kidney(1, "kidney"), liver(2, "liver");
@@ -142,7 +142,7 @@ TEST(World, an_end_counts_though_it_comes_before_its_server_is_known) {
   EXPECT_GT(world.bytes(), 0u);
 }
 
-TEST(World, announcements_without_end_are_held_within_bounds) {
+TEST(World, endless_announcements_take_bounded_memory) {
   World world;
   Frame frame;
   for (std::uint64_t i = 0; i < 1000; ++i) {
