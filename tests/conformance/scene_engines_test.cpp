@@ -1,6 +1,6 @@
 // Engines that a scene file names and that the product does not know: a volume model with its own cutting, a process in
-// a body, an engine between two bodies, and the scalars that they publish (paper A, section 2: engines are added without
-// touching another).
+// a body, an engine between two bodies, and the scalars that they publish (paper A, section 2: engines are added
+// without touching another).
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
