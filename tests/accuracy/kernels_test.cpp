@@ -6,7 +6,10 @@
 
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
+#include "tests/support/hex_reference.h"
 #include "tests/support/static_body.h"
+#include "tests/support/tet_reference.h"
 
 namespace sectio {
 namespace {
@@ -57,14 +60,14 @@ void expect_forces(const Model& model, const Reference& reference, const Points&
 TEST(A_reference, tetrahedra_are_consistent_and_the_model_s) {
   const TetMesh mesh = block();
   for (const bool nodal : {false, true})
-    expect_consistent(test::TetReference(mesh, test::lame(1e4, 0.45), nodal), mesh.vertices_body_m);
-  expect_forces(TetSolid(mesh, {}, {}), test::TetReference(mesh, test::lame(6000, 0.45)), mesh.vertices_body_m);
+    expect_consistent(test::TetReference(mesh, lame(1e4, 0.45), nodal), mesh.vertices_body_m);
+  expect_forces(TetSolid(mesh, {}, {}), test::TetReference(mesh, lame(6000, 0.45)), mesh.vertices_body_m);
 }
 
 TEST(A_reference, hexahedra_are_consistent_and_the_model_s) {
   const TetMesh mesh = block();
   const HexSolid model(mesh, grid_around(mesh, 0.017), {}, {});
-  const test::HexReference reference(model.lattice(), test::lame(6000, 0.45));
+  const test::HexReference reference(model.lattice(), lame(6000, 0.45));
   Points rest;
   for (std::uint32_t n = 0; n < model.lattice().nodes.size(); ++n) rest.push_back(model.lattice().rest_m(n));
   expect_consistent(reference, rest);

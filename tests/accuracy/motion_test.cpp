@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/deformation/surface_springs.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/moving_body.h"
 #include "tests/support/shapes.h"

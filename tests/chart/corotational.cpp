@@ -14,14 +14,14 @@ class Corotational final : public PlainModel {
  public:
   Corotational(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int iterations)
       : PlainModel(mesh, material, settings), iterations_(iterations) {
-    const test::Lame lame = test::lame(material.young_pa, material.poisson);
+    const Lame lame = sectio::lame(material.young_pa, material.poisson);
     for (const TetShape& s : shape_) {
       std::array<Mat3, 16> k;
       for (std::size_t a = 0; a < 4; ++a)
         for (std::size_t b = 0; b < 4; ++b)
-          k[4 * a + b] = s.volume_m3 * (lame.lambda * s.gradient[a] * s.gradient[b].transpose() +
-                                        lame.mu * (s.gradient[b] * s.gradient[a].transpose() +
-                                                   s.gradient[a].dot(s.gradient[b]) * Mat3::Identity()));
+          k[4 * a + b] = s.volume_m3 * (lame.lambda_pa * s.gradient[a] * s.gradient[b].transpose() +
+                                        lame.mu_pa * (s.gradient[b] * s.gradient[a].transpose() +
+                                                      s.gradient[a].dot(s.gradient[b]) * Mat3::Identity()));
       stiffness_.push_back(k);
     }
     make_rows();

@@ -26,7 +26,7 @@ class PlainExplicit : public PlainModel {
 class PlainTetrahedra final : public PlainExplicit {
  public:
   PlainTetrahedra(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings)
-      : PlainExplicit(mesh, material, settings), lame_(test::lame(material.young_pa, material.poisson)) {
+      : PlainExplicit(mesh, material, settings), lame_(lame(material.young_pa, material.poisson)) {
     divide_step();
   }
 
@@ -38,12 +38,12 @@ class PlainTetrahedra final : public PlainExplicit {
       Mat3 f = Mat3::Zero();
       for (std::size_t a = 0; a < 4; ++a) f += x[t[a]] * shape_[n].gradient[a].transpose();
       const Mat3 stress =
-          lame_.mu * f + ((lame_.lambda + lame_.mu) * (f.determinant() - 1) - lame_.mu) * test::cofactor(f);
+          lame_.mu_pa * f + ((lame_.lambda_pa + lame_.mu_pa) * (f.determinant() - 1) - lame_.mu_pa) * test::cofactor(f);
       for (std::size_t a = 0; a < 4; ++a) force[t[a]] -= shape_[n].volume_m3 * (stress * shape_[n].gradient[a]);
     }
   }
 
-  test::Lame lame_;
+  Lame lame_;
 };
 
 class PapersSprings final : public PlainExplicit {

@@ -53,7 +53,7 @@ class PlainModel : public VolumeModel {
         velocity[i].head<3>() = v_[i].cast<float>();
       }
       if (constraints.empty() || keeps_contact()) continue;
-      divided_.project_part(part, settings_.step_s / parts_, inverse_mass_, position, velocity);
+      divided_.project_substep(part, settings_.step_s / parts_, inverse_mass_, position, velocity);
       for (std::size_t i = 0; i < x_.size(); ++i) {
         x_[i] = position[i].head<3>().cast<double>();
         v_[i] = velocity[i].head<3>().cast<double>();

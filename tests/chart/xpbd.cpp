@@ -11,9 +11,9 @@ class Xpbd final : public PlainModel {
  public:
   Xpbd(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int iterations)
       : PlainModel(mesh, material, settings), iterations_(iterations), multiplier_(shape_.size()), before_(x_.size()) {
-    const test::Lame lame = test::lame(material.young_pa, material.poisson);
-    mu_ = lame.mu;
-    kappa_ = lame.lambda + lame.mu;
+    const Lame lame = sectio::lame(material.young_pa, material.poisson);
+    mu_ = lame.mu_pa;
+    kappa_ = lame.lambda_pa + lame.mu_pa;
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/delta/keyframe.h"
+#include "common/mesh/check.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/surface/surface_engines.h"
 #include "sim_server/world/indentation.h"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/core/error.h"
+#include "common/mesh/check.h"
 
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/surface/surface_engines.h"

@@ -4,6 +4,7 @@
 #include <map>
 #include <random>
 
+#include "common/mesh/check.h"
 #include "tests/support/knife_on_mesh.h"
 #include "tests/support/scalpel_on_mesh.h"
 #include "tests/support/stroke_shapes.h"

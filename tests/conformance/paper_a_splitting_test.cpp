@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "common/mesh/check.h"
 #include "sim_server/body_contact/rigid_body.h"
 #include "sim_server/instruments/instrument.h"
 #include "tests/support/loop_cut.h"

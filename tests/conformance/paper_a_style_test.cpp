@@ -1,6 +1,7 @@
 // Paper A's method and paper B's are two styles behind one plan_cut().
 #include <gtest/gtest.h>
 
+#include "common/mesh/check.h"
 #include "sim_server/session/run.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/surface/surface_engines.h"

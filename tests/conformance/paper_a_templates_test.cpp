@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "common/mesh/check.h"
 #include "tests/support/knife_on_mesh.h"
 
 namespace sectio::test {

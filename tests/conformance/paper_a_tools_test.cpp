@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "common/mesh/check.h"
 #include "tests/support/operation.h"
 
 namespace sectio::test {

@@ -2,6 +2,7 @@
 // and across what is there already.
 #include <gtest/gtest.h>
 
+#include "common/mesh/check.h"
 #include "tests/support/pad_under_scalpel.h"
 
 namespace sectio::test {

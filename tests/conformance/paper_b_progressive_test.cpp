@@ -1,6 +1,7 @@
 // Paper B, 5.1: the cut follows the instrument by a temporary subdivision.
 #include <gtest/gtest.h>
 
+#include "common/mesh/check.h"
 #include "tests/support/pad_under_scalpel.h"
 
 namespace sectio::test {

@@ -6,6 +6,7 @@
 
 #include "common/math/intersect.h"
 #include "common/math/trace.h"
+#include "common/mesh/check.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/surface/surface_engines.h"
 #include "sim_server/world/body.h"

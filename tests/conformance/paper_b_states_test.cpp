@@ -2,6 +2,7 @@
 // threshold; cautery.
 #include <gtest/gtest.h>
 
+#include "common/mesh/check.h"
 #include "tests/support/operation.h"
 
 namespace sectio::test {

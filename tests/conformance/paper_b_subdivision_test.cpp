@@ -1,6 +1,7 @@
 // Paper B, sections 2 and 4: which triangles a cut leaves on the surface and in the groove.
 #include <gtest/gtest.h>
 
+#include "common/mesh/check.h"
 #include "tests/support/pad_under_scalpel.h"
 
 namespace sectio::test {

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "common/mesh/check.h"
 #include "sim_server/body_contact/rigid_body.h"
 #include "tests/support/gripper.h"
 #include "tests/support/loop_cut.h"
@@ -28,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(C_CON, Grasp,
 const Vec3 kAbove(0.001, 0.0005, kBlockTop_m + 0.01);
 
 TEST_P(Grasp, C_CON_4_points_in_the_sphere_follow_the_hand_by_a_force) {
-  Operation op(block_scene(GetParam()));
+  Operation op(block_with_forceps(GetParam()));
   Gripper gripper(op, 0, kAbove);
   grasp(op, gripper);
   const std::vector<Vec3> closed = positions_of(op);
@@ -58,7 +59,7 @@ TEST_P(Grasp, C_CON_4_points_in_the_sphere_follow_the_hand_by_a_force) {
 }
 
 TEST_P(Grasp, C_CON_5_a_hand_that_jumps_away_leaves_the_tissue) {
-  Operation op(block_scene(GetParam()));
+  Operation op(block_with_forceps(GetParam()));
   Gripper gripper(op, 0, kAbove);
   grasp(op, gripper);
   const double energy_j = op.simulation.energy_j(), work_j = op.last.report.instrument_work_j;
@@ -74,7 +75,7 @@ TEST_P(Grasp, C_CON_5_a_hand_that_jumps_away_leaves_the_tissue) {
 // The largest force is much too small, much too large, and in between; the hand is where it likes to be.
 TEST_P(Grasp, C_CON_5_no_motion_of_the_hand_blows_the_body_up) {
   for (const double force_n : {0.05, 2.0, 500.0}) {
-    Scene scene = block_scene(GetParam());
+    Scene scene = block_with_forceps(GetParam());
     scene.tools[0].grip_force_n = force_n;
     Operation op(scene);
     Gripper gripper(op, 0, kAbove);
@@ -112,7 +113,7 @@ TEST_P(Grasp, C_CON_5_no_motion_of_the_hand_blows_the_body_up) {
 }
 
 TEST_P(Grasp, C_CON_5_tissue_that_resists_more_than_the_cap_stays_behind_and_slips_out) {
-  Scene scene = block_scene(GetParam());
+  Scene scene = block_with_forceps(GetParam());
   scene.tools[0].grip_force_n = 0.05;
   Operation op(scene);
   Gripper gripper(op, 0, kAbove);
@@ -126,7 +127,7 @@ TEST_P(Grasp, C_CON_5_tissue_that_resists_more_than_the_cap_stays_behind_and_sli
 }
 
 TEST_P(Grasp, C_CON_6_release_gives_the_tissue_back) {
-  Operation op(block_scene(GetParam()));
+  Operation op(block_with_forceps(GetParam()));
   Gripper gripper(op, 0, kAbove);
   grasp(op, gripper);
   gripper.move(Vec3(0.003, 0.002, 0.004), 100);
@@ -143,7 +144,7 @@ TEST_P(Grasp, C_CON_6_release_gives_the_tissue_back) {
 }
 
 TEST_P(Grasp, C_CON_4_jaws_that_close_on_nothing_or_on_what_is_fixed_hold_nothing) {
-  Operation op(block_scene(GetParam()));
+  Operation op(block_with_forceps(GetParam()));
   Gripper gripper(op, 0, Vec3(0, 0, kBlockTop_m + 0.02));
   gripper.close();
   gripper.move(Vec3(0, 0, -0.0205), 100);  // closed already when they come
@@ -155,7 +156,7 @@ TEST_P(Grasp, C_CON_4_jaws_that_close_on_nothing_or_on_what_is_fixed_hold_nothin
 }
 
 TEST_P(Grasp, C_CON_3_a_ball_pushes_vertices_out_and_stops_them) {
-  Scene scene = block_scene(GetParam());
+  Scene scene = block_with_forceps(GetParam());
   scene.tools[0] = tool_of("ball", "probe");
   scene.tools[0].geometry.sphere_radius_m = 0.008;
   Operation op(scene);
@@ -186,7 +187,7 @@ class GraspedVolume : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(C_EXP, GraspedVolume, testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(GraspedVolume, C_EXP_4_a_third_arm_holds_while_two_others_work) {
-  Scene scene = block_scene(GetParam());
+  Scene scene = block_with_forceps(GetParam());
   scene.bodies[0].cutting.style = "semi_progressive";
   scene.bodies[0].cutting.threshold_force_n = 0.02;
   scene.tools.push_back(tool_of("pulls", "forceps"));

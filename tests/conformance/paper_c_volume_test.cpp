@@ -4,6 +4,7 @@
 
 #include <numeric>
 
+#include "common/mesh/check.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
@@ -80,7 +81,7 @@ TEST(C_NUM, C_NUM_1_the_papers_box_has_the_papers_numbers) {
 
 // A block thrown along the floor by a tilted gravity.
 double slid_m(const std::string& model, double kept_velocity) {
-  Scene scene = block_scene(model);
+  Scene scene = block_with_forceps(model);
   scene.floor_z_m = 0;
   scene.gravity_m_per_s2 = Vec3(3, 0, -9.81);
   scene.bodies[0].fixed.reset();

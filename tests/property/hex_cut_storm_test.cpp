@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "common/mesh/check.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"

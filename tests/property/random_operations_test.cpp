@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "common/mesh/check.h"
 #include "tests/support/operation.h"
 #include "tests/support/stroke_shapes.h"
 

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "common/mesh/check.h"
 #include "tests/support/knife_on_mesh.h"
 #include "tests/support/stroke_shapes.h"
 

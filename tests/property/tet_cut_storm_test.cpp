@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "common/mesh/check.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/volume/tets/collapse.h"
 #include "sim_server/volume/tets/taken_back.h"

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "common/delta/keyframe.h"
+#include "common/mesh/check.h"
 #include "tests/support/block_under_blade.h"
 
 namespace sectio {

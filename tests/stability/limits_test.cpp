@@ -1,6 +1,9 @@
 // The step at which each model becomes unstable, measured, against what it predicts.
 #include <gtest/gtest.h>
 
+#include "sim_server/deformation/hexa/hex_solid.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
+#include "sim_server/deformation/tetra/tet_springs.h"
 #include "tests/support/explicit_limit.h"
 
 namespace sectio {

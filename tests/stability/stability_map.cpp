@@ -4,6 +4,7 @@
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "sim_server/deformation/tetra/tet_solid.h"
 #include "tests/support/explicit_limit.h"
 #include "tests/support/violence.h"
 

@@ -1,82 +1,36 @@
 // Bodies at rest in double precision: Newton's method with a line search on the energy.
 #pragma once
 
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
-#include <algorithm>
-#include <cmath>
+#include <Eigen/SparseCore>
+#include <cstdint>
 #include <vector>
 
+#include "common/math/lame.h"
 #include "common/math/types.h"
 
 namespace sectio::test {
 
-struct Lame {
-  double mu, lambda;
-};
-inline Lame lame(double young_pa, double poisson) {
-  const double mu = young_pa / (2 * (1 + poisson));
-  return {mu, 2 * mu * poisson / (1 - 2 * poisson)};
-}
+Mat3 cofactor(const Mat3& f);
 
-inline Mat3 cofactor(const Mat3& f) {
-  Mat3 c;
-  c.col(0) = f.col(1).cross(f.col(2));
-  c.col(1) = f.col(2).cross(f.col(0));
-  c.col(2) = f.col(0).cross(f.col(1));
-  return c;
-}
-
-// What of a point is held: the sum of kHeldX, ...Y, ...Z.
+// The coordinates of a point that are held: the sum of kHeldX, kHeldY and kHeldZ.
 constexpr std::uint8_t kHeldX = 1, kHeldY = 2, kHeldZ = 4, kHeldAll = 7;
-inline std::uint8_t held_if(bool condition) {
-  return condition ? kHeldAll : 0;
-}
+std::uint8_t held_if(bool condition);
 
-// At rest under `load`, with the points of `held` where they are. Model: energy_j(x), forces_n(x), hessian(x).
-template <class Model>
-std::vector<Vec3> newton_equilibrium(const Model& model, std::vector<Vec3> x, const std::vector<std::uint8_t>& held,
-                                     const std::vector<Vec3>& load, double tolerance_n) {
+// An elastic body as a function of the places of its points.
+class ElasticReference {
+ public:
+  using Points = std::vector<Vec3>;
   using Sparse = Eigen::SparseMatrix<double>;
-  for (int n = 0; n < 60; ++n) {
-    const std::vector<Vec3> f = model.forces_n(x);
-    const auto is_held = [&](Eigen::Index i) { return (held[static_cast<std::size_t>(i / 3)] >> (i % 3) & 1) != 0; };
-    Eigen::VectorXd r(static_cast<Eigen::Index>(3 * x.size()));
-    for (Eigen::Index i = 0; i < r.size(); ++i) {
-      const auto v = static_cast<std::size_t>(i / 3);
-      r[i] = is_held(i) ? 0 : f[v][i % 3] + load[v][i % 3];
-    }
-    if (r.cwiseAbs().maxCoeff() < tolerance_n) break;
-    Sparse h = model.hessian(x);
-    h.prune([&](Eigen::Index i, Eigen::Index j, double) { return (!is_held(i) && !is_held(j)) || i == j; });
-    for (Eigen::Index i = 0; i < r.size(); ++i)
-      if (is_held(i)) h.coeffRef(i, i) = 1;
-    const auto total = [&](const std::vector<Vec3>& at) {
-      double energy = model.energy_j(at);
-      for (std::size_t i = 0; i < at.size(); ++i) energy -= load[i].dot(at[i]);
-      return energy;
-    };
-    const double before = total(x);
-    std::vector<Vec3> next = x;
-    // Where the Hessian is not positive, or leads nowhere, a multiple of the unit matrix is added.
-    const double stiff = h.diagonal().cwiseAbs().mean();
-    for (double shift = 0;; shift = std::max(1e-3 * stiff, 10 * shift)) {
-      Sparse shifted = h;
-      for (Eigen::Index i = 0; i < h.rows() && shift > 0; ++i) shifted.coeffRef(i, i) += shift;
-      Eigen::SimplicialLDLT<Sparse> solver(shifted);
-      const Eigen::VectorXd step = solver.solve(r);
-      if (!(solver.vectorD().minCoeff() > 0) && shift < 1e3 * stiff) continue;
-      double way = 1;
-      for (;; way *= 0.5) {
-        for (std::size_t i = 0; i < x.size(); ++i)
-          next[i] = x[i] + way * step.segment<3>(static_cast<Eigen::Index>(3 * i));
-        if (total(next) <= before + 1e-12 * std::abs(before) || way < 1e-4) break;
-      }
-      break;
-    }
-    x = next;
-  }
-  return x;
-}
+
+  virtual ~ElasticReference() = default;
+  virtual double energy_j(const Points& x) const = 0;
+  virtual Points forces_n(const Points& x) const = 0;  // minus the gradient of the energy
+  virtual Sparse hessian(const Points& x) const = 0;   // of the energy
+};
+
+// The body at rest under `load_n`, from the start `x`; the held coordinates of its points stay as they are there.
+std::vector<Vec3> newton_equilibrium(const ElasticReference& model, std::vector<Vec3> x,
+                                     const std::vector<std::uint8_t>& held, const std::vector<Vec3>& load_n,
+                                     double tolerance_n);
 
 }  // namespace sectio::test

@@ -1,16 +1,10 @@
 // Another program as a test's child: its output line by line, signals, and an end without orphans.
 #pragma once
 
-#include <fcntl.h>
-#include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -19,32 +13,9 @@ namespace sectio::test {
 class Process {
  public:
   // Starts `program` with both of its outputs in one pipe. It dies with the test, whatever happens.
-  Process(const std::string& program, const std::vector<std::string>& arguments) : name_(program) {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
-    std::vector<char*> argv{const_cast<char*>(program.c_str())};
-    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
-    argv.push_back(nullptr);
-    pid_ = fork();
-    if (pid_ < 0) throw std::runtime_error("fork");
-    if (pid_ == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGKILL);
-      dup2(ends[1], STDOUT_FILENO);
-      dup2(ends[1], STDERR_FILENO);
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    close(ends[1]);
-    output_end_ = ends[0];
-  }
+  Process(const std::string& program, const std::vector<std::string>& arguments);
 
-  ~Process() {
-    if (!exit_code_) {
-      send(SIGKILL);
-      waitpid(pid_, nullptr, 0);
-    }
-    close(output_end_);
-  }
+  ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
@@ -52,36 +23,13 @@ class Process {
 
   // True once a line holds `text`; lines that came before this call count too. False when the program ends without it,
   // or after the time.
-  bool wait_for(const std::string& text, std::chrono::seconds time = std::chrono::seconds(60)) {
-    const auto deadline = Clock::now() + time;
-    while (output_.find(text) == std::string::npos)
-      if (!read_more(deadline)) return output_.find(text) != std::string::npos;
-    return true;
-  }
+  bool wait_for(const std::string& text, std::chrono::seconds time = std::chrono::seconds(60));
 
   // As wait_for(), but only what is printed after this call counts.
-  bool wait_for_next(const std::string& text, std::chrono::seconds time = std::chrono::seconds(60)) {
-    const auto deadline = Clock::now() + time;
-    while (read_more(Clock::now())) {
-    }
-    const std::size_t from = output_.size();
-    while (output_.find(text, from) == std::string::npos)
-      if (!read_more(deadline)) return output_.find(text, from) != std::string::npos;
-    return true;
-  }
+  bool wait_for_next(const std::string& text, std::chrono::seconds time = std::chrono::seconds(60));
 
   // The exit code, or 128 + signal; nothing when it still runs after the time.
-  std::optional<int> exit_code(std::chrono::seconds time = std::chrono::seconds(60)) {
-    const auto deadline = Clock::now() + time;
-    while (read_more(deadline)) {
-    }
-    if (!exit_code_ && at_end_) {
-      int status = 0;
-      waitpid(pid_, &status, 0);
-      exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    }
-    return exit_code_;
-  }
+  std::optional<int> exit_code(std::chrono::seconds time = std::chrono::seconds(60));
 
   const std::string& name() const { return name_; }
   const std::string& output() const { return output_; }
@@ -90,19 +38,7 @@ class Process {
   using Clock = std::chrono::steady_clock;
 
   // False at the end of the output and after the deadline.
-  bool read_more(Clock::time_point deadline) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    pollfd ready{output_end_, POLLIN, 0};
-    if (at_end_ || poll(&ready, 1, left > 0 ? static_cast<int>(left) : 0) <= 0) return false;
-    char text[4096];
-    const ssize_t size = read(output_end_, text, sizeof text);
-    if (size <= 0) {
-      at_end_ = true;
-      return false;
-    }
-    output_.append(text, static_cast<std::size_t>(size));
-    return true;
-  }
+  bool read_more(Clock::time_point deadline);
 
   std::string name_;
   pid_t pid_ = -1;

@@ -265,7 +265,7 @@ TEST(A_20, A_20_a_cut_leaves_deformation_energy_and_momentum_as_they_were) {
   const auto energy = [](const TetTopology& of) {
     std::vector<Vec3> at;
     for (VertexId v = 0; v < of.vertex_count(); ++v) at.push_back(of.vertex(v).position_world_m);
-    return test::TetReference(of.mesh(), test::lame(6000, 0.45), false).energy_j(at);
+    return test::TetReference(of.mesh(), lame(6000, 0.45), false).energy_j(at);
   };
   const Vec3 p0 = momentum(volume);
   const double e0 = energy(volume);

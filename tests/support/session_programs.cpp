@@ -1,0 +1,52 @@
+#include "tests/support/session_programs.h"
+
+#include <unistd.h>
+
+namespace sectio::test {
+
+SessionPrograms::SessionPrograms() {
+  const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+  directory = std::filesystem::path(testing::TempDir()) /
+              ("sectio_" + std::string(test->name()) + "_" + std::to_string(getpid()));
+  std::filesystem::create_directories(directory);
+}
+
+SessionPrograms::~SessionPrograms() {
+  std::error_code ignored;
+  std::filesystem::remove_all(directory, ignored);
+}
+
+std::unique_ptr<Process> SessionPrograms::program(const std::string& name, const Flags& flags) {
+  return std::make_unique<Process>(std::string(SECTIO_BIN_DIR "/") + name, flags);
+}
+
+Flags SessionPrograms::in_session(Flags flags) const {
+  flags.insert(flags.end(), {"--domain", std::to_string(network.domain), "--session", network.session});
+  return flags;
+}
+
+std::unique_ptr<Process> SessionPrograms::server(Flags more, int viewers) const {
+  more.insert(more.begin(), {"--scene", kScene, "--wait-for-tools", "--wait-for-viewers", std::to_string(viewers)});
+  return program("sim_server", in_session(more));
+}
+
+std::unique_ptr<Process> SessionPrograms::bridge() const {
+  return program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server"}));
+}
+
+std::unique_ptr<Process> SessionPrograms::viewer(const std::string& name, Flags more) const {
+  more.insert(more.begin(), {"--name", name, "--report", file(name + ".json")});
+  return program("render_client", in_session(more));
+}
+
+nlohmann::json SessionPrograms::json(const std::string& name) const {
+  std::ifstream text(file(name));
+  return nlohmann::json::parse(text);
+}
+
+void SessionPrograms::expect_equal_at_the_end(Process& viewer) {
+  EXPECT_EQ(viewer.exit_code(), 0) << viewer.output();
+  EXPECT_NE(viewer.output().find("equals server: yes"), std::string::npos) << viewer.output();
+}
+
+}  // namespace sectio::test
