@@ -23,6 +23,7 @@ inline Frame frame_of(const Scene& scene, Simulation& simulation) {
     for (const Vec3& rest : mesh.rest_body_m()) body.rest_body_m.push_back(rest.cast<float>());
     body.positions_world_m.assign(positions.begin(), positions.end());
     body.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());
+    body.scalars = simulation.scalars(b);
   }
   return frame;
 }

@@ -11,8 +11,8 @@
 #include "common/material/regions.h"
 #include "common/math/camera.h"
 #include "common/math/types.h"
+#include "common/mesh/scalar_field.h"
 #include "common/mesh/triangle_mesh.h"
-#include "common/messages/state.h"
 
 namespace sectio {
 
