@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <regex>
 
 #include "tests/architecture/source_files.h"
 #include "tests/architecture/walls.h"
@@ -30,6 +31,25 @@ TEST(Documents, the_table_of_rooms_is_that_of_the_walls) {
   EXPECT_EQ(text.substr(from, to - from), table)
       << "docs/architecture.md: put the table of tests/architecture/walls.h between the marks:\n"
       << table;
+}
+
+// "B_CD_1 to B_CD_7" stands for seven rows.
+TEST(Documents, every_row_that_a_test_names_is_explained) {
+  const std::string page = read_source("docs/rows.md");
+  std::set<std::string> explained;
+  const std::regex range(R"(([ABCDS](?:_[A-Z]+)?_)(\d+)(?: to \1(\d+))?)");
+  for (std::sregex_iterator m(page.begin(), page.end(), range), end; m != end; ++m)
+    for (int i = std::stoi((*m)[2]), last = (*m)[3].matched ? std::stoi((*m)[3]) : i; i <= last; ++i)
+      explained.insert((*m)[1].str() + std::to_string(i));
+  const std::regex row(R"(TEST(?:_F|_P)?\(\w+,\s*((?:[ABC]_[A-Z]+|[DS])_\d+)_)");
+  std::size_t checked = 0;
+  for (const auto& [path, text] : source_files({"tests"}, {".cpp"}))
+    for (std::sregex_iterator m(text.begin(), text.end(), row), end; m != end; ++m) {
+      const std::string id = (*m)[1];
+      EXPECT_TRUE(explained.contains(id) || id.starts_with("A_TPL")) << path << ": docs/rows.md doesn't explain " << id;
+      ++checked;
+    }
+  EXPECT_GT(checked, 100u);
 }
 
 TEST(Documents, every_cited_work_is_among_the_references) {
