@@ -1,7 +1,10 @@
 // What a picture of 10 000 triangles costs at 1280 x 720 on one thread of llvmpipe: skin in the shader variant that it
 // needs, against one that can do everything; and a whole frame. Ratios within one run, of the processor's time.
+#include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
+#include <memory>
 
 #include "render_client/draw/body_mesh.h"
 #include "render_client/draw/draw_frame.h"
