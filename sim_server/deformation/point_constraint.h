@@ -75,7 +75,7 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
              std::span<const double> inverse_mass, double step_s, std::span<Vec4f> position_world_m,
              std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions);
 
-// As above, where the particles are the vertices.
+// The same for particles that are the vertices.
 void project(std::span<const PointConstraint> constraints, std::span<const double> inverse_mass, double step_s,
              std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions);
 

@@ -93,7 +93,7 @@ std::size_t drop_degenerate(TriangleSoup& soup) {
   return std::erase_if(soup.triangles, [](const Corners& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
 }
 
-// Of triangles with the same three corners the first stays.
+// Keeps the first of triangles with the same three corners.
 std::size_t drop_duplicates(TriangleSoup& soup) {
   std::vector<std::pair<Corners, std::uint32_t>> sorted;
   sorted.reserve(soup.triangles.size());

@@ -51,7 +51,7 @@ struct ContactSpec {
   std::string style = "vertices";
 };
 
-// What becomes of a part that a cut has separated.
+// The fate of a part that a cut has separated.
 enum class FreeParts : std::uint8_t {
   keep,        // it stays a component of its body
   rigid,       // a body of its own, which moves rigidly; one that is anchored goes on deforming

@@ -1,4 +1,4 @@
-// What scene files may hold, for people and for editors: written from the reader's own description of the keys.
+// The description of scene files for people and for editors, written from the reader's own description of the keys.
 #pragma once
 
 #include <string>

@@ -22,7 +22,8 @@ int side(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return determinant > bound ? 1 : determinant < -bound ? -1 : 0;
 }
 
-// Where the segment pq meets the triangle, its border included; nothing when they are coplanar (see flat_overlap).
+// The point at which the segment pq meets the triangle, its border included; nothing when they are coplanar (see
+// flat_overlap).
 std::optional<Vec3> segment_meets(const Vec3& p, const Vec3& q, const Points& t) {
   const int side_p = side(t[0], t[1], t[2], p), side_q = side(t[0], t[1], t[2], q);
   if (side_p == side_q) return {};

@@ -1,4 +1,4 @@
-// Where a surface goes through itself.
+// Finds the places where a surface goes through itself.
 #pragma once
 
 #include <cstdint>

@@ -119,7 +119,7 @@ TEST(A_accuracy, A_10_flat_punch) {
     EXPECT_NEAR(flat_punch_ratio(c.model, c.poisson, 8), 1, c.within) << c.model;
 }
 
-// As Hayes et al. tabulate them.
+// The factors that Hayes et al. tabulate.
 TEST(A_reference, a_flat_punch_on_a_layer) {
   EXPECT_NEAR(test::punch_on_layer_factor(0.2, 0.3), 1.207, 0.002);
   EXPECT_NEAR(test::punch_on_layer_factor(0.2, 0.45), 1.252, 0.002);
@@ -127,7 +127,7 @@ TEST(A_reference, a_flat_punch_on_a_layer) {
   EXPECT_NEAR(test::punch_on_layer_factor(1, 0.5), 3.609, 0.015);
 }
 
-// Of surface springs: a membrane with tension T on a bed of springs,
+// The stiffness of surface springs under a punch: a membrane with tension T on a bed of springs,
 //   F / d = K_w pi a^2 (1 + 2 (l / a) K_1(a / l) / K_0(a / l)),  l = sqrt(T / K_w), K_w = 2 E* / (pi a_ref)
 // A net of triangles with k = E t (A_1 + A_2) / l^2 that is longer by the share p than without tension has
 // T = 3 / 2 E t p.

@@ -21,7 +21,7 @@ TetMesh block() {
   test::jitter(mesh, 0.003);
   return mesh;
 }
-// As single precision has them.
+// The positions in single precision.
 Points deformed(const Points& rest) {
   Points x;
   for (const Vec3& p : rest)

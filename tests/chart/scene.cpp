@@ -84,8 +84,7 @@ ChartScene open() {
 
 std::vector<double> answer_of_bricks(const ChartScene& s, int n) {
   const auto& c = s.cells_per_across;
-  const test::BrickReference bricks({n * c[0], n * c[1], n * c[2]}, s.size_m, lame(s.young_pa, s.poisson),
-                                    s.slit);
+  const test::BrickReference bricks({n * c[0], n * c[1], n * c[2]}, s.size_m, lame(s.young_pa, s.poisson), s.slit);
   std::vector<std::uint8_t> held;
   for (const Vec3& p : bricks.nodes_m()) held.push_back(test::held_if(s.held(p)));
   std::vector<Vec3> load = bricks.body_load_n(Vec3(0, 0, -s.gravity_m_per_s2 * s.density_kg_per_m3));

@@ -121,9 +121,7 @@ struct PressedBody {
     apply(plan_indentation(body, points, scene.step_s, held));
     step(held);
   }
-  void apply(const std::optional<Change>& change) {
-    EXPECT_TRUE(!change || body.apply(*change));
-  }
+  void apply(const std::optional<Change>& change) { EXPECT_TRUE(!change || body.apply(*change)); }
   void step(const std::vector<HeldParticle>& held) {
     std::vector<PointConstraint> constraints;
     for (const HeldParticle& h : held) constraints.push_back(hold(h.vertex, h.target_world_m));

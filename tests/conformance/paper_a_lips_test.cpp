@@ -28,7 +28,7 @@ class Squeeze final : public ProcessEngine {
     }
   }
 
-  // Where the tissue around a vertex lies.
+  // The direction of the tissue around a vertex.
   static double side_of(const TriangleMesh& mesh, VertexId v) {
     double sum = 0;
     for (const TriangleId t : mesh.fan(v))
@@ -40,7 +40,7 @@ class Squeeze final : public ProcessEngine {
   const double& m_per_s2_;
 };
 
-// As it was made, but contacts can't move it.
+// The deformation engine as it was made, but contacts can't move the body.
 class Untouchable final : public DeformationEngine {
  public:
   explicit Untouchable(std::unique_ptr<DeformationEngine> e) : engine_(std::move(e)) {}

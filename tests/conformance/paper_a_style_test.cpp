@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "common/mesh/check.h"
-#include "sim_server/session/run.h"
 #include "sim_server/engine/standard_engines.h"
+#include "sim_server/session/run.h"
 #include "sim_server/surface/surface_engines.h"
 #include "tests/support/operation.h"
 #include "tests/support/pad_under_scalpel.h"
@@ -26,7 +26,7 @@ TEST(A_STYLE, A_STYLE_templates_behind_plan_cut) {
       ASSERT_EQ(plan.refused, 0u) << x;
       pad->expect_valid();
       ASSERT_TRUE(pad->going());
-      // Where others see the instrument.
+      // The place at which the rest of the simulation sees the instrument.
       const MeshDraft at(pad->mesh, pad->view());
       EXPECT_LT((position_of(at, *pad->stroke()) - pad->top(x, 0.0143)).norm(), 0.0015);
     }

@@ -7,7 +7,7 @@
 namespace sectio::test {
 namespace {
 
-// As apply() wants it on a mesh that has gone on: the same edits on another revision.
+// The same edits on the revision of a mesh that has gone on, for apply().
 TopologyDelta rebased(TopologyDelta delta, const TriangleMesh& mesh) {
   delta.base_revision = mesh.revision();
   delta.revision = mesh.revision() + 1;

@@ -328,7 +328,7 @@ TEST(A_ARCH, A_ARCH_5_the_tip_is_never_inside_tissue_that_it_has_not_cut) {
   EXPECT_GE(published, 1);
 }
 
-// What collision finds, cutting takes: the first point of a cut is the entry, bit for bit.
+// Cutting takes the point that collision finds: the first point of a cut is the entry, bit for bit.
 TEST(A_ARCH, A_ARCH_13_cutting_takes_the_points_that_collision_found) {
   CutBody cut;
   const Vec3 bary(0.25, 0.4375, 0.3125);

@@ -225,7 +225,7 @@ Scene cautery_scene(double intensity) {
   return scene;
 }
 
-// Of the groove at rest.
+// The depth of the groove at rest.
 double deepest_groove_m(const TriangleMesh& mesh) {
   double deepest = 0;
   for (const Triangle& t : mesh.triangles())

@@ -53,7 +53,7 @@ TEST_P(Grasp, C_CON_4_points_in_the_sphere_follow_the_hand_by_a_force) {
   EXPECT_GT(left, 20);
   EXPECT_LT(op.force_n().z(), -0.01) << "it pulls the hand down";
   EXPECT_LE(op.force_n().norm(), 2.0);
-  // What the bridge makes of it pulls, too.
+  // The force that the bridge evaluates pulls, too.
   const ContactModel& felt = op.last.contacts[0];
   EXPECT_NEAR((evaluate(felt, felt.tip_world_m, Vec3::Zero(), felt.tool_time_s) - felt.force_world_n).norm(), 0, 1e-3);
 }

@@ -38,7 +38,7 @@ Scene bar_with_regions(const std::string& name) {
   return scene;
 }
 
-// What light and grain leave of a colour is its hue.
+// Light and grain leave the hue of a colour.
 Kind kind_of(const std::uint8_t* rgb) {
   const int most = std::max({rgb[0], rgb[1], rgb[2]}), least = std::min({rgb[0], rgb[1], rgb[2]});
   if (most < 25 || 10 * (most - least) < 4 * most) return kUnclear;  // dark, or a highlight

@@ -1,5 +1,5 @@
-// What the planner expects a body to cost against what it costs, both measured in this run: the processor's time, the
-// least of several stretches. Other programs make single tries wrong, in one way only; so a few are allowed.
+// The cost that the planner expects of a body against its true cost, both measured in this run: the processor's time,
+// the least of several stretches. Other programs make single tries wrong, in one way only; so a few are allowed.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

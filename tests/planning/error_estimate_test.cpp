@@ -1,5 +1,5 @@
-// What the planner expects against what comes out: bodies that the chart does not have, each in the model that is taken
-// for it, against triquadratic bricks (a ball: against the closed form).
+// The planner's expected errors against measured ones: bodies that the chart does not have, each in the model that is
+// taken for it, against triquadratic bricks (a ball: against the closed form).
 #include <gtest/gtest.h>
 
 #include <array>

@@ -41,7 +41,7 @@ Scene block_under(const std::string& tool, const std::string& model) {
   return scene;
 }
 
-// What must hold after every step, whatever an instrument does.
+// The conditions after every step, whatever an instrument does.
 struct Watch {
   explicit Watch(Operation& op) : op_(op), start_j_(op.simulation.energy_j()) {
     op.after_each = [this](const StepOutput& out) { look(out); };
@@ -87,7 +87,7 @@ TEST_P(Instruments, S_8_speeds_from_1_cm_to_2_m_a_second) {
   }
 }
 
-// Where the instrument is at a time: down, along, and still.
+// The place of the instrument at a time: down, along, and still.
 Vec3 path_m(double time_s) {
   const auto share = [&](double from_s, double to_s) {
     return std::clamp((time_s - from_s) / (to_s - from_s), 0.0, 1.0);

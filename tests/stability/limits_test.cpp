@@ -63,7 +63,7 @@ TEST_P(Models, S_2_the_limit_falls_with_the_root_of_the_stiffness) {
   EXPECT_NEAR(slope, -0.5, 0.03);
 }
 
-// As nu goes to 1/2, with the speed of pressure waves: sqrt(1 - 2 nu). Springs don't know of it.
+// The limit falls with the speed of pressure waves, sqrt(1 - 2 nu), as nu goes to 1/2. Springs don't know of it.
 TEST(Limits, S_2_the_limit_falls_with_the_compressibility) {
   const auto p_wave = [](double nu) { return std::sqrt((1 - nu) / ((1 + nu) * (1 - 2 * nu))); };
   for (const Model model : {Model::neo_hookean, Model::neo_hookean_lattice}) {
@@ -77,7 +77,7 @@ TEST(Limits, S_2_the_limit_falls_with_the_compressibility) {
               1, 0.02);
 }
 
-// Of linear elements; with nodal pressures the solid is softer than that.
+// The bound of linear elements; with nodal pressures the solid is softer than that.
 TEST(Limits, S_1_the_bound_from_rows_is_rigorous) {
   const TetMesh mesh = test::bar_for_limits();
   for (const double poisson : {0.3, 0.45, 0.49}) {

@@ -1,4 +1,4 @@
-// Where explicit steps end, on grids: over stiffness, over slivers, and over the load on a body; as tables (CSV).
+// The limits of explicit steps on grids: over stiffness, over slivers, and over the load on a body; as tables (CSV).
 #include <cstdio>
 #include <fstream>
 

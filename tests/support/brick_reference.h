@@ -30,10 +30,10 @@ class BrickReference final : public ElasticReference {
   Points equilibrium(const Points& x, const std::vector<std::uint8_t>& held, const Points& load,
                      double tolerance_n) const;
 
-  // Of a force per volume at rest, N/m^3.
+  // The load of a force per volume at rest, N/m^3.
   Points body_load_n(const Vec3& per_volume) const;
 
-  // Where the point that is at `rest_m` at rest is; on a slit: of its side at smaller x.
+  // The place of the point that is at `rest_m` at rest; on a slit, the place of the side at smaller x.
   Vec3 at(const Vec3& rest_m, const Points& x) const;
 
  private:

@@ -1,4 +1,4 @@
-// What may happen to bytes on a wire: flipped, cut, lengthened, and lengths within them that lie.
+// Damage to bytes on a wire: flipped, cut, lengthened, and lengths within them that lie.
 #pragma once
 
 #include <cstdint>

@@ -42,7 +42,7 @@ std::vector<Vec3> newton_equilibrium(const ElasticReference& model, std::vector<
     };
     const double before = total(x);
     std::vector<Vec3> next = x;
-    // Where the Hessian is not positive, or leads nowhere, a multiple of the unit matrix is added.
+    // A Hessian that is not positive, or leads nowhere, gets a multiple of the unit matrix added.
     const double stiff = h.diagonal().cwiseAbs().mean();
     for (double shift = 0;; shift = std::max(1e-3 * stiff, 10 * shift)) {
       Sparse shifted = h;

@@ -22,7 +22,7 @@ class Bleeding final : public ProcessEngine {
   static constexpr double kSpreading_per_s = 5;
 
   explicit Bleeding(const SharedBody& body);
-  // Of a part: takes its share of the blood along.
+  // For a part, which takes its share of the blood along.
   Bleeding(const SharedBody& part, const Bleeding& parent, std::span<const VertexId> vertex_from);
 
   void follow(const SharedBody& body, const TopologyChange& change) override;

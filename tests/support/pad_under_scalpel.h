@@ -38,7 +38,7 @@ class PadUnderScalpel : public ScalpelOnMesh {
   // In over the first point, along the others, out; every step leaves a valid surface.
   void draw(const std::vector<std::array<double, 2>>& path, double depth_m = 0.004);
 
-  // What became of the original triangles of the upper side.
+  // The subdivision of the original triangles of the upper side.
   std::map<Face, std::vector<Corners3>> skin() const;
   std::set<Corners3> walls() const;
   // Live vertices at a rest position, to a micrometre.

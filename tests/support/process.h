@@ -25,7 +25,7 @@ class Process {
   // or after the time.
   bool wait_for(const std::string& text, std::chrono::seconds time = std::chrono::seconds(60));
 
-  // As wait_for(), but only what is printed after this call counts.
+  // Like wait_for(), but only text that is printed after this call counts.
   bool wait_for_next(const std::string& text, std::chrono::seconds time = std::chrono::seconds(60));
 
   // The exit code, or 128 + signal; nothing when it still runs after the time.

@@ -120,7 +120,7 @@ void TetReference::Change::add(VertexId v, const Vec3& g) {
 }
 
 double TetReference::sign(std::size_t a, std::size_t b, std::size_t p, std::size_t q) {
-  // Of the permutation (a b p q): d^2 v / dx_a dx_b = sign [x_q - x_p] / 6.
+  // The sign of the permutation (a b p q): d^2 v / dx_a dx_b = sign [x_q - x_p] / 6.
   const std::array<std::size_t, 4> order{a, b, p, q};
   int inversions = 0;
   for (std::size_t i = 0; i < 4; ++i)

@@ -30,7 +30,7 @@ Image drawn(const Frame& frame, DrawOptions options = {.overlay = false}) {
   return painter.draw_frame(frame, options);
 }
 
-// Where a point of the world is in the picture.
+// The place of a point of the world in the picture.
 std::pair<int, int> pixel_of(const Camera& camera, const Vec3& p_world_m) {
   const Eigen::Vector4f clip = projection(camera, static_cast<double>(kWidth) / kHeight) * view_from_world(camera) *
                                p_world_m.cast<float>().homogeneous();

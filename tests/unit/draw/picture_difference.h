@@ -8,7 +8,7 @@
 
 namespace sectio::test {
 
-// Of one pixel: the largest over red, green and blue, in levels of 255.
+// The difference of one pixel: the largest over red, green and blue, in levels of 255.
 inline int difference(const Image& a, const Image& b, int x, int y) {
   int d = 0;
   for (int k = 0; k < 3; ++k) d = std::max(d, std::abs(a.pixel(x, y)[k] - b.pixel(x, y)[k]));

@@ -31,7 +31,7 @@ class WireFuzz : public testing::Test {
     replica.feed_keyframe(kEpoch, 0, to_bytes(keyframe_of(world.mesh())));
   }
 
-  // What arrives of a message, if anything does.
+  // The message as it arrives, if it does.
   template <class Message>
   std::optional<Message> over_the_wire(const Message& message, bool damage) {
     const auto sent = to_wire(message);
@@ -64,7 +64,7 @@ class WireFuzz : public testing::Test {
     now_s += 0.01;
     replica.frame(now_s, frame);
   }
-  // As ClientNet does with chunks.
+  // Feeds chunks in the way of ClientNet.
   void keyframe(bool hostile) {
     const std::vector<std::uint8_t> bytes = to_bytes(keyframe_of(world.mesh()));
     for (const KeyframeChunk& chunk : split_keyframe(kEpoch, 0, world.mesh().revision(), bytes, kSmallChunks))

@@ -1,4 +1,4 @@
-// What the program says about scenes is what the repository holds, and the scenes keep to it.
+// The program's schema and manual are those of the repository, and the scenes keep to them.
 #include "sim_server/scene/schema.h"
 #include "sim_server/engine/standard_traits.h"
 

@@ -19,7 +19,7 @@ TriangleSoup moved(TriangleSoup soup, const Vec3& by) {
   return soup;
 }
 
-// What the stage of splitting has made of a body.
+// The result of the stage of splitting for a body.
 struct Split {
   std::vector<TopologyDelta> deltas;
   std::vector<Body*> parts;

@@ -1,4 +1,4 @@
-// What report.json says of the short edges that collapse after a cut.
+// The count in report.json of the short edges that collapse after a cut.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -317,7 +317,7 @@ TEST_P(VolumeFronts, C_CUT_3_the_cut_is_as_deep_as_the_blade) {
   }
 }
 
-// What is open stays so, however often the blade goes back and forth in it.
+// An opening stays open, however often the blade goes back and forth in it.
 TEST_P(VolumeFronts, a_blade_that_goes_back_and_forth_opens_nothing_twice) {
   BlockUnderBlade block(GetParam(), 0, "progressive");
   for (double y_m = -0.025; y_m < 0; y_m += 0.0005) block.cut_to(y_m, 0.02);
