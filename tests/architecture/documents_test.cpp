@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <regex>
 
 #include "tests/architecture/source_files.h"
@@ -12,8 +13,44 @@
 namespace sectio {
 namespace {
 
+namespace fs = std::filesystem;
 using test::read_source;
 using test::source_files;
+
+const fs::path kRoot = SECTIO_SOURCE_DIR;
+
+std::map<std::string, std::string> documents() {
+  auto found = source_files({"docs", "tests", "deploy", "sim_server", "render_client", "device_bridge"}, {".md"});
+  for (const char* top : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) found[top] = read_source(top);
+  return found;
+}
+
+TEST(Documents, every_link_leads_somewhere) {
+  std::size_t checked = 0;
+  for (const auto& [path, text] : documents())
+    for (const Found& link : links(text)) {
+      const std::size_t hash = link.text.find('#');
+      const std::string file = link.text.substr(0, hash);
+      const fs::path target = file.empty() ? fs::path(path) : (fs::path(path).parent_path() / file).lexically_normal();
+      EXPECT_TRUE(fs::exists(kRoot / target)) << path << ":" << link.line << ": " << link.text;
+      if (hash != std::string::npos && fs::exists(kRoot / target)) {
+        EXPECT_TRUE(anchors(read_source(target)).contains(link.text.substr(hash + 1)))
+            << path << ":" << link.line << ": no heading for " << link.text;
+      }
+      ++checked;
+    }
+  EXPECT_GT(checked, 40u);
+}
+
+TEST(Documents, every_path_of_a_source_exists) {
+  std::size_t checked = 0;
+  for (const auto& [path, text] : documents())
+    for (const Found& named : paths(text)) {
+      EXPECT_TRUE(fs::exists(kRoot / named.text)) << path << ":" << named.line << ": " << named.text;
+      ++checked;
+    }
+  EXPECT_GT(checked, 40u);
+}
 
 TEST(Documents, the_readme_is_short) {
   const std::string text = read_source("README.md");
