@@ -1,6 +1,7 @@
 #include "common/core/arguments.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -10,23 +11,75 @@
 
 namespace sectio {
 
+namespace {
+
+struct Command {
+  CLI::App* app = nullptr;
+  std::unique_ptr<Arguments> arguments;
+  Arguments::Action action;
+};
+
+LogLevel level_of(const std::string& name) {
+  return name == "error" ? LogLevel::error : name == "warning" ? LogLevel::warning : LogLevel::info;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+}  // namespace
+
 struct Arguments::Parser {
-  Parser(const std::string& program, const std::string& purpose) : app(purpose, program) {}
-  CLI::App app;
+  std::unique_ptr<CLI::App> owned;  // of the program; commands belong to it
+  CLI::App* app = nullptr;
+  std::string log_level = "info";
+  std::vector<CLI::Option*> required;
+  std::vector<Command> commands;
+
+  const Command* named() const {
+    const auto found = std::find_if(commands.begin(), commands.end(), [](const Command& c) { return c.app->parsed(); });
+    return found == commands.end() ? nullptr : &*found;
+  }
+  // CLI11 would name a missing flag before an unknown one, so it is not told which are required until it prints help.
+  void require(bool is) {
+    for (CLI::Option* option : required) option->required(is);
+    for (const Command& command : commands) command.arguments->parser_->require(is);
+  }
+  void check_required() const {
+    for (const CLI::Option* option : required)
+      if (option->count() == 0) throw InputError(option->get_name() + " is required (see --help)");
+  }
+  // Flags of the program say nothing to a command.
+  void check_unused(const Command& command) const {
+    for (const CLI::Option* option : app->get_options())
+      if (option->count() > 0)
+        throw InputError(option->get_name() + ": the command " + command.app->get_name() + " has no use for it");
+  }
 };
 
 Arguments::Arguments(const std::string& program, const std::string& purpose)
-    : parser_(std::make_unique<Parser>(program, purpose)) {
-  parser_->app.set_version_flag("--version", program + " " SECTIO_VERSION);
+    : Arguments([&] {
+        auto parser = std::make_unique<Parser>();
+        parser->owned = std::make_unique<CLI::App>(purpose, program);
+        parser->owned->set_version_flag("--version", program + " " SECTIO_VERSION);
+        parser->app = parser->owned.get();
+        return parser;
+      }()) {}
+
+Arguments::Arguments(std::unique_ptr<Parser> parser) : parser_(std::move(parser)) {
+  choice("--log-level", parser_->log_level, {"info", "warning", "error"}, "least important messages to be written");
 }
 
 Arguments::~Arguments() = default;
 
 template <class T>
-void Arguments::option(const std::string& flag, T& value, const std::string& what, Need need) {
-  CLI::Option* option = parser_->app.add_option(flag, value, what);
+void Arguments::option(const std::string& flag, T& value, const std::string& meaning, Need need) {
+  CLI::Option* option = parser_->app->add_option(flag, value, meaning);
   if (need == Need::required) {
     option->required();
+    parser_->required.push_back(option);
   } else {
     option->capture_default_str();
   }
@@ -53,23 +106,50 @@ template void Arguments::option(const std::string&, std::uint64_t&, const std::s
 template void Arguments::option(const std::string&, std::vector<std::string>&, const std::string&, Need);
 
 void Arguments::choice(const std::string& flag, std::string& value, const std::vector<std::string>& allowed,
-                       const std::string& what) {
-  parser_->app.add_option(flag, value, what)->capture_default_str()->check(CLI::IsMember(allowed));
+                       const std::string& meaning) {
+  parser_->app->add_option(flag, value, meaning)->capture_default_str()->check(CLI::IsMember(allowed));
 }
 
-void Arguments::toggle(const std::string& flag, bool& value, const std::string& what) {
-  parser_->app.add_flag(flag, value, what);
+void Arguments::toggle(const std::string& flag, bool& value, const std::string& meaning) {
+  parser_->app->add_flag(flag, value, meaning);
+}
+
+void Arguments::command(const std::string& name, const std::string& purpose,
+                        const std::function<Action(Arguments&)>& declare) {
+  auto parser = std::make_unique<Parser>();
+  parser->app = parser_->app->add_subcommand(name, purpose);
+  Command command{parser->app, std::unique_ptr<Arguments>(new Arguments(std::move(parser))), {}};
+  command.action = declare(*command.arguments);
+  parser_->commands.push_back(std::move(command));
 }
 
 bool Arguments::parse(int argc, const char* const* argv) {
   try {
-    parser_->app.parse(argc, argv);
-    return true;
+    parser_->require(false);
+    parser_->app->parse(argc, argv);
+  } catch (const CLI::ExtrasError&) {
+    const std::vector<std::string> unknown = parser_->app->remaining(true);
+    const bool is_command = !parser_->commands.empty() && !parser_->named() && unknown.front().front() != '-';
+    throw InputError((is_command ? "unknown command: " + unknown.front() : "not expected: " + joined(unknown)) +
+                     " (see --help)");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) throw InputError(std::string(error.what()) + " (see --help)");
-    parser_->app.exit(error);
+    parser_->require(true);
+    parser_->app->exit(error);
     return false;
   }
+  const Command* const command = parser_->named();
+  if (command) parser_->check_unused(*command);
+  const Parser& used = command ? *command->arguments->parser_ : *parser_;
+  used.check_required();
+  set_log_level(level_of(used.log_level));
+  return true;
+}
+
+int Arguments::run(int argc, const char* const* argv, const Action& without_command) {
+  if (!parse(argc, argv)) return 0;
+  const Command* const command = parser_->named();
+  return command ? command->action() : without_command();
 }
 
 int run_program(const std::string& program, const std::function<int()>& body) {

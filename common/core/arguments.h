@@ -1,5 +1,5 @@
-// The command line, the same way in every program: --help with units and defaults, --version, and exit code 2 with one
-// clear line for a flag that can't be used.
+// The command line, the same way in every program: --help with units and defaults, --version, --log-level, commands, and
+// exit code 2 with one clear line for a flag that can't be used.
 #pragma once
 
 #include <functional>
@@ -13,6 +13,8 @@ enum class Need { optional, required };
 
 class Arguments {
  public:
+  using Action = std::function<int()>;  // returns the exit code
+
   Arguments(const std::string& program, const std::string& purpose);
   ~Arguments();
 
@@ -20,23 +22,32 @@ class Arguments {
   // default, which the help shows, and must outlive parse(). T: std::string, double (finite), int, std::uint32_t,
   // std::uint64_t, std::vector<std::string> (the flag may be repeated).
   template <class T>
-  void option(const std::string& flag, T& value, const std::string& what, Need need = Need::optional);
+  void option(const std::string& flag, T& value, const std::string& meaning, Need need = Need::optional);
 
   void choice(const std::string& flag, std::string& value, const std::vector<std::string>& allowed,
-              const std::string& what);
+              const std::string& meaning);
 
   // True when given.
-  void toggle(const std::string& flag, bool& value, const std::string& what);
+  void toggle(const std::string& flag, bool& value, const std::string& meaning);
 
-  // False when --help or --version has printed all there is to say. Throws InputError that names the flag.
+  // `PROGRAM NAME ...`: declare() adds the command's own flags and returns what the command does.
+  void command(const std::string& name, const std::string& purpose, const std::function<Action(Arguments&)>& declare);
+
+  // False when --help or --version has printed all there is to say. Throws InputError that names the flag; one that
+  // nobody knows is named before one that is missing.
   [[nodiscard]] bool parse(int argc, const char* const* argv);
+
+  // Parses, and runs the command that the line names, or else this action.
+  int run(int argc, const char* const* argv, const Action& without_command);
 
  private:
   struct Parser;
+  explicit Arguments(std::unique_ptr<Parser> parser);
+
   std::unique_ptr<Parser> parser_;
 };
 
-// What every main() does: names the log, runs `body` and returns its exit code; prints an InputError as one line and
+// The body of every main(): names the log, runs `body` and returns its exit code; prints an InputError as one line and
 // returns kExitBadInput; any other exception returns 1.
 int run_program(const std::string& program, const std::function<int()>& body);
 

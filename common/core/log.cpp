@@ -10,21 +10,18 @@
 namespace sectio {
 namespace {
 
-struct Loggers {
+struct Logger {
   std::string program = "sectio";
-  spdlog::logger out{"out", std::make_shared<spdlog::sinks::stdout_sink_mt>()};
+  LogLevel least = LogLevel::info;
   spdlog::logger err{"err", std::make_shared<spdlog::sinks::stderr_sink_mt>()};
   std::mutex limit_mutex;
   RateLimit limit{1.0};
 
-  Loggers() {
-    out.set_pattern("%v");
-    err.set_pattern("%v");
-  }
+  Logger() { err.set_pattern("%v"); }
 };
 
-Loggers& loggers() {
-  static Loggers instance;
+Logger& logger() {
+  static Logger instance;
   return instance;
 }
 
@@ -35,29 +32,30 @@ double steady_now_s() {
 }  // namespace
 
 void set_log_program(std::string_view program) {
-  loggers().program = program;
+  logger().program = program;
+}
+
+void set_log_level(LogLevel least) {
+  logger().least = least;
 }
 
 void log(LogLevel level, std::string_view text) {
-  Loggers& to = loggers();
+  Logger& to = logger();
+  if (level < to.least) return;
   std::string line = to.program;
   line += level == LogLevel::info ? ": " : level == LogLevel::warning ? ": warning: " : ": error: ";
   line += text;
   for (char& c : line) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
   }
-  if (level == LogLevel::info) {
-    to.out.info(spdlog::string_view_t(line));
-  } else {
-    to.err.error(spdlog::string_view_t(line));
-  }
+  to.err.info(spdlog::string_view_t(line));
 }
 
 void log_limited(LogLevel level, std::string_view key, std::string_view text) {
   std::optional<std::uint64_t> held_back;
   {
-    const std::lock_guard lock(loggers().limit_mutex);
-    held_back = loggers().limit.pass(key, steady_now_s());
+    const std::lock_guard lock(logger().limit_mutex);
+    held_back = logger().limit.pass(key, steady_now_s());
   }
   if (!held_back) return;
   std::string line(text);

@@ -1,4 +1,4 @@
-// One plain line a message, "program: warning: text". Information goes to standard output, the rest to standard error.
+// One plain line a message, "program: warning: text", to standard error: standard output is for results alone.
 // Safe from any thread; takes a lock and does I/O, so never from a real-time loop.
 #pragma once
 
@@ -14,6 +14,9 @@ enum class LogLevel : std::uint8_t { info, warning, error };
 
 // The name at the beginning of every line. Once, before any other thread logs.
 void set_log_program(std::string_view program);
+
+// Messages below this level are not written. Once, before any other thread logs.
+void set_log_level(LogLevel least);
 
 // Control characters in the text (a peer may have sent them) are written as spaces.
 void log(LogLevel level, std::string_view text);

@@ -10,7 +10,9 @@
 #include "render_client/draw/canvas.h"
 #include "render_client/output/png.h"
 #include "sim_server/engine/standard_traits.h"
+#include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/session/trace_player.h"
 
 namespace sectio {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "render_client/draw/draw_frame.h"
-#include "sim_server/session/run.h"
+#include "sim_server/simulation.h"
 
 namespace sectio {
 

@@ -1,12 +1,10 @@
-#include "sim_server/commands/mesh_command.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
 
-#include "common/core/arguments.h"
 #include "common/core/error.h"
+#include "sim_server/commands/commands.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/meshing/tet_file.h"
 #include "sim_server/scene/mesh_import.h"
@@ -83,39 +81,50 @@ void check_values(const FillSettings& settings, double snap) {
   if (!(snap >= 0 && snap <= 0.3)) throw InputError("--snap: expected in [0, 0.3]");
 }
 
-}  // namespace
-
-int run_mesh_command(int argc, char** argv) {
+struct Flags {
   std::string in, out, unit = "m", mesher = "lattice";
   std::vector<std::string> cuts;
   double snap = TetCutSettings{}.snap;
   FillSettings settings;
-  Arguments arguments("sim_server mesh", "fills a closed surface with tetrahedra and says how good they are");
-  arguments.option("IN", in, "surface (OBJ, STL, PLY, glTF) or tetrahedra (.msh, .vtk, .node)", Need::required);
-  arguments.option("--tets", out, "file for the tetrahedra, in metres: .msh, .vtk or .node (with .ele)");
-  arguments.choice("--unit", unit, {"m", "cm", "mm"}, "length of IN's unit");
-  arguments.choice("--mesher", mesher, {"lattice", "tetgen", "best"}, "best: the one with the larger stable step");
-  arguments.option("--tetrahedra", settings.tetrahedra, "about so many");
-  arguments.option("--cut", cuts, "cut along a plane: x,y,z,nx,ny,nz, a point in metres and a normal; may be repeated");
-  arguments.option("--snap", snap, "a cut goes to vertices within this fraction of an edge");
-  arguments.option("--young-pa", settings.material.young_pa, "for the stable step");
-  arguments.option("--poisson", settings.material.poisson, "for the stable step");
-  arguments.option("--density-kg-per-m3", settings.material.density_kg_per_m3, "for the stable step");
-  if (!arguments.parse(argc, argv)) return 0;
-  check_values(settings, snap);
-  settings.mesher = mesher == "lattice" ? Mesher::lattice : mesher == "tetgen" ? Mesher::tetgen : Mesher::best;
+};
 
-  FilledVolume filled = volume_of(in, unit == "m" ? 1 : unit == "cm" ? 0.01 : 0.001, settings);
+int run(const Flags& flags) {
+  FillSettings settings = flags.settings;
+  check_values(settings, flags.snap);
+  settings.mesher = flags.mesher == "lattice"  ? Mesher::lattice
+                    : flags.mesher == "tetgen" ? Mesher::tetgen
+                                               : Mesher::best;
+  FilledVolume filled = volume_of(flags.in, flags.unit == "m" ? 1 : flags.unit == "cm" ? 0.01 : 0.001, settings);
   for (const std::string& note : filled.notes) std::printf("note: %s\n", note.c_str());
   for (const FillReport& report : filled.compared) std::printf("%s\n", to_string(report).c_str());
   if (filled.compared.size() > 1) std::printf("kept: %s\n", filled.report.mesher.c_str());
-  if (!cuts.empty()) {
-    filled.mesh = cut_along(filled.mesh, cuts, snap);
+  if (!flags.cuts.empty()) {
+    filled.mesh = cut_along(filled.mesh, flags.cuts, flags.snap);
     const FillReport after = report_on(filled.mesh, "cut", filled.report.surface_volume_m3, settings.material);
     std::printf("%s, %u parts\n", to_string(after).c_str(), after.tets.components);
   }
-  if (!out.empty()) write_tet_file(out, filled.mesh);
+  if (!flags.out.empty()) write_tet_file(flags.out, filled.mesh);
   return 0;
+}
+
+}  // namespace
+
+// A surface, or tetrahedra from another program, to tetrahedra, cut along planes if asked for, with a report on them.
+Arguments::Action mesh_command(Arguments& arguments) {
+  const auto flags = std::make_shared<Flags>();
+  arguments.option("IN", flags->in, "surface (OBJ, STL, PLY, glTF) or tetrahedra (.msh, .vtk, .node)", Need::required);
+  arguments.option("--tets", flags->out, "file for the tetrahedra, in metres: .msh, .vtk or .node (with .ele)");
+  arguments.choice("--unit", flags->unit, {"m", "cm", "mm"}, "length of IN's unit");
+  arguments.choice("--mesher", flags->mesher, {"lattice", "tetgen", "best"},
+                   "best: the one with the larger stable step");
+  arguments.option("--tetrahedra", flags->settings.tetrahedra, "about so many");
+  arguments.option("--cut", flags->cuts,
+                   "cut along a plane: x,y,z,nx,ny,nz, a point in metres and a normal; may be repeated");
+  arguments.option("--snap", flags->snap, "a cut goes to vertices within this fraction of an edge");
+  arguments.option("--young-pa", flags->settings.material.young_pa, "for the stable step");
+  arguments.option("--poisson", flags->settings.material.poisson, "for the stable step");
+  arguments.option("--density-kg-per-m3", flags->settings.material.density_kg_per_m3, "for the stable step");
+  return [flags] { return run(*flags); };
 }
 
 }  // namespace sectio

@@ -1,7 +1,6 @@
 // The engines of the product as the reader of scenes sees them: load_scene(path, standard_traits()).
 #pragma once
 
-#include "sim_server/engine/standard_traits.h"
 #include "sim_server/scene/engine_traits.h"
 
 namespace sectio {

@@ -17,6 +17,7 @@ class SampleDeduplicator {
   // before it and may count from 1 again.
   void accept(const ToolPacket& packet, std::vector<ToolSample>& samples);
 
+  std::size_t tools() const { return tools_.size(); }
   // Packets for tools that the scene doesn't have, and packets of a source that a newer one has replaced.
   std::uint64_t refused() const { return refused_; }
   // Sequence numbers that never came.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <set>
 #include <thread>
@@ -12,7 +13,10 @@
 #include "common/core/processor_time.h"
 #include "sim_server/net/budget.h"
 #include "sim_server/net/world_view.h"
-#include "sim_server/session/run.h"
+#include "sim_server/scene/scene_warnings.h"
+#include "sim_server/session/progress.h"
+#include "sim_server/session/recorder.h"
+#include "sim_server/session/trace_player.h"
 
 namespace sectio {
 namespace {
@@ -102,9 +106,14 @@ void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& opti
 std::string serve(const Scene& scene, const ServeOptions& options) {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  Simulation simulation(fill_volumes(scene));
+  const Scene filled = fill_volumes(scene);
+  Simulation simulation(filled);
   simulation.measure_with(processor_time_s);
-  RunRecord record(scene, simulation, options.directory);
+  Recorder record(filled, simulation, options.directory);
+  const std::optional<std::uint64_t> steps =
+      options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps));
+  const double duration_s = steps ? std::max(scene.duration_s, static_cast<double>(*steps) * scene.step_s) : HUGE_VAL;
+  for (const std::string& text : scene_warnings(filled, duration_s)) record.warn(text);
   ServerNetOptions net_options;
   net_options.network = options.network;
   ServerNet net(net_options, scene_info(scene), meshes_of(simulation));
@@ -113,14 +122,13 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
   StepInput input;
   wait_for_peers(net, scene, options, input.samples);
   log_info("the session begins");
-  const std::uint64_t steps = options.endless ? UINT64_MAX : steps_of(scene, options.steps);
   Progress progress(steps);
   WorldView world;
   double stall_s = options.stall_at_s >= 0 ? options.stall_s : 0;
   BudgetPlanner planner(!options.play_traces);
   SyncCost cost;
   auto due = Clock::now();
-  for (std::uint64_t k = 1; k <= steps && !stop_requested; ++k) {
+  for (std::uint64_t k = 1; (!steps || k <= *steps) && !stop_requested; ++k) {
     yield_to_an_older_server(net, options);
     if (const double waited_s = wait_for_the_slowest(net, static_cast<double>(k) * scene.step_s); waited_s > 0) {
       cost.waited_for_servers_s += waited_s;
@@ -162,7 +170,7 @@ std::string serve(const Scene& scene, const ServeOptions& options) {
   cost.slowed_steps = planner.steps(Budget::slowed);
   cost.most_behind_s = planner.most_behind_s();
   record.set(cost);
-  return record.finish(simulation);
+  return record.finish();
 }
 
 }  // namespace sectio

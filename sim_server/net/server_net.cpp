@@ -324,10 +324,17 @@ ServerNet::~ServerNet() = default;
 void ServerNet::take_samples(std::vector<ToolSample>& samples) {
   wire::ToolPacket message;
   while (state_->tool_reader.take(message)) {
-    if (const std::optional<ToolPacket> packet = from_wire(message))
-      state_->deduplicator.accept(*packet, samples);
-    else
+    const std::optional<ToolPacket> packet = from_wire(message);
+    if (!packet) {
       ++state_->damaged_samples;
+      continue;
+    }
+    const std::size_t tools = state_->deduplicator.tools();
+    if (packet->tool_id >= tools)
+      log_limited(LogLevel::warning, "unknown tool",
+                  "a device bridge moves tool " + std::to_string(packet->tool_id) + "; the scene has " +
+                      std::to_string(tools) + (tools == 1 ? " tool" : " tools") + ", numbered from 0");
+    state_->deduplicator.accept(*packet, samples);
   }
 }
 

@@ -11,7 +11,8 @@
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/trace_player.h"
+#include "sim_server/simulation.h"
 #include "tests/bench/best_times.h"
 
 namespace {

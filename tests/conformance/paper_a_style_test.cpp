@@ -3,7 +3,7 @@
 
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_engines.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/recorder.h"
 #include "sim_server/surface/surface_engines.h"
 #include "tests/support/operation.h"
 #include "tests/support/pad_under_scalpel.h"
@@ -105,13 +105,13 @@ TEST(A_STYLE, A_STYLE_events_and_report_say_why_a_cut_was_refused) {
     return engines;
   };
   Operation op(organ_scene(), table);
-  RunRecord record(op.scene, op.simulation, "");
+  Recorder record(op.scene, op.simulation, "");
   op.after_each = [&](const StepOutput& out) { record.add(out, 0.001); };
   op.place({0, 0.001, kOrganTop_m + 0.004});
   op.tip_to(0, 0.001, 0.008);
   ASSERT_GE(op.count(EventKind::cut_refused), 1u);
   for (const Event& e : op.events) EXPECT_EQ(e.text, e.kind == EventKind::cut_refused ? "no entry" : "");
-  EXPECT_NE(record.finish(op.simulation).find("\"no entry\": "), std::string::npos);
+  EXPECT_NE(record.finish().find("\"no entry\": "), std::string::npos);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/session/trace_player.h"
 #include "tests/support/drawn_scene.h"
 
 namespace sectio {

@@ -9,7 +9,9 @@
 #include "sim_server/body_contact/rigid_body.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/recorder.h"
+#include "sim_server/session/trace_player.h"
+#include "sim_server/simulation.h"
 #include "sim_server/world/turning_gravity.h"
 #include "tests/support/shapes.h"
 
@@ -112,12 +114,12 @@ struct Session {
         was_asleep = simulation.rigid_body(1)->asleep();
       }
     }
-    record.finish(simulation);
+    record.finish();
   }
   static constexpr std::uint64_t kTilted = 3999, kSteps = 6500;
   Scene scene;
   Simulation simulation;
-  RunRecord record;
+  Recorder record;
   Vec3 before_m = Vec3::Zero();
   bool was_asleep = false;
 };

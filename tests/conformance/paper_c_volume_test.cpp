@@ -9,7 +9,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/exercise_score.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/trace_player.h"
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/gripper.h"
 #include "tests/support/tet_shapes.h"

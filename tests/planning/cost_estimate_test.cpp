@@ -8,7 +8,8 @@
 
 #include "common/core/processor_time.h"
 #include "sim_server/prepare/fill_volumes.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/trace_player.h"
+#include "sim_server/simulation.h"
 #include "tests/planning/planned_specimens.h"
 
 namespace sectio::test {

@@ -12,7 +12,8 @@
 
 #include "common/delta/journal.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/session/run.h"
+#include "sim_server/prepare/choose_model.h"
+#include "sim_server/session/offline_run.h"
 
 namespace sectio {
 namespace {

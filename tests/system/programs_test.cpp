@@ -134,6 +134,8 @@ TEST_F(Programs, a_damaged_journal_is_one_line_with_file_and_byte) {
 
 TEST_F(Programs, wrong_flags_are_one_line_that_names_them) {
   expect_bad_input("sim_server", {"--scene", kScene, "--nonsense"}, "--nonsense", "");
+  expect_bad_input("sim_server", {"--nonsense"}, "--nonsense", "not expected");
+  expect_bad_input("sim_server", {"rplay", "journal"}, "rplay", "unknown command");
   expect_bad_input("render_client", {"--nonsense"}, "--nonsense", "");
   expect_bad_input("device_bridge", {"--trace", kTrace, "--nonsense"}, "--nonsense", "");
   for (const char* name : {"sim_server", "render_client", "device_bridge"}) {
@@ -168,6 +170,15 @@ TEST_F(Programs, a_bridge_and_a_viewer_that_are_killed_stop_nobody) {
   expect_equal_at_the_end(*witness);
   EXPECT_EQ(sim->exit_code(), 0) << sim->output();
   EXPECT_EQ(json("out/report.json")["run"]["steps"], 2500);
+}
+
+TEST_F(Programs, a_bridge_of_a_tool_that_the_scene_does_not_have_is_named) {
+  const auto sim = free_server({"--endless"});
+  ASSERT_TRUE(sim->wait_for("the session begins")) << sim->output();
+  const auto hand = program("device_bridge", in_session({"--trace", kTrace, "--tool-id", "9"}));
+  EXPECT_TRUE(sim->wait_for("warning: a device bridge moves tool 9; the scene has 1 tool, numbered from 0"))
+      << sim->output();
+  EXPECT_EQ(sim->output().find("18446744073709551615"), std::string::npos) << "an endless run has no last step";
 }
 
 TEST_F(Programs, a_bridge_that_slept_takes_its_place_again) {

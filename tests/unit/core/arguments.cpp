@@ -56,6 +56,8 @@ TEST(Arguments, BadFlagsThrowOneLineThatNamesThem) {
   const std::vector<std::pair<std::vector<const char*>, std::string>> cases{
       {{}, "--scene"},
       {{"--scene", "a", "--sceen", "b"}, "--sceen"},
+      {{"--sceen", "b"}, "--sceen"},
+      {{"--scene", "a", "--log-level", "loud"}, "--log-level"},
       {{"--scene", "a", "--duration-s", "soon"}, "--duration-s"},
       {{"--scene", "a", "--duration-s", "nan"}, "--duration-s"},
       {{"--scene", "a", "--tool-id", "-1"}, "--tool-id"},
@@ -83,6 +85,68 @@ TEST(Arguments, HelpAndVersionEndTheProgramWell) {
   const std::string text = testing::internal::GetCapturedStdout();
   EXPECT_NE(text.find("--duration-s"), std::string::npos) << text;
   EXPECT_NE(text.find("tester 0."), std::string::npos) << text;
+}
+
+struct Program {
+  std::string scene, journal;
+  std::string ran;
+
+  int run(std::vector<const char*> argv) {
+    Arguments arguments("tester", "Tests commands");
+    arguments.option("--scene", scene, "the scene", Need::required);
+    arguments.command("replay", "rebuilds a session", [this](Arguments& replay) {
+      replay.option("JOURNAL", journal, "journal", Need::required);
+      return [this] {
+        ran = "replay";
+        return 3;
+      };
+    });
+    argv.insert(argv.begin(), "tester");
+    return arguments.run(static_cast<int>(argv.size()), argv.data(), [this] {
+      ran = "session";
+      return 4;
+    });
+  }
+
+  std::string refusal(const std::vector<const char*>& argv) {
+    try {
+      run(argv);
+      return "";
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  }
+};
+
+TEST(Arguments, ACommandHasFlagsOfItsOwn) {
+  Program p;
+  EXPECT_EQ(p.run({"replay", "file"}), 3);
+  EXPECT_EQ(p.ran, "replay");
+  EXPECT_EQ(p.journal, "file");
+  EXPECT_EQ(p.run({"--scene", "a"}), 4);
+  EXPECT_EQ(p.ran, "session");
+}
+
+TEST(Arguments, UnknownWordsAreNamedBeforeMissingOnes) {
+  Program p;
+  EXPECT_EQ(p.refusal({"rplay"}), "unknown command: rplay (see --help)");
+  EXPECT_EQ(p.refusal({"--bodies", "a"}), "not expected: --bodies a (see --help)");
+  EXPECT_EQ(p.refusal({"replay", "--quick"}), "not expected: --quick (see --help)");
+  EXPECT_EQ(p.refusal({"replay"}), "JOURNAL is required (see --help)");
+  EXPECT_EQ(p.refusal({}), "--scene is required (see --help)");
+  EXPECT_EQ(p.refusal({"--scene", "a", "replay", "file"}), "--scene: the command replay has no use for it");
+  EXPECT_EQ(p.ran, "");
+}
+
+TEST(Arguments, HelpNamesCommandsAndTheirFlags) {
+  Program p;
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(p.run({"--help"}), 0);
+  EXPECT_EQ(p.run({"replay", "--help"}), 0);
+  const std::string text = testing::internal::GetCapturedStdout();
+  for (const char* word : {"rebuilds a session", "JOURNAL", "REQUIRED", "--log-level"})
+    EXPECT_NE(text.find(word), std::string::npos) << word << text;
+  EXPECT_EQ(p.ran, "");
 }
 
 TEST(Arguments, ExitCodes) {

@@ -5,15 +5,26 @@
 namespace sectio {
 namespace {
 
-TEST(Log, OneLineAMessageWithTheProgramsName) {
+TEST(Log, OneLineAMessageOnStandardErrorWithTheProgramsName) {
   set_log_program("tester");
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   log_info("ready");
   log_warning("two\nlines {} %v");
   log_error("bad");
-  EXPECT_EQ(testing::internal::GetCapturedStdout(), "tester: ready\n");
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "tester: warning: two lines {} %v\ntester: error: bad\n");
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "") << "it is for results";
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "tester: ready\ntester: warning: two lines {} %v\ntester: error: bad\n");
+}
+
+TEST(Log, MessagesBelowTheLevelAreLeftOut) {
+  set_log_program("tester");
+  testing::internal::CaptureStderr();
+  set_log_level(LogLevel::warning);
+  log_info("quiet");
+  log_warning("loud");
+  set_log_level(LogLevel::info);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "tester: warning: loud\n");
 }
 
 TEST(Log, LimitedLinesPassOncePerKey) {

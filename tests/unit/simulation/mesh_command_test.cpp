@@ -1,4 +1,4 @@
-#include "sim_server/commands/mesh_command.h"
+#include "sim_server/commands/commands.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,11 @@ namespace {
 
 int run(std::vector<std::string> words) {
   words.insert(words.begin(), "mesh");
+  Arguments arguments("mesh", "");
+  const Arguments::Action action = mesh_command(arguments);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
-  return run_mesh_command(static_cast<int>(argv.size()), argv.data());
+  return arguments.run(static_cast<int>(argv.size()), argv.data(), action);
 }
 
 const std::string kLiver = SECTIO_SOURCE_DIR "/deploy/meshes/liver_2k.obj";

@@ -4,7 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim_server/prepare/fill_volumes.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/offline_run.h"
+#include "sim_server/simulation.h"
 #include "tests/support/block_scene.h"
 
 namespace sectio {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim_server/engine/standard_engines.h"
-#include "sim_server/session/run.h"
+#include "sim_server/session/recorder.h"
 #include "sim_server/volume/volume_cutting.h"
 #include "tests/support/operation.h"
 #include "tests/support/shapes.h"
@@ -52,7 +52,7 @@ Tidied cut_and_rest(double collapse_ratio) {
     return engines;
   };
   test::Operation op(bar_under_knife(collapse_ratio), table);
-  RunRecord record(op.scene, op.simulation, "");
+  Recorder record(op.scene, op.simulation, "");
   op.simulation.measure_with([] { return 0.0; });
   const auto vertices = [&] {
     std::uint64_t n = 0;
@@ -76,7 +76,7 @@ Tidied cut_and_rest(double collapse_ratio) {
   op.move(Vec3(-0.02, -0.03, 0.025), 0.4);
   op.rest(300);
   result.reported = op.last.report.edges_collapsed;
-  result.run = nlohmann::json::parse(record.finish(op.simulation))["run"];
+  result.run = nlohmann::json::parse(record.finish())["run"];
   return result;
 }
 

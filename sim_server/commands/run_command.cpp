@@ -1,0 +1,78 @@
+#include <cstdio>
+#include <sstream>
+
+#include "common/core/error.h"
+#include "common/dds/network_arguments.h"
+#include "sim_server/commands/commands.h"
+#include "sim_server/engine/standard_traits.h"
+#include "sim_server/net/serve.h"
+#include "sim_server/prepare/choose_model.h"
+#include "sim_server/session/offline_run.h"
+
+namespace sectio {
+namespace {
+
+struct Flags {
+  std::string scene, bodies, server;
+  ServeOptions options;
+  bool offline = false;
+};
+
+std::vector<std::string> split_at_commas(const std::string& list) {
+  std::vector<std::string> names;
+  std::istringstream text(list);
+  for (std::string name; std::getline(text, name, ',');) names.push_back(name);
+  return names;
+}
+
+// Leaves the share of the scene that the flags give this process.
+void take_share(Scene& scene, const Flags& flags) {
+  if (!flags.bodies.empty() && !flags.server.empty())
+    throw InputError("--bodies, --server: give one of them, not both");
+  if (!flags.bodies.empty()) keep_bodies(scene, split_at_commas(flags.bodies), "--bodies");
+  if (flags.server.empty()) return;
+  std::vector<std::string> names;
+  for (const BodySpec& body : scene.bodies)
+    if (body.server == flags.server) names.push_back(body.name);
+  keep_bodies(scene, names, "--server " + flags.server);
+}
+
+int run(const Flags& flags) {
+  Scene scene = planned(load_scene(flags.scene, standard_traits()));
+  take_share(scene, flags);
+  ServeOptions options = flags.options;
+  if (!options.network.session.empty()) scene.session = options.network.session;
+  options.network.session = scene.session;
+  const std::string report =
+      flags.offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
+  std::fputs(report.c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
+Arguments::Action run_command(Arguments& arguments) {
+  const auto flags = std::make_shared<Flags>();
+  ServeOptions& options = flags->options;
+  options.network.session.clear();
+  arguments.option("--scene", flags->scene, "scene file (YAML)", Need::required);
+  arguments.option("--bodies", flags->bodies,
+                   "names, with commas: only these bodies; other servers of the session have the rest");
+  arguments.option("--server", flags->server, "only the bodies for which the scene says `server:` with this name");
+  arguments.option("--steps", options.steps, "steps to simulate; 0: the scene's duration");
+  arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
+  arguments.toggle("--offline", flags->offline, "no network: the scene's own traces, as fast as it goes");
+  arguments.toggle("--endless", options.endless, "until it is stopped");
+  add_network_arguments(arguments, options.network, "name of the session; empty: the scene's");
+  arguments.option("--wait-for-viewers", options.wait_for_viewers, "the clock starts when so many are there");
+  arguments.toggle("--wait-for-tools", options.wait_for_tools, "the clock starts when every tool has been heard of");
+  arguments.toggle("--wait-for-bodies", options.wait_for_bodies,
+                   "the clock starts when every body of the scene has a server");
+  arguments.toggle("--play-traces", options.play_traces,
+                   "instruments follow the scene's own traces step by step; bridges are not heard");
+  arguments.option("--stall-at-s", options.stall_at_s, "for tests: simulated time at which the simulation stops once");
+  arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
+  return [flags] { return run(*flags); };
+}
+
+}  // namespace sectio

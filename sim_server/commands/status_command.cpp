@@ -1,0 +1,24 @@
+#include <cstdio>
+
+#include "common/dds/network_arguments.h"
+#include "sim_server/commands/commands.h"
+#include "sim_server/net/status.h"
+
+namespace sectio {
+
+Arguments::Action status_command(Arguments& arguments) {
+  struct Flags {
+    NetworkOptions network;
+    double patience_s = 5;
+  };
+  const auto flags = std::make_shared<Flags>();
+  add_network_arguments(arguments, flags->network, "session");
+  arguments.option("--patience-s", flags->patience_s, "how long to wait for an answer of the servers");
+  return [flags] {
+    check_network_options(flags->network);
+    std::fputs(status_of_session(flags->network, flags->patience_s).c_str(), stdout);
+    return 0;
+  };
+}
+
+}  // namespace sectio

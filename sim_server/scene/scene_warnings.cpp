@@ -1,0 +1,130 @@
+#include "sim_server/scene/scene_warnings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace sectio {
+namespace {
+
+constexpr double kFar_m = 0.05;             // an instrument that stays further away has another frame or unit
+constexpr std::size_t kMoments = 200;       // of a trace that are looked at
+constexpr std::size_t kMostVertices = 500;  // of a body that are looked for in another
+constexpr double kOutlasts_s = 0.01;
+
+// All soft tissue lies within.
+constexpr double kSoftest_pa = 100, kStiffest_pa = 1e7;
+constexpr double kLightest_kg_per_m3 = 200, kHeaviest_kg_per_m3 = 3000;
+
+std::string format(const char* form, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, form, a, b);
+  return text;
+}
+
+using Box3 = Eigen::AlignedBox3d;
+
+std::vector<Vec3> in_world(const BodySpec& body) {
+  std::vector<Vec3> points;
+  for (const Vec3& p : body.mesh.vertices_body_m) points.push_back(body.pose.to_world(p));
+  return points;
+}
+
+Box3 box_of(const std::vector<Vec3>& points) {
+  Box3 box;
+  for (const Vec3& p : points) box.extend(p);
+  return box;
+}
+
+// Inside of a closed surface, by solid angles (van Oosterom and Strackee 1983); a point on the surface is not.
+bool contains(const std::vector<Vec3>& vertices, const TriangleSoup& soup, const Vec3& p) {
+  double half_angles = 0;
+  for (const auto& [a, b, c] : soup.triangles) {
+    const Vec3 x = vertices[a] - p, y = vertices[b] - p, z = vertices[c] - p;
+    const double lx = x.norm(), ly = y.norm(), lz = z.norm();
+    half_angles += std::atan2(x.dot(y.cross(z)), lx * ly * lz + x.dot(y) * lz + y.dot(z) * lx + z.dot(x) * ly);
+  }
+  return std::abs(half_angles) > 0.9 * (2 * M_PI);
+}
+
+bool reaches_into(const BodySpec& body, const BodySpec& other) {
+  const std::vector<Vec3> points = in_world(body), around = in_world(other);
+  const Box3 box = box_of(around);
+  std::vector<Vec3> candidates;
+  for (const Vec3& p : points)
+    if (box.contains(p)) candidates.push_back(p);
+  const std::size_t stride = 1 + candidates.size() / kMostVertices;
+  for (std::size_t i = 0; i < candidates.size(); i += stride)
+    if (contains(around, other.mesh, candidates[i])) return true;
+  return false;
+}
+
+void check_material(const BodySpec& body, std::vector<std::string>& warnings) {
+  const MaterialSpec& m = body.material;
+  if (m.young_pa < kSoftest_pa || m.young_pa > kStiffest_pa)
+    warnings.push_back(body.name +
+                       format(": young_pa is %.4g; soft tissue has %.4g Pa to 10 MPa", m.young_pa, kSoftest_pa));
+  if (m.density_kg_per_m3 < kLightest_kg_per_m3 || m.density_kg_per_m3 > kHeaviest_kg_per_m3)
+    warnings.push_back(body.name + format(": density_kg_per_m3 is %.4g; tissue has %.4g to 3000 kg/m3",
+                                          m.density_kg_per_m3, kLightest_kg_per_m3));
+}
+
+// Surfaces are held by the springs to their shape at rest; volumes are not.
+void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::string>& warnings) {
+  if (body.tets.tetrahedra.empty()) return;
+  bool held = scene.floor_z_m.has_value() || scene.gravity_m_per_s2.norm() == 0;
+  if (body.fixed)
+    for (const Vec3& p : body.tets.vertices_body_m) held = held || body.fixed->contains(body.pose.to_world(p));
+  if (!held)
+    warnings.push_back(body.name +
+                       ": nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor");
+}
+
+bool comes_near(const ToolSpec& tool, const std::vector<Vec3>& vertices) {
+  Box3 box = box_of(vertices);
+  box.min().array() -= kFar_m;
+  box.max().array() += kFar_m;
+  const InstrumentKind& kind = instrument_of(tool.kind);
+  const double begin = tool.trace.front().time_s, end = tool.trace.back().time_s;
+  for (std::size_t i = 0; i < kMoments; ++i) {
+    const TracePoint at = point_at(tool.trace, begin + (end - begin) * static_cast<double>(i) / (kMoments - 1));
+    const InstrumentShape shape = kind.shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
+    for (const Vec3& point : {shape.a_tool_m, shape.b_tool_m, shape.c_tool_m, shape.d_tool_m, shape.edge_tip_tool_m}) {
+      const Vec3 p = at.pose_world.to_world(point);
+      if (!box.contains(p)) continue;
+      for (const Vec3& v : vertices)
+        if ((v - p).squaredNorm() < kFar_m * kFar_m) return true;
+    }
+  }
+  return false;
+}
+
+void check_trace(const ToolSpec& tool, const Scene& scene, double duration_s, std::vector<std::string>& warnings) {
+  if (tool.trace.empty()) return;
+  const double end_s = tool.trace.back().time_s;
+  if (end_s > duration_s + kOutlasts_s)
+    warnings.push_back("tool " + tool.name +
+                       format(": its trace lasts %.4g s, the run %.4g s; the rest is not played", end_s, duration_s));
+  if (scene.bodies.size() < scene.world_bodies.size()) return;  // it may be meant for a body of another server
+  const auto near = [&](const BodySpec& body) { return comes_near(tool, in_world(body)); };
+  if (std::ranges::none_of(scene.bodies, near))
+    warnings.push_back("tool " + tool.name +
+                       ": its trace is never within 5 cm of a body; has it another frame or unit?");
+}
+
+}  // namespace
+
+std::vector<std::string> scene_warnings(const Scene& scene, double duration_s) {
+  std::vector<std::string> warnings;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    check_material(scene.bodies[b], warnings);
+    check_hold(scene.bodies[b], scene, warnings);
+    for (std::size_t other = 0; other < b; ++other)
+      if (reaches_into(scene.bodies[b], scene.bodies[other]) || reaches_into(scene.bodies[other], scene.bodies[b]))
+        warnings.push_back(scene.bodies[other].name + " and " + scene.bodies[b].name + " overlap at the start");
+  }
+  for (const ToolSpec& tool : scene.tools) check_trace(tool, scene, duration_s, warnings);
+  return warnings;
+}
+
+}  // namespace sectio

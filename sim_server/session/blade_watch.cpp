@@ -1,0 +1,68 @@
+#include "sim_server/session/blade_watch.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace sectio {
+namespace {
+
+bool has_edge(const ToolSpec& tool) {
+  const InstrumentShape shape = instrument_of(tool.kind).shape(tool.geometry, {tool.intensity, 0, 0});
+  return (shape.edge_tip_tool_m - shape.edge_heel_tool_m).norm() > 0;
+}
+
+std::string format(const char* form, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, form, a, b);
+  return text;
+}
+
+}  // namespace
+
+BladeWatch::BladeWatch(const Scene& scene) : scene_(scene) {
+  for (const ToolSpec& tool : scene.tools) blades_.emplace_back().watched = has_edge(tool);
+}
+
+std::string BladeWatch::reason(std::uint32_t tool, const Blade& blade) const {
+  if (!blade.refusal.empty()) return "every cut was refused: " + blade.refusal;
+  const InstrumentKind& kind = instrument_of(scene_.tools[tool].kind);
+  if (kind.only_closing) return "its jaws never closed on tissue";
+  if (kind.edge_enters) return "its edge never reached into the tissue on the way of its sharp side";
+  if (blade.body_id < scene_.bodies.size()) {
+    const BodySpec& body = scene_.bodies[blade.body_id];
+    const auto force = body.cutting.threshold_force_n, displacement = body.cutting.threshold_displacement_m;
+    if (force && blade.largest_force_n < *force)
+      return format("it pushed with %.3g N at most, and threshold_force_n is %.3g N in ", blade.largest_force_n,
+                    *force) +
+             body.name;
+    if (displacement)
+      return format("threshold_displacement_m, %.3g mm, was not reached (%.3g N at most) in ", 1e3 * *displacement,
+                    blade.largest_force_n) +
+             body.name;
+  }
+  return "its edge never crossed the surface";
+}
+
+std::vector<std::string> BladeWatch::add(const StepOutput& output) {
+  for (const Event& event : output.events) {
+    if (event.tool_id >= blades_.size()) continue;
+    Blade& blade = blades_[event.tool_id];
+    if (event.kind == EventKind::penetrated) blade.watched = false;
+    if (event.kind == EventKind::contact_began) blade.body_id = event.body_id;
+    if (event.kind == EventKind::cut_refused) blade.refusal = event.text;
+  }
+  std::vector<std::string> warnings;
+  for (const ContactModel& contact : output.contacts) {
+    if (contact.state == ContactState::free || contact.tool_id >= blades_.size()) continue;
+    Blade& blade = blades_[contact.tool_id];
+    blade.contact_time_s += scene_.step_s;
+    blade.largest_force_n = std::max(blade.largest_force_n, contact.force_world_n.norm());
+    if (!blade.watched || blade.contact_time_s < kPatience_s) continue;
+    blade.watched = false;
+    warnings.push_back("tool " + scene_.tools[contact.tool_id].name +
+                       " has touched tissue for 2 s without cutting: " + reason(contact.tool_id, blade));
+  }
+  return warnings;
+}
+
+}  // namespace sectio

@@ -1,0 +1,34 @@
+// Notices blades that touch tissue for long without cutting it, and says why: a setting that a new user gets wrong.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim_server/scene/scene.h"
+#include "sim_server/step/step_io.h"
+
+namespace sectio {
+
+class BladeWatch {
+ public:
+  explicit BladeWatch(const Scene& scene);  // must outlive the watch
+
+  // After each step. Warnings, at most one for each tool: it has been in contact for kPatience_s and has never cut.
+  std::vector<std::string> add(const StepOutput& output);
+
+  static constexpr double kPatience_s = 2;
+
+ private:
+  struct Blade {
+    bool watched = false;  // it can cut, has not, and has not been warned of
+    double contact_time_s = 0, largest_force_n = 0;
+    std::uint32_t body_id = 0;  // touched last
+    std::string refusal;        // of its last cut that was refused
+  };
+  std::string reason(std::uint32_t tool, const Blade& blade) const;
+
+  const Scene& scene_;
+  std::vector<Blade> blades_;
+};
+
+}  // namespace sectio

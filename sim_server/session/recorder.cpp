@@ -1,0 +1,118 @@
+#include "sim_server/session/recorder.h"
+
+#include <algorithm>
+
+#include "common/core/log.h"
+#include "common/core/processor_time.h"
+#include "common/delta/journal.h"
+#include "sim_server/session/blade_watch.h"
+#include "sim_server/session/run_files.h"
+
+namespace sectio {
+
+struct Recorder::State {
+  State(const Scene& s, const Simulation& w, const std::string& d) : scene(s), simulation(w), directory(d), blades(s) {}
+
+  void gather(const StepOutput& output, double step_wall_time_s);
+  void keep_journal(const StepOutput& output);
+
+  const Scene& scene;
+  const Simulation& simulation;
+  std::string directory;
+  std::unique_ptr<JournalWriter> journal;
+  std::optional<ExerciseScore> score;
+  BladeWatch blades;
+  Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
+  double processor_begun_s = processor_time_s();
+  RunFigures figures;
+};
+
+Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory)
+    : state_(std::make_unique<State>(scene, simulation, directory)) {
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+    for (const std::string& note : simulation.body(i).mesh_notes) log_info(simulation.body(i).name + ": " + note);
+  if (scene.exercise) state_->score.emplace(scene, simulation);
+  if (directory.empty()) return;
+  make_directory(directory);
+  std::vector<JournalBody> bodies;
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
+    bodies.push_back({simulation.body(i).name, simulation.mesh(i)});
+  state_->journal = std::make_unique<JournalWriter>(directory + "/journal", bodies);
+}
+
+Recorder::~Recorder() = default;
+
+void Recorder::add(const StepOutput& output, double step_wall_time_s) {
+  State& s = *state_;
+  if (s.journal) s.keep_journal(output);
+  if (s.score) s.score->add(output);
+  s.gather(output, step_wall_time_s);
+  for (const std::string& text : s.blades.add(output)) warn(text);
+}
+
+void Recorder::State::keep_journal(const StepOutput& output) {
+  for (const BodyDelta& d : output.deltas) journal->append(d.body_id, d.delta);
+  for (const NewBody& b : output.new_bodies) journal->append({b.name, simulation.mesh(b.body_id)});
+  if (output.gravity_target_m_per_s2 != gravity_m_per_s2)
+    journal->append({output.step, output.gravity_target_m_per_s2});
+  gravity_m_per_s2 = output.gravity_target_m_per_s2;
+}
+
+void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) {
+  RunFigures& f = figures;
+  f.step_times_s.push_back(static_cast<float>(step_wall_time_s));
+  f.last = output.report;
+  f.body_cpu_s.resize(output.report.checks.size(), 0);
+  f.body_residual_m.resize(output.report.checks.size(), 0);
+  for (std::size_t b = 0; b < f.body_cpu_s.size(); ++b) {
+    f.body_cpu_s[b] = output.report.processor_s[b];
+    f.body_residual_m[b] = std::max(f.body_residual_m[b], output.report.checks[b].residual_m);
+  }
+  f.steps = output.step;
+  f.body_steps += simulation.body_count();
+  f.body_steps_asleep += output.report.bodies_asleep;
+  for (const Event& e : output.events) {
+    ++f.events[to_string(e.kind)];
+    if (e.kind != EventKind::cut_refused) continue;
+    ++f.refusals[e.text];
+    log_limited(LogLevel::warning, "cut refused", "cut refused: " + e.text);
+  }
+  f.least_margin = std::min(f.least_margin, output.report.stability_margin);
+  f.largest_penetration_m = std::max(f.largest_penetration_m, output.report.penetration_m);
+  f.largest_added_mass = std::max(f.largest_added_mass, output.report.added_mass_fraction);
+  for (const ContactModel& c : output.contacts) f.largest_force_n = std::max(f.largest_force_n, c.force_world_n.norm());
+}
+
+void Recorder::warn(const std::string& text) {
+  std::vector<std::string>& warnings = state_->figures.warnings;
+  if (std::ranges::find(warnings, text) != warnings.end()) return;
+  warnings.push_back(text);
+  log_warning(text);
+}
+
+void Recorder::add_publish(double time_s) {
+  state_->figures.publish_times_s.push_back(static_cast<float>(time_s));
+}
+
+void Recorder::set(const SyncCost& cost) {
+  state_->figures.cost = cost;
+}
+
+std::string Recorder::finish() {
+  State& s = *state_;
+  s.figures.processor_s = processor_time_s() - s.processor_begun_s;
+  if (s.score) {
+    s.figures.score = s.score->finish();
+    for (const std::string& line : to_lines(*s.figures.score)) log_info(line);
+  }
+  const std::string json = report_text(s.figures, s.scene, s.simulation);
+  s.journal.reset();  // closes the file
+  if (s.directory.empty()) return json;
+  for (std::uint32_t i = 0; i < s.simulation.body_count(); ++i)
+    write_obj(obj_path(s.directory, s.simulation.body(i).name), s.simulation.mesh(i),
+              s.simulation.positions_world_m(i));
+  write_text(s.directory + "/report.json", json);
+  return json;
+}
+
+}  // namespace sectio

@@ -1,0 +1,35 @@
+// What a run leaves behind.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "sim_server/session/report.h"
+#include "sim_server/simulation.h"
+
+namespace sectio {
+
+// Gathers a run's figures. With a directory, leaves there BODY.obj of every final surface, journal (all deltas) and
+// report.json.
+class Recorder {
+ public:
+  // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Logs notes on the
+  // meshes. Scene and simulation must outlive the recorder; add() comes right after the step.
+  Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory);
+  ~Recorder();
+
+  void add(const StepOutput& output, double step_wall_time_s);
+  // Into the log and the report, each text once.
+  void warn(const std::string& text);
+  // Of a live session; its samples are those of publishing after each step.
+  void add_publish(double time_s);
+  void set(const SyncCost& cost);
+  // Writes the files. Returns the report as JSON text.
+  std::string finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

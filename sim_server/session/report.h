@@ -1,0 +1,47 @@
+// The report of a run: report.json, and what the program prints in the end.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim_server/session/exercise_score.h"
+
+namespace sectio {
+
+// What it costs that there are several copies of a body (paper A, conclusion): the simulation's, the one from which the
+// network's thread serves viewers, and one in each viewer (its own report has that).
+struct SyncCost {
+  std::size_t copy_bytes = 0;       // of the network's thread: topology and positions
+  double network_total_s = 0;       // of the network's thread
+  double waited_for_servers_s = 0;  // for others of the session, so that all stay together
+  std::uint64_t deferred_steps = 0, reduced_steps = 0, slowed_steps = 0;  // see net/budget.h
+  double most_behind_s = 0;
+};
+
+// The figures of a run, gathered step by step (Recorder).
+struct RunFigures {
+  std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
+  std::vector<float> step_times_s, publish_times_s;  // wall clock
+  double processor_s = 0;                            // of the whole run
+  std::map<std::string, std::uint64_t> events;       // how many of each kind
+  std::map<std::string, std::uint64_t> refusals;     // cuts that were refused, by reason
+  std::vector<std::string> warnings;                 // each once
+  std::vector<double> body_cpu_s, body_residual_m;   // by body: so far; the most
+  double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
+  StepReport last;  // of the last step
+  std::optional<SyncCost> cost;
+  std::optional<Score> score;
+};
+
+// JSON: for each body vertices, triangles, components, Euler characteristic, closed and manifold flags, volume now and
+// at rest, revision and hash; for the run steps, cuts, contact time, step times, stability margin, warnings. Times of
+// steps and processor are the only numbers that differ between two runs on the same samples.
+std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation);
+
+// Sixteen hexadecimal digits, as reports and replays name a topology.
+std::string hash_text(std::uint64_t hash);
+
+}  // namespace sectio

@@ -1,0 +1,50 @@
+#include "sim_server/session/run_files.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+
+namespace sectio {
+
+void make_directory(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw InputError(path + ": can't be made: " + error.message());
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  if (!(file << text).flush()) throw InputError(path + ": can't be written");
+}
+
+std::string obj_path(const std::string& directory, const std::string& body) {
+  std::string name = body;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return directory + "/" + name + ".obj";
+}
+
+void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<const Vec3f> positions_world_m) {
+  std::ofstream file(path);
+  std::vector<std::uint32_t> number(mesh.vertex_slots(), 0);
+  std::uint32_t next = 1;
+  char line[96];
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    if (!mesh.vertex_alive(v)) continue;
+    number[v] = next++;
+    const Vec3f& x = positions_world_m[v];
+    std::snprintf(line, sizeof line, "v %.9g %.9g %.9g\n", double(x[0]), double(x[1]), double(x[2]));
+    file << line;
+  }
+  for (const Surface surface : {Surface::skin, Surface::wall}) {
+    file << (surface == Surface::skin ? "g skin\n" : "g wall\n");
+    for (const Triangle& t : mesh.triangles())
+      if (t.alive() && t.surface == surface)
+        file << "f " << number[t.v[0]] << ' ' << number[t.v[1]] << ' ' << number[t.v[2]] << '\n';
+  }
+  if (!file.flush()) throw InputError(path + ": can't be written");
+}
+
+}  // namespace sectio

@@ -1,0 +1,90 @@
+#include "sim_server/scene/scene_warnings.h"
+
+#include <cmath>
+
+#include "tests/unit/scene/scene_file.h"
+
+namespace sectio {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+// A cube of 10 cm on its place, and a trace that presses it.
+Scene good_scene() {
+  Scene scene;
+  scene.bodies.emplace_back().name = "cube";
+  TriangleSoup& soup = scene.bodies[0].mesh;
+  for (int i = 0; i < 8; ++i) soup.vertices_body_m.push_back(0.1 * Vec3(i & 1, (i >> 1) & 1, (i >> 2) & 1));
+  soup.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  scene.world_bodies = {"cube"};
+  scene.tools.emplace_back().name = "blade";
+  scene.tools[0].trace = {{0, {Vec3(0, 0, 0.3), Eigen::Quaterniond::Identity()}, 0},
+                          {2, {Vec3(0, 0, 0.1), Eigen::Quaterniond::Identity()}, 0}};
+  return scene;
+}
+
+TEST(SceneWarnings, a_good_scene_has_none) {
+  EXPECT_EQ(scene_warnings(good_scene(), 2), Texts());
+}
+
+TEST(SceneWarnings, material_beyond_soft_tissue) {
+  Scene scene = good_scene();
+  scene.bodies[0].material.young_pa = 6;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"cube: young_pa is 6; soft tissue has 100 Pa to 10 MPa"});
+  scene.bodies[0].material.young_pa = 6e7;
+  scene.bodies[0].material.density_kg_per_m3 = 1.06;
+  EXPECT_EQ(scene_warnings(scene, 2), (Texts{"cube: young_pa is 6e+07; soft tissue has 100 Pa to 10 MPa",
+                                             "cube: density_kg_per_m3 is 1.06; tissue has 200 to 3000 kg/m3"}));
+}
+
+TEST(SceneWarnings, a_trace_that_outlasts_the_run_or_never_comes_near) {
+  Scene scene = good_scene();
+  EXPECT_EQ(scene_warnings(scene, 1.5),
+            Texts{"tool blade: its trace lasts 2 s, the run 1.5 s; the rest is not played"});
+  EXPECT_EQ(scene_warnings(scene, HUGE_VAL), Texts());
+  scene.tools[0].trace.back().pose_world.position_m = Vec3(0, 0, 0.2);
+  EXPECT_EQ(scene_warnings(scene, 2),
+            Texts{"tool blade: its trace is never within 5 cm of a body; has it another frame or unit?"});
+  scene.world_bodies = {"cube", "elsewhere"};
+  EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "it may be meant for a body of another server";
+}
+
+TEST(SceneWarnings, bodies_that_overlap) {
+  Scene scene = good_scene();
+  scene.bodies.push_back(scene.bodies[0]);
+  scene.bodies[1].name = "second";
+  scene.bodies[1].pose.position_m = Vec3(0.05, 0.05, 0.05);
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"cube and second overlap at the start"});
+  scene.bodies[1].pose.position_m = Vec3(0.1, 0, 0);
+  EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "they touch";
+}
+
+TEST(SceneWarnings, a_volume_that_nothing_holds) {
+  Scene scene = good_scene();
+  scene.bodies[0].tets = {scene.bodies[0].mesh.vertices_body_m, {{0, 1, 2, 4}}};
+  const Texts falls{"cube: nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor"};
+  EXPECT_EQ(scene_warnings(scene, 2), falls);
+  scene.bodies[0].fixed = Box{Vec3(1, 1, 1), Vec3(2, 2, 2)};
+  EXPECT_EQ(scene_warnings(scene, 2), falls) << "the box is somewhere else";
+  scene.bodies[0].fixed = Box{Vec3(-1, -1, -0.01), Vec3(1, 1, 0.01)};
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+  scene.bodies[0].fixed.reset();
+  scene.floor_z_m = -0.1;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+}
+
+// The two organs of two_organs.yaml do touch. Bodies whose tetrahedra come from a file have no surface yet.
+TEST(SceneWarnings, scenes_of_the_project_have_none_but_one) {
+  for (const auto& entry : std::filesystem::directory_iterator(SECTIO_SOURCE_DIR "/deploy/scenes")) {
+    if (entry.path().extension() != ".yaml") continue;
+    const Scene scene = load_scene(entry.path().string(), standard_traits());
+    if (!scene.bodies[0].volume.file.empty()) continue;
+    const bool touch = entry.path().stem() == "two_organs";
+    EXPECT_EQ(scene_warnings(scene, scene.duration_s), touch ? Texts{"liver and kidney overlap at the start"} : Texts())
+        << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace sectio
