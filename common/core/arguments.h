@@ -1,5 +1,5 @@
-// The command line, the same way in every program: --help with units and defaults, --version, --log-level, commands, and
-// exit code 2 with one clear line for a flag that can't be used.
+// The command line, the same way in every program: --help with units and defaults, --version, --log-level, commands,
+// and exit code 2 with one clear line for a flag that can't be used.
 #pragma once
 
 #include <functional>
