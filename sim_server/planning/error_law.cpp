@@ -40,22 +40,15 @@ const char* to_string(Load load) {
   return "";
 }
 
-const char* to_string(Method method) {
-  switch (method) {
-    case Method::surface_springs:
-      return "surface_springs";
-    case Method::tetra_springs:
-      return "tetra_springs";
-    case Method::neo_hookean:
-      return "neo_hookean";
-    case Method::neo_hookean_implicit:
-      return "neo_hookean_implicit";
-    case Method::lattice:
-      return "lattice";
-    case Method::lattice_beside_faces:
-      return "lattice_beside_faces";
-  }
-  return "";
+const MethodTraits& traits_of(Method method) {
+  static constexpr MethodTraits kTraits[kMethods] = {
+      {"surface_springs", "surface_springs", false, false, false},
+      {"tetra_springs", "tetra_springs", true, false, false},
+      {"neo_hookean", "neo_hookean", true, false, false},
+      {"neo_hookean_implicit", "neo_hookean", true, true, false},
+      {"lattice", "neo_hookean_lattice", true, false, true},
+      {"lattice_beside_faces", "neo_hookean_lattice", true, false, true}};
+  return kTraits[static_cast<std::size_t>(method)];
 }
 
 double ErrorLaw::at(double n) const {

@@ -35,7 +35,19 @@ enum class Method {
 constexpr int kMethods = 6;
 
 const char* to_string(Load load);
-const char* to_string(Method method);
+
+// The properties of a method that plans depend on, and its names.
+struct MethodTraits {
+  const char* name;   // in laws and tables
+  const char* model;  // the model of a scene
+  bool needs_volume;
+  bool is_implicit;
+  bool embeds;  // its elements are cells of a lattice, which carry the tetrahedra
+};
+const MethodTraits& traits_of(Method method);
+inline const char* to_string(Method method) {
+  return traits_of(method).name;
+}
 
 struct ErrorLaw {
   double c = 0, p = 0, floor = 0;

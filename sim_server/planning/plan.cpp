@@ -18,15 +18,11 @@ constexpr double kMostElements = 400000;
 constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partly empty ones at the border
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
-bool is_lattice(Method m) {
-  return m == Method::lattice || m == Method::lattice_beside_faces;
-}
-
 // The modulus of a method's fastest wave: E for springs, lambda + 2 mu for tetrahedra, lambda + 2 mu / 3 for hexahedra.
 double modulus_pa(Method method, double young_pa, double poisson) {
   const auto [mu, lambda] = lame(young_pa, poisson);
   if (method == Method::tetra_springs) return young_pa;
-  return is_lattice(method) ? lambda + 2 * mu / 3 : lambda + 2 * mu;
+  return traits_of(method).embeds ? lambda + 2 * mu / 3 : lambda + 2 * mu;
 }
 
 // Nothing if there is no law for the load. To surface springs a shallow cut is a dent that is as wide as deep.
@@ -76,10 +72,10 @@ class Planner {
     std::size_t best = 0;
     for (std::size_t i = 1; i < of.size(); ++i) {
       const bool fits = worst_ratio(of[i]) <= 1, best_fits = worst_ratio(of[best]) <= 1;
-      const bool is_surface = of[i].method == Method::surface_springs;
-      const bool better = fits != best_fits                                    ? fits
-                          : fits && is_surface                                 ? true
-                          : fits && of[best].method == Method::surface_springs ? false
+      const bool is_surface = !traits_of(of[i].method).needs_volume;
+      const bool better = fits != best_fits                                  ? fits
+                          : fits && is_surface                               ? true
+                          : fits && !traits_of(of[best].method).needs_volume ? false
                           : !fits ? worst_ratio(of[i]) < worst_ratio(of[best])
                                   : of[i].cpu < of[best].cpu;
       if (better) best = i;
@@ -94,7 +90,7 @@ class Planner {
 
   // The reason that rules out a method at any resolution; empty if there is none.
   std::string why_not(Method method) const {
-    const bool surface = method == Method::surface_springs;
+    const bool surface = !traits_of(method).needs_volume;
     if (const std::string& why = surface ? in_.no_surface : in_.no_volume; !why.empty()) return why;
     if (surface && in_.step_s > in_.surface_limit_s) return "the step is larger than its stable step";
     for (const BodyLoad& l : in_.loads) {
@@ -102,7 +98,7 @@ class Planner {
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
       if (!error_of(l, in_.shape, method, 1))
         return std::string("no error law for ") + to_string(l.what.load) + " (" + l.from + ")";
-      if (method == Method::neo_hookean_implicit && l.from != "its weight")
+      if (traits_of(method).is_implicit && l.from != "its weight")
         return "its sweeps converge slowly where instruments hold points";
     }
     return {};
@@ -116,13 +112,13 @@ class Planner {
     Candidate c;
     c.method = method;
     c.step_s = in_.step_s;
-    if (method == Method::surface_springs) {
+    if (!traits_of(method).needs_volume) {
       c.cell_m = in_.shape.edge_m;
       c.elements = c.vertices = static_cast<double>(in_.shape.vertices);
       add(c);
       return;
     }
-    if (!is_lattice(method) && in_.given_tetrahedra > 0) {
+    if (!traits_of(method).embeds && in_.given_tetrahedra > 0) {
       c.cell_m = cube_for(in_.shape.volume_m3, in_.given_tetrahedra);
       divide(c);
       return;
@@ -132,8 +128,8 @@ class Planner {
     bool any = false;
     for (const double n : kAcross) {
       c.cell_m = across_m / n;
-      if (is_lattice(method) && in_.shape.thickness_m < kThinnest * c.cell_m) continue;
-      if (is_lattice(method) && lies_on_cells(in_.shape, c.cell_m) != (method == Method::lattice)) continue;
+      if (traits_of(method).embeds && in_.shape.thickness_m < kThinnest * c.cell_m) continue;
+      if (traits_of(method).embeds && lies_on_cells(in_.shape, c.cell_m) != (method == Method::lattice)) continue;
       any |= divide(c);
     }
     if (!any)
@@ -145,7 +141,7 @@ class Planner {
   // Adds the candidate with the number of elements that cells of this size give; false if it is out of range.
   bool divide(Candidate c) {
     const double volume = in_.shape.volume_m3;
-    const bool embeds = is_lattice(c.method);
+    const bool embeds = traits_of(c.method).embeds;
     c.tetrahedra = in_.given_tetrahedra > 0 ? in_.given_tetrahedra
                    : embeds                 ? embedded_for(volume, c.cell_m)
                                             : tetrahedra_for(volume, c.cell_m);
@@ -155,7 +151,7 @@ class Planner {
     c.vertices = c.tetrahedra / 4.5;
     const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
     const double speed = std::sqrt(modulus_pa(c.method, in_.young_pa, in_.poisson) / in_.density_kg_per_m3);
-    c.substeps = c.method == Method::neo_hookean_implicit
+    c.substeps = traits_of(c.method).is_implicit
                      ? kMostSweeps
                      : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
     if ((in_.given_tetrahedra == 0 && c.tetrahedra < kFewestTetrahedra) || c.tetrahedra > kMostElements ||
@@ -169,7 +165,7 @@ class Planner {
     c.built = true;
     c.elements = built.elements;
     c.vertices = built.vertices;
-    c.substeps = c.method == Method::neo_hookean_implicit ? kMostSweeps : built.substeps;
+    c.substeps = traits_of(c.method).is_implicit ? kMostSweeps : built.substeps;
     set_cost(c, built.surface_vertices);
   }
 
@@ -190,7 +186,7 @@ class Planner {
       }
     // The surface of a volume has a number of vertices proportional to the power 2/3.
     const double shell = std::min(c.vertices, 6 * std::pow(c.vertices, 2.0 / 3));
-    set_cost(c, c.method == Method::surface_springs ? c.vertices : shell);
+    set_cost(c, traits_of(c.method).needs_volume ? shell : c.vertices);
     all_.push_back(c);
   }
 

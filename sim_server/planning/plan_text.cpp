@@ -35,8 +35,7 @@ std::string verdict(const PlanInput& in, const BodyPlan& plan) {
   const Candidate& c = plan.chosen;
   if (plan.fits)
     return text("taken: %s, %s model that keeps error %.3g and cost %.3g\n", to_string(c.method),
-                c.method == Method::surface_springs ? "the simplest" : "the cheapest", in.budgets.error,
-                in.budgets.cpu);
+                traits_of(c.method).needs_volume ? "the cheapest" : "the simplest", in.budgets.error, in.budgets.cpu);
   return text(
       "no model keeps error %.3g and cost %.3g; taken: %s, the nearest, which needs error_budget %.2g and cpu_budget "
       "%.2g\n",

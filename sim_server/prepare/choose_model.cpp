@@ -81,26 +81,10 @@ Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
   one.bodies.push_back(body);
   BodySpec& spec = one.bodies[0];
   spec.volume.tetrahedra = std::max(12.0, c.tetrahedra);
-  switch (c.method) {
-    case Method::surface_springs:
-      spec.model = "surface_springs";
-      break;
-    case Method::tetra_springs:
-      spec.model = "tetra_springs";
-      break;
-    case Method::neo_hookean:
-      spec.model = "neo_hookean";
-      break;
-    case Method::neo_hookean_implicit:
-      spec.model = "neo_hookean";
-      spec.volume.driver = "implicit";
-      break;
-    case Method::lattice:
-    case Method::lattice_beside_faces:
-      spec.model = "neo_hookean_lattice";
-      spec.volume.cell_m = c.cell_m;
-      break;
-  }
+  const planning::MethodTraits& method = traits_of(c.method);
+  spec.model = method.model;
+  if (method.is_implicit) spec.volume.driver = "implicit";
+  if (method.embeds) spec.volume.cell_m = c.cell_m;
   return one;
 }
 
