@@ -7,10 +7,10 @@
 
 namespace sectio {
 
-void BodyEngines::follow(const SharedBody& body, const TopologyChange& change) {
+void BodyEngines::follow(const SharedBody& body, const TopologyChange& change, const CutTicket* planned) {
   deformation->follow(body, change);
   collision->follow(body, change);
-  cutting->follow(body, change);
+  planned ? cutting->accept(body, *planned) : cutting->follow(body, change);
   splitting->follow(body, change);
   for (const auto& process : processes) process->follow(body, change);
 }

@@ -27,6 +27,10 @@
 
 namespace sectio {
 
+struct EngineSite;
+struct BodyEngines;
+using MakeEngines = std::function<BodyEngines(const EngineSite&)>;
+
 // The engines of one body. Engines that share data of their own (tetrahedra that one moves and another cuts) are made
 // together.
 struct BodyEngines {
@@ -35,8 +39,11 @@ struct BodyEngines {
   std::unique_ptr<SplittingEngine> splitting;
   std::unique_ptr<DeformationEngine> deformation;
   std::vector<std::unique_ptr<ProcessEngine>> processes;  // in the order of their steps
+  // Makes the engines of a part that comes off this body, for a factory whose engines share data with their parts.
+  MakeEngines make_part;
 
-  void follow(const SharedBody& body, const TopologyChange& change);
+  // `planned`: the ticket of the cutting engine's plan, if that planned the change.
+  void follow(const SharedBody& body, const TopologyChange& change, const CutTicket* planned = nullptr);
   void publish(const SharedBody& body, std::vector<ScalarField>& fields) const;
 };
 
@@ -52,8 +59,6 @@ struct EngineSite {
   const BodyEngines* parent = nullptr;
   std::span<const VertexId> vertex_from = {};
 };
-
-using MakeEngines = std::function<BodyEngines(const EngineSite&)>;
 
 struct ModelEntry {
   ModelTraits traits;  // what it needs and can do, and its own keys in a scene

@@ -33,11 +33,9 @@ void tidy(World& world, StepContext& context) {
     const BodyStep& step = context.bodies[b];
     if (world.bodies[b]->rigid || step.at_work || !step.entries.empty() || !step.motions.empty()) return;
     if (!is_idle(world, context, b)) return;
-    CuttingEngine& cutting = *world.bodies[b]->engines.cutting;
-    const std::uint64_t collapsed = cutting.edges_collapsed();
-    TopologyDelta delta = cutting.tidy(world.bodies[b]->shared());
-    if (!delta.empty()) commit(world, context, b, {Cause::tidied, std::move(delta), {}});
-    context.output.report.edges_collapsed += cutting.edges_collapsed() - collapsed;
+    TidyPlan plan = world.bodies[b]->engines.cutting->tidy(world.bodies[b]->shared());
+    if (plan.ticket && commit(world, context, b, {Cause::tidied, std::move(plan.delta), {}, plan.ticket}))
+      context.output.report.edges_collapsed += plan.edges_collapsed;
   });
 }
 

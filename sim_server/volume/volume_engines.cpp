@@ -13,6 +13,7 @@
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/surface/surface_engines.h"
+#include "sim_server/volume/volume_cutting.h"
 #include "sim_server/volume/volume_material.h"
 #include "sim_server/volume/volume_splitting.h"
 
@@ -27,7 +28,7 @@ VolumeMaterial volume_material(VolumeMaterial whole, const Regions& regions, con
   return whole;
 }
 
-VolumeCutting::IsFixed fixed_places(const EngineSite& site) {
+Volume::IsFixed fixed_places(const EngineSite& site) {
   if (!site.spec.fixed) return {};
   return [fixed = *site.spec.fixed, frame = site.frame_world](const Vec3& home) {
     return fixed.contains(frame.to_world(home));
@@ -44,43 +45,48 @@ VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
   return settings;
 }
 
-const VolumeCutting& cutting_of(const BodyEngines& engines) {
-  return dynamic_cast<const VolumeCutting&>(*engines.cutting);
-}
-const VolumeModel& model_of(const BodyEngines& engines) {
-  return dynamic_cast<const VolumeDeformation&>(*engines.deformation).model();
-}
-
-// Its inside does not count any more.
+// Its surface is enough.
 bool is_rigid_part(const EngineSite& site) {
   return site.is_part && !site.spec.fixed && site.spec.splitting.free_parts == FreeParts::rigid;
 }
 
-// The volume of a body, or of a part with its state.
-VolumePart volume_of(const EngineSite& site) {
-  if (site.parent) return cutting_of(*site.parent).part(site.vertex_from);
+VolumePart whole_volume(const EngineSite& site) {
   VolumePart whole{site.spec.tets, std::vector<VertexId>(site.body.mesh.vertex_slots()), {}, {}};
   std::iota(whole.vertex_of.begin(), whole.vertex_of.end(), VertexId{0});  // see fill_volumes()
   return whole;
 }
 
-BodyEngines engines_of(const EngineSite& site, VolumePart volume, std::unique_ptr<VolumeModel> model) {
+FrontSettings front_settings(const BodySpec& spec) {
+  FrontSettings settings;
+  settings.tets.semi_progressive = spec.cutting.style == "semi_progressive";
+  settings.tets.snap = spec.cutting.snap_ratio;
+  settings.tets.collapse_ratio = spec.volume.collapse_ratio;
+  return settings;
+}
+
+BodyEngines part_engines(const EngineSite& site) {
+  return is_rigid_part(site) ? surface_spring_engines(site) : site.parent->make_part(site);
+}
+
+using MakePartEngines = std::function<BodyEngines(const EngineSite& site, VolumePart part)>;
+
+// The engines around a model, which share the volume; so do the parts that come off, each of which copies its own.
+BodyEngines engines_around(std::unique_ptr<VolumeModel> model, VolumePart part, const EngineSite& site,
+                           MakePartEngines make_part) {
   BodyEngines engines;
   engines.collision =
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
   std::optional<VolumeFloor> floor;
   if (site.scene.floor_z_m) floor = VolumeFloor{*site.scene.floor_z_m, site.spec.volume.floor_kept_velocity};
-  auto engine = std::make_unique<VolumeDeformation>(std::move(model), volume.vertex_of, site.frame_world, floor);
-  if (site.parent) engine->set_state(std::move(volume.position_world_m), std::move(volume.velocity_m_per_s));
-  TetCutSettings settings;
-  settings.semi_progressive = site.spec.cutting.style == "semi_progressive";
-  settings.snap = site.spec.cutting.snap_ratio;
-  settings.collapse_ratio = site.spec.volume.collapse_ratio;
-  auto cutting = std::make_unique<VolumeCutting>(volume.mesh, volume.vertex_of, settings, *engine, fixed_places(site),
-                                                 site.is_part);
-  engines.splitting = std::make_unique<VolumeSplitting>(*cutting);
-  engines.cutting = std::move(cutting);
-  engines.deformation = std::move(engine);
+  auto deformation = std::make_unique<VolumeDeformation>(std::move(model), part.vertex_of, site.frame_world, floor);
+  if (site.parent) deformation->set_state(std::move(part.position_world_m), std::move(part.velocity_m_per_s));
+  const auto volume = std::make_shared<Volume>(part.mesh, std::move(part.vertex_of), *deformation, fixed_places(site));
+  engines.splitting = std::make_unique<VolumeSplitting>(volume);
+  engines.cutting = std::make_unique<VolumeCutting>(volume, front_settings(site.spec), site.is_part);
+  engines.deformation = std::move(deformation);
+  engines.make_part = [volume, make_part = std::move(make_part)](const EngineSite& part_site) {
+    return make_part(part_site, volume->part(part_site.vertex_from));
+  };
   return engines;
 }
 
@@ -95,44 +101,55 @@ std::string note_on(const HexSolid& solid) {
   return text;
 }
 
+BodyEngines spring_engines(const EngineSite& site, VolumePart part, TetSpringOptions options) {
+  options.calibrate = options.correction == 1;
+  auto model = std::make_unique<TetSprings>(
+      part.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, part.mesh),
+      settings_for(site, part.mesh), options);
+  const TetSpringOptions of_parts = model->options();
+  return engines_around(std::move(model), std::move(part), site, [of_parts](const EngineSite& s, VolumePart p) {
+    return spring_engines(s, std::move(p), of_parts);
+  });
+}
+
+BodyEngines solid_engines(const EngineSite& site, VolumePart part) {
+  auto model = std::make_unique<TetSolid>(
+      part.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, part.mesh),
+      settings_for(site, part.mesh), integrator_of(site.spec));
+  return engines_around(std::move(model), std::move(part), site, solid_engines);
+}
+
+// `whole`: the model of the body that a part comes off.
+BodyEngines lattice_engines(const EngineSite& site, VolumePart part, const HexSolid* whole) {
+  const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
+  auto model = std::make_unique<HexSolid>(
+      part.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, part.mesh),
+      settings_for(site, part.mesh), integrator_of(site.spec), whole);
+  const HexSolid* of_parts = model.get();
+  return engines_around(std::move(model), std::move(part), site, [of_parts](const EngineSite& s, VolumePart p) {
+    return lattice_engines(s, std::move(p), of_parts);
+  });
+}
+
 }  // namespace
 
-// The tensile test corrects the tissue, whatever regions are in it. A part's springs are what they were in the whole.
+// The tensile test corrects the tissue, whatever regions are in it. The springs of a part are what they were in the whole.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
-  if (is_rigid_part(site)) return surface_spring_engines(site);
-  VolumePart volume = volume_of(site);
-  const VolumeMaterial material = volume_material(site.spec.material);
-  const VolumeSettings settings = settings_for(site, volume.mesh);
+  if (site.is_part) return part_engines(site);
+  VolumePart whole = whole_volume(site);
   TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
-  if (site.parent) {
-    options = dynamic_cast<const TetSprings&>(model_of(*site.parent)).options();
-  } else if (vary_in_stiffness(site.spec.regions)) {
-    options = TetSprings(volume.mesh, material, settings, options).options();
-  }
-  options.calibrate = options.correction == 1;
-  auto model = std::make_unique<TetSprings>(volume.mesh, volume_material(material, site.spec.regions, volume.mesh),
-                                            settings, options);
-  return engines_of(site, std::move(volume), std::move(model));
+  if (vary_in_stiffness(site.spec.regions))
+    options =
+        TetSprings(whole.mesh, volume_material(site.spec.material), settings_for(site, whole.mesh), options).options();
+  return spring_engines(site, std::move(whole), options);
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
-  if (is_rigid_part(site)) return surface_spring_engines(site);
-  VolumePart volume = volume_of(site);
-  auto model = std::make_unique<TetSolid>(
-      volume.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
-      settings_for(site, volume.mesh), integrator_of(site.spec));
-  return engines_of(site, std::move(volume), std::move(model));
+  return site.is_part ? part_engines(site) : solid_engines(site, whole_volume(site));
 }
 
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
-  if (is_rigid_part(site)) return surface_spring_engines(site);
-  VolumePart volume = volume_of(site);
-  const auto* whole = site.parent ? &dynamic_cast<const HexSolid&>(model_of(*site.parent)) : nullptr;
-  const Grid grid = whole ? whole->lattice().grid : grid_around(site.spec.tets, site.spec.volume.cell_m);
-  auto model = std::make_unique<HexSolid>(
-      volume.mesh, grid, volume_material(volume_material(site.spec.material), site.spec.regions, volume.mesh),
-      settings_for(site, volume.mesh), integrator_of(site.spec), whole);
-  return engines_of(site, std::move(volume), std::move(model));
+  return site.is_part ? part_engines(site) : lattice_engines(site, whole_volume(site), nullptr);
 }
 
 void prepare_lattice(BodySpec& body) {

@@ -7,8 +7,8 @@
 namespace sectio {
 
 std::uint32_t VolumeSplitting::tetrahedron_at(const SharedBody& body, TriangleId triangle) const {
-  const TetTopology& volume = cutting_.volume();
-  const Corners3 corners = cutting_.surface().in_volume(body.mesh.triangle(triangle));
+  const TetTopology& volume = volume_->topology;
+  const Corners3 corners = volume_->surface.in_volume(body.mesh.triangle(triangle));
   for (const std::uint32_t t : volume.star(corners[0]))
     if (std::ranges::all_of(corners, [&](VertexId v) {
           return std::ranges::find(volume.tetrahedra()[t], v) != volume.tetrahedra()[t].end();
@@ -18,14 +18,14 @@ std::uint32_t VolumeSplitting::tetrahedron_at(const SharedBody& body, TriangleId
 }
 
 Part VolumeSplitting::part_of(const SharedBody& body, std::span<const std::uint32_t> tetrahedra) const {
-  const TetTopology& volume = cutting_.volume();
+  const TetTopology& volume = volume_->topology;
   Part part;
   for (const std::uint32_t t : tetrahedra)
     for (std::size_t corner = 0; corner < 4; ++corner) {
       if (volume.across(t, corner) != kNone) continue;
       const Tetrahedron& c = volume.tetrahedra()[t];
       const auto& [i, j, k] = kTetFaces[corner];
-      const TriangleId triangle = cutting_.surface().triangle_of(body.mesh, {c[i], c[j], c[k]});
+      const TriangleId triangle = volume_->surface.triangle_of(body.mesh, {c[i], c[j], c[k]});
       if (triangle == kNone) continue;
       part.triangles.push_back(triangle);
       const auto& v = body.mesh.triangle(triangle).v;
@@ -38,7 +38,7 @@ Part VolumeSplitting::part_of(const SharedBody& body, std::span<const std::uint3
 }
 
 PartSearch VolumeSplitting::separated(const SharedBody& body, std::span<const TriangleId> changed) {
-  const TetTopology& volume = cutting_.volume();
+  const TetTopology& volume = volume_->topology;
   std::vector<std::uint32_t> seeds;
   for (const TriangleId t : changed)
     if (t < body.mesh.triangle_slots() && body.mesh.triangle(t).alive()) seeds.push_back(tetrahedron_at(body, t));
@@ -51,7 +51,7 @@ PartSearch VolumeSplitting::separated(const SharedBody& body, std::span<const Tr
   });
   result.visited = found.visited;
   for (const auto& tetrahedra : found.parts) result.parts.push_back(part_of(body, tetrahedra));
-  // Of the rest, any triangle that changed.
+  // The rest is named by any of its triangles that changed.
   for (const TriangleId t : changed) {
     if (result.rest != kNone || t >= body.mesh.triangle_slots() || !body.mesh.triangle(t).alive()) continue;
     const bool came_off = std::ranges::any_of(
@@ -62,7 +62,7 @@ PartSearch VolumeSplitting::separated(const SharedBody& body, std::span<const Tr
 }
 
 Part VolumeSplitting::whole(const SharedBody& body, TriangleId triangle) {
-  return part_of(body, cutting_.volume().connected({tetrahedron_at(body, triangle)}));
+  return part_of(body, volume_->topology.connected({tetrahedron_at(body, triangle)}));
 }
 
 }  // namespace sectio

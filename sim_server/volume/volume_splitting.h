@@ -1,16 +1,18 @@
-// Parts of a volume: tetrahedra that hang together through faces, with all of the surface that they have, cracks and
+// Components of a volume: tetrahedra that are connected through faces, with all of their surface, that of cracks and
 // hollows inside included.
 #pragma once
 
+#include <memory>
+#include <utility>
+
 #include "sim_server/components/splitting_engine.h"
-#include "sim_server/volume/volume_cutting.h"
+#include "sim_server/volume/volume.h"
 
 namespace sectio {
 
 class VolumeSplitting final : public SplittingEngine {
  public:
-  // `cutting` has the volume, and outlives the last call.
-  explicit VolumeSplitting(const VolumeCutting& cutting) : cutting_(cutting) {}
+  explicit VolumeSplitting(std::shared_ptr<const Volume> volume) : volume_(std::move(volume)) {}
 
   PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) override;
   Part whole(const SharedBody& body, TriangleId triangle) override;
@@ -20,7 +22,7 @@ class VolumeSplitting final : public SplittingEngine {
   Part part_of(const SharedBody& body, std::span<const std::uint32_t> tetrahedra) const;
   std::uint32_t tetrahedron_at(const SharedBody& body, TriangleId triangle) const;
 
-  const VolumeCutting& cutting_;
+  std::shared_ptr<const Volume> volume_;
 };
 
 }  // namespace sectio

@@ -126,6 +126,7 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   place(change.seeds);
   if (delta.empty()) {
     tree_stale_ |= !change.seeds.empty();
+    if (change.ticket) engines.cutting->accept(shared(), *change.ticket);
     return applied;
   }
   for (const auto& [v, state] : change.seeds) applied.placed.push_back(v);
@@ -139,7 +140,7 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
     }
   }
   sort_unique(applied.vertices), sort_unique(applied.triangles);
-  engines.follow(shared(), applied.of(delta));
+  engines.follow(shared(), applied.of(delta), change.ticket.get());
   lips_.follow(mesh, applied.vertices);
   if (change.cause == Cause::part_left) forget_strokes_of(delta);
   if (!change.plan) return applied;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -22,13 +23,14 @@ struct Change {
   Cause cause = Cause::cut;
   TopologyDelta delta;                                  // empty: only the state of some vertices changes
   std::vector<std::pair<VertexId, VertexState>> seeds;  // where vertices are placed once the delta is applied
-  const CutPlan* plan = nullptr;                        // of a cut: what its engine goes on with
+  std::shared_ptr<const CutTicket> ticket = nullptr;    // of the cutting engine's plan
+  const CutPlan* plan = nullptr;                        // of a cut: its strokes and islands
 };
 
 // A plan that leaves the topology as it is places no vertices, either.
 inline Change cut_as_planned(const CutPlan& plan) {
-  if (plan.delta.empty()) return {Cause::cut, {}, {}, &plan};
-  return {Cause::cut, plan.delta, plan.seeds, &plan};
+  if (plan.delta.empty()) return {Cause::cut, {}, {}, plan.ticket, &plan};
+  return {Cause::cut, plan.delta, plan.seeds, plan.ticket, &plan};
 }
 
 // The effect of a change, with its delta; see TopologyChange for the lists.

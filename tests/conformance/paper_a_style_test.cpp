@@ -85,7 +85,7 @@ class NoEntry final : public CuttingEngine {
  public:
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
-               std::span<const BladeMotion>) override {
+               std::span<const BladeMotion>) const override {
     CutPlan plan(cuts);
     for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused, "no entry"});
     plan.refused = static_cast<std::uint32_t>(entries.size());

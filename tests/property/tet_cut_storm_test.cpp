@@ -7,7 +7,7 @@
 #include "common/mesh/check.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/volume/tets/collapse.h"
-#include "sim_server/volume/tets/taken_back.h"
+#include "sim_server/volume/tets/front_rollback.h"
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
@@ -143,24 +143,37 @@ TEST_P(TetFronts, C_CUT_3_a_front_is_undone_exactly_and_models_follow_what_has_c
   for (int stroke = 0; stroke < 3; ++stroke) {
     const Vec3 ahead = vector().normalized(), up = ahead.unitOrthogonal();
     const Vec3 tip = 0.02 * vector() - 0.07 * ahead - 0.03 * up, heel = tip + 0.15 * up;
-    const TetTopology settled = volume;
+    const TetTopology without = volume;
+    TetDelta front;
     for (int n = 1; n <= 8; ++n) {
       const Vec3 noise = 2e-4 * vector();
       const Vec3 gone = (0.04 + 0.008 * n) * ahead + noise;
       const TetTopology was = volume;
-      const TakenBack before(volume);
-      ASSERT_TRUE(same(volume, settled)) << stroke << ' ' << n;
-      cut(volume, {{tip, heel, heel + gone, tip + gone}, {}, 2 | 4 | 8}, {});
-      const TetReport report = check(volume.mesh());
-      ASSERT_TRUE(report.conforming) << stroke << ' ' << n << ": " << report.first_defect;
-      ASSERT_NEAR(report.volume_m3, whole_m3, 1e-12 * whole_m3);
-      TetChange change = before.change(volume);
-      before.find_origins(volume, change);
-      before.give_states(volume);
-      const TetTopology now = volume;
-      before.restore(volume);
+      TetChange change;
+      TetTopology now = volume;
+      {
+        FrontRollback rollback(volume, n == 1 ? nullptr : &front);
+        ASSERT_TRUE(same(volume, without)) << stroke << ' ' << n;
+        cut(volume, {{tip, heel, heel + gone, tip + gone}, {}, 2 | 4 | 8}, {});
+        const TetReport report = check(volume.mesh());
+        ASSERT_TRUE(report.conforming) << stroke << ' ' << n << ": " << report.first_defect;
+        ASSERT_NEAR(report.volume_m3, whole_m3, 1e-12 * whole_m3);
+        change = rollback.change();
+        rollback.find_origins(change);
+        rollback.give_states();
+        now = volume;
+      }
       ASSERT_TRUE(same(volume, was)) << stroke << ' ' << n;
-      volume = now;
+      // The new front as a value leads from the volume without a front to that of the plan, and back.
+      const TetTopology planned = now;
+      front = now.take_back();
+      ASSERT_TRUE(same(now, without)) << stroke << ' ' << n;
+      apply(front, now);
+      ASSERT_TRUE(same(now, planned)) << stroke << ' ' << n;
+      apply(inverse(front), now);
+      ASSERT_TRUE(same(now, without)) << stroke << ' ' << n;
+      volume = planned;
+      volume.forget();
       // The field was linear: whoever takes over its state has that of the place at rest.
       for (VertexId v = 0; v < volume.vertex_count(); ++v) {
         const Vec3& p = volume.vertex(v).rest_body_m;
@@ -175,7 +188,6 @@ TEST_P(TetFronts, C_CUT_3_a_front_is_undone_exactly_and_models_follow_what_has_c
         if (e.after != kNoTetrahedron) after[e.id] = factors[e.origin];
       factors = after;
     }
-    volume.forget();
   }
   TetMesh made;
   for (VertexId v = 0; v < volume.vertex_count(); ++v) made.vertices_body_m.push_back(volume.vertex(v).rest_body_m);

@@ -1,6 +1,8 @@
 // The interface of a cutting engine: it plans a step's cuts in one body.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <span>
 
 #include "sim_server/engine/engine.h"
@@ -8,19 +10,28 @@
 
 namespace sectio {
 
+// See CuttingEngine::tidy().
+struct TidyPlan {
+  TopologyDelta delta;                      // empty(): the topology stays
+  std::uint32_t edges_collapsed = 0;        // by this
+  std::shared_ptr<const CutTicket> ticket;  // nullptr: there is nothing to do
+};
+
 class CuttingEngine : public Engine {
  public:
   virtual const StrokeSettings& settings() const = 0;
 
-  // See plan_cut(). The mesh changes only when the simulation accepts the plan. An engine that cuts data of its own
-  // changes these data in follow(), when the delta that it planned has been applied.
+  // See plan_cut(). Changes nothing: the engine goes on with the plan when it has to accept() its ticket.
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
-                       std::span<const BladeMotion> motions) = 0;
+                       std::span<const BladeMotion> motions) const = 0;
 
-  // A small piece of work that can wait for a step in which no instrument is at the body. As with a plan, the mesh
-  // changes only when the simulation applies the delta, which is mostly empty.
-  virtual TopologyDelta tidy(const SharedBody&) { return {}; }
-  virtual std::uint64_t edges_collapsed() const { return 0; }  // by tidy(), so far
+  // Plans a small piece of work that can wait for a step in which no instrument is at the body. As plan() does it changes
+  // nothing.
+  virtual TidyPlan tidy(const SharedBody&) const { return {}; }
+
+  // A plan has been accepted: its delta, unless that is empty, has been applied. Instead of follow(), which is for changes
+  // that this engine has not planned.
+  virtual void accept(const SharedBody&, const CutTicket&) {}
 };
 
 // Cuts surfaces in the style that the settings name.
@@ -31,7 +42,7 @@ class SurfaceCutting final : public CuttingEngine {
 
   const StrokeSettings& settings() const override { return settings_; }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
-               std::span<const BladeMotion> motions) override {
+               std::span<const BladeMotion> motions) const override {
     return plan_cut(body.mesh, body.particles.view(), cuts, entries, motions, settings_, loops_free_islands_);
   }
   void follow(const SharedBody&, const TopologyChange&) override {}  // all data is in BodyCuts

@@ -1,6 +1,7 @@
 // Plans a step's cuts in one body: a pure function from the mesh, the state and the instruments' motion to a delta.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -49,6 +50,12 @@ struct StrokeOutcome {
   std::string_view why = {};  // reason of a refusal, for a person
 };
 
+// Goes with a plan from the engine that made it, and back to that engine when the plan has been accepted: what the engine
+// goes on with then. Nobody else knows what is in it.
+struct CutTicket {
+  virtual ~CutTicket() = default;
+};
+
 struct CutPlan {
   explicit CutPlan(const BodyCuts& cuts) : grooves(cuts.grooves) {}  // an empty plan
 
@@ -60,6 +67,7 @@ struct CutPlan {
   std::vector<TemplateStroke> template_strokes;
   std::uint32_t refused = 0;  // cuts for which there was no valid subdivision
   GrooveDraft grooves;
+  std::shared_ptr<const CutTicket> ticket;  // of an engine that goes on with more than this
 };
 
 // Undoes every temporary subdivision, begins a stroke for each entry, advances all strokes, and opens those that go on

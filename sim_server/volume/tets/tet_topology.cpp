@@ -81,10 +81,10 @@ std::vector<std::uint32_t> TetTopology::connected(std::vector<std::uint32_t> tet
   return tetrahedra;
 }
 
-void TetTopology::forget(std::size_t mark) {
-  vertices_before_ += mark;
-  tets_before_ = tets_at(mark);
-  journal_.erase(journal_.begin(), journal_.begin() + static_cast<std::ptrdiff_t>(mark));
+void TetTopology::forget() {
+  vertices_before_ = vertices_.size();
+  tets_before_ = tets_.size();
+  journal_.clear();
 }
 
 std::size_t TetTopology::tets_at(std::size_t mark) const {
@@ -117,20 +117,45 @@ TetChange TetTopology::change(std::size_t mark) const {
   return change;
 }
 
-std::vector<TetStep> TetTopology::steps() const {
-  std::vector<TetStep> steps;
-  for (const Operation& o : journal_) steps.push_back({o.a, o.b, o.t, o.of});
-  return steps;
+TetDelta TetTopology::take_back(std::size_t mark) {
+  TetDelta delta;
+  delta.vertices_before = vertices_before_ + mark;
+  delta.tetrahedra_before = tets_at(mark);
+  delta.tetrahedra_after = tets_.size();
+  delta.tetrahedra = change(mark).tetrahedra;
+  for (auto v = static_cast<VertexId>(delta.vertices_before); v < vertices_.size(); ++v)
+    delta.added.push_back({vertices_[v].rest_body_m, *made_from(v)});
+  std::vector<VertexId>& corners = delta.stars_of;
+  for (const TetEdit& e : delta.tetrahedra)
+    for (const Tetrahedron& t : {e.before, e.after})
+      if (t != kNoTetrahedron) corners.insert(corners.end(), t.begin(), t.end());
+  sort_unique(corners);
+  for (const VertexId v : corners) delta.stars_after.add(star_[v]);
+  for (std::size_t k = journal_.size(); k > mark; undo_to(--k))
+    if (const Operation& o = journal_.back(); o.b == kNone) delta.joins.push_back({o.a, o.made, twin_share(o)});
+  for (const VertexId v : corners)
+    delta.stars_before.add(v < star_.size() ? std::span(star_[v]) : std::span<std::uint32_t>());
+  return delta;
 }
 
-std::vector<TetStep> TetTopology::take_back() {
-  std::vector<TetStep> steps = this->steps();
-  undo_to(0);
-  return steps;
-}
-
-void TetTopology::redo(std::span<const TetStep> steps) {
-  for (const TetStep& s : steps) s.b == kNone ? part(s.a, s.of) : split(s.a, s.b, s.t);
+void apply(const TetDelta& delta, TetTopology& volume) {
+  SECTIO_ASSERT(volume.journal_.empty() && volume.vertices_.size() == delta.vertices_before + delta.removed.size() &&
+                    volume.tets_.size() == delta.tetrahedra_before,
+                "a delta fits the volume that it was made for");
+  auto& vertices = volume.vertices_;
+  vertices.resize(delta.vertices_before);
+  for (const TetDelta::Vertex& v : delta.added) vertices.push_back({v.rest_body_m, v.rest_body_m, Vec3::Zero()});
+  volume.tets_.resize(delta.tetrahedra_after, kNoTetrahedron);
+  for (const TetEdit& e : delta.tetrahedra)
+    if (e.id < volume.tets_.size()) volume.tets_[e.id] = e.after;
+  volume.star_.resize(vertices.size());
+  for (std::size_t k = 0; k < delta.stars_of.size(); ++k)
+    if (const VertexId v = delta.stars_of[k]; v < vertices.size()) {
+      const auto star = delta.stars_after[k];
+      volume.star_[v].assign(star.begin(), star.end());
+    }
+  volume.fetchable_ = std::min(volume.fetchable_, delta.vertices_before);
+  volume.forget();
 }
 
 TetChange TetTopology::remove(std::span<const std::uint32_t> tetrahedra) {
@@ -244,9 +269,13 @@ double TetTopology::volume_at(VertexId v) const {
   return volume;
 }
 
+double TetTopology::twin_share(const Operation& part) const {
+  return volume_at(part.made) / (volume_at(part.made) + volume_at(part.a));
+}
+
 void TetTopology::undo_part(const Operation& operation) {
   const VertexId v = operation.a, twin = operation.made;
-  const double share = volume_at(twin) / (volume_at(twin) + volume_at(v));
+  const double share = twin_share(operation);
   const TetVertexState kept = vertex(v), other = vertex(twin);
   set_state(v, kept.position_world_m + share * (other.position_world_m - kept.position_world_m),
             kept.velocity_m_per_s + share * (other.velocity_m_per_s - kept.velocity_m_per_s));

@@ -1,5 +1,6 @@
 // A volume whose tetrahedra change: two operations, each with an exact inverse, from which every cut is made. Both keep
-// the mesh conforming: tetrahedra meet in whole faces or not at all.
+// the mesh conforming: tetrahedra meet in whole faces or not at all. A journal of operations can be taken back as one
+// value, a TetDelta, and be applied again.
 //
 //   split   an edge a b at n: each tetrahedron (.. a b ..) becomes (.. a n ..), and (.. n b ..) is new
 //   part    a vertex v gets a twin: some of the tetrahedra at v have the twin instead
@@ -12,9 +13,11 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
+#include "sim_server/volume/tets/tet_delta.h"
 
 namespace sectio {
 
@@ -22,13 +25,6 @@ struct TetVertexState {
   Vec3 rest_body_m = Vec3::Zero();
   Vec3 position_world_m = Vec3::Zero();
   Vec3 velocity_m_per_s = Vec3::Zero();
-};
-
-// One of the two, as it can be done again.
-struct TetStep {
-  VertexId a = kNone, b = kNone;  // split: the edge; part: a, and b is kNone
-  double t = 0;
-  std::vector<std::uint32_t> of;
 };
 
 class TetTopology {
@@ -42,8 +38,8 @@ class TetTopology {
     return vertices_[v];
   }
   void set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s);
-  // From now on the states of the vertices that there are come from there, each when it is first asked for: a cut looks
-  // at few. Those that an operation makes from then on are its own. Nothing: all stay as they are.
+  // From now on the states of the present vertices come from `source`, each when it is first asked for: a cut looks at
+  // few. Vertices that an operation makes after this have states of their own. An empty source: states stay as they are.
   using StateOf = std::function<TetVertexState(VertexId v)>;
   void fetch_states_from(StateOf source);
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }
@@ -62,18 +58,15 @@ class TetTopology {
   // `of`: tetrahedra at v, some but not all. Returns the twin, the highest number. O(star).
   VertexId part(VertexId v, std::span<const std::uint32_t> of);
 
-  // Operations so far; undo_to() takes back those after a mark, last first: vertices, tetrahedra and the order of stars
-  // are what they were, to the bit. What is left keeps the state that it has; a vertex that had a twin goes to the
+  // Operations so far; undo_to() undoes those after a mark, last first: vertices, tetrahedra and the order of stars are
+  // what they were, to the bit. Vertices that are left keep the state that they have; one that had a twin goes to the
   // middle of the two by mass.
   std::size_t mark() const { return journal_.size(); }
   void undo_to(std::size_t mark);
-  // What has to be done to have them again, in order.
-  std::vector<TetStep> steps() const;
-  std::vector<TetStep> take_back();
-  void redo(std::span<const TetStep> steps);
-  // All operations are final, or those before a mark: they can't be undone any more.
-  void forget() { forget(mark()); }
-  void forget(std::size_t mark);
+  // The same, and the operations as a value.
+  TetDelta take_back(std::size_t mark = 0);
+  // Operations so far can't be undone any more.
+  void forget();
   // What the operations after a mark are together. O(operations).
   TetChange change(std::size_t mark = 0) const;
   // These leave; so do vertices that have no other. There are no operations to undo.
@@ -82,8 +75,8 @@ class TetTopology {
   // See judge_collapse() for when this leaves a mesh. There are no operations to undo. Once as what it would be.
   TetChange collapse(VertexId v, VertexId onto);
   TetChange collapse_change(VertexId v, VertexId onto) const;
-  // Of a vertex that one of these operations has made: the ends of its edge, or the vertex whose twin it is, twice.
-  // Nothing of an older one.
+  // The vertices that an operation has made a vertex from: the ends of its edge, or the vertex whose twin it is, twice.
+  // Nothing for a vertex that is older than the operations.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
 
  private:
@@ -95,7 +88,9 @@ class TetTopology {
     std::vector<Tetrahedron> corners;  // of these, before
     std::vector<std::uint32_t> of;     // part: those that have the twin
   };
+  friend void apply(const TetDelta& delta, TetTopology& volume);
   std::size_t tets_at(std::size_t mark) const;
+  double twin_share(const Operation& part) const;
   void undo_split(const Operation& operation);
   void undo_part(const Operation& operation);
   double volume_at(VertexId v) const;
@@ -112,6 +107,20 @@ class TetTopology {
   std::size_t fetchable_ = 0;                          // vertices
   mutable std::vector<std::uint32_t> seen_;            // by tetrahedron: the round that saw it last
   mutable std::uint32_t round_ = 0;
+};
+
+// While this lives, the states of a volume's present vertices come from elsewhere.
+class BorrowedStates {
+ public:
+  BorrowedStates(TetTopology& volume, TetTopology::StateOf source) : volume_(volume) {
+    volume.fetch_states_from(std::move(source));
+  }
+  ~BorrowedStates() { volume_.fetch_states_from({}); }
+  BorrowedStates(const BorrowedStates&) = delete;
+  BorrowedStates& operator=(const BorrowedStates&) = delete;
+
+ private:
+  TetTopology& volume_;
 };
 
 }  // namespace sectio

@@ -124,9 +124,10 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   auto replica = mesh_of(keyframe_of(block.body().mesh));
   int deltas = 0;
   for (int n = 0; n < 1000; ++n) {
-    const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
+    const TidyPlan plan = block.body().engines.cutting->tidy(block.body().shared());
+    ASSERT_TRUE(block.body().apply({Cause::tidied, plan.delta, {}, plan.ticket}));
+    const TopologyDelta& delta = plan.delta;
     if (delta.empty()) continue;
-    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}));
     ASSERT_EQ(apply(*delta_from_bytes(to_bytes(delta)), *replica), ApplyStatus::applied);
     ASSERT_EQ(replica->hash(), block.body().mesh.hash());
     const SurfaceReport surface = check(*replica);
@@ -169,8 +170,8 @@ TEST_P(VolumeCuts, what_is_fixed_does_not_collapse) {
   };
   const std::size_t before = fixed(), all = volume.mesh().vertices_body_m.size();
   for (int n = 0; n < 1000; ++n) {
-    const TopologyDelta delta = block.body().engines.cutting->tidy(block.body().shared());
-    ASSERT_TRUE(block.body().apply({Cause::tidied, delta, {}}));
+    const TidyPlan plan = block.body().engines.cutting->tidy(block.body().shared());
+    ASSERT_TRUE(block.body().apply({Cause::tidied, plan.delta, {}, plan.ticket}));
   }
   EXPECT_LT(volume.mesh().vertices_body_m.size() + 15, all);
   EXPECT_EQ(fixed(), before);
@@ -180,15 +181,18 @@ TEST_P(VolumeCuts, what_is_fixed_does_not_collapse) {
 TEST_P(VolumeCuts, a_collapse_that_is_not_accepted_leaves_all_as_it_was) {
   BlockUnderBlade block(GetParam(), 0.3);
   block.go(0.025, 0.012);
-  TopologyDelta delta;
-  for (int n = 0; n < 400 && delta.empty(); ++n) delta = block.body().engines.cutting->tidy(block.body().shared());
-  ASSERT_FALSE(delta.empty());
+  TidyPlan plan;
+  for (int n = 0; n < 400 && plan.delta.empty(); ++n) {
+    plan = block.body().engines.cutting->tidy(block.body().shared());
+    if (plan.delta.empty()) ASSERT_TRUE(block.body().apply({Cause::tidied, {}, {}, plan.ticket}));
+  }
+  ASSERT_FALSE(plan.delta.empty());
   const std::uint64_t hash = block.body().mesh.hash();
   const TetMesh before = block.cutting().volume().mesh();
   const TetMesh& followed = dynamic_cast<const VolumeDeformation&>(*block.body().engines.deformation).model().mesh();
   const std::vector<Tetrahedron> model_before = followed.tetrahedra;
-  delta.hash_after += 1;
-  EXPECT_FALSE(block.body().apply({Cause::tidied, delta, {}}));
+  plan.delta.hash_after += 1;
+  EXPECT_FALSE(block.body().apply({Cause::tidied, plan.delta, {}, plan.ticket}));
   EXPECT_EQ(block.body().mesh.hash(), hash);
   EXPECT_EQ(block.cutting().volume().mesh().tetrahedra, before.tetrahedra);
   EXPECT_EQ(followed.tetrahedra, model_before);
@@ -248,7 +252,7 @@ INSTANTIATE_TEST_SUITE_P(All, VolumeFronts, testing::Values("tetra_springs", "ne
 TEST_P(VolumeFronts, C_CUT_3_a_plan_that_is_not_accepted_leaves_the_front_as_it_was) {
   BlockUnderBlade block(GetParam(), 0, "progressive");
   double y_m = -0.025;
-  for (; y_m < 0 || block.cutting().volume().mark() == 0; y_m += 0.0005) {
+  for (; y_m < 0 || !block.cutting().has_front(); y_m += 0.0005) {
     ASSERT_LT(y_m, 0.01) << "there is none";
     block.cut_to(y_m, 0.02);
   }
@@ -287,7 +291,7 @@ TEST_P(VolumeFronts, C_CUT_3_every_delta_leaves_the_surface_of_the_volume_and_is
   std::size_t most = 0;
   for (const std::size_t n : edits) most = std::max(most, n);
   EXPECT_LT(most, 200u);
-  EXPECT_EQ(block.cutting().volume().mark(), 0u);  // the blade is out: all is final
+  EXPECT_FALSE(block.cutting().has_front());  // the blade is out: all is final
 }
 
 TEST_P(VolumeFronts, slow_and_fast_strokes_leave_about_as_many_tetrahedra) {

@@ -209,11 +209,10 @@ TEST(Changes, the_surface_follows_from_what_has_changed) {
     ++surface[turned({before.of_volume[t[0]], before.of_volume[t[1]], before.of_volume[t[2]]})];
   for (int n = 0; n < 20; ++n) {
     cut(volume, random.sheet(), {0.08, n % 2 == 1});
-    const std::vector<TetStep> steps = volume.take_back();
+    const TetDelta delta = volume.take_back();
     EXPECT_TRUE(volume.change().tetrahedra.empty());
-    volume.redo(steps);
-    const BoundaryChange change = boundary_change(volume.change().tetrahedra);
-    volume.forget();
+    apply(delta, volume);
+    const BoundaryChange change = boundary_change(delta.tetrahedra);
     for (const auto& t : change.removed) EXPECT_EQ(--surface[turned(t)], 0);
     for (const auto& t : change.added) EXPECT_EQ(++surface[turned(t)], 1);
   }

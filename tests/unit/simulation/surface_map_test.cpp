@@ -1,5 +1,5 @@
 // The surface of a volume in slots, after any cuts: always a closed manifold, also where it touches itself in a vertex.
-#include "sim_server/volume/volume_surface.h"
+#include "sim_server/volume/surface_map.h"
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ struct Cut {
     }
     const std::vector<Vec4f> nothing(mesh.vertex_slots(), Vec4f::Zero());
     MeshDraft draft(mesh, {nothing, nothing});
-    VolumeSurface::Change slots;
+    SurfaceMap::Change slots;
     const auto state = [&](VertexId v) { return VertexState{volume.vertex(v).rest_body_m, {}, {}}; };
     EXPECT_TRUE(surface.plan(
         mesh, change, {}, state, [](const Corners3&) { return Surface::wall; }, draft, slots));
@@ -54,7 +54,7 @@ struct Cut {
       on_surface += !change.removed.empty();
       const std::vector<Vec4f> nothing(mesh.vertex_slots(), Vec4f::Zero());
       MeshDraft draft(mesh, {nothing, nothing});
-      VolumeSurface::Change slots;
+      SurfaceMap::Change slots;
       EXPECT_TRUE(surface.plan(
           mesh, change, {}, [](VertexId) { return VertexState(); }, [](const Corners3&) { return Surface::wall; },
           draft, slots));
@@ -75,12 +75,12 @@ struct Cut {
   }
 
   TetTopology volume;
-  VolumeSurface surface;
+  SurfaceMap surface;
   TriangleMesh mesh;
   std::size_t pinched = 0;
 };
 
-TEST(VolumeSurface, is_a_closed_manifold_of_the_same_volume_after_any_cuts_and_collapses) {
+TEST(SurfaceMap, is_a_closed_manifold_of_the_same_volume_after_any_cuts_and_collapses) {
   std::size_t shared = 0, pinched = 0, cuts = 0;
   int collapsed = 0;
   for (std::uint32_t seed = 0; seed < 12; ++seed) {

@@ -1,4 +1,4 @@
-#include "sim_server/volume/volume_surface.h"
+#include "sim_server/volume/surface_map.h"
 
 #include <algorithm>
 #include <set>
@@ -23,7 +23,7 @@ struct Side {
 // The surface around what changes: triangles that are new, and those that stay at the same vertices.
 class Patch {
  public:
-  Patch(const VolumeSurface& surface, const TriangleMesh& mesh, const BoundaryChange& change,
+  Patch(const SurfaceMap& surface, const TriangleMesh& mesh, const BoundaryChange& change,
         std::span<const VertexId> moved = {}) {
     for (const VertexId v : moved)
       if (!surface.slots_of(v).empty()) at_[v];
@@ -88,18 +88,18 @@ class Patch {
 
 }  // namespace
 
-VolumeSurface::VolumeSurface(std::vector<VertexId> vertex_of, std::size_t vertices)
+SurfaceMap::SurfaceMap(std::vector<VertexId> vertex_of, std::size_t vertices)
     : vertex_of_(std::move(vertex_of)), slots_of_(vertices) {
   for (VertexId slot = 0; slot < vertex_of_.size(); ++slot) slots_of_[vertex_of_[slot]].push_back(slot);
   give_room(vertex_of_, slots_of_);
 }
 
-std::span<const VertexId> VolumeSurface::slots_of(VertexId vertex) const {
+std::span<const VertexId> SurfaceMap::slots_of(VertexId vertex) const {
   if (vertex >= slots_of_.size()) return {};
   return slots_of_[vertex];
 }
 
-TriangleId VolumeSurface::triangle_of(const TriangleMesh& mesh, const Corners3& corners) const {
+TriangleId SurfaceMap::triangle_of(const TriangleMesh& mesh, const Corners3& corners) const {
   TriangleId found = kNone;
   for (const VertexId slot : slots_of(corners[0]))
     for (const TriangleId t : mesh.fan(slot)) {
@@ -110,8 +110,8 @@ TriangleId VolumeSurface::triangle_of(const TriangleMesh& mesh, const Corners3& 
   return found;
 }
 
-std::vector<std::array<VertexId, 2>> VolumeSurface::pinched_edges(const TriangleMesh& mesh,
-                                                                  const BoundaryChange& change) const {
+std::vector<std::array<VertexId, 2>> SurfaceMap::pinched_edges(const TriangleMesh& mesh,
+                                                               const BoundaryChange& change) const {
   const Patch patch(*this, mesh, change);
   std::vector<std::array<VertexId, 2>> edges;
   // As directed, where a new triangle has it.
@@ -128,8 +128,8 @@ std::vector<std::array<VertexId, 2>> VolumeSurface::pinched_edges(const Triangle
   return edges;
 }
 
-bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
-                         const StateOf& state_of, const KindOf& kind_of, MeshDraft& draft, Change& result) const {
+bool SurfaceMap::plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
+                      const StateOf& state_of, const LabelOf& label_of, MeshDraft& draft, Change& result) const {
   Patch patch(*this, mesh, change, moved);
   const auto has_moved = [&](VertexId v) { return std::ranges::binary_search(moved, v); };
   if (!patch.complete()) return false;
@@ -172,11 +172,11 @@ bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change,
   std::vector<Triangle> added;
   for (const Side& side : patch.sides) {
     if (side.kept == kNone) {
-      added.push_back({side.slots, kind_of(side.corners)});
+      added.push_back({side.slots, label_of(side.corners)});
     } else {
       const Triangle& before = mesh.triangle(side.kept);
       const Triangle after{side.slots,
-                           std::ranges::any_of(side.corners, has_moved) ? kind_of(side.corners) : before.surface};
+                           std::ranges::any_of(side.corners, has_moved) ? label_of(side.corners) : before.surface};
       if (after == before) continue;
       patch.removed.insert(side.kept);
       added.push_back(after);
@@ -193,7 +193,7 @@ bool VolumeSurface::plan(const TriangleMesh& mesh, const BoundaryChange& change,
   return true;
 }
 
-void VolumeSurface::accept(const Change& change) {
+void SurfaceMap::accept(const Change& change) {
   for (const VertexId slot : change.freed) {
     std::erase(slots_of_[vertex_of_[slot]], slot);
     vertex_of_[slot] = kNone;

@@ -15,9 +15,9 @@ namespace sectio {
 
 using Corners3 = std::array<VertexId, 3>;
 
-class VolumeSurface {
+class SurfaceMap {
  public:
-  VolumeSurface(std::vector<VertexId> vertex_of, std::size_t vertices);  // by slot; of the volume
+  SurfaceMap(std::vector<VertexId> vertex_of, std::size_t vertices);  // by slot; of the volume
 
   // By slot; kNone where it is dead.
   std::span<const VertexId> vertices() const { return vertex_of_; }
@@ -38,11 +38,11 @@ class VolumeSurface {
     std::vector<VertexId> freed;         // slots
   };
   using StateOf = std::function<VertexState(VertexId vertex)>;
-  using KindOf = std::function<Surface(const Corners3&)>;
+  using LabelOf = std::function<Surface(const Corners3&)>;
   // Into a draft of the surface; `moved`: vertices that have another place at rest than those that had their number
   // before. False when what is left would not be a manifold: the draft is not to be used any more. O(change).
   bool plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
-            const StateOf& state_of, const KindOf& kind_of, MeshDraft& draft, Change& result) const;
+            const StateOf& state_of, const LabelOf& label_of, MeshDraft& draft, Change& result) const;
   void accept(const Change& change);
 
  private:

@@ -1,0 +1,140 @@
+#include "sim_server/volume/blade_cut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+#include "common/core/sort_unique.h"
+#include "common/math/intersect.h"
+
+namespace sectio {
+namespace {
+
+// The sides of a sheet, whose corners are tip and heel of the edge where it begins, heel and tip of that where it ends.
+constexpr std::uint32_t kEnd = 1 << 2;             // where the blade is
+constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // along which tip and heel went
+
+}  // namespace
+
+// In the world, where the blade and the tissue are what they are; only the track is carried along. The sheet goes on
+// from all that the blade has cut, so that no lip is cut again because it has moved a little.
+TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
+  const auto in_world = [&](const BladeEdge& e) {
+    return BladeEdge{track.frame_world.to_world(e.tip_m), track.frame_world.to_world(e.heel_m)};
+  };
+  BladeEdge from = in_world(track.edges.front()), to = in_world(track.furthest(settings_));
+  const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
+  const double overlap_m = tissue_.metres(settings_.overlap_edges), mean_edge_m = tissue_.volume.mean_edge_m;
+  from = {from.tip_m - overlap_m * ahead, from.heel_m - overlap_m * ahead};
+  to = {to.tip_m + further_m * ahead, to.heel_m + further_m * ahead};
+  const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
+  std::vector<std::uint32_t> begin;
+  for (const VertexId v : track.vertices_near) {
+    const Vec3& x = topology_.vertex(v).position_world_m;
+    if (std::abs(normal.dot(x - to.tip_m)) > mean_edge_m) continue;
+    if (settings_.follows_blade() && distance_to_segment(x, to.tip_m, to.heel_m) > mean_edge_m) continue;
+    begin.insert(begin.end(), topology_.star(v).begin(), topology_.star(v).end());
+  }
+  if (begin.empty()) return {};
+  sort_unique(begin);
+  CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
+  const BladeEdge &first = track.edges.front(), &last = track.edges.back();
+  const double reach_m = tissue_.metres(settings_.joined_edges) +
+                         std::max((last.tip_m - first.tip_m).norm(), (last.heel_m - first.heel_m).norm());
+  std::ranges::copy_if(track.cut, std::back_inserter(sheet.joined), [&](VertexId v) {
+    return distance_to_segment(topology_.vertex(v).rest_body_m, last.tip_m, last.heel_m) < reach_m;
+  });
+  return cut(topology_, sheet, settings_.tets, begin);
+}
+
+// A blade that comes out has cut what it passed through in its last step, though tissue that it bulged is still behind
+// it. A blade with a front cuts on only where the tissue ends there: else it is taken out of the middle of the tissue.
+bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
+  const bool has_fronts = settings_.follows_blade();
+  const std::size_t mark = topology_.mark();
+  TetCutOutcome outcome;
+  if (is_lifted || track.tissue_ends)
+    outcome = cut_along(track, tissue_.metres(settings_.thread_edges), has_fronts ? kEnd | kAlong : 0);
+  track.is_through = outcome.twins > 0 && (outcome.beyond & kEnd) == 0;
+  if (!track.is_through) topology_.undo_to(mark);
+  if (!track.is_through && !is_lifted) outcome = cut_along(track, 0, has_fronts ? kAlong : 0);
+  const bool may_wait = !is_lifted && is_patient(track);
+  if (outcome.twins == 0 || (is_lifted && !track.is_through) || (may_wait && leaves_fragments())) {
+    topology_.undo_to(mark);  // nothing opens yet; or it does so later, further on
+    track.is_through = false;
+    return false;
+  }
+  track.cut.insert(track.cut.end(), outcome.on_sheet.begin(), outcome.on_sheet.end());
+  sort_unique(track.cut);
+  return true;
+}
+
+bool BladeCut::cut_front(BladeTrack& track) {
+  const std::size_t mark = topology_.mark();
+  TetCutOutcome outcome = cut_along(track, -tissue_.metres(settings_.lag_edges), kEnd | kAlong);
+  track.has_front = outcome.twins > 0 && !(is_patient(track) && leaves_fragments());
+  track.front_vertices.clear();
+  track.tissue_ends = track.has_front && outcome.ahead_m < tissue_.metres(settings_.thread_edges);
+  if (track.has_front)
+    track.front_vertices = std::move(outcome.on_sheet);
+  else
+    topology_.undo_to(mark);
+  return track.has_front;
+}
+
+bool BladeCut::run(std::span<const BladeAtWork> at_work) {
+  std::vector<std::uint32_t> opened;  // by which edges
+  for (const auto& [edge_id, is_lifted] : at_work) {
+    const auto found = tracks_.by_edge.find(edge_id);
+    if (found == tracks_.by_edge.end() || !found->second.is_due()) continue;
+    tried_.push_back(edge_id);
+    if (cut_for_good(found->second, is_lifted)) opened.push_back(edge_id);
+  }
+  lasting_operations_ = topology_.mark();
+  for (const auto& [edge_id, is_lifted] : at_work) {
+    const auto found = tracks_.by_edge.find(edge_id);
+    if (found == tracks_.by_edge.end() || is_lifted || !settings_.follows_blade()) continue;
+    if ((found->second.is_due() || found->second.has_front) && cut_front(found->second)) opened.push_back(edge_id);
+  }
+  bool any = false;
+  for (auto& [edge_id, track] : tracks_.by_edge) {
+    if (!track.is_due() || std::ranges::find(opened, edge_id) == opened.end()) continue;
+    track.open_to = track.furthest(settings_);
+    const BladeEdge &to = track.open_to, &begin = track.edges.front();
+    const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
+    track.forward = (ahead - ahead.dot(up) * up).stableNormalized();
+    track.since_cut_m = 0;
+    track.next_cut_m = tissue_.metres(settings_.next_cut_edges());
+    any = true;
+  }
+  return any;
+}
+
+// A fragment is a component that is less than half of an element. O(operations).
+bool BladeCut::leaves_fragments() const {
+  const double enough_m3 = settings_.least_fragment_cubic_edges * std::pow(tissue_.volume.mean_edge_m, 3);
+  std::unordered_set<std::uint32_t> large;  // asked, never walked
+  std::vector<std::uint32_t> found;
+  for (const TetEdit& e : topology_.change().tetrahedra) {
+    if (e.before == e.after || large.contains(e.id)) continue;
+    found.assign(1, e.id);
+    double volume_m3 = 0;
+    bool is_large = false;
+    for (std::size_t k = 0; k < found.size() && !is_large; ++k) {
+      volume_m3 += topology_.volume_m3(found[k]);
+      is_large = volume_m3 > enough_m3;
+      for (std::size_t corner = 0; corner < 4 && !is_large; ++corner) {
+        const std::uint32_t u = topology_.across(found[k], corner);
+        if (u == kNone || std::ranges::find(found, u) != found.end()) continue;
+        found.push_back(u);
+        is_large = large.contains(u);
+      }
+    }
+    if (!is_large) return true;
+    large.insert(found.begin(), found.end());
+  }
+  return false;
+}
+
+}  // namespace sectio

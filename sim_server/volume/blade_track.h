@@ -1,0 +1,84 @@
+// Where blades have been in a volume, in its shape at rest.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim_server/surface/cutting/plan_cut.h"
+#include "sim_server/volume/front_settings.h"
+#include "sim_server/volume/volume.h"
+#include "sim_server/volume/volume_front.h"
+
+namespace sectio {
+
+// The sharp edge of a blade, in the shape at rest.
+struct BladeEdge {
+  Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
+};
+
+// A volume in one step, and how blades cut it.
+struct Tissue {
+  const Volume& volume;
+  const SharedBody& body;
+  const FrontSettings& settings;
+
+  double metres(double edges) const { return edges * volume.mean_edge_m; }
+  TetVertexState state_of(VertexId v) const { return volume.state_of(body, v); }
+};
+
+// Where one edge has been since its cut began, as far back as a sheet reaches, and the vertices of its cut. Places are
+// carried to the shape at rest by the frame of the tissue that is around the blade at the time.
+struct BladeTrack {
+  std::vector<BladeEdge> edges;          // the newest last
+  BladeEdge open_to;                     // how far the tissue is open, or where the track began
+  Vec3 forward = Vec3::Zero();           // where the blade went then, across its edge; zero: nowhere yet
+  bool has_front = false;                // the tissue there is open for the time being
+  bool tissue_ends = false;              // just ahead of the blade
+  bool is_through = false;               // the tissue has been cut to its end
+  Pose frame_world;                      // of the tissue around the blade
+  double since_cut_m = 0;                // how far the blade has gone forward from `open_to`
+  double next_cut_m = 0;                 // the next cut is tried when it has gone this far
+  std::vector<VertexId> cut;             // vertices of the cut
+  std::vector<VertexId> front_vertices;  // vertices of the front
+  std::vector<VertexId> vertices_near;   // around the blade; the next cut begins its search there
+
+  bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
+  void add_edge(const Blade& blade);
+  // Across the edge, of the end that has gone further; negative: it has gone back.
+  double ahead_m(const FrontSettings& settings) const;
+  // Each end where it is, or where the tissue is open when it has gone back.
+  BladeEdge furthest(const FrontSettings& settings) const;
+  // The blade has turned round and is where its front has nothing to do with it.
+  bool has_left_front(const Tissue& tissue) const;
+};
+
+// The tracks of all blades in a volume, and the front that they have opened.
+struct BladeTracks {
+  std::map<std::uint32_t, BladeTrack> by_edge;  // edge_id
+  std::shared_ptr<const VolumeFront> front;     // nullptr: nothing is open for the time being
+
+  // A track that begins at a point of the surface. Tissue that the blade has pressed in springs back over it: the track
+  // begins where the blade would be without that.
+  void begin(const Tissue& tissue, const MeshDraft& surface, const Stroke& at, const BladeMotion* motion);
+  void extend(const Tissue& tissue, const BladeMotion& motion);
+  // What is open stays open.
+  void finalise_fronts();
+  std::vector<VertexId> without_front(const std::vector<VertexId>& vertices) const {
+    return front ? front->without_front(vertices) : vertices;
+  }
+  template <class Pred>
+  void forget_vertices(const Pred& is_gone) {
+    for (auto& [edge_id, track] : by_edge)
+      for (auto* list : {&track.cut, &track.vertices_near}) std::erase_if(*list, is_gone);
+  }
+
+ private:
+  Pose frame_around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
+                    std::vector<VertexId>& near) const;
+};
+
+}  // namespace sectio

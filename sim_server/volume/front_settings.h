@@ -1,0 +1,47 @@
+// How blades cut tetrahedra: all constants of tracks and fronts. Lengths whose names end in `_edges` are in mean lengths
+// of an edge of the volume.
+#pragma once
+
+#include <cstddef>
+
+#include "sim_server/volume/tets/tet_cut.h"
+
+namespace sectio {
+
+struct FrontSettings {
+  TetCutSettings tets;  // semi_progressive: no fronts
+
+  // When a blade cuts.
+  double cut_every_edges = 0.5;      // without fronts: it goes this far between two cuts
+  double follow_every_edges = 0.05;  // with fronts: it goes this far before its front is made anew
+  double retry_after_edges = 0.1;    // it goes this far after a cut that could not be made
+  double give_up_after_edges = 0.5;  // a front that could not be made anew for this far stays as it is
+  double patience_edges = 1.5;       // it goes this far in the hope of a cut that leaves no fragments
+
+  // The sheet that it cuts along.
+  double overlap_edges = 0.25;      // the sheet begins this far behind the track
+  double lag_edges = 0.05;          // a front ends this far behind the blade, which touches what it cuts next
+  double thread_edges = 0.5;        // tissue ahead, this thin and with nothing behind it, is cut together with the rest
+  double joined_edges = 1.0;        // vertices of the cut this close to the sheet are on it
+  double longest_sheet_edges = 8;   // a sheet is flat, a track is not
+  double behind_edges = 2.0;        // without fronts a sheet reaches this far back, into what was cut in part
+  double front_behind_edges = 0.5;  // and with fronts, since the tissue is open so far
+
+  // A blade that has turned round leaves its front behind when it is further than this from it.
+  double left_beside_edges = 0.3;
+  double left_behind_edges = 1.0;
+
+  // The tissue around a blade, whose motion takes the track along.
+  double around_edges = 2;
+  std::size_t fewest_vertices_around = 8;
+
+  // What a cut must not do.
+  double least_fragment_cubic_edges = 0.06;  // volume; half of an element
+  double least_kept_area_ratio = 0.75;       // of the area that a front had opened, when it is made anew
+  int pinch_rounds = 3;                      // edges are opened that opening others has pinched, this often
+
+  bool follows_blade() const { return !tets.semi_progressive; }
+  double next_cut_edges() const { return follows_blade() ? follow_every_edges : cut_every_edges; }
+};
+
+}  // namespace sectio

@@ -1,0 +1,66 @@
+// A cut of a volume as a value: what it does to the tetrahedra, to the surface and to the state.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "sim_server/volume/blade_cut.h"
+#include "sim_server/volume/blade_track.h"
+#include "sim_server/volume/tets/boundary_change.h"
+#include "sim_server/volume/tets/front_rollback.h"
+
+namespace sectio {
+
+struct VolumeCut {
+  // The topology: this front goes (nullptr: there is none), the lasting cuts are made, the tracks' new front is opened.
+  std::shared_ptr<const VolumeFront> undone;
+  TetDelta lasting;
+  // The same for those who keep data beside the volume.
+  TetChange change;
+  std::vector<TetVertexState> added;                        // states of its added vertices
+  std::vector<std::pair<VertexId, TetVertexState>> placed;  // older vertices that are elsewhere now
+  SurfaceMap::Change slots;
+  Volume::Momentum before;  // to be conserved
+};
+
+// Once the body has the surface's delta. `front`: the new one; nullptr: there is none.
+void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, const VolumeFront* front);
+
+// Plans what blades cut in one step. The volume is as before when this returns.
+class VolumeCutPlanner {
+ public:
+  // Of `volume`, which the tissue shows; `tracks` with the front that is open.
+  VolumeCutPlanner(Volume& volume, const Tissue& tissue, const BladeTracks& tracks)
+      : volume_(volume),
+        tissue_(tissue),
+        tracks_(tracks),
+        topology_(volume.topology),
+        front_labels_(tracks.front ? &tracks.front->labels : nullptr) {}
+
+  // Nothing when nothing opens, or when the surface would be no manifold. `surface`: what the cut makes of the surface.
+  std::optional<VolumeCut> plan(std::span<const BladeAtWork> at_work, MeshDraft& surface);
+
+  const BladeTracks& tracks() const { return tracks_; }               // after the cut
+  const std::vector<std::uint32_t>& tried() const { return tried_; }  // edges for which a cut was due
+
+ private:
+  bool open_pinched_edges(const FrontRollback& rollback, TetChange& change, BoundaryChange& boundary);
+  bool plan_surface(const BoundaryChange& boundary, std::span<const VertexId> renumbered, VolumeCut& cut,
+                    MeshDraft& surface) const;
+  void collect_states(FrontRollback& rollback, VolumeCut& cut, std::vector<VertexId>& renumbered);
+  SurfaceLabels labels_beneath_front() const;
+  Surface label_of(const Corners3& corners) const;
+
+  Volume& volume_;
+  const Tissue& tissue_;
+  BladeTracks tracks_;
+  TetTopology& topology_;
+  const SurfaceLabels* front_labels_;  // of the front that is undone; nullptr: there is none
+  std::size_t lasting_operations_ = 0;
+  std::vector<std::uint32_t> tried_;
+};
+
+}  // namespace sectio
