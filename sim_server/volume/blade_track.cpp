@@ -110,12 +110,12 @@ void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const St
     track.add_edge(blade);
     track.open_to = track.edges.back();
   }
-  by_edge[at.tool_id] = std::move(track);
+  by_edge[at.edge_id] = std::move(track);
 }
 
 void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const FrontSettings& settings = tissue.settings;
-  BladeTrack& track = by_edge[motion.tool_id];
+  BladeTrack& track = by_edge[motion.edge_id];
   for (const Blade& blade : motion.path) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     track.frame_world = frame_around(tissue, blade, last, track.vertices_near);

@@ -41,7 +41,7 @@ void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& 
 // A blade that is taken out may have come through. A front that could not be made anew for long stays as it is.
 void extend(BladeTracks& tracks, const Tissue& tissue, const BladeMotion& motion) {
   tracks.extend(tissue, motion);
-  BladeTrack& track = tracks.by_edge[motion.tool_id];
+  BladeTrack& track = tracks.by_edge[motion.edge_id];
   if (motion.lift) {
     track.next_cut_m = 0;
     if (!track.has_front || track.since_cut_m > 0) track.since_cut_m += tissue.volume.mean_edge_m;
@@ -56,18 +56,18 @@ std::vector<Stroke> move_blades(const Tissue& tissue, std::vector<Stroke> stroke
                                 std::span<const BladeMotion> motions, BladeTracks& tracks) {
   const MeshDraft now(tissue.body.mesh, tissue.body.particles.view());
   for (const auto& [edge_id, track] : tracks.by_edge)
-    if (std::ranges::find(strokes, edge_id, &Stroke::tool_id) == strokes.end() && track.has_front)
+    if (std::ranges::find(strokes, edge_id, &Stroke::edge_id) == strokes.end() && track.has_front)
       tracks.finalise_fronts();
   for (const Entry& e : entries) {
     Stroke s;
-    s.tool_id = e.tool_id;
+    s.edge_id = e.edge_id;
     s.touched = tissue.body.mesh.triangle(e.triangle).v;
     s.bary = e.bary;
     strokes.push_back(s);
-    tracks.begin(tissue, now, s, motion_of(motions, e.tool_id));
+    tracks.begin(tissue, now, s, motion_of(motions, e.edge_id));
   }
   for (Stroke& s : strokes)
-    if (const BladeMotion* motion = motion_of(motions, s.tool_id)) {
+    if (const BladeMotion* motion = motion_of(motions, s.edge_id)) {
       move_on(now, *motion, s);
       extend(tracks, tissue, *motion);
     }
@@ -88,8 +88,6 @@ struct VolumeCutting::Ticket final : CutTicket {
 VolumeCutting::VolumeCutting(std::shared_ptr<Volume> volume, const FrontSettings& settings, bool has_been_cut)
     : volume_(std::move(volume)), settings_(settings) {
   if (has_been_cut) state_.search.next = 0;
-  stroke_settings_.style = CutStyle::templates;  // all of the edge that is in the body cuts
-  stroke_settings_.cuts_inside = true;
 }
 
 CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
@@ -101,11 +99,11 @@ CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::s
   std::vector<BladeAtWork> at_work;
   bool is_due = false;
   for (const Stroke& s : move_blades(tissue, cuts.strokes, entries, motions, tracks)) {
-    const BladeMotion* motion = motion_of(motions, s.tool_id);
-    is_due |= motion && tracks.by_edge[s.tool_id].is_due();
-    at_work.push_back({s.tool_id, motion && motion->lift});
+    const BladeMotion* motion = motion_of(motions, s.edge_id);
+    is_due |= motion && tracks.by_edge[s.edge_id].is_due();
+    at_work.push_back({s.edge_id, motion && motion->lift});
     if (at_work.back().is_lifted)
-      plan.outcomes.push_back({s.tool_id, StrokeEnd::lifted});
+      plan.outcomes.push_back({s.edge_id, StrokeEnd::lifted});
     else
       plan.strokes.push_back(s);
   }
@@ -136,7 +134,7 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
   for (std::size_t i = 0; i < plan.strokes.size(); ++i) find_again(surface, plan.delta, touched_m[i], plan.strokes[i]);
   for (const auto& [edge_id, track] : tracks.by_edge)
     if (track.is_through &&
-        std::erase_if(plan.strokes, [id = edge_id](const Stroke& s) { return s.tool_id == id; }) > 0)
+        std::erase_if(plan.strokes, [id = edge_id](const Stroke& s) { return s.edge_id == id; }) > 0)
       plan.outcomes.push_back({edge_id, StrokeEnd::lifted});
 }
 

@@ -28,7 +28,7 @@ class VolumeCutting final : public CuttingEngine {
   // `has_been_cut`: the volume came off another one, and may have short edges.
   VolumeCutting(std::shared_ptr<Volume> volume, const FrontSettings& settings, bool has_been_cut);
 
-  const StrokeSettings& settings() const override { return stroke_settings_; }
+  CutTraits traits() const override { return {.edge_cuts_anywhere = true, .cuts_inside = true}; }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) const override;
   TidyPlan tidy(const SharedBody& body) const override;
@@ -52,7 +52,6 @@ class VolumeCutting final : public CuttingEngine {
 
   std::shared_ptr<Volume> volume_;
   FrontSettings settings_;
-  StrokeSettings stroke_settings_;
   State state_;
 };
 

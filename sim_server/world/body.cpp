@@ -48,7 +48,7 @@ Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, Make
 
 void Body::begin(const EngineSite& site) {
   engines = make_(site);
-  stroke_settings = engines.cutting->settings();
+  cut_traits = engines.cutting->traits();
   if (!site.is_part) return;
   std::vector<VertexId> all(mesh.vertex_slots());
   std::iota(all.begin(), all.end(), VertexId{0});
@@ -91,8 +91,8 @@ Vec3 Body::home_normal_world(const MeshDraft& surface, const std::array<VertexId
 void Body::express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) const {
   VertexId at = kNone;
   for (const Entry& e : entries)
-    if (e.tool_id == motion.tool_id) at = mesh.triangle(e.triangle).v[0];
-  if (const Stroke* stroke = cuts.stroke_of(motion.tool_id))
+    if (e.edge_id == motion.edge_id) at = mesh.triangle(e.triangle).v[0];
+  if (const Stroke* stroke = cuts.stroke_of(motion.edge_id))
     at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
   if (at == kNone) return;
   motion.frame_world = frame_world(at);

@@ -91,7 +91,7 @@ class Body {
   ParticleState particles;
   BodyEngines engines;
   BodyCuts cuts;
-  StrokeSettings stroke_settings;
+  CutTraits cut_traits;
   // Contact with temporary elements (world/indentation.h); otherwise instruments move the vertices.
   bool contact_by_templates() const { return spec.contact.style == "templates" && !rigid; }
   TemporaryContact contact;

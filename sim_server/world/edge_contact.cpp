@@ -246,7 +246,7 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
   const Stroke* stroke = body_.cuts.stroke_of(edge_id_);
-  if (stroke && with_templates()) return follow_with_templates(*stroke, poses, motions);
+  if (stroke && body_.cut_traits.edge_cuts_anywhere) return follow_with_whole_edge(*stroke, poses, motions);
   if (stroke) follow_stroke(*stroke, poses, motions);
 }
 
@@ -258,7 +258,7 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
   motions.push_back({edge_id_, {limited_blade(pose_, point_)}, false});
-  if (with_templates()) begin_with_templates(motions.back());
+  if (body_.cut_traits.edge_cuts_anywhere) begin_with_whole_edge(motions.back());
   entry_.reset();
 }
 
@@ -341,7 +341,7 @@ void EdgeContact::search() {
   const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m);
   const Vec3 heel = pose_.to_world(instrument_.front_is_virtual ? shape.a_tool_m : shape.edge_heel_tool_m);
   const auto hit = body_.tree().first_hit(body_.view(), heel, tip);
-  if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.stroke_settings.min_step_m) {
+  if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.cut_traits.min_step_m) {
     entry_ = Entry{edge_id_, hit->triangle, hit->bary};
     phase_ = Phase::cutting;
   } else if (hit) {
@@ -357,7 +357,8 @@ void EdgeContact::rest_in_groove() {
   const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m), heel = pose_.to_world(shape.edge_heel_tool_m);
   const bool is_out = !body_.tree().inside(body_.view(), tip);
   if (is_out && (tip - ended_at_).dot(normal_) > kLetGoM) return set_free();
-  if (is_out && with_templates() && body_.tree().hits(body_.view(), tip, heel).empty()) return set_free();
+  if (is_out && body_.cut_traits.edge_cuts_anywhere && body_.tree().hits(body_.view(), tip, heel).empty())
+    return set_free();
   const Vec3 away = tip - ended_at_;
   if ((away - away.dot(normal_) * normal_).norm() > left_behind_m()) phase_ = is_out ? Phase::free : Phase::searching;
 }
@@ -366,7 +367,7 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   StrokeEnd end = StrokeEnd::going;
   std::string_view why;
   for (const StrokeOutcome& o : plan.outcomes)
-    if (o.tool_id == edge_id_) end = o.end, why = o.why;
+    if (o.edge_id == edge_id_) end = o.end, why = o.why;
   if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused, why = "the surface would not stay whole";
   if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
   has_just_cut_ = true;

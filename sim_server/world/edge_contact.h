@@ -86,20 +86,20 @@ class EdgeContact {
   void enter_tissue(const SurfaceHit& hit);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
-  // For the template style; edge_contact_templates.cpp.
+  // Of an edge that cuts anywhere (CutTraits); edge_contact_whole_edge.cpp.
   static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
-  bool with_templates() const { return body_.stroke_settings.style == CutStyle::templates; }
   bool sharp_edge_touches(const InstrumentShape& shape) const;
   bool sharp_edge_presses() const;
   bool sharp_edge_is_in_slit() const;
-  void begin_with_templates(BladeMotion& motion);
-  void follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
+  void begin_with_whole_edge(BladeMotion& motion);
+  void follow_with_whole_edge(const Stroke& stroke, std::span<const JointPose> poses,
+                              std::vector<BladeMotion>& motions);
   CutDecision decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
                                 double& cut_length_m);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
 
   // A blade that is further than this from the end of its cut has left it.
-  double left_behind_m() const { return 3 * body_.stroke_settings.join_tolerance_m; }
+  double left_behind_m() const { return 3 * body_.cut_traits.join_tolerance_m; }
   // Is the triangle that a stroke leads into one of a groove's?
   bool is_on_wall(const Stroke& stroke) const;
   void cut_along(const Vec3& travel, double length_in_tissue_m);

@@ -85,8 +85,7 @@ void cut_step(benchmark::State& state) {
   double plan_s = 0;
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
     const double start_s = processor_time_s();
-    const CutPlan plan =
-        plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings, true);
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     plan_s += processor_time_s() - start_s;
     if (!body.apply(cut_as_planned(plan)) || plan.refused) state.SkipWithError("a cut was refused");
     return processor_time_s() - start_s;
@@ -99,8 +98,7 @@ void plan_and_accept(benchmark::State& state) {
   Body body(pad.scene.bodies[0], pad.scene, 0, surface_spring_engines);
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
     const double start_s = processor_time_s();
-    const CutPlan plan =
-        plan_cut(body.mesh, body.particle_view(), body.cuts, entries, motions, body.stroke_settings, true);
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
     if (!accept(plan, body.mesh, body.cuts) || plan.refused) state.SkipWithError("a cut was refused");
     const double took_s = processor_time_s() - start_s;
     body.particles.resize(body.mesh.vertex_slots());

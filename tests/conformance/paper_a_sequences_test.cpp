@@ -204,7 +204,7 @@ TEST(A_SEQ, A_SEQ_4_two_interleaved_sequences_divide_the_body_in_the_step_in_whi
         ASSERT_NO_FATAL_FAILURE(knives.expect_valid());
         ASSERT_EQ(plan.refused, 0u) << meeting_m << ' ' << beside_m << " step " << i;
         for (const StrokeOutcome& o : plan.outcomes)
-          if (o.tool_id == 1) end = o.end;
+          if (o.edge_id == 1) end = o.end;
       }
       EXPECT_EQ(end, StrokeEnd::joined) << meeting_m << ' ' << beside_m;
       EXPECT_EQ(check(knives.mesh).components, 2u) << meeting_m << ' ' << beside_m;

@@ -83,18 +83,15 @@ TEST(A_STYLE, A_STYLE_a_refused_cut_says_why) {
 // Lets no blade in.
 class NoEntry final : public CuttingEngine {
  public:
-  const StrokeSettings& settings() const override { return settings_; }
+  CutTraits traits() const override { return {}; }
   CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion>) const override {
     CutPlan plan(cuts);
-    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused, "no entry"});
+    for (const Entry& e : entries) plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, "no entry"});
     plan.refused = static_cast<std::uint32_t>(entries.size());
     return plan;
   }
   void follow(const SharedBody&, const TopologyChange&) override {}
-
- private:
-  StrokeSettings settings_;
 };
 
 TEST(A_STYLE, A_STYLE_events_and_report_say_why_a_cut_was_refused) {

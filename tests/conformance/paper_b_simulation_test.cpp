@@ -124,8 +124,7 @@ struct CutBody {
     return (body.mesh.rest_body_m(v[0]) + body.mesh.rest_body_m(v[1]) + body.mesh.rest_body_m(v[2])) / 3;
   }
   void apply_plan(const std::vector<Entry>& entries, const BladeMotion& motion) {
-    const CutPlan plan =
-        plan_cut(body.mesh, body.particle_view(), body.cuts, entries, std::array{motion}, body.stroke_settings, true);
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, std::array{motion});
     EXPECT_TRUE(body.apply(cut_as_planned(plan)));
   }
   Vec3 position(VertexId v) const { return body.particles.position_world_m[v].head<3>().cast<double>(); }

@@ -32,7 +32,7 @@ class Hand {
   }
   // It comes in anew, where its cut has ended.
   void look_at(const CutPlan& plan) {
-    if (std::ranges::any_of(plan.outcomes, [&](const StrokeOutcome& o) { return o.tool_id == tool_; })) begin();
+    if (std::ranges::any_of(plan.outcomes, [&](const StrokeOutcome& o) { return o.edge_id == tool_; })) begin();
   }
 
  private:

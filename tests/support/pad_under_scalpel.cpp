@@ -21,9 +21,9 @@ bool PadUnderScalpel::on_top(const Triangle& t) const {
          std::all_of(t.v.begin(), t.v.end(), [&](VertexId v) { return mesh.rest_body_m(v).z() > kTop_m - 1e-9; });
 }
 
-Entry PadUnderScalpel::entry_at(double x_m, double y_m, std::uint32_t tool_id) const {
+Entry PadUnderScalpel::entry_at(double x_m, double y_m, std::uint32_t edge_id) const {
   const Vec3 p = top(x_m, y_m);
-  Entry best{tool_id, kNone, Vec3::Zero()};
+  Entry best{edge_id, kNone, Vec3::Zero()};
   double best_least = -1e9;
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
     if (!on_top(mesh.triangle(t))) continue;

@@ -31,8 +31,8 @@ class PadUnderScalpel : public ScalpelOnMesh {
 
   bool on_top(const Triangle& t) const;
   // The triangle under a point of the upper side, and where in it.
-  Entry entry_at(double x_m, double y_m, std::uint32_t tool_id = 0) const;
-  void enter_at(double x_m, double y_m, std::uint32_t tool_id = 0) { entries.push_back(entry_at(x_m, y_m, tool_id)); }
+  Entry entry_at(double x_m, double y_m, std::uint32_t edge_id = 0) const;
+  void enter_at(double x_m, double y_m, std::uint32_t edge_id = 0) { entries.push_back(entry_at(x_m, y_m, edge_id)); }
   CutPlan go(double x_m, double y_m, double depth_m = 0.004) { return to(top(x_m, y_m), Vec3::UnitZ(), depth_m); }
 
   // In over the first point, along the others, out; every step leaves a valid surface.

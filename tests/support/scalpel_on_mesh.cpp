@@ -6,8 +6,8 @@
 
 namespace sectio::test {
 
-void ScalpelOnMesh::enter(TriangleId triangle, const Vec3& bary, std::uint32_t tool_id) {
-  entries.push_back({tool_id, triangle, bary});
+void ScalpelOnMesh::enter(TriangleId triangle, const Vec3& bary, std::uint32_t edge_id) {
+  entries.push_back({edge_id, triangle, bary});
 }
 
 CutPlan ScalpelOnMesh::step(const std::vector<BladeMotion>& motions) {

@@ -11,7 +11,7 @@ class ScalpelOnMesh : public MeshAtRest {
   explicit ScalpelOnMesh(const TriangleSoup& soup, StrokeSettings s = {}) : MeshAtRest(soup), settings(s) {}
 
   // The instrument enters at a point of a triangle.
-  void enter(TriangleId triangle, const Vec3& bary, std::uint32_t tool_id = 0);
+  void enter(TriangleId triangle, const Vec3& bary, std::uint32_t edge_id = 0);
 
   CutPlan step(const std::vector<BladeMotion>& motions);
 

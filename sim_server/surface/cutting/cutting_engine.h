@@ -17,9 +17,17 @@ struct TidyPlan {
   std::shared_ptr<const CutTicket> ticket;  // nullptr: there is nothing to do
 };
 
+// How an edge cuts with an engine, for the contact of the edge with the body.
+struct CutTraits {
+  bool edge_cuts_anywhere = false;  // every part of the edge in the body cuts; else the cut follows the tip
+  bool cuts_inside = false;         // whatever the edge meets in the body, the surface being ahead of it or not
+  double join_tolerance_m = 2e-3;   // the end of a cut this close to a blade is that blade's
+  double min_step_m = 1e-4;         // the instrument moves this far before a cut opens
+};
+
 class CuttingEngine : public Engine {
  public:
-  virtual const StrokeSettings& settings() const = 0;
+  virtual CutTraits traits() const = 0;
 
   // See plan_cut(). Changes nothing: the engine goes on with the plan when it has to accept() its ticket.
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
@@ -40,7 +48,9 @@ class SurfaceCutting final : public CuttingEngine {
   SurfaceCutting(const StrokeSettings& settings, bool loops_free_islands)
       : settings_(settings), loops_free_islands_(loops_free_islands) {}
 
-  const StrokeSettings& settings() const override { return settings_; }
+  CutTraits traits() const override {
+    return {settings_.style == CutStyle::templates, false, settings_.join_tolerance_m, settings_.min_step_m};
+  }
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) const override {
     return plan_cut(body.mesh, body.particles.view(), cuts, entries, motions, settings_, loops_free_islands_);

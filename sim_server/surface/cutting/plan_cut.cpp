@@ -5,14 +5,14 @@
 
 namespace sectio {
 
-const Stroke* BodyCuts::stroke_of(std::uint32_t tool_id) const {
-  const auto it = std::find_if(strokes.begin(), strokes.end(), [&](const Stroke& s) { return s.tool_id == tool_id; });
+const Stroke* BodyCuts::stroke_of(std::uint32_t edge_id) const {
+  const auto it = std::find_if(strokes.begin(), strokes.end(), [&](const Stroke& s) { return s.edge_id == edge_id; });
   return it != strokes.end() ? &*it : nullptr;
 }
 
-const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id) {
+const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t edge_id) {
   const auto it =
-      std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.tool_id == tool_id; });
+      std::find_if(motions.begin(), motions.end(), [&](const BladeMotion& m) { return m.edge_id == edge_id; });
   return it != motions.end() ? &*it : nullptr;
 }
 
@@ -59,7 +59,7 @@ std::optional<std::string_view> attempt(const MeshDraft& now, MeshDraft& draft, 
   for (Entry e : entries) {
     if (!carry_over(e, now, draft, cuts.strokes)) return "the surface where the cut begins is gone";
     Stroke s;
-    s.tool_id = e.tool_id;
+    s.edge_id = e.edge_id;
     s.touched = draft.triangle(e.triangle).v;
     s.bary = e.bary;
     strokes.push_back(s);
@@ -67,13 +67,13 @@ std::optional<std::string_view> attempt(const MeshDraft& now, MeshDraft& draft, 
 
   std::vector<Stroke> ended;
   for (Stroke& s : strokes) {
-    const StrokeEnd end = follow(draft, s, motion_of(motions, s.tool_id), plan.grooves, settings);
+    const StrokeEnd end = follow(draft, s, motion_of(motions, s.edge_id), plan.grooves, settings);
     if (end == StrokeEnd::refused) return s.why_refused;
     if (end == StrokeEnd::going) {
       plan.strokes.push_back(s);
       continue;
     }
-    plan.outcomes.push_back({s.tool_id, end});
+    plan.outcomes.push_back({s.edge_id, end});
     s.temporary_inverse.reset();
     if (end == StrokeEnd::lifted && s.blade && !open_temporarily(draft, s, *s.blade, settings)) return kCantReachBlade;
     if (end != StrokeEnd::joined && !finish(draft, s, plan.grooves)) return "the end of the cut can't be closed";
@@ -119,9 +119,9 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
   refusal.refused = 1;
   for (Stroke s : cuts.strokes) {
     keep_what_is_open(s, refusal.grooves);
-    refusal.outcomes.push_back({s.tool_id, StrokeEnd::refused, *why});
+    refusal.outcomes.push_back({s.edge_id, StrokeEnd::refused, *why});
   }
-  for (const Entry& e : entries) refusal.outcomes.push_back({e.tool_id, StrokeEnd::refused, *why});
+  for (const Entry& e : entries) refusal.outcomes.push_back({e.edge_id, StrokeEnd::refused, *why});
   return refusal;
 }
 

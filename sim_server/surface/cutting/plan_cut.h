@@ -15,7 +15,7 @@ namespace sectio {
 
 // The motion of one instrument in this body in this step.
 struct BladeMotion {
-  std::uint32_t tool_id = 0;
+  std::uint32_t edge_id = 0;
   std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
   bool lift = false;        // the cut ends here, whatever the path
   // The triangles that the blade sweeps over, as the collision engine found them; used by cutting with templates.
@@ -24,11 +24,11 @@ struct BladeMotion {
 };
 
 // Null when the instrument does nothing here.
-const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t tool_id);
+const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t edge_id);
 
 // The point at which an instrument breaks the surface, as the collision engine found it.
 struct Entry {
-  std::uint32_t tool_id = 0;
+  std::uint32_t edge_id = 0;
   TriangleId triangle = kNone;
   Vec3 bary = Vec3::Constant(1.0 / 3);
 };
@@ -39,13 +39,13 @@ struct BodyCuts {
   std::vector<Stroke> strokes;                   // one for each instrument in the tissue, in either style
   std::vector<TemplateStroke> template_strokes;  // the same strokes, if they cut with templates
 
-  const Stroke* stroke_of(std::uint32_t tool_id) const;
+  const Stroke* stroke_of(std::uint32_t edge_id) const;
 };
 
 inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
 
 struct StrokeOutcome {
-  std::uint32_t tool_id = 0;
+  std::uint32_t edge_id = 0;
   StrokeEnd end = StrokeEnd::going;
   std::string_view why = {};  // reason of a refusal, for a person
 };

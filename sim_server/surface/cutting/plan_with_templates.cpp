@@ -43,7 +43,7 @@ Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
 // The stroke as the rest of the simulation sees it: a place on the surface.
 Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
   Stroke seen;
-  seen.tool_id = s.tool_id;
+  seen.edge_id = s.edge_id;
   seen.touched = s.touched;
   seen.bary = s.bary;
   seen.blade = s.blade;
@@ -117,16 +117,16 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
   for (auto it = strokes.rbegin(); it != strokes.rend(); ++it) {
     if (undo_temporary(draft, *it)) continue;
     for (const TemplateStroke& s : cuts.template_strokes) {
-      plan.outcomes.push_back({s.tool_id, StrokeEnd::refused, kChangedBeneath});
+      plan.outcomes.push_back({s.edge_id, StrokeEnd::refused, kChangedBeneath});
       keep_what_is_open(s, plan.grooves);
     }
-    for (const Entry& e : entries) plan.outcomes.push_back({e.tool_id, StrokeEnd::refused, kChangedBeneath});
+    for (const Entry& e : entries) plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, kChangedBeneath});
     ++plan.refused;
     return plan;
   }
   for (const Entry& e : entries) {
     TemplateStroke s;
-    s.tool_id = e.tool_id;
+    s.edge_id = e.edge_id;
     Triangle entry = now.triangle(e.triangle);
     if (draft.triangle(e.triangle).alive()) entry = draft.triangle(e.triangle);
     s.touched = entry.v;
@@ -138,14 +138,14 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
   for (TemplateStroke& s : strokes) take_bottoms_to_tip(draft, s);
 
   for (TemplateStroke& s : strokes) {
-    const BladeMotion* const motion = motion_of(motions, s.tool_id);
+    const BladeMotion* const motion = motion_of(motions, s.edge_id);
     const StrokeEnd end = motion ? follow(draft, s, *motion, plan.grooves, settings) : StrokeEnd::going;
     if (end == StrokeEnd::going) {
       plan.template_strokes.push_back(s);
       continue;
     }
     plan.refused += end == StrokeEnd::refused;
-    plan.outcomes.push_back({s.tool_id, end, end == StrokeEnd::refused ? s.why_refused : std::string_view()});
+    plan.outcomes.push_back({s.edge_id, end, end == StrokeEnd::refused ? s.why_refused : std::string_view()});
     if (end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
     finish(draft, s, plan.grooves);
   }

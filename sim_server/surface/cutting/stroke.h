@@ -40,7 +40,6 @@ struct StrokeSettings {
   double min_depth_m = 3e-4;  // least depth of a groove
   double release_depth_m = -2e-4;  // the stroke ends when the depth of the tip is below this
   double join_tolerance_m = 2e-3;
-  bool cuts_inside = false;  // the edge cuts all that it meets in the body, also where no surface is ahead of it
 };
 
 enum class StrokeEnd : std::uint8_t {
@@ -52,7 +51,7 @@ enum class StrokeEnd : std::uint8_t {
 };
 
 struct Stroke {
-  std::uint32_t tool_id = 0;
+  std::uint32_t edge_id = 0;
   Cell cell;                                             // apex == kNone: the instrument has only touched so far
   std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle in which it began
   Vec3 bary{1, 0, 0};                                    // place of the instrument in cell.corners(), or in `touched`

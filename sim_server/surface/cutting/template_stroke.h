@@ -15,7 +15,7 @@ std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBl
 // every step undoes it and makes it again, so that a face is divided once, however many steps the instrument takes to
 // cross it.
 struct TemplateStroke {
-  std::uint32_t tool_id = 0;
+  std::uint32_t edge_id = 0;
   std::array<VertexId, 3> touched{kNone, kNone, kNone};  // the triangle in which it began, with bary
   Vec3 bary = Vec3::UnitX();
   std::vector<CutFront> fronts;             // of the permanent part

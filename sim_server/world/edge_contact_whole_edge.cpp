@@ -30,7 +30,7 @@ double length_inside_m(const std::vector<SurfaceHit>& hits, double length_m) {
 
 bool EdgeContact::sharp_edge_touches(const InstrumentShape& shape) const {
   constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2};  // A and C
-  if (!with_templates() || at_tip_ || contact_corners_ != kEdgeCorners) return false;
+  if (!body_.cut_traits.edge_cuts_anywhere || at_tip_ || contact_corners_ != kEdgeCorners) return false;
   const double along_m = contact_along_ * (shape.c_tool_m - shape.a_tool_m).norm();
   return along_m <= (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();  // blunt beyond
 }
@@ -45,10 +45,10 @@ bool EdgeContact::sharp_edge_presses() const {
 // without breaking in.
 bool EdgeContact::sharp_edge_is_in_slit() const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
-  if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.stroke_settings.cuts_inside) return false;
+  if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.cut_traits.cuts_inside) return false;
   const Vec3 edge = shape.edge_heel_tool_m - shape.edge_tip_tool_m;
   const Vec3 aside = pose_.orientation * shape.sharp_side_tool->cross(edge).normalized();
-  const Vec3 at = contact_world_m(), reach = body_.stroke_settings.join_tolerance_m * aside;
+  const Vec3 at = contact_world_m(), reach = body_.cut_traits.join_tolerance_m * aside;
   const std::vector<SurfaceHit> hits = body_.tree().hits(body_.view(), at - reach, at + reach);
   const auto is_wall = [&](bool entering) {
     return std::ranges::any_of(hits, [&](const SurfaceHit& hit) {
@@ -59,7 +59,7 @@ bool EdgeContact::sharp_edge_is_in_slit() const {
 }
 
 // A blade that breaks in sideways comes from outside, with the surface that it has pushed in between.
-void EdgeContact::begin_with_templates(BladeMotion& motion) {
+void EdgeContact::begin_with_whole_edge(BladeMotion& motion) {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
   const SurfaceView view = body_.view();
@@ -92,8 +92,8 @@ CutDecision EdgeContact::decide_by_surface(const InstrumentShape& shape, const J
   return instrument_.decide({crossings, is_correct_direction, jaws});
 }
 
-void EdgeContact::follow_with_templates(const Stroke& stroke, std::span<const JointPose> poses,
-                                        std::vector<BladeMotion>& motions) {
+void EdgeContact::follow_with_whole_edge(const Stroke& stroke, std::span<const JointPose> poses,
+                                         std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
   point_ = position_of(now, stroke);
   BladeMotion motion{edge_id_, {}, false};
@@ -111,14 +111,14 @@ void EdgeContact::follow_with_templates(const Stroke& stroke, std::span<const Jo
     const CutDecision leaf = decide_by_surface(
         shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world), jaws, cut_length_m);
     if (leaf == CutDecision::cut || (leaf == CutDecision::detect_again && ahead)) {
-      if (ahead || (leaf == CutDecision::cut && body_.stroke_settings.cuts_inside)) {
+      if (ahead || (leaf == CutDecision::cut && body_.cut_traits.cuts_inside)) {
         motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9, Vec3::Zero(),
                                (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()});
         from = at_surface;
       }
       cut_along(travel, cut_length_m);
     } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
-      motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > body_.stroke_settings.join_tolerance_m;
+      motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > body_.cut_traits.join_tolerance_m;
       break;
     }
   }
