@@ -10,6 +10,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "device_bridge/device/scripted_device.h"
 #include "device_bridge/device/virtual_hand.h"
@@ -39,12 +40,13 @@ bool parse(int argc, char** argv, Options& o) {
       "--device", o.device, {"scripted", "virtual_hand"},
       "scripted: exactly the trace; virtual_hand: a simulated person who wants to follow it and gives way");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
-  add_network_arguments(arguments, o.network, "session to join");
+  add_network_arguments(arguments, o.network, "session to join; empty: the only one of the domain");
   arguments.option("--log", o.log_file, "CSV file for pose, force, age of the model and overruns of every tick");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: as long as the trace");
   arguments.toggle("--wait-for-server", o.wait_for_server, "begin the motion when a server listens");
   if (!arguments.parse(argc, argv)) return false;
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
+  check_network_options(o.network);
   return true;
 }
 
@@ -95,6 +97,7 @@ void log_progress(ServoLog& log, const BridgeNet& net) {
   log_info(line.data());
 }
 
+constexpr double kSessionPatience_s = 60;
 constexpr std::chrono::milliseconds kPoll{50};
 constexpr std::chrono::milliseconds kProgress{1000};
 
@@ -107,12 +110,19 @@ bool wait_for_server(const BridgeNet& net, const Signals& signals) {
   return true;
 }
 
-int run(const Options& o) {
+int no_server(const NetworkOptions& network) {
+  log_error("no server of session '" + network.session + "' on domain " + std::to_string(network.domain) + " was met");
+  return 1;
+}
+
+int run(Options& o) {
   const Signals signals;
   const std::unique_ptr<Device> device = make_device(o);
   RecordWriter writer(o.log_file);
+  if (!find_session(o.network, kSessionPatience_s, [&] { return signals.wait(std::chrono::milliseconds(0)); }))
+    return 1;
   BridgeNet net(o.network, o.tool_id);
-  if (o.wait_for_server && !wait_for_server(net, signals)) return 0;
+  if (o.wait_for_server && !wait_for_server(net, signals)) return no_server(o.network);
 
   NetLink link(net);
   ServoLog log;
@@ -160,7 +170,7 @@ int run(const Options& o) {
   log_info(std::to_string(writer.written()) + " ticks, " + std::to_string(net.packets_sent()) + " packets sent, " +
            std::to_string(log.dropped_records) + " records and " + std::to_string(net.samples_dropped()) +
            " samples dropped");
-  return 0;
+  return net.met_a_server() ? 0 : no_server(o.network);
 }
 
 }  // namespace

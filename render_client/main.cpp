@@ -11,6 +11,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/draw_frame.h"
@@ -31,6 +32,7 @@ constexpr double kFinalPicture_s = 0.5;  // how long the last state is shown
 constexpr std::size_t kSheetShots = 8;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetTile_px = 480;
+constexpr double kForEver_s = 1e9;
 constexpr double kMaxRepeat_s = 1;  // of video, for which a picture stands in for those that came too late
 
 struct Options {
@@ -86,7 +88,7 @@ bool parse(int argc, char** argv, Options& o) {
   Arguments arguments(
       "render_client",
       "Shows a session: holds a replica of its bodies and draws them. The last lines compare them with the server's.");
-  add_network_arguments(arguments, o.network, "session to show");
+  add_network_arguments(arguments, o.network, "session to show; empty: the only one of the domain");
   arguments.option("--name", o.name, "name of this viewer in its last lines and in the report");
   arguments.option("--out", o.directory, "directory for the pictures (PNG); empty: none are written");
   arguments.option("--video", o.video_file, "file for a video (MP4)");
@@ -207,11 +209,13 @@ void write_report(const std::string& path, const std::string& text) {
   if (!file.flush()) throw InputError(path + ": can't be written");
 }
 
-int view(const Options& options) {
+int view(Options options) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
   write_report(options.report_file, "");  // a file that can't be written is refused now, not at the end
   Screen screen(options);
+  const double patience_s = options.duration_s > 0 ? options.duration_s : kForEver_s;
+  if (!find_session(options.network, patience_s, [] { return stop_requested != 0; })) return 1;
   ClientNet net(options.network);
   World world;
   Frame frame;

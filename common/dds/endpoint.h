@@ -1,27 +1,33 @@
-// Writer<T> and Reader<T> of one topic, T a message of idl/. They live no longer than their participant.
+// Writer<M> and Reader<M> of the topic of a message. They live no longer than their participant.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <span>
+#include <optional>
 #include <vector>
 
+#include "common/core/log.h"
 #include "common/dds/participant.h"
+#include "common/dds/qos.h"
+#include "common/messages/codec.h"
 
 namespace sectio {
 
-// Any thread. write() is synchronous: when it returns, best-effort samples are in the socket.
-template <class T>
-class Writer {
- public:
-  explicit Writer(Participant& participant);
-  ~Writer();
+using Bytes = std::vector<std::uint8_t>;
 
-  // False when the sample was refused: too large, or by Fast DDS.
-  [[nodiscard]] bool write(const T& message);
+// Writes samples of one topic as bytes. Any thread.
+class SampleWriter {
+ public:
+  SampleWriter(Participant& participant, const TopicQos& topic);
+  ~SampleWriter();
+  SampleWriter(SampleWriter&&) noexcept;
+
+  // Synchronous: when it returns, best-effort samples are in the socket. False when the sample was refused: too large,
+  // or by Fast DDS.
+  [[nodiscard]] bool write(const Bytes& bytes);
   std::uint32_t readers() const;
   std::uint32_t lost_readers() const;  // programs that fell silent without a word and have not come back
-  // Until every matched reader has everything that is still kept, or the time is over. True for the former.
+  // Until every matched reader has all samples that are still kept, or the time is over. True for the former.
   bool wait_for_acknowledgments(double timeout_s);
 
  private:
@@ -29,15 +35,15 @@ class Writer {
   std::unique_ptr<Core> core_;
 };
 
-// One thread at a time.
-template <class T>
-class Reader {
+// Reads samples of one topic as bytes. One thread at a time.
+class SampleReader {
  public:
-  explicit Reader(Participant& participant);
-  ~Reader();
+  SampleReader(Participant& participant, const TopicQos& topic);
+  ~SampleReader();
+  SampleReader(SampleReader&&) noexcept;
 
   // The next sample, oldest first; false when there is none. Never blocks.
-  bool take(T& message);
+  bool take(Bytes& bytes);
   std::uint32_t writers() const;
 
  private:
@@ -45,11 +51,34 @@ class Reader {
   std::unique_ptr<Core> core_;
 };
 
-// The bytes of a sample as they travel. decode() is what a reader does: false for anything that can't be a T, whatever
-// the bytes are; allocates at most a small multiple of their number.
-template <class T>
-std::vector<std::uint8_t> encode(const T& message);
-template <class T>
-bool decode(std::span<const std::uint8_t> bytes, T& message);
+template <class Message>
+class Writer : public SampleWriter {
+ public:
+  explicit Writer(Participant& participant) : SampleWriter(participant, qos_of<Message>()) {}
+
+  [[nodiscard]] bool write(const Message& message) { return SampleWriter::write(encode(message)); }
+};
+
+template <class Message>
+class Reader : public SampleReader {
+ public:
+  explicit Reader(Participant& participant) : SampleReader(participant, qos_of<Message>()) {}
+
+  // The next valid message, oldest first; damaged ones are dropped and counted.
+  std::optional<Message> take() {
+    while (SampleReader::take(bytes_)) {
+      if (auto message = decode<Message>(bytes_)) return message;
+      ++damaged_;
+      log_limited(LogLevel::warning, qos_of<Message>().name,
+                  std::string("a damaged message was dropped: ") + qos_of<Message>().name);
+    }
+    return std::nullopt;
+  }
+  std::uint64_t damaged() const { return damaged_; }
+
+ private:
+  Bytes bytes_;
+  std::uint64_t damaged_ = 0;
+};
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// The flags by which every program takes its seat at the table.
+// The network flags that every program has.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace sectio {
 
-// --session (its meaning for this program is told by session_help), --domain, --peer, --interface.
+// --session, which `session_help` explains, --domain, --peer, --interface.
 void add_network_arguments(Arguments& arguments, NetworkOptions& options, const std::string& session_help);
 
 }  // namespace sectio

@@ -4,6 +4,7 @@
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <ifaddrs.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
@@ -32,7 +33,31 @@ void check_address(const std::string& flag, const std::string& address) {
     throw InputError(flag + ": expected an IPv4 address, got " + address);
 }
 
-// Samples between participants of one process would otherwise bypass the network that tests are about.
+// The IPv4 addresses of this machine's interfaces.
+std::vector<std::string> own_addresses() {
+  std::vector<std::string> addresses;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) != 0) return addresses;
+  for (const ifaddrs* each = list; each != nullptr; each = each->ifa_next) {
+    if (each->ifa_addr == nullptr || each->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = {};
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(each->ifa_addr)->sin_addr, text, sizeof text);
+    addresses.emplace_back(text);
+  }
+  freeifaddrs(list);
+  return addresses;
+}
+
+void check_interface(const std::string& address) {
+  check_address("--interface", address);
+  const std::vector<std::string> addresses = own_addresses();
+  if (addresses.empty() || std::ranges::find(addresses, address) != addresses.end()) return;
+  std::string list;
+  for (const std::string& each : addresses) list += (list.empty() ? "" : ", ") + each;
+  throw InputError("--interface: no interface of this machine has the address " + address + "; there are " + list);
+}
+
+// Otherwise samples between participants of one process bypass the network, which is what tests are about.
 void prepare_process() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -53,6 +78,8 @@ std::int32_t next_participant_id() {
 dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& name) {
   dds::DomainParticipantQos qos;
   qos.name(name.c_str());
+  const std::string announcement = to_user_data({options.protocol, options.session});
+  qos.user_data().data_vec({announcement.begin(), announcement.end()});
   qos.wire_protocol().participant_id = next_participant_id();
 
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
@@ -90,30 +117,35 @@ void check_network_options(const NetworkOptions& options) {
   if (options.domain > kMaxDomain)
     throw InputError("--domain: expected 0 to " + std::to_string(kMaxDomain) + ", got " +
                      std::to_string(options.domain));
-  // A partition with * ? [ would match other sessions.
+  // A partition with * ? [ or / would match other sessions.
   const bool plain = std::ranges::all_of(
       options.session, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; });
-  if (options.session.empty() || options.session.size() > kMaxSessionBytes || !plain)
+  if (options.session.size() > kMaxSessionBytes || !plain)
     throw InputError("--session: expected 1 to 64 letters, digits, - _ or ., got '" + options.session + "'");
   for (const std::string& peer : options.peers) check_address("--peer", peer);
-  for (const std::string& interface : options.interfaces) check_address("--interface", interface);
+  for (const std::string& interface : options.interfaces) check_interface(interface);
+}
+
+std::string partition_of(const NetworkOptions& options) {
+  return options.session + "/" + std::to_string(options.protocol);
 }
 
 Participant::Participant(const NetworkOptions& options, const std::string& name)
-    : parts_(std::make_unique<Parts>()), sleep_watch_(kParticipantLease_s - 2 * kAnnouncement_s) {
+    : parts_(std::make_unique<Parts>(Announcement{options.protocol, options.session})),
+      sleep_watch_(kParticipantLease_s - 2 * kAnnouncement_s) {
   check_network_options(options);
   prepare_process();
   auto* factory = dds::DomainParticipantFactory::get_instance();
   parts_->off_host = options.off_host();
-  parts_->participant = factory->create_participant(options.domain, participant_qos(options, name),
-                                                    &parts_->lost_readers, dds::StatusMask::publication_matched());
+  parts_->participant = factory->create_participant(options.domain, participant_qos(options, name), &parts_->peers,
+                                                    dds::StatusMask::publication_matched());
   if (parts_->participant == nullptr)
     throw InputError("--domain " + std::to_string(options.domain) + ": no DDS participant can be opened on it");
   dds::PublisherQos publisher_qos;
-  publisher_qos.partition().push_back(options.session.c_str());
+  publisher_qos.partition().push_back(partition_of(options).c_str());
   parts_->publisher = parts_->participant->create_publisher(publisher_qos);
   dds::SubscriberQos subscriber_qos;
-  subscriber_qos.partition().push_back(options.session.c_str());
+  subscriber_qos.partition().push_back(partition_of(options).c_str());
   parts_->subscriber = parts_->participant->create_subscriber(subscriber_qos);
   if (parts_->publisher == nullptr || parts_->subscriber == nullptr)
     throw InputError("--session " + options.session + ": DDS refuses it");
@@ -127,6 +159,10 @@ Participant::~Participant() {
 
 bool Participant::off_host() const {
   return parts_->off_host;
+}
+
+std::vector<Peer> Participant::peers() const {
+  return parts_->peers.known();
 }
 
 }  // namespace sectio

@@ -1,34 +1,48 @@
-// One program's seat at the table. By default it speaks UDP on loopback only: no multicast, no shared memory.
+// A program's place in a DDS domain. By default it speaks UDP on loopback only: no multicast, no shared memory.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/core/sleep_watch.h"
+#include "common/dds/announcement.h"
+#include "common/messages/protocol.h"
 
 namespace sectio {
 
 constexpr std::uint32_t kMaxDomain = 232;  // by the port formula of RTPS
+constexpr const char* kServerName = "sim_server";
 
 struct NetworkOptions {
   std::uint32_t domain = 0;
-  std::string session = "session";  // sessions in one domain don't see each other
+  std::string session;  // sessions of one domain don't see each other; empty: find_session() fills it in
   // For several machines: IPv4 addresses of the other hosts, and of the interfaces to use (none: all).
   std::vector<std::string> peers;
   std::vector<std::string> interfaces;
+  std::uint32_t protocol = kProtocolVersion;  // another one in tests only
 
   bool off_host() const { return !peers.empty() || !interfaces.empty(); }
 };
 
-// Throws InputError, naming the flag, for what no participant can be made of.
+// Throws InputError, naming the flag, for options with which no participant can be made.
 void check_network_options(const NetworkOptions& options);
+
+// The partition of all endpoints of a session: "theatre/2" for version 2 of the wire. Endpoints in different partitions
+// don't match, so that programs of different versions never decode each other's messages.
+std::string partition_of(const NetworkOptions& options);
+
+struct Peer {
+  std::string name;
+  std::optional<Announcement> announcement;  // nothing: a program of somebody else
+};
 
 class Participant {
  public:
-  // Others tell by its name that one which is made anew is the same program. Throws InputError for bad options, and
-  // when no socket can be opened.
+  // By its name, other programs recognise a program that has made a new participant. Throws InputError for bad options,
+  // and when no socket can be opened.
   Participant(const NetworkOptions& options, const std::string& name);
   ~Participant();
   Participant(const Participant&) = delete;
@@ -36,8 +50,11 @@ class Participant {
 
   bool off_host() const;
 
-  // Its lease has run out while the program slept. Others have given it up and what each knows of the other no longer
-  // fits; Fast DDS takes seconds to find out, or does not. A new one is there at once.
+  // The programs of this project in the domain, whatever their session. Any thread.
+  std::vector<Peer> peers() const;
+
+  // The program slept until its lease had run out. The other programs have dropped it, and Fast DDS takes seconds to
+  // make up for that, or never does. A new participant is there at once.
   bool overslept() const { return sleep_watch_.overslept(); }
 
   struct Parts;  // endpoint.cpp

@@ -1,17 +1,19 @@
-// What a Participant is made of. Only for the sources of common/dds: this header costs seconds.
+// What a Participant is made of. Only for the sources of common/dds: this header costs seconds of compile time.
 #pragma once
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
-#include "common/dds/lost_readers.h"
 #include "common/dds/participant.h"
+#include "common/dds/peers.h"
 
 namespace sectio {
 
 struct Participant::Parts {
-  LostReaders lost_readers;
+  explicit Parts(const Announcement& own) : peers(own) {}
+
+  Peers peers;
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   eprosima::fastdds::dds::Publisher* publisher = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;

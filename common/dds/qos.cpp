@@ -1,9 +1,12 @@
 #include "common/dds/qos.h"
 
-#include "idl/session.h"
-#include "idl/state.h"
-#include "idl/tool.h"
-#include "idl/topology.h"
+#include <array>
+
+#include "common/messages/contact.h"
+#include "common/messages/session.h"
+#include "common/messages/state.h"
+#include "common/messages/tool.h"
+#include "common/messages/topology.h"
 
 namespace sectio {
 
@@ -16,37 +19,47 @@ constexpr bool kNowOnly = false;
 constexpr std::uint32_t kKiB = 1024;
 constexpr std::uint32_t kMiB = 1024 * kKiB;
 
-// Each packet carries the last few poses: nothing is sent again.
-constexpr TopicQos kTool{"tool_packets", kBestEffort, kNowOnly, 32, 4 * kKiB};
-constexpr TopicQos kContact{"contact_models", kBestEffort, kNowOnly, 1, kKiB};
-constexpr TopicQos kDelta{"topology_deltas", kReliable, kLateJoiners, 1024, 16 * kMiB};
-// On request, so a joiner isn't given old ones as well. 64 MiB on loopback, 2.4 MiB in packets of 1200 bytes.
-constexpr TopicQos kKeyframe{"keyframes", kReliable, kNowOnly, 2048, 64 * kKiB};
-constexpr TopicQos kKeyframeRequest{"keyframe_requests", kReliable, kLateJoiners, 64, kKiB};
-constexpr TopicQos kStateHeader{"state_headers", kBestEffort, kNowOnly, 64, kMiB};
-// A reader that looks ten times a second finds 60 Hz of a body of 100 000 vertices.
-constexpr TopicQos kStatePiece{"state_pieces", kBestEffort, kNowOnly, 4096, 2 * kKiB};
-constexpr TopicQos kScene{"scene", kReliable, kLateJoiners, 1, 2 * kMiB};
-constexpr TopicQos kEvent{"events", kReliable, kLateJoiners, 256, 4 * kKiB};
-constexpr TopicQos kStatus{"server_status", kBestEffort, kNowOnly, 1, 64 * kKiB};
-constexpr TopicQos kGravity{"gravity_requests", kReliable, kLateJoiners, 1, kKiB};
-constexpr TopicQos kEnd{"session_end", kReliable, kLateJoiners, 1, 64 * kKiB};
+#define SECTIO_TYPE(Message) "sectio::wire::" #Message
+// clang-format off
+constexpr std::array kTopics{
+    // Each packet carries the last few poses: nothing is sent again.
+    TopicQos{"tool_packets",      SECTIO_TYPE(ToolPacket),      kBestEffort, kNowOnly,     32,   4 * kKiB},
+    TopicQos{"contact_models",    SECTIO_TYPE(ContactMessage),  kBestEffort, kNowOnly,     1,    kKiB},
+    TopicQos{"topology_deltas",   SECTIO_TYPE(DeltaMessage),    kReliable,   kLateJoiners, 1024, 16 * kMiB},
+    // On request, so that a joiner isn't given old ones as well. 64 MiB on loopback, 2.4 MiB in packets of 1200 bytes.
+    TopicQos{"keyframes",         SECTIO_TYPE(KeyframeChunk),   kReliable,   kNowOnly,     2048, 64 * kKiB},
+    TopicQos{"keyframe_requests", SECTIO_TYPE(KeyframeRequest), kReliable,   kLateJoiners, 64,   kKiB},
+    TopicQos{"state_headers",     SECTIO_TYPE(StateHeader),     kBestEffort, kNowOnly,     64,   kMiB},
+    // A reader that looks ten times a second finds 60 Hz of a body of 100 000 vertices.
+    TopicQos{"state_pieces",      SECTIO_TYPE(StatePiece),      kBestEffort, kNowOnly,     4096, 2 * kKiB},
+    TopicQos{"scalar_pieces",     SECTIO_TYPE(ScalarPiece),     kBestEffort, kNowOnly,     4096, kKiB},
+    TopicQos{"scene",             SECTIO_TYPE(SceneInfo),       kReliable,   kLateJoiners, 1,    2 * kMiB},
+    TopicQos{"events",            SECTIO_TYPE(SessionEvent),    kReliable,   kLateJoiners, 256,  4 * kKiB},
+    TopicQos{"server_status",     SECTIO_TYPE(ServerStatus),    kBestEffort, kNowOnly,     1,    64 * kKiB},
+    TopicQos{"gravity_requests",  SECTIO_TYPE(GravityRequest),  kReliable,   kLateJoiners, 1,    kKiB},
+    TopicQos{"session_end",       SECTIO_TYPE(SessionEnd),      kReliable,   kLateJoiners, 1,    64 * kKiB},
+};
+#undef SECTIO_TYPE
 
 }  // namespace
 
-// clang-format off
-template <> const TopicQos& qos_of<wire::ToolPacket>() { return kTool; }
-template <> const TopicQos& qos_of<wire::ContactModel>() { return kContact; }
-template <> const TopicQos& qos_of<wire::TopologyDelta>() { return kDelta; }
-template <> const TopicQos& qos_of<wire::KeyframeChunk>() { return kKeyframe; }
-template <> const TopicQos& qos_of<wire::KeyframeRequest>() { return kKeyframeRequest; }
-template <> const TopicQos& qos_of<wire::StateHeader>() { return kStateHeader; }
-template <> const TopicQos& qos_of<wire::StatePiece>() { return kStatePiece; }
-template <> const TopicQos& qos_of<wire::SceneInfo>() { return kScene; }
-template <> const TopicQos& qos_of<wire::Event>() { return kEvent; }
-template <> const TopicQos& qos_of<wire::ServerStatus>() { return kStatus; }
-template <> const TopicQos& qos_of<wire::GravityRequest>() { return kGravity; }
-template <> const TopicQos& qos_of<wire::SessionEnd>() { return kEnd; }
+template <> const TopicQos& qos_of<ToolPacket>() { return kTopics[0]; }
+template <> const TopicQos& qos_of<ContactMessage>() { return kTopics[1]; }
+template <> const TopicQos& qos_of<DeltaMessage>() { return kTopics[2]; }
+template <> const TopicQos& qos_of<KeyframeChunk>() { return kTopics[3]; }
+template <> const TopicQos& qos_of<KeyframeRequest>() { return kTopics[4]; }
+template <> const TopicQos& qos_of<StateHeader>() { return kTopics[5]; }
+template <> const TopicQos& qos_of<StatePiece>() { return kTopics[6]; }
+template <> const TopicQos& qos_of<ScalarPiece>() { return kTopics[7]; }
+template <> const TopicQos& qos_of<SceneInfo>() { return kTopics[8]; }
+template <> const TopicQos& qos_of<SessionEvent>() { return kTopics[9]; }
+template <> const TopicQos& qos_of<ServerStatus>() { return kTopics[10]; }
+template <> const TopicQos& qos_of<GravityRequest>() { return kTopics[11]; }
+template <> const TopicQos& qos_of<SessionEnd>() { return kTopics[12]; }
 // clang-format on
+
+std::span<const TopicQos> topics() {
+  return kTopics;
+}
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// Keyframes travel in chunks.
+// A keyframe travels in chunks.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,19 @@
 
 namespace sectio {
 
-constexpr std::uint32_t kChunkBytes = 1 << 15;      // loopback: half of a datagram
-constexpr std::uint32_t kChunkBytesOffHost = 1200;  // one packet
-constexpr std::uint64_t kMaxKeyframeBytes = 1ull << 28;
-
 // `bytes` must not be empty.
 std::vector<KeyframeChunk> split_keyframe(std::uint64_t epoch, std::uint32_t body_id, std::uint64_t revision,
                                           std::span<const std::uint8_t> bytes, std::uint32_t chunk_bytes);
 
-// Puts chunks together again, in whatever order they come. Holds one revision of each body, the one that came last, so
-// memory is bounded by bodies x keyframe; no more is allocated than has arrived, the table of chunks aside.
+// Puts chunks together again, in any order. Holds one revision of each body, the one that came last, so that memory is
+// bounded by bodies x keyframe. Allocates no more than has arrived, beside the table of chunks.
 class KeyframeAssembler {
  public:
   // The whole keyframe when this chunk was the last one missing. A chunk that contradicts the first one seen of its
-  // revision is dropped. Expects a chunk that from_wire() has validated.
+  // revision is dropped. Expects a valid chunk (validate.h).
   std::optional<std::vector<std::uint8_t>> add(KeyframeChunk chunk);
 
-  // Forgets everything: the server is another one.
+  // Forgets everything, for another server.
   void clear() { parts_.clear(); }
 
  private:

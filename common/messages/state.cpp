@@ -46,4 +46,15 @@ void encode_positions(std::span<const GridPoint> points, StatePiece& piece) {
       piece.offsets_quanta.push_back(static_cast<std::uint16_t>((p[k] >> shift) - piece.origin_quanta[k]));
 }
 
+std::uint16_t to_level(float value, float least, float most) {
+  const double share = (static_cast<double>(value) - least) / (static_cast<double>(most) - least);
+  if (!(share > 0)) return 0;
+  return static_cast<std::uint16_t>(std::nearbyint(std::min(share, 1.0) * kMostLevel));
+}
+
+float from_level(std::uint16_t level, float least, float most) {
+  const double range = static_cast<double>(most) - least;
+  return static_cast<float>(least + range * level / kMostLevel);
+}
+
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// The state of one step for viewers, as plain values (idl/state.idl): a header, and pieces of about one packet that
+// Messages that carry the state of one step to viewers (idl/state.idl): a header, and pieces of about one packet that
 // each stand alone. Positions lie on a grid of kQuantum_m that is the same for every piece and every step, so that a
 // vertex at rest has the same coordinates in all of them.
 #pragma once
@@ -15,8 +15,8 @@
 namespace sectio {
 
 constexpr std::uint32_t kVerticesPerPiece = 192;  // 1152 bytes of 16-bit coordinates: a packet of at most 1400 bytes
-constexpr double kQuantum_m = 5e-6;               // far below a pixel; 16 bits of it span 0.33 m
 constexpr std::uint32_t kMaxVertexSlots = 1u << 24;
+constexpr double kQuantum_m = 5e-6;  // far below a pixel; 16 bits of it span 0.33 m
 
 constexpr std::uint32_t piece_count(std::uint32_t vertex_slots) {
   return (vertex_slots + kVerticesPerPiece - 1) / kVerticesPerPiece;
@@ -31,6 +31,7 @@ struct BodyState {
   std::uint64_t revision = 0;
   std::uint32_t vertex_slots = 0;
   std::vector<std::uint8_t> pieces_sent;  // one bit a piece, lowest first: the pieces that carry this step
+  std::vector<std::string> scalars;       // the scalar fields that the body has now
 
   bool sent(std::uint32_t piece) const { return pieces_sent[piece / 8] >> (piece % 8) & 1; }
   void mark_sent(std::uint32_t piece) {
@@ -49,7 +50,7 @@ struct StateHeader {
   Vec3 gravity_m_per_s2{0, 0, -9.81};
 };
 
-// Vertex slots from kVerticesPerPiece * piece on. position = quantum_m * (origin_quanta + offset).
+// Positions of the vertex slots from kVerticesPerPiece * piece on. position = quantum_m * (origin_quanta + offset).
 struct StatePiece {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
@@ -71,5 +72,23 @@ using GridPoint = std::array<std::int32_t, 3>;
 
 // Fills quantum, origin and offsets from at most kVerticesPerPiece points.
 void encode_positions(std::span<const GridPoint> points, StatePiece& piece);
+
+constexpr std::uint16_t kMostLevel = 0xffff;
+
+// A value as one of 65536 levels of its range, and back.
+std::uint16_t to_level(float value, float least, float most);
+float from_level(std::uint16_t level, float least, float most);
+
+// Values of the vertex slots from kVerticesPerPiece * piece on. Of two pieces for the same slots the newer one holds.
+struct ScalarPiece {
+  std::uint64_t epoch = 0;
+  std::uint64_t step = 0;
+  std::uint64_t revision = 0;
+  std::uint32_t body_id = 0;
+  std::uint32_t piece = 0;
+  std::string name;
+  float least = 0, most = 1;
+  std::vector<std::uint16_t> levels;  // one a vertex
+};
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// Changes of topology on their way to viewers, as plain values (idl/topology.idl).
+// Messages that carry changes of topology to viewers (idl/topology.idl).
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,11 @@ struct DeltaMessage {
   std::uint32_t body_id = 0;
   TopologyDelta delta;
 };
+
+constexpr std::uint32_t kChunkBytes = 1 << 15;      // loopback: half of a datagram
+constexpr std::uint32_t kChunkBytesOffHost = 1200;  // one packet
+constexpr std::uint64_t kMaxKeyframeBytes = 1ull << 28;
+constexpr std::uint32_t kMaxChunks = 1u << 18;
 
 // A piece of the bytes of a Keyframe (common/delta/keyframe.h).
 struct KeyframeChunk {

@@ -1,4 +1,4 @@
-// What a hand holds: it says where it is and takes a force. One file pair a device.
+// A device that a hand holds: it measures a pose and takes a force. Each device has a pair of files of its own.
 #pragma once
 
 #include "common/math/types.h"

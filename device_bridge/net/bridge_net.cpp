@@ -5,17 +5,18 @@
 #include <algorithm>
 
 #include <atomic>
-#include <chrono>
 #include <ctime>
 #include <thread>
 
 #include "common/core/error.h"
 #include "common/core/latest_value.h"
 #include "common/core/log.h"
-#include "common/dds/convert.h"
-#include "common/dds/endpoint.h"
-#include "common/dds/renew_after_sleep.h"
-#include "device_bridge/net/felt_servers.h"
+#include "common/core/wall_time.h"
+#include "common/dds/endpoints.h"
+#include "common/messages/contact.h"
+#include "common/messages/session.h"
+#include "common/messages/tool.h"
+#include "device_bridge/net/strongest_contact.h"
 #include "device_bridge/servo/ring.h"
 
 namespace sectio {
@@ -24,15 +25,6 @@ namespace {
 
 constexpr std::size_t kRingSamples = 64;
 constexpr long kPoll_ns = 1'000'000;  // how long a contact model may lie while the servo loop is quiet
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-std::uint64_t source_now() {
-  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count());
-}
 
 // std::counting_semaphore of GCC 12 may sleep through a release; the POSIX one is safe to post from real time.
 class Signal {
@@ -58,90 +50,103 @@ class Signal {
   sem_t semaphore_;
 };
 
-}  // namespace
+// Between the servo thread and the network's thread; without a lock.
+struct Handover {
+  Ring<PoseSample> samples{kRingSamples};  // to the network
+  Signal signal;                           // there is a sample
+  LatestValue<ContactModel> newest;        // to the hand
 
-struct BridgeNet::State {
-  // Left and taken anew by a program that slept.
-  struct Seat {
-    Seat(const NetworkOptions& options, std::uint32_t tool_id)
-        : participant(options, "device_bridge " + std::to_string(tool_id)),
-          writer(participant),
-          model_reader(participant),
-          end_reader(participant) {}
+  // Written by the network's thread, read by any.
+  std::atomic<std::uint32_t> servers{0};
+  std::atomic<std::uint64_t> packets{0};
+  std::atomic<bool> met{false};
+  std::atomic<bool> ended{false};
+};
 
-    Participant participant;
-    Writer<wire::ToolPacket> writer;
-    Reader<wire::ContactModel> model_reader;
-    Reader<wire::SessionEnd> end_reader;
-  };
-
-  State(const NetworkOptions& network, std::uint32_t tool)
-      : options(network), tool_id(tool), seat(std::make_unique<Seat>(options, tool_id)), ring(kRingSamples) {
-    packet.source = source_now();
-    packet.tool_id = tool_id;
-    thread = std::thread([this] { run(); });
+// What the network's thread does. One thread.
+class Messenger {
+ public:
+  Messenger(const NetworkOptions& options, std::uint32_t tool_id, Handover& handover)
+      : endpoints_(options, "device_bridge " + std::to_string(tool_id)), handover_(handover) {
+    packet_.source = microseconds_since_1970();
+    packet_.tool_id = tool_id;
   }
 
-  ~State() {
-    stop = true;
-    signal.post();
-    thread.join();
+  void run_once() {
+    endpoints_.renew_after_sleep();
+    handover_.servers = endpoints_.writer<ToolPacket>().readers();
+    if (handover_.servers > 0) handover_.met = true;
+    send_samples();
+    take_scenes();
+    take_models();
   }
 
-  void run() {
-    while (!stop) {
-      signal.wait_briefly();
-      renew_after_sleep(seat, [&] { return std::make_unique<Seat>(options, tool_id); });
-      servers = seat->writer.readers();
-      send_samples();
-      take_models();
-    }
-  }
-
-  // One packet for all that is new; with it go as many older poses as there is room for.
+ private:
+  // One packet for all new samples; older samples go with them while there is room.
   void send_samples() {
     PoseSample sample;
     std::size_t fresh = 0;
-    while (fresh < kMaxPosesPerPacket && ring.pop(sample)) {
-      packet.samples.push_back({tool_id, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad});
+    while (fresh < kMaxPosesPerPacket && handover_.samples.pop(sample)) {
+      packet_.samples.push_back(
+          {packet_.tool_id, sample.sequence, sample.tool_time_s, sample.pose_world, sample.opening_rad});
       ++fresh;
     }
     if (fresh == 0) return;
     const std::size_t keep = std::max(fresh, kPosesPerPacket);
-    if (packet.samples.size() > keep)
-      packet.samples.erase(packet.samples.begin(), packet.samples.end() - static_cast<std::ptrdiff_t>(keep));
-    if (seat->writer.write(to_wire(packet)))
-      packets.fetch_add(1, std::memory_order_relaxed);
+    if (packet_.samples.size() > keep)
+      packet_.samples.erase(packet_.samples.begin(), packet_.samples.end() - static_cast<std::ptrdiff_t>(keep));
+    if (endpoints_.write(packet_))
+      handover_.packets.fetch_add(1, std::memory_order_relaxed);
     else
       log_limited(LogLevel::warning, "write refused", "DDS refused to send a tool packet");
   }
 
-  void take_models() {
-    wire::ContactModel message;
-    while (seat->model_reader.take(message)) {
-      const std::optional<ContactMessage> contact = from_wire(message);
-      if (contact && contact->model.tool_id == tool_id && felt.feel(now_s(), *contact)) newest.store(felt.model());
+  void take_scenes() {
+    while (const auto scene = endpoints_.take<SceneInfo>()) {
+      if (packet_.tool_id < scene->tools.size()) continue;
+      std::string tools;
+      for (std::size_t i = 0; i < scene->tools.size(); ++i)
+        tools += (i > 0 ? ", " : "") + std::to_string(i) + " " + scene->tools[i].name;
+      log_limited(LogLevel::warning, "unknown tool",
+                  "the scene has no tool " + std::to_string(packet_.tool_id) +
+                      (tools.empty() ? ", and no other" : "; it has " + tools));
     }
-    wire::SessionEnd end;
-    while (seat->end_reader.take(end)) felt.end(end.epoch());
-    if (felt.all_ended(now_s())) ended = true;
   }
 
-  NetworkOptions options;
-  std::uint32_t tool_id;
-  std::unique_ptr<Seat> seat;
+  void take_models() {
+    while (const auto contact = endpoints_.take<ContactMessage>())
+      if (contact->model.tool_id == packet_.tool_id && strongest_.feel(steady_now_s(), *contact))
+        handover_.newest.store(strongest_.model());
+    while (const auto end = endpoints_.take<SessionEnd>()) strongest_.end(end->epoch);
+    if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
+  }
 
-  // From the servo thread to ours and back.
-  Ring<PoseSample> ring;
-  Signal signal;
-  LatestValue<ContactModel> newest;
-  std::uint64_t dropped = 0;
+  Endpoints<Reads<ContactMessage, SceneInfo, SessionEnd>, Writes<ToolPacket>> endpoints_;
+  Handover& handover_;
+  ToolPacket packet_;
+  StrongestContact strongest_;
+};
 
-  ToolPacket packet;
-  FeltServers felt;
-  std::atomic<std::uint32_t> servers{0};
-  std::atomic<std::uint64_t> packets{0};
-  std::atomic<bool> ended{false};
+}  // namespace
+
+struct BridgeNet::State {
+  State(const NetworkOptions& options, std::uint32_t tool_id) : messenger(options, tool_id, handover) {
+    thread = std::thread([this] {
+      while (!stop) {
+        handover.signal.wait_briefly();
+        messenger.run_once();
+      }
+    });
+  }
+  ~State() {
+    stop = true;
+    handover.signal.post();
+    thread.join();
+  }
+
+  std::uint64_t samples_dropped = 0;  // servo thread's
+  Handover handover;
+  Messenger messenger;  // network's thread's
   std::atomic<bool> stop{false};
   std::thread thread;
 };
@@ -154,28 +159,32 @@ BridgeNet::BridgeNet(const NetworkOptions& options, std::uint32_t tool_id) {
 BridgeNet::~BridgeNet() = default;
 
 void BridgeNet::publish(const PoseSample& sample) {
-  if (!state_->ring.push(sample)) ++state_->dropped;
-  state_->signal.post();
+  if (!state_->handover.samples.push(sample)) ++state_->samples_dropped;
+  state_->handover.signal.post();
 }
 
 bool BridgeNet::latest_model(ContactModel& model) {
-  return state_->newest.load(model);
+  return state_->handover.newest.load(model);
 }
 
 std::uint32_t BridgeNet::servers() const {
-  return state_->servers;
+  return state_->handover.servers;
+}
+
+bool BridgeNet::met_a_server() const {
+  return state_->handover.met;
 }
 
 bool BridgeNet::session_ended() const {
-  return state_->ended;
+  return state_->handover.ended;
 }
 
 std::uint64_t BridgeNet::packets_sent() const {
-  return state_->packets;
+  return state_->handover.packets;
 }
 
 std::uint64_t BridgeNet::samples_dropped() const {
-  return state_->dropped;
+  return state_->samples_dropped;
 }
 
 }  // namespace sectio

@@ -13,19 +13,20 @@ namespace sectio {
 
 class BridgeNet {
  public:
-  // Throws InputError for options that won't do, or a tool that no scene can have.
+  // Throws InputError for bad options, and for a tool that no scene can have.
   BridgeNet(const NetworkOptions& options, std::uint32_t tool_id);
   ~BridgeNet();
 
-  // Servo thread. No lock, no allocation; wakes the thread that sends. Samples ascend in sequence. When the thread
-  // couldn't run for 64 ms the sample is dropped.
+  // Servo thread. No lock, no allocation; wakes the thread that sends. Samples ascend in sequence. A sample is dropped
+  // when that thread could not run for 64 ms.
   void publish(const PoseSample& sample);
 
   // Servo thread. True when a newer model of this tool has come since the last call.
   bool latest_model(ContactModel& model);
 
-  // Any thread. Servers that listen now; a session that has ended stays ended.
-  std::uint32_t servers() const;
+  // Any thread. A session that has ended stays ended.
+  std::uint32_t servers() const;  // that listen now
+  bool met_a_server() const;      // at any time
   bool session_ended() const;
 
   std::uint64_t packets_sent() const;

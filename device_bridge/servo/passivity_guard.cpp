@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-// The tool may be in the tissue when the first model comes: the spring that then appears was nobody's work.
+// The tool may be in the tissue when the first model comes. The energy of the spring that appears then is not counted.
 constexpr double kBeginning_s = 2 * ContactModelFollower::kBlend_s;
 
 }  // namespace
@@ -17,7 +17,7 @@ Vec3 PassivityGuard::tick(const Vec3& position_world_m, const Vec3& velocity_wor
     return force_world_n;
   }
   const Vec3& plane_m_per_s = model->velocity_world_m_per_s;
-  // The mean of both ends: what holding a force for a period gives away is covered by the bound on stiffness.
+  // The mean of both ends. The bound on stiffness covers the energy that a force held for a period gives away.
   given_j_ += 0.5 * (last_force_n_ + force_world_n).dot(position_world_m - last_position_m_ - plane_m_per_s * dt_s);
   const double normal_n = model->normal_world.dot(force_world_n);
   stored_j_ = model->stiffness_n_per_m > 0 ? normal_n * normal_n / (2 * model->stiffness_n_per_m) : 0;
@@ -25,7 +25,7 @@ Vec3 PassivityGuard::tick(const Vec3& position_world_m, const Vec3& velocity_wor
   if (began_s_ < kBeginning_s) given_j_ = -stored_j_;
   began_s_ += dt_s;
 
-  // Towards zero by what is forgiven, and not below the reserve.
+  // An excess is forgiven towards zero; a surplus is kept up to the reserve.
   if (excess_j() > 0) given_j_ -= std::min(excess_j(), spec_.refill_w * dt_s);
   given_j_ = std::max(given_j_, -spec_.reserve_j - stored_j_);
 

@@ -7,16 +7,16 @@
 namespace sectio {
 
 struct GuardSpec {
-  double tank_j = 0.005;          // what may be given in excess before the guard acts
-  double refill_w = 0.001;        // and what is forgiven as time goes on
-  double reserve_j = 0.001;       // no more than this is kept of what friction and cutting have taken
-  double damping_n_s_per_m = 10;  // largest
-  double onset_s = 0.01;          // an excess is to be gone after this, and damping comes and goes within it
+  double tank_j = 0.005;          // energy that the hand may get in excess before the guard acts
+  double refill_w = 0.001;        // rate at which an excess is forgiven
+  double reserve_j = 0.001;       // the most that is kept of the energy that friction and cutting have taken
+  double damping_n_s_per_m = 10;  // the largest damping
+  double onset_s = 0.01;          // time within which an excess is damped away, and damping rises and falls
 };
 
-// Counts work on the hand relative to the moving plane (an organ that breathes may push) and energy stored in the
-// model's spring. Their sum never grows in a passive tissue; what it has grown by beyond the tank is damped away.
-// No allocation, no lock.
+// Counts the work on the hand relative to the moving plane (an organ that breathes may push) and the energy stored in
+// the model's spring. A passive tissue never lets their sum grow; growth beyond the tank is damped away. No allocation,
+// no lock.
 class PassivityGuard {
  public:
   explicit PassivityGuard(const GuardSpec& spec = {}) : spec_(spec) {}

@@ -10,8 +10,8 @@
 
 namespace sectio {
 
-// One CSV line a tick; load_trace() reads the file as a trace, so that a session can be played again. Also says in the
-// program's log, once each time, that the server went quiet and that it is back.
+// One CSV line a tick; load_trace() reads the file as a trace, so that a session can be played again. When the server
+// falls silent, and when it is back, the program's log has a line.
 class RecordWriter {
  public:
   // An empty path writes no file. Throws InputError when the file can't be made.
@@ -20,7 +20,7 @@ class RecordWriter {
   // Takes everything out of the ring. One thread.
   void drain(Ring<ServoRecord>& records);
 
-  // Writes out what is buffered; throws std::runtime_error when the disk did not take all of it.
+  // Writes the rest of the buffer; throws std::runtime_error when the disk did not take all of it.
   void finish();
 
   std::uint64_t written() const { return written_; }

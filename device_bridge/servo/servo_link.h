@@ -1,4 +1,4 @@
-// What the servo loop needs of the network.
+// The network, as the servo loop sees it.
 #pragma once
 
 #include "device_bridge/servo/servo_state.h"

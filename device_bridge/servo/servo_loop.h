@@ -1,4 +1,4 @@
-// The 1 kHz loop: pose in, force out, everything else handed to threads that may wait.
+// The 1 kHz loop: pose in, force out. Everything else is handed to threads that may wait.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace sectio {
 
-// What the loop tells of itself; each member has one reading thread.
+// The loop's account of itself; each member has one reading thread.
 struct ServoLog {
   Ring<ServoRecord> records{16384};               // every tick, for the file
   LatestValue<ServoRecord> newest;                // for the progress line
@@ -26,9 +26,9 @@ struct ServoTiming {
 };
 
 // Runs in the calling thread until the device has finished, the duration is over or `stop` is set; leaves the device
-// without force. Wakes at absolute times of CLOCK_MONOTONIC; a tick that comes a whole period late or more counts as
-// overrun, and what was missed is left out, never caught up. A tick's time is when it was due, since the beginning.
-// Neither allocates, locks nor does I/O.
+// without force. Wakes at absolute times of CLOCK_MONOTONIC. A tick that comes a whole period late or more counts as
+// overrun, and missed ticks are left out, never caught up. A tick's time is the time at which it was due, since the
+// beginning. Neither allocates, locks nor does I/O.
 void run_servo(Device& device, ServoLink& link, ServoState& state, ServoLog& log, const ServoTiming& timing,
                const std::atomic<bool>& stop);
 

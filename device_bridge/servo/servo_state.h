@@ -9,7 +9,7 @@
 
 namespace sectio {
 
-// What the server is told about the instrument, once a tick.
+// The instrument as the server is told of it, once a tick.
 struct PoseSample {
   std::uint64_t sequence = 0;  // from 1, without holes
   double tool_time_s = 0;      // since the loop began
@@ -17,7 +17,7 @@ struct PoseSample {
   double opening_rad = 0;
 };
 
-// What the log keeps of a tick.
+// A tick as the log keeps it.
 struct ServoRecord {
   PoseSample sample;
   Vec3 force_world_n = Vec3::Zero();

@@ -1,10 +1,9 @@
-// A viewer's end of the wire: takes what has arrived, validates it, feeds the replicas, and asks for keyframes.
+// A viewer's end of the wire: takes the messages that have arrived, feeds the replicas, and asks for keyframes.
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <optional>
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
@@ -12,12 +11,9 @@
 
 namespace sectio {
 
-template <class T>
-class Reader;
-
 struct ClientNetCounts {
-  std::uint64_t messages = 0;
-  std::uint64_t damaged = 0;  // dropped by validation
+  std::uint64_t messages = 0;  // valid ones
+  std::uint64_t damaged = 0;   // dropped
 };
 
 // One thread; nothing blocks.
@@ -25,28 +21,27 @@ class ClientNet {
  public:
   static constexpr std::size_t kMaxEvents = 64;
 
-  // Throws InputError for options that won't do.
+  // Throws InputError for bad options.
   explicit ClientNet(const NetworkOptions& options);
   ~ClientNet();
 
-  // Everything that has arrived since the last call, from every server of the session. A program that was asleep joins
-  // anew; the world keeps what it has.
+  // Takes everything that has arrived since the last call, from every server of the session. A program that was asleep
+  // joins the session anew here; the world keeps what it has.
   void poll(double now_s, World& world);
 
   bool connected() const;
-  const std::deque<SessionEvent>& events() const;  // the newest kMaxEvents
-  const ClientNetCounts& counts() const;
+  const std::deque<SessionEvent>& events() const { return events_; }  // the newest kMaxEvents
+  ClientNetCounts counts() const;
 
  private:
-  struct Seat;
-  template <class Wire, class Use>
-  void drain(Reader<Wire>& reader, const Use& use);
+  struct Wire;
+  template <class Message, class Use>
+  void drain(const Use& use);
 
-  NetworkOptions options_;
-  std::uint64_t client_;
-  std::unique_ptr<Seat> seat_, former_seat_;
+  std::uint64_t client_;  // tells viewers apart
+  std::unique_ptr<Wire> wire_;
   std::deque<SessionEvent> events_;
-  ClientNetCounts counts_;
+  std::uint64_t messages_ = 0;
 };
 
 }  // namespace sectio

@@ -62,6 +62,12 @@ void Replica::feed(StatePiece piece) {
   body.feed(std::move(piece));
 }
 
+void Replica::feed(ScalarPiece piece) {
+  if (!is_of_this_server(piece.epoch) || piece.body_id >= bodies_.size()) return;
+  ReplicaBody& body = bodies_[piece.body_id];
+  body.feed(std::move(piece));
+}
+
 void Replica::feed(const SessionEnd& end) {
   if (!is_of_this_server(end.epoch) || end.bodies.size() != bodies_.size()) return;
   ended_ = true;
@@ -107,7 +113,8 @@ bool Replica::prepare(const StateHeader& header) {
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     arrived = bodies_[b].advance(header.bodies[b].revision, counts_) && arrived;
   if (!arrived) return false;
-  for (ReplicaBody& body : bodies_) body.accept_pieces(header.step);
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    bodies_[b].accept_pieces(header.step, header.bodies[b].scalars);
   drawn_step_ = header.step;
   headers_.erase(headers_.begin(), headers_.find(header.step));
   return std::ranges::all_of(bodies_, [](const ReplicaBody& body) { return body.placed(); });

@@ -42,6 +42,7 @@ class Replica {
   void feed_keyframe(std::uint64_t epoch, std::uint32_t body_id, std::span<const std::uint8_t> bytes);
   void feed(StateHeader header);
   void feed(StatePiece piece);
+  void feed(ScalarPiece piece);
   // The final versions of the bodies; a replica that can't reach them asks for keyframes.
   void feed(const SessionEnd& end);
 

@@ -13,6 +13,9 @@ std::size_t edits(const TopologyDelta& delta) {
 // A state names a piece at most once a step, and a viewer looks several times a second.
 constexpr std::size_t kMaxExpectedSteps = 64;
 
+// Pieces of scalars for slots beyond those that the mesh has yet.
+constexpr std::uint32_t kPiecesAhead = 64;
+
 }  // namespace
 
 void ReplicaBody::feed(TopologyDelta delta, ReplicaCounts& counts) {
@@ -43,6 +46,10 @@ void ReplicaBody::feed(StatePiece piece) {
   if (pieces_.size() >= kMaxPieces) return;
   const std::pair key(piece.piece, piece.step);
   pieces_.emplace(key, std::move(piece));
+}
+
+void ReplicaBody::feed(ScalarPiece piece) {
+  if (piece.piece < piece_count(mesh_.vertex_slots()) + kPiecesAhead) scalars_.feed(std::move(piece));
 }
 
 // Keeps the newest of each piece. Called at most once in kMaxPieces / 4 pieces.
@@ -173,7 +180,8 @@ bool ReplicaBody::complete(std::uint64_t step) const {
   return true;
 }
 
-void ReplicaBody::accept_pieces(std::uint64_t step) {
+void ReplicaBody::accept_pieces(std::uint64_t step, std::span<const std::string> scalars) {
+  scalars_.accept_pieces(mesh_.revision(), changed_at_, scalars);
   for (auto it = pieces_.begin(); it != pieces_.end();) {
     if (it->first.second > step) {
       ++it;
@@ -221,6 +229,7 @@ void ReplicaBody::fill(BodyFrame& frame) const {
     for (VertexId v = 0; v < mesh_.vertex_slots(); ++v) frame.rest_body_m[v] = mesh_.rest_body_m(v).cast<float>();
   }
   frame.positions_world_m = positions_world_m_;
+  frame.scalars = scalars_.fields();
 }
 
 std::size_t ReplicaBody::bytes() const {

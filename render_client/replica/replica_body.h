@@ -5,12 +5,14 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "common/delta/keyframe.h"
 #include "common/messages/state.h"
 #include "render_client/replica/frame.h"
+#include "render_client/replica/replica_scalars.h"
 
 namespace sectio {
 
@@ -36,6 +38,7 @@ class ReplicaBody {
   void feed(TopologyDelta delta, ReplicaCounts& counts);
   void feed(TriangleMesh keyframe, ReplicaCounts& counts);
   void feed(StatePiece piece);
+  void feed(ScalarPiece piece);
 
   // True when the mesh is at that revision, or deltas and keyframe at hand lead to it.
   bool can_reach(std::uint64_t revision) const;
@@ -50,8 +53,8 @@ class ReplicaBody {
   void expect(const BodyState& state, std::uint64_t step);
   // Every piece that was expected up to this step is at hand.
   bool complete(std::uint64_t step) const;
-  // Takes over the positions of the pieces up to this step.
-  void accept_pieces(std::uint64_t step);
+  // Takes over the positions of the pieces up to this step, and the scalar fields that the state of this step names.
+  void accept_pieces(std::uint64_t step, std::span<const std::string> scalars);
   // Every live vertex has a position that was sent at the revision of its slot's last change or later.
   bool placed() const { return waiting_ == 0; }
 
@@ -87,6 +90,7 @@ class ReplicaBody {
   std::vector<Slot> slots_;
   std::uint32_t waiting_ = 0;
 
+  ReplicaScalars scalars_;
   std::map<std::pair<std::uint32_t, std::uint64_t>, StatePiece> pieces_;  // not accepted yet, by piece and step
   std::size_t pieces_until_cleaning_ = kMaxPieces;
   std::map<std::uint32_t, std::uint64_t> accepted_;  // by piece: the newest step

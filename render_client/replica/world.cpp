@@ -22,10 +22,12 @@ std::size_t place_of(const SceneInfo& scene) {
 void copy(const BodyFrame& from, BodyFrame& to) {
   const bool same = to.name == from.name && to.revision == from.revision &&
                     to.triangles.size() == from.triangles.size() && to.rest_body_m.size() == from.rest_body_m.size();
-  if (same)
-    to.positions_world_m = from.positions_world_m;
-  else
+  if (!same) {
     to = from;
+    return;
+  }
+  to.positions_world_m = from.positions_world_m;
+  to.scalars = from.scalars;
 }
 
 }  // namespace
@@ -97,6 +99,10 @@ void World::feed(StateHeader header) {
 }
 
 void World::feed(StatePiece piece) {
+  if (Server* server = find(piece.epoch)) server->replica.feed(std::move(piece));
+}
+
+void World::feed(ScalarPiece piece) {
   if (Server* server = find(piece.epoch)) server->replica.feed(std::move(piece));
 }
 

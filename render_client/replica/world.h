@@ -36,6 +36,7 @@ class World {
   void feed(KeyframeChunk chunk);
   void feed(StateHeader header);
   void feed(StatePiece piece);
+  void feed(ScalarPiece piece);
   void feed(const SessionEnd& end);
   bool knows(std::uint64_t epoch) const { return find(epoch) != nullptr; }
 

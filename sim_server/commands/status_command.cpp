@@ -12,7 +12,7 @@ Arguments::Action status_command(Arguments& arguments) {
     double patience_s = 5;
   };
   const auto flags = std::make_shared<Flags>();
-  add_network_arguments(arguments, flags->network, "session");
+  add_network_arguments(arguments, flags->network, "session; empty: the only one of the domain");
   arguments.option("--patience-s", flags->patience_s, "how long to wait for an answer of the servers");
   return [flags] {
     check_network_options(flags->network);

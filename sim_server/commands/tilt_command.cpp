@@ -27,7 +27,7 @@ Arguments::Action tilt_command(Arguments& arguments) {
   };
   const auto flags = std::make_shared<Flags>();
   arguments.option("--gravity", flags->gravity, "where to: x,y,z in m/s2", Need::required);
-  add_network_arguments(arguments, flags->network, "session");
+  add_network_arguments(arguments, flags->network, "session; empty: the only one of the domain");
   arguments.option("--patience-s", flags->patience_s, "how long to wait for an answer of the servers");
   return [flags] {
     const Vec3 gravity = gravity_of(flags->gravity);

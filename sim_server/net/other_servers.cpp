@@ -2,24 +2,16 @@
 
 #include <algorithm>
 
-#include "common/dds/convert.h"
-
 namespace sectio {
 
-OtherServers::OtherServers(Participant& participant, const SceneInfo& own)
-    : own_(own),
-      scene_reader_(participant),
-      header_reader_(participant),
-      end_reader_(participant),
-      missing_(own.world_bodies) {
+OtherServers::OtherServers(ServerEndpoints& endpoints, const SceneInfo& own)
+    : endpoints_(endpoints), own_(own), missing_(own.world_bodies) {
   for (const BodyInfo& body : own.bodies) std::erase(missing_, body.name);
 }
 
 void OtherServers::listen() {
-  wire::SceneInfo message;
-  while (scene_reader_.take(message)) {
-    const std::optional<SceneInfo> other = from_wire(message);
-    if (!other || other->epoch == own_.epoch) continue;
+  while (const auto other = endpoints_.take<SceneInfo>()) {
+    if (other->epoch == own_.epoch) continue;
     const std::lock_guard lock(mutex_);
     for (const BodyInfo& body : other->bodies) {
       std::erase(missing_, body.name);
@@ -28,16 +20,14 @@ void OtherServers::listen() {
     }
     if (other->world_bodies == own_.world_bodies) others_.try_emplace(other->epoch);
   }
-  wire::StateHeader header;
-  while (header_reader_.take(header)) {
+  while (const auto header = endpoints_.take<StateHeader>()) {
     const std::lock_guard lock(mutex_);
-    if (const auto other = others_.find(header.epoch()); other != others_.end())
-      other->second = {header.sim_time_s(), Clock::now(), other->second.ended};
+    if (const auto other = others_.find(header->epoch); other != others_.end())
+      other->second = {header->sim_time_s, Clock::now(), other->second.ended};
   }
-  wire::SessionEnd end;
-  while (end_reader_.take(end)) {
+  while (const auto end = endpoints_.take<SessionEnd>()) {
     const std::lock_guard lock(mutex_);
-    if (const auto other = others_.find(end.epoch()); other != others_.end()) other->second.ended = true;
+    if (const auto other = others_.find(end->epoch); other != others_.end()) other->second.ended = true;
   }
 }
 

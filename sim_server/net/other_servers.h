@@ -1,4 +1,4 @@
-// The servers of a session, each with a share of its bodies: what one knows of the others.
+// The servers of a session have a share of its bodies each. What one server knows of the others.
 #pragma once
 
 #include <chrono>
@@ -9,28 +9,25 @@
 #include <string>
 #include <vector>
 
-#include "common/dds/endpoint.h"
-#include "common/messages/session.h"
-#include "idl/session.h"
-#include "idl/state.h"
+#include "sim_server/net/server_endpoints.h"
 
 namespace sectio {
 
 class OtherServers {
  public:
-  static constexpr double kSilence_s = 1;  // after which a server is taken for dead
+  static constexpr double kSilence_s = 1;  // a server that is silent for longer is taken for dead
 
-  // `own`: what this one announces.
-  OtherServers(Participant& participant, const SceneInfo& own);
+  // `own`: the scene that this server announces. The endpoints outlive it.
+  OtherServers(ServerEndpoints& endpoints, const SceneInfo& own);
 
-  // Takes what has arrived. One thread; the rest is for any.
+  // Takes what has arrived. One thread; the other functions are for any thread.
   void listen();
 
   // Bodies of the scene that no server has announced yet.
   std::vector<std::string> missing_bodies() const;
-  // The first body of ours that an older server has, too: then this one has to go.
+  // The first of our bodies that an older server has, too: then this server has to end.
   std::optional<std::string> claimed_body() const;
-  // The simulated time of the slowest one; nothing when none speaks.
+  // The simulated time of the slowest server; nothing when no other server speaks.
   std::optional<double> slowest_s() const;
 
  private:
@@ -41,10 +38,8 @@ class OtherServers {
     bool ended = false;
   };
 
+  ServerEndpoints& endpoints_;
   SceneInfo own_;
-  Reader<wire::SceneInfo> scene_reader_;
-  Reader<wire::StateHeader> header_reader_;
-  Reader<wire::SessionEnd> end_reader_;
 
   mutable std::mutex mutex_;
   std::vector<std::string> missing_;

@@ -28,6 +28,8 @@ void copy_state(const StepOutput& output, const WorldView& world, double step_wa
     snapshot.bodies[b].revision = world.bodies[b].mesh->revision();
     snapshot.bodies[b].positions_world_m.assign(world.bodies[b].positions_world_m.begin(),
                                                 world.bodies[b].positions_world_m.end());
+    snapshot.bodies[b].scalars.clear();
+    if (world.scalars) snapshot.bodies[b].scalars = world.scalars(static_cast<std::uint32_t>(b));
   }
   snapshot.tools.resize(world.tool_poses_world.size());
   for (std::size_t t = 0; t < snapshot.tools.size(); ++t) {

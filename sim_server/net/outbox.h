@@ -1,8 +1,10 @@
-// What the simulation has put down and the publishing thread not yet picked up: bounded, and so that nothing is missed
-// but events beyond its limit. Plain values; whoever shares one has the lock. Buffers keep their memory.
+// What the simulation has put down and the network's thread has not yet picked up. It is bounded; beyond the bound,
+// deltas are replaced by whole bodies, and events are left out. Plain values, shared under the lock of Handover. Buffers
+// keep their memory.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,7 +18,7 @@
 
 namespace sectio {
 
-// What the outbox may copy of the simulation's world. Spans are read during put() only.
+// The part of the simulation's world that the outbox may copy. Spans are read during put() only.
 struct WorldView {
   struct Body {
     const TriangleMesh* mesh = nullptr;
@@ -24,15 +26,17 @@ struct WorldView {
   };
   std::vector<Body> bodies;
   std::vector<std::optional<JointPose>> tool_poses_world;
+  // The numbers for each vertex that engines publish of a body. Asked only when a state is copied.
+  std::function<std::vector<ScalarField>(std::uint32_t body_id)> scalars = {};
 };
 
 struct Outbox {
   // After a step. `infos`: of all bodies, the new ones included. The state is copied when it is due, and with deltas.
   void put(const StepOutput& output, const WorldView& world, std::span<const BodyInfo> infos, double step_wall_time_s,
            bool state_due);
-  // Must not lie until the next look.
+  // The network's thread must be woken for it.
   bool urgent() const;
-  // Takes over the numbers of the one that has been picked up: they hold until there are newer ones.
+  // Takes over the numbers of the outbox that has been picked up: they hold until there are newer ones.
   void go_on_from(const Outbox& picked_up);
   // After all of it has been sent.
   void clear();
@@ -40,13 +44,13 @@ struct Outbox {
   std::vector<std::pair<BodyInfo, TriangleMesh>> new_bodies;
   std::vector<BodyDelta> deltas;
   std::size_t edits = 0;
-  // Instead of deltas, when there were too many: the bodies as they were then. Deltas above come after.
+  // When there were too many deltas: the bodies as they were then. The deltas above come after them.
   std::optional<std::vector<TriangleMesh>> meshes;
   std::vector<Event> events;
   std::vector<ContactModel> contacts;  // the newest of each tool
   StateSnapshot snapshot;
   bool snapshot_fresh = false;
-  bool snapshot_due = false;  // now, out of the rhythm or in it; otherwise with the next one
+  bool snapshot_due = false;  // to be sent at once; else in the rhythm of states
   StepReport report;
   std::uint64_t step = 0;
   std::uint64_t samples_refused = 0;

@@ -15,6 +15,7 @@ void SampleDeduplicator::accept(const ToolPacket& packet, std::vector<ToolSample
     tool.last_sequence = sample.sequence;
     tool.any = true;
     samples.push_back(sample);
+    samples.back().tool_id = packet.tool_id;
     samples.back().source = packet.source;
   }
 }

@@ -24,7 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kTogether_s = 0.1;    // no server of a session gets further ahead of the slowest
+constexpr double kTogether_s = 0.1;    // the most by which a server may be ahead of the slowest one of its session
 constexpr double kLeaveTimeout_s = 5;  // how long the end is served to viewers
 constexpr double kListen_s = 0.3;      // before the clock starts: is there another server with our bodies?
 constexpr auto kPollPeriod = std::chrono::milliseconds(2);
@@ -50,7 +50,7 @@ void yield_to_an_older_server(const ServerNet& net, const ServeOptions& options)
     throw InputError("session '" + options.network.session + "': another server has the body '" + *body + "'");
 }
 
-// Seconds that it took until no other server was further behind than may be.
+// Waits for servers that are too far behind this one. Returns the seconds that it took.
 double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
   const auto begun = Clock::now();
   const auto too_far = [&] {
@@ -62,7 +62,7 @@ double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
   return Seconds(Clock::now() - begun).count();
 }
 
-// What is done about a session that is behind its clock goes into the next step and, when it changes, into the log.
+// The reaction to a session that is behind its clock goes into the next step and, when it changes, into the log.
 void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
   const Budget budget = planner.plan(behind_s);
   input.spare_idle_bodies = budget == Budget::reduced;
@@ -80,7 +80,7 @@ std::string list_of(const std::vector<std::string>& names) {
   return list;
 }
 
-// Until viewers, tools and the other servers are there.
+// Waits for viewers, tools and other servers.
 void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& options, std::vector<ToolSample>& samples) {
   std::set<std::uint32_t> tools;
   const auto listen_until = Clock::now() + to_duration(kListen_s);
@@ -94,7 +94,7 @@ void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& opti
     log_info("waiting for servers of " + list_of(net.others().missing_bodies()));
   while (!stop_requested && (!complete() || Clock::now() < listen_until)) {
     yield_to_an_older_server(net, options);
-    samples.clear();  // what the tools do before the clock starts is not part of the session
+    samples.clear();  // motion before the clock starts is not part of the session
     net.take_samples(samples);
     for (const ToolSample& s : samples) tools.insert(s.tool_id);
     std::this_thread::sleep_for(kPollPeriod);

@@ -13,7 +13,7 @@ struct ServeOptions {
   NetworkOptions network;
   std::uint64_t steps = 0;  // 0: the scene's duration; without end when `endless`
   bool endless = false;
-  std::string directory;               // for what the run leaves behind; empty: nothing
+  std::string directory;               // for journal, surfaces and report; empty: none are written
   std::uint32_t wait_for_viewers = 0;  // the clock starts when so many are there
   bool wait_for_tools = false;         // and when every tool of the scene has sent a sample
   bool wait_for_bodies = false;        // and when every body of the scene has a server

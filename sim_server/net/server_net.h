@@ -1,5 +1,10 @@
-// The server's end of the wire. The simulation never waits for it: publish() copies what is due into a bounded outbox,
-// and one thread writes that to DDS, serves keyframes from its own copy of the topology, and answers late joiners.
+// The server's end of the wire, as the simulation's thread sees it. Three parts, one for each place where they live:
+//
+//   Intake     simulation's thread: poses and requests come in
+//   Handover   between both threads, under its lock
+//   Publisher  network's thread: writes to DDS what was put down, and serves keyframes from its own copy of the topology
+//
+// The simulation never waits for the network: publish() copies what is due into a bounded outbox.
 #pragma once
 
 #include <cstdint>
@@ -23,16 +28,17 @@ struct ServerNetOptions {
 
 class ServerNet {
  public:
-  // Announces the scene; no world_bodies: ours are all. `meshes`: the bodies as they are now. Throws InputError for
-  // options and names that won't do.
+  // Announces the scene. No world_bodies: the bodies of this server are all. `meshes`: the bodies as they are now. Throws
+  // InputError for bad options, and for names, colours or a camera that viewers would refuse.
   ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes);
   ~ServerNet();
 
   // Appends the samples that have arrived since the last call, each once, in order of sequence for each tool. Damaged
-  // ones are dropped and counted. Simulation's thread; never blocks.
+  // ones are dropped and counted. A program that was asleep joins its session anew here. Simulation's thread; never
+  // blocks.
   void take_samples(std::vector<ToolSample>& samples);
 
-  // Where somebody wants gravity to turn, once a request. Simulation's thread; never blocks.
+  // The gravity that somebody asks for, once a request. Simulation's thread; never blocks.
   std::optional<Vec3> take_gravity();
 
   // Simulation's thread; never waits for the network. Deltas, events and contact models always; the state at the
@@ -42,16 +48,16 @@ class ServerNet {
   // Sends all that is left, then the final versions of the bodies, which it returns.
   SessionEnd end_session(const std::string& reason);
 
-  // Of the session, when several servers share its bodies.
+  // The other servers of the session, when several share its bodies.
   const OtherServers& others() const;
 
-  // After end_session(): what the network's thread holds of the bodies, and how long it was at work.
+  // After end_session(): the size of the network's copy of the bodies, and how long the network's thread was at work.
   std::size_t copy_bytes() const;
   double busy_s() const;
 
   // Viewers that are connected now.
   std::uint32_t viewers() const;
-  // Those that went silent without a word and have not come back.
+  // Viewers that fell silent without a word and have not come back.
   std::uint32_t lost_viewers() const;
   // Serves all of them until the last one has left or the time is over; true for the former.
   bool wait_for_viewers_to_leave(double timeout_s);

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "common/core/log.h"
+#include "common/messages/state_fields.h"
+#include "common/messages/validate.h"
+
 namespace sectio {
 
 void StateEncoder::changed(std::uint32_t body_id, const TopologyDelta& delta) {
@@ -21,6 +25,7 @@ void StateEncoder::refresh(std::uint32_t body_id) {
 void StateEncoder::encode(const StateSnapshot& snapshot) {
   ++frame_;
   used_ = 0;
+  scalar_pieces_.clear();
   header_.epoch = epoch_;
   header_.step = snapshot.step;
   header_.sim_time_s = static_cast<double>(snapshot.step) * step_s_;
@@ -48,14 +53,15 @@ void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snaps
     for (const std::uint32_t piece : body.changes.front().pieces)
       if (piece < pieces) body.repeat[piece] = kRepeats;
 
+  in_turn_.assign(pieces, 0);
   for (std::uint32_t p = 0; p < pieces; ++p) {
     const std::uint32_t first = p * kVerticesPerPiece;
     const std::uint32_t count = std::min(kVerticesPerPiece, slots - first);
     now_.assign(body.sent.begin() + first, body.sent.begin() + first + count);
     for (std::uint32_t i = 0; i < count; ++i)
       if (!to_grid(state.positions_world_m[first + i], now_[i])) continue;  // stays where it was last sent
-    const bool turn = (frame_ + p) % kFramesPerRefresh == 0;
-    if (body.repeat[p] == 0 && !turn && !moved(body, first)) continue;
+    in_turn_[p] = body.repeat[p] > 0 || (frame_ + p) % kFramesPerRefresh == 0;
+    if (!in_turn_[p] && !moved(body, first)) continue;
 
     if (body.repeat[p] > 0) --body.repeat[p];
     std::copy(now_.begin(), now_.end(), body.sent.begin() + first);
@@ -67,6 +73,55 @@ void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snaps
     piece.body_id = body_id;
     piece.piece = p;
     encode_positions(now_, piece);
+  }
+  encode_scalars(body_id, snapshot, in_turn_);
+}
+
+void StateEncoder::encode_scalars(std::uint32_t body_id, const StateSnapshot& snapshot,
+                                  std::span<const std::uint8_t> in_turn) {
+  const StateSnapshot::Body& state = snapshot.bodies[body_id];
+  std::vector<std::string>& named = header_.bodies[body_id].scalars;
+  std::vector<SentScalar>& sent = bodies_[body_id].scalars;
+  named.clear();
+  for (const ScalarField& field : state.scalars) {
+    const bool twice = std::ranges::find(named, field.name) != named.end();
+    if (const std::string flaw = first_flaw(field); !flaw.empty() || twice || named.size() == kMaxScalars) {
+      log_limited(LogLevel::warning, "scalar",
+                  "a scalar field can't be sent to viewers: " + (!flaw.empty() ? flaw
+                                                                 : twice       ? "two have one name"
+                                                                               : "a body has too many"));
+      continue;
+    }
+    named.push_back(field.name);
+    auto known = std::ranges::find(sent, field.name, &SentScalar::name);
+    if (known == sent.end()) known = sent.insert(sent.end(), {field.name, 0, 0, {}, {}});
+    encode_scalar(field, *known, {header_.epoch, header_.step, state.revision, body_id, 0, {}, 0, 0, {}}, in_turn);
+  }
+  std::erase_if(sent, [&](const SentScalar& each) { return std::ranges::find(named, each.name) == named.end(); });
+}
+
+void StateEncoder::encode_scalar(const ScalarField& field, SentScalar& sent, ScalarPiece head,
+                                 std::span<const std::uint8_t> in_turn) {
+  if (sent.least != field.least || sent.most != field.most) sent = {field.name, field.least, field.most, {}, {}};
+  sent.sent.resize(in_turn.size(), false);
+  sent.levels.resize(field.values.size(), 0);
+  head.name = field.name;
+  head.least = field.least;
+  head.most = field.most;
+  for (std::uint32_t p = 0; p < in_turn.size(); ++p) {
+    const std::size_t first = std::size_t{p} * kVerticesPerPiece;
+    const std::size_t end = std::min(first + kVerticesPerPiece, field.values.size());
+    head.levels.clear();
+    bool changed = !sent.sent[p];
+    for (std::size_t v = first; v < end; ++v) {
+      head.levels.push_back(to_level(field.values[v], field.least, field.most));
+      changed = changed || std::abs(int{head.levels.back()} - int{sent.levels[v]}) > kScalarStep;
+    }
+    if (head.levels.empty() || !(changed || in_turn[p] != 0)) continue;
+    std::ranges::copy(head.levels, sent.levels.begin() + static_cast<std::ptrdiff_t>(first));
+    sent.sent[p] = true;
+    head.piece = p;
+    scalar_pieces_.push_back(head);
   }
 }
 

@@ -1,5 +1,6 @@
 // Decides which pieces of a state are worth sending: those in which a vertex moved by more than the quantum since it
-// was last sent, or whose slots changed, and in turn all the others, so that a lost piece heals within a second.
+// was last sent, or whose slots changed, and in turn all the others, so that a lost piece heals within a second. Scalar
+// fields go the same way, a piece at a time.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +19,7 @@ struct StateSnapshot {
   struct Body {
     std::uint64_t revision = 0;
     std::vector<Vec3f> positions_world_m;  // one a vertex slot
+    std::vector<ScalarField> scalars;
   };
   std::uint64_t step = 0;
   double step_wall_time_s = 0;
@@ -31,6 +33,7 @@ class StateEncoder {
  public:
   static constexpr std::uint32_t kFramesPerRefresh = 60;
   static constexpr std::uint8_t kRepeats = 3;  // of a piece whose slots changed: its loss would be seen most
+  static constexpr int kScalarStep = 128;  // levels by which a scalar must change to be sent: half a step of a colour
 
   StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies)
       : epoch_(epoch), step_s_(step_s), bodies_(bodies) {}
@@ -39,15 +42,22 @@ class StateEncoder {
   void add_body() { bodies_.emplace_back(); }
   // The slots that a delta changed are sent with the first state of its revision or later.
   void changed(std::uint32_t body_id, const TopologyDelta& delta);
-  // All pieces with the next state: somebody begins from a keyframe.
+  // All pieces with the next state, for a viewer that begins from a keyframe.
   void refresh(std::uint32_t body_id);
 
   // The header, and the pieces that it names. Results are valid until the next call.
   void encode(const StateSnapshot& snapshot);
   const StateHeader& header() const { return header_; }
   std::span<const StatePiece> pieces() const { return {pieces_.data(), used_}; }
+  std::span<const ScalarPiece> scalar_pieces() const { return scalar_pieces_; }
 
  private:
+  struct SentScalar {
+    std::string name;
+    float least = 0, most = 0;
+    std::vector<std::uint16_t> levels;  // by vertex slot
+    std::vector<bool> sent;             // by piece
+  };
   struct Body {
     struct Change {
       std::uint64_t revision = 0;
@@ -56,9 +66,13 @@ class StateEncoder {
     std::deque<Change> changes;        // not sent yet, ascending in revision
     std::vector<std::uint8_t> repeat;  // by piece: how often still to be sent whatever moved
     std::vector<GridPoint> sent;       // by vertex slot
+    std::vector<SentScalar> scalars;
   };
 
   void encode_body(std::uint32_t body_id, const StateSnapshot& snapshot);
+  void encode_scalars(std::uint32_t body_id, const StateSnapshot& snapshot, std::span<const std::uint8_t> in_turn);
+  void encode_scalar(const ScalarField& field, SentScalar& sent, ScalarPiece head,
+                     std::span<const std::uint8_t> in_turn);
   bool moved(const Body& body, std::uint32_t first) const;
   StatePiece& next_piece();
 
@@ -69,7 +83,9 @@ class StateEncoder {
   StateHeader header_;
   std::vector<StatePiece> pieces_;  // the first used_ of them; the rest keep their memory
   std::size_t used_ = 0;
-  std::vector<GridPoint> now_;  // the piece at hand
+  std::vector<ScalarPiece> scalar_pieces_;
+  std::vector<GridPoint> now_;         // the piece at hand
+  std::vector<std::uint8_t> in_turn_;  // by piece of the body at hand: it is sent whatever has changed
 };
 
 }  // namespace sectio

@@ -6,8 +6,9 @@
 #include <thread>
 
 #include "common/core/error.h"
-#include "common/dds/convert.h"
-#include "common/dds/endpoint.h"
+#include "common/dds/endpoints.h"
+#include "common/dds/find_session.h"
+#include "common/messages/session.h"
 
 namespace sectio {
 namespace {
@@ -15,9 +16,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPollPeriod = std::chrono::milliseconds(20);
-constexpr auto kOthers = std::chrono::seconds(1);  // after the first, for other servers of the session
+constexpr auto kOthers = std::chrono::seconds(1);  // after the first server, for others of the session
 
-// "-" for what nobody estimated.
+// "-" for a number that is not known.
 std::string number(double x, bool known) {
   char text[40];
   std::snprintf(text, sizeof text, "%8.3g", x);
@@ -46,10 +47,9 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
 
 }  // namespace
 
-std::string status_of_session(const NetworkOptions& network, double patience_s) {
-  Participant participant(network, "sim_server status");
-  Reader<wire::ServerStatus> status_reader(participant);
-  Reader<wire::SceneInfo> scene_reader(participant);
+std::string status_of_session(NetworkOptions network, double patience_s) {
+  find_session(network, patience_s, [] { return false; });
+  Endpoints<Reads<ServerStatus, SceneInfo>, Writes<>> endpoints(network, "sim_server status");
   std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
   std::map<std::uint64_t, SceneInfo> scenes;
   const auto all_known = [&] {
@@ -60,12 +60,8 @@ std::string status_of_session(const NetworkOptions& network, double patience_s) 
   auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
   bool heard = false;
   while (Clock::now() < until) {
-    wire::SceneInfo scene;
-    while (scene_reader.take(scene))
-      if (auto known = from_wire(scene)) scenes.insert_or_assign(known->epoch, std::move(*known));
-    wire::ServerStatus message;
-    while (status_reader.take(message))
-      if (auto status = from_wire(message)) statuses.insert_or_assign(status->epoch, std::move(*status));
+    while (auto scene = endpoints.take<SceneInfo>()) scenes.insert_or_assign(scene->epoch, std::move(*scene));
+    while (auto status = endpoints.take<ServerStatus>()) statuses.insert_or_assign(status->epoch, std::move(*status));
     if (!heard && all_known()) {
       heard = true;
       until = std::min(until, Clock::now() + kOthers);

@@ -1,4 +1,4 @@
-// What the servers of a session say of themselves and their bodies: `sim_server status`.
+// How the servers of a session and their bodies are doing: `sim_server status`.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace sectio {
 
-// A line a body: what was expected of its model and what it does. Throws InputError when no server is heard in time.
-std::string status_of_session(const NetworkOptions& network, double patience_s);
+// A line a body: how its model was expected to do and how it does. Throws InputError when no server is heard in time.
+std::string status_of_session(NetworkOptions network, double patience_s);
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// Asks the servers of a session to turn gravity: `sim_server tilt`. Viewers have no such writer.
+// Asks the servers of a session to turn gravity: `sim_server tilt`. Viewers don't write that topic.
 #pragma once
 
 #include "common/dds/participant.h"
@@ -6,8 +6,8 @@
 
 namespace sectio {
 
-// Returns when every server that speaks has said that it turns it there; throws InputError when none has, or one
-// hasn't, within the time.
-void request_gravity(const NetworkOptions& network, const Vec3& gravity_m_per_s2, double patience_s);
+// Returns when every server that speaks has said that it turns gravity there. Throws InputError when no server says so
+// within the time, or one of several doesn't.
+void request_gravity(NetworkOptions network, const Vec3& gravity_m_per_s2, double patience_s);
 
 }  // namespace sectio

@@ -6,6 +6,7 @@ void view_world(const Simulation& simulation, std::size_t tools, WorldView& view
   view.bodies.resize(simulation.body_count());
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b)
     view.bodies[b] = {&simulation.mesh(b), simulation.positions_world_m(b)};
+  view.scalars = [&simulation](std::uint32_t body_id) { return simulation.scalars(body_id); };
   view.tool_poses_world.resize(tools);
   for (std::uint32_t t = 0; t < tools; ++t) view.tool_poses_world[t] = simulation.tool_pose_world(t);
 }

@@ -1,4 +1,4 @@
-// From the simulation's world to what goes on the wire.
+// The simulation's world as the wire shows it.
 #pragma once
 
 #include "sim_server/net/server_net.h"
@@ -6,7 +6,7 @@
 
 namespace sectio {
 
-// `view` is refilled, so that a step allocates nothing.
+// Refills `view`, so that a step allocates nothing. The simulation must outlive the view.
 void view_world(const Simulation& simulation, std::size_t tools, WorldView& view);
 
 // Names, colours, tools and camera of the scene, without the epoch.

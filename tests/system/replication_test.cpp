@@ -258,6 +258,55 @@ TEST_F(Replication, poses_reach_the_server_once_and_in_order_and_models_come_bac
   EXPECT_TRUE(bridge.session_ended());
 }
 
+// The values that a viewer has are those that an engine published, to the nearest of 65536 levels.
+TEST_F(Replication, numbers_for_each_vertex_reach_a_viewer_as_they_were_quantised) {
+  open(own_session());
+  Viewer viewer(network);
+  std::vector<ScalarField> published;
+  const auto publish = [&](bool cut) {
+    const StepOutput output = world->step(cut);
+    WorldView view = world->view();
+    for (ScalarField& field : published) field.values.resize(world->mesh().vertex_slots(), 1.5f);
+    view.scalars = [&](std::uint32_t) { return published; };
+    server->publish(output, view, 0.001);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    viewer.look();
+  };
+  const auto agrees = [&] {
+    if (viewer.frames == 0 || viewer.frame.bodies[0].scalars.size() != published.size()) return false;
+    for (std::size_t i = 0; i < published.size(); ++i) {
+      ScalarField expected = published[i];
+      for (float& value : expected.values)
+        value = from_level(to_level(value, expected.least, expected.most), expected.least, expected.most);
+      if (!(viewer.frame.bodies[0].scalars[i] == expected)) return false;
+    }
+    return viewer.frame.bodies[0].revision == world->mesh().revision();
+  };
+  const auto publish_until_equal = [&] {
+    const auto end = Clock::now() + kGiveUp;
+    while (!agrees() && Clock::now() < end) publish(false);
+    return agrees();
+  };
+  EXPECT_TRUE(publish_until_equal()) << "without an engine that publishes there is no field";
+
+  published = {{"wetness", 0, 1, {}}, {"temperature", 20, 90, {}}};
+  for (VertexId v = 0; v < world->mesh().vertex_slots(); ++v) {
+    published[0].values.push_back(static_cast<float>(v % 17) / 16);
+    published[1].values.push_back(37 + 0.01f * static_cast<float>(v));
+  }
+  EXPECT_TRUE(publish_until_equal());
+
+  for (int i = 0; i < 60; ++i) publish(true);  // new vertices, and slots that are used again
+  for (VertexId v = 0; v < world->mesh().vertex_slots(); v += 3) published[1].values[v] = 85.25f;
+  EXPECT_TRUE(publish_until_equal());
+  EXPECT_EQ(viewer.frame.bodies[0].scalars[1].values.size(), world->mesh().vertex_slots());
+
+  published.pop_back();
+  EXPECT_TRUE(publish_until_equal()) << "a field that is no longer published is gone";
+  EXPECT_EQ(viewer.net.counts().damaged, 0u);
+  EXPECT_EQ(server->writes_refused(), 0u);
+}
+
 TEST(Network, options_that_will_not_do_name_their_flag) {
   const auto message = [](const NetworkOptions& options) -> std::string {
     try {
@@ -270,7 +319,8 @@ TEST(Network, options_that_will_not_do_name_their_flag) {
   EXPECT_EQ(message({}), "");
   EXPECT_NE(message({233, "s", {}, {}}).find("--domain"), std::string::npos);
   EXPECT_NE(message({0, "a*", {}, {}}).find("--session"), std::string::npos);
-  EXPECT_NE(message({0, "", {}, {}}).find("--session"), std::string::npos);
+  EXPECT_NE(message({0, std::string(65, 'a'), {}, {}}).find("--session"), std::string::npos);
+  EXPECT_NE(message({0, "s", {}, {"203.0.113.7"}}).find("no interface of this machine"), std::string::npos);
   EXPECT_NE(message({0, "s", {"host"}, {}}).find("--peer"), std::string::npos);
   EXPECT_NE(message({0, "s", {}, {"1.2.3"}}).find("--interface"), std::string::npos);
 }

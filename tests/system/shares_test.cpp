@@ -6,7 +6,7 @@
 #include <memory>
 #include <thread>
 
-#include "device_bridge/net/felt_servers.h"
+#include "device_bridge/net/strongest_contact.h"
 #include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
 #include "tests/support/dds_session.h"
@@ -162,8 +162,8 @@ ContactMessage touched(std::uint64_t epoch, std::uint64_t sequence, ContactState
   return message;
 }
 
-TEST(FeltServers, the_hand_feels_what_it_is_deepest_in) {
-  FeltServers felt;
+TEST(StrongestContact, the_hand_feels_what_it_is_deepest_in) {
+  StrongestContact felt;
   EXPECT_TRUE(felt.feel(1, touched(5, 1, ContactState::free, 0)));
   EXPECT_TRUE(felt.feel(1, touched(8, 1, ContactState::contact, 2)));
   EXPECT_FALSE(felt.feel(1.001, touched(5, 2, ContactState::free, 0)));
@@ -173,11 +173,11 @@ TEST(FeltServers, the_hand_feels_what_it_is_deepest_in) {
   EXPECT_FALSE(felt.feel(1.002, touched(5, 4, ContactState::penetration, 9))) << "seen already";
   EXPECT_TRUE(felt.feel(1.003, touched(8, 2, ContactState::penetration, 0.5)));
   // A server that has died says nothing any more, and is not felt either.
-  EXPECT_TRUE(felt.feel(1.003 + 2 * FeltServers::kSilence_s, touched(5, 5, ContactState::free, 0)));
+  EXPECT_TRUE(felt.feel(1.003 + 2 * StrongestContact::kSilence_s, touched(5, 5, ContactState::free, 0)));
 }
 
-TEST(FeltServers, the_session_is_over_when_nobody_speaks_any_more) {
-  FeltServers felt;
+TEST(StrongestContact, the_session_is_over_when_nobody_speaks_any_more) {
+  StrongestContact felt;
   EXPECT_FALSE(felt.all_ended(0.5));
   felt.feel(1, touched(5, 1, ContactState::free, 0));
   felt.feel(1, touched(8, 1, ContactState::free, 0));

@@ -1,8 +1,12 @@
-// One valid message of every kind.
+// One valid message of every kind, with no field at its default.
 #pragma once
 
-#include "common/dds/convert.h"
 #include "common/messages/chunks.h"
+#include "common/messages/contact.h"
+#include "common/messages/session.h"
+#include "common/messages/state.h"
+#include "common/messages/tool.h"
+#include "common/messages/topology.h"
 
 namespace sectio::test {
 
@@ -11,11 +15,12 @@ inline Pose some_pose() {
 }
 
 inline ToolPacket some_packet() {
-  return {77, 1, {{1, 5, 0.005, some_pose()}, {1, 6, 0.006, some_pose(), 0.4}}};
+  return {77, 1, {{0, 5, 0.005, some_pose(), 0.1}, {0, 6, 0.006, some_pose(), 0.4}}};
 }
 
-inline ContactModel some_model() {
-  ContactModel model;
+inline ContactMessage some_contact() {
+  ContactMessage message{7, {}};
+  ContactModel& model = message.model;
   model.tool_id = 2;
   model.sequence = 9;
   model.sim_time_s = 1.5;
@@ -26,7 +31,14 @@ inline ContactModel some_model() {
   model.stiffness_n_per_m = 300;
   model.friction = 0.3;
   model.yield_n = 5;
-  return model;
+  model.normal_world = Vec3(0, 0.6, 0.8);
+  model.velocity_world_m_per_s = Vec3(0.1, 0, 0);
+  model.tip_world_m = Vec3(1, 2, 2.9);
+  model.tangential_stiffness_n_per_m = 100;
+  model.damping_n_s_per_m = 1.5;
+  model.valid_radius_m = 0.01;
+  model.time_to_live_s = 0.06;
+  return message;
 }
 
 inline DeltaMessage some_delta() {
@@ -42,19 +54,33 @@ inline KeyframeChunk some_chunk() {
 
 inline StateHeader some_header() {
   StateHeader header{7, 100, 0.1, 0.002, true, {{true, {some_pose(), 0.4}}}, {}};
-  header.bodies = {{5, 400, {0b101}}};
+  header.bodies = {{5, 400, {0b101}, {"wetness", "damage"}}};
   header.gravity_m_per_s2 = Vec3(3, 0, -9);
   return header;
 }
 
 inline StatePiece some_piece() {
-  return {7, 100, 5, 1, 2, kQuantum_m, {1, -2, 3}, {0, 1, 2, 65535, 4, 5}};
+  return {7, 100, 5, 1, 2, 4 * kQuantum_m, {1, -2, 3}, {0, 1, 2, 65535, 4, 5}};
+}
+
+inline ScalarPiece some_scalars() {
+  return {7, 100, 5, 1, 2, "temperature", 20, 90, {0, 1, 65535}};
+}
+
+inline KeyframeRequest some_request() {
+  return {7, 1, 5, 42};
+}
+
+inline GravityRequest some_gravity() {
+  return {7, Vec3(3, 0, -9)};
 }
 
 inline SceneInfo some_scene() {
   SceneInfo scene;
   scene.epoch = 7;
   scene.session = "theatre";
+  scene.step_s = 0.002;
+  scene.camera = {Vec3(1, 2, 3), Vec3(0, 0.1, 0), Vec3(0, 1, 0), 50};
   scene.floor_z_m = -0.03;
   scene.world_bodies = {"kidney", "liver"};
   scene.bodies = {{"liver", Vec3(0.1, 0.2, 0.3), Vec3(1, 0, 1)}};
@@ -71,11 +97,30 @@ inline SessionEvent some_event() {
 }
 
 inline ServerStatus some_status() {
-  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9), {{0.1, 0.2, 0.3, 1.5, 1e-6, 1e-5, 9}}};
+  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9), {{0.1, 0.2, 0.3, 1.5, 1e-6, 1e-5, 9, true}}};
 }
 
 inline SessionEnd some_end() {
   return {7, 100, "duration", {{5, 99}}};
 }
+
+// Calls use(message) with each of them.
+template <class Use>
+void for_each_message(const Use& use) {
+  use(some_packet());
+  use(some_contact());
+  use(some_delta());
+  use(some_chunk());
+  use(some_request());
+  use(some_header());
+  use(some_piece());
+  use(some_scalars());
+  use(some_scene());
+  use(some_event());
+  use(some_status());
+  use(some_gravity());
+  use(some_end());
+}
+constexpr int kMessages = 13;
 
 }  // namespace sectio::test

@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <set>
-#include <string>
-#include <vector>
 
-#include "idl/session.h"
-#include "idl/state.h"
-#include "idl/tool.h"
-#include "idl/topology.h"
+#include "common/dds/announcement.h"
+#include "common/dds/participant.h"
+#include "tests/unit/dds/messages.h"
 
 namespace sectio {
 namespace {
@@ -21,30 +19,21 @@ struct Expected {
   std::int32_t min_depth, max_depth;
 };
 
-std::vector<Expected> topics() {
-  return {
-      {qos_of<wire::ToolPacket>(), false, false, 32, 32},     {qos_of<wire::ContactModel>(), false, false, 1, 1},
-      {qos_of<wire::StateHeader>(), false, false, 4, 64},     {qos_of<wire::StatePiece>(), false, false, 1024, 8192},
-      {qos_of<wire::TopologyDelta>(), true, true, 256, 4096}, {qos_of<wire::KeyframeChunk>(), true, false, 256, 4096},
-      {qos_of<wire::KeyframeRequest>(), true, true, 1, 256},  {qos_of<wire::SceneInfo>(), true, true, 1, 1},
-      {qos_of<wire::Event>(), true, true, 16, 1024},          {qos_of<wire::SessionEnd>(), true, true, 1, 1},
-      {qos_of<wire::ServerStatus>(), false, false, 1, 1},     {qos_of<wire::GravityRequest>(), true, true, 1, 1},
-  };
-}
-
-TEST(Qos, every_topic_has_the_quality_that_its_kind_needs) {
-  for (const Expected& row : topics()) {
+TEST(Qos, every_topic_travels_as_its_kind_needs) {
+  const Expected table[] = {
+      {qos_of<ToolPacket>(), false, false, 32, 32},     {qos_of<ContactMessage>(), false, false, 1, 1},
+      {qos_of<StateHeader>(), false, false, 4, 64},     {qos_of<StatePiece>(), false, false, 1024, 8192},
+      {qos_of<DeltaMessage>(), true, true, 256, 4096},  {qos_of<KeyframeChunk>(), true, false, 256, 4096},
+      {qos_of<KeyframeRequest>(), true, true, 1, 256},  {qos_of<SceneInfo>(), true, true, 1, 1},
+      {qos_of<SessionEvent>(), true, true, 16, 1024},   {qos_of<SessionEnd>(), true, true, 1, 1},
+      {qos_of<ServerStatus>(), false, false, 1, 1},     {qos_of<GravityRequest>(), true, true, 1, 1},
+      {qos_of<ScalarPiece>(), false, false, 1024, 8192}};
+  for (const Expected& row : table) {
     EXPECT_EQ(row.actual.reliable, row.reliable) << row.actual.name;
     EXPECT_EQ(row.actual.late_joiners, row.late_joiners) << row.actual.name;
     EXPECT_GE(row.actual.depth, row.min_depth) << row.actual.name;
     EXPECT_LE(row.actual.depth, row.max_depth) << row.actual.name;
   }
-}
-
-TEST(Qos, no_two_topics_share_a_name) {
-  std::set<std::string> names;
-  for (const Expected& row : topics()) EXPECT_TRUE(names.insert(row.actual.name).second) << row.actual.name;
-  EXPECT_EQ(names.size(), 12u);
 }
 
 // A reader learns of a lost sample from the next heartbeat; its answer and the repeated sample follow.
@@ -57,6 +46,43 @@ TEST(Qos, the_periods_allow_a_repair_within_two_frames_of_a_display) {
 TEST(Qos, a_datagram_fits_into_one_frame_of_ethernet) {
   constexpr std::uint32_t kEthernetPayload = 1500, kIpAndUdpHeaders = 28;
   EXPECT_LE(kMaxDatagramOffHostBytes, kEthernetPayload - kIpAndUdpHeaders);
+}
+
+TEST(Qos, every_message_has_a_topic_of_its_own_and_its_largest_example_fits) {
+  std::set<std::string> names, types;
+  test::for_each_message([&](const auto& message) {
+    const TopicQos& topic = qos_of<std::decay_t<decltype(message)>>();
+    names.insert(topic.name);
+    types.insert(topic.type);
+  });
+  EXPECT_EQ(names.size(), std::size_t{test::kMessages});
+  EXPECT_EQ(types.size(), std::size_t{test::kMessages});
+  EXPECT_EQ(topics().size(), std::size_t{test::kMessages});
+}
+
+// docs/wire.md has a row for each topic.
+TEST(Qos, the_table_of_topics_in_the_documents_is_true) {
+  std::ifstream file(SECTIO_SOURCE_DIR "/docs/wire.md");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  for (const TopicQos& topic : topics()) {
+    const std::string type = topic.type;
+    const std::string row = "| `" + std::string(topic.name) + "` | `" + type.substr(type.rfind(':') + 1) + "` | " +
+                            (topic.reliable ? "reliable" : "best effort") + " | " +
+                            (topic.reliable ? "transient local" : "volatile") + " | " + std::to_string(topic.depth) +
+                            " | " + std::to_string(topic.max_bytes) + " |";
+    EXPECT_NE(text.find(row), std::string::npos) << row;
+  }
+  EXPECT_NE(text.find("`" + partition_of({0, "theatre", {}, {}}) + "`"), std::string::npos);
+  EXPECT_NE(text.find("`" + to_user_data({kProtocolVersion, "theatre"}) + "`"), std::string::npos);
+}
+
+TEST(Announcement, comes_back_and_is_not_taken_for_that_of_another_program) {
+  const Announcement announcement{3, "theatre"};
+  EXPECT_EQ(announcement_from(to_user_data(announcement)), announcement);
+  EXPECT_EQ(announcement_from(to_user_data({2, ""}))->session, "");
+  for (const char* other : {"", "sectio", "sectio protocol=", "sectio protocol=x session=a", "sectio protocol=2",
+                            "sectio protocol=99999999999999 session=a", "sectio protocol=2 session=a\nb", "ros2"})
+    EXPECT_FALSE(announcement_from(other)) << other;
 }
 
 }  // namespace

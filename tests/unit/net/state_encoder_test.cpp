@@ -104,5 +104,49 @@ TEST(StateEncoder, positions_that_are_no_numbers_stay_where_they_were) {
   EXPECT_LE((encoder.pieces()[0].position_m(3) - before).norm(), 2 * encoder.pieces()[0].quantum_m);
 }
 
+TEST(StateEncoder, scalars_are_sent_where_they_changed_and_named_by_every_header) {
+  StateEncoder encoder(7, 0.001, 1);
+  StateSnapshot snapshot = snapshot_of(1, line());
+  encoder.encode(snapshot);
+  EXPECT_TRUE(encoder.header().bodies[0].scalars.empty());
+  EXPECT_TRUE(encoder.scalar_pieces().empty());
+
+  snapshot.bodies[0].scalars = {{"wetness", 0, 1, std::vector<float>(kSlots, 0.5f)}};
+  snapshot.step = 2;
+  encoder.encode(snapshot);
+  EXPECT_EQ(encoder.header().bodies[0].scalars, std::vector<std::string>{"wetness"});
+  EXPECT_EQ(encoder.scalar_pieces().size(), piece_count(kSlots));
+
+  snapshot.bodies[0].scalars[0].values[kVerticesPerPiece] = 0.75f;
+  snapshot.bodies[0].scalars[0].values[0] = 0.5001f;  // no eye would see that
+  snapshot.step = 3;
+  encoder.encode(snapshot);
+  ASSERT_EQ(encoder.scalar_pieces().size(), 1u);
+  EXPECT_EQ(encoder.scalar_pieces()[0].piece, 1u);
+  EXPECT_EQ(encoder.scalar_pieces()[0].levels[0], to_level(0.75f, 0, 1));
+  EXPECT_EQ(encoder.header().bodies[0].scalars.size(), 1u);
+}
+
+TEST(StateEncoder, scalars_that_viewers_would_refuse_are_left_out) {
+  StateEncoder encoder(7, 0.001, 1);
+  StateSnapshot snapshot = snapshot_of(1, line());
+  const std::vector<float> values(kSlots, 1);
+  snapshot.bodies[0].scalars = {
+      {"", 0, 1, values}, {"flat", 1, 1, values}, {"fine", 0, 1, values}, {"fine", 0, 2, values}};
+  encoder.encode(snapshot);
+  EXPECT_EQ(encoder.header().bodies[0].scalars, std::vector<std::string>{"fine"});
+  EXPECT_EQ(encoder.scalar_pieces().size(), piece_count(kSlots));
+}
+
+TEST(Scalar, levels_cover_the_range_and_cut_off_what_is_beyond) {
+  EXPECT_EQ(to_level(20, 20, 90), 0);
+  EXPECT_EQ(to_level(90, 20, 90), kMostLevel);
+  EXPECT_EQ(to_level(-5, 20, 90), 0);
+  EXPECT_EQ(to_level(500, 20, 90), kMostLevel);
+  EXPECT_EQ(to_level(std::numeric_limits<float>::quiet_NaN(), 20, 90), 0);
+  for (const float value : {20.0f, 36.6f, 54.2f, 90.0f})
+    EXPECT_NEAR(from_level(to_level(value, 20, 90), 20, 90), value, 70.0 / 65535);
+}
+
 }  // namespace
 }  // namespace sectio

@@ -1,8 +1,7 @@
 // Damaged tool packets on their way into the simulation: dropped, or poses that it survives.
 #include <gtest/gtest.h>
 
-#include "common/dds/convert.h"
-#include "common/dds/endpoint.h"
+#include "common/messages/codec.h"
 #include "sim_server/net/sample_deduplicator.h"
 #include "tests/support/damage.h"
 #include "tests/support/operation.h"
@@ -26,16 +25,13 @@ void survive(std::uint32_t seed, Survived& survived) {
     const Pose pose{Vec3(0.03 * std::sin(phase), 0.01, test::kOrganTop_m - 0.015 * std::sin(0.37 * phase)),
                     {1, 0, 0, 0}};
     const ToolPacket packet{77, 0, {{0, i, static_cast<double>(i) * 0.001, pose}}};
-    std::vector<std::uint8_t> bytes = encode(to_wire(packet));
+    std::vector<std::uint8_t> bytes = encode(packet);
     const bool damage = random() % 10 == 0;
     if (damage) bytes = test::damaged(std::move(bytes), random);
-    wire::ToolPacket received;
     input.samples.clear();
-    if (decode(bytes, received)) {
-      if (const auto valid = from_wire(received)) {
-        survived.damaged_ones += damage;
-        deduplicator.accept(*valid, input.samples);
-      }
+    if (const auto valid = decode<ToolPacket>(bytes)) {
+      survived.damaged_ones += damage;
+      deduplicator.accept(*valid, input.samples);
     }
     ASSERT_LE(input.samples.size(), 64u);
     op.step(input);

@@ -4,9 +4,8 @@
 
 #include <set>
 
-#include "common/dds/convert.h"
-#include "common/dds/endpoint.h"
 #include "common/messages/chunks.h"
+#include "common/messages/codec.h"
 #include "render_client/replica/replica.h"
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/damage.h"
@@ -34,12 +33,9 @@ class WireFuzz : public testing::Test {
   // The message as it arrives, if it does.
   template <class Message>
   std::optional<Message> over_the_wire(const Message& message, bool damage) {
-    const auto sent = to_wire(message);
-    std::vector<std::uint8_t> bytes = encode(sent);
+    std::vector<std::uint8_t> bytes = encode(message);
     if (damage) bytes = damaged(std::move(bytes), random);
-    std::remove_cv_t<decltype(sent)> received;
-    if (!decode(bytes, received)) return std::nullopt;
-    std::optional<Message> valid = from_wire(received);
+    std::optional<Message> valid = decode<Message>(bytes);
     if (damage && valid) ++survivors;
     return valid;
   }

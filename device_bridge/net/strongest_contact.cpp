@@ -1,4 +1,4 @@
-#include "device_bridge/net/felt_servers.h"
+#include "device_bridge/net/strongest_contact.h"
 
 #include <algorithm>
 #include <tuple>
@@ -13,7 +13,7 @@ auto strength(const ContactModel& model) {
 
 }  // namespace
 
-bool FeltServers::feel(double now_s, const ContactMessage& contact) {
+bool StrongestContact::feel(double now_s, const ContactMessage& contact) {
   std::erase_if(servers_, [&](const auto& each) {
     return !each.second.ended && each.first != contact.epoch && now_s - each.second.heard_s > kSilence_s;
   });
@@ -31,7 +31,7 @@ bool FeltServers::feel(double now_s, const ContactMessage& contact) {
   return true;
 }
 
-bool FeltServers::all_ended(double now_s) const {
+bool StrongestContact::all_ended(double now_s) const {
   const bool any = std::ranges::any_of(servers_, [](const auto& each) { return each.second.ended; });
   return any && std::ranges::none_of(servers_, [&](const auto& each) {
            return !each.second.ended && now_s - each.second.heard_s <= kSilence_s;

@@ -1,0 +1,12 @@
+// The version of the wire. Programs of different versions don't exchange messages; each says so in one line.
+#pragma once
+
+#include <cstdint>
+
+namespace sectio {
+
+// Goes up with every change of a message, a topic or its meaning; a test knows the description of the messages that
+// belongs to this number. 1: before programs announced it.
+constexpr std::uint32_t kProtocolVersion = 2;
+
+}  // namespace sectio

@@ -1,0 +1,65 @@
+// The fields of the messages between hand and server, in the order of the wire (fields.h).
+#pragma once
+
+#include "common/messages/contact.h"
+#include "common/messages/fields.h"
+#include "common/messages/session_fields.h"
+#include "common/messages/tool.h"
+
+namespace sectio {
+
+// Its tool and its source are those of the packet.
+template <class Visitor, FieldsOf<ToolSample> M>
+void fields(Visitor& visit, M& message) {
+  [[maybe_unused]] auto& [tool_id, sequence, tool_time_s, pose_world, opening_rad, source] = message;
+  visit("sequence_number", sequence);
+  visit("tool_time_s", tool_time_s);
+  visit("position_world_m", pose_world.position_m, kPosition_m);
+  visit("orientation_wxyz", pose_world.orientation);
+  visit("opening_rad", opening_rad, at_most(kWidestOpening_rad));
+}
+
+template <class Visitor, FieldsOf<ToolPacket> M>
+void fields(Visitor& visit, M& message) {
+  auto& [source, tool_id, samples] = message;
+  visit("source", source);
+  visit("tool_id", tool_id, below(kMaxTools));
+  visit("poses", samples, between(1, kMaxPosesPerPacket));
+}
+
+bool is_consistent(const ToolPacket& packet);  // ascending in sequence
+
+template <class Visitor, FieldsOf<ContactModel> M>
+void fields(Visitor& visit, M& message) {
+  auto& [tool_id, sequence, sim_time_s, tool_time_s, state, point_world_m, normal_world, velocity_world_m_per_s,
+         force_world_n, tip_world_m, stiffness_n_per_m, tangential_stiffness_n_per_m, damping_n_s_per_m, friction,
+         yield_n, valid_radius_m, time_to_live_s] = message;
+  visit("tool_id", tool_id, below(kMaxTools));
+  visit("sequence_number", sequence);
+  visit("sim_time_s", sim_time_s);
+  visit("tool_time_s", tool_time_s);
+  visit("state", state, at_most(static_cast<double>(ContactState::penetration)));
+  visit("point_world_m", point_world_m, kPosition_m);
+  visit("normal_world", normal_world);
+  visit("velocity_world_m_per_s", velocity_world_m_per_s);
+  visit("force_world_n", force_world_n);
+  visit("tip_world_m", tip_world_m, kPosition_m);
+  visit("stiffness_n_per_m", stiffness_n_per_m, kNotNegative);
+  visit("tangential_stiffness_n_per_m", tangential_stiffness_n_per_m, kNotNegative);
+  visit("damping_n_s_per_m", damping_n_s_per_m, kNotNegative);
+  visit("friction_coefficient", friction, kNotNegative);
+  visit("yield_n", yield_n, kNotNegative);
+  visit("valid_radius_m", valid_radius_m, kNotNegative);
+  visit("time_to_live_s", time_to_live_s, kNotNegative);
+}
+
+bool is_consistent(const ContactModel& model);  // its normal has length 1
+
+template <class Visitor, FieldsOf<ContactMessage> M>
+void fields(Visitor& visit, M& message) {
+  auto& [epoch, model] = message;
+  visit("epoch", epoch);
+  visit("model", model);
+}
+
+}  // namespace sectio

@@ -1,0 +1,49 @@
+// How the simulation's thread hands what it has made to the network's thread, and what comes back: the only state that
+// both of them touch, and the only lock between them.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+
+#include "sim_server/net/outbox.h"
+
+namespace sectio {
+
+// How the network's thread is doing.
+struct PublisherReport {
+  std::uint64_t writes_refused = 0;
+  double busy_s = 0;
+  std::size_t copy_bytes = 0;     // set with the end
+  std::optional<SessionEnd> end;  // when it has been sent
+};
+
+class Handover {
+ public:
+  // Simulation's thread. put() is called with the outbox under the lock; the network's thread wakes when the outbox
+  // is urgent then.
+  void put(const std::function<void(Outbox&)>& put);
+  void stop();    // pick_up() fails once nothing urgent is left,
+  void resume();  // until then
+  SessionEnd wait_for_end();
+
+  // Network's thread. Swaps the outbox for `batch`, which is empty, when it is urgent or the patience is over. False
+  // when there is no more to do.
+  bool pick_up(Outbox& batch, double patience_s);
+  void report(const PublisherReport& report);
+
+  // Any thread.
+  PublisherReport last_report() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::condition_variable ended_;
+  Outbox outbox_;
+  bool stop_ = false;
+  PublisherReport report_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,19 @@
+// The readers and writers of a server.
+#pragma once
+
+#include "common/dds/endpoints.h"
+#include "common/messages/contact.h"
+#include "common/messages/session.h"
+#include "common/messages/state.h"
+#include "common/messages/tool.h"
+#include "common/messages/topology.h"
+
+namespace sectio {
+
+using ServerEndpoints = Endpoints<Reads<ToolPacket, GravityRequest,           // Intake
+                                        KeyframeRequest,                      // Publisher
+                                        SceneInfo, StateHeader, SessionEnd>,  // OtherServers
+                                  Writes<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece,
+                                         ContactMessage, SessionEvent, ServerStatus, SessionEnd>>;
+
+}  // namespace sectio
