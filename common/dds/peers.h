@@ -19,7 +19,8 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   using DataWriter = eprosima::fastdds::dds::DataWriter;
 
-  // `own`: what this participant announces. A program of its session that speaks another version gets a line in the log.
+  // `own`: what this participant announces. A program of its session that speaks another version gets a line in the
+  // log.
   explicit Peers(const Announcement& own) : own_(own) {}
 
   // Programs that read from the writer until they were dropped, and that don't read again, also not as a new

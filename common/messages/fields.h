@@ -3,7 +3,7 @@
 //
 //   template <class Visitor, FieldsOf<KeyframeRequest> M>
 //   void fields(Visitor& visit, M& message) {
-//     auto& [epoch, body_id, known_revision, client] = message;  // a field that is added doesn't compile until it is here
+//     auto& [epoch, body_id, known_revision, client] = message;  // doesn't compile without a new field
 //     visit("epoch", epoch);
 //     visit("body_id", body_id, below(kMaxBodies));
 //     ...

@@ -1,6 +1,6 @@
-// Several servers of a session may answer one hand: each hears the instrument, and sends the contact that it has with its
-// own bodies. The hand feels the contact in which the instrument is deepest in touch, and of equals the one with the
-// larger force.
+// Several servers of a session may answer one hand: each hears the instrument, and sends the contact that it has with
+// its own bodies. The hand feels the contact in which the instrument is deepest in touch, and of equals the one with
+// the larger force.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // What the simulation has put down and the network's thread has not yet picked up. It is bounded; beyond the bound,
-// deltas are replaced by whole bodies, and events are left out. Plain values, shared under the lock of Handover. Buffers
-// keep their memory.
+// deltas are replaced by whole bodies, and events are left out. Plain values, shared under the lock of Handover.
+// Buffers keep their memory.
 #pragma once
 
 #include <cstdint>

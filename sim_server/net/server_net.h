@@ -2,7 +2,7 @@
 //
 //   Intake     simulation's thread: poses and requests come in
 //   Handover   between both threads, under its lock
-//   Publisher  network's thread: writes to DDS what was put down, and serves keyframes from its own copy of the topology
+//   Publisher  network's thread: writes to DDS what was put down, and serves keyframes from its own copies
 //
 // The simulation never waits for the network: publish() copies what is due into a bounded outbox.
 #pragma once
@@ -28,8 +28,8 @@ struct ServerNetOptions {
 
 class ServerNet {
  public:
-  // Announces the scene. No world_bodies: the bodies of this server are all. `meshes`: the bodies as they are now. Throws
-  // InputError for bad options, and for names, colours or a camera that viewers would refuse.
+  // Announces the scene. No world_bodies: the bodies of this server are all. `meshes`: the bodies as they are now.
+  // Throws InputError for bad options, and for names, colours or a camera that viewers would refuse.
   ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes);
   ~ServerNet();
 

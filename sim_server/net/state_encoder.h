@@ -19,7 +19,7 @@ struct StateSnapshot {
   struct Body {
     std::uint64_t revision = 0;
     std::vector<Vec3f> positions_world_m;  // one a vertex slot
-    std::vector<ScalarField> scalars;
+    std::vector<ScalarField> scalars = {};
   };
   std::uint64_t step = 0;
   double step_wall_time_s = 0;

@@ -1,5 +1,5 @@
-// Short edges that cuts have left collapse, one a step, while no instrument is at the body. At the surface a collapse is
-// a delta as a cut's is; inside it changes the volume alone.
+// Short edges that cuts have left collapse, one a step, while no instrument is at the body. At the surface a collapse
+// is a delta as a cut's is; inside it changes the volume alone.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// How blades cut tetrahedra: all constants of tracks and fronts. Lengths whose names end in `_edges` are in mean lengths
-// of an edge of the volume.
+// How blades cut tetrahedra: all constants of tracks and fronts. Lengths whose names end in `_edges` are in mean
+// lengths of an edge of the volume.
 #pragma once
 
 #include <cstddef>

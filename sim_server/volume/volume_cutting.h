@@ -4,7 +4,7 @@
 // that is temporary (volume_front.h).
 //
 //   plan(): tracks are extended; front taken back; sheets cut; surface's delta and a VolumeCut; all taken back
-//   accept(): the VolumeCut of the plan is applied to topology, model, slots and state; the tracks are those of the plan
+//   accept(): the VolumeCut of the plan is applied to topology, model, slots and state; tracks are those of the plan
 //
 // Cost of a step with a cut: O(tetrahedra that are cut, those of the front, and their neighbours), whatever the
 // volume's size.

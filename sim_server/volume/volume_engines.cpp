@@ -133,7 +133,8 @@ BodyEngines lattice_engines(const EngineSite& site, VolumePart part, const HexSo
 
 }  // namespace
 
-// The tensile test corrects the tissue, whatever regions are in it. The springs of a part are what they were in the whole.
+// The tensile test corrects the tissue, whatever regions are in it. The springs of a part are what they were in the
+// whole.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
   if (site.is_part) return part_engines(site);
   VolumePart whole = whole_volume(site);

@@ -33,12 +33,12 @@ class CuttingEngine : public Engine {
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) const = 0;
 
-  // Plans a small piece of work that can wait for a step in which no instrument is at the body. As plan() does it changes
-  // nothing.
+  // Plans a small piece of work that can wait for a step in which no instrument is at the body. As plan() does it
+  // changes nothing.
   virtual TidyPlan tidy(const SharedBody&) const { return {}; }
 
-  // A plan has been accepted: its delta, unless that is empty, has been applied. Instead of follow(), which is for changes
-  // that this engine has not planned.
+  // A plan has been accepted: its delta, unless that is empty, has been applied. Instead of follow(), which is for
+  // changes that this engine has not planned.
   virtual void accept(const SharedBody&, const CutTicket&) {}
 };
 

@@ -1,9 +1,9 @@
-// Takes a volume's temporary front back for as long as a plan lasts. Whatever the plan does to the volume is undone when
-// the rollback is destroyed, and the front is there again: to everybody else the volume has not changed.
+// Takes a volume's temporary front back for as long as a plan lasts. Whatever the plan does to the volume is undone
+// when the rollback is destroyed, and the front is there again: to everybody else the volume has not changed.
 //
-// The rollback remembers the motion of the tissue with the front, so that tissue that stays where it is keeps its state,
-// whatever elements it is in afterwards. Displacement and velocity are linear in each piece of a tetrahedron that the
-// front has divided.
+// The rollback remembers the motion of the tissue with the front, so that tissue that stays where it is keeps its
+// state, whatever elements it is in afterwards. Displacement and velocity are linear in each piece of a tetrahedron
+// that the front has divided.
 #pragma once
 
 #include <unordered_map>

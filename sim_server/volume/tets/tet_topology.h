@@ -39,7 +39,8 @@ class TetTopology {
   }
   void set_state(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s);
   // From now on the states of the present vertices come from `source`, each when it is first asked for: a cut looks at
-  // few. Vertices that an operation makes after this have states of their own. An empty source: states stay as they are.
+  // few. Vertices that an operation makes after this have states of their own. An empty source: states stay as they
+  // are.
   using StateOf = std::function<TetVertexState(VertexId v)>;
   void fetch_states_from(StateOf source);
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }

@@ -16,6 +16,7 @@
 #include "common/messages/state_fields.h"
 #include "common/messages/tool_fields.h"
 #include "common/messages/topology_fields.h"
+#include "common/messages/visit.h"
 #include "idl/session.h"
 #include "idl/state.h"
 #include "idl/tool.h"
