@@ -73,7 +73,7 @@ TetMesh cut_along(const TetMesh& mesh, const std::vector<std::string>& planes, d
 }
 
 void check_values(const FillSettings& settings, double snap) {
-  const ElasticConstants& m = settings.material;
+  const ElasticMaterial& m = settings.material;
   if (!(settings.tetrahedra >= 12)) throw InputError("--tetrahedra: expected at least 12");
   if (!(m.young_pa > 0)) throw InputError("--young-pa: expected > 0");
   if (!(m.poisson >= 0 && m.poisson < 0.5)) throw InputError("--poisson: expected at least 0 and below 0.5");

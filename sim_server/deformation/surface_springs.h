@@ -22,6 +22,7 @@
 #include <span>
 #include <vector>
 
+#include "common/material/elastic_material.h"
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/deformation/deformation_engine.h"
@@ -32,10 +33,7 @@
 
 namespace sectio {
 
-struct SurfaceSpringMaterial {
-  double young_pa = 6000;
-  double poisson = 0.45;
-  double density_kg_per_m3 = 1060;
+struct SurfaceSpringMaterial : ElasticMaterial {
   double skin_thickness_m = 0.002;
   double foundation_radius_m = 0.008;  // a_ref
   double pretension = 0.06;

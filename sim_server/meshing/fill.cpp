@@ -27,7 +27,7 @@ TetMesh lattice(const TriangleSoup& surface, double volume_m3, const FillSetting
 }  // namespace
 
 FillReport report_on(const TetMesh& mesh, const std::string& mesher, double surface_volume_m3,
-                     const ElasticConstants& material) {
+                     const ElasticMaterial& material) {
   return {mesher, check(mesh), surface_volume_m3, explicit_step_limit_s(mesh, material)};
 }
 

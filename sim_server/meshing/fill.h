@@ -18,7 +18,7 @@ enum class Mesher {
 struct FillSettings {
   Mesher mesher = Mesher::lattice;
   double tetrahedra = 8000;  // approximate number
-  ElasticConstants material;
+  ElasticMaterial material;
   double tetgen_limit_s = 60;
 };
 
@@ -42,7 +42,7 @@ FilledVolume fill(const TriangleSoup& surface, const FillSettings& settings);
 
 // Reports on given tetrahedra.
 FillReport report_on(const TetMesh& mesh, const std::string& mesher, double surface_volume_m3,
-                     const ElasticConstants& material);
+                     const ElasticMaterial& material);
 
 // One line: "lattice: 11325 tetrahedra, 2500 vertices, smallest dihedral angle 18.5 deg, ...".
 std::string to_string(const FillReport& report);

@@ -8,13 +8,13 @@
 
 namespace sectio {
 
-double explicit_step_limit_s(const TetMesh& mesh, const ElasticConstants& constants, int iterations) {
-  const auto [mu, lambda] = lame(constants.young_pa, constants.poisson);
+double explicit_step_limit_s(const TetMesh& mesh, const ElasticMaterial& material, int iterations) {
+  const auto [mu, lambda] = lame(material.young_pa, material.poisson);
   std::vector<TetShape> shapes;
   std::vector<double> mass(mesh.vertices_body_m.size(), 0), inverse_mass;
   for (const Tetrahedron& t : mesh.tetrahedra) {
     shapes.push_back(tet_shape(mesh, t));
-    for (const VertexId v : t) mass[v] += 0.25 * constants.density_kg_per_m3 * shapes.back().volume_m3;
+    for (const VertexId v : t) mass[v] += 0.25 * material.density_kg_per_m3 * shapes.back().volume_m3;
   }
   for (const double m : mass) inverse_mass.push_back(m > 0 ? 1 / m : 0);
   const auto stiffness_times = [&, mu = mu, lambda = lambda](std::span<const Vec3> u, std::span<Vec3> force) {

@@ -31,17 +31,18 @@ void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodyS
                 std::vector<BodyLoad>& loads) {
   if (s.fixed_m.empty() || s.lies_on_floor || s.most_gravity_m_per_s2 == 0) return;
   const double length = overhang_m(surface, s.fixed_m), t = shape.thickness_m;
-  const double sag = 1.5 * s.density_kg_per_m3 * s.most_gravity_m_per_s2 * std::pow(length, 4) / (s.young_pa * t * t);
+  const double sag = 1.5 * s.material.density_kg_per_m3 * s.most_gravity_m_per_s2 * std::pow(length, 4) /
+                     (s.material.young_pa * t * t);
   if (length < kSlender * t || sag < kSagThatMatters * t) return;
   Eigen::AlignedBox3d held;
   for (const Vec3& p : s.fixed_m) held.extend(p);
-  LoadCase bends{Load::bending, t, s.poisson};
+  LoadCase bends{Load::bending, t, s.material.poisson};
   if (held.sizes().minCoeff() > kFlat * t) bends.overhang_m = length;
   loads.push_back({bends, "its weight"});
 }
 
 LoadCase pressed(double a_m, double thickness_m, const BodySituation& s) {
-  return {Load::indentation, 2 * a_m, s.poisson, a_m / thickness_m, s.bed_radius_m / a_m};
+  return {Load::indentation, 2 * a_m, s.material.poisson, a_m / thickness_m, s.bed_radius_m / a_m};
 }
 
 // The greatest depth of a tool in the body, over its trace.
@@ -94,9 +95,9 @@ void add_grip(const TriangleSoup& surface, const BodyShape& shape, const BodySit
   }
   if (!tool.moments.empty() && !begun && moved == 0 && turned == 0) return;
   loads.push_back({pressed(tool.grip_radius_m, shape.thickness_m, s), tool.name});
-  if (turned > kTwist_rad) loads.push_back({{Load::twisting, twisted_m(shape), s.poisson}, tool.name});
+  if (turned > kTwist_rad) loads.push_back({{Load::twisting, twisted_m(shape), s.material.poisson}, tool.name});
   if (moved > 0.25 * shape.thickness_m && shape.size_m.maxCoeff() > 2 * kSlender * shape.thickness_m)
-    loads.push_back({{Load::bending, shape.thickness_m, s.poisson}, tool.name});
+    loads.push_back({{Load::bending, shape.thickness_m, s.material.poisson}, tool.name});
 }
 
 }  // namespace
@@ -113,7 +114,8 @@ std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& sha
     if (tool.moments.empty()) d = {shape.thickness_m, shape.thickness_m, 1};
     if (d.depth_m <= 0) continue;
     if (tool.cuts) {
-      loads.push_back({{Load::opening, d.depth_m, s.poisson, d.share, s.bed_radius_m / d.depth_m}, tool.name, d.share});
+      loads.push_back(
+          {{Load::opening, d.depth_m, s.material.poisson, d.share, s.bed_radius_m / d.depth_m}, tool.name, d.share});
       continue;
     }
     const double dent = tool.moments.empty() ? kUnknownBall_m : d.depth_m;

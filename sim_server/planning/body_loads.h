@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/elastic_material.h"
 #include "sim_server/planning/body_shape.h"
 #include "sim_server/planning/error_law.h"
 
@@ -25,7 +26,7 @@ struct ToolUse {
 };
 
 struct BodySituation {
-  double young_pa = 6000, poisson = 0.45, density_kg_per_m3 = 1060;
+  ElasticMaterial material;
   double bed_radius_m = 0.008;       // foundation_radius_m of surface springs
   double most_gravity_m_per_s2 = 0;  // largest gravity in the scene
   std::vector<Vec3> fixed_m;         // fixed vertices

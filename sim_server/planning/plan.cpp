@@ -19,9 +19,9 @@ constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partl
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
 // The modulus of a method's fastest wave: E for springs, lambda + 2 mu for tetrahedra, lambda + 2 mu / 3 for hexahedra.
-double modulus_pa(Method method, double young_pa, double poisson) {
-  const auto [mu, lambda] = lame(young_pa, poisson);
-  if (method == Method::tetra_springs) return young_pa;
+double modulus_pa(Method method, const ElasticMaterial& material) {
+  const auto [mu, lambda] = lame(material.young_pa, material.poisson);
+  if (method == Method::tetra_springs) return material.young_pa;
   return traits_of(method).embeds ? lambda + 2 * mu / 3 : lambda + 2 * mu;
 }
 
@@ -150,7 +150,7 @@ class Planner {
       c.elements = volume / std::pow(c.cell_m, 3) * (c.method == Method::lattice_beside_faces ? kBesideFaces : 1);
     c.vertices = c.tetrahedra / 4.5;
     const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
-    const double speed = std::sqrt(modulus_pa(c.method, in_.young_pa, in_.poisson) / in_.density_kg_per_m3);
+    const double speed = std::sqrt(modulus_pa(c.method, in_.material) / in_.material.density_kg_per_m3);
     c.substeps = traits_of(c.method).is_implicit
                      ? kMostSweeps
                      : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));

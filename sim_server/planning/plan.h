@@ -33,7 +33,7 @@ struct PlanInput {
   std::string body;
   Budgets budgets;
   BodyShape shape;
-  double young_pa = 6000, poisson = 0.45, density_kg_per_m3 = 1060;
+  ElasticMaterial material;
   std::vector<BodyLoad> loads;
   bool has_tools = false;
   double step_s = 0.001;

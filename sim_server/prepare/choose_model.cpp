@@ -54,9 +54,7 @@ planning::ToolUse use_of(const ToolSpec& tool, const Pose& body) {
 
 planning::BodySituation situation_of(const BodySpec& body, const Scene& scene) {
   planning::BodySituation s;
-  s.young_pa = body.material.young_pa;
-  s.poisson = body.material.poisson;
-  s.density_kg_per_m3 = body.material.density_kg_per_m3;
+  s.material = body.material;
   s.bed_radius_m = body.material.foundation_radius_m;
   s.most_gravity_m_per_s2 = scene.gravity_m_per_s2.norm();
   for (const GravityChange& change : scene.gravity_changes)
@@ -117,9 +115,7 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene) {
   planning::PlanInput in;
   in.body = body.name;
   in.budgets = {body.plan.error_budget, body.plan.cpu_budget};
-  in.young_pa = body.material.young_pa;
-  in.poisson = body.material.poisson;
-  in.density_kg_per_m3 = body.material.density_kg_per_m3;
+  in.material = body.material;
   in.has_tools = !scene.tools.empty();
   TriangleSoup surface = body.mesh;
   if (!body.volume.file.empty()) {

@@ -12,10 +12,6 @@
 namespace sectio {
 namespace {
 
-ElasticConstants elastic_constants(const MaterialSpec& m) {
-  return {m.young_pa, m.poisson, m.density_kg_per_m3};
-}
-
 FilledVolume filled(const BodySpec& body) {
   if (body.volume.file.empty()) {
     FillSettings settings;
@@ -23,14 +19,14 @@ FilledVolume filled(const BodySpec& body) {
                       : body.volume.mesher == "best" ? Mesher::best
                                                      : Mesher::lattice;
     settings.tetrahedra = body.volume.tetrahedra;
-    settings.material = elastic_constants(body.material);
+    settings.material = body.material;
     return fill(body.mesh, settings);
   }
   TetFile file = read_tet_file(body.volume.file, body.volume.file_unit_m);
   FilledVolume volume;
   volume.mesh = std::move(file.mesh);
   volume.notes = std::move(file.notes);
-  volume.report = report_on(volume.mesh, "file", check(volume.mesh).volume_m3, elastic_constants(body.material));
+  volume.report = report_on(volume.mesh, "file", check(volume.mesh).volume_m3, body.material);
   volume.compared = {volume.report};
   return volume;
 }

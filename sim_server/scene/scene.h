@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/elastic_material.h"
 #include "common/material/regions.h"
 #include "common/math/camera.h"
 #include "common/math/trace.h"
@@ -18,10 +19,7 @@
 namespace sectio {
 
 // Elastic constants; springs are calibrated from them and never set by hand.
-struct MaterialSpec {
-  double young_pa = 6000;
-  double poisson = 0.45;
-  double density_kg_per_m3 = 1060;
+struct MaterialSpec : ElasticMaterial {
   double skin_thickness_m = 0.002;     // of the membrane that the mesh springs stand for
   double foundation_radius_m = 0.008;  // indenter radius a_ref of the home springs, K_w = 2 E*/(pi a_ref)
   double pretension = 0.06;            // mesh springs' rest length is (1 - pretension) times the edge

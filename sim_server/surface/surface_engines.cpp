@@ -9,10 +9,7 @@ namespace sectio {
 namespace {
 
 SurfaceSpringMaterial spring_material(const MaterialSpec& m) {
-  SurfaceSpringMaterial s;
-  s.young_pa = m.young_pa;
-  s.poisson = m.poisson;
-  s.density_kg_per_m3 = m.density_kg_per_m3;
+  SurfaceSpringMaterial s{m};
   s.skin_thickness_m = m.skin_thickness_m;
   s.foundation_radius_m = m.foundation_radius_m;
   s.pretension = m.pretension;

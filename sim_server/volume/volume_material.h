@@ -7,7 +7,7 @@
 namespace sectio {
 
 inline VolumeMaterial volume_material(const MaterialSpec& m) {
-  return {m.young_pa, m.poisson, m.density_kg_per_m3, m.damping_per_s, {}};
+  return {m, m.damping_per_s, {}};
 }
 
 inline VolumeIntegrator integrator_of(const BodySpec& body) {

@@ -91,7 +91,7 @@ double flat_punch_ratio(const MovingModel& model, double poisson, int cells_high
   settings.step_s = 5e-4;
   settings.gravity_m_per_s2.setZero();
   for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.z() < 1e-9);
-  test::MovingBody body = model.make(mesh, cell_m, {young_pa, poisson, 1000, 150, {}}, settings);
+  test::MovingBody body = model.make(mesh, cell_m, {{young_pa, poisson, 1000}, 150, {}}, settings);
   std::vector<PointConstraint> punch;
   double radius_m = 0;
   for (VertexId v = 0; v < mesh.vertices_body_m.size(); ++v) {

@@ -123,7 +123,7 @@ Penny penny_ratio(const MovingModel& model, int n, double beside, double poisson
   settings.gravity_m_per_s2.setZero();
   for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.z() < 1e-9);
   settings.least_substep_s = 5e-5;
-  test::MovingBody body = model.make(mesh, a_m / n, {young_pa, poisson, 1000, 1.5 * omega, {}}, settings);
+  test::MovingBody body = model.make(mesh, a_m / n, {{young_pa, poisson, 1000}, 1.5 * omega, {}}, settings);
   const auto top = test::areas_of_vertices_m2(mesh, [&](const Vec3& p) { return p.z() > side_m - 1e-9; });
   std::vector<PointConstraint> load;
   for (VertexId v = 0; v < top.size(); ++v)

@@ -28,7 +28,7 @@ Tip bent_tip(const MovingModel& model, int across, int slenderness, double poiss
   settings.step_s = 0.002;
   settings.gravity_m_per_s2 = Vec3(0, 0, -gravity_m_per_s2);
   for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.x() < 1e-9);
-  MovingBody body = model.make(mesh, side / across, {kYoung, poisson, kDensity, 2 * omega, {}}, settings);
+  MovingBody body = model.make(mesh, side / across, {{kYoung, poisson, kDensity}, 2 * omega, {}}, settings);
   const auto end = test::areas_of_vertices_m2(mesh, [&](const Vec3& p) { return p.x() > length - 1e-9; });
   std::vector<PointConstraint> load;
   for (VertexId v = 0; v < end.size() && end_load_n > 0; ++v)

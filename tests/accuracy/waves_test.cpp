@@ -29,7 +29,7 @@ double half_period_s(const Case& c, int slenderness, int axis, double step_s, co
   settings.step_s = step_s;
   settings.gravity_m_per_s2.setZero();
   for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.x() < 1e-9);
-  MovingBody body = c.model.make(mesh, kSide / c.across, {kYoung, c.poisson, kDensity, 0, {}}, settings);
+  MovingBody body = c.model.make(mesh, kSide / c.across, {{kYoung, c.poisson, kDensity}, 0, {}}, settings);
   for (VertexId v = 0; v < body.v.size(); ++v)
     body.v[v][axis] = static_cast<float>(velocity(mesh.vertices_body_m[v].x() / length));
   const auto end_m = [&] {

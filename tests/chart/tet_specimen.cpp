@@ -23,7 +23,7 @@ class TetSpecimen final : public Specimen {
     settings.step_s = step_s;
     settings.gravity_m_per_s2 = Vec3(0, 0, -scene.gravity_m_per_s2);
     for (const Vec3& p : mesh_.vertices_body_m) held_.push_back(scene.held(p));
-    const VolumeMaterial material{scene.young_pa, scene.poisson, scene.density_kg_per_m3, scene.damping_per_s, {}};
+    const VolumeMaterial material{{scene.young_pa, scene.poisson, scene.density_kg_per_m3}, scene.damping_per_s, {}};
     model_ = make(mesh_, material, settings);
     settings.fixed = held_;
     for (VertexId v = 0; v < held_.size() && !model_.forces; ++v) {

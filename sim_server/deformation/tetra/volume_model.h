@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/material/elastic_material.h"
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
 #include "sim_server/deformation/point_constraint.h"
@@ -15,10 +16,7 @@
 
 namespace sectio {
 
-struct VolumeMaterial {
-  double young_pa = 6000;
-  double poisson = 0.45;
-  double density_kg_per_m3 = 1060;
+struct VolumeMaterial : ElasticMaterial {
   double damping_per_s = 25;             // rate at which velocities decay
   std::vector<double> stiffness_factor;  // one a tetrahedron; empty: 1
 };

@@ -107,7 +107,7 @@ TEST(lattice, the_step_limit_is_that_of_a_known_element) {
   mesh.vertices_body_m = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
   mesh.tetrahedra = {{0, 1, 2, 3}};
   if (tet_volume_m3(mesh, mesh.tetrahedra[0]) < 0) std::swap(mesh.tetrahedra[0][2], mesh.tetrahedra[0][3]);
-  const ElasticConstants m{1000, 0.45, 1000};
+  const ElasticMaterial m{1000, 0.45, 1000};
   const double mu = m.young_pa / (2 * 1.45), bulk = m.young_pa / (3 * 0.1);
   // u = x: strain the unit matrix, stress 3 K, force V 3 K g_i, |x_i| = sqrt 3, g_i = x_i / 4, mass rho V / 4.
   const double omega2 = 3 * bulk * 4 / (4 * m.density_kg_per_m3);

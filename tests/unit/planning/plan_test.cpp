@@ -22,7 +22,7 @@ PlanInput of_box(const Vec3& size_m, std::vector<BodyLoad> loads) {
   PlanInput in;
   in.body = "box";
   in.shape = shape_of(test::box(8, 8, 8, size_m));
-  in.young_pa = 30000;
+  in.material.young_pa = 30000;
   in.loads = std::move(loads);
   in.surface_limit_s = 0.002;
   return in;
@@ -100,9 +100,9 @@ TEST_F(Loads, weight_bends_what_hangs_over) {
   EXPECT_EQ(loads()[0].what.overhang_m, 0) << "held at its end";
   situation.fixed_m.push_back(Vec3(0.02, 0.02, 0.02));
   EXPECT_NEAR(loads()[0].what.overhang_m, 0.08, 0.01);
-  situation.young_pa = 1e9;
+  situation.material.young_pa = 1e9;
   EXPECT_TRUE(loads().empty()) << "too stiff to sag";
-  situation.young_pa = 6000;
+  situation.material.young_pa = 6000;
   situation.lies_on_floor = true;
   EXPECT_TRUE(loads().empty());
 }
@@ -204,7 +204,7 @@ TEST(Plan, divides_stiff_tissue_into_more_parts) {
   PlanInput in = of_box({0.1, 0.025, 0.025}, {bending(0.025)});
   in.budgets = {0.05, 5};
   const int soft = plan(in, calibration()).chosen.substeps;
-  in.young_pa = 3e6;
+  in.material.young_pa = 3e6;
   EXPECT_GT(plan(in, calibration()).chosen.substeps, 5 * soft);
 }
 
