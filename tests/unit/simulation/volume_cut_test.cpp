@@ -184,7 +184,7 @@ TEST_P(VolumeCuts, a_collapse_that_is_not_accepted_leaves_all_as_it_was) {
   TidyPlan plan;
   for (int n = 0; n < 400 && plan.delta.empty(); ++n) {
     plan = block.body().engines.cutting->tidy(block.body().shared());
-    if (plan.delta.empty()) ASSERT_TRUE(block.body().apply({Cause::tidied, {}, {}, plan.ticket}));
+    EXPECT_TRUE(!plan.delta.empty() || block.body().apply({Cause::tidied, {}, {}, plan.ticket}));
   }
   ASSERT_FALSE(plan.delta.empty());
   const std::uint64_t hash = block.body().mesh.hash();
