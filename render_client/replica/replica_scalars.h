@@ -20,7 +20,8 @@ class ReplicaScalars {
   // The topology is at this revision; changed_at names for each vertex slot the revision of its last change. Takes over
   // the values that were sent at the slot's revision or later; values for a newer topology wait. Fields without a name
   // in `names` are gone.
-  void accept_pieces(std::uint64_t revision, std::span<const std::uint64_t> changed_at, std::span<const std::string> names);
+  void accept_pieces(std::uint64_t revision, std::span<const std::uint64_t> changed_at,
+                     std::span<const std::string> names);
 
   // After accept_pieces(): one value a vertex slot; the least of the range where none has come yet.
   const std::vector<ScalarField>& fields() const { return fields_; }
