@@ -1,28 +1,39 @@
-// Contacts of two bodies: vertices of one body in, or close above, the surface of the other.
+// A contact as a plain value. The finders (find_floor.h, find_bodies.h, find_lips.h) make contacts, and ContactSolver
+// solves them.
 #pragma once
 
-#include <vector>
+#include <array>
+#include <cstdint>
 
-#include "sim_server/collision/collision_engine.h"
+#include "common/math/types.h"
+#include "common/mesh/triangle_mesh.h"
 
 namespace sectio {
 
-struct BodyContact {
-  VertexId vertex = kNone;  // of the first body
-  Vec3 point_world_m = Vec3::Zero();
-  Vec3 normal_world = Vec3::UnitZ();  // unit, out of the other body's surface
-  double depth_m = 0;                 // negative: a gap
-  TriangleId triangle = kNone;        // of the other body, nearest to the point
-  Vec3 bary = Vec3::Zero();
+constexpr std::uint32_t kImmovable = 0xffffffffu;
+
+// What a contact pushes on one of its sides: a point of a body.
+struct ContactSide {
+  std::uint32_t body = kImmovable;  // a number in the list of bodies that the solver gets
+  // The point of a body that deforms: the weighted mean of these vertices. A rigid body needs none.
+  std::array<VertexId, 3> v{kNone, kNone, kNone};
+  Vec3 weights = Vec3::Zero();
 };
+inline ContactSide side_at(std::uint32_t body, VertexId v) {
+  return {body, {v, kNone, kNone}, Vec3::UnitX()};
+}
 
-constexpr std::size_t kMaxProbedVertices =
-    64;  // probed at most near the other body; evenly chosen by number when there are more
-constexpr double kDeepestContactM = 0.005;  // deeper contacts have no reliable nearest surface
-
-// Appends contacts of the vertices of `one` at most reach_m above the surface of `other`, in order of vertex. The tree
-// must be up to date. O(vertices of one + probed x log triangles of other).
-void find_contacts(const SurfaceView& one, const SurfaceView& other, const CollisionEngine& tree_of_other,
-                   double reach_m, std::vector<BodyContact>& contacts);
+struct BodyContact {
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal_world = Vec3::UnitZ();  // unit; pushes `one`
+  double depth_m = 0;                 // negative: a gap that may close within the step
+  ContactSide one, other;
+  Vec3 surface_velocity_m_per_s = Vec3::Zero();  // of an immovable other side, e.g. an instrument
+  double largest_speed_m_per_s = 0.05;           // at which depth is undone
+  double friction = 0.4;                         // Coulomb's coefficient
+  // More than 0 makes a grip of the contact: it holds the point to the surface in all directions, by this force at
+  // most.
+  double grip_n = 0;
+};
 
 }  // namespace sectio

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "sim_server/body_contact/body_contact.h"
 #include "sim_server/body_contact/contact_solver.h"
+#include "sim_server/body_contact/find_bodies.h"
+#include "sim_server/body_contact/find_floor.h"
 #include "sim_server/step/step.h"
-#include "sim_server/step/touched_particles.h"
 
 namespace sectio {
 namespace {
@@ -13,204 +13,183 @@ namespace {
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
 constexpr double kGraspFollows = 0.5;         // of the way to where jaws hold a point, in one step
-constexpr double kToolSpeedM_per_s = 1;       // at which a piece gives way to an instrument
+constexpr int kVelocitySweeps = 30, kDepthSweeps = 10;
+constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
 
-class RigidStep {
- public:
-  RigidStep(std::span<const std::unique_ptr<Body>> bodies, const Scene& scene)
-      : bodies_(bodies),
-        scene_(scene),
-        dynamics_(bodies.size(), nullptr),
-        supported_(bodies.size(), 0),
-        particles_(bodies) {
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-      if (bodies[b]->rigid) dynamics_[b] = &bodies[b]->rigid->body;
+using Bodies = std::span<const std::unique_ptr<Body>>;
+
+// A part that came off and goes on deforming; its engine keeps it above the floor.
+bool is_loose(const Body& body, const Scene& scene) {
+  return !body.rigid && body.id >= scene.bodies.size() && !body.spec.fixed;
+}
+bool moves(const Body& body, const Scene& scene) {
+  return (body.rigid || is_loose(body, scene)) && !body.frozen && !body.asleep();
+}
+
+Box3 box_around(Body& body, double margin_m) {
+  if (body.rigid) {
+    const Vec3& centre = body.rigid->body.pose_world().position_m;
+    const Vec3 reach = Vec3::Constant(margin_m + body.rigid->radius_m());
+    return {centre - reach, centre + reach};
   }
+  const Box3 box = body.tree().bounds_world_m();
+  const Vec3 reach = Vec3::Constant(margin_m);
+  return box.isEmpty() ? box : Box3(box.min() - reach, box.max() + reach);
+}
 
-  void run(const RigidInput& input, std::span<Reaction> reactions) {
-    if (!input.disturbed.empty()) wake(input.disturbed);
-    for (const RigidTouch& touch : input.touches) add_tool(touch);
-    for (const GraspConstraint& grip : input.grips) add_grip(grip);
-    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (dynamics_[b] && bodies_[b]->asleep()) bear(b);
-    for (RigidBody* piece : dynamics_)
-      if (piece && !piece->asleep()) piece->push(scene_.gravity_m_per_s2, scene_.step_s);
-    for (std::uint32_t b = 0; b < bodies_.size(); ++b)
-      if (moves(b)) find(b);
-    std::vector<Vec3> impulses(contacts_.size(), Vec3::Zero());
-    const ContactSides sides{dynamics_, particles_.all()};
-    solve_contacts(sides, contacts_, {scene_.step_s, 30}, impulses);
-    undo_depths(sides, contacts_, {scene_.step_s, 10});
-    particles_.give_back(scene_.step_s);
-    for (std::size_t i = 0; i < reactions.size(); ++i) {
-      reactions[i].force_on_tool_n = impulses[i] / scene_.step_s;
-      reactions[i].active = !impulses[i].isZero(0);
-    }
-    for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
-      if (!dynamics_[b] || !moves(b)) continue;
-      move(b);
-      if (dynamics_[b]->asleep()) keep_bearing_on(b, impulses);
-    }
+void wake_neighbours(Bodies bodies, std::span<const std::uint8_t> disturbed) {
+  for (const auto& body : bodies) {
+    if (!body->asleep()) continue;
+    for (std::size_t other = 0; other < disturbed.size() && body->asleep(); ++other)
+      if (disturbed[other] && box_around(*body, kReachM).intersects(box_around(*bodies[other], kReachM))) body->wake();
   }
+}
 
- private:
-  // A part that came off and goes on deforming; its deformation engine deals with the floor.
-  bool is_loose(std::uint32_t b) const { return !dynamics_[b] && b >= scene_.bodies.size() && !bodies_[b]->spec.fixed; }
-  bool moves(std::uint32_t b) const {
-    return (dynamics_[b] || is_loose(b)) && !bodies_[b]->frozen && !bodies_[b]->asleep();
+BodyContact contact_of_tool(Body& body, const RigidTouch& touch) {
+  BodyContact c;
+  for (std::size_t a = 0; a < 3; ++a)
+    c.point_world_m += touch.constraint.w[a] * body.particle_view().position(touch.constraint.v[a]);
+  c.normal_world = -touch.constraint.normal;
+  c.depth_m = (c.point_world_m - touch.constraint.target_world_m).dot(touch.constraint.normal);
+  c.one.body = touch.body_id;
+  c.surface_velocity_m_per_s = touch.tool_velocity_m_per_s;
+  c.largest_speed_m_per_s = kToolSpeedM_per_s;
+  c.friction = body.spec.splitting.friction;
+  return c;
+}
+
+BodyContact contact_of_grasp(const GraspConstraint& grasp, double step_s) {
+  BodyContact c;
+  c.one.body = grasp.body_id;
+  c.point_world_m = grasp.point_world_m;
+  c.surface_velocity_m_per_s = kGraspFollows / step_s * (grasp.to_world_m - grasp.point_world_m);
+  c.grip_n = grasp.largest_force_n;
+  return c;
+}
+
+// A contact with an instrument wakes the piece when it presses, a grasp always.
+std::vector<BodyContact> contacts_of_instruments(Bodies bodies, const RigidInput& input, double step_s) {
+  std::vector<BodyContact> contacts;
+  for (const RigidTouch& touch : input.touches) {
+    contacts.push_back(contact_of_tool(*bodies[touch.body_id], touch));
+    if (contacts.back().depth_m > 0) bodies[touch.body_id]->rigid->body.wake();
   }
-
-  Box3 box_around(std::uint32_t b, double margin_m) const {
-    const Vec3 reach = Vec3::Constant(margin_m + (dynamics_[b] ? bodies_[b]->rigid->radius_m() : 0));
-    if (dynamics_[b]) {
-      const Vec3& centre = dynamics_[b]->pose_world().position_m;
-      return {centre - reach, centre + reach};
-    }
-    const Box3 box = bodies_[b]->tree().bounds_world_m();
-    return box.isEmpty() ? box : Box3(box.min() - reach, box.max() + reach);
+  for (const GraspConstraint& grasp : input.grips) {
+    contacts.push_back(contact_of_grasp(grasp, step_s));
+    bodies[grasp.body_id]->rigid->body.wake();
   }
+  return contacts;
+}
 
-  void wake(std::span<const std::uint8_t> disturbed) {
-    for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
-      if (!bodies_[b]->asleep()) continue;
-      for (std::uint32_t other = 0; other < bodies_.size() && bodies_[b]->asleep(); ++other)
-        if (disturbed[other] && box_around(b, kReachM).intersects(box_around(other, kReachM))) bodies_[b]->wake();
-    }
+// The body below a sleeping piece goes on feeling its weight.
+void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
+  for (const ParticleImpulse& load : sleeping.resting_loads) {
+    Body& support = *bodies[load.body];
+    if (support.frozen || support.asleep() || load.vertex >= support.mesh.vertex_slots() ||
+        !support.mesh.vertex_alive(load.vertex))
+      continue;
+    const Vec3 gained = support.engines.deformation->inverse_mass_per_kg(load.vertex) * load.impulse_n_s;
+    support.nudge(load.vertex, gained, step_s * gained);
   }
+}
 
-  void add_tool(const RigidTouch& touch) {
-    Body& body = *bodies_[touch.body_id];
-    RigidContact c;
-    c.point_world_m.setZero();
-    for (std::size_t a = 0; a < 3; ++a)
-      c.point_world_m += touch.constraint.w[a] * body.particle_view().position(touch.constraint.v[a]);
-    c.normal_world = -touch.constraint.normal;
-    c.depth_m = (c.point_world_m - touch.constraint.target_world_m).dot(touch.constraint.normal);
-    c.body = touch.body_id;
-    c.surface_velocity_m_per_s = touch.tool_velocity_m_per_s;
-    c.largest_speed_m_per_s = kToolSpeedM_per_s;
-    c.friction = body.spec.splitting.friction;
-    if (c.depth_m > 0) body.rigid->body.wake();
-    contacts_.push_back(c);
-  }
+Vec3 velocity_of(const Body& body, const ContactSide& side, const Vec3& point_world_m) {
+  if (body.rigid) return body.rigid->body.velocity_at(point_world_m);
+  Vec3 velocity = Vec3::Zero();
+  for (std::size_t a = 0; a < side.v.size(); ++a)
+    if (side.v[a] != kNone) velocity += side.weights[static_cast<int>(a)] * body.particle_view().velocity(side.v[a]);
+  return velocity;
+}
 
-  void add_grip(const GraspConstraint& grip) {
-    RigidContact c;
-    c.body = grip.body_id;
-    c.point_world_m = grip.point_world_m;
-    c.surface_velocity_m_per_s = kGraspFollows / scene_.step_s * (grip.to_world_m - grip.point_world_m);
-    c.grip_n = grip.largest_force_n;
-    dynamics_[c.body]->wake();
-    contacts_.push_back(c);
-  }
-
-  void find(std::uint32_t b) {
-    Body& body = *bodies_[b];
-    const std::size_t from = contacts_.size();
-    const double speed_m_per_s = dynamics_[b] ? dynamics_[b]->velocity_m_per_s().norm() : 0;
-    const double reach_m = kReachM + 2 * scene_.step_s * speed_m_per_s;
-    if (dynamics_[b] && scene_.floor_z_m)
-      floor_contacts(body.positions_world_m(), {}, *scene_.floor_z_m, reach_m, b, contacts_);
-    for (std::uint32_t other = 0; other < bodies_.size(); ++other) {
-      if (other == b || (moves(other) && other < b)) continue;  // a pair that both move is met once
-      if (!box_around(b, reach_m).intersects(box_around(other, 0))) continue;
-      add_pair(b, other, reach_m);
-    }
-    for (std::size_t i = from; i < contacts_.size(); ++i) {
-      contacts_[i].friction = body.spec.splitting.friction;
-      if (contacts_[i].depth_m < -kReachM) continue;
-      if (contacts_[i].body != kImmovable) supported_[contacts_[i].body] = 1;
-      if (contacts_[i].other != kImmovable) supported_[contacts_[i].other] = 1;
-    }
-  }
-
-  void add_pair(std::uint32_t b, std::uint32_t other, double reach_m) {
-    found_.clear();
-    find_contacts(bodies_[b]->view(), bodies_[other]->view(), bodies_[other]->tree(), reach_m, found_);
-    const std::size_t own = found_.size();
-    find_contacts(bodies_[other]->view(), bodies_[b]->view(), bodies_[b]->tree(), reach_m, found_);
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      const BodyContact& f = found_[i];
-      RigidContact c;
-      c.point_world_m = f.point_world_m;
-      c.normal_world = i < own ? f.normal_world : Vec3(-f.normal_world);
-      c.depth_m = f.depth_m;
-      if (dynamics_[b])
-        c.body = b;
-      else
-        join(c, b, f, i >= own, 1);
-      if (bodies_[other]->asleep() && approach_m_per_s(b, f, i >= own, c) > kWakingSpeedM_per_s) bodies_[other]->wake();
-      if (!bodies_[other]->asleep()) {
-        if (dynamics_[other])
-          c.other = other;
-        else
-          join(c, other, f, i < own, -1);
-      }
-      contacts_.push_back(c);
-    }
-  }
-
-  void join(RigidContact& c, std::uint32_t b, const BodyContact& f, bool by_triangle, double side) {
-    if (by_triangle)
-      particles_.join(c, b, bodies_[b]->mesh.triangle(f.triangle).v, f.bary, side, scene_.step_s);
+// A sleeping body can't be moved; it wakes when another bumps into it.
+void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>& contacts) {
+  const std::size_t from = contacts.size();
+  find_body_contacts({body.view(), body.tree()}, {other.view(), other.tree()}, reach_m, contacts);
+  for (std::size_t i = from; i < contacts.size(); ++i) {
+    BodyContact& c = contacts[i];
+    if (!other.asleep()) return;
+    if (-velocity_of(body, c.one, c.point_world_m).dot(c.normal_world) > kWakingSpeedM_per_s)
+      other.wake();
     else
-      particles_.join(c, b, f.vertex, side, scene_.step_s);
+      c.other.body = kImmovable;
   }
+}
 
-  // The speed at which a body bumps into another at a contact.
-  double approach_m_per_s(std::uint32_t b, const BodyContact& f, bool by_triangle, const RigidContact& c) const {
-    if (dynamics_[b]) return -dynamics_[b]->velocity_at(c.point_world_m).dot(c.normal_world);
-    const ParticleView state = bodies_[b]->particle_view();
-    if (!by_triangle) return -state.velocity(f.vertex).dot(c.normal_world);
-    double speed_m_per_s = 0;
-    for (std::size_t a = 0; a < 3; ++a)
-      speed_m_per_s -=
-          f.bary[static_cast<int>(a)] * state.velocity(bodies_[b]->mesh.triangle(f.triangle).v[a]).dot(c.normal_world);
-    return speed_m_per_s;
+// Contacts of a body that moves with the floor and with other bodies; two bodies that both move meet once.
+void find_contacts(Bodies bodies, Body& body, const Scene& scene, std::vector<BodyContact>& contacts) {
+  const std::size_t from = contacts.size();
+  const double speed_m_per_s = body.rigid ? body.rigid->body.velocity_m_per_s().norm() : 0;
+  const double reach_m = kReachM + 2 * scene.step_s * speed_m_per_s;
+  if (body.rigid && scene.floor_z_m)
+    find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
+  for (const auto& other : bodies) {
+    if (other->id == body.id || (moves(*other, scene) && other->id < body.id)) continue;
+    if (box_around(body, reach_m).intersects(box_around(*other, 0))) find_pair(body, *other, reach_m, contacts);
   }
+  for (std::size_t i = from; i < contacts.size(); ++i) contacts[i].friction = body.spec.splitting.friction;
+}
 
-  // A sleeping piece goes on giving its last impulses to the body that it bears on.
-  void keep_bearing_on(std::uint32_t b, std::span<const Vec3> impulses) {
-    std::vector<RestingLoad>& loads = bodies_[b]->loads;
-    loads.clear();
-    for (std::size_t i = 0; i < contacts_.size(); ++i)
-      if (contacts_[i].body == b || contacts_[i].other == b) particles_.loads_of(contacts_[i], impulses[i], loads);
-  }
-  void bear(std::uint32_t b) const {
-    for (const RestingLoad& load : bodies_[b]->loads) {
-      Body& bed = *bodies_[load.body_id];
-      if (bed.frozen || bed.asleep() || load.vertex >= bed.mesh.vertex_slots() || !bed.mesh.vertex_alive(load.vertex))
-        continue;
-      const Vec3 gained = bed.engines.deformation->inverse_mass_per_kg(load.vertex) * load.impulse_n_s;
-      bed.nudge(load.vertex, gained, scene_.step_s * gained);
-    }
-  }
+std::vector<std::uint8_t> supported_bodies(std::size_t count, std::span<const BodyContact> contacts, std::size_t from,
+                                           const ContactSolver& solver) {
+  std::vector<std::uint8_t> supported(count, 0);
+  for (std::size_t i = from; i < contacts.size(); ++i)
+    for (const std::uint32_t b : {contacts[i].one.body, contacts[i].other.body})
+      if (b != kImmovable && solver.depth_m(i) >= -kReachM) supported[b] = 1;
+  return supported;
+}
 
-  void move(std::uint32_t b) {
-    dynamics_[b]->move(scene_.step_s);
-    dynamics_[b]->rest(supported_[b] != 0, bodies_[b]->rigid->radius_m(), scene_.step_s);
-    if (!dynamics_[b]->pose_world().position_m.allFinite() ||
-        !dynamics_[b]->pose_world().orientation.coeffs().allFinite())
-      bodies_[b]->frozen = true;
-    else
-      bodies_[b]->follow_rigid();
-  }
+void move_piece(Body& body, bool supported, double step_s) {
+  RigidBody& rigid = body.rigid->body;
+  rigid.move(step_s);
+  rigid.rest(supported, body.rigid->radius_m(), step_s);
+  if (rigid.pose_world().position_m.allFinite() && rigid.pose_world().orientation.coeffs().allFinite())
+    body.follow_rigid();
+  else
+    body.frozen = true;
+}
 
-  std::span<const std::unique_ptr<Body>> bodies_;
-  const Scene& scene_;
-  std::vector<RigidBody*> dynamics_;  // by body; none for those that deform
-  std::vector<std::uint8_t> supported_;
-  TouchedParticles particles_;
-  std::vector<RigidContact> contacts_;
-  std::vector<BodyContact> found_;
-};
+void keep_resting_loads(Body& body, std::span<const BodyContact> contacts, const ContactSolver& solver) {
+  body.resting_loads.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (contacts[i].one.body != body.id && contacts[i].other.body != body.id) continue;
+    const auto loads = solver.impulses_on_particles(i);
+    body.resting_loads.insert(body.resting_loads.end(), loads.begin(), loads.end());
+  }
+}
 
 }  // namespace
 
-void step_rigid_pieces(std::span<const std::unique_ptr<Body>> bodies, const RigidInput& input, const Scene& scene,
-                       std::span<Reaction> reactions) {
+void step_rigid_pieces(Bodies bodies, const RigidInput& input, const Scene& scene, std::span<Reaction> reactions) {
   if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid || b->id >= scene.bodies.size(); })) return;
-  RigidStep(bodies, scene).run(input, reactions);
+  const double step_s = scene.step_s;
+  wake_neighbours(bodies, input.disturbed);
+  std::vector<BodyContact> contacts = contacts_of_instruments(bodies, input, step_s);
+  const std::size_t of_instruments = contacts.size();
+  for (const auto& body : bodies)
+    if (body->rigid && body->asleep()) apply_resting_loads(bodies, *body, step_s);
+  for (const auto& body : bodies)
+    if (body->rigid && !body->asleep()) body->rigid->body.push(scene.gravity_m_per_s2, step_s);
+  for (const auto& body : bodies)
+    if (moves(*body, scene)) find_contacts(bodies, *body, scene, contacts);
+
+  std::vector<ContactBody> sides;
+  for (const auto& body : bodies) sides.push_back(body->contact_body());
+  ContactSolver solver(sides, contacts, step_s);
+  solver.solve(kVelocitySweeps);
+  solver.undo_depths(kDepthSweeps);
+  for (const ParticleChange& p : solver.particle_changes())
+    bodies[p.body]->nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
+  for (std::size_t i = 0; i < reactions.size(); ++i) {
+    const Vec3 impulse_n_s = solver.impulse_on_other_n_s(i);
+    reactions[i].force_on_tool_n = impulse_n_s / step_s;
+    reactions[i].active = !impulse_n_s.isZero(0);
+  }
+  const auto supported = supported_bodies(bodies.size(), contacts, of_instruments, solver);
+  for (const auto& body : bodies) {
+    if (!body->rigid || !moves(*body, scene)) continue;
+    move_piece(*body, supported[body->id] != 0, step_s);
+    if (body->asleep()) keep_resting_loads(*body, contacts, solver);
+  }
 }
 
 void collide(World& world, StepContext& context) {

@@ -16,6 +16,7 @@ namespace {
 constexpr double kThicknessUsed = 0.8;       // of the tissue under a groove, at most
 constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not the other side
 constexpr double kPictureLines = 720;
+constexpr int kLipSweeps = 10;
 
 double pixel_rad(const Camera& camera) {
   return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
@@ -200,6 +201,11 @@ bool Body::become_rigid() {
   return rigid.has_value();
 }
 
+ContactBody Body::contact_body() {
+  if (rigid) return {&rigid->body};
+  return {nullptr, particles.view(), frozen ? nullptr : engines.deformation.get()};
+}
+
 void Body::particles_moved() {
   compact_.invalidate();
   tree_stale_ = true;
@@ -225,9 +231,21 @@ void Body::deform(std::span<const PointConstraint> constraints, std::span<Reacti
   }
   for (const auto& process : engines.processes) process->step(shared(), step_s);
   if (asleep_) return;
-  lips_.step(shared(), *engines.deformation, step_s);
   compact_.invalidate();
   tree_stale_ = true;
+  separate_lips(step_s);
+}
+
+// Solves the contacts of the body's own lips. An overlap is stopped but not undone: undoing it against the springs
+// would add energy.
+void Body::separate_lips(double step_s) {
+  std::vector<BodyContact> contacts;
+  lips_.find(shared(), step_s, contacts);
+  if (contacts.empty()) return;
+  const ContactBody self = contact_body();
+  ContactSolver solver({&self, 1}, contacts, step_s);
+  solver.solve(kLipSweeps);
+  for (const ParticleChange& p : solver.particle_changes()) nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
 }
 
 std::vector<std::pair<EventKind, std::string>> Body::watch_numerics() {

@@ -11,7 +11,8 @@
 
 #include "sim_server/bodies/particle_state.h"
 #include "sim_server/bodies/stillness.h"
-#include "sim_server/body_contact/lip_contacts.h"
+#include "sim_server/body_contact/contact_solver.h"
+#include "sim_server/body_contact/find_lips.h"
 #include "sim_server/body_contact/rigid_piece.h"
 #include "sim_server/engine/engine_table.h"
 #include "sim_server/scene/scene.h"
@@ -20,13 +21,6 @@
 #include "sim_server/world/change.h"
 
 namespace sectio {
-
-// The impulse that a sleeping body goes on giving to a particle that it bears on, in each step.
-struct RestingLoad {
-  std::uint32_t body_id = 0;
-  VertexId vertex = kNone;
-  Vec3 impulse_n_s = Vec3::Zero();
-};
 
 class Body {
  public:
@@ -46,6 +40,7 @@ class Body {
   SurfaceView view() { return {mesh, compact_.of(particles), id}; }
   std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
   ParticleView particle_view() const { return particles.view(); }
+  ContactBody contact_body();
   Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
   double energy_j(const Vec3& gravity_m_per_s2);  // kinetic, elastic and gravitational; O(all)
   // The collision engine, with the current positions.
@@ -97,13 +92,14 @@ class Body {
   TemporaryContact contact;
   std::vector<double> still_s;  // by owner: for how long what it let go has not moved
   std::optional<RigidPiece> rigid;
-  std::vector<TriangleId> unsettled;  // triangles of cuts whose parts are not decided yet
-  std::vector<RestingLoad> loads;     // while it sleeps
+  std::vector<TriangleId> unsettled;           // triangles of cuts whose parts are not decided yet
+  std::vector<ParticleImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
   std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // numerics failed: it stays as it was
 
  private:
   void begin(const EngineSite& site);
+  void separate_lips(double step_s);
   using Seeds = std::span<const std::pair<VertexId, VertexState>>;
   bool apply_to_mesh(const Change& change);
   void place(Seeds seeds);
@@ -111,7 +107,7 @@ class Body {
   void forget_strokes_of(const TopologyDelta& gone);
 
   CompactPositions compact_;
-  LipContacts lips_;
+  LipFinder lips_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
   bool asleep_ = false;

@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "sim_server/body_contact/lip_contacts.h"
+#include "sim_server/deformation/deformation_engine.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/surface/surface_engines.h"
 #include "tests/support/operation.h"

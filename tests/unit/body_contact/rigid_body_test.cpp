@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "sim_server/body_contact/find_floor.h"
+
 namespace sectio::test {
 namespace {
 
@@ -32,16 +34,21 @@ double lowest(const RigidBody& body) {
   return z;
 }
 
+void solve(RigidBody& body, std::span<const BodyContact> contacts) {
+  const ContactBody only{&body};
+  ContactSolver solver({&only, 1}, contacts, kStepS);
+  solver.solve(30);
+  solver.undo_depths(10);
+}
+
 // A floor at z = 0.
 void step_on_floor(RigidBody& body, double friction) {
   if (body.asleep()) return;
   body.push(kGravity, kStepS);
-  std::vector<RigidContact> contacts;
-  floor_contacts(corners(body), {}, 0, 0.001 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
-  for (RigidContact& c : contacts) c.friction = friction;
-  RigidBody* bodies[] = {&body};
-  solve_contacts({bodies}, contacts, {kStepS, 30});
-  undo_depths({bodies}, contacts, {kStepS, 10});
+  std::vector<BodyContact> contacts;
+  find_floor_contacts(corners(body), 0, 0.001 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
+  for (BodyContact& c : contacts) c.friction = friction;
+  solve(body, contacts);
   body.move(kStepS);
   body.rest(!contacts.empty(), 0.03, kStepS);
 }
@@ -151,11 +158,9 @@ TEST(RigidBody, on_a_bulging_face_it_comes_to_rest_and_does_not_creep) {
     body.push(kGravity, kStepS);
     std::vector<Vec3f> points;
     for (const Vec3& p : face_m) points.push_back(body.pose_world().to_world(p).cast<float>());
-    std::vector<RigidContact> contacts;
-    floor_contacts(points, {}, 0, 2e-4 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
-    RigidBody* bodies[] = {&body};
-    solve_contacts({bodies}, contacts, {kStepS, 30});
-    undo_depths({bodies}, contacts, {kStepS, 10});
+    std::vector<BodyContact> contacts;
+    find_floor_contacts(points, 0, 2e-4 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
+    solve(body, contacts);
     body.move(kStepS);
     body.rest(!contacts.empty(), 0.025, kStepS);
   }
@@ -202,13 +207,13 @@ TEST(RigidBody, two_bodies_that_meet_keep_their_momentum) {
   };
   const Vec3 momentum = a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s();
   const Vec3 spin = spin_about_origin(a) + spin_about_origin(b);
-  RigidContact contact;
-  contact.body = 0;
+  BodyContact contact;
+  contact.one.body = 0;
   contact.point_world_m = Vec3(0.02, 0.005, 0.003);
   contact.normal_world = Vec3(-1, 0.1, 0).normalized();
-  contact.other = 1;
-  RigidBody* bodies[] = {&a, &b};
-  solve_contacts({bodies}, std::vector{contact}, {});
+  contact.other.body = 1;
+  const ContactBody bodies[] = {{&a}, {&b}};
+  ContactSolver(bodies, {&contact, 1}, kStepS).solve(30);
   EXPECT_LT((a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s() - momentum).norm(), 1e-9 * momentum.norm());
   EXPECT_LT((spin_about_origin(a) + spin_about_origin(b) - spin).norm(), 1e-9 * spin.norm());
   EXPECT_NEAR((a.velocity_at(contact.point_world_m) - b.velocity_at(contact.point_world_m)).dot(contact.normal_world),
@@ -233,20 +238,20 @@ TEST(RigidBody, rigid_velocity_has_the_momenta_of_the_points) {
   EXPECT_LT(spin.norm(), 1e-12);
 }
 
-TEST(RigidContact, a_crowd_of_contacts_is_reduced_to_those_that_bear) {
+TEST(BodyContact, a_crowd_of_contacts_is_reduced_to_those_that_bear) {
   std::vector<Vec3f> points;
   for (int i = 0; i <= 20; ++i)
     for (int k = 0; k <= 20; ++k) points.emplace_back(0.01f * float(i), 0.01f * float(k), 0.f);
   points[220].z() = -1e-4f;
-  std::vector<RigidContact> contacts;
-  floor_contacts(points, {}, 0, 1e-3, 0, contacts);
+  std::vector<BodyContact> contacts;
+  find_floor_contacts(points, 0, 1e-3, 0, contacts);
   EXPECT_LE(contacts.size(), 25u);
   EXPECT_GE(contacts.size(), 5u);
   for (const double x : {0.0, 0.2})
     for (const double y : {0.0, 0.2})
       EXPECT_TRUE(std::ranges::any_of(
-          contacts, [&](const RigidContact& c) { return (c.point_world_m - Vec3(x, y, 0)).norm() < 1e-6; }));
-  EXPECT_TRUE(std::ranges::any_of(contacts, [](const RigidContact& c) { return c.depth_m > 5e-5; })) << "the deepest";
+          contacts, [&](const BodyContact& c) { return (c.point_world_m - Vec3(x, y, 0)).norm() < 1e-6; }));
+  EXPECT_TRUE(std::ranges::any_of(contacts, [](const BodyContact& c) { return c.depth_m > 5e-5; })) << "the deepest";
 }
 
 }  // namespace

@@ -18,20 +18,20 @@
 #include <map>
 #include <vector>
 
-#include "sim_server/body_contact/rigid_contact.h"
-#include "sim_server/deformation/deformation_engine.h"
+#include "sim_server/body_contact/body_contact.h"
 #include "sim_server/engine/engine.h"
 
 namespace sectio {
 
-class LipContacts {
+class LipFinder {
  public:
   static constexpr int kSearches = 3;
 
   // Takes the vertices around which the topology has changed.
   void follow(const TriangleMesh& mesh, std::span<const VertexId> changed);
-  // Separates lips after deformation; changes the particles' state.
-  void step(const SharedBody& body, const DeformationEngine& deformation, double step_s);
+  // Once a step of step_s, after deformation: appends the contacts of wall vertices with opposite triangles, in
+  // which the body has number 0.
+  void find(const SharedBody& body, double step_s, std::vector<BodyContact>& contacts);
 
  private:
   static constexpr std::size_t kOpposite = 6;
@@ -43,7 +43,8 @@ class LipContacts {
 
   void search(const TriangleMesh& mesh);
   void search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip);
-  void find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip, double step_s);
+  static void find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
+                           std::vector<BodyContact>& contacts);
 
   std::map<VertexId, Lip> lips_;
   std::deque<VertexId> waiting_;
@@ -53,9 +54,6 @@ class LipContacts {
   std::vector<TriangleId> walls_;
   std::vector<std::uint32_t> seen_;  // by triangle: the search that saw it last
   std::uint32_t round_ = 0;
-  std::vector<RigidContact> contacts_;
-  std::vector<SoftParticle> particles_;
-  std::map<VertexId, std::uint32_t> numbers_;
 };
 
 }  // namespace sectio

@@ -1,11 +1,10 @@
-#include "sim_server/body_contact/lip_contacts.h"
+#include "sim_server/body_contact/find_lips.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "common/math/intersect.h"
-#include "sim_server/body_contact/contact_solver.h"
 
 namespace sectio {
 namespace {
@@ -34,7 +33,8 @@ bool has_corner(const Triangle& t, VertexId v) {
   return std::ranges::find(t.v, v) != t.v.end();
 }
 
-// Around a vertex, calls with each triangle.
+// Calls with each triangle around a vertex, in the direction opposite to TriangleMesh::fan(): the search for opposite
+// triangles is cut off at a number, so its result depends on the direction.
 template <class Call>
 void around(const TriangleMesh& mesh, VertexId v, const Call& call) {
   const TriangleId first = mesh.incident(v);
@@ -56,11 +56,12 @@ Vec3 wall_normal(const TriangleMesh& mesh, VertexId v) {
 
 }  // namespace
 
-void LipContacts::follow(const TriangleMesh& mesh, std::span<const VertexId> changed) {
+void LipFinder::follow(const TriangleMesh& mesh, std::span<const VertexId> changed) {
   for (const VertexId v : changed) {
     const bool lives = v < mesh.vertex_slots() && mesh.vertex_alive(v);
     bool at_wall = false;
-    if (lives) around(mesh, v, [&](TriangleId t) { at_wall |= is_wall(mesh, t); });
+    if (lives)
+      for (const TriangleId t : mesh.fan(v)) at_wall |= is_wall(mesh, t);
     if (!at_wall) {
       lips_.erase(v);
       continue;
@@ -71,7 +72,7 @@ void LipContacts::follow(const TriangleMesh& mesh, std::span<const VertexId> cha
   }
 }
 
-void LipContacts::search(const TriangleMesh& mesh) {
+void LipFinder::search(const TriangleMesh& mesh) {
   for (int i = 0; i < kSearches; ++i) {
     VertexId v = kNone;
     while (!waiting_.empty() && v == kNone) {
@@ -94,7 +95,7 @@ void LipContacts::search(const TriangleMesh& mesh) {
 }
 
 // Searches the opposite triangles breadth-first over the walls, which hang together at the bottom of the cut.
-void LipContacts::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) {
+void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) {
   const Vec3& at = mesh.rest_body_m(v);
   const Vec3 normal = wall_normal(mesh, v);
   walls_.clear();
@@ -124,8 +125,8 @@ void LipContacts::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip
 }
 
 // Makes a contact with the nearest of the opposite triangles that the vertex is over or under.
-void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& deformation, VertexId v, Lip& lip,
-                               double step_s) {
+void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
+                             std::vector<BodyContact>& contacts) {
   if (lip.pause > 0) return void(--lip.pause);
   const auto& positions = body.particles.position_world_m;
   const Vec3 at = positions[v].head<3>().cast<double>();
@@ -154,45 +155,20 @@ void LipContacts::find_contact(const SharedBody& body, const DeformationEngine& 
   const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());
 
-  RigidContact contact;
+  BodyContact contact;
   contact.point_world_m = at;
   contact.normal_world = facing;
   contact.friction = 0;  // lips are wet
   contact.depth_m = std::min(0.0, at_rest_m) - above_m;
-  const auto& c = body.mesh.triangle(on).v;
-  const std::array<std::pair<VertexId, double>, 4> sides{
-      {{v, 1}, {c[0], -best.bary[0]}, {c[1], -best.bary[1]}, {c[2], -best.bary[2]}}};
-  for (std::size_t a = 0; a < sides.size(); ++a) {
-    const VertexId w = sides[a].first;
-    const auto [it, is_new] = numbers_.try_emplace(w, static_cast<std::uint32_t>(particles_.size()));
-    if (is_new)
-      particles_.push_back({body.particles.velocity_world_m_per_s[w].head<3>().cast<double>(),
-                            deformation.inverse_mass_per_kg(w), Vec3::Zero()});
-    contact.particles[a] = it->second;
-    contact.shares[a] = sides[a].second;
-    contact.depth_m += step_s * contact.shares[a] * particles_[contact.particles[a]].velocity_m_per_s.dot(facing);
-  }
-  contacts_.push_back(contact);
+  contact.one = side_at(0, v);
+  contact.other = {0, body.mesh.triangle(on).v, best.bary};
+  contacts.push_back(contact);
 }
 
-void LipContacts::step(const SharedBody& body, const DeformationEngine& deformation, double step_s) {
+void LipFinder::find(const SharedBody& body, double step_s, std::vector<BodyContact>& contacts) {
   if (lips_.empty()) return;
   search(body.mesh);
-  contacts_.clear();
-  particles_.clear();
-  numbers_.clear();
-  for (auto& [v, lip] : lips_) find_contact(body, deformation, v, lip, step_s);
-  if (contacts_.empty()) return;
-  const ContactSides sides{{}, particles_};
-  // An overlap is stopped but not undone: pushing it out against the springs would add energy.
-  solve_contacts(sides, contacts_, {step_s, 10});
-  for (const auto& [v, number] : numbers_) {
-    const SoftParticle& p = particles_[number];
-    Vec4f& velocity = body.particles.velocity_world_m_per_s[v];
-    const Vec3 gained = p.velocity_m_per_s - velocity.head<3>().cast<double>();
-    velocity.head<3>() += gained.cast<float>();
-    body.particles.position_world_m[v].head<3>() += (step_s * gained).cast<float>();
-  }
+  for (auto& [v, lip] : lips_) find_contact(body, v, lip, step_s, contacts);
 }
 
 }  // namespace sectio

@@ -1,0 +1,28 @@
+// Contacts of two bodies: vertices of one body in the surface of the other, or close above it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sim_server/body_contact/body_contact.h"
+#include "sim_server/collision/collision_engine.h"
+
+namespace sectio {
+
+// At most so many vertices near the other body are probed; evenly chosen by number when there are more.
+constexpr std::size_t kMaxProbedVertices = 64;
+constexpr double kDeepestContactM = 0.005;  // deeper contacts have no reliable nearest surface
+
+// A surface with its tree, which must be up to date; `view.body` is the number of the body in its contacts.
+struct SearchedSurface {
+  SurfaceView view;
+  const CollisionEngine& tree;
+};
+
+// Appends contacts of vertices that are at most reach_m above the opposite surface: first of vertices of `one`, then of
+// vertices of `other`, each in order of vertex. `one` becomes side `one` of all of them.
+// O(vertices + probed x log triangles).
+void find_body_contacts(const SearchedSurface& one, const SearchedSurface& other, double reach_m,
+                        std::vector<BodyContact>& contacts);
+
+}  // namespace sectio
