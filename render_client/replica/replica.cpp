@@ -113,8 +113,7 @@ bool Replica::prepare(const StateHeader& header) {
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     arrived = bodies_[b].advance(header.bodies[b].revision, counts_) && arrived;
   if (!arrived) return false;
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    bodies_[b].accept_pieces(header.step, header.bodies[b].scalars);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) bodies_[b].accept_pieces(header.step, header.bodies[b].scalars);
   drawn_step_ = header.step;
   headers_.erase(headers_.begin(), headers_.find(header.step));
   return std::ranges::all_of(bodies_, [](const ReplicaBody& body) { return body.placed(); });

@@ -26,7 +26,7 @@ void ReplicaScalars::feed(ScalarPiece piece) {
 }
 
 void ReplicaScalars::accept_pieces(std::uint64_t revision, std::span<const std::uint64_t> changed_at,
-                            std::span<const std::string> names) {
+                                   std::span<const std::string> names) {
   for (std::size_t i = fields_.size(); i-- > 0;) {
     if (std::ranges::find(names, fields_[i].name) != names.end()) continue;
     fields_.erase(fields_.begin() + static_cast<std::ptrdiff_t>(i));
