@@ -10,7 +10,7 @@ namespace sectio {
 struct Simulation::State {
   State(const Scene& scene, const EngineTable& engines) : world(scene, engines) {}
 
-  World world;
+  SimulatedWorld world;
   StepOutput output;
   double (*processor_s)() = nullptr;
 };
@@ -23,7 +23,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const StepOutput& Simulation::step(const StepInput& input) {
-  World& world = state_->world;
+  SimulatedWorld& world = state_->world;
   StepOutput& output = state_->output;
   begin_step(output, world.scene.step_s);
   StepContext context(input, output, world.bodies.size(), state_->processor_s);
@@ -88,7 +88,7 @@ std::vector<ScalarField> Simulation::scalars(std::uint32_t body_id) const {
   return state_->world.scalars(body_id);
 }
 double Simulation::energy_j() const {
-  const World& world = state_->world;
+  const SimulatedWorld& world = state_->world;
   double energy = 0;
   for (const auto& body : world.bodies) energy += body->energy_j(world.scene.gravity_m_per_s2);
   return energy;

@@ -192,7 +192,7 @@ void step_rigid_pieces(Bodies bodies, const RigidInput& input, const Scene& scen
   }
 }
 
-void collide(World& world, StepContext& context) {
+void collide(SimulatedWorld& world, StepContext& context) {
   std::vector<GraspConstraint> grasps;
   for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
     const std::size_t from = grasps.size();

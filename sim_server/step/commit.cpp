@@ -4,7 +4,7 @@
 
 namespace sectio {
 
-bool commit(World& world, StepContext& context, std::uint32_t body_id, Change change) {
+bool commit(SimulatedWorld& world, StepContext& context, std::uint32_t body_id, Change change) {
   Body& body = *world.bodies[body_id];
   const auto applied = body.apply(change);
   if (!applied) return false;

@@ -4,7 +4,7 @@
 namespace sectio {
 namespace {
 
-void cut_body(World& world, StepContext& context, std::uint32_t b) {
+void cut_body(SimulatedWorld& world, StepContext& context, std::uint32_t b) {
   Body& body = *world.bodies[b];
   BodyStep& step = context.bodies[b];
   StepReport& report = context.output.report;
@@ -20,7 +20,7 @@ void cut_body(World& world, StepContext& context, std::uint32_t b) {
 
 }  // namespace
 
-void cut(World& world, StepContext& context) {
+void cut(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) {
     const BodyStep& step = context.bodies[b];
     if (world.bodies[b]->rigid || (step.entries.empty() && step.motions.empty())) return;
@@ -28,7 +28,7 @@ void cut(World& world, StepContext& context) {
   });
 }
 
-void tidy(World& world, StepContext& context) {
+void tidy(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) {
     const BodyStep& step = context.bodies[b];
     if (world.bodies[b]->rigid || step.at_work || !step.entries.empty() || !step.motions.empty()) return;

@@ -6,15 +6,15 @@ namespace sectio {
 namespace {
 
 // Sources of constraints: edges of instruments, then jaws by their tool, then engines between bodies.
-std::uint32_t grasp_source(const World& world, std::size_t tool_id) {
+std::uint32_t grasp_source(const SimulatedWorld& world, std::size_t tool_id) {
   return static_cast<std::uint32_t>(world.edges.size() + tool_id);
 }
-std::uint32_t interaction_source(const World& world, std::size_t i) {
+std::uint32_t interaction_source(const SimulatedWorld& world, std::size_t i) {
   return grasp_source(world, world.tools.size() + i);
 }
 
-void deform_body(World& world, StepContext& context, std::uint32_t b, std::vector<PointConstraint>& constraints,
-                 std::vector<Reaction>& reactions) {
+void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
+                 std::vector<PointConstraint>& constraints, std::vector<Reaction>& reactions) {
   Body& body = *world.bodies[b];
   BodyStep& step = context.bodies[b];
   constraints.clear();
@@ -50,13 +50,13 @@ void deform_body(World& world, StepContext& context, std::uint32_t b, std::vecto
 
 }  // namespace
 
-bool is_idle(World& world, const StepContext& context, std::uint32_t body_id) {
+bool is_idle(SimulatedWorld& world, const StepContext& context, std::uint32_t body_id) {
   return !context.bodies[body_id].changed && std::ranges::all_of(world.contacts_of(body_id), [](const EdgeContact& c) {
     return c.state() == ContactState::free && c.constraints().empty();
   });
 }
 
-void distribute_reactions(World& world, StepContext& context, std::uint32_t body_id,
+void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint32_t body_id,
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions) {
   for (std::uint32_t e = 0; e < world.edges.size(); ++e) {
     if (!world.tool_of(e).pose) continue;
@@ -88,7 +88,7 @@ void distribute_reactions(World& world, StepContext& context, std::uint32_t body
   }
 }
 
-void deform(World& world, StepContext& context) {
+void deform(SimulatedWorld& world, StepContext& context) {
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   for_each_body(world, context, [&](std::uint32_t b) {

@@ -15,7 +15,7 @@ void add_edge(const EdgeContact& contact, ContactStep& felt) {
 
 }  // namespace
 
-void feel(World& world, StepContext& context) {
+void feel(SimulatedWorld& world, StepContext& context) {
   bool in_contact = false;
   for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
     Tool& tool = world.tools[t];

@@ -4,7 +4,7 @@
 
 namespace sectio {
 
-void indent(World& world, StepContext& context) {
+void indent(SimulatedWorld& world, StepContext& context) {
   std::vector<ContactPoint> points;
   std::vector<HeldParticle> held;
   for_each_body(world, context, [&](std::uint32_t b) {

@@ -2,7 +2,7 @@
 
 namespace sectio {
 
-void interact(World& world, StepContext&) {
+void interact(SimulatedWorld& world, StepContext&) {
   for (Interaction& interaction : world.interactions) {
     std::vector<SharedBody> bodies;
     for (const std::uint32_t b : interaction.bodies) bodies.push_back(world.bodies[b]->shared());

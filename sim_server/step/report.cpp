@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kMostMargin = 1e9;
 
-void report_bodies(const World& world, StepReport& out) {
+void report_bodies(const SimulatedWorld& world, StepReport& out) {
   out.stability_margin = kMostMargin;
   out.added_mass_fraction = 0;
   out.bodies_asleep = 0;
@@ -28,7 +28,7 @@ void report_bodies(const World& world, StepReport& out) {
 
 }  // namespace
 
-void report(World& world, StepContext& context) {
+void report(SimulatedWorld& world, StepContext& context) {
   StepReport& out = context.output.report;
   report_bodies(world, out);
   out.local_searches = out.global_searches = 0;

@@ -92,7 +92,7 @@ void announce_removed(double volume_m3, std::uint32_t parent_id, StepContext& co
 
 // The component with fixed vertices stays the body: the largest if there are several, and the largest of all if no
 // component is fixed. Parts beyond the number of bodies that a session can announce stay in the body.
-void split_body(World& world, StepContext& context, std::uint32_t body_id) {
+void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_id) {
   Body& body = *world.bodies[body_id];
   if (body.unsettled.empty() || body.rigid) return;
   const std::vector<TriangleId> changed = std::exchange(body.unsettled, {});
@@ -125,7 +125,7 @@ void split_body(World& world, StepContext& context, std::uint32_t body_id) {
 
 }  // namespace
 
-void split(World& world, StepContext& context) {
+void split(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) { split_body(world, context, b); });
 }
 

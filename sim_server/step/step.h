@@ -39,7 +39,7 @@ struct StepContext {
 
 // Calls stage(body_id) for each body that there is at the beginning, and measures what it takes.
 template <class Stage>
-void for_each_body(World& world, StepContext& context, const Stage& stage) {
+void for_each_body(SimulatedWorld& world, StepContext& context, const Stage& stage) {
   for (std::uint32_t b = 0, count = static_cast<std::uint32_t>(world.bodies.size()); b < count; ++b) {
     const double begun_s = context.processor_s ? context.processor_s() : 0;
     stage(b);
@@ -48,26 +48,26 @@ void for_each_body(World& world, StepContext& context, const Stage& stage) {
 }
 
 // No instrument touches the body, and nothing has changed it in this step.
-bool is_idle(World& world, const StepContext& context, std::uint32_t body_id);
+bool is_idle(SimulatedWorld& world, const StepContext& context, std::uint32_t body_id);
 
 // Gives each edge of an instrument the sum of the reactions of its constraints, each pair of jaws and each engine
 // between bodies one reaction a constraint. An edge without a constraint gets a reaction of zero.
-void distribute_reactions(World& world, StepContext& context, std::uint32_t body_id,
+void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint32_t body_id,
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions);
 
-void take_samples(World& world, StepContext& context);  // instruments are where their newest samples are
-void grasp(World& world, StepContext& context);         // jaws close, open, or lose what they held
-void tilt(World& world, StepContext& context);          // gravity turns
-void touch(World& world, StepContext& context);         // edges meet surfaces, and say what they want to cut
-void cut(World& world, StepContext& context);           // engines plan cuts; accepted ones change the topology
-void tidy(World& world, StepContext& context);          // where no instrument is, short edges collapse
-void split(World& world, StepContext& context);         // parts that came off become bodies
-void indent(World& world, StepContext& context);        // temporary elements follow instruments that press
-void deform(World& world, StepContext& context);        // bodies move
-void watch(World& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
-void interact(World& world, StepContext& context);      // what goes on between bodies: fluids, threads
-void collide(World& world, StepContext& context);       // bodies meet each other and the floor
-void feel(World& world, StepContext& context);          // contact models for the hands
-void report(World& world, StepContext& context);        // the numbers of the step
+void take_samples(SimulatedWorld& world, StepContext& context);  // instruments are where their newest samples are
+void grasp(SimulatedWorld& world, StepContext& context);         // jaws close, open, or lose what they held
+void tilt(SimulatedWorld& world, StepContext& context);          // gravity turns
+void touch(SimulatedWorld& world, StepContext& context);         // edges meet surfaces, and say what they want to cut
+void cut(SimulatedWorld& world, StepContext& context);           // engines plan cuts; accepted ones change the topology
+void tidy(SimulatedWorld& world, StepContext& context);          // where no instrument is, short edges collapse
+void split(SimulatedWorld& world, StepContext& context);         // parts that came off become bodies
+void indent(SimulatedWorld& world, StepContext& context);        // temporary elements follow instruments that press
+void deform(SimulatedWorld& world, StepContext& context);        // bodies move
+void watch(SimulatedWorld& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
+void interact(SimulatedWorld& world, StepContext& context);      // what goes on between bodies: fluids, threads
+void collide(SimulatedWorld& world, StepContext& context);       // bodies meet each other and the floor
+void feel(SimulatedWorld& world, StepContext& context);          // contact models for the hands
+void report(SimulatedWorld& world, StepContext& context);        // the numbers of the step
 
 }  // namespace sectio

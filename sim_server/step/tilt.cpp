@@ -3,7 +3,7 @@
 namespace sectio {
 
 // Gives the new gravity to all deforming bodies, and wakes all bodies.
-void tilt(World& world, StepContext& context) {
+void tilt(SimulatedWorld& world, StepContext& context) {
   context.gravity_turned = world.gravity.step(context.input, context.output);
   if (!context.gravity_turned) return;
   world.scene.gravity_m_per_s2 = world.gravity.now();

@@ -6,13 +6,13 @@ namespace sectio {
 namespace {
 
 // Undoes temporary elements before anything cuts or parts the body.
-void remove_templates(World& world, StepContext& context, std::uint32_t body_id) {
+void remove_templates(SimulatedWorld& world, StepContext& context, std::uint32_t body_id) {
   if (auto change = plan_release(*world.bodies[body_id])) commit(world, context, body_id, std::move(*change));
 }
 
 }  // namespace
 
-void touch(World& world, StepContext& context) {
+void touch(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) {
     BodyStep& body = context.bodies[b];
     body.at_work = !world.bodies[b]->unsettled.empty();

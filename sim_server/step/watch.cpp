@@ -2,7 +2,7 @@
 
 namespace sectio {
 
-void watch(World& world, StepContext& context) {
+void watch(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) {
     Body& body = *world.bodies[b];
     if (body.rigid) return;

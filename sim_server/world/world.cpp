@@ -7,7 +7,8 @@
 
 namespace sectio {
 
-World::World(const Scene& s, const EngineTable& engines) : scene(s), gravity(scene), engines_(engines) {
+SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
+    : scene(s), gravity(scene), engines_(engines) {
   for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
     const ModelEntry* model = engines.find_model(scene.bodies[i].model);
     if (!model)
@@ -25,12 +26,12 @@ World::World(const Scene& s, const EngineTable& engines) : scene(s), gravity(sce
   add_processes();
 }
 
-void World::add_contacts(Body& body) {
+void SimulatedWorld::add_contacts(Body& body) {
   for (std::uint32_t i = 0; i < edges.size(); ++i)
     contacts.emplace_back(i, scene.tools[edges[i].tool_id], edges[i].index, body, !body.rigid);
 }
 
-void World::add_processes() {
+void SimulatedWorld::add_processes() {
   processes_in_.resize(bodies.size());
   for (const ProcessSpec& spec : scene.processes) {
     const ProcessEntry* entry = engines_.find_process(spec.kind);
@@ -57,7 +58,7 @@ void World::add_processes() {
   }
 }
 
-void World::add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from) {
+void SimulatedWorld::add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from) {
   add_contacts(*part);
   checks.emplace_back(part->spec);
   processes_in_.push_back(processes_in_[parent.id]);
@@ -75,12 +76,12 @@ void World::add_part(std::unique_ptr<Body> part, Body& parent, std::span<const V
   bodies.push_back(std::move(part));
 }
 
-bool World::is_moved_from_outside(std::uint32_t body_id) const {
+bool SimulatedWorld::is_moved_from_outside(std::uint32_t body_id) const {
   return std::ranges::any_of(interactions,
                              [&](const Interaction& b) { return b.engine->moves_particles() && b.covers(body_id); });
 }
 
-std::vector<ScalarField> World::scalars(std::uint32_t body_id) {
+std::vector<ScalarField> SimulatedWorld::scalars(std::uint32_t body_id) {
   std::vector<ScalarField> fields;
   Body& body = *bodies[body_id];
   body.engines.publish(body.shared(), fields);

@@ -27,9 +27,9 @@ struct Interaction {
   bool covers(std::uint32_t body_id) const { return std::ranges::find(bodies, body_id) != bodies.end(); }
 };
 
-struct World {
+struct SimulatedWorld {
   // Throws InputError when a body has no engines, or when its step is beyond the stable one.
-  World(const Scene& scene, const EngineTable& engines);
+  SimulatedWorld(const Scene& scene, const EngineTable& engines);
 
   // Adds a part that came off, with the next id, and with edge contacts, a check and processes of its own, while the
   // parent still has it.

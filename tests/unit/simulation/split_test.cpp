@@ -28,7 +28,7 @@ struct Split {
 
 // The world with one body that nothing has looked at yet.
 struct Uncut {
-  explicit Uncut(const BodySpec& spec) : world(std::make_unique<World>(scene_of(spec), standard_engines())) {
+  explicit Uncut(const BodySpec& spec) : world(std::make_unique<SimulatedWorld>(scene_of(spec), standard_engines())) {
     body().unsettled.resize(body().mesh.triangle_slots());
     std::iota(body().unsettled.begin(), body().unsettled.end(), TriangleId{0});
   }
@@ -53,7 +53,7 @@ struct Uncut {
     return result;
   }
 
-  std::unique_ptr<World> world;
+  std::unique_ptr<SimulatedWorld> world;
 };
 
 // Balls of 20 mm and of other sizes side by side, as one body.
