@@ -9,8 +9,8 @@ void Intake::take_samples(std::vector<ToolSample>& samples) {
   while (const auto packet = endpoints_.take<ToolPacket>()) {
     if (packet->tool_id >= tools_)
       log_limited(LogLevel::warning, "unknown tool",
-                  "a bridge moves tool " + std::to_string(packet->tool_id) + "; the scene has " +
-                      std::to_string(tools_) + (tools_ == 1 ? " tool" : " tools") + ", counted from 0");
+                  "a device bridge moves tool " + std::to_string(packet->tool_id) + "; the scene has " +
+                      std::to_string(tools_) + (tools_ == 1 ? " tool" : " tools") + ", numbered from 0");
     deduplicator_.accept(*packet, samples);
   }
 }
