@@ -1,4 +1,4 @@
-// What a Participant is made of. Only for the sources of common/dds: this header costs seconds of compile time.
+// The parts of a Participant, only for the sources of common/dds: this header costs seconds of compile time.
 #pragma once
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>

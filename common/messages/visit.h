@@ -1,4 +1,4 @@
-// What the visitors of fields() have in common: the kinds of values that a field may have.
+// The kinds of values that a field may have, which all visitors of fields() share.
 #pragma once
 
 #include <array>

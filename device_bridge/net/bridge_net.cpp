@@ -63,7 +63,7 @@ struct Handover {
   std::atomic<bool> ended{false};
 };
 
-// What the network's thread does. One thread.
+// The work of the network's thread. One thread.
 class Messenger {
  public:
   Messenger(const NetworkOptions& options, std::uint32_t tool_id, Handover& handover)

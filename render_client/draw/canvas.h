@@ -46,7 +46,7 @@ enum class Shading : std::uint8_t {
 struct Material {
   Shading shading = Shading::skin;
   Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0 to 1
-  // Of skin whose vertices are too far apart to carry the broad pattern: it is looked up for each pixel.
+  // Skin whose vertices are too far apart to carry the broad pattern looks it up for each pixel.
   bool pattern_per_pixel = false;
 };
 

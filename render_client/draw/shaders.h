@@ -120,7 +120,7 @@ void emit_tissue(vec3 n, vec3 film_n, vec3 albedo, float ambient, float wetness)
   emit(colour);
 }
 
-// Of skin and walls the scalar is wetness: a liquid film darkens what lies under it and shines.
+// The scalar of skin and walls is wetness: a liquid film darkens what lies under it and shines.
 float wet_shade() { return 1.0 - 0.35 * scalar; }
 float wet_gloss() { return 1.2 * scalar; }
 )";

@@ -40,7 +40,7 @@ class World {
   void feed(const SessionEnd& end);
   bool knows(std::uint64_t epoch) const { return find(epoch) != nullptr; }
 
-  // As Replica::frame(). Callers pass the same frame every time.
+  // See Replica::frame(). Callers pass the same frame every time.
   bool frame(double now_s, Frame& frame);
   std::vector<KeyframeRequest> take_requests(double now_s);
 
