@@ -43,10 +43,9 @@ int run(const Flags& flags) {
   ServeOptions options = flags.options;
   if (!options.network.session.empty()) scene.session = options.network.session;
   options.network.session = scene.session;
-  const std::string report =
-      flags.offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
-  std::fputs(report.c_str(), stdout);
-  return 0;
+  const RunResult result = flags.offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
+  std::fputs(result.report.c_str(), stdout);
+  return result.exit_code();
 }
 
 }  // namespace

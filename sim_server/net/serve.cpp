@@ -103,7 +103,7 @@ void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& opti
 
 }  // namespace
 
-std::string serve(const Scene& scene, const ServeOptions& options) {
+RunResult serve(const Scene& scene, const ServeOptions& options) {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   const Scene filled = fill_volumes(scene);

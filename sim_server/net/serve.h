@@ -6,6 +6,7 @@
 
 #include "sim_server/net/server_net.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/session/verdict.h"
 
 namespace sectio {
 
@@ -22,8 +23,8 @@ struct ServeOptions {
   double stall_s = 0;                  // ... for so long
 };
 
-// Returns the report. Throws InputError when another server of the session has a body of this one. SIGINT and SIGTERM
+// Throws InputError when another server of the session has a body of this one. SIGINT and SIGTERM
 // end the session in order; nothing is lost.
-std::string serve(const Scene& scene, const ServeOptions& options);
+RunResult serve(const Scene& scene, const ServeOptions& options);
 
 }  // namespace sectio

@@ -12,7 +12,7 @@
 
 namespace sectio {
 
-std::string run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
+RunResult run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
   using Clock = std::chrono::steady_clock;
   const Scene filled = fill_volumes(scene);
   Simulation simulation(filled);

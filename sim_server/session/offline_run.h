@@ -4,11 +4,12 @@
 #include <string>
 
 #include "sim_server/scene/scene.h"
+#include "sim_server/session/verdict.h"
 
 namespace sectio {
 
 // Runs the scene on its own traces as fast as it goes, for `steps` or, when that is 0, its duration. With a directory,
-// leaves there what Recorder does. Returns the report as JSON.
-std::string run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory);
+// leaves there what Recorder does.
+RunResult run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory);
 
 }  // namespace sectio

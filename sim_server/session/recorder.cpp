@@ -98,21 +98,24 @@ void Recorder::set(const SyncCost& cost) {
   state_->figures.cost = cost;
 }
 
-std::string Recorder::finish() {
+RunResult Recorder::finish() {
   State& s = *state_;
   s.figures.processor_s = processor_time_s() - s.processor_begun_s;
   if (s.score) {
     s.figures.score = s.score->finish();
     for (const std::string& line : to_lines(*s.figures.score)) log_info(line);
   }
-  const std::string json = report_text(s.figures, s.scene, s.simulation);
+  RunResult result;
+  result.reasons = reasons_against(s.figures, s.simulation);
+  for (const std::string& reason : result.reasons) log_warning("not ok: " + reason);
+  result.report = report_text(s.figures, s.scene, s.simulation, result.reasons);
   s.journal.reset();  // closes the file
-  if (s.directory.empty()) return json;
+  if (s.directory.empty()) return result;
   for (std::uint32_t i = 0; i < s.simulation.body_count(); ++i)
     write_obj(obj_path(s.directory, s.simulation.body(i).name), s.simulation.mesh(i),
               s.simulation.positions_world_m(i));
-  write_text(s.directory + "/report.json", json);
-  return json;
+  write_text(s.directory + "/report.json", result.report);
+  return result;
 }
 
 }  // namespace sectio

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "sim_server/session/report.h"
+#include "sim_server/session/verdict.h"
 #include "sim_server/simulation.h"
 
 namespace sectio {
@@ -24,8 +24,8 @@ class Recorder {
   // Of a live session; its samples are those of publishing after each step.
   void add_publish(double time_s);
   void set(const SyncCost& cost);
-  // Writes the files. Returns the report as JSON text.
-  std::string finish();
+  // Writes the files.
+  RunResult finish();
 
  private:
   struct State;

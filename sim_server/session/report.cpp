@@ -142,10 +142,13 @@ std::string hash_text(std::uint64_t hash) {
   return text;
 }
 
-std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
+std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation,
+                        std::span<const std::string> reasons) {
   Json report;
   report["session"] = scene.session;
   report["scene"] = std::filesystem::path(scene.file).filename().string();
+  report["ok"] = reasons.empty();
+  report["reasons"] = reasons;
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     report["bodies"].push_back(body_report(figures, scene, simulation, i));
   report["run"] = run_report(figures, scene);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,10 +37,12 @@ struct RunFigures {
   std::optional<Score> score;
 };
 
-// JSON: for each body vertices, triangles, components, Euler characteristic, closed and manifold flags, volume now and
-// at rest, revision and hash; for the run steps, cuts, contact time, step times, stability margin, warnings. Times of
-// steps and processor are the only numbers that differ between two runs on the same samples.
-std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation);
+// JSON: whether the run was ok, and the reasons (session/verdict.h) if it was not; for each body vertices, triangles,
+// components, Euler characteristic, closed and manifold flags, volume now and at rest, revision and hash; for the run
+// steps, cuts, contact time, step times, stability margin, warnings. Times of steps and processor are the only numbers
+// that differ between two runs on the same samples.
+std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation,
+                        std::span<const std::string> reasons);
 
 // Sixteen hexadecimal digits, as reports and replays name a topology.
 std::string hash_text(std::uint64_t hash);

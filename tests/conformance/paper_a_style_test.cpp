@@ -108,7 +108,7 @@ TEST(A_STYLE, A_STYLE_events_and_report_say_why_a_cut_was_refused) {
   op.tip_to(0, 0.001, 0.008);
   ASSERT_GE(op.count(EventKind::cut_refused), 1u);
   for (const Event& e : op.events) EXPECT_EQ(e.text, e.kind == EventKind::cut_refused ? "no entry" : "");
-  EXPECT_NE(record.finish().find("\"no entry\": "), std::string::npos);
+  EXPECT_NE(record.finish().report.find("\"no entry\": "), std::string::npos);
 }
 
 }  // namespace

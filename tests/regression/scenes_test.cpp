@@ -70,7 +70,7 @@ class Scenes : public testing::TestWithParam<std::string> {
   // The report without the times that steps took.
   ordered_json run(const std::string& name) const {
     const Scene scene = planned(load_scene((kScenes / (GetParam() + ".yaml")).string(), standard_traits()));
-    ordered_json report = ordered_json::parse(run_offline(scene, 0, (directory / name).string()));
+    ordered_json report = ordered_json::parse(run_offline(scene, 0, (directory / name).string()).report);
     for (const char* time : {"step_time_total_s", "step_time_median_s", "step_time_p99_s", "processor_time_s"})
       report["run"].erase(time);
     for (ordered_json& body : report["bodies"])

@@ -64,7 +64,7 @@ TEST_P(RegionsOf, the_report_says_how_much_there_is_of_each) {
   Scene scene = block_under_probe(GetParam());
   scene.bodies[0].regions = lump(1);
   scene.bodies[0].regions[0].marked = true;
-  const auto report = nlohmann::json::parse(run_offline(scene, 2, ""));
+  const auto report = nlohmann::json::parse(run_offline(scene, 2, "").report);
   const double ball_m3 = 4 * M_PI / 3 * 0.018 * 0.018 * 0.014;
   EXPECT_NEAR(report["bodies"][0]["region_volumes_m3"]["lump"].get<double>(), ball_m3, 0.01 * ball_m3);
   EXPECT_EQ(report["bodies"][0]["marked_volume_m3"], report["bodies"][0]["region_volumes_m3"]["lump"]);

@@ -76,7 +76,7 @@ Tidied cut_and_rest(double collapse_ratio) {
   op.move(Vec3(-0.02, -0.03, 0.025), 0.4);
   op.rest(300);
   result.reported = op.last.report.edges_collapsed;
-  result.run = nlohmann::json::parse(record.finish())["run"];
+  result.run = nlohmann::json::parse(record.finish().report)["run"];
   return result;
 }
 

@@ -1,0 +1,55 @@
+#include "sim_server/session/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/mesh/check.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kMostAddedMass = 0.1;  // of a body's own
+
+class Reasons {
+ public:
+  void add_if(bool bad, const std::string& text) {
+    if (bad) reasons_.push_back(text);
+  }
+  void add_count(std::uint64_t count, const std::string& of_what) {
+    add_if(count > 0, std::to_string(count) + " " + of_what);
+  }
+  std::vector<std::string> take() { return std::move(reasons_); }
+
+ private:
+  std::vector<std::string> reasons_;
+};
+
+std::uint64_t count_of(const RunFigures& figures, EventKind kind) {
+  const auto at = figures.events.find(to_string(kind));
+  return at == figures.events.end() ? 0 : at->second;
+}
+
+void judge_body(const Simulation& simulation, std::uint32_t id, Reasons& reasons) {
+  const std::string& name = simulation.body(id).name;
+  const auto positions = simulation.positions_world_m(id);
+  const auto bad = std::ranges::count_if(positions, [](const Vec3f& x) { return !x.allFinite(); });
+  reasons.add_count(static_cast<std::uint64_t>(bad), "vertices of " + name + " are not finite");
+  const SurfaceReport surface = check(simulation.mesh(id));
+  reasons.add_if(!surface.closed, name + " is not closed");
+  reasons.add_if(!surface.manifold, name + " is not manifold");
+}
+
+}  // namespace
+
+std::vector<std::string> reasons_against(const RunFigures& figures, const Simulation& simulation) {
+  Reasons reasons;
+  for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(simulation, id, reasons);
+  reasons.add_if(!std::isfinite(figures.largest_force_n), "a force was not finite");
+  reasons.add_count(count_of(figures, EventKind::body_frozen), "times a body froze");
+  reasons.add_if(figures.largest_added_mass > kMostAddedMass,
+                 "added mass was " + std::to_string(std::lround(100 * figures.largest_added_mass)) + " % of a body's");
+  reasons.add_count(figures.last.cuts_refused, "cuts were refused");
+  return reasons.take();
+}
+
+}  // namespace sectio

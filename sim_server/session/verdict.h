@@ -1,0 +1,23 @@
+// Whether a run was well, and why not: for report.json and for the exit code of the program.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim_server/session/report.h"
+
+namespace sectio {
+
+constexpr int kExitNotOk = 3;  // of a run whose report says so
+
+struct RunResult {
+  std::string report;                // JSON
+  std::vector<std::string> reasons;  // as in the report; empty: it is ok
+  int exit_code() const { return reasons.empty() ? 0 : kExitNotOk; }
+};
+
+// One line each: what isn't finite, closed or manifold; bodies that froze; mass beyond kMostAddedMass; cuts that were
+// refused. Empty when the run was well.
+std::vector<std::string> reasons_against(const RunFigures& figures, const Simulation& simulation);
+
+}  // namespace sectio

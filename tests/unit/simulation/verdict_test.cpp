@@ -1,0 +1,46 @@
+// Whether a run was well: what the report and the exit code say.
+#include "sim_server/session/verdict.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim_server/session/recorder.h"
+#include "tests/support/operation.h"
+
+namespace sectio {
+namespace {
+
+TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
+  const Simulation simulation(test::organ_scene());
+  RunFigures figures;
+  EXPECT_TRUE(reasons_against(figures, simulation).empty());
+  figures.largest_added_mass = 0.12;
+  figures.events[to_string(EventKind::body_frozen)] = 2;
+  figures.last.cuts_refused = 3;
+  figures.largest_force_n = NAN;
+  const std::vector<std::string> reasons = reasons_against(figures, simulation);
+  ASSERT_EQ(reasons.size(), 4u);
+  EXPECT_EQ(reasons[0], "a force was not finite");
+  EXPECT_EQ(reasons[1], "2 times a body froze");
+  EXPECT_EQ(reasons[2], "added mass was 12 % of a body's");
+  EXPECT_EQ(reasons[3], "3 cuts were refused");
+  EXPECT_EQ((RunResult{"", reasons}.exit_code()), kExitNotOk);
+  EXPECT_EQ((RunResult{"", {}}.exit_code()), 0);
+}
+
+TEST(Verdict, the_report_says_ok) {
+  const Scene scene = test::organ_scene();
+  Simulation simulation(scene);
+  Recorder record(scene, simulation, "");
+  record.add(simulation.step({}), 0);
+  const RunResult result = record.finish();
+  const auto report = nlohmann::json::parse(result.report);
+  EXPECT_EQ(report.at("ok"), true);
+  EXPECT_TRUE(report.at("reasons").empty());
+  EXPECT_TRUE(result.reasons.empty());
+}
+
+}  // namespace
+}  // namespace sectio
