@@ -10,6 +10,9 @@ int main(int argc, char** argv) {
     program.command("mesh", "fills a closed surface with tetrahedra and reports their quality", mesh_command);
     program.command("plan", "the models that the bodies with model: auto get, and why", plan_command);
     program.command("gap", "how far pressing instruments are from the surface that they dent, offline", gap_command);
+    program.command(
+        "try", "plays a scene many times by hands that differ from its traces, and says how often it came out well",
+        try_command);
     program.command("schema", "the JSON Schema of scene files, with which editors complete keys", schema_command);
     program.command("traces", "the trace of each tool of a scene: NUMBER<tab>FILE", traces_command);
     program.command("servers", "the servers among which a scene divides its bodies: NAME<tab>BODY,BODY",

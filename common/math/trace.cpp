@@ -16,6 +16,7 @@ constexpr std::array<std::string_view, 8> kColumns{"time_s", "x_world_m", "y_wor
                                                    "qw",     "qx",        "qy",        "qz"};
 constexpr std::string_view kOpening = "opening_rad";  // optional
 constexpr double kUnitTolerance = 1e-3;               // largest deviation of a quaternion's length from 1
+constexpr double kRounding = 1e-12;                   // one that deviates less stays as it is written
 
 struct Place {
   const std::string& file;
@@ -69,7 +70,7 @@ TracePoint parse_point(const std::array<double, kColumns.size()>& v, const Place
   if (std::abs(q.norm() - 1) > kUnitTolerance) {
     at.fail("qw", "expected a unit quaternion, got norm " + std::to_string(q.norm()));
   }
-  point.pose_world.orientation = q.normalized();
+  point.pose_world.orientation = std::abs(q.norm() - 1) > kRounding ? q.normalized() : q;
   return point;
 }
 

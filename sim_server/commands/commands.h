@@ -11,6 +11,7 @@ Arguments::Action mesh_command(Arguments& arguments);
 Arguments::Action plan_command(Arguments& arguments);
 Arguments::Action gap_command(Arguments& arguments);
 Arguments::Action schema_command(Arguments& arguments);
+Arguments::Action try_command(Arguments& arguments);
 Arguments::Action traces_command(Arguments& arguments);
 Arguments::Action servers_command(Arguments& arguments);
 Arguments::Action status_command(Arguments& arguments);

@@ -55,6 +55,13 @@ std::string Range::text() const {
          (high_allowed ? "]" : ")");
 }
 
+std::string Range::in_words() const {
+  if (low == high) return short_number(low);
+  if (!std::isfinite(high)) return "at least " + short_number(low);
+  if (!std::isfinite(low)) return "at most " + short_number(high);
+  return short_number(low) + " to " + short_number(high);
+}
+
 Range above(double low) {
   return {low, Range().high, false, false};
 }

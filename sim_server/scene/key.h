@@ -21,7 +21,8 @@ struct Range {
 
   bool contains(double x) const;
   bool is_bounded() const;
-  std::string text() const;  // "> 0", "in [0, 0.5)"
+  std::string text() const;      // "> 0", "in [0, 0.5)"
+  std::string in_words() const;  // as KeyType::range has it, ends included: "2", "at least 2", "at most 2", "2 to 3"
 };
 Range above(double low);
 Range at_least(double low);
@@ -36,6 +37,7 @@ enum class KeyType : std::uint8_t {
   text,    // one line, not empty
   name,    // safe in topic partitions and file names: at most 64 letters, digits, _, - and .
   choice,  // one of some words
+  range,   // "2", "at least 2", "at most 2" or "2 to 3", ends included
   map,
   list,  // not empty
 };

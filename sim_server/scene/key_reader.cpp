@@ -82,6 +82,12 @@ void KeyReader::number_or(const std::string& other, bool& is_other, const std::s
   if (found && !is_other) target = found->number(range);
 }
 
+void KeyReader::range(const std::string& key, std::optional<Range>& target, const Range& each,
+                      const std::string& meaning) {
+  if (const auto found = take({.name = key, .type = KeyType::range, .meaning = meaning, .range = each}))
+    target = found->range(each);
+}
+
 void KeyReader::boolean(const std::string& key, bool& target, const std::string& meaning) {
   if (const auto found = take({key, KeyType::boolean, meaning, target})) target = found->boolean();
 }

@@ -31,6 +31,8 @@ class KeyReader {
   void number(const std::string& key, std::optional<double>& target, const Range& range, const std::string& meaning);
   void number_or(const std::string& other, bool& is_other, const std::string& key, double& target, const Range& range,
                  const std::string& meaning);
+  // Absent: nothing is expected.
+  void range(const std::string& key, std::optional<Range>& target, const Range& each, const std::string& meaning);
   void boolean(const std::string& key, bool& target, const std::string& meaning);
   void vector(const std::string& key, Vec3& target, const Range& each, const std::string& meaning);
   void text(const std::string& key, std::string& target, const std::string& meaning);

@@ -20,6 +20,7 @@ A scene is a YAML file: the tissue, the instruments, and the world around them. 
 * Files are named relative to the scene's own folder.
 * An error is one line, `FILE:LINE: KEY: expected ..., got ...`: unknown, double and missing keys, empty lists,
   wrong types, numbers that are not finite or out of range.
+* A range is a number, `at least 2`, `at most 2` or `2 to 3`, ends included.
 * Keys in **bold** are required wherever the map or list around them is given; all others have a default or may be absent.
 )";
 
@@ -49,6 +50,8 @@ std::string type_of(const Key& key) {
       return "name";
     case KeyType::choice:
       return joined(key.words);
+    case KeyType::range:
+      return "range";
     case KeyType::map:
       return "map, see below";
     case KeyType::list:

@@ -102,6 +102,15 @@ ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) 
   return exercise;
 }
 
+void read_expectations(KeyReader& map, Scene& scene) {
+  for (const Measure& measure : measures()) {
+    std::optional<Range> range;
+    map.range(measure.key, range, measure.possible, measure.meaning);
+    map.check(measure.key, scene.exercise || !measure.of_exercise, "the scene has no exercise");
+    if (range) scene.expect.push_back({&measure, *range});
+  }
+}
+
 void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
   map.required().name("session", scene.session, "Name of the session on the network.");
   map.number_or("auto", scene.step_is_free, "step_s", scene.step_s, above_to(0, 0.1),
@@ -126,6 +135,9 @@ void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
   map.part(
       "exercise", [&](KeyReader& part) { scene.exercise = read_exercise(part, scene.bodies); },
       "Marked tissue is to be removed from a body and put into a bin; the report has the score.");
+  map.part(
+      "expect", [&](KeyReader& part) { read_expectations(part, scene); },
+      "What the scene is about: a run for its whole duration must come to this; the report has all of these numbers.");
   map.check("step_s", !scene.step_is_free || std::ranges::count(scene.bodies, "auto", &BodySpec::model) > 0,
             "auto needs a body with model auto");
 }
@@ -202,6 +214,7 @@ void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std:
   const auto is_kept = [&](const std::string& body) { return std::ranges::find(names, body) != names.end(); };
   std::erase_if(scene.bodies, [&](const BodySpec& body) { return !is_kept(body.name); });
   if (scene.bodies.empty()) throw InputError(who + ": there are no bodies for it in " + scene.file);
+  if (scene.bodies.size() < scene.world_bodies.size()) scene.expect.clear();  // they are of all bodies
   if (scene.exercise && !is_kept(scene.exercise->body)) scene.exercise.reset();
   std::erase_if(scene.processes, [&](const ProcessSpec& p) { return std::ranges::none_of(p.bodies, is_kept); });
   for (const ProcessSpec& process : scene.processes)

@@ -15,6 +15,7 @@
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/scene/engine_traits.h"
+#include "sim_server/scene/scene_outcome.h"
 
 namespace sectio {
 
@@ -172,6 +173,7 @@ struct Scene {
   std::vector<ToolSpec> tools;
   std::vector<ProcessSpec> processes;
   std::optional<ExerciseSpec> exercise;
+  std::vector<Expectation> expect;  // of a run for duration_s on the scene's own traces
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's

@@ -10,6 +10,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const char* const kRangePattern = "^(at least|at most|[0-9.eE+-]+ to) [0-9.eE+-]+$";
+
 Json to_json(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -38,6 +40,8 @@ Json value_of_type(KeyType type, const Key& key) {
       return {{"type", "string"}, {"pattern", "^[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}$"}};
     case KeyType::choice:
       return {{"enum", key.words}};
+    case KeyType::range:
+      return {{"anyOf", Json::array({number_in(key.range), Json{{"type", "string"}, {"pattern", kRangePattern}}})}};
     case KeyType::map:
       return map_of(key.keys);
     case KeyType::list:

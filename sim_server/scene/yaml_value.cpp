@@ -102,6 +102,23 @@ double YamlValue::number(const Range& range) const {
   return value;
 }
 
+Range YamlValue::range(const Range& each) const {
+  std::istringstream text(node_->IsScalar() ? node_->Scalar() : "");
+  std::vector<std::string> words;
+  for (std::string word; text >> word;) words.push_back(word);
+  const auto number_at = [&](std::size_t i) { return YamlValue(YAML::Node(words[i]), file_, key_).number(each); };
+  try {
+    if (words.size() == 1) return between(number_at(0), number_at(0));
+    if (words.size() == 3 && words[0] == "at" && words[1] == "least") return at_least(number_at(2));
+    if (words.size() == 3 && words[0] == "at" && words[1] == "most") return {.high = number_at(2)};
+    if (words.size() == 3 && words[1] == "to" && number_at(0) <= number_at(2))
+      return between(number_at(0), number_at(2));
+  } catch (const InputError&) {  // the message is of the whole text
+  }
+  fail("expected a number" + (each.is_bounded() ? " " + each.text() : "") +
+       ", \"at least NUMBER\", \"at most NUMBER\" or \"NUMBER to NUMBER\", " + got());
+}
+
 bool YamlValue::boolean() const {
   const std::string text = node_->IsScalar() && node_->Tag() != "!" ? node_->Scalar() : "";
   if (text != "true" && text != "false") fail("expected true or false, " + got());
@@ -170,7 +187,24 @@ std::vector<YamlEntry> YamlValue::entries() const {
   return entries;
 }
 
-YamlValue load_yaml(const std::string& path) {
+namespace {
+
+// Null when it is absent.
+YAML::Node find_node(const YAML::Node& in, std::string_view key) {
+  if (key.empty() || !in.IsDefined()) return in;
+  if (key[0] == '.') key.remove_prefix(1);
+  if (key[0] == '[') {
+    std::size_t index = 0;
+    const auto end = std::from_chars(key.data() + 1, key.data() + key.size(), index).ptr;
+    return in.IsSequence() && index < in.size() ? find_node(in[index], {end + 1, key.data() + key.size()})
+                                                : YAML::Node(YAML::NodeType::Undefined);
+  }
+  const std::size_t word = std::min(key.find_first_of(".["), key.size());
+  return in.IsMap() ? find_node(in[std::string(key.substr(0, word))], key.substr(word))
+                    : YAML::Node(YAML::NodeType::Undefined);
+}
+
+YAML::Node document_of(const std::string& path) {
   std::ifstream file(path);
   std::ostringstream content;
   if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read, or is empty");
@@ -182,7 +216,20 @@ YamlValue load_yaml(const std::string& path) {
   }
   if (documents.size() != 1)
     throw InputError(path + ": expected one document, got " + std::to_string(documents.size()));
-  return {documents[0], path, ""};
+  return documents[0];
+}
+
+}  // namespace
+
+YamlValue load_yaml(const std::string& path) {
+  return {document_of(path), path, ""};
+}
+
+std::string yaml_with(const std::string& path, const std::vector<std::pair<std::string, std::string>>& values) {
+  const YAML::Node document = document_of(path);
+  for (const auto& [key, value] : values)
+    if (YAML::Node node = find_node(document, key); node.IsDefined()) node = value;
+  return YAML::Dump(document) + "\n";
 }
 
 }  // namespace sectio

@@ -22,8 +22,9 @@ class YamlValue {
 
   double number(const Range& range = {}) const;
   bool boolean() const;
-  std::string text() const;  // not empty, one line
-  std::string name() const;  // as KeyType::name says
+  Range range(const Range& each = {}) const;  // as KeyType::range says
+  std::string text() const;                   // not empty, one line
+  std::string name() const;                   // as KeyType::name says
   bool is(const std::string& word) const;
   std::string choice(const std::vector<std::string>& allowed) const;
   Vec3 vector3(const Range& each = {}) const;
@@ -50,6 +51,10 @@ struct YamlEntry {
 
 // The one document of a file.
 YamlValue load_yaml(const std::string& path);
+
+// The document of a file as text, without its comments, where some values stand as given; a key that is absent stays
+// so. Keys are named as in errors: "bodies[0].mesh.file".
+std::string yaml_with(const std::string& path, const std::vector<std::pair<std::string, std::string>>& values);
 
 std::string joined(const std::vector<std::string>& words);  // with commas
 

@@ -7,11 +7,13 @@
 #include "common/delta/journal.h"
 #include "sim_server/session/blade_watch.h"
 #include "sim_server/session/run_files.h"
+#include "sim_server/session/run_outcome.h"
 
 namespace sectio {
 
 struct Recorder::State {
-  State(const Scene& s, const Simulation& w, const std::string& d) : scene(s), simulation(w), directory(d), blades(s) {}
+  State(const Scene& s, const Simulation& w, const std::string& d)
+      : scene(s), simulation(w), directory(d), outcome(w), blades(s) {}
 
   void gather(const StepOutput& output, double step_wall_time_s);
   void keep_journal(const StepOutput& output);
@@ -21,6 +23,7 @@ struct Recorder::State {
   std::string directory;
   std::unique_ptr<JournalWriter> journal;
   std::optional<ExerciseScore> score;
+  RunOutcome outcome;
   BladeWatch blades;
   Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
   double processor_begun_s = processor_time_s();
@@ -46,6 +49,7 @@ void Recorder::add(const StepOutput& output, double step_wall_time_s) {
   State& s = *state_;
   if (s.journal) s.keep_journal(output);
   if (s.score) s.score->add(output);
+  s.outcome.add(output);
   s.gather(output, step_wall_time_s);
   for (const std::string& text : s.blades.add(output)) warn(text);
 }
@@ -105,8 +109,9 @@ RunResult Recorder::finish() {
     s.figures.score = s.score->finish();
     for (const std::string& line : to_lines(*s.figures.score)) log_info(line);
   }
+  s.figures.outcome = s.outcome.finish(s.figures);
   RunResult result;
-  result.reasons = reasons_against(s.figures, s.simulation);
+  result.reasons = reasons_against(s.figures, s.scene, s.simulation);
   for (const std::string& reason : result.reasons) log_warning("not ok: " + reason);
   result.report = report_text(s.figures, s.scene, s.simulation, result.reasons);
   s.journal.reset();  // closes the file

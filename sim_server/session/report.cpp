@@ -134,6 +134,13 @@ Json exercise_report(const Score& score) {
   return exercise;
 }
 
+Json outcome_report(const Outcome& outcome, const Scene& scene) {
+  Json numbers;
+  for (const Measure& measure : measures())
+    if (scene.exercise || !measure.of_exercise) numbers[measure.key] = outcome.*measure.value;
+  return numbers;
+}
+
 }  // namespace
 
 std::string hash_text(std::uint64_t hash) {
@@ -151,6 +158,8 @@ std::string report_text(const RunFigures& figures, const Scene& scene, const Sim
   report["reasons"] = reasons;
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     report["bodies"].push_back(body_report(figures, scene, simulation, i));
+  report["outcome"] = outcome_report(figures.outcome, scene);
+  for (const Expectation& e : scene.expect) report["expected"][e.measure->key] = e.range.in_words();
   report["run"] = run_report(figures, scene);
   if (figures.score) report["exercise"] = exercise_report(*figures.score);
   if (figures.cost) report["session_cost"] = session_report(figures);

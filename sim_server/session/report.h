@@ -35,6 +35,7 @@ struct RunFigures {
   StepReport last;  // of the last step
   std::optional<SyncCost> cost;
   std::optional<Score> score;
+  Outcome outcome;
 };
 
 // JSON: whether the run was ok, and the reasons (session/verdict.h) if it was not; for each body vertices, triangles,

@@ -18,6 +18,7 @@ class Reasons {
   void add_count(std::uint64_t count, const std::string& of_what) {
     add_if(count > 0, std::to_string(count) + " " + of_what);
   }
+  void add_all(const std::vector<std::string>& texts) { reasons_.insert(reasons_.end(), texts.begin(), texts.end()); }
   std::vector<std::string> take() { return std::move(reasons_); }
 
  private:
@@ -41,14 +42,18 @@ void judge_body(const Simulation& simulation, std::uint32_t id, Reasons& reasons
 
 }  // namespace
 
-std::vector<std::string> reasons_against(const RunFigures& figures, const Simulation& simulation) {
+std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
   Reasons reasons;
   for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(simulation, id, reasons);
   reasons.add_if(!std::isfinite(figures.largest_force_n), "a force was not finite");
   reasons.add_count(count_of(figures, EventKind::body_frozen), "times a body froze");
   reasons.add_if(figures.largest_added_mass > kMostAddedMass,
                  "added mass was " + std::to_string(std::lround(100 * figures.largest_added_mass)) + " % of a body's");
-  reasons.add_count(figures.last.cuts_refused, "cuts were refused");
+  const auto is_of_refusals = [](const Expectation& e) { return e.measure->value == &Outcome::refusals; };
+  if (std::ranges::none_of(scene.expect, is_of_refusals))
+    reasons.add_count(figures.last.cuts_refused, "cuts were refused");
+  if (static_cast<double>(figures.steps) >= scene.duration_s / scene.step_s - 0.5)
+    reasons.add_all(unmet(scene.expect, figures.outcome));
   return reasons.take();
 }
 

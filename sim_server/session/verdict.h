@@ -17,7 +17,8 @@ struct RunResult {
 };
 
 // One line each: what isn't finite, closed or manifold; bodies that froze; mass beyond kMostAddedMass; cuts that were
-// refused. Empty when the run was well.
-std::vector<std::string> reasons_against(const RunFigures& figures, const Simulation& simulation);
+// refused, unless the scene says how many it expects; and, of a run for the scene's whole duration, expectations of the
+// scene that it didn't meet. Empty when the run was well.
+std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation);
 
 }  // namespace sectio

@@ -57,6 +57,25 @@ TEST_F(SceneFile, gravity_turns_by_a_plan) {
             "s.yaml:1: gravity_changes[1]: at_s must be later than the one before");
 }
 
+TEST_F(SceneFile, what_is_expected_is_a_range_in_words) {
+  const Scene scene =
+      load(kScene + std::string("expect: {incisions: 1, pieces_freed: at least 2, freed_ml: 2.5 to 3e1, "
+                                "refusals: at most 4}\n"));
+  ASSERT_EQ(scene.expect.size(), 4u);
+  std::vector<std::string> words;
+  for (const Expectation& e : scene.expect) words.push_back(e.measure->key + " " + e.range.in_words());
+  EXPECT_EQ(words, (std::vector<std::string>{"incisions 1", "pieces_freed at least 2", "freed_ml 2.5 to 30",
+                                             "refusals at most 4"}));
+  const auto flaw = [&](const std::string& expect) {
+    return refusal("session: test", "expect: {" + expect + "}\nsession: test");
+  };
+  const std::string forms = ", \"at least NUMBER\", \"at most NUMBER\" or \"NUMBER to NUMBER\", got ";
+  for (const std::string wrong : {"-1", "at least", "3 to 2", "about 3", "at least -1", "one"})
+    EXPECT_EQ(flaw("incisions: " + wrong), "s.yaml:1: expect.incisions: expected a number >= 0" + forms + wrong);
+  EXPECT_EQ(flaw("healthy_lost_ml: 1"), "s.yaml:1: expect.healthy_lost_ml: the scene has no exercise");
+  EXPECT_EQ(flaw("incision: 1"), "s.yaml:1: expect.incision: unknown key; did you mean incisions?");
+}
+
 TEST_F(SceneFile, regions_arrive_and_wrong_ones_are_named) {
   const std::string colours = "    contact: {style: templates}\n";
   const std::string regions =

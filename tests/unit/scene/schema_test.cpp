@@ -112,6 +112,10 @@ TEST(Schema, every_scene_names_it_first_and_then_says_what_it_shows) {
   }
 }
 
+TEST(Schema, every_scene_says_what_it_is_about) {
+  for (const fs::path& path : scenes()) EXPECT_TRUE(YAML::LoadFile(path)["expect"].IsMap()) << path;
+}
+
 TEST(Schema, every_scene_keeps_to_it) {
   const json schema = json::parse(scene_schema(standard_traits()));
   for (const fs::path& path : scenes()) EXPECT_EQ(flaw(schema, as_json(YAML::LoadFile(path))), "") << path;

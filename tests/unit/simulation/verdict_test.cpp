@@ -13,14 +13,15 @@ namespace sectio {
 namespace {
 
 TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
-  const Simulation simulation(test::organ_scene());
+  Scene scene = test::organ_scene();
+  const Simulation simulation(scene);
   RunFigures figures;
-  EXPECT_TRUE(reasons_against(figures, simulation).empty());
+  EXPECT_TRUE(reasons_against(figures, scene, simulation).empty());
   figures.largest_added_mass = 0.12;
   figures.events[to_string(EventKind::body_frozen)] = 2;
   figures.last.cuts_refused = 3;
   figures.largest_force_n = NAN;
-  const std::vector<std::string> reasons = reasons_against(figures, simulation);
+  const std::vector<std::string> reasons = reasons_against(figures, scene, simulation);
   ASSERT_EQ(reasons.size(), 4u);
   EXPECT_EQ(reasons[0], "a force was not finite");
   EXPECT_EQ(reasons[1], "2 times a body froze");
@@ -28,6 +29,25 @@ TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
   EXPECT_EQ(reasons[3], "3 cuts were refused");
   EXPECT_EQ((RunResult{"", reasons}.exit_code()), kExitNotOk);
   EXPECT_EQ((RunResult{"", {}}.exit_code()), 0);
+}
+
+TEST(Verdict, what_the_scene_expects_counts_once_the_run_was_whole) {
+  Scene scene = test::organ_scene();
+  const Simulation simulation(scene);
+  const auto measure = [](const char* key) { return &*std::ranges::find(measures(), key, &Measure::key); };
+  scene.expect = {{measure("incisions"), between(1, 1)}, {measure("refusals"), {.high = 2}}};
+  RunFigures figures;
+  figures.last.cuts_refused = 2;
+  figures.outcome.refusals = 2;
+  figures.steps = static_cast<std::uint64_t>(scene.duration_s / scene.step_s) - 1;
+  EXPECT_TRUE(reasons_against(figures, scene, simulation).empty());
+  ++figures.steps;
+  EXPECT_EQ(reasons_against(figures, scene, simulation), std::vector<std::string>{"incisions: expected 1, got 0"});
+  figures.outcome.incisions = 1;
+  EXPECT_TRUE(reasons_against(figures, scene, simulation).empty());
+  figures.outcome.refusals = NAN;
+  EXPECT_EQ(reasons_against(figures, scene, simulation),
+            std::vector<std::string>{"refusals: expected at most 2, got nan"});
 }
 
 TEST(Verdict, the_report_says_ok) {

@@ -1,0 +1,49 @@
+#include "sim_server/scene/scene_outcome.h"
+
+#include <cstdio>
+
+namespace sectio {
+
+const std::vector<Measure>& measures() {
+  static const Range kCount = at_least(0), kFraction = between(0, 1);
+  static const std::vector<Measure> table = {
+      {"incisions", "Cuts that don't meet; cuts that cross or go on from one another are one, both its sides together.",
+       &Outcome::incisions, kCount},
+      {"pieces_freed", "Pieces that no longer hang on what they were part of.", &Outcome::pieces_freed, kCount},
+      {"freed_ml", "Volume of these pieces at rest.", &Outcome::freed_ml, kCount},
+      {"removed_ml", "Volume at rest of fragments that were too small to be kept.", &Outcome::removed_ml, kCount},
+      {"freed_moved_m", "The furthest that the middle of a freed piece is from its place at rest, in the end.",
+       &Outcome::freed_moved_m, kCount},
+      {"largest_displacement_m",
+       "The furthest that a point of what has not been freed is from its place at rest, in the end.",
+       &Outcome::largest_displacement_m, kCount},
+      {"refusals", "Cuts that were refused.", &Outcome::refusals, kCount},
+      {"joins", "Times that a cut ran into the end of another or of itself.", &Outcome::joins, kCount},
+      {"contacts", "Times that an instrument began to touch tissue.", &Outcome::contacts, kCount},
+      {"grasps", "Times that jaws took hold.", &Outcome::grasps, kCount},
+      {"touched_s", "How long any instrument touched tissue.", &Outcome::touched_s, kCount},
+      {"largest_force_n", "The largest force on an instrument.", &Outcome::largest_force_n, kCount},
+      {"largest_penetration_m", "The furthest that an instrument which presses got beneath a surface.",
+       &Outcome::largest_penetration_m, kCount},
+      {"marked_removed_fraction", "With an exercise: the share of the marked tissue that is off the organ.",
+       &Outcome::marked_removed_fraction, kFraction, true},
+      {"marked_in_bin_fraction", "With an exercise: the share of the marked tissue that is in the bin.",
+       &Outcome::marked_in_bin_fraction, kFraction, true},
+      {"healthy_lost_ml", "With an exercise: the tissue that came off beside what is marked.",
+       &Outcome::healthy_lost_ml, kCount, true}};
+  return table;
+}
+
+std::vector<std::string> unmet(std::span<const Expectation> expectations, const Outcome& outcome) {
+  std::vector<std::string> reasons;
+  for (const Expectation& e : expectations) {
+    const double got = outcome.*e.measure->value;
+    if (e.range.contains(got)) continue;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", got);
+    reasons.push_back(e.measure->key + ": expected " + e.range.in_words() + ", got " + text);
+  }
+  return reasons;
+}
+
+}  // namespace sectio

@@ -1,0 +1,40 @@
+// What came out of a run, as numbers; under `expect:` a scene says of each what it should be. Plain values.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim_server/scene/key.h"
+
+namespace sectio {
+
+// Things at the end of a run, and counts over all of it. A family is a body of the scene with all that came
+// off it; its largest part, by volume, is the body still, and the others are freed. An incision is a connected set of
+// walls; a freed piece took one of its own with it, which doesn't count.
+struct Outcome {
+  double incisions = 0, pieces_freed = 0;
+  double freed_ml = 0, removed_ml = 0;
+  double freed_moved_m = 0, largest_displacement_m = 0;
+  double refusals = 0, joins = 0, contacts = 0, grasps = 0;
+  double touched_s = 0, largest_force_n = 0, largest_penetration_m = 0;
+  double marked_removed_fraction = 0, marked_in_bin_fraction = 0, healthy_lost_ml = 0;  // with an exercise
+};
+
+struct Measure {
+  std::string key, meaning;
+  double Outcome::*value;
+  Range possible;
+  bool of_exercise = false;  // only a scene with an exercise has it
+};
+const std::vector<Measure>& measures();
+
+struct Expectation {
+  const Measure* measure = nullptr;
+  Range range;
+};
+
+// "pieces_freed: expected 1, got 0" for each expectation that an outcome doesn't meet. No range holds a NaN.
+std::vector<std::string> unmet(std::span<const Expectation> expectations, const Outcome& outcome);
+
+}  // namespace sectio

@@ -1,0 +1,131 @@
+#include "sim_server/session/run_outcome.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+
+#include "common/mesh/check.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kMlPerM3 = 1e6;
+
+// A component of a body at rest and now.
+struct Part {
+  std::uint32_t family = 0;
+  double rest_volume_m3 = 0;
+  double middle_moved_m = 0, furthest_m = 0;
+};
+
+std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, std::span<const Vec3f> positions_world_m,
+                           std::uint32_t family) {
+  const std::vector<std::uint32_t> component = component_of_triangle(mesh);
+  std::map<std::uint32_t, Part> parts;
+  std::map<std::uint32_t, std::pair<Vec3, std::size_t>> way;  // sum over corners
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+    if (component[t] == kNone) continue;
+    Part& part = parts[component[t]];
+    auto& [sum, corners] = way.try_emplace(component[t], Vec3::Zero(), 0).first->second;
+    std::array<Vec3, 3> rest;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const VertexId v = mesh.triangle(t).v[k];
+      rest[k] = mesh.rest_body_m(v);
+      const Vec3 moved = positions_world_m[v].cast<double>() - spec.pose.to_world(rest[k]);
+      part.furthest_m = std::max(part.furthest_m, moved.norm());
+      sum += moved;
+      ++corners;
+    }
+    part.rest_volume_m3 += rest[0].dot(rest[1].cross(rest[2])) / 6;
+  }
+  std::vector<Part> list;
+  for (auto& [id, part] : parts) {
+    const auto& [sum, corners] = way.at(id);
+    part.middle_moved_m = sum.norm() / static_cast<double>(corners);
+    part.family = family;
+    list.push_back(part);
+  }
+  return list;
+}
+
+// Connected sets of wall triangles.
+std::size_t walls_of(const TriangleMesh& mesh) {
+  std::vector<VertexId> up(mesh.vertex_slots(), kNone);
+  const auto root = [&](VertexId v) {
+    while (up[v] != v) v = up[v] = up[up[v]];
+    return v;
+  };
+  for (const Triangle& t : mesh.triangles()) {
+    if (!t.alive() || t.surface != Surface::wall) continue;
+    for (const VertexId v : t.v)
+      if (up[v] == kNone) up[v] = v;
+    for (const VertexId v : t.v) up[root(v)] = root(t.v[0]);
+  }
+  std::size_t walls = 0;
+  for (VertexId v = 0; v < up.size(); ++v) walls += up[v] == v;
+  return walls;
+}
+
+double count_of(const RunFigures& figures, EventKind kind) {
+  const auto found = figures.events.find(to_string(kind));
+  return found == figures.events.end() ? 0 : static_cast<double>(found->second);
+}
+
+void add_score(const Score& score, Outcome& outcome) {
+  if (score.marked_m3 > 0) {
+    outcome.marked_removed_fraction = score.marked_removed_m3 / score.marked_m3;
+    outcome.marked_in_bin_fraction = score.marked_in_bin_m3 / score.marked_m3;
+  }
+  outcome.healthy_lost_ml = kMlPerM3 * score.healthy_lost_m3;
+}
+
+}  // namespace
+
+RunOutcome::RunOutcome(const Simulation& simulation) : simulation_(simulation) {
+  for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
+    family_of_.push_back(b);
+    parts_begun_.push_back(check(simulation.mesh(b)).components);
+  }
+}
+
+void RunOutcome::add(const StepOutput& output) {
+  for (const NewBody& part : output.new_bodies) family_of_.push_back(family_of_[part.parent_id]);
+}
+
+Outcome RunOutcome::finish(const RunFigures& figures) const {
+  Outcome outcome;
+  std::size_t walls = 0;
+  std::vector<Part> parts;
+  for (std::uint32_t b = 0; b < simulation_.body_count(); ++b) {
+    const TriangleMesh& mesh = simulation_.mesh(b);
+    walls += walls_of(mesh);
+    const auto of_body = parts_of(simulation_.body(b), mesh, simulation_.positions_world_m(b), family_of_[b]);
+    parts.insert(parts.end(), of_body.begin(), of_body.end());
+  }
+  std::ranges::stable_sort(parts, std::ranges::greater(), &Part::rest_volume_m3);
+  std::vector<std::size_t> left = parts_begun_;  // of each family, the largest are no freed ones
+  for (const Part& part : parts) {
+    if (left[part.family] > 0) {
+      --left[part.family];
+      outcome.largest_displacement_m = std::max(outcome.largest_displacement_m, part.furthest_m);
+      continue;
+    }
+    ++outcome.pieces_freed;
+    outcome.freed_ml += kMlPerM3 * part.rest_volume_m3;
+    outcome.freed_moved_m = std::max(outcome.freed_moved_m, part.middle_moved_m);
+  }
+  outcome.incisions = std::max(0.0, static_cast<double>(walls) - outcome.pieces_freed);
+  outcome.removed_ml = kMlPerM3 * figures.last.removed_volume_m3;
+  outcome.refusals = static_cast<double>(figures.last.cuts_refused);
+  outcome.joins = count_of(figures, EventKind::joined);
+  outcome.contacts = count_of(figures, EventKind::contact_began);
+  outcome.grasps = count_of(figures, EventKind::grasped);
+  outcome.touched_s = figures.last.contact_time_s;
+  outcome.largest_force_n = figures.largest_force_n;
+  outcome.largest_penetration_m = figures.largest_penetration_m;
+  if (figures.score) add_score(*figures.score, outcome);
+  return outcome;
+}
+
+}  // namespace sectio

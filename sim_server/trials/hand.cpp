@@ -1,0 +1,251 @@
+#include "sim_server/trials/hand.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "common/math/hash.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kTremorSample_s = 0.005;
+constexpr int kTremorSines = 6;
+constexpr double kTremorLow_hz = 8, kTremorHigh_hz = 12;
+constexpr double kRise_s = 0.5, kAloft_s = 0.6;  // up; over to where it goes down
+constexpr double kPause_s = 1;
+constexpr double kLeastLift_m = 0.02, kClear_m = 0.005;  // at least; above all bodies
+
+// Each use of a seed has numbers of its own, so that one property of a hand leaves the others as they are.
+enum class Use : std::uint64_t { shift, turn, tremor, lift, back, pause };
+
+class Random {
+ public:
+  Random(std::uint64_t seed, Use use) : state_(hash_combine(seed, static_cast<std::uint64_t>(use))) {}
+  double between(double low, double high) {
+    state_ = mix64(state_);
+    return low + (high - low) * static_cast<double>(state_ >> 11) * 0x1p-53;
+  }
+  Vec3 in_ball(double radius) {
+    for (;;) {
+      Vec3 p;
+      for (double& x : p) x = between(-1, 1);
+      if (p.squaredNorm() <= 1) return radius * p;
+    }
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+bool cuts(const ToolSpec& tool) {
+  const InstrumentKind& kind = instrument_of(tool.kind);
+  const InstrumentShape shape = kind.shape(tool.geometry, {});
+  return !tool.trace.empty() && (shape.edge_tip_tool_m - shape.edge_heel_tool_m).norm() > 0;
+}
+
+// The middle of the ways of what cuts, or else of all instruments.
+Vec3 middle_of(const Scene& scene) {
+  for (const bool only_cutting : {true, false}) {
+    Vec3 sum = Vec3::Zero();
+    std::size_t n = 0;
+    for (const ToolSpec& tool : scene.tools) {
+      if (only_cutting && !cuts(tool)) continue;
+      for (const TracePoint& p : tool.trace) sum += p.pose_world.position_m;
+      n += tool.trace.size();
+    }
+    if (n > 0) return sum / static_cast<double>(n);
+  }
+  return Vec3::Zero();
+}
+
+double top_of(const Scene& scene) {
+  double top_m = -HUGE_VAL;
+  for (const BodySpec& body : scene.bodies) {
+    for (const Vec3& p : body.mesh.vertices_body_m) top_m = std::max(top_m, body.pose.to_world(p).z());
+    for (const Vec3& p : body.tets.vertices_body_m) top_m = std::max(top_m, body.pose.to_world(p).z());
+  }
+  return top_m;
+}
+
+// All instruments wait while some do something of their own.
+void delay_all(Scene& scene, double at_s, double for_s, const std::function<Trace(const ToolSpec&)>& instead) {
+  for (ToolSpec& tool : scene.tools)
+    if (!tool.trace.empty()) tool.trace = cuts(tool) ? instead(tool) : waiting(tool.trace, at_s, for_s);
+  for (GravityChange& change : scene.gravity_changes)
+    if (change.at_s > at_s) change.at_s += for_s;
+  scene.duration_s += for_s;
+}
+
+// The lead of those that cut says when.
+const Trace* lead_of(const Scene& scene) {
+  const auto lead = std::ranges::find_if(scene.tools, cuts);
+  return lead == scene.tools.end() ? nullptr : &lead->trace;
+}
+
+// Of the way of the lead, the fraction at which the i-th of n things happens: within the middle of its share.
+double fraction_of(std::uint32_t i, std::uint32_t n, Random& random) {
+  return (i + random.between(0.3, 0.7)) / n;
+}
+
+void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
+  Random when(seed, Use::lift), behind(seed, Use::back);
+  const double top_m = top_of(scene);
+  for (std::uint32_t i = hand.lifts; i-- > 0;) {  // from the last on: the times of the others stay
+    const Trace* lead = lead_of(scene);
+    if (!lead) return;
+    const double at_s = time_at_path(*lead, fraction_of(i, hand.lifts, when));
+    const double back_m = behind.between(0, hand.back_m);
+    double resume_s = at_s;
+    const Vec3 from = pose_at(*lead, at_s).position_m;
+    while (resume_s > lead->front().time_s && (pose_at(*lead, resume_s).position_m - from).norm() < back_m)
+      resume_s -= 0.001;
+    delay_all(scene, at_s, kLiftTakes_s + at_s - resume_s, [&](const ToolSpec& tool) {
+      const double tip_m = pose_at(tool.trace, at_s).to_world(tool.geometry.a_tool_m).z();
+      return lifted(tool.trace, at_s, std::max(kLeastLift_m, top_m + kClear_m - tip_m), resume_s);
+    });
+  }
+}
+
+void pause(Scene& scene, const Hand& hand, std::uint64_t seed) {
+  Random when(seed, Use::pause);
+  for (std::uint32_t i = hand.pauses; i-- > 0;) {
+    const Trace* lead = lead_of(scene);
+    if (!lead) return;
+    const double at_s = time_at_path(*lead, fraction_of(i, hand.pauses, when));
+    delay_all(scene, at_s, kPause_s, [&](const ToolSpec& tool) { return waiting(tool.trace, at_s, kPause_s); });
+  }
+}
+
+}  // namespace
+
+Trace moved(Trace trace, const Motion& motion) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(motion.turn_rad, Vec3::UnitZ()));
+  for (TracePoint& p : trace) {
+    Pose& pose = p.pose_world;
+    pose.position_m = motion.pivot_world_m + turn * (pose.position_m - motion.pivot_world_m) + motion.shift_world_m;
+    pose.orientation = turn * pose.orientation;
+  }
+  return trace;
+}
+
+Trace stretched(Trace trace, double factor) {
+  for (TracePoint& p : trace) p.time_s *= factor;
+  return trace;
+}
+
+Trace waiting(const Trace& trace, double at_s, double for_s) {
+  Trace result;
+  const TracePoint here = point_at(trace, at_s);
+  for (const TracePoint& p : trace)
+    if (p.time_s < at_s) result.push_back(p);
+  for (const double time_s : {at_s, at_s + for_s}) result.push_back({time_s, here.pose_world, here.opening_rad});
+  for (const TracePoint& p : trace)
+    if (p.time_s > at_s) result.push_back({p.time_s + for_s, p.pose_world, p.opening_rad});
+  return result;
+}
+
+Trace trembling(const Trace& trace, double rms_m, std::uint64_t seed) {
+  Random random(seed, Use::tremor);
+  struct Sine {
+    double rad_per_s, phase_rad;
+  };
+  std::vector<std::array<Sine, 3>> sines(kTremorSines);
+  for (auto& of_axes : sines)
+    for (Sine& s : of_axes) s = {2 * M_PI * random.between(kTremorLow_hz, kTremorHigh_hz), random.between(0, 2 * M_PI)};
+  const double amplitude_m = rms_m * std::sqrt(2.0 / (3 * kTremorSines));  // three axes of independent sines
+  Trace result;
+  const double begin_s = trace.front().time_s, end_s = trace.back().time_s;
+  for (std::size_t i = 0;; ++i) {
+    const double time_s = std::min(begin_s + static_cast<double>(i) * kTremorSample_s, end_s);
+    TracePoint p = point_at(trace, time_s);
+    p.time_s = time_s;
+    for (const auto& of_axes : sines)
+      for (int k = 0; k < 3; ++k) {
+        const Sine& s = of_axes[static_cast<std::size_t>(k)];
+        p.pose_world.position_m[k] += amplitude_m * std::sin(s.rad_per_s * time_s + s.phase_rad);
+      }
+    result.push_back(p);
+    if (time_s >= end_s) return result;
+  }
+}
+
+Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s) {
+  const Vec3 up(0, 0, up_m);
+  TracePoint left = point_at(trace, at_s), down = point_at(trace, resume_s);
+  left.time_s = at_s;
+  Trace result;
+  for (const TracePoint& p : trace)
+    if (p.time_s < at_s) result.push_back(p);
+  result.push_back(left);
+  left.pose_world.position_m += up;
+  left.time_s = at_s + kRise_s;
+  result.push_back(left);
+  down.pose_world.position_m += up;
+  down.time_s = left.time_s + kAloft_s;
+  result.push_back(down);
+  down.pose_world.position_m -= up;
+  down.time_s = at_s + kLiftTakes_s;
+  result.push_back(down);
+  for (const TracePoint& p : trace)
+    if (p.time_s > resume_s) result.push_back({p.time_s - resume_s + at_s + kLiftTakes_s, p.pose_world, p.opening_rad});
+  return result;
+}
+
+double time_at_path(const Trace& trace, double fraction) {
+  const auto step_m = [&](std::size_t i) {
+    return (trace[i].pose_world.position_m - trace[i - 1].pose_world.position_m).norm();
+  };
+  double length_m = 0;
+  for (std::size_t i = 1; i < trace.size(); ++i) length_m += step_m(i);
+  double left_m = fraction * length_m;
+  for (std::size_t i = 1; i < trace.size(); ++i) {
+    const double step = step_m(i);
+    if (step > 0 && left_m <= step)
+      return trace[i - 1].time_s + left_m / step * (trace[i].time_s - trace[i - 1].time_s);
+    left_m -= step;
+  }
+  return trace.front().time_s;
+}
+
+Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed) {
+  Random turn(seed, Use::turn), shift(seed, Use::shift);
+  const Motion motion{middle_of(scene), turn.between(-hand.turn_deg, hand.turn_deg) * M_PI / 180,
+                      shift.in_ball(hand.shift_m)};
+  const double factor = hand.slower / hand.faster;
+  for (ToolSpec& tool : scene.tools) tool.trace = stretched(moved(std::move(tool.trace), motion), factor);
+  for (GravityChange& change : scene.gravity_changes) change.at_s *= factor;
+  scene.duration_s *= factor;
+  pause(scene, hand, seed);
+  lift(scene, hand, seed);
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    ToolSpec& tool = scene.tools[i];
+    if (hand.tremor_m > 0 && !tool.trace.empty())
+      tool.trace = trembling(tool.trace, hand.tremor_m, hash_combine(seed, static_cast<std::uint64_t>(i)));
+    for (TracePoint& p : tool.trace) p.pose_world.orientation.normalize();
+  }
+  return scene;
+}
+
+std::string to_text(const Hand& hand) {
+  std::string text;
+  const auto add = [&](const char* format, double value, double usual) {
+    if (value == usual) return;
+    char part[64];
+    std::snprintf(part, sizeof part, format, value);
+    text += (text.empty() ? "" : ", ") + std::string(part);
+  };
+  add("shift %g mm", 1e3 * hand.shift_m, 0);
+  add("turn %g deg", hand.turn_deg, 0);
+  add("%g times slower", hand.slower, 1);
+  add("%g times faster", hand.faster, 1);
+  add("tremor %g mm rms", 1e3 * hand.tremor_m, 0);
+  add("lifts %g", hand.lifts, 0);
+  add("put down up to %g mm behind", 1e3 * hand.back_m, 0);
+  add("pauses %g", hand.pauses, 0);
+  return text.empty() ? "exact" : text;
+}
+
+}  // namespace sectio

@@ -1,0 +1,144 @@
+#include "sim_server/trials/trials.h"
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <map>
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/session/offline_run.h"
+
+namespace sectio {
+namespace {
+
+// A run in a child writes a line for each reason into a file without a name. What it prints beside (an assertion, a
+// message of a library) goes there too, and is the reason when it ends by a signal.
+struct Child {
+  std::uint64_t seed = 0;
+  std::FILE* said = nullptr;
+};
+
+[[noreturn]] void play(const Scene& scene, const TrialsOptions& options, const Child& child) {
+  dup2(fileno(child.said), STDERR_FILENO);
+  const rlimit limit{options.processor_limit_s, options.processor_limit_s};
+  setrlimit(RLIMIT_CPU, &limit);
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  set_log_level(LogLevel::error);
+  int code = 0;
+  try {
+    const RunResult result = run_offline(in_hand(scene, options.hand, child.seed), 0, "");
+    code = result.exit_code();
+    for (const std::string& reason : result.reasons) std::fprintf(stderr, "%s\n", reason.c_str());
+  } catch (const std::exception& error) {
+    code = kExitBadInput;
+    std::fprintf(stderr, "%s\n", error.what());
+  }
+  std::fflush(stderr);
+  _exit(code);
+}
+
+std::vector<std::string> lines_of(std::FILE* file) {
+  std::rewind(file);
+  std::vector<std::string> lines(1);
+  for (int c = std::fgetc(file); c != EOF; c = std::fgetc(file)) {
+    if (c == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += static_cast<char>(c);
+  }
+  std::erase(lines, "");
+  return lines;
+}
+
+Trial judged(const Child& child, int status, const TrialsOptions& options) {
+  Trial trial{child.seed, {}};
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return trial;
+  trial.reasons = lines_of(child.said);
+  if (!WIFSIGNALED(status)) {
+    if (trial.reasons.empty()) trial.reasons = {"ended with exit code " + std::to_string(WEXITSTATUS(status))};
+    return trial;
+  }
+  const int signal = WTERMSIG(status);
+  const bool too_long = signal == SIGXCPU || signal == SIGKILL;
+  const std::string last = trial.reasons.empty() ? "" : ": " + trial.reasons.back();
+  trial.reasons = {too_long ? "did not end within " + std::to_string(options.processor_limit_s) + " s of processor"
+                            : "crashed by signal " + std::to_string(signal) + last};
+  return trial;
+}
+
+class Nursery {
+ public:
+  Nursery(const Scene& scene, const TrialsOptions& options) : scene_(scene), options_(options) {}
+
+  void begin(std::uint64_t seed) {
+    Child child{seed, std::tmpfile()};
+    if (!child.said) throw InputError(std::string("a file for a run can't be made: ") + std::strerror(errno));
+    std::fflush(stdout);
+    const pid_t pid = fork();
+    if (pid == 0) play(scene_, options_, child);
+    if (pid < 0) throw InputError(std::string("a process can't be made: ") + std::strerror(errno));
+    children_[pid] = child;
+  }
+  Trial wait_for_one() {
+    int status = 0;
+    const pid_t pid = wait(&status);
+    const Child child = children_.at(pid);
+    Trial trial = judged(child, status, options_);
+    std::fclose(child.said);
+    children_.erase(pid);
+    return trial;
+  }
+  std::size_t size() const { return children_.size(); }
+
+ private:
+  const Scene& scene_;
+  const TrialsOptions& options_;
+  std::map<pid_t, Child> children_;
+};
+
+}  // namespace
+
+std::vector<Trial> run_trials(const Scene& scene, const TrialsOptions& options,
+                              const std::function<void(const Trial&)>& done) {
+  const Scene filled = fill_volumes(scene);
+  Nursery nursery(filled, options);
+  std::vector<Trial> trials;
+  for (std::uint32_t begun = 0; begun < options.runs || nursery.size() > 0;) {
+    if (begun < options.runs && nursery.size() < options.processes) {
+      nursery.begin(options.seed + begun++);
+      continue;
+    }
+    trials.push_back(nursery.wait_for_one());
+    done(trials.back());
+  }
+  std::ranges::sort(trials, {}, &Trial::seed);
+  return trials;
+}
+
+Rate rate_of(const std::vector<Trial>& trials) {
+  const auto good = std::ranges::count_if(trials, [](const Trial& t) { return t.reasons.empty(); });
+  return {static_cast<std::uint32_t>(good), static_cast<std::uint32_t>(trials.size())};
+}
+
+// E. B. Wilson, "Probable inference, the law of succession, and statistical inference", JASA 22, 1927.
+Interval wilson(const Rate& rate) {
+  if (rate.all == 0) return {};
+  constexpr double z = 1.959964;
+  const double n = rate.all, p = rate.good / n, spread = z * z / n;
+  const double middle = (p + spread / 2) / (1 + spread);
+  const double half = z / (1 + spread) * std::sqrt(p * (1 - p) / n + spread / (4 * n));
+  return {std::max(0.0, middle - half), std::min(1.0, middle + half)};
+}
+
+}  // namespace sectio

@@ -1,0 +1,62 @@
+#include "sim_server/trials/write_scene.h"
+
+#include <cstdio>
+#include <filesystem>
+
+#include "sim_server/scene/yaml_value.h"
+#include "sim_server/session/run_files.h"
+
+namespace sectio {
+namespace {
+
+std::string exactly(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.17g", x);
+  return text;
+}
+
+std::string trace_text(const std::vector<TracePoint>& trace) {
+  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,opening_rad\n";
+  for (const TracePoint& p : trace) {
+    const Vec3& x = p.pose_world.position_m;
+    const Eigen::Quaterniond& q = p.pose_world.orientation;
+    text += exactly(p.time_s);
+    for (const double value : {x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z(), p.opening_rad}) {
+      text += ',';
+      text += exactly(value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+void write_scene(const Scene& scene, const std::string& directory) {
+  make_directory(directory);
+  std::vector<std::pair<std::string, std::string>> values{{"duration_s", exactly(scene.duration_s)}};
+  const auto key = [](const char* format, std::size_t i) {
+    char text[48];
+    std::snprintf(text, sizeof text, format, i);
+    return std::string(text);
+  };
+  const auto absolute = [](const std::string& file) {
+    return file.empty() ? file : std::filesystem::absolute(file).string();
+  };
+  for (std::size_t i = 0; i < scene.gravity_changes.size(); ++i)
+    values.emplace_back(key("gravity_changes[%zu].at_s", i), exactly(scene.gravity_changes[i].at_s));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    values.emplace_back(key("bodies[%zu].mesh.file", i), absolute(scene.bodies[i].mesh_file));
+    values.emplace_back(key("bodies[%zu].volume.file", i), absolute(scene.bodies[i].volume.file));
+  }
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const ToolSpec& tool = scene.tools[i];
+    if (tool.trace.empty()) continue;
+    const std::string file = tool.name + ".csv";
+    write_text(directory + "/" + file, trace_text(tool.trace));
+    values.emplace_back(key("tools[%zu].trace", i), file);
+  }
+  write_text(directory + "/scene.yaml", yaml_with(scene.file, values));
+}
+
+}  // namespace sectio
