@@ -126,10 +126,11 @@ int run(Options& o) {
 
   NetLink link(net);
   ServoLog log;
-  ServoState state;
+  ServoState state({.device = device->limits()});
   std::atomic<bool> stop = false;
   std::atomic<bool> servo_done = false;
   ServoTiming timing;
+  timing.period_ns = std::llround(1e9 / device->limits().rate_hz);
   if (o.duration_s > 0) timing.duration_s = o.duration_s;
 
   std::thread servo([&] {

@@ -11,6 +11,8 @@ namespace sectio {
 
 enum class ContactState : std::uint8_t { free = 0, contact = 1, penetration = 2 };
 
+constexpr double kNeverYieldsN = 1e6;  // ContactModel::yield_n of tissue that the instrument can't break
+
 struct ContactModel {
   std::uint32_t tool_id = 0;
   std::uint64_t sequence = 0;
@@ -26,7 +28,7 @@ struct ContactModel {
   double tangential_stiffness_n_per_m = 0;
   double damping_n_s_per_m = 0;
   double friction = 0;        // Coulomb's coefficient; the contact sticks up to friction x normal force
-  double yield_n = 0;         // the force never exceeds this (rupture or saturation)
+  double yield_n = 0;         // the tissue breaks at this force: the model's never exceeds it
   double valid_radius_m = 0;  // past this distance from tip_world_m the force is held, then decays
   double time_to_live_s = 0.05;
 };

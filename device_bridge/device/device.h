@@ -5,10 +5,20 @@
 
 namespace sectio {
 
+// Limits of a device, which bound all that its hand may feel, whatever a server sends.
+struct DeviceLimits {
+  double damping_n_s_per_m = 0.5;  // of the device itself when no hand holds it
+  double largest_force_n = 10;
+  double slew_n_per_s = 5000;  // the fastest change of its force
+  double rate_hz = 1000;       // of the loop that drives it
+};
+
 // Used by the servo thread only; neither call allocates, locks or waits.
 class Device {
  public:
   virtual ~Device() = default;
+
+  virtual DeviceLimits limits() const { return {}; }
 
   // The instrument's pose at a time since the loop began; times ascend.
   virtual Pose pose_world(double now_s) = 0;

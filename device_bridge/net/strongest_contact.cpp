@@ -7,8 +7,9 @@ namespace sectio {
 
 namespace {
 
+// A surface that a free tool is near to counts more than none.
 auto strength(const ContactModel& model) {
-  return std::tuple(model.state, model.force_world_n.squaredNorm());
+  return std::tuple(model.state, model.force_world_n.squaredNorm(), model.stiffness_n_per_m > 0);
 }
 
 }  // namespace

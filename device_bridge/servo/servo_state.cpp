@@ -1,7 +1,11 @@
 #include "device_bridge/servo/servo_state.h"
 
+#include <algorithm>
+
 namespace sectio {
 namespace {
+
+constexpr double kShareOfBound = 0.7;
 
 Vec3 limited(const Vec3& force_n, double most_n) {
   const double length_n = force_n.norm();
@@ -11,27 +15,38 @@ Vec3 limited(const Vec3& force_n, double most_n) {
 }  // namespace
 
 ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const ContactModel* model) {
-  if (model != nullptr) follower_.receive(*model);
+  if (model != nullptr) follower_.receive(within_limits(*model));
   const double dt = sequence_ > 0 ? now_s - last_s_ : 0;
   const Vec3 velocity = filtered_velocity(now_s, pose_world.position_m);
 
   ServoRecord record;
   record.sample = {++sequence_, now_s, pose_world, 0};
   if (follower_.silent(now_s)) guard_ = PassivityGuard(spec_.guard);  // its return is a new beginning
-  const Vec3 modelled = limited(follower_.tick(pose_world.position_m, velocity, now_s), spec_.max_force_n);
+  const double most_n = spec_.device.largest_force_n;
+  const Vec3 modelled = limited(follower_.tick(pose_world.position_m, velocity, now_s), most_n);
   const Vec3 guarded = guard_.tick(pose_world.position_m, velocity, dt, follower_.model(), modelled);
-  record.force_world_n = limited(guarded, spec_.max_force_n);
+  record.force_world_n =
+      last_force_n_ + limited(limited(guarded, most_n) - last_force_n_, spec_.device.slew_n_per_s * dt);
   if (!record.force_world_n.allFinite()) {
     record.force_world_n = Vec3::Zero();
     follower_ = {};
     guard_ = PassivityGuard(spec_.guard);
   }
+  last_force_n_ = record.force_world_n;
   if (const ContactModel* used = follower_.model()) {
     record.model_age_s = now_s - used->tool_time_s;
     record.state = used->state;
     record.server_silent = follower_.silent(now_s);
   }
   return record;
+}
+
+// A sampled spring feeds no energy to the hand while its stiffness is below 2 b / T (Colgate & Schenkel 1997).
+ContactModel ServoState::within_limits(ContactModel model) const {
+  const double stiffest_n_per_m = kShareOfBound * 2 * spec_.device.damping_n_s_per_m * spec_.device.rate_hz;
+  model.stiffness_n_per_m = std::min(model.stiffness_n_per_m, stiffest_n_per_m);
+  model.tangential_stiffness_n_per_m = std::min(model.tangential_stiffness_n_per_m, stiffest_n_per_m);
+  return model;
 }
 
 Vec3 ServoState::filtered_velocity(double now_s, const Vec3& position_world_m) {

@@ -5,6 +5,7 @@
 
 #include "common/math/contact_model.h"
 #include "common/math/types.h"
+#include "device_bridge/device/device.h"
 #include "device_bridge/servo/passivity_guard.h"
 
 namespace sectio {
@@ -28,7 +29,7 @@ struct ServoRecord {
 };
 
 struct ServoSpec {
-  double max_force_n = 10;           // whatever the wire says, the hand never gets more
+  DeviceLimits device = {};
   double velocity_filter_s = 0.003;  // time constant of the velocity's low-pass
   GuardSpec guard = {};
 };
@@ -43,6 +44,7 @@ class ServoState {
 
  private:
   Vec3 filtered_velocity(double now_s, const Vec3& position_world_m);
+  ContactModel within_limits(ContactModel model) const;
 
   ServoSpec spec_;
   ContactModelFollower follower_;
@@ -51,6 +53,7 @@ class ServoState {
   double last_s_ = 0;
   Vec3 last_position_m_ = Vec3::Zero();
   Vec3 velocity_m_per_s_ = Vec3::Zero();
+  Vec3 last_force_n_ = Vec3::Zero();
 };
 
 }  // namespace sectio

@@ -1,6 +1,7 @@
 #include "sim_server/haptics/contact_model_fitter.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/core/error.h"
 
@@ -9,19 +10,18 @@ namespace {
 
 constexpr double kLeastOfPrior = 0.2;  // the stiffness stays within these multiples of the prior
 constexpr double kMostOfPrior = 3;
-constexpr double kShareOfBound = 0.7;  // of the bound 2 b / T, beyond which a sampled spring feeds energy to the hand
 // The weight of the previous estimate: that of a window in which the tip moves 5 um a step.
 constexpr double kMemory_m2 = 32 * 25e-12;
 
 }  // namespace
 
 ContactModelFitter::ContactModelFitter(std::uint32_t tool_id, const FitterSpec& spec)
-    : tool_id_(tool_id), spec_(spec), stiffness_n_per_m_(spec.prior_stiffness_n_per_m) {
-  fit_stiffness();
-}
+    : tool_id_(tool_id), spec_(spec) {}
 
 ContactModel ContactModelFitter::fit(const ContactStep& step) {
   SECTIO_ASSERT(step.reaction_world_n.allFinite() && step.tip_world_m.allFinite(), "a contact must be finite");
+  meet(step);
+  follow_surface(step);
   if (step.state != ContactState::free) {
     follow(step);
     fit_stiffness();
@@ -37,20 +37,36 @@ ContactModel ContactModelFitter::fit(const ContactStep& step) {
   model.state = step.state;
   model.point_world_m = step.point_world_m;
   model.normal_world = step.normal_world;
-  model.velocity_world_m_per_s = step.surface_velocity_world_m_per_s;
+  model.velocity_world_m_per_s = surface_velocity_m_per_s_;
   model.stiffness_n_per_m = stiffness_n_per_m_;
   model.tangential_stiffness_n_per_m = spec_.tangential_fraction * stiffness_n_per_m_;
-  model.damping_n_s_per_m = spec_.contact_damping_n_s_per_m;
-  model.friction = spec_.friction;
-  model.yield_n = spec_.yield_n;
+  model.friction = tissue_.friction;
+  model.yield_n = tissue_.yield_n;
   model.valid_radius_m = spec_.valid_radius_m;
   model.time_to_live_s = spec_.time_to_live_s;
   if (!touching_) return free_model(model, step);
 
   // Force and tip have passed the same filter, so they match each other; the tissue has since moved by v_p tau.
   model.force_world_n = smooth_force_n_;
-  model.tip_world_m = smooth_tip_m_ + spec_.force_filter_s * step.surface_velocity_world_m_per_s;
+  model.tip_world_m = smooth_tip_m_ + spec_.force_filter_s * surface_velocity_m_per_s_;
   return model;
+}
+
+// Nothing that one body has taught is true of another. A tool that leaves a body for the air keeps what it knows.
+void ContactModelFitter::meet(const ContactStep& step) {
+  if (step.body_id == kNoBody) return;
+  tissue_ = step.tissue;
+  if (step.body_id == std::exchange(body_id_, step.body_id)) return;
+  stiffness_n_per_m_ = tissue_.stiffness_n_per_m;
+  window_ = {};
+  surface_known_ = touching_ = false;
+}
+
+void ContactModelFitter::follow_surface(const ContactStep& step) {
+  const double dt = step.sim_time_s - last_.sim_time_s;
+  const double share = surface_known_ ? dt / (dt + spec_.velocity_filter_s) : 1;
+  surface_velocity_m_per_s_ += share * (step.surface_velocity_world_m_per_s - surface_velocity_m_per_s_);
+  surface_known_ = step.surface_known;
 }
 
 // Adds a step of a contact to the filters and to the window.
@@ -66,7 +82,7 @@ void ContactModelFitter::follow(const ContactStep& step) {
   smooth_force_n_ += share * (step.reaction_world_n - smooth_force_n_);
   smooth_tip_m_ += share * (step.tip_world_m - smooth_tip_m_);
 
-  const Vec3 moved_m = step.tip_world_m - last_.tip_world_m - dt * step.surface_velocity_world_m_per_s;
+  const Vec3 moved_m = step.tip_world_m - last_.tip_world_m - dt * surface_velocity_m_per_s_;
   newest_ = (newest_ + 1) % kWindow;
   window_[newest_] = {step.normal_world.dot(step.reaction_world_n - last_.reaction_world_n),
                       step.normal_world.dot(moved_m)};
@@ -80,18 +96,14 @@ void ContactModelFitter::fit_stiffness() {
     xx += change.distance_m * change.distance_m;
     xf += change.distance_m * change.force_n;
   }
-  const double prior = spec_.prior_stiffness_n_per_m;
-  const double passive = kShareOfBound * 2 * spec_.device_damping_n_s_per_m / spec_.servo_period_s;
-  stiffness_n_per_m_ = std::min(std::clamp(-xf / xx, kLeastOfPrior * prior, kMostOfPrior * prior), passive);
+  const double prior = tissue_.stiffness_n_per_m;
+  stiffness_n_per_m_ = std::clamp(-xf / xx, kLeastOfPrior * prior, kMostOfPrior * prior);
 }
 
 // The model of a free tool: no force, and the plane of the surface if that is known.
 ContactModel ContactModelFitter::free_model(ContactModel model, const ContactStep& step) const {
-  model.tip_world_m = step.tip_world_m;
-  if (step.surface_known) {
-    const double gap_m = std::max(0.0, step.normal_world.dot(step.tip_world_m - step.point_world_m));
-    model.tip_world_m -= gap_m * step.normal_world;
-  } else {
+  model.tip_world_m = step.tip_world_m - step.gap_m * step.normal_world;
+  if (!step.surface_known) {
     model.stiffness_n_per_m = 0;
     model.tangential_stiffness_n_per_m = 0;
   }

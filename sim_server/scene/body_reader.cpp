@@ -57,6 +57,8 @@ void read_material(KeyReader& map, MaterialSpec& m) {
              "Fraction by which surface springs are shorter at rest than the edges of the mesh.");
   map.number("damping_per_s", m.damping_per_s, at_least(0), "Damping in proportion to mass.");
   map.number("toughness_j_per_m2", m.toughness_j_per_m2, at_least(0), "Work that a cut takes, per area.");
+  map.number("friction", m.friction, at_least(0),
+             "Coefficient of friction of instruments on the tissue, as the hand feels it.");
 }
 
 void read_cutting(KeyReader& map, CuttingSpec& c, const Allowed& allowed, const EngineTraits& traits) {

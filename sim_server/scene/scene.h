@@ -26,6 +26,7 @@ struct MaterialSpec : ElasticMaterial {
   double pretension = 0.06;            // mesh springs' rest length is (1 - pretension) times the edge
   double damping_per_s = 25;           // mass-proportional
   double toughness_j_per_m2 = 200;     // cutting work per area, J_c
+  double friction = 0.2;               // Coulomb's, of instruments on the tissue, as the hand feels it
 };
 
 struct CuttingSpec {

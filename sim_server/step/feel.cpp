@@ -1,7 +1,12 @@
 #include "sim_server/step/step.h"
+#include "sim_server/world/surface_under_tool.h"
 
 namespace sectio {
 namespace {
+
+// A surface this near to a free tool is told to the hand, which meets it without the delay of the wire: 20 mm are the
+// way of a quick hand, 0.4 m/s, in the time for which a contact model lives.
+constexpr double kReachM = 0.02;
 
 // Adds up the forces of all edges; the deepest contact gives the place.
 void add_edge(const EdgeContact& contact, ContactStep& felt) {
@@ -9,8 +14,36 @@ void add_edge(const EdgeContact& contact, ContactStep& felt) {
   if (contact.state() <= felt.state) return;
   felt.state = contact.state();
   felt.surface_known = contact.surface_known();
+  felt.body_id = contact.body_id();
   felt.point_world_m = contact.point_world_m();
   felt.normal_world = contact.normal_world();
+}
+
+// Tells what the tool touches or would: the body that an edge presses or cuts, or that jaws hold, else the nearest one.
+void add_surface(SimulatedWorld& world, std::uint32_t tool_id, ContactStep& felt) {
+  const Tool& tool = world.tools[tool_id];
+  const ToolSpec& spec = world.scene.tools[tool_id];
+  TriangleId triangle = kNone;
+  if (const auto held = tool.grasp.held_body(); held && felt.body_id == kNoBody) {
+    felt.body_id = *held;  // its points follow the hand, not the tissue around
+  } else if (felt.body_id != kNoBody) {
+    felt.surface_velocity_world_m_per_s = velocity_beyond_dent(*world.bodies[felt.body_id], felt.point_world_m);
+  } else if (const auto near = nearest_surface(world.bodies, spec, *tool.pose, kReachM)) {
+    Body& body = *world.bodies[near->body_id];
+    felt.body_id = near->body_id;
+    triangle = near->triangle;
+    if (felt.state == ContactState::free) {
+      felt.surface_known = true;
+      felt.point_world_m = near->point_world_m;
+      felt.normal_world = near->normal_world;
+      felt.gap_m = near->gap_m;
+      felt.surface_velocity_world_m_per_s = velocity_at(body, triangle, near->point_world_m);
+    } else {  // a ball about the tip pushes it
+      felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, near->point_world_m);
+    }
+  }
+  if (felt.body_id != kNoBody)
+    felt.tissue = felt_tissue(*world.bodies[felt.body_id], triangle, instrument_of(spec.kind), felt.state);
 }
 
 }  // namespace
@@ -26,6 +59,7 @@ void feel(SimulatedWorld& world, StepContext& context) {
     for (std::uint32_t b = 0; b < world.bodies.size(); ++b)
       for (std::uint32_t e = 0; e < world.edges.size(); ++e)
         if (world.edges[e].tool_id == t) add_edge(world.contact(b, e), felt);
+    add_surface(world, t, felt);
     in_contact |= felt.state != ContactState::free;
     context.output.contacts.push_back(tool.fitter.fit(felt));
   }

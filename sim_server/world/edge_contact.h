@@ -51,6 +51,7 @@ class EdgeContact {
   bool surface_known() const { return phase_ != Phase::free; }
   const Vec3& point_world_m() const { return point_; }
   const Vec3& normal_world() const { return normal_; }
+  std::uint32_t body_id() const { return body_.id; }
   // The depth of the pressing point beneath the nearest triangle, after the step, whatever the constraint was.
   double penetration_m();
   ContactGap gap();

@@ -46,6 +46,10 @@ bool Grasp::holds(std::uint32_t body_id) const {
   return std::ranges::find(held_, body_id, &Held::body_id) != held_.end();
 }
 
+std::optional<std::uint32_t> Grasp::held_body() const {
+  return held_.empty() ? std::nullopt : std::optional(held_.front().body_id);
+}
+
 std::vector<GraspEvent> Grasp::take_events() {
   return std::exchange(events_, {});
 }

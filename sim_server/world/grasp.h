@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -50,6 +51,7 @@ class Grasp {
   void part_left(std::uint32_t parent_id, const Body& part, std::span<const VertexId> vertex_from);
 
   bool holds(std::uint32_t body_id) const;
+  std::optional<std::uint32_t> held_body() const;  // the one that was grasped first
   // Does the instrument hold or push anything?
   bool is_at_work() const { return !held_.empty() || pushes_; }
   const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // of this step

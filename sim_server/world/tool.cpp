@@ -1,20 +1,8 @@
 #include "sim_server/world/tool.h"
 
 namespace sectio {
-namespace {
 
-FitterSpec fitter_spec(const Scene& scene) {
-  FitterSpec f;
-  if (scene.bodies.empty()) return f;
-  const MaterialSpec& m = scene.bodies.front().material;
-  f.prior_stiffness_n_per_m = 2 * m.young_pa / (1 - m.poisson * m.poisson) * m.foundation_radius_m;
-  return f;
-}
-
-}  // namespace
-
-Tool::Tool(std::uint32_t tool_id, const Scene& scene)
-    : fitter(tool_id, fitter_spec(scene)), grasp(scene.tools[tool_id]) {}
+Tool::Tool(std::uint32_t tool_id, const Scene& scene) : fitter(tool_id), grasp(scene.tools[tool_id]) {}
 
 void Tool::begin_step() {
   before = pose;

@@ -29,8 +29,8 @@ struct BenchSpec {
   double model_stiffness_n_per_m = 0;  // not 0: the model's stiffness, however wrong, instead of the fitted one
   bool surface_velocity_known = true;
   HandSpec hand;
-  FitterSpec fitter;
-  ServoSpec servo{.max_force_n = 100};
+  FeltTissue tissue;
+  ServoSpec servo{.device = {.largest_force_n = 100}};
   double duration_s = 10;
   std::uint64_t seed = 7;
 };
@@ -44,8 +44,7 @@ struct BenchResult {
 
 class HapticBench {
  public:
-  explicit HapticBench(const BenchSpec& spec)
-      : spec_(spec), hand_(wish(), spec.hand), fitter_(0, spec.fitter), servo_(spec.servo) {}
+  explicit HapticBench(const BenchSpec& spec) : spec_(spec), hand_(wish(), spec.hand), fitter_(0), servo_(spec.servo) {}
 
   BenchResult run() {
     const auto ticks = static_cast<std::int64_t>(spec_.duration_s * 1000);
@@ -102,7 +101,10 @@ class HapticBench {
     step.reaction_world_n = tissue_force(step.tip_world_m, t);
     step.state = step.reaction_world_n.z() > 0 ? ContactState::contact : ContactState::free;
     step.surface_known = true;
+    step.body_id = 0;
+    step.tissue = spec_.tissue;
     step.point_world_m = surface_m(t);
+    step.gap_m = std::max(0.0, (step.tip_world_m - surface_m(t)).z());
     if (spec_.surface_velocity_known) step.surface_velocity_world_m_per_s = surface_velocity(t);
     ContactModel model = fitter_.fit(step);
     if (spec_.model_stiffness_n_per_m > 0) model.stiffness_n_per_m = spec_.model_stiffness_n_per_m;

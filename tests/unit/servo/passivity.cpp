@@ -12,10 +12,8 @@ BenchSpec usual_wire(double tissue_n_per_m) {
   spec.tissue_n_per_m = tissue_n_per_m;
   spec.jitter_s = 0.005;
   spec.loss = 0.02;
-  spec.fitter.prior_stiffness_n_per_m = tissue_n_per_m;
-  spec.fitter.device_damping_n_s_per_m = 1;
-  spec.fitter.yield_n = 100;
-  spec.fitter.friction = 0;
+  spec.tissue = {.stiffness_n_per_m = tissue_n_per_m, .friction = 0};
+  spec.servo.device.damping_n_s_per_m = 1;
   return spec;
 }
 
@@ -75,7 +73,7 @@ TEST(PassivityControl, RawForceTremblesOnStiffTissue) {
 TEST_P(Passivity, AWrongPriorIsCorrectedByTheFit) {
   for (const double factor : {0.5, 2.0}) {
     BenchSpec spec = usual_wire(GetParam());
-    spec.fitter.prior_stiffness_n_per_m *= factor;
+    spec.tissue.stiffness_n_per_m *= factor;
     EXPECT_LT(HapticBench(spec).run().rms_error, 0.05) << factor;
   }
 }
@@ -92,12 +90,13 @@ TEST_P(Passivity, WrongStiffnessStaysStable) {
   }
 }
 
-// A light device in a light hand on stiff tissue, the stiffness wrong by two: more than the loop's own damping can
-// take.
+// A light device, which claims more damping than it has, in a light hand on stiff tissue, the stiffness wrong by two:
+// more than the loop's own damping can take.
 BenchSpec light_hand(BenchSpec spec, double factor) {
   spec.hand.hand_stiffness_n_per_m = 200;
   spec.hand.hand_damping_n_s_per_m = 2;
   spec.hand.device_damping_n_s_per_m = 0.1;
+  spec.servo.device.damping_n_s_per_m = 10;
   spec.model_stiffness_n_per_m = factor * spec.tissue_n_per_m;
   return spec;
 }

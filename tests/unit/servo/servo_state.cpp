@@ -54,8 +54,24 @@ TEST(ServoState, WatchdogRampsTheForceToZeroAndLetsGoAgain) {
 }
 
 TEST(ServoState, TheHandNeverGetsMoreThanTheDevicesForce) {
-  ServoState state{{.max_force_n = 3}};
+  ServoState state{{.device = {.largest_force_n = 3}}};
   EXPECT_NEAR(run(state, pushing(1000), 0, 0.1, true).force_world_n.norm(), 3, 1e-9);
+}
+
+TEST(ServoState, ForceRisesNoFasterThanTheDeviceCan) {
+  ServoState state{{.device = {.slew_n_per_s = 100}}};
+  EXPECT_NEAR(run(state, pushing(5), 0, 0.021, true).force_world_n.norm(), 2, 1e-9);
+  EXPECT_NEAR(run(state, pushing(5), 0.021, 0.1, true).force_world_n.norm(), 5, 1e-9);
+}
+
+// 0.7 * 2 b / T, whatever the server sends.
+TEST(ServoState, StiffnessStaysBelowThePassiveBoundOfTheDevice) {
+  ServoState state{{.device = {.damping_n_s_per_m = 0.2, .rate_hz = 500}}};
+  ContactModel model = pushing(0);
+  model.stiffness_n_per_m = 2000;
+  run(state, model, 0, 0.1, true);
+  const Pose deeper{Vec3(0, 0, -0.001), Eigen::Quaterniond::Identity()};
+  EXPECT_NEAR(state.tick(0.1, deeper, nullptr).force_world_n.z(), 0.14, 1e-9);
 }
 
 TEST(ServoState, ABrokenModelGivesNoForceAndIsForgotten) {

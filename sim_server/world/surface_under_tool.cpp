@@ -1,0 +1,97 @@
+#include "sim_server/world/surface_under_tool.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace sectio {
+namespace {
+
+// A flat punch of radius a moves the surface at a distance r by 2/pi asin(a/r) of its own way (Sneddon 1965): beyond
+// these 15 mm, a tip of 2 mm by less than a tenth.
+constexpr double kDentM = 0.015, kAroundM = 0.03;
+constexpr double kFlatM = 1e-6;     // a shortest way below this has no direction
+constexpr std::size_t kEnough = 6;  // vertices whose motion counts as the surface's
+
+Vec3 triangle_normal(const SurfaceView& view, TriangleId t) {
+  return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
+}
+
+// A corner of an instrument, with the ball about it.
+struct Corner {
+  Vec3 at_world_m;
+  double radius_m;
+};
+
+std::vector<Corner> corners_of(const ToolSpec& tool, const JointPose& pose) {
+  const InstrumentKind& kind = instrument_of(tool.kind);
+  std::vector<Corner> corners;
+  for (std::size_t edge = 0; edge < kind.edges; ++edge) {
+    const InstrumentShape shape = kind.shape(tool.geometry, {tool.intensity, pose.opening_rad, edge});
+    corners.push_back({pose.to_world(shape.a_tool_m), tool.geometry.sphere_radius_m});
+    for (const Vec3& corner : {shape.b_tool_m, shape.c_tool_m}) corners.push_back({pose.to_world(corner), 0});
+    if (!kind.front_is_virtual) corners.push_back({pose.to_world(shape.d_tool_m), 0});
+  }
+  return corners;
+}
+
+}  // namespace
+
+std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<Body>> bodies, const ToolSpec& tool,
+                                                const JointPose& pose, double reach_m) {
+  const std::vector<Corner> corners = corners_of(tool, pose);
+  std::optional<SurfaceUnderTool> nearest;
+  bool outside = true;
+  double within_m = reach_m;
+  for (const auto& body : bodies) {
+    for (const Corner& corner : corners) {
+      const Box3 box = body->bounds_world_m();
+      if (box.isEmpty() || box.exteriorDistance(corner.at_world_m) > within_m + corner.radius_m) continue;
+      const auto found = body->tree().closest(body->view(), corner.at_world_m, within_m + corner.radius_m);
+      if (!found) continue;
+      const Vec3 way = corner.at_world_m - found->point_world_m, flat = triangle_normal(body->view(), found->triangle);
+      outside = way.dot(flat) > -kFlatM;
+      within_m = std::max(0.0, found->distance_m - corner.radius_m);
+      nearest = {body->id, found->triangle, found->point_world_m, way.norm() > kFlatM ? way.normalized() : flat,
+                 within_m};
+    }
+  }
+  return outside ? nearest : std::nullopt;
+}
+
+Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m) {
+  if (body.rigid) return body.rigid->body.velocity_at(point_world_m);
+  if (body.asleep() || body.frozen) return Vec3::Zero();
+  Vec3 sum = Vec3::Zero();
+  for (const VertexId v : body.mesh.triangle(triangle).v) sum += body.particle_view().velocity(v);
+  return sum / 3;
+}
+
+Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
+  if (body.rigid) return body.rigid->body.velocity_at(point_world_m);
+  if (body.asleep() || body.frozen) return Vec3::Zero();
+  const ParticleView now = body.particle_view();
+  std::vector<MovingPoint> near, beyond;
+  for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) {
+    const double distance_m = (now.position(v) - point_world_m).norm();
+    if (distance_m > kAroundM || !body.mesh.vertex_alive(v)) continue;
+    near.push_back({now.position(v), now.velocity(v), 1});
+    if (distance_m > kDentM) beyond.push_back(near.back());
+  }
+  return rigid_velocity(beyond.size() >= kEnough ? beyond : near).at(point_world_m);
+}
+
+FeltTissue felt_tissue(const Body& body, TriangleId triangle, const InstrumentKind& instrument, ContactState state) {
+  const MaterialSpec& m = body.spec.material;
+  FeltTissue tissue;
+  tissue.stiffness_n_per_m = 2 * m.young_pa / (1 - m.poisson * m.poisson) * m.foundation_radius_m;
+  if (triangle != kNone && vary_in_stiffness(body.spec.regions))
+    tissue.stiffness_n_per_m *=
+        stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(body.mesh.triangle(triangle).v[0]));
+  tissue.friction = body.rigid ? body.spec.splitting.friction : m.friction;
+  const auto& threshold_n = body.spec.cutting.threshold_force_n;
+  if (instrument.tip_pierces && !body.rigid && state != ContactState::penetration && threshold_n)
+    tissue.yield_n = std::min(*threshold_n, kNeverYieldsN);
+  return tissue;
+}
+
+}  // namespace sectio
