@@ -1,6 +1,6 @@
-// The interface between drawing and a graphics library. It names no type of that library; osmesa_canvas.cpp implements
-// it in software. A canvas belongs to the thread that made it. Several canvases may live at once, also in several
-// threads.
+// The interface between drawing and a graphics library. It names no type of that library; gl_canvas.cpp implements it
+// with OpenGL, for which osmesa_canvas.cpp has a context in software. A canvas belongs to the thread that made it.
+// Several canvases may live at once, also in several threads.
 #pragma once
 
 #include <array>

@@ -1,382 +1,66 @@
-// The software canvas: OpenGL 3.3 core in Mesa's llvmpipe, drawn into the picture's own memory. libOSMesa exports the
-// gl* functions, so no loader is needed.
-#define GL_GLEXT_PROTOTYPES
+// The software canvas: OpenGL 3.3 core in Mesa's llvmpipe, drawn into the picture's own memory. libOSMesa
+// exports the gl* functions, so no loader is needed.
 #include <GL/osmesa.h>
-// osmesa.h brings gl.h
-#include <GL/glext.h>
 
 #include <array>
-#include <cstddef>
 #include <cstdlib>
-#include <map>
 #include <string>
-#include <vector>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
-#include "render_client/draw/canvas.h"
-#include "render_client/draw/osmesa_program.h"
-#include "render_client/draw/region_shader.h"
-#include "render_client/draw/tissue_noise.h"
+#include "render_client/draw/gl_canvas.h"
 
 namespace sectio {
 
 namespace {
 
-bool takes_shadows(Shading shading) {
-  return shading == Shading::skin || shading == Shading::wall || shading == Shading::drape;
-}
-
-struct GpuMesh {
-  GLuint array = 0, vertices = 0, indices = 0;
-  std::size_t vertex_capacity = 0;
-  std::uint32_t index_count = 0;
-  GLuint region_cells = 0;  // a texture; 0: no regions
-  RegionTable regions;
-
-  bool is_free() const { return array == 0; }
-};
-
-class OsmesaCanvas final : public Canvas {
+class OsmesaContext final : public GlContext {
  public:
-  OsmesaCanvas(int width_px, int height_px, int samples);
-  ~OsmesaCanvas() override;
-  OsmesaCanvas(const OsmesaCanvas&) = delete;
-  OsmesaCanvas& operator=(const OsmesaCanvas&) = delete;
-
-  int width_px() const override { return image_.width_px; }
-  int height_px() const override { return image_.height_px; }
-  MeshId add_mesh() override;
-  void remove_mesh(MeshId mesh) override;
-  void set_vertices(MeshId mesh, std::span<const CanvasVertex> vertices) override;
-  void set_indices(MeshId mesh, std::span<const std::uint32_t> indices) override;
-  void set_regions(MeshId mesh, std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box) override;
-  void begin(const CanvasView& view) override;
-  void draw(MeshId mesh, IndexRange range, const Material& material, const Eigen::Matrix4f& world_from_mesh) override;
-  void draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Matrix4f& world_from_mesh) override;
-  Image& finish() override;
-
- private:
-  void make_current();
-  void make_noise();
-  void make_sample_buffer(int samples);
-  static GLuint make_cells(std::span<const std::uint32_t> cells);
-  void warm_up();
-  const Program& program(const ShaderVariant& variant);
-  static void set_region_uniforms(const Program& program, const RegionTable& table);
-  void set_occluder_uniforms(const Program& program) const;
-  Eigen::Vector2f half_size_px() const;
-  void draw_elements(MeshId mesh, IndexRange range);
-
-  OSMesaContext context_ = nullptr;
-  Image image_;
-  std::map<ShaderVariant, Program> programs_;
-  Program background_, wireframe_;
-  GLuint empty_array_ = 0;
-  GLuint sample_framebuffer_ = 0;
-  std::array<GLuint, 2> sample_buffers_{};
-  CanvasView view_;
-  std::vector<GpuMesh> meshes_;
-  MeshId unseen_triangle_ = 0;
-};
-
-OsmesaCanvas::OsmesaCanvas(int width_px, int height_px, int samples) : image_(width_px, height_px) {
-  setenv("LP_NUM_THREADS", "1", 0);
-  const std::array attributes{OSMESA_FORMAT,
-                              OSMESA_RGBA,
-                              OSMESA_DEPTH_BITS,
-                              24,
-                              OSMESA_PROFILE,
-                              OSMESA_CORE_PROFILE,
-                              OSMESA_CONTEXT_MAJOR_VERSION,
-                              3,
-                              OSMESA_CONTEXT_MINOR_VERSION,
-                              3,
-                              0};
-  context_ = OSMesaCreateContextAttribs(attributes.data(), nullptr);
-  if (!context_) throw InputError("OSMesa can't make an OpenGL 3.3 core context");
-  try {
-    make_current();
+  OsmesaContext(int width_px, int height_px) : picture_(width_px, height_px) {
+    setenv("LP_NUM_THREADS", "1", 0);
+    const std::array attributes{OSMESA_FORMAT,
+                                OSMESA_RGBA,
+                                OSMESA_DEPTH_BITS,
+                                24,
+                                OSMESA_PROFILE,
+                                OSMESA_CORE_PROFILE,
+                                OSMESA_CONTEXT_MAJOR_VERSION,
+                                3,
+                                OSMESA_CONTEXT_MINOR_VERSION,
+                                3,
+                                0};
+    context_ = OSMesaCreateContextAttribs(attributes.data(), nullptr);
+    if (!context_) throw InputError("OSMesa can't make an OpenGL 3.3 core context");
+    try {
+      OsmesaContext::make_current();
+    } catch (...) {
+      OSMesaDestroyContext(context_);
+      throw;
+    }
     const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     if (!renderer || std::string(renderer).find("llvmpipe") == std::string::npos) {
       log_warning("OpenGL is drawn by " + std::string(renderer ? renderer : "nothing known") +
                   ", not by llvmpipe: expect few frames per second");
     }
-    background_ = Program::of_background();
-    wireframe_ = Program::of_wireframe();
-    make_noise();
-    glGenVertexArrays(1, &empty_array_);
-    if (samples > 1) make_sample_buffer(samples);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LEQUAL);
-    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    warm_up();
-  } catch (...) {
-    OSMesaDestroyContext(context_);
-    throw;
   }
-}
+  ~OsmesaContext() override { OSMesaDestroyContext(context_); }
+  OsmesaContext(const OsmesaContext&) = delete;
+  OsmesaContext& operator=(const OsmesaContext&) = delete;
 
-OsmesaCanvas::~OsmesaCanvas() {
-  OSMesaDestroyContext(context_);
-}
-
-void OsmesaCanvas::make_current() {
-  if (OSMesaGetCurrentContext() == context_) return;
-  if (!OSMesaMakeCurrent(context_, image_.rgba.data(), GL_UNSIGNED_BYTE, image_.width_px, image_.height_px)) {
-    throw InputError("OSMesa can't draw a picture of " + std::to_string(image_.width_px) + " x " +
-                     std::to_string(image_.height_px) + " pixels");
-  }
-  OSMesaPixelStore(OSMESA_Y_UP, 0);
-}
-
-void OsmesaCanvas::make_noise() {
-  const TissueNoise& volumes = tissue_noise();
-  constexpr GLsizei kSize = kTissueNoiseSize;
-  std::array<GLuint, 2> textures{};
-  glGenTextures(2, textures.data());
-  for (std::size_t i = 0; i < 2; ++i) {
-    const auto& texels = i == 0 ? volumes.noise : volumes.relief;
-    glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(i));
-    glBindTexture(GL_TEXTURE_3D, textures[i]);
-    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kSize, kSize, kSize, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
-    glGenerateMipmap(GL_TEXTURE_3D);
-    for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) {
-      glTexParameteri(GL_TEXTURE_3D, axis, GL_REPEAT);
+  void make_current() override {
+    if (OSMesaGetCurrentContext() == context_) return;
+    if (!OSMesaMakeCurrent(context_, picture_.rgba.data(), GL_UNSIGNED_BYTE, picture_.width_px, picture_.height_px)) {
+      throw InputError("OSMesa can't draw a picture of " + std::to_string(picture_.width_px) + " x " +
+                       std::to_string(picture_.height_px) + " pixels");
     }
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    OSMesaPixelStore(OSMESA_Y_UP, 0);
   }
-}
+  Image& picture() override { return picture_; }
 
-void OsmesaCanvas::make_sample_buffer(int samples) {
-  glGenFramebuffers(1, &sample_framebuffer_);
-  glBindFramebuffer(GL_FRAMEBUFFER, sample_framebuffer_);
-  glGenRenderbuffers(2, sample_buffers_.data());
-  const std::array<std::array<GLenum, 2>, 2> attachments{
-      {{GL_RGBA8, GL_COLOR_ATTACHMENT0}, {GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT}}};
-  for (std::size_t i = 0; i < attachments.size(); ++i) {
-    glBindRenderbuffer(GL_RENDERBUFFER, sample_buffers_[i]);
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, attachments[i][0], image_.width_px, image_.height_px);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachments[i][1], GL_RENDERBUFFER, sample_buffers_[i]);
-  }
-  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-    throw InputError("this OpenGL has no buffers of " + std::to_string(samples) + " samples a pixel");
-  }
-}
-
-// Compiles what most scenes need, so that neither a first cut nor an instrument that comes in holds up a picture.
-void OsmesaCanvas::warm_up() {
-  unseen_triangle_ = add_mesh();
-  set_vertices(unseen_triangle_, std::array<CanvasVertex, 3>{});
-  set_indices(unseen_triangle_, std::array<std::uint32_t, 3>{0, 1, 2});
-  begin({});
-  for (const Shading shading :
-       {Shading::skin, Shading::wall, Shading::metal, Shading::polymer, Shading::glow, Shading::drape})
-    program({.shading = shading});
-  draw_wireframe(unseen_triangle_, {0, 3}, Eigen::Matrix4f::Identity());
-  finish();
-}
-
-// llvmpipe compiles a shader when something is drawn with it. The triangle has no area. A shading that takes shadows is
-// compiled with and without them: instruments come and go in the middle of a session.
-const Program& OsmesaCanvas::program(const ShaderVariant& variant) {
-  if (const auto found = programs_.find(variant); found != programs_.end()) return found->second;
-  ShaderVariant made = variant;
-  for (const bool shadows : {false, true}) {
-    if (shadows && !takes_shadows(variant.shading)) continue;
-    made.shadows = shadows;
-    const Program& program = programs_.emplace(made, Program::of_variant(made)).first->second;
-    program.use();
-    draw_elements(unseen_triangle_, {0, 3});
-  }
-  return programs_.at(variant);
-}
-
-MeshId OsmesaCanvas::add_mesh() {
-  make_current();
-  std::size_t place = 0;
-  while (place < meshes_.size() && !meshes_[place].is_free()) ++place;
-  if (place == meshes_.size()) meshes_.emplace_back();
-  GpuMesh& mesh = meshes_[place];
-  glGenVertexArrays(1, &mesh.array);
-  glGenBuffers(1, &mesh.vertices);
-  glGenBuffers(1, &mesh.indices);
-  glBindVertexArray(mesh.array);
-  glBindBuffer(GL_ARRAY_BUFFER, mesh.vertices);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.indices);
-  const auto attribute = [](GLuint location, GLint size, GLenum type, std::size_t offset) {
-    glEnableVertexAttribArray(location);
-    glVertexAttribPointer(location, size, type, GL_TRUE, sizeof(CanvasVertex),
-                          reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr): GL's way
-  };
-  attribute(0, 3, GL_FLOAT, offsetof(CanvasVertex, position_m));
-  attribute(1, 3, GL_FLOAT, offsetof(CanvasVertex, normal));
-  attribute(2, 4, GL_FLOAT, offsetof(CanvasVertex, rest_m));
-  attribute(3, 4, GL_UNSIGNED_BYTE, offsetof(CanvasVertex, pattern));
-  attribute(4, 1, GL_FLOAT, offsetof(CanvasVertex, scalar));
-  return static_cast<MeshId>(place);
-}
-
-void OsmesaCanvas::remove_mesh(MeshId mesh) {
-  make_current();
-  GpuMesh& m = meshes_[mesh];
-  glDeleteVertexArrays(1, &m.array);
-  glDeleteBuffers(1, &m.vertices);
-  glDeleteBuffers(1, &m.indices);
-  if (m.region_cells != 0) glDeleteTextures(1, &m.region_cells);
-  m = {};
-}
-
-void OsmesaCanvas::set_vertices(MeshId mesh, std::span<const CanvasVertex> vertices) {
-  make_current();
-  GpuMesh& m = meshes_[mesh];
-  glBindBuffer(GL_ARRAY_BUFFER, m.vertices);
-  if (vertices.size() > m.vertex_capacity) {
-    m.vertex_capacity = vertices.size() + vertices.size() / 4;
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(m.vertex_capacity * sizeof(CanvasVertex)), nullptr,
-                 GL_DYNAMIC_DRAW);
-  }
-  glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(vertices.size_bytes()), vertices.data());
-}
-
-void OsmesaCanvas::set_indices(MeshId mesh, std::span<const std::uint32_t> indices) {
-  make_current();
-  GpuMesh& m = meshes_[mesh];
-  glBindVertexArray(m.array);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(), GL_STATIC_DRAW);
-  m.index_count = static_cast<std::uint32_t>(indices.size());
-}
-
-void OsmesaCanvas::begin(const CanvasView& view) {
-  make_current();
-  view_ = view;
-  glBindFramebuffer(GL_FRAMEBUFFER, sample_framebuffer_);
-  glViewport(0, 0, image_.width_px, image_.height_px);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-}
-
-void OsmesaCanvas::set_occluder_uniforms(const Program& program) const {
-  std::array<Vec4f, 2> from, to;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Occluder& occluder = view_.occluders[i];
-    from[i] = view_.view_from_world * occluder.from_world_m.homogeneous();
-    to[i] = view_.view_from_world * occluder.to_world_m.homogeneous();
-    from[i].w() = occluder.from_radius_m;
-    to[i].w() = occluder.to_radius_m;
-  }
-  program.set("occluder_from", std::span<const Vec4f>(from));
-  program.set("occluder_to", std::span<const Vec4f>(to));
-  program.set("occluder_count", view_.occluder_count);
-}
-
-Eigen::Vector2f OsmesaCanvas::half_size_px() const {
-  return 0.5f * Eigen::Vector2f(static_cast<float>(image_.width_px), static_cast<float>(image_.height_px));
-}
-
-void OsmesaCanvas::draw_elements(MeshId mesh, IndexRange range) {
-  SECTIO_ASSERT(range.first + range.count <= meshes_[mesh].index_count, "the range is within the index buffer");
-  glBindVertexArray(meshes_[mesh].array);
-  glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_INT,
-                 // NOLINTNEXTLINE(performance-no-int-to-ptr): GL's way
-                 reinterpret_cast<const void*>(sizeof(std::uint32_t) * std::size_t{range.first}));
-}
-
-void OsmesaCanvas::set_regions(MeshId mesh, std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box) {
-  make_current();
-  GpuMesh& m = meshes_[mesh];
-  if (m.region_cells != 0) glDeleteTextures(1, &m.region_cells);
-  m.region_cells = 0;
-  m.regions = {};
-  if (regions.empty()) return;
-  m.regions = region_table(regions, rest_box);
-  m.region_cells = make_cells(m.regions.cells);
-}
-
-// A texture with a number for each cell of the grid, read as it is.
-GLuint OsmesaCanvas::make_cells(std::span<const std::uint32_t> cells) {
-  constexpr GLsizei kSize = kRegionGridSize;
-  GLuint texture = 0;
-  glGenTextures(1, &texture);
-  glActiveTexture(GL_TEXTURE2);
-  glBindTexture(GL_TEXTURE_3D, texture);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R32UI, kSize, kSize, kSize, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, cells.data());
-  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  return texture;
-}
-
-void OsmesaCanvas::set_region_uniforms(const Program& program, const RegionTable& table) {
-  program.set("part_of", std::span<const std::array<int, 2>>(table.part_of));
-  program.set("part_a", std::span<const Vec4f>(table.part_a));
-  program.set("part_b", std::span<const Vec4f>(table.part_b));
-  program.set("part_q", std::span<const Vec4f>(table.part_q));
-  program.set("region_colour", std::span<const Vec4f>(table.colour));
-  program.set("region_grain", std::span<const Vec4f>(table.grain));
-  program.set("region_rim", std::span<const Vec4f>(table.rim));
-  program.set("grid_from", table.grid_from_m);
-  program.set("grid_per", table.grid_per_m);
-}
-
-void OsmesaCanvas::draw(MeshId mesh, IndexRange range, const Material& material,
-                        const Eigen::Matrix4f& world_from_mesh) {
-  const GpuMesh& m = meshes_[mesh];
-  const Shading shading = material.shading;
-  const ShaderVariant variant{.shading = shading,
-                              .regions = m.region_cells != 0 && (shading == Shading::skin || shading == Shading::wall),
-                              .shadows = view_.occluder_count > 0 && takes_shadows(shading),
-                              .pattern_per_pixel = shading == Shading::skin && material.pattern_per_pixel};
-  if (variant.regions) {
-    glActiveTexture(GL_TEXTURE2);
-    glBindTexture(GL_TEXTURE_3D, m.region_cells);
-  }
-  const Program& program = this->program(variant);
-  if (range.count == 0) return;
-  program.use();
-  program.set("view_from_mesh", Eigen::Matrix4f(view_.view_from_world * world_from_mesh));
-  program.set("projection", view_.projection);
-  program.set("base_colour", material.colour);
-  program.set("half_size_px", half_size_px());
-  if (variant.regions) set_region_uniforms(program, m.regions);
-  if (variant.shadows) set_occluder_uniforms(program);
-  if (shading == Shading::skin || shading == Shading::drape) {
-    glEnable(GL_CULL_FACE);
-  } else {
-    glDisable(GL_CULL_FACE);
-  }
-  draw_elements(mesh, range);
-}
-
-void OsmesaCanvas::draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Matrix4f& world_from_mesh) {
-  if (range.count == 0) return;
-  wireframe_.use();
-  wireframe_.set("view_from_mesh", Eigen::Matrix4f(view_.view_from_world * world_from_mesh));
-  wireframe_.set("projection", view_.projection);
-  wireframe_.set("half_size_px", half_size_px());
-  glEnable(GL_CULL_FACE);
-  glEnable(GL_BLEND);
-  glEnable(GL_POLYGON_OFFSET_FILL);
-  glPolygonOffset(-1.0f, -1.0f);
-  glDepthMask(GL_FALSE);
-  draw_elements(mesh, range);
-  glDepthMask(GL_TRUE);
-  glDisable(GL_POLYGON_OFFSET_FILL);
-  glDisable(GL_BLEND);
-}
-
-Image& OsmesaCanvas::finish() {
-  glDisable(GL_CULL_FACE);
-  background_.use();
-  glBindVertexArray(empty_array_);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  if (sample_framebuffer_ != 0) {
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
-    glBlitFramebuffer(0, 0, image_.width_px, image_.height_px, 0, 0, image_.width_px, image_.height_px,
-                      GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  }
-  glFinish();
-  return image_;
-}
+ private:
+  Image picture_;
+  OSMesaContext context_ = nullptr;
+};
 
 }  // namespace
 
@@ -389,7 +73,7 @@ std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samp
   if (samples_per_pixel != 1 && samples_per_pixel != 4) {
     throw InputError("samples per pixel: expected 1 or 4, got " + std::to_string(samples_per_pixel));
   }
-  return std::make_unique<OsmesaCanvas>(width_px, height_px, samples_per_pixel);
+  return make_gl_canvas(std::make_unique<OsmesaContext>(width_px, height_px), samples_per_pixel);
 }
 
 }  // namespace sectio

@@ -1,11 +1,17 @@
-// GLSL 3.30. A program is compiled for each shading, in variants by the definitions REGIONS, SHADOWS and
-// PATTERN_PER_PIXEL (osmesa_program.h): a software rasteriser runs both branches of an `if`. All lighting is in view
-// space, in linear light, with lamps fixed to the camera.
+// GLSL 3.30, of which all but the wireframe is GLSL ES 3.00, too. A program is compiled for each shading, in variants
+// by the definitions REGIONS, SHADOWS and PATTERN_PER_PIXEL (gl_program.h): a software rasteriser runs both branches of
+// an `if`. All lighting is in view space, in linear light, with lamps fixed to the camera.
 #pragma once
 
 namespace sectio::shaders {
 
+#ifdef __EMSCRIPTEN__
+constexpr const char* kVersion =
+    "#version 300 es\nprecision highp float;\nprecision highp int;\n"
+    "precision highp sampler3D;\nprecision highp usampler3D;\n";
+#else
 constexpr const char* kVersion = "#version 330 core\n";
+#endif
 
 constexpr const char* kVertex = R"(
 layout(location = 0) in vec3 position;
@@ -297,5 +303,10 @@ void main() {
   if (line < 0.02) discard;
   fragment = vec4(0.02, 0.03, 0.05, line);
 })";
+
+// The same where wireframes are lines.
+constexpr const char* kWireLine = R"(
+out vec4 fragment;
+void main() { fragment = vec4(0.02, 0.03, 0.05, 0.6); })";
 
 }  // namespace sectio::shaders

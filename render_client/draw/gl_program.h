@@ -1,4 +1,4 @@
-// Shader programs of the software canvas, compiled from the one source in shaders.h. A variant leaves out what a
+// Shader programs of the canvas, compiled from the one source in shaders.h. A variant leaves out what a
 // draw doesn't need: llvmpipe runs every branch of a shader for every pixel.
 #pragma once
 
@@ -10,6 +10,13 @@
 #include "render_client/draw/canvas.h"
 
 namespace sectio {
+
+// OpenGL ES, which browsers have, knows neither geometry shaders nor interpolation on the screen: wireframes are lines.
+#ifdef __EMSCRIPTEN__
+constexpr bool kWireframesAreLines = true;
+#else
+constexpr bool kWireframesAreLines = false;
+#endif
 
 struct ShaderVariant {
   Shading shading = Shading::skin;

@@ -1,9 +1,13 @@
-#include "render_client/draw/osmesa_program.h"
+#include "render_client/draw/gl_program.h"
 
+#ifdef __EMSCRIPTEN__
+#include <GLES3/gl3.h>
+#else
 #define GL_GLEXT_PROTOTYPES
 #include <GL/osmesa.h>
 // osmesa.h brings gl.h
 #include <GL/glext.h>
+#endif
 
 #include <string>
 #include <vector>
@@ -87,8 +91,12 @@ Program Program::of_background() {
 }
 
 Program Program::of_wireframe() {
+#ifdef __EMSCRIPTEN__
+  return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}), compile(GL_FRAGMENT_SHADER, {shaders::kWireLine})});
+#else
   return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}), compile(GL_GEOMETRY_SHADER, {shaders::kWireGeometry}),
                compile(GL_FRAGMENT_SHADER, {shaders::kWire})});
+#endif
 }
 
 void Program::use() const {

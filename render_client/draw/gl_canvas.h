@@ -1,0 +1,21 @@
+// A canvas that draws by OpenGL, in whatever context it is given.
+#pragma once
+
+#include <memory>
+
+#include "render_client/draw/canvas.h"
+
+namespace sectio {
+
+class GlContext {
+ public:
+  virtual ~GlContext() = default;
+  virtual void make_current() = 0;
+  // The size of the context's own framebuffer; its pixels, too, where they lie in memory.
+  virtual Image& picture() = 0;
+};
+
+// samples_per_pixel: see make_osmesa_canvas(). The size of the picture may change between two of them.
+std::unique_ptr<Canvas> make_gl_canvas(std::unique_ptr<GlContext> context, int samples_per_pixel);
+
+}  // namespace sectio
