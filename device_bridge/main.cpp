@@ -14,6 +14,7 @@
 #include "common/dds/network_arguments.h"
 #include "device_bridge/device/scripted_device.h"
 #include "device_bridge/device/virtual_hand.h"
+#include "device_bridge/device/wish_hand.h"
 #include "device_bridge/net/bridge_net.h"
 #include "device_bridge/servo/record_writer.h"
 #include "device_bridge/servo/servo_loop.h"
@@ -28,29 +29,41 @@ struct Options {
   NetworkOptions network;
   std::string log_file;
   double duration_s = 0;
+  double fastest_m_per_s = 5;
   bool wait_for_server = false;
 };
 
 bool parse(int argc, char** argv, Options& o) {
   Arguments arguments("device_bridge",
                       "Turns a hand-held instrument into tool poses and gives the hand its force, at 1 kHz.");
-  arguments.option("--trace", o.trace_file, "motion to play: CSV with time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz",
-                   Need::required);
+  arguments.option("--trace", o.trace_file,
+                   "motion to play: CSV with time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz");
   arguments.choice(
-      "--device", o.device, {"scripted", "virtual_hand"},
-      "scripted: exactly the trace; virtual_hand: a simulated person who wants to follow it and gives way");
+      "--device", o.device, {"scripted", "virtual_hand", "wish"},
+      "scripted: exactly the trace; virtual_hand: a simulated person who wants to follow it and gives way; wish: a "
+      "person at a browser's page, by way of the gateway");
+  arguments.option("--max-speed-m-per-s", o.fastest_m_per_s, "wish: faster ones are followed at this speed");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
   add_network_arguments(arguments, o.network, "session to join; empty: the only one of the domain");
-  arguments.option("--log", o.log_file, "CSV file for pose, force, age of the model and overruns of every tick");
+  arguments.option(
+      "--log", o.log_file,
+      "CSV file for pose, force, age of the model and overruns of every tick; it can be played as a trace");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: as long as the trace");
   arguments.toggle("--wait-for-server", o.wait_for_server, "begin the motion when a server listens");
   if (!arguments.parse(argc, argv)) return false;
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
+  if (o.device == "wish" && !o.trace_file.empty()) throw InputError("--trace: --device wish plays none");
+  if (o.device != "wish" && o.trace_file.empty()) throw InputError("--trace: needed by --device " + o.device);
+  if (!(o.fastest_m_per_s > 0 && o.fastest_m_per_s <= 100))
+    throw InputError("--max-speed-m-per-s: expected more than 0, at most 100, got " +
+                     std::to_string(o.fastest_m_per_s));
   check_network_options(o.network);
   return true;
 }
 
+// Null where the motion comes over the network.
 std::unique_ptr<Device> make_device(const Options& o) {
+  if (o.device == "wish") return nullptr;
   std::vector<TracePoint> trace = load_trace(o.trace_file);
   if (o.device == "virtual_hand") return std::make_unique<VirtualHand>(std::move(trace));
   return std::make_unique<ScriptedDevice>(std::move(trace));
@@ -75,14 +88,20 @@ class Signals {
   sigset_t set_;
 };
 
-class NetLink : public ServoLink {
+class NetLink : public ServoLink, public WishSource {
  public:
   explicit NetLink(BridgeNet& net) : net_(net) {}
   void publish(const PoseSample& sample) override { net_.publish(sample); }
   bool latest_model(ContactModel& model) override { return net_.latest_model(model); }
+  bool latest_wish(HandWish& wish) override {
+    if (!net_.latest_wish(wish_)) return false;
+    wish = {wish_.pose_world, wish_.held};
+    return true;
+  }
 
  private:
   BridgeNet& net_;
+  ToolWish wish_;
 };
 
 void log_progress(ServoLog& log, const BridgeNet& net) {
@@ -117,7 +136,7 @@ int no_server(const NetworkOptions& network) {
 
 int run(Options& o) {
   const Signals signals;
-  const std::unique_ptr<Device> device = make_device(o);
+  std::unique_ptr<Device> device = make_device(o);
   RecordWriter writer(o.log_file);
   if (!find_session(o.network, kSessionPatience_s, [&] { return signals.wait(std::chrono::milliseconds(0)); }))
     return 1;
@@ -125,6 +144,7 @@ int run(Options& o) {
   if (o.wait_for_server && !wait_for_server(net, signals)) return no_server(o.network);
 
   NetLink link(net);
+  if (!device) device = std::make_unique<WishHand>(link, o.fastest_m_per_s);
   ServoLog log;
   ServoState state({.device = device->limits()});
   std::atomic<bool> stop = false;

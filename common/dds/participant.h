@@ -30,7 +30,7 @@ struct NetworkOptions {
 // Throws InputError, naming the flag, for options with which no participant can be made.
 void check_network_options(const NetworkOptions& options);
 
-// The partition of all endpoints of a session: "theatre/2" for version 2 of the wire. Endpoints in different partitions
+// The partition of all endpoints of a session: "theatre/3" for version 3 of the wire. Endpoints in different partitions
 // don't match, so that programs of different versions never decode each other's messages.
 std::string partition_of(const NetworkOptions& options);
 

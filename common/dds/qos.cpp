@@ -24,6 +24,7 @@ constexpr std::uint32_t kMiB = 1024 * kKiB;
 constexpr std::array kTopics{
     // Each packet carries the last few poses: nothing is sent again.
     TopicQos{"tool_packets",      SECTIO_TYPE(ToolPacket),      kBestEffort, kNowOnly,     32,   4 * kKiB},
+    TopicQos{"tool_wishes",       SECTIO_TYPE(ToolWish),        kBestEffort, kNowOnly,     8,    kKiB},
     TopicQos{"contact_models",    SECTIO_TYPE(ContactMessage),  kBestEffort, kNowOnly,     1,    kKiB},
     TopicQos{"topology_deltas",   SECTIO_TYPE(DeltaMessage),    kReliable,   kLateJoiners, 1024, 16 * kMiB},
     // On request, so that a joiner isn't given old ones as well. 64 MiB on loopback, 2.4 MiB in packets of 1200 bytes.
@@ -44,18 +45,19 @@ constexpr std::array kTopics{
 }  // namespace
 
 template <> const TopicQos& qos_of<ToolPacket>() { return kTopics[0]; }
-template <> const TopicQos& qos_of<ContactMessage>() { return kTopics[1]; }
-template <> const TopicQos& qos_of<DeltaMessage>() { return kTopics[2]; }
-template <> const TopicQos& qos_of<KeyframeChunk>() { return kTopics[3]; }
-template <> const TopicQos& qos_of<KeyframeRequest>() { return kTopics[4]; }
-template <> const TopicQos& qos_of<StateHeader>() { return kTopics[5]; }
-template <> const TopicQos& qos_of<StatePiece>() { return kTopics[6]; }
-template <> const TopicQos& qos_of<ScalarPiece>() { return kTopics[7]; }
-template <> const TopicQos& qos_of<SceneInfo>() { return kTopics[8]; }
-template <> const TopicQos& qos_of<SessionEvent>() { return kTopics[9]; }
-template <> const TopicQos& qos_of<ServerStatus>() { return kTopics[10]; }
-template <> const TopicQos& qos_of<GravityRequest>() { return kTopics[11]; }
-template <> const TopicQos& qos_of<SessionEnd>() { return kTopics[12]; }
+template <> const TopicQos& qos_of<ToolWish>() { return kTopics[1]; }
+template <> const TopicQos& qos_of<ContactMessage>() { return kTopics[2]; }
+template <> const TopicQos& qos_of<DeltaMessage>() { return kTopics[3]; }
+template <> const TopicQos& qos_of<KeyframeChunk>() { return kTopics[4]; }
+template <> const TopicQos& qos_of<KeyframeRequest>() { return kTopics[5]; }
+template <> const TopicQos& qos_of<StateHeader>() { return kTopics[6]; }
+template <> const TopicQos& qos_of<StatePiece>() { return kTopics[7]; }
+template <> const TopicQos& qos_of<ScalarPiece>() { return kTopics[8]; }
+template <> const TopicQos& qos_of<SceneInfo>() { return kTopics[9]; }
+template <> const TopicQos& qos_of<SessionEvent>() { return kTopics[10]; }
+template <> const TopicQos& qos_of<ServerStatus>() { return kTopics[11]; }
+template <> const TopicQos& qos_of<GravityRequest>() { return kTopics[12]; }
+template <> const TopicQos& qos_of<SessionEnd>() { return kTopics[13]; }
 // clang-format on
 
 std::span<const TopicQos> topics() {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/messages/live_fields.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/state_fields.h"
 #include "common/messages/tool_fields.h"
@@ -218,5 +219,10 @@ SECTIO_CODEC(SessionEvent);
 SECTIO_CODEC(ServerStatus);
 SECTIO_CODEC(GravityRequest);
 SECTIO_CODEC(SessionEnd);
+SECTIO_CODEC(ToolWish);
+SECTIO_CODEC(Hello);
+SECTIO_CODEC(ToolClaim);
+SECTIO_CODEC(Roster);
+SECTIO_CODEC(Notice);
 
 }  // namespace sectio

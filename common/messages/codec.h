@@ -10,7 +10,7 @@
 
 namespace sectio {
 
-// For the messages that qos.h and the list at the end of codec.cpp name.
+// For the messages that the list at the end of codec.cpp names.
 template <class Message>
 std::vector<std::uint8_t> encode(const Message& message);
 

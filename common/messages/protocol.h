@@ -6,7 +6,7 @@
 namespace sectio {
 
 // Goes up with every change of a message, a topic or its meaning; a test knows the description of the messages that
-// belongs to this number. 1: before programs announced it.
-constexpr std::uint32_t kProtocolVersion = 2;
+// belongs to this number. 1: before programs announced it. 2: before hands could wish.
+constexpr std::uint32_t kProtocolVersion = 3;
 
 }  // namespace sectio

@@ -29,6 +29,18 @@ void fields(Visitor& visit, M& message) {
 
 bool is_consistent(const ToolPacket& packet);  // ascending in sequence
 
+template <class Visitor, FieldsOf<ToolWish> M>
+void fields(Visitor& visit, M& message) {
+  auto& [source, tool_id, sequence, pose_world, held] = message;
+  visit("source", source);
+  visit("tool_id", tool_id, below(kMaxTools));
+  visit("sequence_number", sequence);
+  visit("position_world_m", pose_world.position_m, kPosition_m);
+  visit("orientation_wxyz", pose_world.orientation);
+  visit("opening_rad", pose_world.opening_rad, at_most(kWidestOpening_rad));
+  visit("is_held", held);
+}
+
 template <class Visitor, FieldsOf<ContactModel> M>
 void fields(Visitor& visit, M& message) {
   auto& [tool_id, sequence, sim_time_s, tool_time_s, state, point_world_m, normal_world, velocity_world_m_per_s,

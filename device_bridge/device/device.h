@@ -29,6 +29,9 @@ class Device {
   // The force on the hand from now on, until the next call.
   virtual void apply(const Vec3& force_world_n) = 0;
 
+  // False while nobody holds the instrument: then it isn't shown to the server.
+  virtual bool present() const { return true; }
+
   // True when there is nothing more to play; a real device never finishes.
   virtual bool finished(double now_s) const = 0;
 };

@@ -24,13 +24,13 @@ VirtualHand::VirtualHand(std::vector<TracePoint> wish, const HandSpec& spec) : s
       wave.phase_rad = kTwoPi * uniform(spec_.seed, draw++);
     }
   }
-  position_m_ = wish_m(0);
+  mass_ = HandMass(spec_, wish_m(0));
 }
 
 Pose VirtualHand::pose_world(double now_s) {
   const auto due = static_cast<std::int64_t>(std::floor(now_s / kStep_s + 1e-6));
   while (steps_ < due) step();
-  return {position_m_, pose_at(wish_, now_s).orientation};
+  return {mass_.position_m(), pose_at(wish_, now_s).orientation};
 }
 
 Vec3 VirtualHand::wish_m(double time_s) const {
@@ -44,17 +44,9 @@ Vec3 VirtualHand::wish_m(double time_s) const {
   return wish;
 }
 
-// m dv/dt = F + K (w - x) + B (dw/dt - v) - b v, dampers implicit: stable for any B + b.
 void VirtualHand::step() {
-  const double h = kStep_s;
-  const double t = static_cast<double>(steps_) * h;
-  const Vec3 wish = wish_m(t);
-  const Vec3 wish_velocity = (wish_m(t + h) - wish) / h;
-  const Vec3 drive =
-      force_n_ + spec_.hand_stiffness_n_per_m * (wish - position_m_) + spec_.hand_damping_n_s_per_m * wish_velocity;
-  const double damping = spec_.device_damping_n_s_per_m + spec_.hand_damping_n_s_per_m;
-  velocity_m_per_s_ = (spec_.device_mass_kg * velocity_m_per_s_ + h * drive) / (spec_.device_mass_kg + h * damping);
-  position_m_ += h * velocity_m_per_s_;
+  const double t = static_cast<double>(steps_) * kStep_s;
+  mass_.step(wish_m(t), wish_m(t + kStep_s));
   ++steps_;
 }
 

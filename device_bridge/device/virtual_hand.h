@@ -8,21 +8,13 @@
 
 #include "common/math/trace.h"
 #include "device_bridge/device/device.h"
+#include "device_bridge/device/hand_mass.h"
 
 namespace sectio {
 
-struct HandSpec {
-  double device_mass_kg = 0.1;
-  double device_damping_n_s_per_m = 0.5;
-  double hand_stiffness_n_per_m = 450;  // people: 200 to 700
-  double hand_damping_n_s_per_m = 4;    // people: 2 to 5
-  double tremor_m = 1e-4;               // rms of each axis, between 8 and 12 Hz
-  std::uint64_t seed = 1;
-};
-
 class VirtualHand : public Device {
  public:
-  static constexpr double kStep_s = 0.001;
+  static constexpr double kStep_s = HandMass::kStep_s;
 
   // The person wants to follow `wish`; not empty. Starts at rest at its first pose.
   explicit VirtualHand(std::vector<TracePoint> wish, const HandSpec& spec = {});
@@ -31,10 +23,10 @@ class VirtualHand : public Device {
   // Integrates up to now in steps of kStep_s. Orientation is the wish's own: only forces are felt, no torques.
   Pose pose_world(double now_s) override;
   double opening_rad(double now_s) const override { return point_at(wish_, now_s).opening_rad; }
-  void apply(const Vec3& force_world_n) override { force_n_ = force_world_n; }
+  void apply(const Vec3& force_world_n) override { mass_.apply(force_world_n); }
   bool finished(double now_s) const override { return now_s > wish_.back().time_s; }
 
-  const Vec3& velocity_world_m_per_s() const { return velocity_m_per_s_; }
+  const Vec3& velocity_world_m_per_s() const { return mass_.velocity_m_per_s(); }
 
  private:
   struct Wave {
@@ -48,9 +40,7 @@ class VirtualHand : public Device {
   std::vector<TracePoint> wish_;
   std::array<std::array<Wave, 3>, 3> tremor_;  // axis, wave
   std::int64_t steps_ = 0;
-  Vec3 position_m_;
-  Vec3 velocity_m_per_s_ = Vec3::Zero();
-  Vec3 force_n_ = Vec3::Zero();
+  HandMass mass_;
 };
 
 }  // namespace sectio

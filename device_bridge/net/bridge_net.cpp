@@ -7,6 +7,7 @@
 #include <atomic>
 #include <ctime>
 #include <thread>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/latest_value.h"
@@ -55,6 +56,7 @@ struct Handover {
   Ring<PoseSample> samples{kRingSamples};  // to the network
   Signal signal;                           // there is a sample
   LatestValue<ContactModel> newest;        // to the hand
+  LatestValue<ToolWish> wish;              // likewise
 
   // Written by the network's thread, read by any.
   std::atomic<std::uint32_t> servers{0};
@@ -79,6 +81,7 @@ class Messenger {
     send_samples();
     take_scenes();
     take_models();
+    take_wishes();
   }
 
  private:
@@ -121,10 +124,22 @@ class Messenger {
     if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
   }
 
-  Endpoints<Reads<ContactMessage, SceneInfo, SessionEnd>, Writes<ToolPacket>> endpoints_;
+  // Of several who wish, the one that started last.
+  void take_wishes() {
+    while (const auto wish = endpoints_.take<ToolWish>()) {
+      if (wish->tool_id != packet_.tool_id ||
+          std::pair(wish->source, wish->sequence) <= std::pair(last_wish_.source, last_wish_.sequence))
+        continue;
+      last_wish_ = *wish;
+      handover_.wish.store(last_wish_);
+    }
+  }
+
+  Endpoints<Reads<ContactMessage, SceneInfo, SessionEnd, ToolWish>, Writes<ToolPacket>> endpoints_;
   Handover& handover_;
   ToolPacket packet_;
   StrongestContact strongest_;
+  ToolWish last_wish_;
 };
 
 }  // namespace
@@ -165,6 +180,10 @@ void BridgeNet::publish(const PoseSample& sample) {
 
 bool BridgeNet::latest_model(ContactModel& model) {
   return state_->handover.newest.load(model);
+}
+
+bool BridgeNet::latest_wish(ToolWish& wish) {
+  return state_->handover.wish.load(wish);
 }
 
 std::uint32_t BridgeNet::servers() const {

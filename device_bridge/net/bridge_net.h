@@ -7,6 +7,7 @@
 
 #include "common/dds/participant.h"
 #include "common/math/contact_model.h"
+#include "common/messages/tool.h"
 #include "device_bridge/servo/servo_state.h"
 
 namespace sectio {
@@ -23,6 +24,9 @@ class BridgeNet {
 
   // Servo thread. True when a newer model of this tool has come since the last call.
   bool latest_model(ContactModel& model);
+
+  // Servo thread. True when a newer wish for this tool has come since the last call.
+  bool latest_wish(ToolWish& wish);
 
   // Any thread. A session that has ended stays ended.
   std::uint32_t servers() const;  // that listen now

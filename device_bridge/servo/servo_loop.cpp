@@ -27,7 +27,9 @@ void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log
                std::uint64_t overruns) {
   ContactModel model;
   const bool fresh = link.latest_model(model);
-  ServoRecord record = state.tick(now_s, device.pose_world(now_s), fresh ? &model : nullptr);
+  const Pose pose = device.pose_world(now_s);
+  if (!device.present()) return state.rest();
+  ServoRecord record = state.tick(now_s, pose, fresh ? &model : nullptr);
   record.sample.opening_rad = device.opening_rad(now_s);
   record.overruns = overruns;
   device.apply(record.force_world_n);

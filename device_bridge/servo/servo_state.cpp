@@ -16,7 +16,7 @@ Vec3 limited(const Vec3& force_n, double most_n) {
 
 ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const ContactModel* model) {
   if (model != nullptr) follower_.receive(within_limits(*model));
-  const double dt = sequence_ > 0 ? now_s - last_s_ : 0;
+  const double dt = rested_ ? 0 : now_s - last_s_;
   const Vec3 velocity = filtered_velocity(now_s, pose_world.position_m);
 
   ServoRecord record;
@@ -49,12 +49,20 @@ ContactModel ServoState::within_limits(ContactModel model) const {
   return model;
 }
 
+void ServoState::rest() {
+  const std::uint64_t sequence = sequence_ + 1;
+  *this = ServoState(spec_);
+  sequence_ = sequence;
+  rested_ = true;
+}
+
 Vec3 ServoState::filtered_velocity(double now_s, const Vec3& position_world_m) {
   const double dt = now_s - last_s_;
-  if (sequence_ > 0 && dt > 0) {
+  if (!rested_ && dt > 0) {
     const Vec3 raw = (position_world_m - last_position_m_) / dt;
     velocity_m_per_s_ += (raw - velocity_m_per_s_) * (dt / (dt + spec_.velocity_filter_s));
   }
+  rested_ = false;
   last_s_ = now_s;
   last_position_m_ = position_world_m;
   return velocity_m_per_s_;

@@ -12,7 +12,7 @@ namespace sectio {
 
 // The instrument as the server is told of it, once a tick.
 struct PoseSample {
-  std::uint64_t sequence = 0;  // from 1, without holes
+  std::uint64_t sequence = 0;  // from 1, without holes while the instrument is held
   double tool_time_s = 0;      // since the loop began
   Pose pose_world;
   double opening_rad = 0;
@@ -42,6 +42,10 @@ class ServoState {
   // frame. A result that isn't finite becomes no force, and the model is forgotten.
   ServoRecord tick(double now_s, const Pose& pose_world, const ContactModel* model);
 
+  // A tick at which nobody holds the instrument: the next pose goes on from no other one, which the hole in the
+  // sequence says.
+  void rest();
+
  private:
   Vec3 filtered_velocity(double now_s, const Vec3& position_world_m);
   ContactModel within_limits(ContactModel model) const;
@@ -50,6 +54,7 @@ class ServoState {
   ContactModelFollower follower_;
   PassivityGuard guard_;
   std::uint64_t sequence_ = 0;
+  bool rested_ = true;  // no tick before this one
   double last_s_ = 0;
   Vec3 last_position_m_ = Vec3::Zero();
   Vec3 velocity_m_per_s_ = Vec3::Zero();

@@ -18,6 +18,10 @@ inline ToolPacket some_packet() {
   return {77, 1, {{0, 5, 0.005, some_pose(), 0.1}, {0, 6, 0.006, some_pose(), 0.4}}};
 }
 
+inline ToolWish some_wish() {
+  return {77, 1, 5, {some_pose(), 0.4}, false};
+}
+
 inline ContactMessage some_contact() {
   ContactMessage message{7, {}};
   ContactModel& model = message.model;
@@ -108,6 +112,7 @@ inline SessionEnd some_end() {
 template <class Use>
 void for_each_message(const Use& use) {
   use(some_packet());
+  use(some_wish());
   use(some_contact());
   use(some_delta());
   use(some_chunk());
@@ -121,6 +126,6 @@ void for_each_message(const Use& use) {
   use(some_gravity());
   use(some_end());
 }
-constexpr int kMessages = 13;
+constexpr int kMessages = 14;
 
 }  // namespace sectio::test

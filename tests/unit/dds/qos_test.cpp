@@ -21,13 +21,13 @@ struct Expected {
 
 TEST(Qos, every_topic_travels_as_its_kind_needs) {
   const Expected table[] = {
-      {qos_of<ToolPacket>(), false, false, 32, 32},     {qos_of<ContactMessage>(), false, false, 1, 1},
-      {qos_of<StateHeader>(), false, false, 4, 64},     {qos_of<StatePiece>(), false, false, 1024, 8192},
-      {qos_of<DeltaMessage>(), true, true, 256, 4096},  {qos_of<KeyframeChunk>(), true, false, 256, 4096},
-      {qos_of<KeyframeRequest>(), true, true, 1, 256},  {qos_of<SceneInfo>(), true, true, 1, 1},
-      {qos_of<SessionEvent>(), true, true, 16, 1024},   {qos_of<SessionEnd>(), true, true, 1, 1},
-      {qos_of<ServerStatus>(), false, false, 1, 1},     {qos_of<GravityRequest>(), true, true, 1, 1},
-      {qos_of<ScalarPiece>(), false, false, 1024, 8192}};
+      {qos_of<ToolPacket>(), false, false, 32, 32},      {qos_of<ContactMessage>(), false, false, 1, 1},
+      {qos_of<StateHeader>(), false, false, 4, 64},      {qos_of<StatePiece>(), false, false, 1024, 8192},
+      {qos_of<DeltaMessage>(), true, true, 256, 4096},   {qos_of<KeyframeChunk>(), true, false, 256, 4096},
+      {qos_of<KeyframeRequest>(), true, true, 1, 256},   {qos_of<SceneInfo>(), true, true, 1, 1},
+      {qos_of<SessionEvent>(), true, true, 16, 1024},    {qos_of<SessionEnd>(), true, true, 1, 1},
+      {qos_of<ServerStatus>(), false, false, 1, 1},      {qos_of<GravityRequest>(), true, true, 1, 1},
+      {qos_of<ScalarPiece>(), false, false, 1024, 8192}, {qos_of<ToolWish>(), false, false, 1, 32}};
   for (const Expected& row : table) {
     EXPECT_EQ(row.actual.reliable, row.reliable) << row.actual.name;
     EXPECT_EQ(row.actual.late_joiners, row.late_joiners) << row.actual.name;

@@ -1,0 +1,56 @@
+// The hand of somebody who has no device: a mouse, a pad or a tracker says where the instrument should be, as often as
+// it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "device_bridge/device/device.h"
+#include "device_bridge/device/hand_mass.h"
+
+namespace sectio {
+
+struct HandWish {
+  JointPose pose_world;
+  bool held = true;  // false: the instrument has been let go
+};
+
+// Where wishes come from. Called by the servo thread only; neither allocates, locks nor waits.
+class WishSource {
+ public:
+  virtual ~WishSource() = default;
+  // True when a newer wish has come since the last call; otherwise `wish` stays as it is.
+  virtual bool latest_wish(HandWish& wish) = 0;
+};
+
+class WishHand : public Device {
+ public:
+  static constexpr double kSilence_s = 1;  // without a wish for so long, nobody holds the instrument
+  static constexpr double kFastestTurn_rad_per_s = 20;
+
+  // The source outlives the hand.
+  WishHand(WishSource& source, double fastest_m_per_s, const HandSpec& spec = {})
+      : source_(source), fastest_m_per_s_(fastest_m_per_s), spec_(spec) {}
+
+  DeviceLimits limits() const override { return {.damping_n_s_per_m = spec_.device_damping_n_s_per_m}; }
+  Pose pose_world(double now_s) override;
+  double opening_rad(double) const override { return followed_.opening_rad; }
+  void apply(const Vec3& force_world_n) override { mass_.apply(force_world_n); }
+  bool present() const override { return present_; }
+  bool finished(double) const override { return false; }
+
+ private:
+  void step();
+
+  WishSource& source_;
+  double fastest_m_per_s_;
+  HandSpec spec_;
+  HandWish wish_;
+  double heard_s_ = 0;
+  bool present_ = false;
+  std::int64_t steps_ = 0;
+  JointPose followed_;  // the wish, at the speed of a hand
+  HandMass mass_;
+};
+
+}  // namespace sectio
