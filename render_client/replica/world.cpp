@@ -207,6 +207,17 @@ double World::servers_apart_s() const {
   return std::max(0.0, last_s - first_s);
 }
 
+const Replica* World::replica_of(std::uint64_t epoch) const {
+  const Server* server = find(epoch);
+  return server ? &server->replica : nullptr;
+}
+
+std::vector<std::pair<std::uint64_t, std::size_t>> World::body_counts() const {
+  std::vector<std::pair<std::uint64_t, std::size_t>> counts;
+  for (const auto& server : servers_) counts.emplace_back(server->epoch(), server->replica.bodies().size());
+  return counts;
+}
+
 std::vector<const ReplicaBody*> World::bodies() const {
   std::vector<const ReplicaBody*> result;
   for (const auto& server : servers_)

@@ -17,6 +17,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/messages/chunks.h"
@@ -48,6 +49,11 @@ class World {
   // Simulated time between the newest states drawn of any two servers.
   double servers_apart_s() const;
   const SceneInfo* scene() const { return servers_.empty() ? nullptr : &*servers_.front()->replica.scene(); }
+
+  // Of one server; null when it hasn't been announced.
+  const Replica* replica_of(std::uint64_t epoch) const;
+  // Epoch and number of bodies of the servers that are shown, in the order of the bodies.
+  std::vector<std::pair<std::uint64_t, std::size_t>> body_counts() const;
 
   // The results of all three are in the order of the bodies.
   std::vector<const ReplicaBody*> bodies() const;

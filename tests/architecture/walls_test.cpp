@@ -78,7 +78,7 @@ TEST(Walls, what_is_allowed_passes) {
       {"sim_server/collision/surface_tree.cpp", "#include <fcl/fcl.h>"},
       {"sim_server/scene/yaml_value.cpp", "#include <yaml-cpp/yaml.h>"},
       {"sim_server/haptics/fitter.h", "#include \"sim_server/step/step_io.h\""},
-      {"render_client/draw/osmesa_canvas.cpp", "#include <GL/osmesa.h>"},
+      {"render_client/draw/gl_canvas.cpp", "#include <GL/osmesa.h>"},
       {"render_client/output/video.cpp", "#include <sys/socket.h>"},
       {"common/dds/qos.cpp", "#include <fastdds/dds/core/policy/QosPolicies.hpp>"},
       {"common/math/types.h", "// see #include <GL/gl.h>"},

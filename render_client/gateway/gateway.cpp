@@ -1,0 +1,238 @@
+#include "render_client/gateway/gateway.h"
+
+#include <utility>
+
+#include "common/messages/codec.h"
+
+namespace sectio {
+
+namespace {
+
+template <class Message>
+SharedBytes shared(const Message& message) {
+  return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
+}
+
+}  // namespace
+
+template <class Message>
+void Gateway::post_all(LiveKind kind, const Message& message) {
+  if (clients_.empty()) return;
+  const SharedBytes bytes = shared(message);
+  for (auto& [id, client] : clients_) client.mailbox.post(kind, bytes);
+}
+
+template <class Message>
+void Gateway::post_all_newest(const Subject& subject, const Message& message) {
+  if (clients_.empty()) return;
+  const SharedBytes bytes = shared(message);
+  for (auto& [id, client] : clients_) client.mailbox.post_newest(subject, bytes);
+}
+
+void Gateway::feed(const SceneInfo& message) {
+  copy_.announce(message);
+  post_all(LiveKind::scene, message);
+  if (message.epoch < tools_epoch_) return;
+  tools_epoch_ = message.epoch;
+  std::vector<std::string> names;
+  for (const ToolInfo& tool : message.tools) names.push_back(tool.name);
+  roles_.set_tools(names);
+}
+
+void Gateway::feed(const DeltaMessage& message) {
+  copy_.feed(message);
+  post_all(LiveKind::delta, message);
+}
+
+void Gateway::feed(KeyframeChunk message) {
+  copy_.feed(std::move(message));
+}
+
+void Gateway::feed(const StateHeader& message) {
+  post_all_newest({LiveKind::state_header, message.epoch}, message);
+}
+
+void Gateway::feed(const StatePiece& message) {
+  post_all_newest({LiveKind::state_piece, message.epoch, message.body_id, message.piece}, message);
+}
+
+void Gateway::feed(const ScalarPiece& message) {
+  post_all_newest({LiveKind::scalar_piece, message.epoch, message.body_id, message.piece, message.name}, message);
+}
+
+void Gateway::feed(const SessionEvent& message) {
+  events_.push_back(shared(message));
+  if (events_.size() > kEventsKept) events_.pop_front();
+  for (auto& [id, client] : clients_) client.mailbox.post(LiveKind::event, events_.back());
+}
+
+void Gateway::feed(const ServerStatus& message) {
+  post_all_newest({LiveKind::status, message.epoch}, message);
+}
+
+void Gateway::feed(const ContactMessage& message) {
+  post_all_newest({LiveKind::contact, message.epoch, message.model.tool_id}, message);
+}
+
+void Gateway::feed(const SessionEnd& message) {
+  copy_.feed(message);
+  post_all(LiveKind::session_end, message);
+}
+
+std::optional<std::uint32_t> Gateway::connect() {
+  if (clients_.size() >= limits_.max_clients) {
+    ++counts_.clients_refused;
+    return std::nullopt;
+  }
+  const std::uint32_t id = roles_.enter();
+  Mailbox& mailbox = clients_[id].mailbox;
+  for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
+  for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
+  for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
+  return id;
+}
+
+void Gateway::disconnect(std::uint32_t client) {
+  const auto at = clients_.find(client);
+  if (at == clients_.end()) return;
+  replaced_before_ += at->second.mailbox.replaced();
+  dropped_before_ += at->second.mailbox.dropped();
+  clients_.erase(at);
+  roles_.leave(client);
+}
+
+bool Gateway::receive(std::uint32_t client, std::span<const std::uint8_t> frame, double now_s) {
+  const auto at = clients_.find(client);
+  if (at == clients_.end()) return false;
+  bool fine = frame.size() <= kMaxMessageBytes;
+  LiveFrameReader reader(fine ? frame : std::span<const std::uint8_t>{});
+  while (const auto message = reader.next()) fine = take_message(client, *message, now_s) && fine;
+  if (fine && !reader.damaged()) return true;
+  ++counts_.refused_garbage;
+  return frame.size() <= kMaxMessageBytes && ++at->second.garbage < kMaxGarbage;
+}
+
+// False for what is no message of a page.
+bool Gateway::take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s) {
+  switch (message.kind) {
+    case LiveKind::hello:
+      if (const auto hello = decode<Hello>(message.bytes)) return take_hello(client, *hello), true;
+      return false;
+    case LiveKind::claim:
+      if (const auto claim = decode<ToolClaim>(message.bytes)) return take_claim(client, *claim, now_s), true;
+      return false;
+    case LiveKind::wish:
+      if (const auto wish = decode<ToolWish>(message.bytes)) return take_wish(client, *wish, now_s), true;
+      return false;
+    case LiveKind::keyframe_request:
+      if (const auto request = decode<KeyframeRequest>(message.bytes))
+        return send_keyframe(clients_.at(client), *request, now_s), true;
+      return false;
+    default:
+      return false;
+  }
+}
+
+void Gateway::take_hello(std::uint32_t client, const Hello& hello) {
+  if (roles_.hello(client, hello)) return;
+  ++counts_.refused_tokens;
+  notify(client, "the token in the address is not this session's: you watch");
+}
+
+void Gateway::take_claim(std::uint32_t client, const ToolClaim& claim, double now_s) {
+  const std::string refusal = roles_.act(client, claim, now_s);
+  if (refusal.empty()) return;
+  ++counts_.refused_claims;
+  notify(client, refusal);
+}
+
+void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
+  if (!roles_.heard(client, wish.tool_id, now_s)) {
+    ++counts_.refused_not_holder;
+    return;
+  }
+  Hand& hand = hands_[wish.tool_id];
+  constexpr double kJitter_s = 0.02;  // of the network
+  const double most_m = limits_.max_speed_m_per_s * (now_s - hand.heard_s + kJitter_s);
+  if (hand.heard_s >= 0 && (wish.pose_world.position_m - hand.position_m).norm() > most_m) ++counts_.wishes_too_fast;
+  hand.position_m = wish.pose_world.position_m;
+  hand.heard_s = now_s;
+  wish.source = source_;
+  wish.sequence = ++hand.sequence;
+  wish.held = true;
+  wishes_.push_back(wish);
+  ++counts_.wishes;
+}
+
+void Gateway::send_keyframe(Client& client, const KeyframeRequest& request, double now_s) {
+  if (client.mailbox.holds_keyframe(request.epoch, request.body_id)) return;
+  const std::vector<SharedBytes>& chunks = copy_.keyframe(request);
+  if (chunks.empty()) return;
+  const auto [sent_s, first] = client.keyframe_sent_s.try_emplace({request.epoch, request.body_id}, now_s);
+  if (!first && now_s - sent_s->second < kKeyframeInterval_s) return;
+  sent_s->second = now_s;
+  client.mailbox.post_keyframe(request.epoch, request.body_id, chunks);
+  ++counts_.keyframes;
+}
+
+void Gateway::notify(std::uint32_t client, const std::string& text) {
+  const auto at = clients_.find(client);
+  if (at != clients_.end())
+    at->second.mailbox.post(LiveKind::notice, shared(Notice{text.substr(0, kMaxEventTextBytes)}));
+}
+
+void Gateway::tick(double now_s) {
+  roles_.tick(now_s);
+  for (const auto& [person, text] : roles_.take_notices())
+    for (const auto& [id, client] : clients_)
+      if (person == kNobody || person == id) notify(id, text);
+  for (const std::uint32_t tool : roles_.take_freed()) {
+    Hand& hand = hands_[tool];
+    if (hand.heard_s < 0) continue;
+    hand.heard_s = -1;
+    wishes_.push_back({source_, tool, ++hand.sequence, Pose{hand.position_m}, false});
+  }
+  if (!roles_.take_changed()) return;
+  for (auto& [id, client] : clients_) client.mailbox.post_newest({LiveKind::roster}, shared(roles_.roster_for(id)));
+}
+
+bool Gateway::next_frame(std::uint32_t client, std::vector<std::uint8_t>& frame) {
+  const auto at = clients_.find(client);
+  return at != clients_.end() && at->second.mailbox.take(frame);
+}
+
+bool Gateway::has_mail(std::uint32_t client) const {
+  const auto at = clients_.find(client);
+  return at != clients_.end() && !at->second.mailbox.is_empty();
+}
+
+std::vector<ToolWish> Gateway::take_wishes() {
+  return std::exchange(wishes_, {});
+}
+
+std::string Gateway::metrics() const {
+  std::uint64_t replaced = replaced_before_, dropped = dropped_before_;
+  for (const auto& [id, client] : clients_) {
+    replaced += client.mailbox.replaced();
+    dropped += client.mailbox.dropped();
+  }
+  std::string text;
+  const auto add = [&](const std::string& name, const char* type, std::uint64_t value) {
+    text +=
+        "# TYPE sectio_gateway_" + name + " " + type + "\nsectio_gateway_" + name + " " + std::to_string(value) + "\n";
+  };
+  add("clients", "gauge", clients_.size());
+  add("clients_refused_total", "counter", counts_.clients_refused);
+  add("wishes_total", "counter", counts_.wishes);
+  add("wishes_too_fast_total", "counter", counts_.wishes_too_fast);
+  add("refused_garbage_total", "counter", counts_.refused_garbage);
+  add("refused_not_holder_total", "counter", counts_.refused_not_holder);
+  add("refused_claims_total", "counter", counts_.refused_claims);
+  add("refused_tokens_total", "counter", counts_.refused_tokens);
+  add("keyframes_total", "counter", counts_.keyframes);
+  add("states_replaced_total", "counter", replaced);
+  add("topology_dropped_total", "counter", dropped);
+  return text;
+}
+
+}  // namespace sectio

@@ -1,0 +1,122 @@
+// The gateway between a session and browsers: what it passes on to whom, and what it lets through. Neither socket nor
+// DDS nor clock: a shell feeds it messages of the session and frames of clients, and takes away what is to be sent.
+// One thread.
+//
+//   session ── scene, deltas, states, events, contacts ──▶ a mailbox a client ──▶ page
+//   page ── hello, claims, wishes, requests for keyframes ──▶ roles, limits ──▶ bridges
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/messages/contact.h"
+#include "common/messages/live.h"
+#include "common/messages/state.h"
+#include "common/messages/tool.h"
+#include "render_client/gateway/mailbox.h"
+#include "render_client/gateway/roles.h"
+#include "render_client/gateway/session_copy.h"
+
+namespace sectio {
+
+struct GatewayLimits {
+  std::size_t max_clients = 64;
+  double max_speed_m_per_s = 5;  // of a wish; faster ones are passed on, counted, and followed at the limit
+};
+
+struct GatewayCounts {
+  std::uint64_t clients_refused = 0;  // too many
+  std::uint64_t wishes = 0;           // passed on
+  std::uint64_t wishes_too_fast = 0;
+  std::uint64_t refused_garbage = 0;     // frames that are no messages
+  std::uint64_t refused_not_holder = 0;  // wishes for an instrument that another one holds, or nobody
+  std::uint64_t refused_claims = 0;
+  std::uint64_t refused_tokens = 0;
+  std::uint64_t keyframes = 0;
+};
+
+class Gateway {
+ public:
+  static constexpr std::size_t kMaxMessageBytes = 4096;  // of a page; longer ones end its connection
+  static constexpr std::size_t kMaxGarbage = 16;         // messages of one client, before its connection ends
+  static constexpr std::size_t kEventsKept = 16;         // for those who come later
+  static constexpr double kKeyframeInterval_s = 0.2;     // of one body for one client
+
+  Gateway(std::string token, const GatewayLimits& limits, std::uint64_t source)
+      : limits_(limits), source_(source), roles_(std::move(token)) {}
+
+  // Validated messages of the session.
+  void feed(const SceneInfo& message);
+  void feed(const DeltaMessage& message);
+  void feed(KeyframeChunk message);
+  void feed(const StateHeader& message);
+  void feed(const StatePiece& message);
+  void feed(const ScalarPiece& message);
+  void feed(const SessionEvent& message);
+  void feed(const ServerStatus& message);
+  void feed(const ContactMessage& message);
+  void feed(const SessionEnd& message);
+
+  // Clients. Nothing when there are too many.
+  std::optional<std::uint32_t> connect();
+  void disconnect(std::uint32_t client);
+  // Whatever a client has sent, as one frame. False: its connection has to end.
+  bool receive(std::uint32_t client, std::span<const std::uint8_t> frame, double now_s);
+  // The next frame for a client; false when there is none.
+  bool next_frame(std::uint32_t client, std::vector<std::uint8_t>& frame);
+  bool has_mail(std::uint32_t client) const;
+
+  // Again and again: hands that are silent, notices, who is here.
+  void tick(double now_s);
+
+  // For the session, since the last call.
+  std::vector<ToolWish> take_wishes();
+  std::vector<KeyframeRequest> take_requests(double now_s) { return copy_.take_requests(now_s); }
+
+  // For Prometheus: a line a number.
+  std::string metrics() const;
+  const GatewayCounts& counts() const { return counts_; }
+  std::size_t clients() const { return clients_.size(); }
+
+ private:
+  struct Client {
+    Mailbox mailbox;
+    std::size_t garbage = 0;
+    std::map<std::pair<std::uint64_t, std::uint32_t>, double> keyframe_sent_s;  // by epoch and body
+  };
+  struct Hand {  // the newest wish for an instrument
+    std::uint64_t sequence = 0;
+    Vec3 position_m = Vec3::Zero();
+    double heard_s = -1;
+  };
+
+  template <class Message>
+  void post_all(LiveKind kind, const Message& message);
+  template <class Message>
+  void post_all_newest(const Subject& subject, const Message& message);
+  void notify(std::uint32_t client, const std::string& text);
+  bool take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s);
+  void take_hello(std::uint32_t client, const Hello& hello);
+  void take_claim(std::uint32_t client, const ToolClaim& claim, double now_s);
+  void take_wish(std::uint32_t client, ToolWish wish, double now_s);
+  void send_keyframe(Client& client, const KeyframeRequest& request, double now_s);
+
+  GatewayLimits limits_;
+  std::uint64_t source_;
+  Roles roles_;
+  SessionCopy copy_;
+  std::uint64_t tools_epoch_ = 0;
+  std::map<std::uint32_t, Client> clients_;  // by person
+  std::map<std::uint32_t, Hand> hands_;      // by tool
+  std::deque<SharedBytes> events_;
+  std::vector<ToolWish> wishes_;
+  GatewayCounts counts_;
+  std::uint64_t replaced_before_ = 0, dropped_before_ = 0;  // of clients that have left
+};
+
+}  // namespace sectio

@@ -1,0 +1,71 @@
+#include "render_client/gateway/gateway_net.h"
+
+#include "common/core/log.h"
+#include "common/core/wall_time.h"
+#include "common/dds/endpoints.h"
+
+namespace sectio {
+
+struct GatewayNet::Wire {
+  explicit Wire(const NetworkOptions& options) : endpoints(options, "gateway") {}
+
+  Endpoints<Reads<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, SessionEvent,
+                  ServerStatus, ContactMessage, SessionEnd>,
+            Writes<KeyframeRequest, ToolWish>>
+      endpoints;
+  std::uint64_t client = microseconds_since_1970();
+  std::uint64_t newest_epoch = 0, ended_epoch = 0;
+  bool any_scene = false;
+
+  template <class Message>
+  void pass_on(Gateway& gateway) {
+    while (auto message = endpoints.take<Message>()) gateway.feed(std::move(*message));
+  }
+};
+
+GatewayNet::GatewayNet(const NetworkOptions& options) : wire_(std::make_unique<Wire>(options)) {}
+
+GatewayNet::~GatewayNet() = default;
+
+void GatewayNet::poll(Gateway& gateway) {
+  Wire& w = *wire_;
+  w.endpoints.renew_after_sleep();
+  while (const auto scene = w.endpoints.take<SceneInfo>()) {
+    w.any_scene = true;
+    w.newest_epoch = std::max(w.newest_epoch, scene->epoch);
+    gateway.feed(*scene);
+  }
+  if (!w.any_scene) return;  // the readers keep what comes before the scene
+  // Pieces before their header: then a browser gets both in one round.
+  w.pass_on<DeltaMessage>(gateway);
+  w.pass_on<KeyframeChunk>(gateway);
+  w.pass_on<StatePiece>(gateway);
+  w.pass_on<ScalarPiece>(gateway);
+  w.pass_on<StateHeader>(gateway);
+  w.pass_on<SessionEvent>(gateway);
+  w.pass_on<ServerStatus>(gateway);
+  w.pass_on<ContactMessage>(gateway);
+  while (const auto end = w.endpoints.take<SessionEnd>()) {
+    w.ended_epoch = std::max(w.ended_epoch, end->epoch);
+    gateway.feed(*end);
+  }
+}
+
+void GatewayNet::send(Gateway& gateway, double now_s) {
+  for (KeyframeRequest request : gateway.take_requests(now_s)) {
+    request.client = wire_->client;
+    if (!wire_->endpoints.write(request)) log_limited(LogLevel::warning, "request", "DDS refused a keyframe request");
+  }
+  for (const ToolWish& wish : gateway.take_wishes())
+    if (!wire_->endpoints.write(wish)) log_limited(LogLevel::warning, "wish", "DDS refused a wish");
+}
+
+bool GatewayNet::connected() const {
+  return wire_->endpoints.met();
+}
+
+bool GatewayNet::session_ended() const {
+  return wire_->ended_epoch > 0 && wire_->ended_epoch == wire_->newest_epoch;
+}
+
+}  // namespace sectio

@@ -1,0 +1,130 @@
+// The gateway: lets browsers take part in a session. One thread.
+#include <csignal>
+#include <cstdio>
+#include <map>
+#include <random>
+
+#include "common/core/arguments.h"
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "common/core/wall_time.h"
+#include "common/dds/find_session.h"
+#include "common/dds/network_arguments.h"
+#include "render_client/gateway/gateway_net.h"
+#include "render_client/gateway/web_server.h"
+
+namespace sectio {
+namespace {
+
+struct Options {
+  NetworkOptions network;
+  WebServerOptions web;
+  GatewayLimits limits;
+  std::string token;
+  std::uint32_t max_clients = 64;
+};
+
+bool parse(int argc, char** argv, Options& o) {
+  Arguments arguments("gateway", "Lets browsers watch a session, and hold its instruments.");
+  add_network_arguments(arguments, o.network, "session to show; empty: the only one of the domain");
+  arguments.option("--page", o.web.directory, "directory with the files of the page", Need::required);
+  arguments.option("--address", o.web.address, "IPv4 address to listen on; 0.0.0.0: all of this host");
+  arguments.option("--port", o.web.port, "port to listen on; 0: any that is free");
+  arguments.option("--token", o.token, "what a person must know to hold an instrument; empty: a new one");
+  arguments.option("--max-clients", o.max_clients, "browsers at a time; further ones are refused");
+  if (!arguments.parse(argc, argv)) return false;
+  if (o.web.port < 0 || o.web.port > 65535)
+    throw InputError("--port: expected 0 to 65535, got " + std::to_string(o.web.port));
+  if (o.max_clients < 1 || o.max_clients > kMaxPeople)
+    throw InputError("--max-clients: expected 1 to " + std::to_string(kMaxPeople) + ", got " +
+                     std::to_string(o.max_clients));
+  if (o.token.size() > kMaxTokenBytes || o.token.find_first_of("#/?& ") != std::string::npos)
+    throw InputError("--token: expected at most " + std::to_string(kMaxTokenBytes) +
+                     " characters without #/?& or blanks");
+  check_network_options(o.network);
+  return true;
+}
+
+std::string new_token() {
+  std::random_device chance;
+  std::string token;
+  constexpr char kLetters[] = "abcdefghjkmnpqrstuvwxyz23456789";
+  for (int i = 0; i < 16; ++i) token += kLetters[chance() % (sizeof kLetters - 1)];
+  return token;
+}
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+constexpr double kForEver_s = 1e9;
+constexpr double kFarewell_s = 0.5;  // for the session's end to reach browsers
+
+int run(Options& o) {
+  std::signal(SIGINT, [](int) { stop_requested = 1; });
+  std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  if (o.token.empty()) o.token = new_token();
+  o.limits.max_clients = o.max_clients;
+  o.web.protocol = live_protocol();
+  o.web.max_message_bytes = Gateway::kMaxMessageBytes;
+  if (!find_session(o.network, kForEver_s, [] { return stop_requested != 0; })) return 1;
+  Gateway gateway(o.token, o.limits, microseconds_since_1970());
+  GatewayNet net(o.network);
+  std::map<std::uint64_t, std::uint32_t> client_of;  // by socket
+  double stop_s = kForEver_s;
+  WebServer* server = nullptr;
+
+  WebServerHandlers handlers;
+  handlers.opened = [&](std::uint64_t socket) {
+    const auto client = gateway.connect();
+    if (client) client_of[socket] = *client;
+    return client.has_value();
+  };
+  handlers.closed = [&](std::uint64_t socket) {
+    gateway.disconnect(client_of[socket]);
+    client_of.erase(socket);
+  };
+  handlers.received = [&](std::uint64_t socket, const std::vector<std::uint8_t>& frame) {
+    const bool fine = gateway.receive(client_of[socket], frame, steady_now_s());
+    net.send(gateway, steady_now_s());  // a wish waits for nothing
+    return fine;
+  };
+  handlers.next_frame = [&](std::uint64_t socket, std::vector<std::uint8_t>& frame) {
+    return gateway.next_frame(client_of[socket], frame);
+  };
+  handlers.metrics = [&] {
+    const auto line = [](const char* name, std::uint64_t value) {
+      const std::string full = std::string("sectio_gateway_") + name + "_total";
+      return "# TYPE " + full + " counter\n" + full + " " + std::to_string(value) + "\n";
+    };
+    return gateway.metrics() + line("refused_versions", server->counts().versions_refused) +
+           line("refused_long_messages", server->counts().messages_too_long);
+  };
+  handlers.tick = [&] {
+    const double now_s = steady_now_s();
+    net.poll(gateway);
+    gateway.tick(now_s);
+    net.send(gateway, now_s);
+    for (const auto& [socket, client] : client_of)
+      if (gateway.has_mail(client)) server->wants_to_send(socket);
+    if (net.session_ended() && stop_s == kForEver_s) {
+      log_info("the session has ended");
+      stop_s = now_s + kFarewell_s;
+    }
+    return !stop_requested && now_s < stop_s;
+  };
+  WebServer web(o.web, handlers);
+  server = &web;
+  std::printf("http://%s:%d/#%s\n", o.web.address.c_str(), web.port(), o.token.c_str());
+  std::fflush(stdout);
+  web.run();
+  return 0;
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main(int argc, char** argv) {
+  return sectio::run_program("gateway", [&] {
+    sectio::Options options;
+    return sectio::parse(argc, argv, options) ? sectio::run(options) : 0;
+  });
+}

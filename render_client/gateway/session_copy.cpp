@@ -1,0 +1,98 @@
+#include "render_client/gateway/session_copy.h"
+
+#include "common/delta/keyframe.h"
+#include "common/messages/codec.h"
+
+namespace sectio {
+
+namespace {
+
+template <class Message>
+SharedBytes shared(const Message& message) {
+  return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
+}
+
+}  // namespace
+
+void SessionCopy::announce(const SceneInfo& scene) {
+  const auto [at, is_new] = servers_.try_emplace(scene.epoch);
+  Server& server = at->second;
+  if (is_new)
+    server.replica.reset(scene);
+  else
+    server.replica.extend(scene);
+  server.bodies.resize(server.replica.bodies().size());
+  if (servers_.size() > kMaxServers) servers_.erase(servers_.begin());
+}
+
+void SessionCopy::feed(const DeltaMessage& message) {
+  const auto at = servers_.find(message.epoch);
+  if (at == servers_.end()) return;
+  at->second.replica.feed(message);
+  at->second.replica.catch_up();
+}
+
+void SessionCopy::feed(KeyframeChunk chunk) {
+  const auto at = servers_.find(chunk.epoch);
+  if (at == servers_.end() || chunk.body_id >= at->second.bodies.size()) return;
+  Server& server = at->second;
+  const ReplicaBody& body = server.replica.bodies()[chunk.body_id];
+  if (body.known() && chunk.revision <= body.mesh().revision()) return;
+  const std::uint32_t body_id = chunk.body_id;
+  const auto bytes = server.assembler.add(std::move(chunk));
+  if (!bytes) return;
+  server.replica.feed_keyframe(at->first, body_id, *bytes);
+  server.replica.catch_up();
+}
+
+void SessionCopy::feed(const SessionEnd& end) {
+  const auto at = servers_.find(end.epoch);
+  if (at == servers_.end()) return;
+  at->second.end = end;
+  at->second.replica.feed(end);
+}
+
+std::vector<KeyframeRequest> SessionCopy::take_requests(double now_s) {
+  std::vector<KeyframeRequest> requests;
+  for (auto& [epoch, server] : servers_) {
+    const auto some = server.replica.take_requests(now_s);
+    requests.insert(requests.end(), some.begin(), some.end());
+  }
+  return requests;
+}
+
+std::vector<SharedBytes> SessionCopy::scenes() const {
+  std::vector<SharedBytes> scenes;
+  for (const auto& [epoch, server] : servers_) scenes.push_back(shared(*server.replica.scene()));
+  return scenes;
+}
+
+std::vector<SharedBytes> SessionCopy::ends() const {
+  std::vector<SharedBytes> ends;
+  for (const auto& [epoch, server] : servers_)
+    if (server.end) ends.push_back(shared(*server.end));
+  return ends;
+}
+
+const std::vector<SharedBytes>& SessionCopy::keyframe(const KeyframeRequest& request) {
+  static const std::vector<SharedBytes> none;
+  const auto at = servers_.find(request.epoch);
+  if (at == servers_.end() || request.body_id >= at->second.bodies.size()) return none;
+  const ReplicaBody& known = at->second.replica.bodies()[request.body_id];
+  if (!known.known() || known.mesh().revision() == request.known_revision) return none;
+  Body& body = at->second.bodies[request.body_id];
+  if (body.revision != known.mesh().revision()) {
+    body.revision = known.mesh().revision();
+    body.chunks.clear();
+    const std::vector<std::uint8_t> bytes = to_bytes(keyframe_of(known.mesh()));
+    for (const KeyframeChunk& chunk : split_keyframe(request.epoch, request.body_id, body.revision, bytes, kChunkBytes))
+      body.chunks.push_back(shared(chunk));
+  }
+  return body.chunks;
+}
+
+const SceneInfo* SessionCopy::newest_scene() const {
+  return servers_.empty() ? nullptr : &*servers_.rbegin()->second.replica.scene();
+}
+
+}  // namespace sectio

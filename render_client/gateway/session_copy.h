@@ -1,0 +1,53 @@
+// The gateway's copy of the topology of every server's bodies, out of which it serves keyframes: a browser that joins
+// costs no server anything. One thread; time is passed in.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/messages/chunks.h"
+#include "render_client/gateway/mailbox.h"
+#include "render_client/replica/replica.h"
+
+namespace sectio {
+
+class SessionCopy {
+ public:
+  static constexpr std::size_t kMaxServers = 16;  // the oldest goes
+
+  // Validated messages, as a viewer gets them.
+  void announce(const SceneInfo& scene);
+  void feed(const DeltaMessage& message);
+  void feed(KeyframeChunk chunk);
+  void feed(const SessionEnd& end);
+
+  // For the servers: what this copy lacks.
+  std::vector<KeyframeRequest> take_requests(double now_s);
+
+  // The scenes of all servers, and the ends of those that have ended, encoded.
+  std::vector<SharedBytes> scenes() const;
+  std::vector<SharedBytes> ends() const;
+  // The chunks of a body as it is, encoded; none when it isn't known, or is at `known_revision`.
+  const std::vector<SharedBytes>& keyframe(const KeyframeRequest& request);
+
+  const SceneInfo* newest_scene() const;
+
+ private:
+  struct Body {
+    std::uint64_t revision = kNoRevision;  // of the chunks
+    std::vector<SharedBytes> chunks;
+  };
+  struct Server {
+    Replica replica;
+    KeyframeAssembler assembler;
+    std::optional<SessionEnd> end;
+    std::vector<Body> bodies;
+  };
+
+  std::map<std::uint64_t, Server> servers_;  // by epoch
+};
+
+}  // namespace sectio

@@ -1,0 +1,54 @@
+// HTTP and WebSocket on one port: the page's files, /metrics, /version, and the sockets of browsers. libwebsockets
+// stays inside web_server.cpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sectio {
+
+struct WebServerOptions {
+  std::string address = "127.0.0.1";
+  int port = 0;           // 0: any that is free
+  std::string directory;  // with index.html, page.js, sectio.js, sectio.wasm
+  std::string protocol;   // the WebSocket subprotocol; others are refused
+  std::size_t max_message_bytes = 4096;
+};
+
+// What the server calls, all of it in run().
+struct WebServerHandlers {
+  std::function<bool(std::uint64_t socket)> opened;  // false: no room
+  std::function<void(std::uint64_t socket)> closed;
+  std::function<bool(std::uint64_t socket, const std::vector<std::uint8_t>& frame)> received;  // false: close it
+  std::function<bool(std::uint64_t socket, std::vector<std::uint8_t>& frame)> next_frame;      // false: nothing to send
+  std::function<std::string()> metrics;
+  std::function<bool()> tick;  // every 4 ms; false: run() returns
+};
+
+struct WebServerCounts {
+  std::uint64_t versions_refused = 0;
+  std::uint64_t messages_too_long = 0;
+};
+
+// One thread. A socket that takes nothing holds up no other one.
+class WebServer {
+ public:
+  // Throws InputError when the address can't be used or a file of the page is missing.
+  WebServer(const WebServerOptions& options, WebServerHandlers handlers);
+  ~WebServer();
+
+  int port() const;
+  void run();
+  // There is something to send on this socket. In run() only.
+  void wants_to_send(std::uint64_t socket);
+  const WebServerCounts& counts() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

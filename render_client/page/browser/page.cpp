@@ -1,0 +1,127 @@
+// The page as its script calls it (page.js). All in the one thread of the page.
+#include <cstdint>
+#include <memory>
+
+#include "render_client/page/browser/webgl_context.h"
+#include "render_client/page/live_view.h"
+
+namespace {
+
+using namespace sectio;
+
+struct Page {
+  LiveView view;
+  WebglContext* context = nullptr;  // the canvas has it
+  std::unique_ptr<Canvas> canvas;
+  std::unique_ptr<FramePainter> painter;
+  std::vector<std::uint8_t> incoming, outgoing;
+  std::string description;
+};
+
+Page& page() {
+  static Page the_page;
+  return the_page;
+}
+
+}  // namespace
+
+extern "C" {
+
+// 0: this browser has no WebGL 2, or can't compile the shaders.
+int page_begin(int width_px, int height_px) {
+  std::unique_ptr<WebglContext> context = make_webgl_context(width_px, height_px);
+  if (!context) return 0;
+  context->make_current();
+  Page& p = page();
+  p.context = context.get();
+  try {
+    p.canvas = make_gl_canvas(std::move(context), 1);
+    p.painter = std::make_unique<FramePainter>(*p.canvas);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 0;
+  }
+  p.view.set_aspect(static_cast<double>(width_px) / height_px);
+  return 1;
+}
+
+void page_resize(int width_px, int height_px) {
+  page().context->resize(width_px, height_px);
+  page().view.set_aspect(static_cast<double>(width_px) / height_px);
+  page().view.zoom(1);  // the same view, drawn anew
+}
+
+const char* page_protocol() {
+  static const std::string protocol = live_protocol();
+  return protocol.c_str();
+}
+
+void page_connected(const char* name, const char* token) {
+  page().view.session.connected({name, token});
+}
+
+// Where the script puts a frame of the socket, before page_receive().
+std::uint8_t* page_incoming(int size) {
+  page().incoming.resize(static_cast<std::size_t>(size));
+  return page().incoming.data();
+}
+void page_receive(double now_s) {
+  page().view.session.receive(page().incoming, now_s);
+}
+
+// 1: a picture has been drawn.
+int page_tick(double now_s, int draws) {
+  Page& p = page();
+  if (!p.view.tick(now_s) || draws == 0) return 0;
+  p.painter->draw_frame(p.view.frame(), {.wireframe = p.view.wireframe, .overlay = false});
+  return 1;
+}
+
+// The bytes to send, page_outgoing_size() of them; until the next call.
+const std::uint8_t* page_outgoing() {
+  page().outgoing = page().view.session.take_outgoing();
+  return page().outgoing.data();
+}
+int page_outgoing_size() {
+  return static_cast<int>(page().outgoing.size());
+}
+
+const char* page_describe(double now_s) {
+  page().description = page().view.describe(now_s);
+  return page().description.c_str();
+}
+
+void page_claim(int tool_id, int action, int person) {
+  page().view.session.claim(
+      {static_cast<std::uint32_t>(tool_id), static_cast<ClaimAction>(action), static_cast<std::uint32_t>(person)});
+}
+
+void page_point(double x, double y, int pressed, int closes) {
+  page().view.point(x, y, pressed != 0, closes != 0);
+}
+void page_deepen(double by_m) {
+  page().view.hand().deepen(by_m);
+}
+void page_turn(double roll_rad, double pitch_rad) {
+  page().view.hand().roll(roll_rad);
+  page().view.hand().pitch(pitch_rad);
+}
+
+void page_orbit(double right_rad, double up_rad) {
+  page().view.orbit(right_rad, up_rad);
+}
+void page_pan(double right, double up) {
+  page().view.pan(right, up);
+}
+void page_zoom(double factor) {
+  page().view.zoom(factor);
+}
+void page_reset_camera() {
+  page().view.reset_camera();
+}
+void page_wireframe(int on) {
+  page().view.wireframe = on != 0;
+  page().view.zoom(1);
+}
+
+}  // extern "C"

@@ -1,0 +1,267 @@
+// The page's script: the socket, the mouse, and what stands beside the picture. All that is known of the session, and
+// every picture, comes from the program that is compiled to WebAssembly (page.cpp).
+'use strict';
+
+const FULL_FORCE_N = 5;     // a full bar
+const RETRY_MS = 1000;      // after a connection was lost
+const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
+const SILENT_S = 1;         // before the page says so
+const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
+
+const byId = (id) => document.getElementById(id);
+const canvas = byId('canvas');
+const now = () => performance.now() / 1000;
+
+let program = null;   // the WebAssembly module
+let socket = null;
+let state = null;     // what the program said last
+let refusal = '';     // why there is no connection
+window.sectio = { get state() { return state; }, get connected() { return socket?.readyState === WebSocket.OPEN; } };
+
+const call = (name, ...values) => program['_page_' + name](...values);
+
+// ---- the socket ----
+
+const token = () => decodeURIComponent(location.hash.slice(1));
+// ?protocol= stands for a page of another version.
+const protocol = () =>
+  new URLSearchParams(location.search).get('protocol') ?? program.UTF8ToString(call('protocol'));
+
+function introduce() {
+  program.ccall('page_connected', null, ['string', 'string'], [byId('name').value || 'guest', token()]);
+  flush();
+}
+
+function flush() {
+  const from = call('outgoing');
+  const size = call('outgoing_size');
+  if (size > 0 && window.sectio.connected) socket.send(program.HEAPU8.slice(from, from + size));
+}
+
+async function connect() {
+  let spoken = '';
+  try {
+    spoken = (await (await fetch('version')).text()).trim();
+  } catch {
+    refusal = 'no connection to the gateway';
+  }
+  const mine = protocol();
+  if (spoken && mine !== spoken) {
+    refusal = `this page speaks ${mine}, the gateway ${spoken}: load the page again`;
+  }
+  socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, mine);
+  socket.binaryType = 'arraybuffer';
+  socket.onopen = () => { refusal = ''; introduce(); };
+  socket.onmessage = (event) => {
+    const bytes = new Uint8Array(event.data);
+    program.HEAPU8.set(bytes, call('incoming', bytes.length));
+    call('receive', now());
+  };
+  socket.onclose = () => {
+    refusal ||= 'the connection to the gateway is lost';
+    setTimeout(connect, RETRY_MS);
+  };
+}
+
+// ---- pictures ----
+
+function pixel_size() {
+  const scale = Math.min(window.devicePixelRatio || 1, 2);
+  return [Math.max(16, Math.round(canvas.clientWidth * scale)), Math.max(16, Math.round(canvas.clientHeight * scale))];
+}
+
+let last_tick_ms = 0;
+function tick(draws) {
+  last_tick_ms = performance.now();
+  const drawn = call('tick', now(), draws ? 1 : 0);
+  flush();
+  if (!draws) return;
+  state = JSON.parse(program.UTF8ToString(call('describe', now())));
+  if (drawn) mark();
+}
+
+let shown_ms = 0;
+function animate() {
+  tick(true);
+  if (performance.now() - shown_ms > 100) {
+    shown_ms = performance.now();
+    show();
+  }
+  requestAnimationFrame(animate);
+}
+
+const to_px = ([x, y]) => [(0.5 + 0.5 * x) * canvas.clientWidth, (0.5 - 0.5 * y) * canvas.clientHeight];
+
+// While tissue holds the instrument up, a line leads from it to where the hand wants it.
+function mark() {
+  const tip = state.held !== null && state.wish ? state.tools[state.held]?.tip : null;
+  for (const id of ['wish', 'pull']) byId(id).style.visibility = tip ? 'visible' : 'hidden';
+  if (!tip) return;
+  const [wx, wy] = to_px(state.wish), [tx, ty] = to_px(tip);
+  for (const [name, value] of [['cx', wx], ['cy', wy]]) byId('wish').setAttribute(name, value);
+  for (const [name, value] of [['x1', tx], ['y1', ty], ['x2', wx], ['y2', wy]]) byId('pull').setAttribute(name, value);
+}
+
+// ---- what stands beside the picture ----
+
+function element(kind, text, attributes = {}) {
+  const made = document.createElement(kind);
+  made.textContent = text;
+  return Object.assign(made, attributes);
+}
+
+const button = (text, act) => element('button', text, { onclick: act });
+const claim = (tool, action, person = 0) => { call('claim', tool, CLAIM[action], person); flush(); };
+
+function buttons_of(tool, index, me) {
+  if (!me?.may_write) return [];
+  if (tool.holder === 0) return [button('Take in hand', () => claim(index, 'claim'))];
+  if (tool.holder !== state.you) return [button('Take over', () => claim(index, 'take'))];
+  const others = state.people.filter((p) => p.may_write && p.id !== state.you);
+  return [button('Put down', () => claim(index, 'release')),
+          ...others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)))];
+}
+
+// A list is made anew only when something in it has changed: a button must live from press to release.
+function show_list(id, key, make) {
+  const list = byId(id);
+  if (list.dataset.key === key) return;
+  list.dataset.key = key;
+  list.replaceChildren(...make());
+}
+
+function show() {
+  if (!state) return;
+  const me = state.people.find((p) => p.id === state.you);
+  const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
+  const silent = state.ended ? '' : state.silent_s > SILENT_S ? `server silent since ${Math.round(state.silent_s)} s` : '';
+  byId('warning').textContent = window.sectio.connected ? silent : refusal;
+  byId('warning').hidden = byId('warning').textContent === '';
+  byId('session').textContent = state.session || 'waiting for a session';
+  byId('time').textContent = state.session ? state.time_s.toFixed(2) + ' s' + (state.ended ? ', ended' : '') : '';
+
+  show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder]), state.people, state.you]), () =>
+    state.tools.map((tool, i) => {
+      const item = element('li', tool.name + (tool.holder ? ': ' + (tool.holder === state.you ? 'you' : name_of(tool.holder)) : ''));
+      const bar = element('span', '', { className: 'bar' });
+      bar.append(element('i', ''));
+      item.append(bar, element('span', '', { className: 'force' }), element('br', ''), ...buttons_of(tool, i, me));
+      return item;
+    }));
+  state.tools.forEach((tool, i) => {
+    const item = byId('tools').children[i];
+    item.querySelector('.bar i').style.width = Math.min(100, 100 * tool.force_n / FULL_FORCE_N) + '%';
+    item.querySelector('.force').textContent =
+      tool.force_n.toFixed(2) + ' N' + (state.held === i ? `, ${(1000 * state.depth_m).toFixed(0)} mm deep` : '');
+  });
+  show_list('people', JSON.stringify([state.people, state.you]), () => state.people.map((p) =>
+    element('li', p.name + (p.id === state.you ? ' (you)' : '') + (p.may_write ? '' : ', watching'))));
+  show_list('bodies', JSON.stringify(state.bodies), () => state.bodies.map((b) => {
+    const item = element('li', `${b.name} r${b.revision} `);
+    const equal = b.equal === null ? '?' : b.equal ? 'yes' : 'no';
+    item.append(element('span', 'equals server: ' + equal, { className: equal, title: b.hash }));
+    return item;
+  }));
+  byId('cuts').textContent = state.cuts === undefined ? '' : `${state.cuts} cuts, ${state.refused} refused`;
+  show_list('lines', JSON.stringify(state.lines.map((l) => l.number)), () =>
+    state.lines.map((l) => element('li', l.text)).reverse());
+}
+
+// ---- mouse, touch, keys ----
+
+const fingers = new Map();   // pointers that are down, by id
+let deed = '';               // what the drag does: point, orbit, pan, pinch
+
+const place = (event) => {
+  const box = canvas.getBoundingClientRect();
+  return [2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height];
+};
+const holds = () => state !== null && state.held !== null;
+
+function deed_of(event) {
+  if (event.altKey || event.button === 1) return 'orbit';
+  if (event.shiftKey) return 'pan';
+  if (holds()) return 'point';
+  return event.button === 2 ? 'pan' : 'orbit';
+}
+
+const point = (event) => call('point', ...place(event), event.buttons & 1, event.buttons & 2);
+
+canvas.addEventListener('pointerdown', (event) => {
+  canvas.focus();
+  try {
+    canvas.setPointerCapture(event.pointerId);
+  } catch { /* the pointer has gone */ }
+  fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  if (fingers.size === 1) deed = deed_of(event);
+  else {
+    if (deed === 'point') call('point', ...place(event), 0, 0);
+    deed = 'pinch';
+  }
+  if (deed === 'point') point(event);
+});
+
+canvas.addEventListener('pointermove', (event) => {
+  const before = fingers.get(event.pointerId);
+  if (!before) {
+    if (holds()) point(event);
+    return;
+  }
+  const dx = (event.clientX - before[0]) / canvas.clientHeight, dy = (event.clientY - before[1]) / canvas.clientHeight;
+  if (deed === 'point') point(event);
+  else if (deed === 'orbit') call('orbit', 4 * dx, 4 * dy);
+  else if (deed === 'pan') call('pan', dx, -dy);
+  else if (deed === 'pinch') pinch(event, before, dx, dy);
+  fingers.set(event.pointerId, [event.clientX, event.clientY]);
+});
+
+function pinch(event, before, dx, dy) {
+  const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+  if (!other) return;
+  const length = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
+  call('zoom', Math.max(1, length(before)) / Math.max(1, length([event.clientX, event.clientY])));
+  call('pan', 0.5 * dx, -0.5 * dy);
+}
+
+for (const kind of ['pointerup', 'pointercancel'])
+  canvas.addEventListener(kind, (event) => {
+    fingers.delete(event.pointerId);
+    if (deed === 'point') call('point', ...place(event), event.buttons & 1, event.buttons & 2);
+    if (fingers.size === 0) deed = '';
+  });
+
+canvas.addEventListener('wheel', (event) => {
+  event.preventDefault();
+  const turn = Math.max(-1, Math.min(1, (event.deltaY || event.deltaX) / 100));
+  if (holds() && !event.shiftKey) call('deepen', 0.001 * turn);
+  else call('zoom', Math.exp(0.15 * turn));
+}, { passive: false });
+canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+
+const KEYS = { q: [0.1, 0], e: [-0.1, 0], r: [0, 0.1], f: [0, -0.1] };
+window.addEventListener('keydown', (event) => {
+  const turn = KEYS[event.key.toLowerCase()];
+  if (turn && event.target.tagName !== 'INPUT') call('turn', ...turn);
+});
+
+// ---- begin ----
+
+async function begin() {
+  byId('name').value = sessionStorage.getItem('name') ?? '';
+  program = await Sectio();
+  const [width, height] = pixel_size();
+  if (!call('begin', width, height)) {
+    byId('warning').textContent = 'this browser has no WebGL 2: nothing can be drawn';
+    byId('warning').hidden = false;
+    return;
+  }
+  byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
+  byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
+  byId('home').onclick = () => call('reset_camera');
+  window.onresize = () => call('resize', ...pixel_size());
+  // Pictures stop where nobody sees them; the replica and the hand go on.
+  setInterval(() => { if (performance.now() - last_tick_ms > KEEP_ALIVE_MS) tick(false); }, KEEP_ALIVE_MS);
+  connect();
+  requestAnimationFrame(animate);
+}
+begin();

@@ -1,0 +1,18 @@
+// WebGL 2 on the page's canvas.
+#pragma once
+
+#include <memory>
+
+#include "render_client/draw/gl_canvas.h"
+
+namespace sectio {
+
+class WebglContext : public GlContext {
+ public:
+  virtual void resize(int width_px, int height_px) = 0;
+};
+
+// On the element #canvas. Null when the browser has no WebGL 2.
+std::unique_ptr<WebglContext> make_webgl_context(int width_px, int height_px);
+
+}  // namespace sectio

@@ -1,0 +1,144 @@
+#include "render_client/page/live_session.h"
+
+#include <utility>
+
+#include "common/messages/codec.h"
+
+namespace sectio {
+
+template <class Message>
+void LiveSession::send(LiveKind kind, const Message& message) {
+  append_live(kind, encode(message), outgoing_);
+}
+
+template <class Message, class Use>
+void LiveSession::with(const LiveFrameReader::Message& message, const Use& use) {
+  if (auto decoded = decode<Message>(message.bytes))
+    use(std::move(*decoded));
+  else
+    ++damaged_;
+}
+
+void LiveSession::connected(const Hello& hello) {
+  outgoing_.clear();
+  roster_ = {};
+  send(LiveKind::hello, hello);
+}
+
+void LiveSession::receive(std::span<const std::uint8_t> frame, double now_s) {
+  LiveFrameReader reader(frame);
+  while (const auto message = reader.next()) take(*message, now_s);
+  if (reader.damaged()) ++damaged_;
+}
+
+void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
+  switch (message.kind) {
+    case LiveKind::scene:
+      return with<SceneInfo>(message, [&](const SceneInfo& scene) { world_.announce(scene); });
+    case LiveKind::delta:
+      return with<DeltaMessage>(message, [&](DeltaMessage delta) { world_.feed(std::move(delta)); });
+    case LiveKind::keyframe_chunk:
+      return with<KeyframeChunk>(message, [&](KeyframeChunk chunk) { world_.feed(std::move(chunk)); });
+    case LiveKind::state_header:
+      heard_s_ = now_s;
+      return with<StateHeader>(message, [&](StateHeader header) { world_.feed(std::move(header)); });
+    case LiveKind::state_piece:
+      return with<StatePiece>(message, [&](StatePiece piece) { world_.feed(std::move(piece)); });
+    case LiveKind::scalar_piece:
+      return with<ScalarPiece>(message, [&](ScalarPiece piece) { world_.feed(std::move(piece)); });
+    case LiveKind::event:
+      return with<SessionEvent>(message, [&](const SessionEvent& event) {
+        if (!event.text.empty()) add_line(event.text);
+      });
+    case LiveKind::status:
+      return with<ServerStatus>(message, [&](const ServerStatus& status) {
+        status_ = status;
+        versions_[status.epoch] = status.bodies;
+      });
+    case LiveKind::contact:
+      return with<ContactMessage>(message, [&](const ContactMessage& contact) {
+        forces_[contact.model.tool_id] = {contact.model.force_world_n.norm(), now_s};
+      });
+    case LiveKind::session_end:
+      return with<SessionEnd>(message, [&](const SessionEnd& end) {
+        world_.feed(end);
+        versions_[end.epoch] = end.bodies;
+        add_line("the session has ended: " + end.reason);
+      });
+    case LiveKind::roster:
+      return with<Roster>(message, [&](Roster roster) { roster_ = std::move(roster); });
+    case LiveKind::notice:
+      return with<Notice>(message, [&](const Notice& notice) { add_line(notice.text); });
+    default:
+      ++damaged_;
+  }
+}
+
+bool LiveSession::frame(double now_s, Frame& frame) {
+  const bool fresh = world_.frame(now_s, frame);
+  if (world_.session_end()) world_.catch_up();
+  for (const KeyframeRequest& request : world_.take_requests(now_s)) send(LiveKind::keyframe_request, request);
+  compare();
+  return fresh;
+}
+
+void LiveSession::compare() {
+  for (const auto& [epoch, versions] : versions_) compare(epoch, versions);
+}
+
+void LiveSession::compare(std::uint64_t epoch, const std::vector<BodyVersion>& server) {
+  const Replica* replica = world_.replica_of(epoch);
+  if (!replica) return;
+  for (std::size_t b = 0; b < replica->bodies().size() && b < server.size(); ++b) {
+    const ReplicaBody& body = replica->bodies()[b];
+    if (!body.known() || body.mesh().revision() != server[b].revision) continue;
+    equality_[{epoch, b}] = {body.mesh().hash() == server[b].topology_hash, server[b].revision};
+  }
+}
+
+std::vector<LiveSession::Equality> LiveSession::equality() const {
+  std::vector<Equality> all;
+  for (const auto& [epoch, body_count] : world_.body_counts())
+    for (std::size_t b = 0; b < body_count; ++b) {
+      const auto known = equality_.find({epoch, b});
+      all.push_back(known == equality_.end() ? Equality{} : known->second);
+    }
+  return all;
+}
+
+void LiveSession::add_line(const std::string& text) {
+  lines_.emplace_back(++line_count_, text);
+  if (lines_.size() > kMaxLines) lines_.pop_front();
+}
+
+void LiveSession::claim(const ToolClaim& claim) {
+  send(LiveKind::claim, claim);
+}
+
+void LiveSession::wish(std::uint32_t tool_id, const JointPose& pose_world) {
+  send(LiveKind::wish, ToolWish{0, tool_id, ++wish_sequence_, pose_world, true});
+}
+
+std::vector<std::uint8_t> LiveSession::take_outgoing() {
+  return std::exchange(outgoing_, {});
+}
+
+std::optional<std::uint32_t> LiveSession::held_tool() const {
+  if (roster_.you == kNobody) return std::nullopt;
+  for (std::uint32_t t = 0; t < roster_.holders.size(); ++t)
+    if (roster_.holders[t] == roster_.you) return t;
+  return std::nullopt;
+}
+
+double LiveSession::force_n(std::uint32_t tool_id, double now_s) const {
+  const auto force = forces_.find(tool_id);
+  if (force == forces_.end() || now_s - force->second.heard_s > kForceFades_s) return 0;
+  return force->second.newton;
+}
+
+std::optional<double> LiveSession::silent_s(double now_s) const {
+  if (!heard_s_) return std::nullopt;
+  return now_s - *heard_s_;
+}
+
+}  // namespace sectio

@@ -1,0 +1,85 @@
+// What a page knows of the session: the replica of the bodies, who is here, what happened lately. Neither socket nor
+// canvas: it is fed with frames of the WebSocket and gives back the bytes to send. One thread; time is passed in.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/messages/contact.h"
+#include "common/messages/live.h"
+#include "common/messages/live_frame.h"
+#include "common/messages/tool.h"
+#include "render_client/replica/world.h"
+
+namespace sectio {
+
+class LiveSession {
+ public:
+  static constexpr std::size_t kMaxLines = 8;
+  static constexpr double kForceFades_s = 0.1;  // a contact that is as old is none any more
+
+  // A new connection: the replica stays as it is, until the session says that it is out of date.
+  void connected(const Hello& hello);
+  void receive(std::span<const std::uint8_t> frame, double now_s);
+  // Fills `frame` with the newest state; false when there is none newer.
+  bool frame(double now_s, Frame& frame);
+
+  void claim(const ToolClaim& claim);
+  void wish(std::uint32_t tool_id, const JointPose& pose_world);
+  // What has to be sent, since the last call.
+  std::vector<std::uint8_t> take_outgoing();
+
+  // The instrument that this page holds; the first one, if it holds several.
+  std::optional<std::uint32_t> held_tool() const;
+  const Roster& roster() const { return roster_; }
+  const World& world() const { return world_; }
+  const std::optional<ServerStatus>& status() const { return status_; }
+  double force_n(std::uint32_t tool_id, double now_s) const;
+  // Since the last state; nothing before the first one.
+  std::optional<double> silent_s(double now_s) const;
+  // Events and notices, for a person, newest last; each has a number, so that a reader knows which are new.
+  const std::deque<std::pair<std::uint64_t, std::string>>& lines() const { return lines_; }
+  std::uint64_t damaged() const { return damaged_; }
+
+  // Of each body: whether its hash was the server's when both were last at the same revision.
+  struct Equality {
+    std::optional<bool> equal;
+    std::uint64_t revision = 0;
+  };
+  std::vector<Equality> equality() const;
+
+ private:
+  struct Force {
+    double newton = 0;
+    double heard_s = 0;
+  };
+
+  template <class Message, class Use>
+  void with(const LiveFrameReader::Message& message, const Use& use);
+  void take(const LiveFrameReader::Message& message, double now_s);
+  void compare();
+  void compare(std::uint64_t epoch, const std::vector<BodyVersion>& server);
+  void add_line(const std::string& text);
+  template <class Message>
+  void send(LiveKind kind, const Message& message);
+
+  World world_;
+  Roster roster_;
+  std::optional<ServerStatus> status_;
+  std::map<std::uint64_t, std::vector<BodyVersion>> versions_;          // by epoch: the newest that a server has told
+  std::map<std::pair<std::uint64_t, std::size_t>, Equality> equality_;  // by epoch and body
+  std::map<std::uint32_t, Force> forces_;                               // by tool
+  std::optional<double> heard_s_;
+  std::deque<std::pair<std::uint64_t, std::string>> lines_;
+  std::uint64_t line_count_ = 0;
+  std::uint64_t wish_sequence_ = 0;
+  std::uint64_t damaged_ = 0;
+  std::vector<std::uint8_t> outgoing_;
+};
+
+}  // namespace sectio

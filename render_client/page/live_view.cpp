@@ -1,0 +1,127 @@
+#include "render_client/page/live_view.h"
+
+#include <array>
+
+#include "render_client/page/json_text.h"
+
+namespace sectio {
+
+namespace {
+
+std::string hex(std::uint64_t hash) {
+  std::array<char, 20> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return text.data();
+}
+
+void describe_place(JsonText& json, const char* name, const Vec3& place) {
+  json.key(name).open('[').value(place.x()).value(place.y()).close(']');
+}
+
+}  // namespace
+
+bool LiveView::tick(double now_s) {
+  const bool fresh = session.frame(now_s, frame_);
+  if (fresh && !camera_) camera_ = OrbitCamera(frame_.camera);
+  if (camera_) frame_.camera = camera_->camera();
+  const std::optional<std::uint32_t> held = session.held_tool();
+  if (held != held_) hand_ = {};
+  held_ = held;
+  hand_.tick(now_s);
+  if (held_)
+    if (const auto pose = hand_.wish()) session.wish(*held_, *pose);
+  const bool draw = camera_ && (fresh || moved_);
+  moved_ = false;
+  pictures_ += draw ? 1 : 0;
+  return draw;
+}
+
+void LiveView::point(double x, double y, bool pressed, bool closes) {
+  if (!camera_ || !held_) return;
+  const Ray ray = camera_->ray(x, y, aspect_);
+  const Vec3 right = (camera_->ray(1, y, aspect_).along_world - camera_->ray(-1, y, aspect_).along_world).normalized();
+  hand_.point({ray, pressed, closes}, frame_, right);
+}
+
+void LiveView::orbit(double right_rad, double up_rad) {
+  if (!camera_) return;
+  camera_->orbit(right_rad, up_rad);
+  move_camera();
+}
+
+void LiveView::pan(double right, double up) {
+  if (!camera_) return;
+  camera_->pan(right, up);
+  move_camera();
+}
+
+void LiveView::zoom(double factor) {
+  if (!camera_) return;
+  camera_->zoom(factor);
+  move_camera();
+}
+
+void LiveView::reset_camera() {
+  if (!camera_ || !session.world().scene()) return;
+  camera_ = OrbitCamera(session.world().scene()->camera);
+  move_camera();
+}
+
+std::string LiveView::describe(double now_s) const {
+  JsonText json;
+  json.open('{');
+  json.key("session").value(frame_.session).key("time_s").value(frame_.sim_time_s);
+  json.key("step").value(frame_.step).key("pictures").value(pictures_);
+  json.key("silent_s");
+  if (const auto silent_s = session.silent_s(now_s))
+    json.value(*silent_s);
+  else
+    json.null();
+  json.key("ended").value(session.world().session_end().has_value());
+
+  const Roster& roster = session.roster();
+  json.key("you").value(roster.you).key("people").open('[');
+  for (const Person& p : roster.people)
+    json.open('{').key("id").value(p.id).key("name").value(p.name).key("may_write").value(p.may_write).close('}');
+  json.close(']').key("tools").open('[');
+  for (std::uint32_t t = 0; t < frame_.tools.size(); ++t) {
+    const ToolFrame& tool = frame_.tools[t];
+    json.open('{').key("name").value(tool.name).key("kind").value(tool.kind).key("present").value(tool.present);
+    json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
+    json.key("force_n").value(tool.present ? session.force_n(t, now_s) : 0.0);
+    if (camera_ && tool.present) describe_place(json, "tip", camera_->project(tool.pose_world.position_m, aspect_));
+    json.close('}');
+  }
+  json.close(']').key("bodies").open('[');
+  const std::vector<const ReplicaBody*> bodies = session.world().bodies();
+  const std::vector<std::string> names = session.world().body_names();
+  const std::vector<LiveSession::Equality> equality = session.equality();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const TriangleMesh& mesh = bodies[b]->mesh();
+    json.open('{').key("name").value(names[b]).key("revision").value(mesh.revision());
+    json.key("hash").value(hex(mesh.hash())).key("equal");
+    if (equality[b].equal)
+      json.value(*equality[b].equal);
+    else
+      json.null();
+    json.close('}');
+  }
+  json.close(']').key("lines").open('[');
+  for (const auto& [number, text] : session.lines())
+    json.open('{').key("number").value(number).key("text").value(text).close('}');
+  json.close(']');
+  if (const auto& status = session.status())
+    json.key("cuts").value(status->cuts_made).key("refused").value(status->cuts_refused);
+  const std::optional<JointPose> wish = hand_.wish();
+  json.key("held");
+  if (held_)
+    json.value(*held_);
+  else
+    json.null();
+  json.key("depth_m").value(hand_.depth_m());
+  if (held_ && wish && camera_) describe_place(json, "wish", camera_->project(wish->position_m, aspect_));
+  json.key("damaged").value(session.damaged());
+  return json.close('}').text();
+}
+
+}  // namespace sectio

@@ -1,0 +1,49 @@
+// The page without its browser: a session, a camera, and a hand that follows the pointer. It tells what to draw, what
+// to send and what to show beside the picture.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "render_client/draw/draw_frame.h"
+#include "render_client/page/live_session.h"
+#include "render_client/page/mouse_hand.h"
+#include "render_client/page/orbit_camera.h"
+
+namespace sectio {
+
+class LiveView {
+ public:
+  LiveSession session;
+  bool wireframe = false;
+
+  // True when there is something new to draw. Sends the wish of a hand that holds an instrument.
+  bool tick(double now_s);
+  const Frame& frame() const { return frame_; }
+  bool has_frame() const { return camera_.has_value(); }
+
+  // Places of the picture: -1 to 1, y up.
+  void point(double x, double y, bool pressed, bool closes);
+  void orbit(double right_rad, double up_rad);
+  void pan(double right, double up);
+  void zoom(double factor);
+  void reset_camera();
+  MouseHand& hand() { return hand_; }
+  void set_aspect(double aspect) { aspect_ = aspect; }
+
+  // For the script of the page, as JSON.
+  std::string describe(double now_s) const;
+
+ private:
+  void move_camera() { moved_ = true; }
+
+  Frame frame_;
+  std::optional<OrbitCamera> camera_;
+  MouseHand hand_;
+  std::optional<std::uint32_t> held_;
+  double aspect_ = 1;
+  bool moved_ = false;
+  std::uint64_t pictures_ = 0;
+};
+
+}  // namespace sectio

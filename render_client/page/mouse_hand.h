@@ -1,0 +1,64 @@
+// A mouse as a hand. The pointer leads the instrument's tip over the tissue: hovering while no button is down, and,
+// from the moment at which the first button goes down, a depth beneath the surface as it was then. So what the
+// instrument does to the tissue doesn't move the hand. Beside the tissue, and over an open cut, the tip follows the
+// plane through the last contact. The sharp edge leads: the instrument turns into the direction of its motion.
+//
+// The result is a wish: a device_bridge draws a mass along it, which tissue holds up. Time is passed in.
+#pragma once
+
+#include <optional>
+
+#include "render_client/page/pick.h"
+
+namespace sectio {
+
+struct Pointer {
+  Ray ray;
+  bool pressed = false;  // the first button: into the tissue
+  bool closes = false;   // the second button: jaws
+};
+
+class MouseHand {
+ public:
+  static constexpr double kHover_m = 0.008;
+  static constexpr double kDefaultDepth_m = 0.005;
+  static constexpr double kDeepest_m = 0.05;
+  static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
+  static constexpr double kTurn_m = 0.006;       // of way, in which the edge turns into the direction of motion
+  static constexpr double kWidest_rad = 0.6;     // of jaws
+  static constexpr double kJaws_rad_per_s = 1.5;
+
+  // `right_world`: where the edge points at first.
+  void point(const Pointer& pointer, const Frame& frame, const Vec3& right_world);
+  void deepen(double by_m);
+  void roll(double by_rad) { roll_rad_ += by_rad; }
+  void pitch(double by_rad);
+  // Time goes on: the tip sinks and rises, jaws close and open.
+  void tick(double now_s);
+
+  // Nothing before the pointer has been over tissue.
+  std::optional<JointPose> wish() const;
+  double depth_m() const { return depth_m_; }
+  bool pressed() const { return pressed_; }
+
+ private:
+  struct Contact {
+    Vec3 point_world_m;
+    Vec3 normal_world;
+  };
+  std::optional<Contact> contact_at(const Ray& ray, const SurfaceShot& shot) const;
+
+  std::optional<Contact> contact_;
+  SurfaceShot shot_;  // of the moment at which the button went down
+  Vec3 ahead_world_ = Vec3::UnitX();
+  bool has_ahead_ = false;
+  bool pressed_ = false, closes_ = false;
+  double depth_m_ = kDefaultDepth_m;
+  double height_m_ = kHover_m;  // of the tip above the contact
+  double roll_rad_ = 0;
+  double pitch_rad_ = 0.2;  // the handle leans back
+  double opening_rad_ = kWidest_rad;
+  std::optional<double> last_s_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,75 @@
+#include "render_client/page/orbit_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace sectio {
+
+namespace {
+
+constexpr double kNearest_m = 0.02, kFarthest_m = 5;
+constexpr double kFromPole_rad = 0.05;
+
+double tangent_of_half_angle(const Camera& camera) {
+  return std::tan(0.5 * camera.field_of_view_deg * std::numbers::pi / 180);
+}
+
+}  // namespace
+
+Mat3 OrbitCamera::axes() const {
+  Vec3 backward = camera_.eye_world_m - camera_.target_world_m;
+  backward = backward.norm() > 1e-9 ? backward.normalized() : Vec3::UnitZ();
+  Vec3 right = camera_.up_world.cross(backward);
+  right = right.norm() > 1e-6 ? right.normalized() : backward.unitOrthogonal();
+  Mat3 axes;
+  axes.row(0) = right;
+  axes.row(1) = backward.cross(right);
+  axes.row(2) = backward;
+  return axes;
+}
+
+void OrbitCamera::orbit(double right_rad, double up_rad) {
+  const Vec3 up = camera_.up_world.normalized();
+  const Vec3 arm = camera_.eye_world_m - camera_.target_world_m;
+  const double polar_rad = std::acos(std::clamp(arm.normalized().dot(up), -1.0, 1.0));
+  const double most_rad = std::numbers::pi - kFromPole_rad;
+  const double turned_rad =
+      std::clamp(polar_rad - up_rad, std::min(kFromPole_rad, polar_rad), std::max(most_rad, polar_rad));
+  const Vec3 right = axes().row(0).transpose();
+  const Eigen::AngleAxisd about_right(turned_rad - polar_rad, right);
+  const Eigen::AngleAxisd about_up(-right_rad, up);
+  camera_.eye_world_m = camera_.target_world_m + about_up * (about_right * arm);
+}
+
+void OrbitCamera::pan(double right, double up) {
+  const double distance_m = (camera_.eye_world_m - camera_.target_world_m).norm();
+  const double height_m = 2 * distance_m * tangent_of_half_angle(camera_);
+  const Mat3 a = axes();
+  const Vec3 move = -height_m * (right * a.row(0) + up * a.row(1)).transpose();
+  camera_.eye_world_m += move;
+  camera_.target_world_m += move;
+}
+
+void OrbitCamera::zoom(double factor) {
+  const Vec3 arm = camera_.eye_world_m - camera_.target_world_m;
+  const double distance_m = std::clamp(arm.norm() * factor, kNearest_m, kFarthest_m);
+  camera_.eye_world_m = camera_.target_world_m + distance_m * axes().row(2).transpose();
+}
+
+Ray OrbitCamera::ray(double x, double y, double aspect) const {
+  const double t = tangent_of_half_angle(camera_);
+  const Mat3 a = axes();
+  const Vec3 along = (x * t * aspect * a.row(0) + y * t * a.row(1) - a.row(2)).transpose();
+  return {camera_.eye_world_m, along.normalized()};
+}
+
+Vec3 OrbitCamera::project(const Vec3& world_m, double aspect) const {
+  const Vec3 p = axes() * (world_m - camera_.eye_world_m);
+  const double t = tangent_of_half_angle(camera_);
+  const double distance_m = -p.z();
+  if (distance_m < 1e-6) return {0, 0, distance_m};
+  return {p.x() / (t * aspect * distance_m), p.y() / (t * distance_m), distance_m};
+}
+
+}  // namespace sectio

@@ -1,0 +1,37 @@
+// A camera that a person moves: around its target, across, and nearer. A pure value.
+#pragma once
+
+#include "common/math/camera.h"
+
+namespace sectio {
+
+struct Ray {
+  Vec3 from_world_m = Vec3::Zero();
+  Vec3 along_world = -Vec3::UnitZ();  // unit
+};
+
+class OrbitCamera {
+ public:
+  explicit OrbitCamera(const Camera& camera) : camera_(camera) {}
+
+  const Camera& camera() const { return camera_; }
+
+  // Turns about the target: to the right and up, in radians. It stops short of the poles of the up vector.
+  void orbit(double right_rad, double up_rad);
+  // Moves eye and target across the line of sight, in heights of the picture.
+  void pan(double right, double up);
+  // The distance to the target by this factor, within 2 cm to 5 m.
+  void zoom(double factor);
+
+  // The line of sight through a place of the picture, -1 to 1, y up.
+  Ray ray(double x, double y, double aspect) const;
+  // The place in the picture, in x and y, and the distance in front of the eye in z.
+  Vec3 project(const Vec3& world_m, double aspect) const;
+
+ private:
+  Mat3 axes() const;  // rows: right, up, backward
+
+  Camera camera_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,38 @@
+#include "render_client/page/pick.h"
+
+#include <cmath>
+
+namespace sectio {
+
+SurfaceShot shot_of(const Frame& frame) {
+  SurfaceShot shot;
+  for (const BodyFrame& body : frame.bodies) shot.bodies.push_back({body.positions_world_m, body.triangles});
+  return shot;
+}
+
+// Moeller & Trumbore 1997, Fast, Minimum Storage Ray/Triangle Intersection.
+std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot) {
+  std::optional<Hit> nearest;
+  for (const SurfaceShot::Body& body : shot.bodies) {
+    const auto& x = body.positions_world_m;
+    for (const Triangle& t : body.triangles) {
+      if (!t.alive() || t.v[0] >= x.size() || t.v[1] >= x.size() || t.v[2] >= x.size()) continue;
+      const Vec3 a = x[t.v[0]].cast<double>();
+      const Vec3 ab = x[t.v[1]].cast<double>() - a, ac = x[t.v[2]].cast<double>() - a;
+      const Vec3 p = ray.along_world.cross(ac);
+      const double det = ab.dot(p);
+      if (!(std::abs(det) > 1e-18)) continue;
+      const Vec3 from_a = ray.from_world_m - a;
+      const double u = from_a.dot(p) / det;
+      if (u < 0 || u > 1) continue;
+      const Vec3 q = from_a.cross(ab);
+      const double v = ray.along_world.dot(q) / det;
+      const double distance_m = ac.dot(q) / det;
+      if (v < 0 || u + v > 1 || distance_m <= 0 || (nearest && distance_m >= nearest->distance_m)) continue;
+      nearest = Hit{ray.from_world_m + distance_m * ray.along_world, ab.cross(ac).normalized(), t.surface, distance_m};
+    }
+  }
+  return nearest;
+}
+
+}  // namespace sectio

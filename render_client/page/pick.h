@@ -1,0 +1,32 @@
+// What a line of sight hits first.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "render_client/page/orbit_camera.h"
+#include "render_client/replica/frame.h"
+
+namespace sectio {
+
+struct Hit {
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal_world = Vec3::UnitZ();  // unit, out of the tissue
+  Surface surface = Surface::skin;
+  double distance_m = 0;
+};
+
+// The bodies' surfaces as they were at one moment.
+struct SurfaceShot {
+  struct Body {
+    std::vector<Vec3f> positions_world_m;
+    std::vector<Triangle> triangles;
+  };
+  std::vector<Body> bodies;
+};
+SurfaceShot shot_of(const Frame& frame);
+
+// O(triangles). Triangles that are seen from behind count, too.
+std::optional<Hit> pick(const Ray& ray, const SurfaceShot& shot);
+
+}  // namespace sectio
