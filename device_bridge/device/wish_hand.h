@@ -1,5 +1,6 @@
 // The hand of somebody who has no device: a mouse, a pad or a tracker says where the instrument should be, as often as
-// it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move.
+// it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move. When the
+// instrument is let go, or no wish has come for kSilence_s, it is drawn out along its shaft with open jaws, and is gone.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,11 @@ class WishSource {
 
 class WishHand : public Device {
  public:
-  static constexpr double kSilence_s = 1;  // without a wish for so long, nobody holds the instrument
+  static constexpr double kAway_m = 0.15;  // how far an instrument is drawn out
+  static constexpr double kAway_m_per_s = 0.3;
+  static constexpr double kOpen_rad = 0.6;
+  static constexpr double kSameHand_m = 0.02;  // a wish so near takes up an instrument that is being drawn out
+  static constexpr double kSilence_s = 1;      // without a wish for so long, nobody holds the instrument
   static constexpr double kFastestTurn_rad_per_s = 20;
 
   // The source outlives the hand.
@@ -40,14 +45,17 @@ class WishHand : public Device {
   bool finished(double) const override { return false; }
 
  private:
+  void hear(const HandWish& wish, double now_s);
+  void leave();
   void step();
 
   WishSource& source_;
   double fastest_m_per_s_;
   HandSpec spec_;
-  HandWish wish_;
+  JointPose target_;
   double heard_s_ = 0;
   bool present_ = false;
+  bool leaves_ = false;
   std::int64_t steps_ = 0;
   JointPose followed_;  // the wish, at the speed of a hand
   HandMass mass_;

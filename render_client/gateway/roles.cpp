@@ -39,6 +39,7 @@ std::string Roles::act(std::uint32_t person, const ToolClaim& claim, double now_
   const bool is_own = tool.person == person;
   switch (claim.action) {
     case ClaimAction::claim:
+      if (is_own) tools_[claim.tool_id].heard_s = now_s;  // a hand that has nothing to wish yet
       if (is_own) return "";
       if (tool.person != kNobody) return "the " + tool.name + " is held by " + name_of(tool.person);
       give(claim.tool_id, person, now_s);
@@ -73,6 +74,10 @@ bool Roles::heard(std::uint32_t person, std::uint32_t tool_id, double now_s) {
 }
 
 void Roles::tick(double now_s) {
+  // Whoever calls this was asleep: what hands have said meanwhile hasn't been heard yet.
+  if (now_s - ticked_s_ > kAsleep_s)
+    for (Holding& tool : tools_) tool.heard_s = now_s;
+  ticked_s_ = now_s;
   for (std::uint32_t t = 0; t < tools_.size(); ++t) {
     if (tools_[t].person == kNobody || now_s - tools_[t].heard_s < kHandSilence_s) continue;
     notices_.emplace_back(kNobody, "the " + tools_[t].name + " was taken from " + name_of(tools_[t].person) +

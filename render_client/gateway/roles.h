@@ -47,6 +47,8 @@ class Roles {
   std::uint32_t holder(std::uint32_t tool_id) const;
 
  private:
+  static constexpr double kAsleep_s = 1;
+
   struct Holding {
     std::string name;  // of the instrument
     std::uint32_t person = kNobody;
@@ -62,6 +64,7 @@ class Roles {
   std::vector<Holding> tools_;
   std::uint32_t last_id_ = kNobody;
   bool changed_ = false;
+  double ticked_s_ = 1e300;
   std::vector<std::pair<std::uint32_t, std::string>> notices_;
   std::vector<std::uint32_t> freed_;
 };

@@ -28,12 +28,19 @@ bool LiveView::tick(double now_s) {
   if (held != held_) hand_ = {};
   held_ = held;
   hand_.tick(now_s);
-  if (held_)
-    if (const auto pose = hand_.wish()) session.wish(*held_, *pose);
+  if (held_) hold(now_s);
   const bool draw = camera_ && (fresh || moved_);
   moved_ = false;
   pictures_ += draw ? 1 : 0;
   return draw;
+}
+
+// Until the pointer has been over tissue there is nothing to wish, but the hand isn't silent.
+void LiveView::hold(double now_s) {
+  if (const auto pose = hand_.wish()) return session.wish(*held_, *pose);
+  if (now_s - claimed_s_ < kStillThere_s) return;
+  claimed_s_ = now_s;
+  session.claim({*held_, ClaimAction::claim});
 }
 
 void LiveView::point(double x, double y, bool pressed, bool closes) {
@@ -84,12 +91,17 @@ std::string LiveView::describe(double now_s) const {
   for (const Person& p : roster.people)
     json.open('{').key("id").value(p.id).key("name").value(p.name).key("may_write").value(p.may_write).close('}');
   json.close(']').key("tools").open('[');
-  for (std::uint32_t t = 0; t < frame_.tools.size(); ++t) {
-    const ToolFrame& tool = frame_.tools[t];
-    json.open('{').key("name").value(tool.name).key("kind").value(tool.kind).key("present").value(tool.present);
+  const SceneInfo* scene = session.world().scene();
+  for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
+    const JointPose* pose = t < frame_.tools.size() && frame_.tools[t].present ? &frame_.tools[t].pose_world : nullptr;
+    json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
     json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
-    json.key("force_n").value(tool.present ? session.force_n(t, now_s) : 0.0);
-    if (camera_ && tool.present) describe_place(json, "tip", camera_->project(tool.pose_world.position_m, aspect_));
+    json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
+    if (pose) {
+      const Vec3& at = pose->position_m;
+      json.key("at_m").open('[').value(at.x()).value(at.y()).value(at.z()).close(']');
+      describe_place(json, "tip", camera_->project(at, aspect_));
+    }
     json.close('}');
   }
   json.close(']').key("bodies").open('[');

@@ -35,6 +35,9 @@ class LiveView {
   std::string describe(double now_s) const;
 
  private:
+  static constexpr double kStillThere_s = 0.5;
+
+  void hold(double now_s);
   void move_camera() { moved_ = true; }
 
   Frame frame_;
@@ -43,6 +46,7 @@ class LiveView {
   std::optional<std::uint32_t> held_;
   double aspect_ = 1;
   bool moved_ = false;
+  double claimed_s_ = -1e300;
   std::uint64_t pictures_ = 0;
 };
 

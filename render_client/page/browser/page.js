@@ -16,7 +16,8 @@ let program = null;   // the WebAssembly module
 let socket = null;
 let state = null;     // what the program said last
 let refusal = '';     // why there is no connection
-window.sectio = { get state() { return state; }, get connected() { return socket?.readyState === WebSocket.OPEN; } };
+// For tests: what is known, and the connection.
+window.sectio = { get socket() { return socket; }, get state() { return state; }, get connected() { return socket?.readyState === WebSocket.OPEN; } };
 
 const call = (name, ...values) => program['_page_' + name](...values);
 

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "device_bridge/device/scripted_device.h"
 #include "device_bridge/device/virtual_hand.h"
+#include "device_bridge/device/wish_hand.h"
 
 namespace sectio {
 namespace {
@@ -103,6 +105,95 @@ TEST(VirtualHand, SameSeedSameMotionWhateverTheCallRate) {
   for (int i = 0; i < 500; ++i) often.pose_world(i * 0.001);
   EXPECT_EQ(often.pose_world(0.5).position_m, seldom.pose_world(0.5).position_m);
   EXPECT_NE(often.pose_world(0.5).position_m, other.pose_world(0.5).position_m);
+}
+
+// Wishes of somebody with a mouse.
+class Mouse : public WishSource {
+ public:
+  void wish(const Vec3& place_m, bool held = true) { wish_ = HandWish{{Pose{place_m}, 0.1}, held}; }
+  bool latest_wish(HandWish& wish) override {
+    if (!wish_) return false;
+    wish = *wish_;
+    wish_.reset();
+    return true;
+  }
+
+ private:
+  std::optional<HandWish> wish_;
+};
+
+struct WishHandTest : testing::Test {
+  Mouse mouse;
+  WishHand hand{mouse, 5};
+  double now_s = 0;
+
+  // The fastest motion between two ticks.
+  double run(double time_s) {
+    double fastest_m_per_s = 0;
+    for (const double end_s = now_s + time_s; now_s < end_s;) {
+      const Vec3 before_m = hand.pose_world(now_s).position_m;
+      now_s += 0.001;
+      const Vec3 after_m = hand.pose_world(now_s).position_m;
+      if (hand.present()) fastest_m_per_s = std::max(fastest_m_per_s, (after_m - before_m).norm() / 0.001);
+    }
+    return fastest_m_per_s;
+  }
+};
+
+TEST_F(WishHandTest, AppearsWhereItIsWantedAndFollows) {
+  run(0.1);
+  EXPECT_FALSE(hand.present());
+  mouse.wish(Vec3(0.1, 0, 0));
+  run(0.01);
+  EXPECT_TRUE(hand.present());
+  EXPECT_NEAR((hand.pose_world(now_s).position_m - Vec3(0.1, 0, 0)).norm(), 0, 1e-9);
+  mouse.wish(Vec3(0.11, 0, 0));
+  run(0.5);
+  EXPECT_NEAR((hand.pose_world(now_s).position_m - Vec3(0.11, 0, 0)).norm(), 0, 1e-5);
+}
+
+TEST_F(WishHandTest, FollowsAWishOf100MetresPerSecondAtTheSpeedOfHands) {
+  mouse.wish(Vec3::Zero());
+  run(0.01);
+  mouse.wish(Vec3(3, 0, 0));
+  run(0.4);  // the mass swings beyond its wish by some centimetres
+  EXPECT_NEAR(hand.pose_world(now_s).position_m.x(), 5 * 0.4, 0.1);
+}
+
+TEST_F(WishHandTest, GivesWayToAForce) {
+  mouse.wish(Vec3::Zero());
+  run(0.01);
+  hand.apply(Vec3(0, 0, 2.25));
+  run(0.5);
+  EXPECT_NEAR(hand.pose_world(now_s).position_m.z(), 2.25 / HandSpec{}.hand_stiffness_n_per_m, 1e-4);
+}
+
+TEST_F(WishHandTest, DrawsTheInstrumentOutWhenItIsLetGoOrTheHandIsSilent) {
+  for (const bool says_so : {true, false}) {
+    mouse.wish(Vec3(0.1, 0, 0));
+    run(0.01);
+    if (says_so) mouse.wish(Vec3::Zero(), false);
+    run(says_so ? 0.3 : WishHand::kSilence_s + 0.3);
+    EXPECT_TRUE(hand.present());
+    EXPECT_GT(hand.pose_world(now_s).position_m.z(), 0.05) << "along its shaft";
+    EXPECT_GT(hand.opening_rad(now_s), 0.5) << "with open jaws";
+    run(0.4);
+    EXPECT_FALSE(hand.present());
+  }
+}
+
+// Somebody else takes it over, at another place: it is drawn out, and appears there.
+TEST_F(WishHandTest, NeverGoesThroughTissueFromOneHandToTheNext) {
+  mouse.wish(Vec3::Zero());
+  run(0.01);
+  mouse.wish(Vec3::Zero(), false);
+  run(0.01);
+  for (int i = 0; i < 60; ++i) {
+    mouse.wish(Vec3(0.2, 0, 0));
+    EXPECT_LT(run(0.016), 1) << i;
+  }
+  EXPECT_TRUE(hand.present());
+  EXPECT_NEAR((hand.pose_world(now_s).position_m - Vec3(0.2, 0, 0)).norm(), 0, 1e-6);
 }
 
 }  // namespace

@@ -1,0 +1,145 @@
+// A headless Chromium, driven by its own protocol over a pipe: no other package is needed.
+import { spawn } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+
+// Software rendering must be asked for by name: without the last flag WebGL fails, and pages would be tested without it.
+const FLAGS = ['--headless=new', '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
+  '--remote-debugging-pipe', '--no-first-run', '--disable-extensions', '--disable-background-timer-throttling',
+  '--disable-renderer-backgrounding', '--disable-backgrounding-occluded-windows', '--hide-scrollbars'];
+const PATIENCE_MS = 90000;
+
+export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
+
+// Waits for a condition; an error names it.
+export async function until(what, condition, patience_ms = PATIENCE_MS) {
+  const end = Date.now() + patience_ms;
+  for (;;) {
+    const value = await condition();
+    if (value) return value;
+    if (Date.now() > end) throw new Error('waited in vain: ' + what);
+    await sleep(100);
+  }
+}
+
+export class Browser {
+  #process; #next = 1; #calls = new Map(); #rest = ''; #profile;
+
+  constructor(program = process.env.SECTIO_CHROMIUM ?? 'chromium') {
+    this.#profile = mkdtempSync(join(tmpdir(), 'sectio_browser_'));
+    this.#process = spawn(program, [...FLAGS, '--user-data-dir=' + this.#profile],
+      { stdio: ['ignore', 'ignore', 'ignore', 'pipe', 'pipe'] });
+    this.#process.stdio[4].setEncoding('utf8').on('data', (text) => this.#read(text));
+  }
+
+  #read(text) {
+    const messages = (this.#rest + text).split('\0');
+    this.#rest = messages.pop();
+    for (const message of messages.map((m) => JSON.parse(m))) {
+      const call = this.#calls.get(message.id);
+      if (!call) continue;
+      this.#calls.delete(message.id);
+      if (message.error) call.fail(new Error(message.error.message));
+      else call.done(message.result);
+    }
+  }
+
+  send(method, params = {}, sessionId = undefined) {
+    const id = this.#next++;
+    this.#process.stdio[3].write(JSON.stringify({ id, method, params, sessionId }) + '\0');
+    return new Promise((done, fail) => this.#calls.set(id, { done, fail }));
+  }
+
+  // A page of its own context: nothing is shared with the other pages.
+  async open(url, width = 640, height = 300) {
+    const { browserContextId } = await this.send('Target.createBrowserContext');
+    const { targetId } = await this.send('Target.createTarget', { url: 'about:blank', browserContextId, width, height });
+    const { sessionId } = await this.send('Target.attachToTarget', { targetId, flatten: true });
+    const page = new Page(this, sessionId, targetId);
+    await page.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: false });
+    await page.send('Page.navigate', { url });
+    return page;
+  }
+
+  async close() {
+    const ended = new Promise((done) => this.#process.on('exit', done));
+    this.#process.kill();
+    await ended;
+    rmSync(this.#profile, { recursive: true, force: true, maxRetries: 5 });
+  }
+}
+
+class Page {
+  constructor(browser, session, target) {
+    Object.assign(this, { browser, session, target });
+  }
+  send(method, params) { return this.browser.send(method, params, this.session); }
+  close() { return this.browser.send('Target.closeTarget', { targetId: this.target }); }
+
+  async evaluate(expression) {
+    const { result, exceptionDetails } =
+      await this.send('Runtime.evaluate', { expression, returnByValue: true, awaitPromise: true });
+    if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
+    return result.value;
+  }
+  // The red line at the top; empty when there is none.
+  warning() {
+    return this.evaluate(`(() => {
+      const line = document.getElementById('warning');
+      return line && !line.hidden ? line.textContent : '';
+    })()`);
+  }
+  state() { return this.evaluate('window.sectio?.state'); }
+  // Waits until `condition` holds for what the page knows.
+  until(what, condition, patience_ms) {
+    return until(what, async () => {
+      const state = await this.state();
+      return state && condition(state) ? state : null;
+    }, patience_ms);
+  }
+
+  mouse(type, x, y, buttons = 0, more = {}) {
+    return this.send('Input.dispatchMouseEvent',
+      { type, x, y, buttons, button: type === 'mouseMoved' ? 'none' : 'left', clickCount: 1, ...more });
+  }
+  async click(text) {
+    await until(`a button "${text}"`, () => this.evaluate(`(() => {
+      const found = [...document.querySelectorAll('button')].find((b) => b.textContent === ${JSON.stringify(text)});
+      found?.click();
+      return Boolean(found);
+    })()`));
+  }
+  // Presses, drags through the places and lets go; visit() is called at each place.
+  async drag(places, pause_ms, visit = async () => {}) {
+    await this.mouse('mouseMoved', ...places[0]);
+    await sleep(300);
+    await this.mouse('mousePressed', ...places[0], 1);
+    await sleep(700);
+    for (const place of places) {
+      await this.mouse('mouseMoved', ...place, 1);
+      await sleep(pause_ms);
+      await visit();
+    }
+    await this.mouse('mouseReleased', ...places.at(-1), 0);
+  }
+  async picture(path) {
+    const { data } = await this.send('Page.captureScreenshot', { format: 'png' });
+    writeFileSync(path, Buffer.from(data, 'base64'));
+  }
+  // The share of the canvas' pixels that look like tissue, and the pixels themselves at every eighth place.
+  pixels() {
+    return this.evaluate(`(() => {
+      const from = document.getElementById('canvas'), to = document.createElement('canvas');
+      to.width = from.width; to.height = from.height;
+      const context = to.getContext('2d');
+      context.drawImage(from, 0, 0);
+      const { data } = context.getImageData(0, 0, to.width, to.height);
+      let red = 0;
+      for (let i = 0; i < data.length; i += 4) red += data[i] > 60 && data[i] > 1.6 * data[i + 1] ? 1 : 0;
+      const some = [];
+      for (let i = 0; i < data.length; i += 4 * 8) some.push(data[i]);
+      return { tissue: red / (data.length / 4), some };
+    })()`);
+  }
+}

@@ -1,0 +1,197 @@
+// A session with people in browsers: deploy/live, a headless Chromium, a mouse. Each check stands on the session that
+// the ones before it have left.
+// usage: node tests/live/live_test.mjs [DIRECTORY for the pictures of docs/live.md]
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { Browser, sleep, until } from './browser.mjs';
+
+const root = join(import.meta.dirname ?? new URL('.', import.meta.url).pathname, '../..');
+const out = mkdtempSync(join(tmpdir(), 'sectio_live_'));
+const pictures = process.argv[2];
+
+const check = async (what, body) => {
+  const begun = Date.now();
+  await body();
+  console.log(`ok: ${what} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
+};
+
+// ---- the session ----
+
+const live = spawn(join(root, 'deploy/live'), ['--token', 'theatre', '--max-clients', '8'],
+  { env: { ...process.env, SECTIO_OUT_DIR: out }, stdio: ['ignore', 'pipe', 'inherit'] });
+let said = '', exit_code = null;
+live.stdout.on('data', (text) => { said += text; });
+live.on('exit', (code) => { exit_code = code; });
+process.on('exit', () => live.kill());
+const address = await until('the address', () => said.match(/^http:\S+$/m)?.[0] ?? (exit_code !== null && 'ended'), 900000);
+assert.match(address, /^http:\/\/127\.0\.0\.1:\d+\/#theatre$/, 'one address, on this machine alone, with the token');
+const watching = address.replace('#theatre', '');
+
+async function metric(name) {
+  const text = await (await fetch(watching + 'metrics')).text();
+  return Number(text.match(new RegExp(`^sectio_gateway_${name} (\\d+)$`, 'm'))[1]);
+}
+// The processes of this session; of one program, if it is named.
+const processes = (program = '') => readdirSync('/proc').filter((pid) => /^\d+$/.test(pid)).filter((pid) => {
+  try {
+    const words = readFileSync(`/proc/${pid}/cmdline`, 'utf8').split('\0');
+    return words.includes(`live-${live.pid}`) && words[0].endsWith(program);
+  } catch {
+    return false;
+  }
+}).map(Number);
+const apart = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+const equal = (state) => state.bodies.length > 0 && state.bodies.every((b) => b.equal === true);
+
+const path = [];  // of the scalpel's tip while the button was down
+const browser = new Browser();
+try {
+  const ada = await browser.open(address);
+  await check('a browser shows the session, and holds what the server holds', async () => {
+    await ada.until('a replica that equals the server', equal);
+    assert.match(await ada.evaluate(
+      `document.createElement('canvas').getContext('webgl2')?.getParameter(WebGL2RenderingContext.VERSION)`), /WebGL 2/);
+    const seen = await until('a picture', async () => {
+      const p = await ada.pixels();
+      return p.tissue > 0.2 ? p : null;
+    });
+    assert.ok(seen.tissue < 0.95, 'there is a background, too');
+    assert.equal(await ada.evaluate(`document.querySelector('#bodies .yes').textContent`), 'equals server: yes');
+    if (pictures) await ada.picture(join(pictures, 'live_opened.png'));
+  });
+
+  const before = await ada.pixels();
+  await check('a mouse cuts where it is dragged', async () => {
+    await ada.evaluate(`Object.assign(document.getElementById('name'), { value: 'Ada' }).onchange()`);
+    await ada.click('Take in hand');
+    await ada.until('the scalpel in hand', (s) => s.held === 0);
+    const places = Array.from({ length: 45 }, (_, i) => [110 + 5 * i, 150 + 0.5 * i]);
+    let most_n = 0;
+    await ada.drag(places, 60, async () => {
+      const { tools } = await ada.state();
+      most_n = Math.max(most_n, tools[0].force_n);
+      path.push(tools[0].at_m);
+      if (pictures && path.length === 34) await ada.picture(join(pictures, 'live_cut.png'));
+    });
+    const { cuts } = await ada.until('a cut', (s) => s.cuts > 20);
+    assert.ok(most_n > 0.02 && most_n < 10, `the page shows the force at the tip, at most ${most_n} N`);
+    await ada.until('equality after the cut', equal);
+    const after = await ada.pixels();
+    const changed = after.some.filter((v, i) => Math.abs(v - before.some[i]) > 25).length / after.some.length;
+    assert.ok(changed > 0.005, `the picture shows it: ${(100 * changed).toFixed(1)} % of the pixels, ${cuts} cuts`);
+  });
+
+  const ben = await browser.open(address);
+  await check('a second browser sees the same, and who holds what', async () => {
+    const b = await ben.until('a replica', (s) => equal(s) && s.people.length === 2);
+    const a = await ada.until('the same revision', (s) => s.bodies[0].revision >= b.bodies[0].revision && equal(s));
+    const again = await ben.until('the same revision', (s) => s.bodies[0].revision === a.bodies[0].revision);
+    assert.equal(again.bodies[0].hash, a.bodies[0].hash);
+    assert.equal(again.tools[0].holder, a.you);
+    assert.equal(again.held, null);
+  });
+
+  await check('an instrument goes from one to the other, and the loser is told', async () => {
+    await ben.evaluate(`Object.assign(document.getElementById('name'), { value: 'Ben' }).onchange()`);
+    await ben.click('Take over');
+    await ben.until('the scalpel', (s) => s.held === 0);
+    const lost = await ada.until('the loss', (s) => s.held === null);
+    assert.ok(lost.lines.some((l) => l.text === 'Ben has taken the scalpel from you'), JSON.stringify(lost.lines));
+    if (pictures) await ben.picture(join(pictures, 'live_two.png'));
+    await ben.click('Give to Ada');
+    await ada.until('the gift', (s) => s.held === 0);
+    await ben.until('empty hands', (s) => s.held === null);
+  });
+
+  await check('who has no token watches, and is offered nothing', async () => {
+    const eve = await browser.open(watching);
+    const state = await eve.until('a replica', equal);
+    assert.equal(state.people.find((p) => p.id === state.you).may_write, false);
+    assert.equal(await eve.evaluate(`document.querySelectorAll('#tools button').length`), 0);
+    await eve.close();
+    await ada.until('that Eve has left', (s) => s.people.length === 2);
+  });
+
+  await check('a page of another version is told so in a line', async () => {
+    const old = await browser.open(watching + '?protocol=sectio-live-0.9');
+    const text = await until('the warning', () => old.warning());
+    assert.match(text, /^this page speaks sectio-live-0\.9, the gateway sectio-live-\d+\.\d+: load the page again$/);
+    assert.ok(await metric('refused_versions_total') > 0);
+    await old.close();
+  });
+
+  await check('garbage, haste, greed and crowds are refused and counted, and nobody is disturbed', async () => {
+    const step = (await ada.state()).step;
+    const closed = (send) => ben.evaluate(`new Promise((done) => {
+      const s = new WebSocket(location.origin.replace('http', 'ws'), window.sectio.socket.protocol);
+      s.onopen = () => { ${send} };
+      s.onclose = (e) => done(e.code);
+    })`);
+    await closed('for (let i = 0; i < 50; ++i) s.send(crypto.getRandomValues(new Uint8Array(100)))');
+    assert.ok(await metric('refused_garbage_total') >= 16);
+    await closed('s.send(new Uint8Array(50e6))');
+    assert.ok(await metric('refused_long_messages_total') > 0);
+    const crowd = await ben.evaluate(`Promise.all(Array.from({ length: 100 }, () => new Promise((done) => {
+      const s = new WebSocket(location.origin.replace('http', 'ws'), window.sectio.socket.protocol);
+      (window.crowd ??= []).push(s);
+      s.onmessage = () => done(true);
+      s.onclose = () => done(false);
+    }))).then((all) => all.filter(Boolean).length)`);
+    assert.ok(crowd <= 6, `${crowd} more than the two that are here`);
+    assert.ok(await metric('clients_refused_total') >= 94);
+    await ben.evaluate(`window.crowd.forEach((s) => s.close())`);
+    await ada.until('the session to go on', (s) => s.step > step + 200 && equal(s) && s.held === 0);
+  });
+
+  await check('a page says that the server is silent, and goes on when it is back', async () => {
+    const [server] = processes('/sim_server');
+    process.kill(server, 'SIGSTOP');
+    await until('the warning', async () => (await ada.warning()).startsWith('server silent since '));
+    process.kill(server, 'SIGCONT');
+    const { step } = await ada.state();
+    await ada.until('the session to go on', (s) => s.step > step && s.silent_s < 1);
+  });
+
+  await check('a connection that stood still for three seconds comes back, with what it has missed', async () => {
+    const [gateway] = processes('/gateway');
+    const [before_m] = (await ada.state()).tools.map((t) => t.at_m);
+    process.kill(gateway, 'SIGSTOP');
+    await sleep(3000);
+    process.kill(gateway, 'SIGCONT');
+    const { step } = await ada.state();
+    await ada.until('the session to go on', (s) => s.step > step + 500 && equal(s));
+    // Meanwhile the instrument was drawn out.
+    await ada.until('the scalpel back in its hand', (s) => s.held === 0 && apart(s.tools[0].at_m, before_m) < 0.01);
+  });
+
+  await check('an instrument whose hand has gone is free, and is drawn out', async () => {
+    const [before_m] = (await ben.state()).tools.map((t) => t.at_m);
+    await ada.close();
+    await ben.until('a free scalpel', (s) => s.tools[0].holder === 0);
+    await ben.until('a scalpel that is away', (s) => apart(s.tools[0].at_m, before_m) > 0.1);
+  });
+} finally {
+  await browser.close();
+}
+
+await check('Ctrl-C ends all of it, and the report has the cut where the mouse was', async () => {
+  live.kill('SIGINT');
+  await until('the end', () => exit_code !== null);
+  assert.equal(exit_code, 0);
+  assert.deepEqual(processes(), []);
+  const report = JSON.parse(readFileSync(join(out, 'report.json')));
+  assert.ok(report.run.cuts_made > 20, `cuts: ${report.run.cuts_made}`);
+  const vertices = (file) => readFileSync(file, 'utf8').split('\n').filter((l) => l.startsWith('v '))
+    .map((l) => l.split(/\s+/).slice(1, 4).map(Number));
+  const rest = vertices(join(root, 'deploy/meshes/liver_10k.obj')), cut = vertices(join(out, 'liver.obj'));
+  const made = cut.slice(rest.length);
+  assert.ok(made.length > 30, `${made.length} vertices were made`);
+  const near = made.filter((v) => path.some((p) => apart(v, p) < 0.015)).length;
+  assert.ok(near > 0.9 * made.length, `${near} of ${made.length} lie where the blade was`);
+  const reached = path.filter((p) => made.some((v) => apart(v, p) < 0.015)).length;
+  assert.ok(reached > 0.5 * path.length, `the cut follows ${reached} of ${path.length} places of the mouse`);
+});
+rmSync(out, { recursive: true });

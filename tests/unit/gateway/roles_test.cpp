@@ -1,0 +1,87 @@
+#include "render_client/gateway/roles.h"
+
+#include <gtest/gtest.h>
+
+namespace sectio {
+namespace {
+
+struct Theatre : testing::Test {
+  Roles roles{"secret"};
+  std::uint32_t ada = roles.enter(), ben = roles.enter(), eve = roles.enter();
+
+  void SetUp() override {
+    roles.set_tools({"scalpel", "forceps"});
+    EXPECT_TRUE(roles.hello(ada, {"Ada", "secret"}));
+    EXPECT_TRUE(roles.hello(ben, {"Ben", "secret"}));
+    EXPECT_TRUE(roles.hello(eve, {"Eve", ""}));
+  }
+  std::string act(std::uint32_t person, ClaimAction action, std::uint32_t to = kNobody, double now_s = 0) {
+    return roles.act(person, {0, action, to}, now_s);
+  }
+};
+
+TEST_F(Theatre, an_instrument_has_one_holder_whom_all_see) {
+  EXPECT_EQ(act(ada, ClaimAction::claim), "");
+  EXPECT_EQ(act(ben, ClaimAction::claim), "the scalpel is held by Ada");
+  EXPECT_EQ(roles.roster_for(eve).holders, (std::vector<std::uint32_t>{ada, kNobody}));
+  EXPECT_EQ(roles.roster_for(eve).you, eve);
+}
+
+TEST_F(Theatre, the_loser_is_told) {
+  act(ada, ClaimAction::claim);
+  EXPECT_EQ(act(ben, ClaimAction::take), "");
+  EXPECT_EQ(roles.holder(0), ben);
+  const auto notices = roles.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices[0], std::pair(ada, std::string("Ben has taken the scalpel from you")));
+  EXPECT_FALSE(roles.heard(ada, 0, 1)) << "a wish of who has lost it counts no more";
+  EXPECT_TRUE(roles.heard(ben, 0, 1));
+}
+
+TEST_F(Theatre, who_only_watches_neither_holds_nor_is_given_anything) {
+  EXPECT_NE(act(eve, ClaimAction::claim), "");
+  EXPECT_NE(act(eve, ClaimAction::take), "");
+  act(ada, ClaimAction::claim);
+  EXPECT_NE(act(ada, ClaimAction::give, eve), "");
+  EXPECT_NE(act(ada, ClaimAction::give, 99), "");
+  EXPECT_EQ(roles.holder(0), ada);
+  EXPECT_EQ(act(ada, ClaimAction::give, ben), "");
+  EXPECT_EQ(roles.holder(0), ben);
+  EXPECT_NE(act(ada, ClaimAction::release), "");
+}
+
+TEST_F(Theatre, a_wrong_token_watches) {
+  EXPECT_FALSE(roles.hello(ada, {"Ada", "guess"}));
+  EXPECT_NE(act(ada, ClaimAction::claim), "");
+}
+
+TEST_F(Theatre, a_silent_hand_loses_its_instrument_and_all_are_told) {
+  act(ada, ClaimAction::claim, kNobody, 10);
+  roles.heard(ada, 0, 11);
+  roles.tick(11 + 0.9 * Roles::kHandSilence_s);
+  EXPECT_EQ(roles.holder(0), ada);
+  roles.tick(11 + 1.1 * Roles::kHandSilence_s);
+  EXPECT_EQ(roles.holder(0), kNobody);
+  EXPECT_EQ(roles.take_freed(), std::vector<std::uint32_t>{0});
+  const auto notices = roles.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices[0].first, kNobody);
+}
+
+TEST_F(Theatre, no_hand_is_blamed_for_the_sleep_of_the_gateway) {
+  act(ada, ClaimAction::claim, kNobody, 10);
+  roles.tick(10.1);
+  roles.tick(20);
+  EXPECT_EQ(roles.holder(0), ada);
+}
+
+TEST_F(Theatre, who_leaves_leaves_everything_behind) {
+  act(ada, ClaimAction::claim);
+  roles.leave(ada);
+  EXPECT_EQ(roles.holder(0), kNobody);
+  EXPECT_EQ(roles.roster_for(ben).people.size(), 2u);
+  EXPECT_EQ(act(ben, ClaimAction::claim), "");
+}
+
+}  // namespace
+}  // namespace sectio

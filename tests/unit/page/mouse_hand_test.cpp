@@ -1,0 +1,133 @@
+#include "render_client/page/mouse_hand.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+// A half ball of skin of 10 cm that looks like a lattice of triangles from above.
+Frame ball(double radius_m) {
+  Frame frame;
+  BodyFrame& body = frame.bodies.emplace_back();
+  constexpr int kSide = 60;
+  for (int j = 0; j <= kSide; ++j)
+    for (int i = 0; i <= kSide; ++i) {
+      const double x = 0.16 * i / kSide - 0.08, y = 0.16 * j / kSide - 0.08;
+      const double z = std::sqrt(std::max(0.0, radius_m * radius_m - x * x - y * y));
+      body.positions_world_m.push_back(Vec3(x, y, z).cast<float>());
+    }
+  for (std::uint32_t j = 0; j < kSide; ++j)
+    for (std::uint32_t i = 0; i < kSide; ++i) {
+      const std::uint32_t a = j * (kSide + 1) + i, b = a + 1, c = a + kSide + 1, d = c + 1;
+      body.triangles.push_back({{a, b, d}, Surface::skin});
+      body.triangles.push_back({{a, d, c}, Surface::skin});
+    }
+  return frame;
+}
+
+constexpr double kRadius_m = 0.1;
+
+Ray down_at(double x, double y) {
+  return {Vec3(x, y, 0.3), -Vec3::UnitZ()};
+}
+
+struct Mouse : testing::Test {
+  MouseHand hand;
+  Frame frame = ball(kRadius_m);
+  double now_s = 0;
+
+  void move(double x, double y, bool pressed, bool closes = false) {
+    hand.point({down_at(x, y), pressed, closes}, frame, Vec3::UnitX());
+    hand.tick(now_s += 0.016);
+  }
+  void wait(double time_s) {
+    for (double t = 0; t < time_s; t += 0.016) hand.tick(now_s += 0.016);
+  }
+  double height_m() const { return hand.wish()->position_m.norm() - kRadius_m; }
+};
+
+TEST_F(Mouse, wishes_nothing_before_it_has_been_over_tissue) {
+  hand.point({down_at(0.2, 0.2), false, false}, frame, Vec3::UnitX());
+  EXPECT_FALSE(hand.wish());
+}
+
+TEST_F(Mouse, hovers_and_goes_into_the_tissue_while_the_button_is_down) {
+  move(0.02, 0.01, false);
+  EXPECT_NEAR(height_m(), MouseHand::kHover_m, 5e-4);
+  move(0.02, 0.01, true);
+  wait(0.5);
+  EXPECT_NEAR(height_m(), -MouseHand::kDefaultDepth_m, 5e-4);
+  hand.deepen(0.002);
+  wait(0.5);
+  EXPECT_NEAR(height_m(), -MouseHand::kDefaultDepth_m - 0.002, 5e-4);
+  move(0.02, 0.01, false);
+  wait(0.5);
+  EXPECT_NEAR(height_m(), MouseHand::kHover_m, 5e-4);
+}
+
+// Over 8 cm the ball falls away by 1 cm: a hand that stayed in one plane would leave the tissue.
+TEST_F(Mouse, follows_the_form_of_the_body_at_its_depth) {
+  move(-0.04, 0, false);
+  move(-0.04, 0, true);
+  wait(0.5);
+  for (double x = -0.04; x <= 0.04; x += 0.001) {
+    move(x, 0, true);
+    EXPECT_NEAR(height_m(), -MouseHand::kDefaultDepth_m, 1e-3) << x;
+  }
+}
+
+// What the blade does to the tissue must not lead the hand deeper and deeper.
+TEST_F(Mouse, follows_the_surface_as_it_was_when_the_button_went_down) {
+  move(0, 0, false);
+  move(0, 0, true);
+  wait(0.5);
+  for (auto& p : frame.bodies[0].positions_world_m) p.z() -= 0.01f;
+  for (double x = 0; x <= 0.02; x += 0.001) move(x, 0, true);
+  EXPECT_NEAR(height_m(), -MouseHand::kDefaultDepth_m, 1e-3);
+}
+
+TEST_F(Mouse, goes_on_in_the_plane_of_the_last_contact_over_a_cut) {
+  for (Triangle& t : frame.bodies[0].triangles)
+    if (frame.bodies[0].positions_world_m[t.v[0]].x() > 0.005f) t.surface = Surface::wall;
+  move(0, 0, false);
+  move(0, 0, true);
+  wait(0.5);
+  for (double x = 0; x <= 0.03; x += 0.001) move(x, 0, true);
+  EXPECT_NEAR(hand.wish()->position_m.z(), kRadius_m - MouseHand::kDefaultDepth_m, 1.5e-3);
+  EXPECT_NEAR(hand.wish()->position_m.x(), 0.03, 2e-3);
+}
+
+TEST_F(Mouse, the_sharp_edge_leads) {
+  move(0, -0.03, false);
+  move(0, -0.03, true);
+  for (double y = -0.03; y <= 0.03; y += 0.001) move(0, y, true);
+  const Vec3 edge = hand.wish()->orientation * Vec3::UnitX();
+  EXPECT_GT(edge.y(), 0.9);
+  hand.roll(M_PI / 2);
+  EXPECT_LT((hand.wish()->orientation * Vec3::UnitX()).x(), -0.9);
+}
+
+TEST_F(Mouse, the_second_button_closes_jaws) {
+  move(0, 0, false);
+  EXPECT_EQ(hand.wish()->opening_rad, MouseHand::kWidest_rad);
+  move(0, 0, false, true);
+  wait(0.6);
+  EXPECT_EQ(hand.wish()->opening_rad, 0);
+  move(0, 0, false, false);
+  wait(0.6);
+  EXPECT_EQ(hand.wish()->opening_rad, MouseHand::kWidest_rad);
+}
+
+TEST(Pick, finds_the_nearest_of_two_surfaces) {
+  Frame frame = ball(kRadius_m);
+  frame.bodies.push_back(ball(0.12).bodies[0]);
+  const auto hit = pick(down_at(0.01, 0.01), shot_of(frame));
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->point_world_m.norm(), 0.12, 5e-4);
+  EXPECT_GT(hit->normal_world.z(), 0.9);
+}
+
+}  // namespace
+}  // namespace sectio
