@@ -1,6 +1,7 @@
 // The hand of somebody who has no device: a mouse, a pad or a tracker says where the instrument should be, as often as
 // it can, and the mass of HandMass follows at 1 kHz. A wish that jumps is followed no faster than hands move. When the
-// instrument is let go, or no wish has come for kSilence_s, it is drawn out along its shaft with open jaws, and is gone.
+// instrument is let go, or no wish has come for kSilence_s, it is drawn out along its shaft with open jaws, and is
+// gone.
 #pragma once
 
 #include <cstdint>
