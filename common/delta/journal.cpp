@@ -67,6 +67,19 @@ void JournalWriter::append(const JournalGravity& gravity) {
   append(kGravityRecord, content.bytes());
 }
 
+void JournalWriter::append(const JournalScalars& scalars) {
+  ByteWriter content;
+  content.put(scalars.step);
+  content.put(scalars.body_id);
+  content.put(scalars.field.least);
+  content.put(scalars.field.most);
+  content.put(static_cast<std::uint32_t>(scalars.field.name.size()));
+  content.put_bytes(as_bytes(scalars.field.name));
+  content.put(static_cast<std::uint32_t>(scalars.field.values.size()));
+  for (const float value : scalars.field.values) content.put(value);
+  append(kScalarsRecord, content.bytes());
+}
+
 void JournalWriter::append(std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
   ByteWriter out;
   out.put(body_id);
@@ -128,6 +141,10 @@ std::optional<JournalEntry> JournalReader::next() {
       add_gravity(bytes, begin);
       continue;
     }
+    if (body_id == kScalarsRecord) {
+      add_scalars(bytes, begin);
+      continue;
+    }
     std::optional<TopologyDelta> delta = delta_from_bytes(bytes);
     if (!delta || body_id > bodies_.size()) fail(begin, "record that no journal holds");
     return JournalEntry{body_id, std::move(*delta)};
@@ -142,6 +159,27 @@ void JournalReader::add_gravity(std::span<const std::uint8_t> bytes, std::uint64
   gravity.step = in.get<std::uint64_t>();
   for (int i = 0; i < 3; ++i) gravity.gravity_m_per_s2[i] = in.get<double>();
   if (!gravity.gravity_m_per_s2.allFinite()) fail(begin, "record that no journal holds");
+}
+
+void JournalReader::add_scalars(std::span<const std::uint8_t> bytes, std::uint64_t begin) {
+  ByteReader in(bytes);
+  JournalScalars scalars;
+  scalars.step = in.get<std::uint64_t>();
+  scalars.body_id = in.get<std::uint32_t>();
+  scalars.field.least = in.get<float>();
+  scalars.field.most = in.get<float>();
+  const auto name_size = in.get<std::uint32_t>();
+  if (!in.ok() || name_size > in.remaining()) fail(begin, "record that no journal holds");
+  for (std::uint32_t i = 0; i < name_size; ++i) scalars.field.name.push_back(static_cast<char>(in.get<std::uint8_t>()));
+  const auto count = in.get<std::uint32_t>();
+  if (scalars.body_id >= bodies_.size() || in.remaining() != sizeof(float) * std::size_t{count})
+    fail(begin, "record that no journal holds");
+  for (std::uint32_t v = 0; v < count; ++v) scalars.field.values.push_back(in.get<float>());
+  const auto same = [&](const JournalScalars& s) {
+    return s.body_id == scalars.body_id && s.field.name == scalars.field.name;
+  };
+  const auto known = std::ranges::find_if(scalars_, same);
+  known != scalars_.end() ? void(*known = std::move(scalars)) : scalars_.push_back(std::move(scalars));
 }
 
 void JournalReader::add_body(std::span<const std::uint8_t> bytes, std::uint64_t begin) {
@@ -182,6 +220,13 @@ std::vector<JournalBody> read_journal(const std::string& path) {
   }
   while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
   return bodies;
+}
+
+std::vector<JournalScalars> read_scalars(const std::string& path) {
+  JournalReader reader(path);
+  while (reader.next()) {
+  }
+  return reader.scalars();
 }
 
 std::vector<JournalGravity> read_gravity(const std::string& path) {

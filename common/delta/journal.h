@@ -1,10 +1,11 @@
 // A journal is a session's topology on disk: the keyframe of every body, then every delta in order. Replaying it gives
-// the final meshes, hash for hash.
+// the final meshes, hash for hash. The scalars that engines publish stand between the deltas, as the recorder saw them.
 //
 // File: "SECTIOJ1", bodies (u32), then for each body: name length (u32), name, keyframe length (u64), keyframe; then
 // records until the end: body_id (u32), length (u32), checksum of the bytes (u64), delta. Little-endian. A record whose
 // body_id is the number of bodies so far adds the next body instead: name length (u32), name, keyframe. A record of
-// kGravityRecord changes gravity: step (u64), x, y, z (f64, m/s2).
+// kGravityRecord changes gravity: step (u64), x, y, z (f64, m/s2). A kScalarsRecord holds a field: step (u64),
+// body_id (u32), least, most (f32), name length (u32), name, number of vertex slots (u32), values (f32 each).
 #pragma once
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include <vector>
 
 #include "common/delta/keyframe.h"
+#include "common/mesh/scalar_field.h"
 
 namespace sectio {
 
@@ -23,12 +25,19 @@ struct JournalBody {
   TriangleMesh mesh;
 };
 
-constexpr std::uint32_t kGravityRecord = 0xffffffffu;
+constexpr std::uint32_t kGravityRecord = 0xffffffffu, kScalarsRecord = 0xfffffffeu;
 
 // Gravity from this step on.
 struct JournalGravity {
   std::uint64_t step = 0;
   Vec3 gravity_m_per_s2 = Vec3::Zero();
+};
+
+// A field that an engine published of a body in this step, one value a vertex slot that the body had then.
+struct JournalScalars {
+  std::uint64_t step = 0;
+  std::uint32_t body_id = 0;
+  ScalarField field;
 };
 
 class JournalWriter {
@@ -41,6 +50,7 @@ class JournalWriter {
   // Adds a body that came off another; its id is the number of bodies so far.
   void append(const JournalBody& body);
   void append(const JournalGravity& gravity);
+  void append(const JournalScalars& scalars);
 
  private:
   void write(std::span<const std::uint8_t> bytes);
@@ -66,6 +76,8 @@ class JournalReader {
   const std::vector<JournalBody>& bodies() const { return bodies_; }
   // The changes of gravity read so far.
   const std::vector<JournalGravity>& gravity() const { return gravity_; }
+  // The newest of each field of each body read so far, in the order in which they were first seen.
+  const std::vector<JournalScalars>& scalars() const { return scalars_; }
 
   // The next delta; nothing at the end of the file.
   std::optional<JournalEntry> next();
@@ -76,6 +88,7 @@ class JournalReader {
   JournalBody read_body();
   void add_body(std::span<const std::uint8_t> bytes, std::uint64_t begin);
   void add_gravity(std::span<const std::uint8_t> bytes, std::uint64_t begin);
+  void add_scalars(std::span<const std::uint8_t> bytes, std::uint64_t begin);
 
   std::string path_;
   std::ifstream file_;
@@ -83,11 +96,14 @@ class JournalReader {
   std::uint64_t at_ = 0;
   std::vector<JournalBody> bodies_;
   std::vector<JournalGravity> gravity_;
+  std::vector<JournalScalars> scalars_;
 };
 
 // The bodies after all deltas. Throws InputError as JournalReader does, and when a delta doesn't fit its body.
 std::vector<JournalBody> read_journal(const std::string& path);
 // All changes of gravity, in order.
 std::vector<JournalGravity> read_gravity(const std::string& path);
+// The last of each field of each body.
+std::vector<JournalScalars> read_scalars(const std::string& path);
 
 }  // namespace sectio

@@ -9,6 +9,8 @@
 #include "common/dds/endpoints.h"
 #include "common/dds/find_session.h"
 #include "common/messages/session.h"
+#include "common/messages/session_fields.h"
+#include "common/messages/text.h"
 
 namespace sectio {
 namespace {
@@ -47,7 +49,7 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
 
 }  // namespace
 
-std::string status_of_session(NetworkOptions network, double patience_s) {
+std::string status_of_session(NetworkOptions network, double patience_s, bool every_field) {
   find_session(network, patience_s, [] { return false; });
   Endpoints<Reads<ServerStatus, SceneInfo>, Writes<>> endpoints(network, "sim_server status");
   std::map<std::uint64_t, ServerStatus> statuses;  // by epoch
@@ -70,7 +72,8 @@ std::string status_of_session(NetworkOptions network, double patience_s) {
   }
   std::string text;
   for (const auto& [epoch, status] : statuses)
-    if (const auto scene = scenes.find(epoch); scene != scenes.end()) text += text_of(status, scene->second);
+    if (const auto scene = scenes.find(epoch); scene != scenes.end())
+      text += every_field ? to_text(scene->second) + "\n" + to_text(status) + "\n" : text_of(status, scene->second);
   if (text.empty()) throw InputError("session '" + network.session + "': no server was heard");
   return text;
 }

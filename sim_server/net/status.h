@@ -7,7 +7,8 @@
 
 namespace sectio {
 
-// A line a body: how its model was expected to do and how it does. Throws InputError when no server is heard in time.
-std::string status_of_session(NetworkOptions network, double patience_s);
+// A line a body: how its model was expected to do and how it does; or every field of what the servers say. Throws
+// InputError when no server is heard in time.
+std::string status_of_session(NetworkOptions network, double patience_s, bool every_field = false);
 
 }  // namespace sectio

@@ -10,6 +10,11 @@
 #include "sim_server/session/run_outcome.h"
 
 namespace sectio {
+namespace {
+
+constexpr double kScalarsEveryS = 0.5;  // simulated time between the scalars of a journal
+
+}  // namespace
 
 struct Recorder::State {
   State(const Scene& s, const Simulation& w, const std::string& d)
@@ -17,6 +22,7 @@ struct Recorder::State {
 
   void gather(const StepOutput& output, double step_wall_time_s);
   void keep_journal(const StepOutput& output);
+  void keep_scalars(std::uint64_t step);
 
   const Scene& scene;
   const Simulation& simulation;
@@ -25,6 +31,8 @@ struct Recorder::State {
   std::optional<ExerciseScore> score;
   RunOutcome outcome;
   BladeWatch blades;
+  std::vector<std::vector<ScalarField>> scalars;   // by body, as the journal has them
+  std::uint64_t scalars_kept_at = 0;               // step
   Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
   double processor_begun_s = processor_time_s();
   RunFigures figures;
@@ -60,6 +68,19 @@ void Recorder::State::keep_journal(const StepOutput& output) {
   if (output.gravity_target_m_per_s2 != gravity_m_per_s2)
     journal->append({output.step, output.gravity_target_m_per_s2});
   gravity_m_per_s2 = output.gravity_target_m_per_s2;
+  if (static_cast<double>(output.step - scalars_kept_at) * scene.step_s >= kScalarsEveryS) keep_scalars(output.step);
+}
+
+// Only fields that have changed since they were last kept.
+void Recorder::State::keep_scalars(std::uint64_t step) {
+  scalars_kept_at = step;
+  scalars.resize(simulation.body_count());
+  for (std::uint32_t b = 0; b < simulation.body_count(); ++b) {
+    std::vector<ScalarField> now = simulation.scalars(b);
+    for (const ScalarField& field : now)
+      if (std::ranges::find(scalars[b], field) == scalars[b].end()) journal->append(JournalScalars{step, b, field});
+    scalars[b] = std::move(now);
+  }
 }
 
 void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) {
@@ -114,6 +135,7 @@ RunResult Recorder::finish() {
   result.reasons = reasons_against(s.figures, s.scene, s.simulation);
   for (const std::string& reason : result.reasons) log_warning("not ok: " + reason);
   result.report = report_text(s.figures, s.scene, s.simulation, result.reasons);
+  if (s.journal && s.figures.steps > s.scalars_kept_at) s.keep_scalars(s.figures.steps);
   s.journal.reset();  // closes the file
   if (s.directory.empty()) return result;
   for (std::uint32_t i = 0; i < s.simulation.body_count(); ++i)

@@ -9,8 +9,8 @@
 
 namespace sectio {
 
-// Gathers a run's figures. With a directory, leaves there BODY.obj of every final surface, journal (all deltas) and
-// report.json.
+// Gathers a run's figures. With a directory, leaves there BODY.obj of every final surface, journal (all deltas, and
+// twice a second the scalars that engines publish) and report.json.
 class Recorder {
  public:
   // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Logs notes on the

@@ -5,8 +5,9 @@
 
 namespace sectio {
 
-// Returns a line for each turn of gravity and each body, with its topology hash. With a directory, writes the surfaces
-// as OBJ, at rest. Throws InputError that names file and byte.
+// Returns a line for each turn of gravity, for each body with its topology hash, and for each scalar that an engine
+// published last of a body. With a directory, writes the surfaces as OBJ, at rest, and the scalars as BODY.FIELD.csv.
+// Throws InputError that names file and byte.
 std::string replay(const std::string& journal, const std::string& export_directory);
 
 }  // namespace sectio

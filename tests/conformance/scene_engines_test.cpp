@@ -2,96 +2,27 @@
 // a body, an engine between two bodies, and the scalars that they publish (paper A, section 2: engines are added
 // without touching another).
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
+#include <algorithm>
 #include <fstream>
 
 #include "common/core/error.h"
-#include "sim_server/engine/standard_engines.h"
-#include "sim_server/prepare/prepare.h"
-#include "sim_server/simulation.h"
-#include "sim_server/surface/surface_engines.h"
+#include "common/delta/journal.h"
+#include "common/mesh/check.h"
+#include "sim_server/session/recorder.h"
+#include "sim_server/session/replay.h"
+#include "tests/support/operation.h"
 #include "tests/support/scene_engines.h"
 
 namespace sectio::test {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr const char* kScene = R"(session: own_engines
-step_s: 0.001
-duration_s: 1
-bodies:
-  - name: upper
-    mesh: {file: cube.obj, unit: cm}
-    pose: {position_world_m: [0, 0, 0.05]}
-    model: clay
-    creep_per_s: 5
-    volume: {tetrahedra: 200}
-  - name: lower
-    mesh: {file: cube.obj, unit: cm}
-    model: surface_springs
-processes:
-  - {name: warm, kind: warmth, bodies: [lower], warms_k_per_s: 2}
-  - {name: drip, kind: leak, bodies: [upper, lower], water_ml: 1.5}
-)";
-
-EngineTable table_with_own_engines() {
-  EngineTable table = standard_engines();
-  table.models.push_back({{.name = "clay",
-                           .meaning = "Keeps the form that instruments give it, and creeps home.",
-                           .needs_volume = true,
-                           .keys = {{.name = "creep_per_s",
-                                     .meaning = "Share of the way home in a second.",
-                                     .range = above(0),
-                                     .required = true}}},
-                          [](const EngineSite& site) {
-                            BodyEngines engines = surface_spring_engines(site);
-                            engines.deformation =
-                                std::make_unique<Clay>(site.spec.tets, site.frame_world, site.spec.material,
-                                                       site.spec.options.number("creep_per_s"), site.scene.step_s);
-                            return engines;
-                          }});
-  table.processes.push_back({{.kind = "warmth",
-                              .meaning = "Warms a body.",
-                              .most_bodies = 8,
-                              .keys = {{.name = "warms_k_per_s", .meaning = "How fast.", .default_value = 1.0}}},
-                             [](const ProcessSite& site) {
-                               return std::make_unique<Warmth>(site.body, site.spec.options.number("warms_k_per_s"));
-                             },
-                             {}});
-  table.processes.push_back({{.kind = "leak",
-                              .meaning = "Lets water run from the first body into the second.",
-                              .fewest_bodies = 2,
-                              .most_bodies = 2,
-                              .keys = {{.name = "water_ml", .meaning = "In the first body.", .required = true},
-                                       {.name = "flow_ml_per_s", .meaning = "How fast.", .default_value = 2.0}}},
-                             {},
-                             [](const WorldEngineSite& site) {
-                               const Options& o = site.spec.options;
-                               return std::make_unique<Leak>(site.bodies, o.number("water_ml"),
-                                                             o.number("flow_ml_per_s"));
-                             }});
-  return table;
-}
-
 class SceneEngines : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "sectio_engines_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-    std::ofstream(folder_ / "cube.obj") << "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 2 2 0\nv 0 0 2\nv 2 0 2\nv 0 2 2\nv 2 2 2\n"
-                                           "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-    std::ofstream(folder_ / "scene.yaml") << kScene;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Scene scene() const { return prepared(load_scene((folder_ / "scene.yaml").string(), table_.traits()), table_); }
+  Scene scene() const { return file_.load(table_); }
 
   EngineTable table_ = table_with_own_engines();
-  fs::path folder_;
+  OwnEnginesScene file_;
 };
 
 TEST_F(SceneEngines, a_volume_model_of_ones_own_gets_its_volume_and_its_keys) {
@@ -122,15 +53,49 @@ TEST_F(SceneEngines, processes_in_bodies_and_between_them_publish_scalars) {
 }
 
 TEST_F(SceneEngines, a_key_of_an_engine_that_is_missing_is_named) {
-  std::string text = kScene;
+  std::string text = OwnEnginesScene::text();
   text.erase(text.find(", water_ml: 1.5"), 15);
-  std::ofstream(folder_ / "scene.yaml") << text;
   try {
-    scene();
+    file_.load(table_, text);
     FAIL() << "water_ml is required";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("processes[1].water_ml: missing"), std::string::npos) << error.what();
   }
+}
+
+TEST_F(SceneEngines, a_model_of_ones_own_cuts_in_its_own_way) {
+  Operation operation(scene(), table_);
+  const std::uint32_t vertices = operation.mesh(0).vertex_count(), triangles = operation.mesh(0).triangle_count();
+  const double top_m = 0.07;
+  operation.place(Vec3(0.011, 0.008, top_m + 0.002));
+  operation.move(Vec3(0.011, 0.008, top_m - 0.008), 0.02);
+  EXPECT_EQ(operation.count(EventKind::penetrated), 1u);
+  EXPECT_EQ(operation.mesh(0).vertex_count(), vertices + 1);
+  EXPECT_EQ(operation.mesh(0).triangle_count(), triangles + 2);
+  EXPECT_TRUE(check(operation.mesh(0)).valid());
+  EXPECT_EQ(operation.simulation.scalars(0).at(0).values.size(), operation.mesh(0).vertex_slots());
+}
+
+TEST_F(SceneEngines, the_journal_of_a_run_holds_the_scalars_and_replay_tells_them) {
+  const Scene ready = scene();
+  Simulation simulation(ready, table_);
+  Recorder recorder(ready, simulation, file_.folder() + "/out");
+  for (int i = 0; i < 700; ++i) recorder.add(simulation.step({}), 0);
+  recorder.finish();
+  const std::vector<JournalScalars> scalars = read_scalars(file_.folder() + "/out/journal");
+  ASSERT_EQ(scalars.size(), 3u);
+  for (const JournalScalars& s : scalars) {
+    EXPECT_EQ(s.step, 700u);
+    const std::vector<ScalarField> fields = simulation.scalars(s.body_id);
+    EXPECT_NE(std::ranges::find(fields, s.field), fields.end()) << s.field.name;
+  }
+  const std::string told = replay(file_.folder() + "/out/journal", file_.folder() + "/replayed");
+  EXPECT_NE(told.find("lower: temperature at step 700: 1.4 to 1.4, mean 1.4\n"), std::string::npos) << told;
+  std::ifstream csv(file_.folder() + "/replayed/lower.temperature.csv");
+  std::string head, first;
+  EXPECT_TRUE(std::getline(csv, head) && std::getline(csv, first));
+  EXPECT_EQ(head, "vertex,temperature");
+  EXPECT_EQ(first, "0,1.4");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Engines that a test names in a scene file: nothing of the product knows them.
+// Engines that a test names in a scene file: nothing of the product knows them. And such a scene.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_server/engine/engine_table.h"
+#include "sim_server/surface/cutting/mesh_draft.h"
 
 namespace sectio::test {
 
@@ -54,6 +55,32 @@ class Clay final : public DeformationEngine {
   Pose frame_;
   double share_, step_s_;
   std::vector<double> mass_kg_;  // by vertex of the volume, those of the surface first
+};
+
+// Its own way to cut: a blade that breaks the surface leaves a prick, a new vertex in the triangle, and that is all.
+class Pricking final : public CuttingEngine {
+ public:
+  CutTraits traits() const override { return {}; }
+  CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
+               std::span<const BladeMotion>) const override {
+    CutPlan plan(cuts);
+    MeshDraft draft(body.mesh, body.particles.view());
+    for (const Entry& entry : entries) {
+      const Triangle t = draft.triangle(entry.triangle);
+      if (!t.alive()) continue;
+      const VertexId prick = draft.add_vertex(
+          VertexState::mix({draft.state(t.v[0]), draft.state(t.v[1]), draft.state(t.v[2])}, entry.bary));
+      const std::array<Triangle, 3> around{Triangle{{t.v[0], t.v[1], prick}, t.surface},
+                                           Triangle{{t.v[1], t.v[2], prick}, t.surface},
+                                           Triangle{{t.v[2], t.v[0], prick}, t.surface}};
+      plan.outcomes.push_back({entry.edge_id, StrokeEnd::lifted});
+      if (!draft.replace({&entry.triangle, 1}, around)) return CutPlan(cuts);
+    }
+    plan.delta = draft.delta();
+    plan.seeds = draft.seeds();
+    return plan;
+  }
+  void follow(const SharedBody&, const TopologyChange&) override {}
 };
 
 // Something within a body: it is warm, and publishes how warm.
@@ -104,6 +131,26 @@ class Leak final : public WorldEngine {
   double flow_ml_per_s_, left_ml_, arrived_ml_ = 0;
   std::size_t bodies_seen_ = 0;
   int changes_ = 0;
+};
+
+EngineTable table_with_own_engines();
+
+// Two cubes of 2 cm in a folder of their own: clay above, springs below; the lower one is warm, and water runs from one
+// to the other. A scalpel has its tip where the test holds it.
+class OwnEnginesScene {
+ public:
+  OwnEnginesScene();
+  ~OwnEnginesScene();
+  OwnEnginesScene(const OwnEnginesScene&) = delete;
+  OwnEnginesScene& operator=(const OwnEnginesScene&) = delete;
+
+  Scene load(const EngineTable& table) const { return load(table, text()); }
+  Scene load(const EngineTable& table, const std::string& text) const;
+  static std::string text();
+  std::string folder() const { return folder_; }
+
+ private:
+  std::string folder_;
 };
 
 }  // namespace sectio::test

@@ -10,8 +10,11 @@
 #include "device_bridge/net/bridge_net.h"
 #include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
+#include "sim_server/net/world_view.h"
+#include "sim_server/simulation.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/scene_engines.h"
 
 namespace sectio {
 namespace {
@@ -305,6 +308,37 @@ TEST_F(Replication, numbers_for_each_vertex_reach_a_viewer_as_they_were_quantise
   EXPECT_TRUE(publish_until_equal()) << "a field that is no longer published is gone";
   EXPECT_EQ(viewer.net.counts().damaged, 0u);
   EXPECT_EQ(server->writes_refused(), 0u);
+}
+
+// From the scene file to the viewer: nothing between them knows these engines.
+TEST(OwnEngines, a_scalar_that_an_engine_of_a_scene_publishes_reaches_a_viewer) {
+  const EngineTable table = test::table_with_own_engines();
+  const test::OwnEnginesScene file;
+  const Scene scene = file.load(table);
+  Simulation simulation(scene, table);
+  SceneInfo info = scene_info(scene);
+  const NetworkOptions network = own_session();
+  info.session = network.session;
+  ServerNet server({network, 1000, 7}, info, {simulation.mesh(0), simulation.mesh(1)});
+  Viewer viewer(network);
+  WorldView view;
+  const auto value = [&](const char* name) {
+    if (viewer.frame.bodies.size() < 2) return -1.0f;
+    for (const ScalarField& field : viewer.frame.bodies[1].scalars)
+      if (field.name == name && field.values.size() == simulation.mesh(1).vertex_slots()) return field.values[0];
+    return -1.0f;
+  };
+  const auto end = Clock::now() + kGiveUp;
+  while ((value("temperature") < 1 || value("wetness") < 1) && Clock::now() < end) {
+    const StepOutput& output = simulation.step({});
+    view_world(simulation, scene.tools.size(), view);
+    server.publish(output, view, 0.001);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    viewer.look();
+  }
+  EXPECT_NEAR(value("temperature"), 1, 0.3) << "2 K/s";
+  EXPECT_NEAR(value("wetness"), 1, 0.6) << "2 ml/s, up to 1.5";
+  EXPECT_EQ(viewer.net.counts().damaged, 0u);
 }
 
 TEST(Network, options_that_will_not_do_name_their_flag) {

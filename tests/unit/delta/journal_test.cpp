@@ -137,6 +137,30 @@ TEST(Journal, bodies_that_come_later_are_replayed_too) {
   std::remove(path.c_str());
 }
 
+TEST(Journal, of_each_scalar_field_the_last_values_come_back_beside_the_deltas) {
+  MovingWorld world;
+  const std::string path = path_of("scalars");
+  ScalarField wet{"wetness", 0, 1, std::vector<float>(world.mesh().vertex_slots(), 0.25f)};
+  {
+    JournalWriter writer(path, std::vector<JournalBody>{{"liver", world.mesh()}});
+    writer.append(JournalScalars{1, 0, wet});
+    for (const BodyDelta& delta : world.step(true).deltas) writer.append(0, delta.delta);
+    writer.append(JournalScalars{2, 0, {"temperature", 20, 90, {36.5f}}});
+    wet.values.resize(world.mesh().vertex_slots(), 0.75f);
+    writer.append(JournalScalars{3, 0, wet});
+  }
+  EXPECT_EQ(read_journal(path).at(0).mesh.hash(), world.mesh().hash());
+  const std::vector<JournalScalars> scalars = read_scalars(path);
+  ASSERT_EQ(scalars.size(), 2u);
+  EXPECT_EQ(scalars[0].step, 3u);
+  EXPECT_EQ(scalars[0].field, wet);
+  EXPECT_EQ(scalars[1].field, (ScalarField{"temperature", 20, 90, {36.5f}}));
+
+  JournalWriter(path, std::vector<JournalBody>{{"liver", world.mesh()}}).append(JournalScalars{1, 1, wet});
+  EXPECT_THROW(read_scalars(path), InputError) << "of a body that there isn't";
+  std::remove(path.c_str());
+}
+
 TEST(Journal, truncated_anywhere_is_an_input_error_that_names_the_byte_or_a_shorter_journal) {
   MovingWorld world(0);
   const std::string path = path_of("truncated");
