@@ -75,7 +75,7 @@ bool Simulation::asleep(std::uint32_t body_id) const {
   return state_->world.bodies[body_id]->asleep();
 }
 const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
-  const auto& rigid = state_->world.bodies[body_id]->rigid;
+  const RigidMotion* rigid = state_->world.bodies[body_id]->rigid();
   return rigid ? &rigid->body : nullptr;
 }
 std::size_t Simulation::copy_bytes(std::uint32_t body_id) const {
@@ -88,9 +88,8 @@ std::vector<ScalarField> Simulation::scalars(std::uint32_t body_id) const {
   return state_->world.scalars(body_id);
 }
 double Simulation::energy_j() const {
-  const SimulatedWorld& world = state_->world;
   double energy = 0;
-  for (const auto& body : world.bodies) energy += body->energy_j(world.scene.gravity_m_per_s2);
+  for (const auto& body : state_->world.bodies) energy += body->energy_j();
   return energy;
 }
 const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {

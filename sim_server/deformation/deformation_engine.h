@@ -17,6 +17,8 @@ struct SupportPlane {
   Vec3 normal = Vec3::UnitZ();
 };
 
+class RigidMotion;
+
 class DeformationEngine : public Engine {
  public:
   // Moves the particles by one step of the scene. One reaction a constraint.
@@ -40,6 +42,8 @@ class DeformationEngine : public Engine {
   virtual double largest_stable_step_s() const = 0;
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
+  // The engine itself when it moves its body as a whole: contacts with other bodies push that body, not its particles.
+  virtual RigidMotion* rigid() { return nullptr; }
 };
 
 }  // namespace sectio

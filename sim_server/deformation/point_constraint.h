@@ -22,7 +22,9 @@ namespace sectio {
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
+  Vec3 point_world_m = Vec3::Zero();  // of a body that moves as a whole: the point itself, when no vertices are named
   Vec3 target_world_m = Vec3::Zero();
+  Vec3 target_velocity_m_per_s = Vec3::Zero();  // of an instrument that presses: a rigid part rubs against it
   bool unilateral = false;
   bool sticks = false;
   bool stops = false;

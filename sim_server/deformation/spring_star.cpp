@@ -48,6 +48,19 @@ void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& 
   star.stiffness_n_per_m = largest_eigenvalue_bound(stiffness);
 }
 
+std::vector<double> surface_masses_kg(const TriangleMesh& mesh, double area_density_kg_per_m2) {
+  std::vector<double> area_at(mesh.vertex_slots(), 0), mass_kg(mesh.vertex_slots(), 0);
+  double area_m2_all = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    for (const TriangleId t : mesh.fan(v)) area_at[v] += area_m2(mesh, mesh.triangle(t)) / 3;
+    area_m2_all += area_at[v];
+  }
+  const double least_m2 = kLeastAreaShare * area_m2_all / std::max(1u, mesh.vertex_count());
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
+    if (mesh.vertex_alive(v)) mass_kg[v] = area_density_kg_per_m2 * std::max(area_at[v], least_m2);
+  return mass_kg;
+}
+
 double largest_eigenvalue_bound(const Mat3& a) {
   const double trace = a.trace();
   if (!(trace > 0)) return 0;

@@ -26,6 +26,11 @@ struct SpringStar {
 // cut is not, so that a cut gapes. v must be alive; `star` is overwritten, its memory kept. O(degree).
 void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& membrane, SpringStar& star);
 
+// The masses of a surface that stands for tissue of this much mass per area, by vertex slot; 0 for dead slots. A vertex
+// gets at least kLeastAreaShare of the mean area, so that crumbs left by a cut are not almost massless.
+constexpr double kLeastAreaShare = 1e-4;
+std::vector<double> surface_masses_kg(const TriangleMesh& mesh, double area_density_kg_per_m2);
+
 // An upper bound on the largest eigenvalue of a symmetric positive semidefinite matrix: tr(A^32)^(1/32), at most
 // 3^(1/32) = 1.035 times too large. Only sums, products and square roots, hence the same bits on every machine.
 double largest_eigenvalue_bound(const Mat3& a);

@@ -10,9 +10,6 @@
 namespace sectio {
 namespace {
 
-// A vertex gets at least this share of the mean area, so that crumbs left by a cut are not almost massless.
-constexpr double kLeastAreaShare = 1e-4;
-
 constexpr int kColumnPoints = 8;  // sample points in the column of tissue beneath a vertex
 
 // The margin beyond the bound at rest that a row gets after a cut. Instruments fold the surface near cuts, and folding

@@ -54,6 +54,7 @@ struct EngineSite {
   SharedBody body;
   Pose frame_world;  // of the shape at rest
   bool is_part = false;
+  bool is_rigid = false;  // a part that moves as a whole: it gets its deformation engine, whatever the factory makes
   // For a part: the engines of the body that it came off, which still know it, and by vertex of the part its slot
   // there.
   const BodyEngines* parent = nullptr;

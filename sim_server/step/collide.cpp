@@ -12,24 +12,22 @@ namespace {
 
 constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
-constexpr double kGraspFollows = 0.5;         // of the way to where jaws hold a point, in one step
 constexpr int kVelocitySweeps = 30, kDepthSweeps = 10;
-constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
 
 using Bodies = std::span<const std::unique_ptr<Body>>;
 
 // A part that came off and goes on deforming; its engine keeps it above the floor.
 bool is_loose(const Body& body, const Scene& scene) {
-  return !body.rigid && body.id >= scene.bodies.size() && !body.spec.fixed;
+  return !body.rigid() && body.id >= scene.bodies.size() && !body.spec.fixed;
 }
 bool moves(const Body& body, const Scene& scene) {
-  return (body.rigid || is_loose(body, scene)) && !body.frozen && !body.asleep();
+  return (body.rigid() || is_loose(body, scene)) && !body.frozen && !body.asleep();
 }
 
 Box3 box_around(Body& body, double margin_m) {
-  if (body.rigid) {
-    const Vec3& centre = body.rigid->body.pose_world().position_m;
-    const Vec3 reach = Vec3::Constant(margin_m + body.rigid->radius_m());
+  if (const RigidMotion* rigid = body.rigid()) {
+    const Vec3& centre = rigid->body.pose_world().position_m;
+    const Vec3 reach = Vec3::Constant(margin_m + rigid->radius_m());
     return {centre - reach, centre + reach};
   }
   const Box3 box = body.tree().bounds_world_m();
@@ -45,42 +43,6 @@ void wake_neighbours(Bodies bodies, std::span<const std::uint8_t> disturbed) {
   }
 }
 
-BodyContact contact_of_tool(Body& body, const RigidTouch& touch) {
-  BodyContact c;
-  for (std::size_t a = 0; a < 3; ++a)
-    c.point_world_m += touch.constraint.w[a] * body.particle_view().position(touch.constraint.v[a]);
-  c.normal_world = -touch.constraint.normal;
-  c.depth_m = (c.point_world_m - touch.constraint.target_world_m).dot(touch.constraint.normal);
-  c.one.body = touch.body_id;
-  c.surface_velocity_m_per_s = touch.tool_velocity_m_per_s;
-  c.largest_speed_m_per_s = kToolSpeedM_per_s;
-  c.friction = body.spec.splitting.friction;
-  return c;
-}
-
-BodyContact contact_of_grasp(const GraspConstraint& grasp, double step_s) {
-  BodyContact c;
-  c.one.body = grasp.body_id;
-  c.point_world_m = grasp.point_world_m;
-  c.surface_velocity_m_per_s = kGraspFollows / step_s * (grasp.to_world_m - grasp.point_world_m);
-  c.grip_n = grasp.largest_force_n;
-  return c;
-}
-
-// A contact with an instrument wakes the piece when it presses, a grasp always.
-std::vector<BodyContact> contacts_of_instruments(Bodies bodies, const RigidInput& input, double step_s) {
-  std::vector<BodyContact> contacts;
-  for (const RigidTouch& touch : input.touches) {
-    contacts.push_back(contact_of_tool(*bodies[touch.body_id], touch));
-    if (contacts.back().depth_m > 0) bodies[touch.body_id]->rigid->body.wake();
-  }
-  for (const GraspConstraint& grasp : input.grips) {
-    contacts.push_back(contact_of_grasp(grasp, step_s));
-    bodies[grasp.body_id]->rigid->body.wake();
-  }
-  return contacts;
-}
-
 // The body below a sleeping piece goes on feeling its weight.
 void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
   for (const ParticleImpulse& load : sleeping.resting_loads) {
@@ -94,7 +56,7 @@ void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
 }
 
 Vec3 velocity_of(const Body& body, const ContactSide& side, const Vec3& point_world_m) {
-  if (body.rigid) return body.rigid->body.velocity_at(point_world_m);
+  if (body.rigid()) return body.rigid()->body.velocity_at(point_world_m);
   Vec3 velocity = Vec3::Zero();
   for (std::size_t a = 0; a < side.v.size(); ++a)
     if (side.v[a] != kNone) velocity += side.weights[static_cast<int>(a)] * body.particle_view().velocity(side.v[a]);
@@ -118,9 +80,9 @@ void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>
 // Contacts of a body that moves with the floor and with other bodies; two bodies that both move meet once.
 void find_contacts(Bodies bodies, Body& body, const Scene& scene, std::vector<BodyContact>& contacts) {
   const std::size_t from = contacts.size();
-  const double speed_m_per_s = body.rigid ? body.rigid->body.velocity_m_per_s().norm() : 0;
+  const double speed_m_per_s = body.rigid() ? body.rigid()->body.velocity_m_per_s().norm() : 0;
   const double reach_m = kReachM + 2 * scene.step_s * speed_m_per_s;
-  if (body.rigid && scene.floor_z_m)
+  if (body.rigid() && scene.floor_z_m)
     find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
   for (const auto& other : bodies) {
     if (other->id == body.id || (moves(*other, scene) && other->id < body.id)) continue;
@@ -138,16 +100,6 @@ std::vector<std::uint8_t> supported_bodies(std::size_t count, std::span<const Bo
   return supported;
 }
 
-void move_piece(Body& body, bool supported, double step_s) {
-  RigidBody& rigid = body.rigid->body;
-  rigid.move(step_s);
-  rigid.rest(supported, body.rigid->radius_m(), step_s);
-  if (rigid.pose_world().position_m.allFinite() && rigid.pose_world().orientation.coeffs().allFinite())
-    body.follow_rigid();
-  else
-    body.frozen = true;
-}
-
 void keep_resting_loads(Body& body, std::span<const BodyContact> contacts, const ContactSolver& solver) {
   body.resting_loads.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -159,76 +111,47 @@ void keep_resting_loads(Body& body, std::span<const BodyContact> contacts, const
 
 }  // namespace
 
-void step_rigid_pieces(Bodies bodies, const RigidInput& input, const Scene& scene, std::span<Reaction> reactions) {
-  if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid || b->id >= scene.bodies.size(); })) return;
-  const double step_s = scene.step_s;
-  wake_neighbours(bodies, input.disturbed);
-  std::vector<BodyContact> contacts = contacts_of_instruments(bodies, input, step_s);
+void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, const Scene& scene) {
+  if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid() || b->id >= scene.bodies.size(); })) return;
+  wake_neighbours(bodies, disturbed);
+  std::vector<BodyContact> contacts;
+  for (const auto& body : bodies)
+    if (body->rigid() && !body->frozen) body->rigid()->append_contacts(body->id, contacts);
   const std::size_t of_instruments = contacts.size();
   for (const auto& body : bodies)
-    if (body->rigid && body->asleep()) apply_resting_loads(bodies, *body, step_s);
+    if (body->rigid() && body->asleep()) apply_resting_loads(bodies, *body, scene.step_s);
   for (const auto& body : bodies)
-    if (body->rigid && !body->asleep()) body->rigid->body.push(scene.gravity_m_per_s2, step_s);
+    if (body->rigid() && !body->asleep()) body->rigid()->push_by_gravity();
   for (const auto& body : bodies)
     if (moves(*body, scene)) find_contacts(bodies, *body, scene, contacts);
 
   std::vector<ContactBody> sides;
   for (const auto& body : bodies) sides.push_back(body->contact_body());
-  ContactSolver solver(sides, contacts, step_s);
+  ContactSolver solver(sides, contacts, scene.step_s);
   solver.solve(kVelocitySweeps);
   solver.undo_depths(kDepthSweeps);
   for (const ParticleChange& p : solver.particle_changes())
     bodies[p.body]->nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
-  for (std::size_t i = 0; i < reactions.size(); ++i) {
-    const Vec3 impulse_n_s = solver.impulse_on_other_n_s(i);
-    reactions[i].force_on_tool_n = impulse_n_s / step_s;
-    reactions[i].active = !impulse_n_s.isZero(0);
+  for (std::size_t i = 0, of_body = 0; i < of_instruments; ++i) {
+    of_body = i > 0 && contacts[i].one.body == contacts[i - 1].one.body ? of_body + 1 : 0;
+    bodies[contacts[i].one.body]->rigid()->react(of_body, solver.impulse_on_other_n_s(i));
   }
   const auto supported = supported_bodies(bodies.size(), contacts, of_instruments, solver);
   for (const auto& body : bodies) {
-    if (!body->rigid || !moves(*body, scene)) continue;
-    move_piece(*body, supported[body->id] != 0, step_s);
+    if (!body->rigid() || !moves(*body, scene)) continue;
+    body->move_rigid(supported[body->id] != 0);
     if (body->asleep()) keep_resting_loads(*body, contacts, solver);
   }
 }
 
 void collide(SimulatedWorld& world, StepContext& context) {
-  std::vector<GraspConstraint> grasps;
-  for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
-    const std::size_t from = grasps.size();
-    if (world.tools[t].pose) world.tools[t].grasp.append(world.bodies, grasps);
-    for (std::size_t i = from; i < grasps.size(); ++i) grasps[i].tool_id = t;
-  }
-  for (const GraspConstraint& g : grasps) context.bodies[g.body_id].disturbed = true;
-
-  std::vector<RigidTouch> touches;
-  std::vector<PointConstraint> constraints;
-  std::vector<std::size_t> first_of_body{0};  // of `constraints`
-  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
-    for (std::uint32_t e = 0; world.bodies[b]->rigid && e < world.edges.size(); ++e) {
-      const EdgeContact& contact = world.contact(b, e);
-      context.bodies[b].disturbed |= contact.state() != ContactState::free;
-      for (PointConstraint c : contact.constraints()) {
-        c.source = e;
-        constraints.push_back(c);
-        touches.push_back({b, c, world.tool_of(e).velocity_m_per_s});
-      }
-    }
-    first_of_body.push_back(constraints.size());
-  }
   std::vector<std::uint8_t> disturbed;
   for (const BodyStep& body : context.bodies) disturbed.push_back(body.disturbed);
-  std::vector<Reaction> reactions(touches.size() + grasps.size());
-  step_rigid_pieces(world.bodies, {touches, grasps, disturbed}, world.scene, reactions);
-
-  for (std::size_t i = 0; i < grasps.size(); ++i)
-    world.tools[grasps[i].tool_id].grasp.felt(reactions[touches.size() + i]);
-  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
-    if (!world.bodies[b]->rigid) continue;
-    const std::size_t from = first_of_body[b], count = first_of_body[b + 1] - from;
-    distribute_reactions(world, context, b, std::span(constraints).subspan(from, count),
-                         std::span(reactions).subspan(from, count));
-  }
+  collide_bodies(world.bodies, disturbed, world.scene);
+  for (std::uint32_t b = 0; b < world.bodies.size(); ++b)
+    if (const RigidMotion* rigid = world.bodies[b]->rigid())
+      world.bodies[b]->frozen ? distribute_reactions(world, context, b, {}, {})
+                              : distribute_reactions(world, context, b, rigid->constraints(), rigid->reactions());
 }
 
 }  // namespace sectio

@@ -23,7 +23,7 @@ void cut_body(SimulatedWorld& world, StepContext& context, std::uint32_t b) {
 void cut(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) {
     const BodyStep& step = context.bodies[b];
-    if (world.bodies[b]->rigid || (step.entries.empty() && step.motions.empty())) return;
+    if (step.entries.empty() && step.motions.empty()) return;
     cut_body(world, context, b);
   });
 }
@@ -31,7 +31,7 @@ void cut(SimulatedWorld& world, StepContext& context) {
 void tidy(SimulatedWorld& world, StepContext& context) {
   for_each_body(world, context, [&](std::uint32_t b) {
     const BodyStep& step = context.bodies[b];
-    if (world.bodies[b]->rigid || step.at_work || !step.entries.empty() || !step.motions.empty()) return;
+    if (step.at_work || !step.entries.empty() || !step.motions.empty()) return;
     if (!is_idle(world, context, b)) return;
     TidyPlan plan = world.bodies[b]->engines.cutting->tidy(world.bodies[b]->shared());
     if (plan.ticket && commit(world, context, b, {Cause::tidied, std::move(plan.delta), {}, plan.ticket}))

@@ -27,6 +27,8 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
     const auto of_edge = world.contact(b, e).constraints();
     constraints.insert(constraints.end(), of_edge.begin(), of_edge.end());
     say_whose(from, e);
+    for (std::size_t i = from; i < constraints.size(); ++i)
+      constraints[i].target_velocity_m_per_s = world.tool_of(e).velocity_m_per_s;
   }
   const std::size_t of_edges = constraints.size();
   for (std::uint32_t t = 0; t < world.tools.size(); ++t) {
@@ -42,10 +44,11 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
   }
   reactions.assign(constraints.size(), {});
   step.disturbed = constraints.size() > of_edges || !is_idle(world, context, b);
-  if (step.disturbed) body.wake();
-  if (step.disturbed || !context.input.spare_idle_bodies) body.deform(constraints, reactions, world.scene.step_s);
+  if (step.disturbed && !body.rigid()) body.wake();  // a rigid one wakes when it is pressed or held
+  const bool spared = context.input.spare_idle_bodies && !step.disturbed && !body.rigid();  // a rigid one costs nothing
+  if (!spared) body.deform(constraints, reactions, world.scene.step_s);
   for (const Reaction& reaction : reactions) step.work_j += reaction.work_j;
-  distribute_reactions(world, context, b, constraints, reactions);
+  if (!body.rigid()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
 }
 
 }  // namespace
@@ -91,9 +94,7 @@ void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint
 void deform(SimulatedWorld& world, StepContext& context) {
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
-  for_each_body(world, context, [&](std::uint32_t b) {
-    if (!world.bodies[b]->rigid) deform_body(world, context, b, constraints, reactions);
-  });
+  for_each_body(world, context, [&](std::uint32_t b) { deform_body(world, context, b, constraints, reactions); });
   for (const BodyStep& body : context.bodies) world.contact_work_j += body.work_j;
 }
 

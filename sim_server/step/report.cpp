@@ -13,7 +13,6 @@ void report_bodies(const SimulatedWorld& world, StepReport& out) {
   out.bodies_asleep = 0;
   for (const auto& body : world.bodies) {
     out.bodies_asleep += body->asleep();
-    if (body->rigid) continue;
     const DeformationEngine& deformation = *body->engines.deformation;
     out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / world.scene.step_s);
     out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.diagnostics().added_mass_fraction);

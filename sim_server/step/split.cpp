@@ -58,6 +58,7 @@ BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored)
   if (spec.splitting.free_parts == FreeParts::rigid) {  // it gives way before it can be cut
     spec.cutting.threshold_force_n = std::numeric_limits<double>::infinity();
     spec.cutting.threshold_displacement_m.reset();
+    spec.contact.style = "vertices";
   }
   return spec;
 }
@@ -70,14 +71,12 @@ std::unique_ptr<Body> make_body(Body& parent, Leaving& leaving, const BodySpec& 
     state.position_world_m[v] = parent.particles.position_world_m[leaving.vertex_from[v]];
     state.velocity_world_m_per_s[v] = parent.particles.velocity_world_m_per_s[leaving.vertex_from[v]];
   }
-  auto body = std::make_unique<Body>(spec, scene, id, parent.make_engines(), std::move(leaving.mesh), std::move(state),
-                                     frame, &parent.engines, leaving.vertex_from);
-  if (!spec.fixed && spec.splitting.free_parts == FreeParts::rigid) body->become_rigid();
-  return body;
+  return std::make_unique<Body>(spec, scene, id, parent.make_engines(), std::move(leaving.mesh), std::move(state),
+                                frame, &parent.engines, leaving.vertex_from);
 }
 
 void announce(const Body& part, std::uint32_t parent_id, StepContext& context) {
-  const char* kind = part.rigid ? "rigid" : part.spec.fixed ? "anchored" : "deformable";
+  const char* kind = part.rigid() ? "rigid" : part.spec.fixed ? "anchored" : "deformable";
   context.emit(EventKind::body_split, parent_id, 0, part.spec.name + ", " + kind);
   context.output.new_bodies.push_back({part.id, parent_id, part.spec.name});
   context.output.publish_now = true;
@@ -94,7 +93,7 @@ void announce_removed(double volume_m3, std::uint32_t parent_id, StepContext& co
 // component is fixed. Parts beyond the number of bodies that a session can announce stay in the body.
 void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_id) {
   Body& body = *world.bodies[body_id];
-  if (body.unsettled.empty() || body.rigid) return;
+  if (body.unsettled.empty()) return;
   const std::vector<TriangleId> changed = std::exchange(body.unsettled, {});
   for (const Part& part : leaving_parts(body, body.engines.splitting->separated(body.shared(), changed))) {
     if (is_worked_on(body, part)) {

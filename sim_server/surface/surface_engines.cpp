@@ -60,7 +60,7 @@ BodyEngines surface_spring_engines(const EngineSite& site) {
   engines.cutting =
       std::make_unique<SurfaceCutting>(stroke_settings(site.spec.cutting), site.spec.cutting.loops_free_islands);
   engines.splitting = std::make_unique<SurfaceSplitting>();
-  engines.deformation = springs_of(site);
+  if (!site.is_rigid) engines.deformation = springs_of(site);
   return engines;
 }
 

@@ -45,11 +45,6 @@ VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
   return settings;
 }
 
-// Its surface is enough.
-bool is_rigid_part(const EngineSite& site) {
-  return site.is_part && !site.spec.fixed && site.spec.splitting.free_parts == FreeParts::rigid;
-}
-
 VolumePart whole_volume(const EngineSite& site) {
   VolumePart whole{site.spec.tets, std::vector<VertexId>(site.body.mesh.vertex_slots()), {}, {}};
   std::iota(whole.vertex_of.begin(), whole.vertex_of.end(), VertexId{0});  // see fill_volumes()
@@ -64,8 +59,9 @@ FrontSettings front_settings(const BodySpec& spec) {
   return settings;
 }
 
+// The surface of a rigid part is enough.
 BodyEngines part_engines(const EngineSite& site) {
-  return is_rigid_part(site) ? surface_spring_engines(site) : site.parent->make_part(site);
+  return site.is_rigid ? surface_spring_engines(site) : site.parent->make_part(site);
 }
 
 using MakePartEngines = std::function<BodyEngines(const EngineSite& site, VolumePart part)>;

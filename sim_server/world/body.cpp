@@ -9,6 +9,7 @@
 #include "common/core/error.h"
 #include "common/core/sort_unique.h"
 #include "sim_server/bodies/touched_vertices.h"
+#include "sim_server/deformation/spring_star.h"
 
 namespace sectio {
 namespace {
@@ -20,6 +21,16 @@ constexpr int kLipSweeps = 10;
 
 double pixel_rad(const Camera& camera) {
   return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
+}
+
+// Null for a part that goes on deforming.
+std::unique_ptr<RigidMotion> rigid_motion_of(const EngineSite& part) {
+  const BodySpec& spec = part.spec;
+  if (spec.fixed || spec.splitting.free_parts != FreeParts::rigid) return nullptr;
+  const MaterialSpec& m = spec.material;
+  return RigidMotion::release(
+      part.body, part.frame_world, surface_masses_kg(part.body.mesh, m.density_kg_per_m3 * m.foundation_radius_m),
+      {part.scene.step_s, part.scene.gravity_m_per_s2, m.density_kg_per_m3, spec.splitting.friction});
 }
 
 }  // namespace
@@ -44,22 +55,25 @@ Body::Body(const BodySpec& body, const Scene& scene, std::uint32_t body_id, Make
 Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, MakeEngines make, TriangleMesh part_mesh,
            ParticleState state, const Pose& frame, const BodyEngines* parent, std::span<const VertexId> vertex_from)
     : spec(part), id(body_id), mesh(std::move(part_mesh)), particles(std::move(state)), make_(std::move(make)) {
-  begin({spec, scene, shared(), frame, true, parent, vertex_from});
+  begin({.spec = spec,
+         .scene = scene,
+         .body = shared(),
+         .frame_world = frame,
+         .is_part = true,
+         .parent = parent,
+         .vertex_from = vertex_from});
 }
 
-void Body::begin(const EngineSite& site) {
+void Body::begin(EngineSite site) {
+  auto rigid_motion = site.is_part ? rigid_motion_of(site) : nullptr;
+  site.is_rigid = rigid_motion != nullptr;
   engines = make_(site);
+  if (rigid_motion) engines.deformation = std::move(rigid_motion);
   cut_traits = engines.cutting->traits();
-  if (!site.is_part) return;
+  if (!site.is_part || site.is_rigid) return;
   std::vector<VertexId> all(mesh.vertex_slots());
   std::iota(all.begin(), all.end(), VertexId{0});
   lips_.follow(mesh, all);
-}
-
-double Body::energy_j(const Vec3& gravity_m_per_s2) {
-  if (!rigid) return engines.deformation->energy_j(shared());
-  const RigidBody& piece = rigid->body;
-  return piece.kinetic_energy_j() - piece.mass_kg() * gravity_m_per_s2.dot(piece.pose_world().position_m);
 }
 
 const CollisionEngine& Body::tree() {
@@ -173,10 +187,6 @@ void Body::free_islands(std::span<const Island> islands) {
   }
 }
 
-Pose Body::frame_world(VertexId v) const {
-  return rigid ? rigid->carried(frame_at_release_) : engines.deformation->rest_frame_world(v);
-}
-
 // A stroke ends with the part that it was in.
 void Body::forget_strokes_of(const TopologyDelta& gone) {
   const auto is_gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
@@ -190,19 +200,8 @@ void Body::forget_strokes_of(const TopologyDelta& gone) {
   });
 }
 
-bool Body::become_rigid() {
-  std::vector<double> masses(mesh.vertex_slots());
-  for (VertexId v = 0; v < masses.size(); ++v) masses[v] = engines.deformation->mass_kg(v);
-  const Pose frame = frame_world(0);
-  rigid = RigidPiece::release(mesh, particles.position_world_m, particles.velocity_world_m_per_s, masses,
-                              spec.material.density_kg_per_m3);
-  frame_at_release_ = frame;
-  if (rigid) follow_rigid();
-  return rigid.has_value();
-}
-
 ContactBody Body::contact_body() {
-  if (rigid) return {&rigid->body};
+  if (rigid()) return {&rigid()->body};
   return {nullptr, particles.view(), frozen ? nullptr : engines.deformation.get()};
 }
 
@@ -211,8 +210,8 @@ void Body::particles_moved() {
   tree_stale_ = true;
 }
 
-void Body::follow_rigid() {
-  rigid->place(particles.position_world_m, particles.velocity_world_m_per_s);
+void Body::move_rigid(bool supported) {
+  rigid()->move(shared(), supported);
   particles_moved();
 }
 
@@ -230,7 +229,7 @@ void Body::deform(std::span<const PointConstraint> constraints, std::span<Reacti
     compact_.invalidate();
   }
   for (const auto& process : engines.processes) process->step(shared(), step_s);
-  if (asleep_) return;
+  if (asleep()) return;
   compact_.invalidate();
   tree_stale_ = true;
   separate_lips(step_s);
@@ -266,7 +265,7 @@ std::vector<std::pair<EventKind, std::string>> Body::watch_numerics() {
 }
 
 void Body::watch_rest(const Scene& scene) {
-  if (frozen || asleep_ || scene.sleep.after_s == 0) return;
+  if (frozen || asleep_ || rigid() || scene.sleep.after_s == 0) return;  // a rigid one rests on what bears it
   if (std::ranges::any_of(engines.processes, [](const auto& process) { return process->moves_particles(); })) return;
   const double eye_to_body_m = bounds_world_m().exteriorDistance(scene.camera.eye_world_m);
   const double unseen_m = scene.sleep.unseen_px * pixel_rad(scene.camera) * eye_to_body_m;
@@ -278,7 +277,7 @@ void Body::watch_rest(const Scene& scene) {
 void Body::wake() {
   asleep_ = false;
   stillness_.begin_anew();
-  if (rigid) rigid->body.wake();
+  if (rigid()) rigid()->body.wake();
 }
 
 }  // namespace sectio

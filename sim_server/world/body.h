@@ -13,7 +13,7 @@
 #include "sim_server/bodies/stillness.h"
 #include "sim_server/body_contact/contact_solver.h"
 #include "sim_server/body_contact/find_lips.h"
-#include "sim_server/body_contact/rigid_piece.h"
+#include "sim_server/body_contact/rigid_motion.h"
 #include "sim_server/engine/engine_table.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/step/step_io.h"
@@ -29,7 +29,7 @@ class Body {
 
   // A part that came off another body: `spec` as for that one, without its mesh; must outlive the body. The particles
   // as they were, `frame` where its shape at rest is, `vertex_from` its vertices' slots in the parent, if it has one.
-  // It goes on deforming; see become_rigid().
+  // It moves as a whole when the specification says so and its shape has a rigid motion; else it goes on deforming.
   Body(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make, TriangleMesh mesh,
        ParticleState particles, const Pose& frame, const BodyEngines* parent = nullptr,
        std::span<const VertexId> vertex_from = {});
@@ -42,12 +42,12 @@ class Body {
   ParticleView particle_view() const { return particles.view(); }
   ContactBody contact_body();
   Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
-  double energy_j(const Vec3& gravity_m_per_s2);  // kinetic, elastic and gravitational; O(all)
+  double energy_j() { return engines.deformation->energy_j(shared()); }  // see there
   // The collision engine, with the current positions.
   const CollisionEngine& tree();
 
   // The frame at rest of the connected piece that a vertex belongs to.
-  Pose frame_world(VertexId v) const;
+  Pose frame_world(VertexId v) const { return engines.deformation->rest_frame_world(v); }
   // A point of the undeformed surface in the world, and the normal there, smooth over edges; a dent turns neither.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
@@ -60,17 +60,17 @@ class Body {
   // the change does not fit the mesh: it is as before, and strokes have ended where they are. Called by commit() alone.
   std::optional<AppliedChange> apply(const Change& change);
 
-  // Makes the body move as a whole from now on. False when its shape has no rigid motion.
-  bool become_rigid();
+  // The motion of a body that moves as a whole; null when it deforms.
+  RigidMotion* rigid() const { return engines.deformation->rigid(); }
+  // Moves a rigid body after its contacts, with instruments, too, have been solved; `supported`: something bears it.
+  void move_rigid(bool supported);
   // Brings what is derived from the particles up to date after something else has moved them.
   void particles_moved();
-  // Takes the vertices along after the rigid body has moved.
-  void follow_rigid();
 
   // Deforms the body, steps its processes, and separates its lips; a body that sleeps only steps its processes.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
   // The body rests, and is not moved until it is woken.
-  bool asleep() const { return rigid ? rigid->body.asleep() : asleep_; }
+  bool asleep() const { return rigid() ? rigid()->body.asleep() : asleep_; }
   void wake();
   // Called after deform() when nothing touches the body, which falls asleep when it has come to rest.
   void watch_rest(const Scene& scene);
@@ -88,17 +88,16 @@ class Body {
   BodyCuts cuts;
   CutTraits cut_traits;
   // Contact with temporary elements (world/indentation.h); otherwise instruments move the vertices.
-  bool contact_by_templates() const { return spec.contact.style == "templates" && !rigid; }
+  bool contact_by_templates() const { return spec.contact.style == "templates"; }
   TemporaryContact contact;
-  std::vector<double> still_s;  // by owner: for how long what it let go has not moved
-  std::optional<RigidPiece> rigid;
+  std::vector<double> still_s;                 // by owner: for how long what it let go has not moved
   std::vector<TriangleId> unsettled;           // triangles of cuts whose parts are not decided yet
   std::vector<ParticleImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
   std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // numerics failed: it stays as it was
 
  private:
-  void begin(const EngineSite& site);
+  void begin(EngineSite site);
   void separate_lips(double step_s);
   using Seeds = std::span<const std::pair<VertexId, VertexState>>;
   bool apply_to_mesh(const Change& change);
@@ -114,7 +113,6 @@ class Body {
   bool implicit_ = false;             // the last step was taken over by a driver that is always stable
   std::uint64_t implicit_steps_ = 0;  // so far, as the deformation engine says
   Stillness stillness_;
-  Pose frame_at_release_;  // of a rigid piece: of its shape at rest
 };
 
 }  // namespace sectio

@@ -59,6 +59,10 @@ void Grasp::let_go(std::string_view why) {
   held_.clear();
 }
 
+Vec3 Grasp::place_of(const Point& p, const Body& body) {
+  return p.vertex == kNone ? body.rigid()->body.pose_world().to_world(p.at_piece_m) : position_of(body, p.vertex);
+}
+
 // Three points about the tips, in the frame of the tool, and their present places in the frame of the piece.
 std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share) const {
   const ToolGeometry& g = geometry_;
@@ -67,7 +71,7 @@ std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share)
   for (const Vec3& jaw : {up, aside, Vec3(up.cross(aside))}) {
     Point p;
     p.at_tool_m = g.a_tool_m + kJawM * jaw;
-    p.at_piece_m = piece.rigid->body.pose_world().to_local(pose_.to_world(p.at_tool_m));
+    p.at_piece_m = piece.rigid()->body.pose_world().to_local(pose_.to_world(p.at_tool_m));
     p.share = share / 3;
     points.push_back(p);
   }
@@ -79,7 +83,7 @@ bool Grasp::hold_piece(std::span<const std::unique_ptr<Body>> bodies) {
   const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
   double nearest_m = kBetweenJawsM;
   for (const auto& body : bodies) {
-    if (!body->rigid || body->frozen) continue;
+    if (!body->rigid() || body->frozen) continue;
     const auto closest = body->tree().closest(body->view(), tips, kBetweenJawsM);
     const double distance_m = body->tree().inside(body->view(), tips) ? 0
                               : closest                               ? closest->distance_m
@@ -97,7 +101,7 @@ void Grasp::hold_tissue(std::span<const std::unique_ptr<Body>> bodies) {
   Body* body = nullptr;
   std::optional<ClosestSurfacePoint> nearest;
   for (const auto& b : bodies) {
-    if (b->rigid || b->frozen) continue;
+    if (b->rigid() || b->frozen) continue;
     const auto closest = b->tree().closest(b->view(), tips, radius_m_);
     if (!closest || (nearest && nearest->distance_m <= closest->distance_m)) continue;
     nearest = closest;
@@ -134,9 +138,7 @@ Vec3 Grasp::lag_m(std::span<const std::unique_ptr<Body>> bodies) const {
   for (const Held& held : held_) {
     const Body& body = *bodies[held.body_id];
     for (const Point& p : held.points) {
-      const Vec3 at =
-          p.vertex == kNone ? body.rigid->body.pose_world().to_world(p.at_piece_m) : position_of(body, p.vertex);
-      lag += p.share * (pose_.to_world(p.at_tool_m) - at);
+      lag += p.share * (pose_.to_world(p.at_tool_m) - place_of(p, body));
     }
   }
   return lag;
@@ -164,17 +166,22 @@ void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>>
 void Grasp::append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
   const auto held = std::ranges::find(held_, body.id, &Held::body_id);
   if (held == held_.end()) return push_out(body, constraints);
-  for (const Point& p : held->points) {
-    const Vec3 at = position_of(body, p.vertex), way = pose_.to_world(p.at_tool_m) - at;
-    const double furthest_m = kFastestM_per_s * step_s;
-    constraints.push_back(hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way));
-    constraints.back().largest_force_n = p.share * largest_force_n_;
-  }
+  for (const Point& p : held->points) constraints.push_back(constraint_of(p, body, step_s));
+}
+
+// A rigid piece is held at points of its own, tissue by its vertices.
+PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double step_s) const {
+  const Vec3 at = place_of(p, body), way = pose_.to_world(p.at_tool_m) - at;
+  const double furthest_m = kFastestM_per_s * step_s;
+  PointConstraint c = hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way);
+  c.point_world_m = at;
+  c.largest_force_n = p.share * largest_force_n_;
+  return c;
 }
 
 void Grasp::push_out(Body& body, std::vector<PointConstraint>& constraints) const {
   const double radius_m = geometry_.sphere_radius_m;
-  if (!(radius_m > 0)) return;
+  if (!(radius_m > 0) || body.rigid()) return;  // it would push a piece away from the jaws
   const Vec3 centre = pose_.to_world(geometry_.a_tool_m);
   for (const VertexId v : vertices_near(body, centre, radius_m + kBeforeBallM)) {
     const Vec3 from = position_of(body, v) - centre;
@@ -183,16 +190,6 @@ void Grasp::push_out(Body& body, std::vector<PointConstraint>& constraints) cons
     c.unilateral = c.sticks = c.stops = true;
     c.normal = -out;
     constraints.push_back(c);
-  }
-}
-
-void Grasp::append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& constraints) const {
-  for (const Held& held : held_) {
-    if (!bodies[held.body_id]->rigid) continue;
-    const Pose& piece = bodies[held.body_id]->rigid->body.pose_world();
-    for (const Point& p : held.points)
-      constraints.push_back(
-          {held.body_id, piece.to_world(p.at_piece_m), pose_.to_world(p.at_tool_m), p.share * largest_force_n_});
   }
 }
 
@@ -227,7 +224,7 @@ void Grasp::part_left(std::uint32_t parent_id, const Body& part, std::span<const
     return true;
   });
   if (taken.points.empty()) return;
-  if (part.rigid) taken.points = points_of_jaws(part, share);
+  if (part.rigid()) taken.points = points_of_jaws(part, share);
   if (held->points.empty()) {
     events_.push_back({EventKind::released, parent_id, "what it holds came off"});
     held_.erase(held);

@@ -17,15 +17,6 @@
 
 namespace sectio {
 
-// A point of a piece that jaws hold.
-struct GraspConstraint {
-  std::uint32_t body_id = 0;
-  Vec3 point_world_m = Vec3::Zero();
-  Vec3 to_world_m = Vec3::Zero();  // where it should be
-  double largest_force_n = 0;
-  std::uint32_t tool_id = 0;  // whose jaws
-};
-
 struct GraspEvent {
   EventKind kind;  // grasped, released
   std::uint32_t body_id;
@@ -38,10 +29,8 @@ class Grasp {
 
   // Called at the beginning of a step: jaws close, open or lose their hold. The instrument is at `pose` from then on.
   void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies);
-  // Appends the constraints on the points of a deforming body in this step.
+  // Appends the constraints on the points of a body in this step.
   void append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
-  // Appends the constraints on rigid pieces.
-  void append(std::span<const std::unique_ptr<Body>> bodies, std::vector<GraspConstraint>& constraints) const;
   // Takes the reaction of one of these constraints.
   void felt(const Reaction& reaction);
 
@@ -71,6 +60,8 @@ class Grasp {
 
   bool hold_piece(std::span<const std::unique_ptr<Body>> bodies);
   void hold_tissue(std::span<const std::unique_ptr<Body>> bodies);
+  static Vec3 place_of(const Point& point, const Body& body);
+  PointConstraint constraint_of(const Point& point, const Body& body, double step_s) const;
   std::vector<Point> points_of_jaws(const Body& piece, double share) const;
   void push_out(Body& body, std::vector<PointConstraint>& constraints) const;
   Vec3 lag_m(std::span<const std::unique_ptr<Body>> bodies) const;

@@ -59,7 +59,7 @@ std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<
 }
 
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m) {
-  if (body.rigid) return body.rigid->body.velocity_at(point_world_m);
+  if (body.rigid()) return body.rigid()->body.velocity_at(point_world_m);
   if (body.asleep() || body.frozen) return Vec3::Zero();
   Vec3 sum = Vec3::Zero();
   for (const VertexId v : body.mesh.triangle(triangle).v) sum += body.particle_view().velocity(v);
@@ -67,7 +67,7 @@ Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_
 }
 
 Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
-  if (body.rigid) return body.rigid->body.velocity_at(point_world_m);
+  if (body.rigid()) return body.rigid()->body.velocity_at(point_world_m);
   if (body.asleep() || body.frozen) return Vec3::Zero();
   const ParticleView now = body.particle_view();
   std::vector<MovingPoint> near, beyond;
@@ -87,9 +87,9 @@ FeltTissue felt_tissue(const Body& body, TriangleId triangle, const InstrumentKi
   if (triangle != kNone && vary_in_stiffness(body.spec.regions))
     tissue.stiffness_n_per_m *=
         stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(body.mesh.triangle(triangle).v[0]));
-  tissue.friction = body.rigid ? body.spec.splitting.friction : m.friction;
+  tissue.friction = body.rigid() ? body.spec.splitting.friction : m.friction;
   const auto& threshold_n = body.spec.cutting.threshold_force_n;
-  if (instrument.tip_pierces && !body.rigid && state != ContactState::penetration && threshold_n)
+  if (instrument.tip_pierces && !body.rigid() && state != ContactState::penetration && threshold_n)
     tissue.yield_n = std::min(*threshold_n, kNeverYieldsN);
   return tissue;
 }

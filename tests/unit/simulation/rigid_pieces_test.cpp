@@ -14,6 +14,13 @@ TriangleSoup moved(TriangleSoup soup, const Vec3& by) {
   return soup;
 }
 
+// A step of bodies without instruments.
+void step_all(std::span<const std::unique_ptr<Body>> bodies, const Scene& scene,
+              std::span<const std::uint8_t> disturbed = {}) {
+  for (const auto& body : bodies) body->deform({}, {}, scene.step_s);
+  collide_bodies(bodies, disturbed, scene);
+}
+
 // A part set down on a body that is fixed.
 TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until_it_is_disturbed) {
   Scene scene;
@@ -29,22 +36,21 @@ TEST(RigidPieces, one_rests_on_a_deformable_body_and_on_another_and_sleeps_until
   bodies.push_back(std::make_unique<Body>(table_spec, scene, 0, surface_spring_engines));
   for (std::uint32_t i = 1; i <= 2; ++i) {
     const TriangleMesh block(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)));
+    const Pose above{Vec3(0.035, 0.035, 0.012 + 0.025 * (i - 1)), Eigen::Quaterniond::Identity()};
     bodies.push_back(std::make_unique<Body>(block_spec, scene, i, surface_spring_engines, block,
-                                            particles_at_rest(block.rest_body_m(), {}), Pose{}));
-    for (auto& x : bodies.back()->particles.position_world_m)
-      x.head<3>() += Vec3f(0.035f, 0.035f, 0.012f + 0.025f * float(i - 1));
-    ASSERT_TRUE(bodies.back()->become_rigid());
+                                            particles_at_rest(block.rest_body_m(), above), above));
+    ASSERT_NE(bodies.back()->rigid(), nullptr);
   }
-  const std::vector<std::uint8_t> calm(3, 0), disturbed{1, 0, 0};
+  const std::vector<std::uint8_t> disturbed{1, 0, 0};
   int steps = 0;
-  for (; steps < 3000 && !(bodies[1]->rigid->body.asleep() && bodies[2]->rigid->body.asleep()); ++steps)
-    step_rigid_pieces(bodies, {{}, {}, calm}, scene, {});
+  for (; steps < 3000 && !(bodies[1]->rigid()->body.asleep() && bodies[2]->rigid()->body.asleep()); ++steps)
+    step_all(bodies, scene);
   EXPECT_LT(steps, 3000);
-  EXPECT_NEAR(bodies[1]->rigid->body.pose_world().position_m.z(), 0.02, 3e-4);
-  EXPECT_NEAR(bodies[2]->rigid->body.pose_world().position_m.z(), 0.04, 5e-4);
-  step_rigid_pieces(bodies, {{}, {}, disturbed}, scene, {});
-  EXPECT_FALSE(bodies[1]->rigid->body.asleep());
-  EXPECT_TRUE(bodies[2]->rigid->body.asleep()) << "it doesn't touch the table";
+  EXPECT_NEAR(bodies[1]->rigid()->body.pose_world().position_m.z(), 0.02, 3e-4);
+  EXPECT_NEAR(bodies[2]->rigid()->body.pose_world().position_m.z(), 0.04, 5e-4);
+  step_all(bodies, scene, disturbed);
+  EXPECT_FALSE(bodies[1]->rigid()->body.asleep());
+  EXPECT_TRUE(bodies[2]->rigid()->body.asleep()) << "it doesn't touch the table";
 }
 
 // A block over a slab of tissue 20 mm thick that is held from below.
@@ -56,22 +62,19 @@ struct BlockOverBed {
     bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.005)};
     block_spec.name = "block";
     block_spec.splitting.friction = friction;
+    block_spec.splitting.free_parts = FreeParts::rigid;
     bodies.push_back(std::make_unique<Body>(bed_spec, scene, 0, surface_spring_engines));
     const TriangleMesh block(moved(box(3, 3, 2, Vec3(0.03, 0.03, 0.02)), Vec3(0.043, 0.042, 0.021)));
     bodies.push_back(std::make_unique<Body>(block_spec, scene, 1, surface_spring_engines, block,
                                             particles_at_rest(block.rest_body_m(), {}), Pose{}));
-    EXPECT_TRUE(bodies[1]->become_rigid());
     for (int i = 0; i < 500; ++i) bodies[0]->deform({}, {}, scene.step_s);  // the bed sags by itself
   }
 
-  void step() {
-    bodies[0]->deform({}, {}, scene.step_s);
-    step_rigid_pieces(bodies, {{}, {}, calm}, scene, {});
-  }
+  void step(std::span<const std::uint8_t> disturbed = {}) { step_all(bodies, scene, disturbed); }
   const SurfaceSprings& springs() const { return dynamic_cast<const SurfaceSprings&>(*bodies[0]->engines.deformation); }
-  RigidBody& block() { return bodies[1]->rigid->body; }
+  RigidBody& block() { return bodies[1]->rigid()->body; }
   double energy_j() const {
-    const RigidBody& b = bodies[1]->rigid->body;
+    const RigidBody& b = bodies[1]->rigid()->body;
     const ParticleState& p = bodies[0]->particles;
     return springs().energy_j(p.position_world_m, p.velocity_world_m_per_s) + b.kinetic_energy_j() -
            b.mass_kg() * scene.gravity_m_per_s2.dot(b.pose_world().position_m);
@@ -85,7 +88,6 @@ struct BlockOverBed {
 
   Scene scene;
   BodySpec bed_spec, block_spec;
-  std::vector<std::uint8_t> calm{0, 0};
   std::vector<std::unique_ptr<Body>> bodies;
 };
 
@@ -116,21 +118,19 @@ TEST(RigidPieces, a_bed_sleeps_under_one_that_sleeps_bears_another_and_wakes_whe
     BlockOverBed world;
     Body& bed = *world.bodies[0];
     for (int i = 0; i < 6000 && !(bed.asleep() && world.block().asleep()); ++i) {
-      if (bed.asleep())
-        step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
-      else
-        world.step(), bed.watch_rest(world.scene);
+      world.step();
+      bed.watch_rest(world.scene);
     }
     ASSERT_TRUE(bed.asleep() && world.block().asleep());
     const auto before = bed.particles.position_world_m;
-    for (int i = 0; i < 100; ++i) step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+    for (int i = 0; i < 100; ++i) world.step();
     EXPECT_EQ(before, bed.particles.position_world_m) << "it bears the block, and nothing moves";
     if (falls) {
       world.block().wake();
       world.block().set_velocity(Vec3(0, 0, -0.1), Vec3::Zero());
-      step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+      world.step();
     } else {
-      step_rigid_pieces(world.bodies, {{}, {}, std::vector<std::uint8_t>{0, 1}}, world.scene, {});
+      world.step(std::vector<std::uint8_t>{0, 1});
     }
     EXPECT_FALSE(bed.asleep());
     for (int i = 0; i < 3000 && !world.block().asleep(); ++i) world.step();
@@ -144,7 +144,7 @@ TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
   Body& bed = *world.bodies[0];
   bool met = false;
   for (int i = 0; i < 30; ++i) {
-    bed.deform({}, {}, world.scene.step_s);
+    for (const auto& body : world.bodies) body->deform({}, {}, world.scene.step_s);
     const auto momentum = [&] {
       Vec3 sum = world.block().momentum_kg_m_per_s();
       for (VertexId v = 0; v < bed.mesh.vertex_slots(); ++v)
@@ -152,7 +152,7 @@ TEST(RigidPieces, contact_with_tissue_keeps_momentum) {
       return sum;
     };
     const Vec3 before = momentum(), of_block = world.block().momentum_kg_m_per_s();
-    step_rigid_pieces(world.bodies, {{}, {}, world.calm}, world.scene, {});
+    collide_bodies(world.bodies, {}, world.scene);
     met |= (world.block().momentum_kg_m_per_s() - of_block).norm() > 1e-4;
     EXPECT_LT((momentum() - before).norm(), 1e-6 * before.norm()) << "floats in particles";
   }
@@ -185,7 +185,8 @@ struct Held {
   explicit Held(BlockOverBed& w, double force_n = 1) : world(w) {
     for (const Vec3& p : {Vec3(0.01, 0, 0), Vec3(0, 0.01, 0), Vec3(-0.01, 0, 0.01)}) {
       arms_m.push_back(p);
-      grips.push_back({1, Vec3::Zero(), world.block().pose_world().to_world(p), force_n});
+      grips.push_back(hold(kNone, world.block().pose_world().to_world(p)));
+      grips.back().largest_force_n = force_n;
     }
   }
   // Returns the work of the instrument.
@@ -193,17 +194,17 @@ struct Held {
     double work_j = 0;
     for (std::size_t i = 0; i < grips.size(); ++i) {
       grips[i].point_world_m = world.block().pose_world().to_world(arms_m[i]);
-      grips[i].to_world_m += by_m;
+      grips[i].target_world_m += by_m;
     }
-    std::vector<Reaction> reactions(grips.size());
     world.bodies[0]->deform({}, {}, world.scene.step_s);
-    step_rigid_pieces(world.bodies, {{}, grips, world.calm}, world.scene, reactions);
-    for (const Reaction& r : reactions) work_j -= r.force_on_tool_n.dot(by_m);
+    world.bodies[1]->deform(grips, {}, world.scene.step_s);
+    collide_bodies(world.bodies, {}, world.scene);
+    for (const Reaction& r : world.bodies[1]->rigid()->reactions()) work_j -= r.force_on_tool_n.dot(by_m);
     return work_j;
   }
   BlockOverBed& world;
   std::vector<Vec3> arms_m;
-  std::vector<GraspConstraint> grips;
+  std::vector<PointConstraint> grips;
 };
 
 TEST(RigidPieces, lifted_with_jaws_energy_rises_by_no_more_than_their_work) {
@@ -240,24 +241,23 @@ TEST(RigidPieces, an_instrument_pushes_one_and_feels_it) {
   std::vector<std::unique_ptr<Body>> bodies;
   bodies.push_back(std::make_unique<Body>(spec, scene, 0, surface_spring_engines, block,
                                           particles_at_rest(block.rest_body_m(), {}), Pose{}));
-  ASSERT_TRUE(bodies[0]->become_rigid());
-  RigidTouch touch;
-  touch.constraint.v = block.triangle(0).v;
-  touch.constraint.w = {1.0 / 3, 1.0 / 3, 1.0 / 3};
-  touch.constraint.unilateral = true;
+  ASSERT_NE(bodies[0]->rigid(), nullptr);
+  PointConstraint touch;
+  touch.v = block.triangle(0).v;
+  touch.w = {1.0 / 3, 1.0 / 3, 1.0 / 3};
+  touch.unilateral = true;
   const auto& c = block.triangle(0).v;
   const Vec3 a = block.rest_body_m(c[0]), b = block.rest_body_m(c[1]), d = block.rest_body_m(c[2]);
-  touch.constraint.normal = (b - a).cross(d - a).normalized();
-  touch.constraint.target_world_m = (a + b + d) / 3 - 1e-3 * touch.constraint.normal;
-  touch.tool_velocity_m_per_s = -0.05 * touch.constraint.normal;
-  std::vector<Reaction> reactions(1);
-  const std::vector<std::uint8_t> calm(1, 0);
-  const std::vector touches{touch};
-  step_rigid_pieces(bodies, {touches, {}, calm}, scene, reactions);
-  EXPECT_TRUE(reactions[0].active);
-  const RigidBody& piece = bodies[0]->rigid->body;
-  EXPECT_GT(-piece.velocity_m_per_s().dot(touch.constraint.normal), 0.01) << "away from the instrument";
-  EXPECT_LT((reactions[0].force_on_tool_n * scene.step_s + piece.momentum_kg_m_per_s()).norm(), 1e-9)
+  touch.normal = (b - a).cross(d - a).normalized();
+  touch.target_world_m = (a + b + d) / 3 - 1e-3 * touch.normal;
+  touch.target_velocity_m_per_s = -0.05 * touch.normal;
+  bodies[0]->deform({&touch, 1}, {}, scene.step_s);
+  collide_bodies(bodies, {}, scene);
+  const Reaction& reaction = bodies[0]->rigid()->reactions()[0];
+  EXPECT_TRUE(reaction.active);
+  const RigidBody& body = bodies[0]->rigid()->body;
+  EXPECT_GT(-body.velocity_m_per_s().dot(touch.normal), 0.01) << "away from the instrument";
+  EXPECT_LT((reaction.force_on_tool_n * scene.step_s + body.momentum_kg_m_per_s()).norm(), 1e-9)
       << "action and reaction";
 }
 
