@@ -123,6 +123,16 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
     }
   }
   if (phase_ == Phase::pressing) press();
+  if (phase_ != Phase::cutting && before && looks)
+    if (const auto hit = sharp_edge_deep_inside(*before)) break_in({edge_id_, hit->triangle, hit->bary});
+}
+
+void EdgeContact::break_in(const Entry& at) {
+  entry_ = at;
+  phase_ = Phase::cutting;
+  smooth_force_n_ = 0;
+  constraints_.clear();
+  events_.push_back({EventKind::penetrated});
 }
 
 // The point at which the edge of an instrument that need not press reaches into the tissue.
@@ -440,10 +450,7 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
   const bool may_rupture = (at_tip_ && instrument_.tip_pierces) || sharp_edge_presses();
   if (sharp_edge_is_in_slit() ||
       (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
-    entry_ = Entry{edge_id_, triangle_, bary_};
-    phase_ = Phase::cutting;
-    smooth_force_n_ = 0;
-    events_.push_back({EventKind::penetrated});
+    break_in({edge_id_, triangle_, bary_});
   }
 }
 

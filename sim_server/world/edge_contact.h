@@ -85,6 +85,7 @@ class EdgeContact {
   double beneath_temporary_m(const Vec3& contact_world_m) const;
   void slide_to(const Vec3& contact_world_m);
   void enter_tissue(const SurfaceHit& hit);
+  void break_in(const Entry& at);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   // Of an edge that cuts anywhere (CutTraits); edge_contact_whole_edge.cpp.
@@ -92,6 +93,8 @@ class EdgeContact {
   bool sharp_edge_touches(const InstrumentShape& shape) const;
   bool sharp_edge_presses() const;
   bool sharp_edge_is_in_slit() const;
+  // Where an edge that moves towards its sharp side has come in so far that it has broken in, whatever its force was.
+  std::optional<SurfaceHit> sharp_edge_deep_inside(const JointPose& before) const;
   void begin_with_whole_edge(BladeMotion& motion);
   void follow_with_whole_edge(const Stroke& stroke, std::span<const JointPose> poses,
                               std::vector<BladeMotion>& motions);

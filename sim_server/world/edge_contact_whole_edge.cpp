@@ -9,7 +9,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kFarthestBackM = 0.005;  // from where a blade that breaks in sideways is looked for outside the body
+constexpr double kDeepM = 0.003;         // an edge this deep in tissue has broken in
+constexpr double kLeastInsideM = 0.001;  // of its length
+constexpr double kFarthestBackM = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
 constexpr double kBackStepM = 0.00025;
 constexpr double kCosSharp = 0.5;  // the edge faces the surface within 60 degrees
 
@@ -56,6 +58,28 @@ bool EdgeContact::sharp_edge_is_in_slit() const {
     });
   };
   return is_wall(true) && is_wall(false);
+}
+
+// Surface that springs round an edge, or over a rim, leaves nothing that could press it: the blade would pass through
+// uncut tissue. In a body that has been cut the blade may be in a slit, with lips that have closed in on it: there it
+// has to press to break in.
+std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& before) const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  if (!cuts_ || !body_.cut_traits.cuts_inside || !shape.sharp_side_tool) return {};
+  const Vec3 sharp_side = pose_.orientation * *shape.sharp_side_tool;
+  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m) - kDeepM * sharp_side;
+  const Vec3 edge = pose_.orientation * (shape.edge_heel_tool_m - shape.edge_tip_tool_m);
+  if (sharp_side.dot(pose_.to_world(shape.edge_tip_tool_m) - before.to_world(shape.edge_tip_tool_m)) < kNoTravelM)
+    return {};
+  const std::vector<SurfaceHit> hits = body_.tree().hits(body_.view(), tip, tip + edge);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const double from = hits[i].entering ? hits[i].parameter : 0;
+    const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
+    if ((!hits[i].entering && i > 0) || (to - from) * edge.norm() < kLeastInsideM) continue;
+    const auto is_wall = [](const Triangle& t) { return t.alive() && t.surface == Surface::wall; };
+    return std::ranges::any_of(body_.mesh.triangles(), is_wall) ? std::nullopt : std::optional(hits[i]);
+  }
+  return {};
 }
 
 // A blade that breaks in sideways comes from outside, with the surface that it has pushed in between.
