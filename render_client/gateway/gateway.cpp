@@ -24,13 +24,14 @@ void Gateway::post_all(LiveKind kind, const Message& message) {
 
 template <class Message>
 void Gateway::post_all_newest(const Subject& subject, const Message& message) {
-  if (clients_.empty()) return;
   const SharedBytes bytes = shared(message);
+  newest_[subject] = bytes;
   for (auto& [id, client] : clients_) client.mailbox.post_newest(subject, bytes);
 }
 
 void Gateway::feed(const SceneInfo& message) {
   copy_.announce(message);
+  std::erase_if(newest_, [&](const auto& each) { return !copy_.knows(each.first.epoch); });
   post_all(LiveKind::scene, message);
   if (message.epoch < tools_epoch_) return;
   tools_epoch_ = message.epoch;
@@ -87,6 +88,7 @@ std::optional<std::uint32_t> Gateway::connect() {
   const std::uint32_t id = roles_.enter();
   Mailbox& mailbox = clients_[id].mailbox;
   for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
+  for (const auto& [subject, bytes] : newest_) mailbox.post_newest(subject, bytes);
   for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
   return id;

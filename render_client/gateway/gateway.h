@@ -113,6 +113,8 @@ class Gateway {
   std::uint64_t tools_epoch_ = 0;
   std::map<std::uint32_t, Client> clients_;  // by person
   std::map<std::uint32_t, Hand> hands_;      // by tool
+  // For those who come later: a server repeats what doesn't move once a second only.
+  std::map<Subject, SharedBytes> newest_;
   std::deque<SharedBytes> events_;
   std::vector<ToolWish> wishes_;
   GatewayCounts counts_;

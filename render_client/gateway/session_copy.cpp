@@ -91,8 +91,4 @@ const std::vector<SharedBytes>& SessionCopy::keyframe(const KeyframeRequest& req
   return body.chunks;
 }
 
-const SceneInfo* SessionCopy::newest_scene() const {
-  return servers_.empty() ? nullptr : &*servers_.rbegin()->second.replica.scene();
-}
-
 }  // namespace sectio

@@ -33,7 +33,7 @@ class SessionCopy {
   // The chunks of a body as it is, encoded; none when it isn't known, or is at `known_revision`.
   const std::vector<SharedBytes>& keyframe(const KeyframeRequest& request);
 
-  const SceneInfo* newest_scene() const;
+  bool knows(std::uint64_t epoch) const { return servers_.contains(epoch); }
 
  private:
   struct Body {

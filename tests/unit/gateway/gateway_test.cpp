@@ -79,6 +79,20 @@ TEST_F(GatewayTest, lets_go_of_what_its_holder_leaves_behind) {
   EXPECT_FALSE(wishes[0].held);
 }
 
+TEST_F(GatewayTest, gives_who_comes_later_what_moves_no_more) {
+  for (std::uint32_t piece = 0; piece < 3; ++piece)
+    for (std::uint64_t step = 1; step < 5; ++step)
+      gateway.feed(StatePiece{1, step, 0, 0, piece, kQuantum_m, {0, 0, 0}, {1, 2, 3}});
+  const std::uint32_t late = enter("Late");
+  std::vector<std::uint64_t> steps;
+  for (std::vector<std::uint8_t> frame; gateway.next_frame(late, frame);) {
+    LiveFrameReader reader(frame);
+    while (const auto message = reader.next())
+      if (message->kind == LiveKind::state_piece) steps.push_back(decode<StatePiece>(message->bytes)->step);
+  }
+  EXPECT_EQ(steps, (std::vector<std::uint64_t>{4, 4, 4}));
+}
+
 TEST_F(GatewayTest, tells_who_is_refused_why) {
   const std::uint32_t ada = enter("Ada"), eve = enter("Eve", "guess");
   say(ada, LiveKind::claim, ToolClaim{0, ClaimAction::claim});
