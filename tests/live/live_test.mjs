@@ -86,7 +86,7 @@ try {
 
   const ben = await browser.open(address);
   await check('a second browser sees the same, and who holds what', async () => {
-    const b = await ben.until('a replica', (s) => equal(s) && s.people.length === 2);
+    const b = await ben.until('a replica', (s) => equal(s) && s.people.length === 2 && s.pictures > 0);
     const a = await ada.until('the same revision', (s) => s.bodies[0].revision >= b.bodies[0].revision && equal(s));
     const again = await ben.until('the same revision', (s) => s.bodies[0].revision === a.bodies[0].revision);
     assert.equal(again.bodies[0].hash, a.bodies[0].hash);
@@ -104,6 +104,8 @@ try {
     await ben.click('Give to Ada');
     await ada.until('the gift', (s) => s.held === 0);
     await ben.until('empty hands', (s) => s.held === null);
+    await ada.mouse('mouseMoved', 200, 150);
+    await ada.until('the scalpel under the mouse', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
   });
 
   await check('who has no token watches, and is offered nothing', async () => {
@@ -162,7 +164,7 @@ try {
     await sleep(3000);
     process.kill(gateway, 'SIGCONT');
     const { step } = await ada.state();
-    await ada.until('the session to go on', (s) => s.step > step + 500 && equal(s));
+    await ada.until('the session to go on', (s) => s.step > step + 6000 && s.silent_s < 1 && equal(s));
     // Meanwhile the instrument was drawn out.
     await ada.until('the scalpel back in its hand', (s) => s.held === 0 && apart(s.tools[0].at_m, before_m) < 0.01);
   });
