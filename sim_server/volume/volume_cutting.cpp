@@ -15,7 +15,7 @@ void move_on(const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
   const Vec3 before = position_of(now, stroke);
   const Vec3 at = blade.tip_world_m + (before - blade.tip_world_m).dot(blade.up_world) * blade.up_world;
   stroke.blade = blade;
-  stroke.depth_m = (at - blade.tip_world_m).dot(blade.up_world);
+  stroke.seen.depth_m = (at - blade.tip_world_m).dot(blade.up_world);
   std::vector<TriangleId> skin;
   for (const TriangleId t : motion.active)
     if (now.triangle(t).alive() && now.triangle(t).surface == Surface::skin) skin.push_back(t);

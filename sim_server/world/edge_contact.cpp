@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
+constexpr double kInM = 3e-4;            // this far beneath the lid of a groove a blade is in it
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
 
@@ -94,7 +95,7 @@ bool EdgeContact::near_body(const std::optional<JointPose>& before, std::span<co
 
 void EdgeContact::set_free() {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
-  if (phase_ == Phase::cutting || phase_ == Phase::searching) events_.push_back({EventKind::cut_ended});
+  if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended});
   phase_ = Phase::free;
   force_n_.setZero();
   smooth_force_n_ = 0;
@@ -122,6 +123,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
       if (phase_ != Phase::free) break;
     }
   }
+  if ((phase_ == Phase::free || phase_ == Phase::pressing) && enter_open_cut()) return;
   if (phase_ == Phase::pressing) press();
   if (phase_ != Phase::cutting && before && looks)
     if (const auto hit = sharp_edge_deep_inside(*before)) break_in({edge_id_, hit->triangle, hit->bary});
@@ -235,13 +237,41 @@ void EdgeContact::enter_tissue(const SurfaceHit& hit) {
   events_.push_back({EventKind::penetrated});
 }
 
-Blade EdgeContact::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
+// A blade that comes between the lips of a cut is in the tissue, without a force.
+bool EdgeContact::enter_open_cut() {
+  const bool may_cut = cuts_ && (instrument_.tip_pierces || may_enter());
+  if (!may_cut || body_.rigid() || body_.cut_traits.edge_cuts_anywhere) return false;
+  const Blade blade = blade_at(pose_);
+  const auto cut = body_.engines.cutting->in_open_cut(body_.shared(), body_.cuts, blade);
+  if (!cut || (cut->point_world_m - blade.tip_world_m).dot(blade.up_world) < kInM) return false;
+  const BladeLine line = line_of(blade);
+  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, cut->point_world_m))
+    if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return false;
+  if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
+  constraints_.clear();
+  break_in({edge_id_, cut->beside, Vec3::Constant(1.0 / 3)});
+  return true;
+}
+
+// The triangles that the line of a blade crosses.
+void EdgeContact::ask_surface(const Blade& blade, std::vector<TriangleId>& crossed) {
+  const BladeLine line = line_of(blade);
+  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, line.tip_world_m))
+    if (hit.entering) crossed.push_back(hit.triangle);
+}
+
+Blade EdgeContact::blade_at(const JointPose& pose) const {
   const InstrumentShape shape = shape_at(pose.opening_rad);
   const EdgeInWorld edge = edge_at(shape, pose);
   Blade blade;
   blade.length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
   blade.tip_world_m = edge.tip_world_m;
   blade.up_world = edge.up_world;
+  return blade;
+}
+
+Blade EdgeContact::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
+  Blade blade = blade_at(pose);
   const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);
   if (depth_m > 0)
     blade.max_depth_m = body_.depth_limit_m(blade.tip_world_m + depth_m * blade.up_world, blade.tip_world_m);
@@ -252,7 +282,6 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
                        std::vector<BladeMotion>& motions) {
   cutting_force_n_.setZero();
   if (phase_ == Phase::spent) rest_in_groove();
-  if (phase_ == Phase::searching) search();
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
   const Stroke* stroke = body_.cuts.stroke_of(edge_id_);
@@ -268,7 +297,10 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
   motions.push_back({edge_id_, {limited_blade(pose_, point_)}, false});
-  if (body_.cut_traits.edge_cuts_anywhere) begin_with_whole_edge(motions.back());
+  if (body_.cut_traits.edge_cuts_anywhere)
+    begin_with_whole_edge(motions.back());
+  else
+    ask_surface(motions.back().path.back(), motions.back().active);
   entry_.reset();
 }
 
@@ -276,16 +308,17 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
 void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose> poses,
                                 std::vector<BladeMotion>& motions) {
   const MeshDraft now(body_.mesh, body_.particle_view());
-  point_ = position_of(now, stroke);
-  const Pose& frame = body_.frame_world(stroke.cell.apex == kNone ? stroke.touched[0] : stroke.cell.apex);
-  if (const Vec3 n = rest_normal_of(now, stroke); n.squaredNorm() > 0.5) normal_ = frame.orientation * n;
-  const Vec3 home = frame.to_world(rest_of(now, stroke));
+  const bool known =
+      stroke.cuts() || now.find_triangle(stroke.touched[0], stroke.touched[1], stroke.touched[2]) != kNone;
+  if (stroke.seen.at_world_m)
+    point_ = *stroke.seen.at_world_m;
+  else if (known)
+    point_ = position_of(now, stroke);
+  const Pose frame = body_.frame_world(stroke.cuts() ? stroke.cell.apex : stroke.touched[0]);
+  if (const Vec3 n = known ? rest_normal_of(now, stroke) : Vec3(Vec3::Zero()); n.squaredNorm() > 0.5)
+    normal_ = frame.orientation * n;
+  const Vec3 home = known ? frame.to_world(rest_of(now, stroke)) : point_;
   BladeMotion motion{edge_id_, {}, false};
-  if (edge_at(shape_at(pose_.opening_rad), pose_).up_world.dot(normal_) < kSteep && is_on_wall(stroke)) {
-    motion.lift = true;  // it came to an open groove: nothing to cut down there
-    motions.push_back(std::move(motion));
-    return;
-  }
   const std::array resting{pose_};
   Vec3 from = point_;
   double opening_rad = opening_before_rad_;
@@ -302,15 +335,10 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
     const bool in_world = correct_direction(shape, pose, travel, normal_);
     const CutDecision leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
     if (leaf == CutDecision::cut) {
-      // Tissue that has drawn back ahead of the blade waits for it; a cut that a blade left behind has ended.
-      if (over_surface) {
-        motion.path.push_back(blade);
-        from = at_surface;
-      } else if ((from - blade.tip_world_m).cross(blade.up_world).norm() > left_behind_m()) {
-        motion.lift = true;
-        break;
-      }
-      cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
+      motion.path.push_back(blade);
+      ask_surface(blade, motion.active);
+      from = at_surface;
+      if (stroke.cuts()) cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
       tip_before_ = blade.tip_world_m;
       continue;
     }
@@ -324,6 +352,7 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
       const double half_length_m = 0.5 * (shape.c_tool_m - shape.a_tool_m).norm();
       cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
     }
+    if (!stroke.cuts()) break;
     const VertexId end = stroke.temporary_tip != kNone ? stroke.temporary_tip : stroke.cell.apex;
     if (end != kNone && (at_surface - now.position(end)).norm() > kStillM)
       constraints_.assign(1, hold(end, at_surface));
@@ -332,33 +361,12 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
   motions.push_back(std::move(motion));
 }
 
-bool EdgeContact::is_on_wall(const Stroke& stroke) const {
-  return std::ranges::any_of(stroke.cell.rim, [&](VertexId v) { return body_.cuts.grooves.bottoms.contains(v); });
-}
-
 // The work is the toughness times the area at rest, against the motion of the blade.
 void EdgeContact::cut_along(const Vec3& travel, double length_in_tissue_m) {
   if (travel.norm() <= kNoTravelM) return;
   const double force_n = body_.spec.material.toughness_j_per_m2 * length_in_tissue_m;
   cutting_force_n_ = -force_n * travel.normalized();
   cutting_work_j_ += force_n * travel.norm();  // of a cautery hook: the current does what the hand does not
-}
-
-void EdgeContact::search() {
-  if (instrument_.only_closing && !may_enter()) return void(phase_ = Phase::spent);
-  ++searches_;
-  const InstrumentShape shape = shape_at(pose_.opening_rad);
-  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m);
-  const Vec3 heel = pose_.to_world(instrument_.front_is_virtual ? shape.a_tool_m : shape.edge_heel_tool_m);
-  const auto hit = body_.tree().first_hit(body_.view(), heel, tip);
-  if (hit && hit->entering && (hit->point_world_m - ended_at_).norm() > body_.cut_traits.min_step_m) {
-    entry_ = Entry{edge_id_, hit->triangle, hit->bary};
-    phase_ = Phase::cutting;
-  } else if (hit) {
-    phase_ = Phase::spent;
-  } else {
-    set_free();
-  }
 }
 
 // A new cut at the end of the old one would go along its walls.
@@ -370,36 +378,37 @@ void EdgeContact::rest_in_groove() {
   if (is_out && body_.cut_traits.edge_cuts_anywhere && body_.tree().hits(body_.view(), tip, heel).empty())
     return set_free();
   const Vec3 away = tip - ended_at_;
-  if ((away - away.dot(normal_) * normal_).norm() > left_behind_m()) phase_ = is_out ? Phase::free : Phase::searching;
+  if ((away - away.dot(normal_) * normal_).norm() <= 3 * body_.cut_traits.join_tolerance_m) return;
+  if (is_out) return void(phase_ = Phase::free);
+  if (instrument_.only_closing && !may_enter()) return;
+  ++searches_;
+  const Vec3 from = instrument_.front_is_virtual ? pose_.to_world(shape.a_tool_m) : heel;
+  const auto hit = body_.tree().first_hit(body_.view(), from, tip);
+  if (!hit) return set_free();
+  if (!hit->entering) return;
+  entry_ = Entry{edge_id_, hit->triangle, hit->bary};
+  phase_ = Phase::cutting;
 }
 
 void EdgeContact::planned(const CutPlan& plan, bool accepted) {
+  if (phase_ != Phase::cutting) return;
+  const bool goes_on = accepted && std::ranges::find(plan.strokes, edge_id_, &Stroke::edge_id) != plan.strokes.end();
   StrokeEnd end = StrokeEnd::going;
-  std::string_view why;
-  for (const StrokeOutcome& o : plan.outcomes)
-    if (o.edge_id == edge_id_) end = o.end, why = o.why;
-  if (phase_ == Phase::cutting && !accepted) end = StrokeEnd::refused, why = "the surface would not stay whole";
-  if (phase_ != Phase::cutting || end == StrokeEnd::going) return;
+  for (const StrokeOutcome& o : plan.outcomes) {
+    if (o.edge_id != edge_id_) continue;
+    end = o.end;
+    if (end == StrokeEnd::joined) events_.push_back({EventKind::joined});
+    if (end == StrokeEnd::refused) events_.push_back({EventKind::cut_refused, o.why});
+  }
+  if (!accepted) events_.push_back({EventKind::cut_refused, "the surface would not stay whole"});
+  if (goes_on || (accepted && end == StrokeEnd::going)) return;
   has_just_cut_ = true;
   ended_at_ = point_;
   cutting_force_n_.setZero();
   constraints_.clear();
-  switch (end) {
-    case StrokeEnd::lifted:
-      phase_ = Phase::spent;
-      events_.push_back({EventKind::cut_ended});
-      break;
-    case StrokeEnd::lost:
-      phase_ = Phase::searching;
-      break;
-    case StrokeEnd::joined:
-      phase_ = Phase::spent;
-      events_.push_back({EventKind::joined});
-      break;
-    default:
-      phase_ = Phase::spent;
-      events_.push_back({EventKind::cut_refused, why});
-  }
+  if (end == StrokeEnd::lifted && !body_.cut_traits.edge_cuts_anywhere) return set_free();
+  phase_ = Phase::spent;
+  if (end == StrokeEnd::lifted) events_.push_back({EventKind::cut_ended});
 }
 
 void EdgeContact::let_go() {
@@ -447,7 +456,9 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
   if (!reaction.active && above_m > kLetGoM) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
-  const bool may_rupture = (at_tip_ && instrument_.tip_pierces) || sharp_edge_presses();
+  // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.
+  const bool can_begin = body_.cut_traits.edge_cuts_anywhere || body_.mesh.triangle(triangle_).surface == Surface::skin;
+  const bool may_rupture = can_begin && ((at_tip_ && instrument_.tip_pierces) || sharp_edge_presses());
   if (sharp_edge_is_in_slit() ||
       (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
     break_in({edge_id_, triangle_, bary_});
@@ -455,6 +466,8 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
 }
 
 double EdgeContact::penetration_m() {
+  if (const Stroke* stroke = phase_ == Phase::cutting ? body_.cuts.stroke_of(edge_id_) : nullptr)
+    return stroke->seen.owed_m;
   if (phase_ != Phase::pressing) return 0;
   const Vec3 contact = contact_world_m();
   if (body_.contact_by_templates()) return beneath_temporary_m(contact);

@@ -67,10 +67,9 @@ class EdgeContact {
 
   enum class Phase : std::uint8_t {
     free,
-    pressing,   // a point of the instrument dents the surface
-    cutting,    // a stroke follows the blade
-    searching,  // in the tissue, but the surface led elsewhere: where does the blade enter?
-    spent,      // a cut has just ended here; no new one until the instrument has gone on
+    pressing,  // a point of the instrument dents the surface
+    cutting,   // in the tissue: a stroke follows the blade
+    spent,     // in the tissue, but a cut has just ended here; no new one until the instrument has gone on
   };
 
   bool near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const;
@@ -86,6 +85,8 @@ class EdgeContact {
   void slide_to(const Vec3& contact_world_m);
   void enter_tissue(const SurfaceHit& hit);
   void break_in(const Entry& at);
+  bool enter_open_cut();
+  void ask_surface(const Blade& blade, std::vector<TriangleId>& crossed);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   // Of an edge that cuts anywhere (CutTraits); edge_contact_whole_edge.cpp.
@@ -104,11 +105,9 @@ class EdgeContact {
 
   // A blade that is further than this from the end of its cut has left it.
   double left_behind_m() const { return 3 * body_.cut_traits.join_tolerance_m; }
-  // Is the triangle that a stroke leads into one of a groove's?
-  bool is_on_wall(const Stroke& stroke) const;
   void cut_along(const Vec3& travel, double length_in_tissue_m);
-  void search();
   void rest_in_groove();
+  Blade blade_at(const JointPose& pose) const;
   Blade limited_blade(const JointPose& pose, const Vec3& surface_world_m) const;
   InstrumentShape shape_at(double opening_rad) const;
   ToolCorners corners_at(const JointPose& pose) const;

@@ -60,10 +60,14 @@ Blade blade_over(const Vec3& surface_m) {
 // Every step of all strokes once: step(entries, motions) says how long it took.
 template <class Step>
 void draw(benchmark::State& state, const Pad& pad, Body& body, const Step& step) {
+  std::vector<TriangleId> under;  // each pose, before the cuts
+  for (int k = 0; k < kSteps; ++k)
+    under.push_back(
+        body.tree().closest(body.view(), pad.at(k / kStepsPerStroke, k % kStepsPerStroke), kCell_m)->triangle);
   int k = 0;
   for (auto _ : state) {
     const int stroke = k / kStepsPerStroke, i = k % kStepsPerStroke;
-    ++k;
+    const TriangleId crossed = under[static_cast<std::size_t>(k++)];
     const Vec3 at = pad.at(stroke, i);
     std::vector<Entry> entries;
     if (i == 0) {
@@ -71,7 +75,7 @@ void draw(benchmark::State& state, const Pad& pad, Body& body, const Step& step)
       entries.push_back({0, hit->triangle, hit->bary});
     }
     const bool lift = i + 1 == kStepsPerStroke;
-    const std::array motions{BladeMotion{0, {blade_over(at)}, lift}};
+    const std::array motions{BladeMotion{0, {blade_over(at)}, lift, {crossed}}};
     state.SetIterationTime(step(entries, motions));
   }
   state.counters["triangles"] = static_cast<double>(body.mesh.triangle_count());

@@ -75,7 +75,7 @@ TEST(A_SEQ, A_SEQ_2_a_rest_with_other_actions_changes_nothing) {
     TemplateStroke other;
     for (int k = 0; k < 100; ++k) {
       MeshDraft draft(rested.mesh, rested.view());
-      GrooveDraft grooves(rested.grooves);
+      Grooves& grooves = rested.grooves;
       ASSERT_TRUE(undo_temporary(draft, other));
       ASSERT_TRUE(undo_temporary(draft, stroke));
       const RestBlade here = rested.at(kFourPlanes[2], 0.0143, kDepth_m),
@@ -86,7 +86,6 @@ TEST(A_SEQ, A_SEQ_2_a_rest_with_other_actions_changes_nothing) {
       open_temporarily(draft, stroke, rested.settings);
       open_temporarily(draft, other, rested.settings);
       ASSERT_TRUE(rested.commit(draft));
-      grooves.commit(rested.grooves);
       ASSERT_TRUE(rested.valid());
       for (VertexId v = 0; v < rested.mesh.vertex_slots(); ++v)
         rested.particles.position_world_m[v].z() += k < 50 ? 1e-5f : -1e-5f;
@@ -95,13 +94,12 @@ TEST(A_SEQ, A_SEQ_2_a_rest_with_other_actions_changes_nothing) {
       for (int j = 0; j < 3; ++j)
         rested.particles.position_world_m[v][j] = static_cast<float>(rested.mesh.rest_body_m(v)[j]);
     MeshDraft draft(rested.mesh, rested.view());
-    GrooveDraft grooves(rested.grooves);
+    Grooves& grooves = rested.grooves;
     ASSERT_TRUE(undo_temporary(draft, other));
     ASSERT_TRUE(undo_temporary(draft, stroke));
     finish(draft, other, grooves);
     open_temporarily(draft, stroke, rested.settings);
     ASSERT_TRUE(rested.commit(draft));
-    grooves.commit(rested.grooves);
   });
   cut_planes(one, kOnePlane);
   // The cut itself is the same: all triangles of `one` that changed against a fresh pad are there.

@@ -191,9 +191,10 @@ TEST(A_CUT, A_CUT_5_bottoms_are_born_above_the_tip_and_go_to_it_in_the_next_step
   TemplateStroke stroke;
   const auto deepest = [&] {
     std::map<int, double> depth;  // by tenths of a millimetre along the cut
-    for (const auto& bottoms : {pad.grooves.bottoms, stroke.temporary_bottoms})
-      for (const VertexId v : bottoms)
-        if (pad.mesh.vertex_alive(v)) depth[int(std::lround(1e4 * pad.x(v).x()))] = pad.kTop_m - pad.x(v).z();
+    std::set<VertexId> bottoms = stroke.temporary_bottoms;
+    bottoms.insert(pad.grooves.bottoms.begin(), pad.grooves.bottoms.end());
+    for (const VertexId v : bottoms)
+      if (pad.mesh.vertex_alive(v)) depth[int(std::lround(1e4 * pad.x(v).x()))] = pad.kTop_m - pad.x(v).z();
     return depth;
   };
   for (const double x : {0.0115, 0.0225}) pad.follow(stroke, pad.at(x, 0.014, 0.006));
@@ -431,7 +432,7 @@ TEST(A_TPL, A_TPL_C_deeper_along_an_old_groove_adds_no_triangle) {
     MeshDraft draft(pad.mesh, pad.view());
     const double depth_m = 0.004 + 0.001 * pass;
     const std::size_t moved = deepen_groove(draft, pad.at(0.0, 0.014, depth_m), pad.at(0.05, 0.014, depth_m),
-                                            GrooveDraft(pad.grooves), pad.all_triangles(), pad.settings);
+                                            pad.grooves, pad.all_triangles(), pad.settings);
     EXPECT_EQ(moved, pad.grooves.bottoms.size());
     ASSERT_TRUE(pad.commit(draft));
     ASSERT_TRUE(pad.valid());

@@ -199,7 +199,7 @@ TEST(B_PROG, start_and_end_in_one_triangle) {
   EXPECT_EQ(pad.walls().size(), 8u);
 }
 
-TEST(B_PROG, a_plan_that_is_no_longer_true_is_refused_whole) {
+TEST(B_PROG, a_stroke_that_cannot_begin_is_refused_alone) {
   PadUnderScalpel pad;
   come_to_cell(pad);
   const TriangleMesh before = pad.mesh;
@@ -207,8 +207,11 @@ TEST(B_PROG, a_plan_that_is_no_longer_true_is_refused_whole) {
   const CutPlan plan = pad.step({{0, {{pad.top(0.026, 0.015) - 0.004 * Vec3::UnitZ(), Vec3::UnitZ(), 1e9}}, false},
                                  {1, {{pad.top(0.028, 0.015) - 0.004 * Vec3::UnitZ(), Vec3::UnitZ(), 1e9}}, false}});
   EXPECT_EQ(plan.refused, 1u) << "counted";
-  EXPECT_TRUE(plan.delta.empty());
-  EXPECT_TRUE(pad.mesh.same_database(before));
+  ASSERT_EQ(plan.outcomes.size(), 1u);
+  EXPECT_EQ(plan.outcomes[0].edge_id, 1u);
+  EXPECT_FALSE(plan.delta.empty()) << "the other one goes on";
+  EXPECT_TRUE(pad.going());
+  EXPECT_FALSE(pad.mesh.same_database(before));
   pad.expect_valid();
 }
 
@@ -218,7 +221,7 @@ TEST(B_PROG, a_delta_that_does_not_fit_leaves_the_mesh_alone) {
   const TriangleMesh before = pad.mesh;
   CutPlan plan =
       plan_cut(pad.mesh, pad.view(), pad.cuts, {},
-               std::vector<BladeMotion>{{0, {{pad.top(0.026, 0.015), Vec3::UnitZ(), 1e9}}, false}}, pad.settings, true);
+               pad.over_all({{0, {{pad.top(0.026, 0.015), Vec3::UnitZ(), 1e9}}, false}}), pad.settings, true);
   ASSERT_FALSE(plan.delta.empty());
   plan.delta.hash_after ^= 1;
   EXPECT_FALSE(accept(plan, pad.mesh, pad.cuts));

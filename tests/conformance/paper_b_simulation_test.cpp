@@ -123,7 +123,8 @@ struct CutBody {
     const auto& v = body.mesh.triangle(t).v;
     return (body.mesh.rest_body_m(v[0]) + body.mesh.rest_body_m(v[1]) + body.mesh.rest_body_m(v[2])) / 3;
   }
-  void apply_plan(const std::vector<Entry>& entries, const BladeMotion& motion) {
+  void apply_plan(const std::vector<Entry>& entries, BladeMotion motion) {
+    for (TriangleId t = 0; t < body.mesh.triangle_slots(); ++t) motion.active.push_back(t);  // any may be crossed
     const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, std::array{motion});
     EXPECT_TRUE(body.apply(cut_as_planned(plan)));
   }

@@ -24,22 +24,18 @@ TemplateStep KnifeOnMesh::cut(const RestBlade& first, const RestBlade& last, con
 
 TemplateStrokeEnd KnifeOnMesh::follow(TemplateStroke& stroke, const RestBlade& blade) {
   MeshDraft draft(mesh, view());
-  GrooveDraft groove_draft(grooves);
   EXPECT_TRUE(undo_temporary(draft, stroke));
-  const TemplateStrokeEnd end = advance(draft, stroke, blade, all_triangles(), groove_draft, settings);
+  const TemplateStrokeEnd end = advance(draft, stroke, blade, all_triangles(), grooves, settings);
   faces.insert(faces.end(), stroke.faces.begin(), stroke.faces.end());
   if (end == TemplateStrokeEnd::going) open_temporarily(draft, stroke, settings);
   commit(draft);
-  groove_draft.commit(grooves);
   return end;
 }
 
 void KnifeOnMesh::lift(TemplateStroke& stroke) {
   MeshDraft draft(mesh, view());
-  GrooveDraft groove_draft(grooves);
-  finish(draft, stroke, groove_draft);
+  finish(draft, stroke, grooves);
   commit(draft);
-  groove_draft.commit(grooves);
 }
 
 bool KnifeOnMesh::valid() const {

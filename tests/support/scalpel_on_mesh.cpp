@@ -6,12 +6,21 @@
 
 namespace sectio::test {
 
+ScalpelOnMesh::ScalpelOnMesh(const TriangleSoup& soup, StrokeSettings s)
+    : MeshAtRest(soup), settings(s), euler_uncut_(static_cast<int>(check(mesh).euler_characteristic)) {}
+
+std::vector<BladeMotion> ScalpelOnMesh::over_all(std::vector<BladeMotion> motions) const {
+  for (BladeMotion& m : motions)
+    for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) m.active.push_back(t);
+  return motions;
+}
+
 void ScalpelOnMesh::enter(TriangleId triangle, const Vec3& bary, std::uint32_t edge_id) {
   entries.push_back({edge_id, triangle, bary});
 }
 
 CutPlan ScalpelOnMesh::step(const std::vector<BladeMotion>& motions) {
-  CutPlan plan = plan_cut(mesh, view(), cuts, entries, motions, settings, true);
+  CutPlan plan = plan_cut(mesh, view(), cuts, entries, over_all(motions), settings, loops_free_islands);
   entries.clear();
   refused += plan.refused;
   if (!accept(plan, mesh, cuts)) {
@@ -27,9 +36,18 @@ CutPlan ScalpelOnMesh::to(const Vec3& surface_point, const Vec3& up, double dept
   return step({{0, {{surface_point - depth_m * up, up, 1e9}}, lift}});
 }
 
-void ScalpelOnMesh::expect_valid() const {
+std::string ScalpelOnMesh::flaw() const {
   const SurfaceReport r = check(mesh);
-  ASSERT_TRUE(r.valid()) << r.first_defect;
+  if (!r.valid()) return r.first_defect;
+  if (settings.style == CutStyle::templates) return {};
+  Grooves grooves = cuts.grooves;
+  for (const Stroke& s : cuts.strokes) add_temporary(s, grooves);
+  return flaw_of(mesh, view(), grooves, euler_uncut_);
+}
+
+void ScalpelOnMesh::expect_valid() const {
+  const std::string found = flaw();
+  ASSERT_TRUE(found.empty()) << found;
 }
 
 }  // namespace sectio::test

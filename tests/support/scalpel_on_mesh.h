@@ -1,6 +1,9 @@
 // An instrument that strokes a mesh at rest, without simulation: for tests of cutting alone.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "sim_server/surface/cutting/plan_cut.h"
 #include "tests/support/mesh_at_rest.h"
 
@@ -8,7 +11,7 @@ namespace sectio::test {
 
 class ScalpelOnMesh : public MeshAtRest {
  public:
-  explicit ScalpelOnMesh(const TriangleSoup& soup, StrokeSettings s = {}) : MeshAtRest(soup), settings(s) {}
+  explicit ScalpelOnMesh(const TriangleSoup& soup, StrokeSettings s = {});
 
   // The instrument enters at a point of a triangle.
   void enter(TriangleId triangle, const Vec3& bary, std::uint32_t edge_id = 0);
@@ -22,12 +25,21 @@ class ScalpelOnMesh : public MeshAtRest {
   const Stroke* stroke() const { return cuts.stroke_of(0); }
   bool going() const { return stroke() != nullptr; }
 
+  // A closed manifold, with a record of incisions that fits it. The first flaw; empty: none.
+  std::string flaw() const;
   void expect_valid() const;
 
+  // The motions with all triangles, any of which a blade may cross.
+  std::vector<BladeMotion> over_all(std::vector<BladeMotion> motions) const;
+
   StrokeSettings settings;
+  bool loops_free_islands = true;
   BodyCuts cuts;
   std::vector<Entry> entries;
   std::uint32_t refused = 0, rejected_deltas = 0, made = 0;
+
+ private:
+  int euler_uncut_ = 2;
 };
 
 }  // namespace sectio::test

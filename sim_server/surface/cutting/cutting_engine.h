@@ -33,6 +33,9 @@ class CuttingEngine : public Engine {
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) const = 0;
 
+  // Where the line of a blade enters an open cut of the body. Such a blade is in the tissue though it touches none.
+  virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const BodyCuts&, const Blade&) const { return {}; }
+
   // Plans a small piece of work that can wait for a step in which no instrument is at the body. As plan() does it
   // changes nothing.
   virtual TidyPlan tidy(const SharedBody&) const { return {}; }
@@ -54,6 +57,10 @@ class SurfaceCutting final : public CuttingEngine {
   CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) const override {
     return plan_cut(body.mesh, body.particles.view(), cuts, entries, motions, settings_, loops_free_islands_);
+  }
+  std::optional<InOpenCut> in_open_cut(const SharedBody& body, const BodyCuts& cuts,
+                                       const Blade& blade) const override {
+    return sectio::in_open_cut(body.mesh, body.particles.view(), cuts, blade);
   }
   void follow(const SharedBody&, const TopologyChange&) override {}  // all data is in BodyCuts
 

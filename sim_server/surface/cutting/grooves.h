@@ -1,11 +1,13 @@
-// The grooves of a body as later cuts need them, and a draft of changes to them.
+// The incisions of a body as a record in its material. Little has to be written down: the vertices along the lips of
+// grooves, with the bottom beneath each. All else follows from the mesh, as both lips have the same places at rest, bit
+// for bit (incisions.h). A plan works on a copy, which a refused cut drops.
 #pragma once
 
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "sim_server/surface/cutting/mesh_draft.h"
@@ -24,70 +26,84 @@ struct CutFront {
   std::optional<VertexState> bottom_at_tip;  // the bottom's place after the next step; nothing: it is there
 };
 
+// A vertex of a lip, and the bottom of the groove beneath it. An edge leads from the one to the other.
+struct Rung {
+  VertexId lip = kNone, bottom = kNone;
+};
+
+// Vertices in ascending order, each once: cheap to copy.
+class SortedVertices {
+ public:
+  bool contains(VertexId v) const { return std::binary_search(sorted_.begin(), sorted_.end(), v); }
+  void insert(VertexId v) {
+    const auto it = std::lower_bound(sorted_.begin(), sorted_.end(), v);
+    if (it == sorted_.end() || *it != v) sorted_.insert(it, v);
+  }
+  template <typename Gone>
+  void remove_if(const Gone& gone) {
+    std::erase_if(sorted_, gone);
+  }
+  std::size_t size() const { return sorted_.size(); }
+  auto begin() const { return sorted_.begin(); }
+  auto end() const { return sorted_.end(); }
+
+ private:
+  std::vector<VertexId> sorted_;
+};
+
 struct Grooves {
   std::map<VertexId, VertexId> ends;  // end vertex of a cut -> the bottom beneath it (paper B, figure 12)
-  std::set<VertexId> bottoms;         // all vertices along the bottoms of grooves
+  std::vector<Rung> rungs;            // of the progressive style, ends included; ascending by lip
+  SortedVertices bottoms;             // all vertices along the bottoms of grooves
   std::vector<CutFront> fronts;       // of the template style, including those of cuts in progress
+
+  // The bottom under the end of a cut; kNone where no cut ends.
+  VertexId end_at(VertexId v) const {
+    const auto it = ends.find(v);
+    return it != ends.end() ? it->second : kNone;
+  }
+
+  // The bottom under a vertex of a lip; kNone for any other vertex.
+  VertexId bottom_of(VertexId lip) const {
+    const auto it = place_of(lip);
+    return it != rungs.end() && it->lip == lip ? it->bottom : kNone;
+  }
+  void set_bottom(VertexId lip, VertexId bottom) {
+    const auto it = rungs.begin() + (place_of(lip) - rungs.cbegin());
+    if (it != rungs.end() && it->lip == lip)
+      it->bottom = bottom;
+    else
+      rungs.insert(it, {lip, bottom});
+    bottoms.insert(bottom);
+  }
+
+  bool has_front(const CutFront& front) const {
+    return std::any_of(fronts.begin(), fronts.end(), [&](const CutFront& f) { return f.top == front.top; });
+  }
+  void add_front(CutFront front) {
+    front.bottom_at_tip.reset();
+    fronts.push_back(front);
+  }
+  void remove_front(const CutFront& front) {
+    std::erase_if(fronts, [top = front.top](const CutFront& f) { return f.top == top; });
+  }
 
   // Removes everything that names one of these vertices, which ascend.
   void forget(std::span<const VertexId> dead) {
     if (dead.empty()) return;
     const auto gone = [&](VertexId v) { return std::binary_search(dead.begin(), dead.end(), v); };
     std::erase_if(ends, [&](const auto& end) { return gone(end.first) || gone(end.second); });
-    std::erase_if(bottoms, gone);
+    std::erase_if(rungs, [&](const Rung& r) { return gone(r.lip) || gone(r.bottom); });
+    bottoms.remove_if(gone);
     std::erase_if(fronts, [&](const CutFront& f) {
       return gone(f.top) || gone(f.bottom) || gone(f.before_left) || gone(f.before_right);
     });
   }
-};
-
-// Reads fall through to the grooves, writes stay in the draft until commit(). A refused cut drops its draft.
-class GrooveDraft {
- public:
-  explicit GrooveDraft(const Grooves& base) : base_(base) {}
-
-  // The bottom under the end of a cut; kNone where no cut ends.
-  VertexId end_at(VertexId v) const {
-    if (const auto it = ends_.find(v); it != ends_.end()) return it->second;
-    const auto it = base_.ends.find(v);
-    return it != base_.ends.end() ? it->second : kNone;
-  }
-  void set_end(VertexId v, VertexId bottom) { ends_[v] = bottom; }
-  void remove_end(VertexId v) { ends_[v] = kNone; }
-
-  bool is_bottom(VertexId v) const { return bottoms_.contains(v) || base_.bottoms.contains(v); }
-  void add_bottom(VertexId v) { bottoms_.insert(v); }
-
-  const std::vector<CutFront>& fronts() const { return fronts_ ? *fronts_ : base_.fronts; }
-  bool has_front(const CutFront& front) const {
-    return std::any_of(fronts().begin(), fronts().end(), [&](const CutFront& f) { return f.top == front.top; });
-  }
-  void add_front(CutFront front) {
-    if (!fronts_) fronts_ = base_.fronts;
-    front.bottom_at_tip.reset();
-    fronts_->push_back(front);
-  }
-  void remove_front(const CutFront& front) {
-    if (!fronts_) fronts_ = base_.fronts;
-    std::erase_if(*fronts_, [&](const CutFront& f) { return f.top == front.top; });
-  }
-
-  void commit(Grooves& grooves) const {
-    for (const auto& [v, bottom] : ends_) {
-      if (bottom == kNone)
-        grooves.ends.erase(v);
-      else
-        grooves.ends[v] = bottom;
-    }
-    grooves.bottoms.insert(bottoms_.begin(), bottoms_.end());
-    if (fronts_) grooves.fronts = *fronts_;
-  }
 
  private:
-  const Grooves& base_;
-  std::map<VertexId, VertexId> ends_;
-  std::set<VertexId> bottoms_;
-  std::optional<std::vector<CutFront>> fronts_;
+  std::vector<Rung>::const_iterator place_of(VertexId lip) const {
+    return std::lower_bound(rungs.begin(), rungs.end(), lip, [](const Rung& r, VertexId v) { return r.lip < v; });
+  }
 };
 
 }  // namespace sectio

@@ -7,6 +7,8 @@
 namespace sectio {
 namespace {
 
+constexpr double kLeastAreaM2 = 4e-6;  // of an island's skin at rest: a crumb between two cuts stays on its ground
+
 // A breadth-first search over skin.
 class SkinSearch {
  public:
@@ -50,8 +52,18 @@ std::vector<TriangleId> parted_skin(const MeshDraft& draft, VertexId left, Verte
   return done.triangles();
 }
 
+double area_m2(const MeshDraft& draft, const std::vector<TriangleId>& region) {
+  double sum = 0;
+  for (const TriangleId id : region) {
+    const auto& v = draft.triangle(id).v;
+    const Vec3 a = draft.rest(v[0]);
+    sum += 0.5 * (draft.rest(v[1]) - a).cross(draft.rest(v[2]) - a).norm();
+  }
+  return sum;
+}
+
 // The skin with the walls on its side of the bottom: edges between two bottom vertices are not crossed.
-std::unordered_set<TriangleId> with_walls(const MeshDraft& draft, const GrooveDraft& grooves,
+std::unordered_set<TriangleId> with_walls(const MeshDraft& draft, const Grooves& grooves,
                                           std::vector<TriangleId>& region) {
   std::unordered_set<TriangleId> inside(region.begin(), region.end());
   for (std::size_t k = 0; k < region.size(); ++k) {
@@ -59,7 +71,8 @@ std::unordered_set<TriangleId> with_walls(const MeshDraft& draft, const GrooveDr
     for (int i = 0; i < 3; ++i) {
       const VertexId u = t.v[static_cast<std::size_t>(i)], w = t.v[static_cast<std::size_t>((i + 1) % 3)];
       const TriangleId n = draft.neighbour(region[k], i);
-      if (draft.triangle(n).surface != Surface::wall || (grooves.is_bottom(u) && grooves.is_bottom(w))) continue;
+      if (draft.triangle(n).surface != Surface::wall || (grooves.bottoms.contains(u) && grooves.bottoms.contains(w)))
+        continue;
       if (inside.insert(n).second) region.push_back(n);
     }
   }
@@ -105,9 +118,9 @@ VertexState centre_of(const MeshDraft& draft, const std::vector<VertexId>& loop)
 
 }  // namespace
 
-std::optional<Island> free_island(MeshDraft& draft, const GrooveDraft& grooves, VertexId left, VertexId right) {
+std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
   std::vector<TriangleId> region = parted_skin(draft, left, right);
-  if (region.empty()) return std::nullopt;
+  if (region.empty() || area_m2(draft, region) < kLeastAreaM2) return std::nullopt;
   const std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
   const auto loops = rim_of(draft, region, inside);
   if (loops.empty()) return std::nullopt;

@@ -48,6 +48,12 @@ class MeshDraft {
   // The triangle with these corners in this cyclic order; kNone if there is none.
   TriangleId find_triangle(VertexId a, VertexId b, VertexId c) const;
 
+  // Appends the triangles that the draft has changed and that are alive.
+  void append_edited(std::vector<TriangleId>& triangles) const {
+    for (const auto& [t, record] : triangles_)
+      if (record.triangle.alive()) triangles.push_back(t);
+  }
+
   // Uses the lowest free slot. A vertex that returns to its slot with the same rest position keeps its former state.
   VertexId add_vertex(const VertexState& state);
   void move_vertex(VertexId v, const VertexState& state);

@@ -1,7 +1,11 @@
 #include "sim_server/surface/cutting/plan_cut.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <utility>
+
+#include "sim_server/surface/cutting/stroke_walk.h"
 
 namespace sectio {
 
@@ -18,18 +22,15 @@ const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t
 
 namespace {
 
-constexpr std::string_view kCantReachBlade = "the face that the blade is in can't be opened up to it";
+constexpr double kMostOwedM = 3e-3;  // from the end of a cut to its blade, at rest
 
-StrokeEnd follow(MeshDraft& draft, Stroke& stroke, const BladeMotion* motion, GrooveDraft& grooves,
-                 const StrokeSettings& settings) {
-  if (!motion) return StrokeEnd::going;
-  for (const Blade& blade : motion->path) {
-    const StrokeEnd end = advance(draft, stroke, blade, grooves, settings);
-    if (end != StrokeEnd::going) return end;
-    stroke.blade = blade;
-  }
-  return motion->lift ? StrokeEnd::lifted : StrokeEnd::going;
-}
+// How much of a stroke there is room for in this step.
+enum class Share : std::uint8_t {
+  moves,
+  stays,   // it can't follow its blade
+  ends,    // it has stayed for too long; the blade begins anew
+  closed,  // not even its end can be opened up to where the blade was
+};
 
 // Moves an entry to the surface without temporary subdivisions, which lie in the cells of the strokes.
 bool carry_over(Entry& e, const MeshDraft& with_temporaries, const MeshDraft& without,
@@ -49,48 +50,165 @@ bool carry_over(Entry& e, const MeshDraft& with_temporaries, const MeshDraft& wi
   return at.triangle != kNone;
 }
 
-// Advances all strokes of a body at once. A stroke that has no valid continuation makes the attempt fail: the reason.
-std::optional<std::string_view> attempt(const MeshDraft& now, MeshDraft& draft, CutPlan& plan, const BodyCuts& cuts,
-                                        std::span<const Entry> entries, std::span<const BladeMotion> motions,
-                                        const StrokeSettings& settings, bool loops_free_islands) {
-  std::vector<Stroke> strokes = cuts.strokes;
-  for (auto it = strokes.rbegin(); it != strokes.rend(); ++it)
-    if (!undo_temporary(draft, *it)) return kChangedBeneath;
-  for (Entry e : entries) {
-    if (!carry_over(e, now, draft, cuts.strokes)) return "the surface where the cut begins is gone";
-    Stroke s;
-    s.edge_id = e.edge_id;
-    s.touched = draft.triangle(e.triangle).v;
-    s.bary = e.bary;
-    strokes.push_back(s);
+// An island takes its own half of the bottom along: the vertex with the same place at rest.
+void find_bottoms_again(const MeshDraft& draft, Grooves& grooves) {
+  std::vector<Rung> found;
+  for (const Rung& rung : grooves.rungs) {
+    if (draft.triangle_of_edge(rung.lip, rung.bottom) != kNone) continue;
+    const Vec3 place = draft.rest(rung.bottom);
+    for (const TriangleId t : draft.fan(rung.lip))
+      for (const VertexId v : draft.triangle(t).v)
+        if (draft.rest(v) == place) found.push_back({rung.lip, v});
+  }
+  for (const Rung& rung : found) grooves.set_bottom(rung.lip, rung.bottom);
+}
+
+struct Debt {
+  Share share = Share::moves;
+  double owed_m = 0;
+};
+
+struct Refusal {
+  std::uint32_t edge_id = 0;
+  std::string_view why;
+  double owed_m = 0;  // from the end of the cut to the blade
+};
+
+// One try to advance all strokes of a body.
+class Attempt {
+ public:
+  Attempt(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, const StrokeSettings& settings,
+          bool loops_free_islands, const std::map<std::uint32_t, Debt>& shares)
+      : plan(cuts),
+        now_(mesh, particles),
+        draft_(now_),
+        cuts_(cuts),
+        settings_(settings),
+        loops_free_islands_(loops_free_islands),
+        shares_(shares) {}
+
+  // Nothing: the plan is made. Else the stroke that there is no room for, and the draft is worth nothing.
+  std::optional<Refusal> run(std::span<const Entry> entries, std::span<const BladeMotion> motions) {
+    std::vector<Stroke> strokes = cuts_.strokes;
+    for (Stroke& s : strokes) s.has_moved = false;
+    for (auto it = strokes.rbegin(); it != strokes.rend(); ++it)
+      if (!undo_temporary(draft_, *it)) return Refusal{it->edge_id, kChangedBeneath};
+    for (const Entry& e : entries) enter(e, strokes);
+    for (Stroke& s : strokes) {
+      if (const auto refusal = follow(s, motion_of(motions, s.edge_id))) return refusal;
+      for (const auto& [left, right] : s.met)
+        if (const auto island = loops_free_islands_ ? free_island(draft_, plan.grooves, left, right) : std::nullopt) {
+          plan.islands.push_back(*island);
+          find_bottoms_again(draft_, plan.grooves);
+        }
+      s.met.clear();
+    }
+    if (nothing_moved(entries)) return std::nullopt;
+    for (Stroke& s : plan.strokes)
+      if (share_of(s) != Share::closed && !open_temporarily(draft_, s, settings_))
+        return Refusal{s.edge_id, "the face that the blade is in can't be opened up to it"};
+    plan.delta = draft_.delta();
+    plan.seeds = draft_.seeds();
+    return std::nullopt;
   }
 
-  std::vector<Stroke> ended;
-  for (Stroke& s : strokes) {
-    const StrokeEnd end = follow(draft, s, motion_of(motions, s.edge_id), plan.grooves, settings);
-    if (end == StrokeEnd::refused) return s.why_refused;
-    if (end == StrokeEnd::going) {
-      plan.strokes.push_back(s);
-      continue;
-    }
-    plan.outcomes.push_back({s.edge_id, end});
-    s.temporary_inverse.reset();
-    if (end == StrokeEnd::lifted && s.blade && !open_temporarily(draft, s, *s.blade, settings)) return kCantReachBlade;
-    if (end != StrokeEnd::joined && !finish(draft, s, plan.grooves)) return "the end of the cut can't be closed";
-    ended.push_back(s);
+  CutPlan plan;
+
+ private:
+  Share share_of(const Stroke& s) const {
+    const auto it = shares_.find(s.edge_id);
+    return it != shares_.end() ? it->second.share : Share::moves;
   }
-  if (loops_free_islands)
-    for (const Stroke& s : ended)
-      if (s.joined_twin != kNone)
-        if (const auto island = free_island(draft, plan.grooves, s.cell.apex, s.joined_twin))
-          plan.islands.push_back(*island);
-  for (Stroke& s : plan.strokes)
-    if (s.blade && !open_temporarily(draft, s, *s.blade, settings)) return kCantReachBlade;
-  return {};
-}
+
+  // Every blade waits: the mesh stays as it is, with the temporary subdivisions that it has.
+  bool nothing_moved(std::span<const Entry> entries) {
+    if (!entries.empty() || !plan.outcomes.empty() || !plan.islands.empty()) return false;
+    if (std::ranges::any_of(plan.strokes, [](const Stroke& s) { return s.has_moved; })) return false;
+    for (std::size_t i = 0; i < plan.strokes.size(); ++i) {
+      if (!plan.strokes[i].cuts()) continue;
+      const BladeSeen seen = plan.strokes[i].seen;
+      plan.strokes[i] = cuts_.strokes[i];
+      plan.strokes[i].seen = seen;
+    }
+    return true;
+  }
+
+  void enter(Entry e, std::vector<Stroke>& strokes) {
+    if (!carry_over(e, now_, draft_, cuts_.strokes)) {
+      ++plan.refused;
+      plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, "the surface where the cut begins is gone"});
+      return;
+    }
+    Stroke s;
+    s.edge_id = e.edge_id;
+    s.touched = draft_.triangle(e.triangle).v;
+    s.bary = e.bary;
+    strokes.push_back(std::move(s));
+  }
+
+  std::optional<Refusal> follow(Stroke& s, const BladeMotion* motion) {
+    const bool moves = motion && share_of(s) == Share::moves;
+    StrokeEnd end = StrokeEnd::going;
+    if (share_of(s) != Share::moves) s.seen.owed_m = shares_.at(s.edge_id).owed_m;
+    if (moves) {
+      std::vector<TriangleId> near = motion->active;
+      for (const Blade& blade : motion->path) {
+        near.resize(motion->active.size());
+        draft_.append_edited(near);
+        end = advance(draft_, s, blade, near, plan.grooves, settings_);
+        if (end == StrokeEnd::refused) return Refusal{s.edge_id, s.why_refused, s.seen.owed_m};
+        s.seen.owed_m = 0;
+        if (end == StrokeEnd::joined) plan.outcomes.push_back({s.edge_id, end});
+        if (end == StrokeEnd::lifted) break;
+      }
+    }
+    const bool is_lifted = end == StrokeEnd::lifted || (motion && motion->lift);
+    if (!is_lifted && (!s.cuts() || share_of(s) < Share::ends)) {
+      plan.strokes.push_back(s);
+      return std::nullopt;
+    }
+    if (is_lifted) plan.outcomes.push_back({s.edge_id, StrokeEnd::lifted});
+    const auto refusal = end_cut(s);
+    if (is_lifted || refusal) return refusal;
+    if (s.cuts()) stand_beside(draft_, s, s.cell.apex);
+    s.seen.begins_anew = true;
+    plan.strokes.push_back(s);
+    return std::nullopt;
+  }
+
+  std::optional<Refusal> end_cut(Stroke& s) {
+    s.temporary_inverse.reset();
+    if (share_of(s) == Share::closed) {
+      keep_what_is_open(s, plan.grooves);
+      return std::nullopt;
+    }
+    if (!open_temporarily(draft_, s, settings_) || !finish(draft_, s, plan.grooves))
+      return Refusal{s.edge_id, "the end of the cut can't be closed"};
+    return std::nullopt;
+  }
+
+  const MeshDraft now_;
+  MeshDraft draft_;
+  const BodyCuts& cuts_;
+  const StrokeSettings& settings_;
+  const bool loops_free_islands_;
+  const std::map<std::uint32_t, Debt>& shares_;
+};
 
 bool at_rest(const BladeMotion& motion) {
   return motion.path.empty() && !motion.lift;
+}
+
+// All strokes end with what is open.
+CutPlan end_all(const BodyCuts& cuts, std::span<const Entry> entries, std::string_view why) {
+  CutPlan plan(cuts);
+  plan.refused = 1;
+  for (Stroke s : cuts.strokes) {
+    keep_what_is_open(s, plan.grooves);
+    plan.outcomes.push_back({s.edge_id, StrokeEnd::refused, why});
+  }
+  for (const Entry& e : entries) plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, why});
+  return plan;
 }
 
 }  // namespace
@@ -105,37 +223,47 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
   }
   if (settings.style == CutStyle::templates)
     return plan_with_templates(mesh, particles, cuts, entries, motions, settings);
-  CutPlan plan(cuts);
+  std::map<std::uint32_t, Debt> shares;
+  std::vector<StrokeOutcome> refused;
+  for (std::size_t tries = 0; tries <= 3 * (cuts.strokes.size() + entries.size()); ++tries) {
+    Attempt attempt(mesh, particles, cuts, settings, loops_free_islands, shares);
+    const auto refusal = attempt.run(entries, motions);
+    if (!refusal) {
+      attempt.plan.refused += static_cast<std::uint32_t>(refused.size());
+      attempt.plan.outcomes.insert(attempt.plan.outcomes.end(), refused.begin(), refused.end());
+      return std::move(attempt.plan);
+    }
+    if (refusal->why == kChangedBeneath) return end_all(cuts, entries, refusal->why);
+    Debt& debt = shares[refusal->edge_id];
+    if (debt.share == Share::moves)
+      debt = {refusal->owed_m > kMostOwedM ? Share::ends : Share::stays, refusal->owed_m};
+    else
+      debt.share = Share::closed;
+    if (debt.share != Share::stays) refused.push_back({refusal->edge_id, StrokeEnd::refused, refusal->why});
+  }
+  return end_all(cuts, entries, "there is no room for the cuts");
+}
+
+std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+                                     const Blade& blade) {
+  Grooves grooves = cuts.grooves;
+  for (const Stroke& s : cuts.strokes) add_temporary(s, grooves);
+  if (grooves.rungs.empty()) return std::nullopt;
   const MeshDraft now(mesh, particles);
-  MeshDraft draft = now;
-  const auto why = attempt(now, draft, plan, cuts, entries, motions, settings, loops_free_islands);
-  if (!why) {
-    plan.delta = draft.delta();
-    plan.seeds = draft.seeds();
-    return plan;
-  }
-  // The whole step is refused: the mesh stays, and cuts that were under way end with their present opening.
-  CutPlan refusal(cuts);
-  refusal.refused = 1;
-  for (Stroke s : cuts.strokes) {
-    keep_what_is_open(s, refusal.grooves);
-    refusal.outcomes.push_back({s.edge_id, StrokeEnd::refused, *why});
-  }
-  for (const Entry& e : entries) refusal.outcomes.push_back({e.edge_id, StrokeEnd::refused, *why});
-  return refusal;
+  const auto place = place_on_lid(now, grooves, blade);
+  if (!place) return std::nullopt;
+  return InOpenCut{place->point_world_m, now.triangle_of_edge(place->lid.lip.from, place->lid.lip.to)};
 }
 
 bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts) {
   if (!plan.delta.empty() && apply(plan.delta, mesh) != ApplyStatus::applied) {
-    GrooveDraft grooves(cuts.grooves);
-    for (Stroke& s : cuts.strokes) keep_what_is_open(s, grooves);
-    for (const TemplateStroke& s : cuts.template_strokes) keep_what_is_open(s, grooves);
-    grooves.commit(cuts.grooves);
+    for (Stroke& s : cuts.strokes) keep_what_is_open(s, cuts.grooves);
+    for (const TemplateStroke& s : cuts.template_strokes) keep_what_is_open(s, cuts.grooves);
     cuts.strokes.clear();
     cuts.template_strokes.clear();
     return false;
   }
-  plan.grooves.commit(cuts.grooves);
+  cuts.grooves = plan.grooves;
   cuts.strokes = plan.strokes;
   cuts.template_strokes = plan.template_strokes;
   std::vector<VertexId> dead;

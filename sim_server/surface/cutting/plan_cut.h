@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,7 +19,7 @@ struct BladeMotion {
   std::uint32_t edge_id = 0;
   std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
   bool lift = false;        // the cut ends here, whatever the path
-  // The triangles that the blade sweeps over, as the collision engine found them; used by cutting with templates.
+  // The triangles that the blade sweeps over, or that the poses of its line cross, as the collision engine found them.
   std::vector<TriangleId> active = {};
   Pose frame_world = {};  // for cutting with templates: the pose of the body's rest shape
 };
@@ -44,6 +45,7 @@ struct BodyCuts {
 
 inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
 
+// What a stroke has come to. It goes on if the plan still has it.
 struct StrokeOutcome {
   std::uint32_t edge_id = 0;
   StrokeEnd end = StrokeEnd::going;
@@ -61,21 +63,31 @@ struct CutPlan {
 
   TopologyDelta delta;                                  // empty(): the topology doesn't change
   std::vector<std::pair<VertexId, VertexState>> seeds;  // state to set once the delta is applied
-  std::vector<StrokeOutcome> outcomes;                  // one for each stroke that has ended
+  std::vector<StrokeOutcome> outcomes;
   std::vector<Island> islands;
   std::vector<Stroke> strokes;  // that go on
   std::vector<TemplateStroke> template_strokes;
   std::uint32_t refused = 0;  // cuts for which there was no valid subdivision
-  GrooveDraft grooves;
+  Grooves grooves;
   std::shared_ptr<const CutTicket> ticket;  // of an engine that goes on with more than this
 };
 
-// Undoes every temporary subdivision, begins a stroke for each entry, advances all strokes, and opens those that go on
-// up to their blades, temporarily.
+// Undoes every temporary subdivision, begins a stroke for each entry, advances all strokes in order, and opens those
+// that go on up to their blades, temporarily. A stroke that can't follow its blade stays where it is, the others go
+// on; it tries again in the next step, from where the blade then is. When it owes too much it is refused: its opening
+// stays, and its blade begins anew.
 CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
                  std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands);
 
-// The same with templates (paper A); plan_cut() calls it when the settings ask for it. A stroke that is refused ends
+// A place between the lips of an open cut.
+struct InOpenCut {
+  Vec3 point_world_m = Vec3::Zero();  // where the line of a blade enters the lid over the groove
+  TriangleId beside = kNone;          // skin at a lip
+};
+std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+                                     const Blade& blade);
+
+// plan_cut() with templates (paper A); plan_cut() calls it when the settings ask for it. A stroke that is refused ends
 // and keeps its opening; the others go on. CutPlan::strokes shows a stroke of this style as one that only touches, with
 // the place of the instrument in `touched` and `bary`.
 CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,

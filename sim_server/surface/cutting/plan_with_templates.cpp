@@ -47,7 +47,7 @@ Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
   seen.touched = s.touched;
   seen.bary = s.bary;
   seen.blade = s.blade;
-  if (s.blade) seen.depth_m = (surface_point(draft, s) - s.blade->tip_world_m).dot(s.blade->up_world);
+  if (s.blade) seen.seen.depth_m = (surface_point(draft, s) - s.blade->tip_world_m).dot(s.blade->up_world);
   const VertexId top = top_of(s);
   if (top == kNone) return seen;
   seen.temporary_tip = top;
@@ -77,7 +77,7 @@ Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const 
   return sum / static_cast<double>(around.size());
 }
 
-StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, GrooveDraft& grooves,
+StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, Grooves& grooves,
                  const StrokeSettings& settings) {
   const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
   if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;

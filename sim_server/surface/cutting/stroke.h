@@ -1,29 +1,24 @@
-// The cut of one instrument in one body while it lasts: progressive cutting with temporary subdivision (paper B, 5.1).
+// A blade in one body while it is in the tissue: progressive cutting with temporary subdivision (paper B, 5.1).
 //
 // The permanent part of the cut ends at the apex of the cell that contains the instrument. Inside the cell the cut
 // follows the instrument by a temporary subdivision, which is undone before anything else is planned. When the
 // instrument leaves the cell, the cut through it becomes a straight line from entry to exit (figure 1).
+//
+// What a blade does depends on two places alone, both at rest: where the cut that it works on ends, and where the blade
+// is now (blade_place.h). In a groove it cuts nothing, whatever the direction and speed. Out of a groove over an end it
+// goes on from that end; elsewhere it branches off. Over the lip of another groove, or of its own, the cuts meet.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
-#include "sim_server/surface/cutting/grooves.h"
+#include "sim_server/surface/cutting/blade_place.h"
 #include "sim_server/surface/cutting/templates.h"
 
 namespace sectio {
-
-// The line of an instrument that cuts, at one pose: from the tip upwards along the sharp edge (paper B, figure 3: A to
-// C; a cautery hook: D to C).
-struct Blade {
-  Vec3 tip_world_m = Vec3::Zero();
-  Vec3 up_world = Vec3::UnitZ();  // unit
-  double max_depth_m = 1e9;       // largest depth of the groove that the tissue's thickness allows
-  Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
-  double length_m = 1e9;          // of the sharp edge
-};
 
 // The two ways to cut a surface; a scene chooses one.
 enum class CutStyle : std::uint8_t {
@@ -45,25 +40,39 @@ struct StrokeSettings {
 enum class StrokeEnd : std::uint8_t {
   going,    // nothing ended
   lifted,   // the blade is out of the tissue, or through it
-  joined,   // ran into the end of a cut
-  lost,     // the surface does not lead to the instrument: search anew
+  joined,   // ran into another cut, or into its own
   refused,  // no valid subdivision
+};
+
+// What a stroke knows of its blade, whether or not there is a cut under way.
+struct BladeSeen {
+  double depth_m = 0;                 // of the tip below the surface
+  std::optional<Vec3> at_world_m;     // where the blade last entered the surface
+  std::optional<Vec3> on_lid_body_m;  // it was in a groove, at this place of its curve at rest
+  bool was_away = false;              // it has not been at the surface since
+  bool begins_anew = false;           // where it is next; the cut before was refused
+  double owed_m = 0;                  // from the end of the cut to the blade, which the cut can't follow
 };
 
 struct Stroke {
   std::uint32_t edge_id = 0;
-  Cell cell;                                             // apex == kNone: the instrument has only touched so far
-  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle in which it began
-  Vec3 bary{1, 0, 0};                                    // place of the instrument in cell.corners(), or in `touched`
+  BladeSeen seen;
+  Cell cell;                                             // apex == kNone: no cut is under way
+  std::array<VertexId, 3> touched{kNone, kNone, kNone};  // corners of the triangle in which it began, or that it is at
+  Vec3 bary{1, 0, 0};                                    // place of the cut's end in cell.corners(), or in `touched`
   VertexId start = kNone;   // a cut that is scored but not open has the two points start and apex
   VertexId bottom = kNone;  // beneath the apex; kNone: not open yet
   std::optional<VertexState> start_bottom, apex_bottom;  // bottoms of points that are not open yet
   VertexId first = kNone;                                // the first vertex of the cut, at which a loop closes
   std::uint32_t points = 0;                              // permanent points so far
-  double depth_m = 0;                                    // depth of the tip below the surface
+  double length_m = 0;                                   // of the permanent cut, at rest
   std::optional<Blade> blade;                            // the last pose at which it cut
   std::string_view why_refused;                          // for a person
-  VertexId joined_twin = kNone;                          // the other half of the apex, once the cut has joined another
+  Vec3 heading_body = Vec3::Zero();  // unit, at rest, of the permanent cut at the apex; zero: unknown
+  std::vector<Vec3> behind_body_m;   // the last points of the cut at rest, which it can't run into
+  bool has_moved = false;            // in this step
+  // The halves of vertices at which cuts have met in this step: a loop may have closed.
+  std::vector<std::array<VertexId, 2>> met;
 
   // The states of the apex's halves, while the temporary subdivision is undone; the apex is then between them.
   std::optional<std::array<VertexState, 2>> lips;
@@ -71,8 +80,11 @@ struct Stroke {
   // The temporary subdivision.
   std::optional<TopologyDelta> temporary_inverse;
   VertexId temporary_tip = kNone;
-  VertexId temporary_twin = kNone;          // the other half of the apex; kNone: the apex is not divided
+  VertexId temporary_twin = kNone;                       // the other half of the apex; kNone: the apex is not divided
+  std::array<VertexId, 2> temporary_pair{kNone, kNone};  // the halves of the vertex that is divided
   std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
+
+  bool cuts() const { return cell.apex != kNone; }
 };
 
 // The place of the instrument, by the draft's state of the cell.
@@ -92,19 +104,23 @@ SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> tria
 // Undoes the temporary subdivision. False when the mesh has changed under it.
 bool undo_temporary(MeshDraft& draft, Stroke& stroke);
 
-// Moves the instrument to `blade` and cuts all that lies on the way, over the surface in the plane of the motion,
-// triangle by triangle, so that no triangle is skipped. The draft must be without the stroke's temporary subdivision.
-StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, GrooveDraft& grooves,
-                  const StrokeSettings& settings);
+// Moves the instrument to `blade` and cuts what lies on the way at rest, over the surface, triangle by triangle, so
+// that no triangle is skipped. `near`: triangles that the blade's line may cross. The draft must be without temporary
+// subdivisions. Refused: the draft must be dropped.
+StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, std::span<const TriangleId> near,
+                  Grooves& grooves, const StrokeSettings& settings);
 
 // Opens the cut up to the instrument, temporarily. False when there is no valid subdivision.
-bool open_temporarily(MeshDraft& draft, Stroke& stroke, const Blade& blade, const StrokeSettings& settings);
+bool open_temporarily(MeshDraft& draft, Stroke& stroke, const StrokeSettings& settings);
 
-// Ends the stroke of an instrument that was lifted: its opening stays (figure 10, P4), and later cuts can join its
-// ends. Takes a draft without the temporary subdivision unless the stroke still has it.
-bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves);
+// Ends the cut that the blade works on: its opening stays (figure 10, P4), and later cuts can join its ends. Takes a
+// draft without the temporary subdivision unless the stroke still has it.
+bool finish(MeshDraft& draft, Stroke& stroke, Grooves& grooves);
 
-// Ends a stroke without a change of the mesh. False when nothing of the cut is open.
-bool keep_what_is_open(Stroke& stroke, GrooveDraft& grooves);
+// Ends a cut without a change of the mesh. False when nothing of the cut is open.
+bool keep_what_is_open(Stroke& stroke, Grooves& grooves);
+
+// The record with the temporary subdivision of a stroke, as if that were permanent.
+void add_temporary(const Stroke& stroke, Grooves& grooves);
 
 }  // namespace sectio

@@ -2,21 +2,30 @@
 
 namespace sectio {
 
-bool keep_what_is_open(Stroke& stroke, GrooveDraft& grooves) {
-  const VertexId apex = stroke.cell.apex;
+void add_temporary(const Stroke& stroke, Grooves& grooves) {
+  if (!stroke.temporary_inverse) return;
+  if (stroke.bottom == kNone) {  // the cut opened with it: from its start over a middle to the tip
+    const VertexId start = stroke.start != kNone ? stroke.start : stroke.cell.apex;
+    grooves.ends[start] = stroke.temporary_bottoms[0];
+    grooves.set_bottom(start, stroke.temporary_bottoms[0]);
+  }
+  const VertexId beneath = stroke.bottom == kNone ? stroke.temporary_bottoms[1] : stroke.bottom;
+  for (const VertexId v : stroke.temporary_pair) grooves.set_bottom(v, beneath);
+  grooves.ends[stroke.temporary_tip] = stroke.temporary_bottoms.back();
+  grooves.set_bottom(stroke.temporary_tip, stroke.temporary_bottoms.back());
+}
+
+bool keep_what_is_open(Stroke& stroke, Grooves& grooves) {
   if (stroke.temporary_inverse) {
+    add_temporary(stroke, grooves);
     stroke.temporary_inverse.reset();
-    if (stroke.bottom == kNone)
-      grooves.set_end(stroke.start != kNone ? stroke.start : apex, stroke.temporary_bottoms[0]);
-    grooves.set_end(stroke.temporary_tip, stroke.temporary_bottoms.back());
-    for (const VertexId g : stroke.temporary_bottoms) grooves.add_bottom(g);
     return true;
   }
-  if (stroke.bottom != kNone) grooves.set_end(apex, stroke.bottom);
+  if (stroke.bottom != kNone) grooves.ends[stroke.cell.apex] = stroke.bottom;
   return stroke.bottom != kNone;
 }
 
-bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves) {
+bool finish(MeshDraft& draft, Stroke& stroke, Grooves& grooves) {
   if (keep_what_is_open(stroke, grooves)) return true;
   const VertexId apex = stroke.cell.apex;
   if (stroke.start == kNone) return true;  // touched, not cut
@@ -29,9 +38,12 @@ bool finish(MeshDraft& draft, Stroke& stroke, GrooveDraft& grooves) {
   const auto opening =
       open_start(draft, stroke.start, middle, apex, {*stroke.start_bottom, middle_bottom, *stroke.apex_bottom});
   if (!opening) return false;
-  grooves.set_end(stroke.start, opening->bottom[0]);
-  grooves.set_end(apex, opening->bottom[2]);
-  for (const VertexId g : opening->bottom) grooves.add_bottom(g);
+  grooves.ends[stroke.start] = opening->bottom[0];
+  grooves.ends[apex] = opening->bottom[2];
+  grooves.set_bottom(stroke.start, opening->bottom[0]);
+  grooves.set_bottom(middle, opening->bottom[1]);
+  grooves.set_bottom(opening->twin, opening->bottom[1]);
+  grooves.set_bottom(apex, opening->bottom[2]);
   return true;
 }
 

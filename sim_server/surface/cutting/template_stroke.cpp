@@ -24,7 +24,7 @@ bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle&
 
 }  // namespace
 
-std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const GrooveDraft& grooves,
+std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const Grooves& grooves,
                           std::span<const TriangleId> active, const TemplateSettings& settings) {
   const BladeSweep sweep = sweep_between(draft, first, last, {});
   if (!(sweep.length_m() > 0)) return 0;
@@ -33,7 +33,7 @@ std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBl
   std::set<VertexId> moved;
   for (std::size_t k = 0; k < open.size(); ++k) {
     const Triangle t = draft.triangle(open[k]);
-    const auto is_bottom = [&](VertexId v) { return grooves.is_bottom(v); };
+    const auto is_bottom = [&](VertexId v) { return grooves.bottoms.contains(v); };
     if (!t.alive() || t.surface != Surface::wall || !std::all_of(t.v.begin(), t.v.end(), is_bottom)) continue;
     if (!lies_along(draft, sweep, t, settings.open_top_m)) continue;
     for (const VertexId v : t.v) {
@@ -114,11 +114,11 @@ bool is_own(const TemplateStroke& stroke, const CutFront& f) {
 
 // The first front that the sweep reaches, of another groove or of the stroke's own beginning.
 std::optional<CutFront> groove_ahead(const MeshDraft& draft, const TemplateStroke& stroke, const BladeSweep& sweep,
-                                     const GrooveDraft& grooves, const TemplateSettings& settings) {
+                                     const Grooves& grooves, const TemplateSettings& settings) {
   std::optional<CutFront> nearest;
   const double tolerance_m = settings.join_tolerance_m, from_m = sweep.tip_first().x() + settings.min_step_m;
   double nearest_m = sweep.tip_last().x() + tolerance_m;
-  for (const CutFront& f : grooves.fronts()) {
+  for (const CutFront& f : grooves.fronts) {
     if (is_own(stroke, f) || !still_there(draft, f)) continue;
     const Vec3 top = draft.rest(f.top), bottom = draft.rest(f.bottom);
     const double ahead_m = sweep.in_plane(top).x(), bottom_ahead_m = sweep.in_plane(bottom).x();
@@ -142,14 +142,14 @@ RestBlade along(const MeshDraft& draft, const CutFront& f) {
 
 // Lets a stroke that begins at the end of a groove go on with that groove. False while the blade has yet to come to
 // that end; lips that it brushes on the way are not cut.
-bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const GrooveDraft& grooves,
+bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const Grooves& grooves,
                     const TemplateSettings& settings) {
   const BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, {});
   if (!(sweep.length_m() >= settings.min_step_m)) return true;
   double nearest_m = settings.join_tolerance_m;
   const CutFront* nearest = nullptr;
   bool is_behind = true;
-  for (const CutFront& f : grooves.fronts()) {
+  for (const CutFront& f : grooves.fronts) {
     if (!still_there(draft, f)) continue;
     double distance_m = 0, most_ahead_m = 0;
     for (const VertexId v : {f.top, f.bottom}) {
@@ -171,7 +171,7 @@ bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBl
 }
 
 void replace_fronts(const TemplateStroke& stroke, std::span<const CutFront> fronts, std::span<const CutFront> starts,
-                    GrooveDraft& grooves) {
+                    Grooves& grooves) {
   for (const CutFront& f : stroke.fronts) grooves.remove_front(f);
   for (const auto& list : {fronts, starts})
     for (const CutFront& f : list) grooves.add_front(f);
@@ -207,7 +207,7 @@ namespace {
 enum class Went : std::uint8_t { on, nowhere, left_body, joined, refused };
 
 // Makes one permanent step towards the blade, if there is one to make.
-Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, GrooveDraft& grooves,
+Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Grooves& grooves,
            const TemplateSettings& settings) {
   SweepEnds ends{stroke.fronts};
   BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
@@ -240,7 +240,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
   if (step.outcome == TemplateOutcome::nothing) return Went::nowhere;
   replace_fronts(stroke, step.fronts, step.starts, grooves);
   if (ends.target) grooves.remove_front(*ends.target);
-  for (const VertexId v : step.bottoms) grooves.add_bottom(v);
+  for (const VertexId v : step.bottoms) grooves.bottoms.insert(v);
   stroke.fronts = step.fronts;
   stroke.at_front = last;
   stroke.faces.insert(stroke.faces.end(), step.faces.begin(), step.faces.end());
@@ -252,7 +252,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
 }  // namespace
 
 TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade,
-                          std::span<const TriangleId> active, GrooveDraft& grooves, const TemplateSettings& settings) {
+                          std::span<const TriangleId> active, Grooves& grooves, const TemplateSettings& settings) {
   take_bottoms_to_tip(draft, stroke);
   stroke.faces.clear();
   if (!stroke.fronts.empty() && !grooves.has_front(stroke.fronts.front())) return TemplateStrokeEnd::joined;
@@ -301,12 +301,12 @@ void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSe
   stroke.temporary_bottoms = step.bottoms;
 }
 
-void keep_what_is_open(const TemplateStroke& stroke, GrooveDraft& grooves) {
-  for (const VertexId v : stroke.temporary_bottoms) grooves.add_bottom(v);
+void keep_what_is_open(const TemplateStroke& stroke, Grooves& grooves) {
+  for (const VertexId v : stroke.temporary_bottoms) grooves.bottoms.insert(v);
   if (stroke.temporary_inverse) replace_fronts(stroke, stroke.temporary_fronts, stroke.temporary_starts, grooves);
 }
 
-void finish(MeshDraft& draft, TemplateStroke& stroke, GrooveDraft& grooves) {
+void finish(MeshDraft& draft, TemplateStroke& stroke, Grooves& grooves) {
   take_bottoms_to_tip(draft, stroke);
   take_to(draft, stroke.temporary_bottoms_at_tip);
   keep_what_is_open(stroke, grooves);

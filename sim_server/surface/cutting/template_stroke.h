@@ -8,7 +8,7 @@ namespace sectio {
 
 // Cuts the bottom faces of an old groove: bottoms that the trail of the tip passes beneath move down to the trail, and
 // no triangle is added. Returns the number of vertices that moved.
-std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const GrooveDraft& grooves,
+std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const Grooves& grooves,
                           std::span<const TriangleId> active, const TemplateSettings& settings);
 
 // One instrument's cut in one body while it lasts. Within the face that the instrument is in the cut is temporary:
@@ -47,15 +47,15 @@ void take_bottoms_to_tip(MeshDraft& draft, TemplateStroke& stroke);
 // the cut between the front and the last edge that the blade has crossed permanent. A stroke begins at the end of an
 // old groove if there is one, and joins a groove that it comes to: its own, another's, or one that is being cut.
 TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade,
-                          std::span<const TriangleId> active, GrooveDraft& grooves, const TemplateSettings& settings);
+                          std::span<const TriangleId> active, Grooves& grooves, const TemplateSettings& settings);
 
 // Opens the cut from its front to the blade, temporarily.
 void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSettings& settings);
 
 // Ends the stroke of an instrument that was lifted: its opening stays, and its last bottoms move to the tip's place.
-void finish(MeshDraft& draft, TemplateStroke& stroke, GrooveDraft& grooves);
+void finish(MeshDraft& draft, TemplateStroke& stroke, Grooves& grooves);
 
 // Ends a stroke without a change of the mesh.
-void keep_what_is_open(const TemplateStroke& stroke, GrooveDraft& grooves);
+void keep_what_is_open(const TemplateStroke& stroke, Grooves& grooves);
 
 }  // namespace sectio

@@ -1,0 +1,295 @@
+// The rules by which a blade goes on, begins, branches off, joins and crosses. Each compares two places at rest.
+#include <algorithm>
+#include <utility>
+
+#include "sim_server/surface/cutting/stroke_walk.h"
+
+namespace sectio {
+namespace {
+
+constexpr int kMostCutsMet = 8;               // in the motion from one pose to the next
+constexpr double kBesideM = 5e-4;             // a blade this near to a curve is in the groove
+constexpr double kStaysBesideM = 8e-4;        // the same, if it was in a groove before
+constexpr double kResumesM = 3e-3;            // from the end of the groove that it leaves
+constexpr double kNodeM = 1.5e-3;             // least distance of a branch from an end
+constexpr double kLeavesM = 0.01;             // from the curve that a blade leaves to the place where it is next
+constexpr double kOvershootM = 2e-4;          // beyond a lip, so that the way leads over it
+constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
+constexpr double kSnapToRung = 0.25;          // a branch begins at a rung this close, as a ratio of the lip's length
+constexpr double kAlongLip = 0.94;            // cosine to a lip
+constexpr double kSameSheetM = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
+
+class Advance {
+ public:
+  Advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, std::span<const TriangleId> near, Grooves& grooves,
+          const StrokeSettings& settings)
+      : draft_(draft), stroke_(stroke), blade_(blade), near_(near), grooves_(grooves), settings_(settings) {}
+
+  StrokeEnd run() {
+    if (!settle(draft_, stroke_) && !leave_cut()) return StrokeEnd::refused;
+    const auto place = find_place();
+    if (!place) return out_of_surface();
+    const bool was_away = std::exchange(stroke_.seen.was_away, false);
+    if (was_away && stroke_.cuts() && distance_m(*place) > kResumesM && !leave_cut()) return StrokeEnd::refused;
+    stroke_.seen.at_world_m = place->point_world_m;
+    stroke_.seen.owed_m = stroke_.cuts() ? distance_m(*place) : 0;
+    stroke_.seen.depth_m = (place->point_world_m - blade_.tip_world_m).dot(blade_.up_world);
+    if (stroke_.seen.depth_m < settings_.release_depth_m) return StrokeEnd::lifted;
+    return place->on == BladePlace::On::lid ? on_lid(*place) : on_skin(*place);
+  }
+
+ private:
+  enum class Start : std::uint8_t { begun, waits, refused };
+
+  double distance_m(const BladePlace& place) const { return (place.rest_body_m - rest_of(draft_, stroke_)).norm(); }
+
+  std::optional<BladePlace> find_place() const {
+    auto place = place_on_skin(draft_, near_, blade_);
+    if (place && stroke_.cuts() && (place->point_world_m - position_of(draft_, stroke_)).norm() < kSameSheetM)
+      return place;
+    const auto lid = place_on_lid(draft_, grooves_, blade_);
+    const auto height_m = [&](const BladePlace& p) { return p.point_world_m.dot(blade_.up_world); };
+    return lid && (!place || height_m(*lid) > height_m(*place)) ? lid : place;
+  }
+
+  StrokeEnd out_of_surface() {
+    stroke_.seen.was_away = true;
+    if (stroke_.seen.at_world_m)
+      stroke_.seen.depth_m = (*stroke_.seen.at_world_m - blade_.tip_world_m).dot(blade_.up_world);
+    return stroke_.seen.depth_m < settings_.release_depth_m ? StrokeEnd::lifted : StrokeEnd::going;
+  }
+
+  // The blade goes on without the cut that it worked on, whose opening stays. False: the draft must be dropped.
+  [[nodiscard]] bool leave_cut() {
+    if (!stroke_.cuts()) return true;
+    stroke_.has_moved = true;
+    stroke_.temporary_inverse.reset();
+    const VertexId apex = stroke_.cell.apex;
+    if (draft_.incident(apex) == kNone) {
+      stroke_.cell = {};
+      return true;
+    }
+    if (!open_temporarily(draft_, stroke_, settings_) || !finish(draft_, stroke_, grooves_)) {
+      stroke_.why_refused = "the end of the cut can't be closed";
+      return false;
+    }
+    stand_beside(draft_, stroke_, apex);
+    return true;
+  }
+
+  // In a groove nothing is cut. A cut that comes to another groove runs into it.
+  StrokeEnd on_lid(const BladePlace& place) {
+    if (stroke_.cuts() && !is_behind(place.rest_body_m) && !is_own(place.lid)) {
+      const Vec3 way = (place.rest_body_m - rest_of(draft_, stroke_)).stableNormalized();
+      const WalkEnd end = walk_to({place.rest_body_m + kOvershootM * way, kNone});
+      if (end == WalkEnd::refused) return StrokeEnd::refused;
+      if (end == WalkEnd::joined) return StrokeEnd::joined;
+    }
+    stroke_.seen.on_lid_body_m = place.rest_body_m;
+    if (!stroke_.cuts()) touch(place.lid.lip);
+    return StrokeEnd::going;
+  }
+
+  StrokeEnd on_skin(const BladePlace& place) {
+    StrokeEnd end = StrokeEnd::going;
+    for (int i = 0; i < kMostCutsMet; ++i) {
+      if (!stroke_.cuts()) {
+        const Start start = start_at(place);
+        if (start == Start::refused) return StrokeEnd::refused;
+        if (start == Start::waits) return end;
+        if (i > 0 && !stroke_.cuts()) return end;
+      } else if (is_back(place)) {
+        const auto beside = nearest_on_curves(draft_, grooves_, place.rest_body_m, kStaysBesideM);
+        const auto curve = beside ? beside : nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeavesM);
+        if (curve) stroke_.seen.on_lid_body_m = curve->rest_body_m;
+        if (beside || !curve || (place.rest_body_m - draft_.rest(stroke_.cell.apex)).norm() < kNodeM) return end;
+        if (!leave_cut()) return StrokeEnd::refused;
+        continue;
+      }
+      const WalkEnd walked = walk_to({place.rest_body_m, kNone});
+      if (walked == WalkEnd::refused) return StrokeEnd::refused;
+      if (walked == WalkEnd::there) {
+        stroke_.seen.on_lid_body_m.reset();
+        const StrokeEnd closed = close_gap();
+        return closed == StrokeEnd::going ? end : closed;
+      }
+      if (walked == WalkEnd::waits) return end;
+      end = StrokeEnd::joined;
+    }
+    return end;
+  }
+
+  WalkEnd walk_to(const WalkTarget& target) {
+    const WalkEnd end = walk(draft_, stroke_, blade_, grooves_, settings_, target);
+    stroke_.blade = blade_;
+    stroke_.has_moved = true;
+    return end;
+  }
+
+  // Is a place behind the end of the cut, seen along the cut?
+  bool is_behind(const Vec3& rest_body_m) const {
+    if (stroke_.heading_body.isZero()) return false;
+    const Vec3 way = rest_body_m - draft_.rest(stroke_.cell.apex);
+    return way.dot(stroke_.heading_body) < kBack * way.norm();
+  }
+
+  // The blade has gone back along its cut, or has left the groove beside it.
+  bool is_back(const BladePlace& place) const {
+    if (stroke_.heading_body.isZero()) return false;
+    for (const TriangleId t : triangles_of(draft_, stroke_.cell))
+      if (t == place.triangle) return false;
+    if (is_behind(place.rest_body_m)) return true;
+    const Vec3 apex = draft_.rest(stroke_.cell.apex), way = place.rest_body_m - apex;
+    return stroke_.seen.on_lid_body_m && (*stroke_.seen.on_lid_body_m - apex).norm() > kResumesM &&
+           way.dot(stroke_.heading_body) < kAhead * way.norm();
+  }
+
+  // The lid is over the last pieces of the cut itself.
+  bool is_own(const Lid& lid) const {
+    const auto is_last = [&](VertexId v) {
+      return std::ranges::any_of(stroke_.behind_body_m,
+                                 [&, at = draft_.rest(v)](const Vec3& x) { return (x - at).norm() < 1e-7; });
+    };
+    return is_last(lid.lip.from) && is_last(lid.lip.to);
+  }
+
+  void touch(const Lip& lip) {
+    const TriangleId t = draft_.triangle_of_edge(lip.from, lip.to);
+    if (t == kNone) return;
+    const Triangle triangle = draft_.triangle(t);
+    stroke_.touched = triangle.v;
+    stroke_.bary = 0.5 * (Vec3::Unit(triangle.corner_of(lip.from)) + Vec3::Unit(triangle.corner_of(lip.to)));
+  }
+
+  // The end of a cut near a place, from which the place lies ahead.
+  VertexId end_near(const Vec3& rest_body_m, double within_m, double least_cos) const {
+    VertexId nearest = kNone;
+    double least_m = within_m;
+    for (const auto& [v, bottom] : grooves_.ends) {
+      const Vec3 way = rest_body_m - draft_.rest(v);
+      const double far_m = way.norm();
+      if (far_m >= least_m || way.dot(heading_at(draft_, v)) < least_cos * far_m) continue;
+      least_m = far_m;
+      nearest = v;
+    }
+    return nearest;
+  }
+
+  bool is_in_groove(const Vec3& rest_body_m) {
+    const auto curve =
+        nearest_on_curves(draft_, grooves_, rest_body_m, stroke_.seen.on_lid_body_m ? kStaysBesideM : kBesideM);
+    if (!curve) return false;
+    for (const VertexId v : {curve->lip.from, curve->lip.to}) {
+      const Vec3 way = rest_body_m - draft_.rest(v);
+      if (grooves_.end_at(v) != kNone && curve->rest_body_m == draft_.rest(v) && way.dot(heading_at(draft_, v)) > 0)
+        return false;  // ahead of the cut
+    }
+    stroke_.seen.on_lid_body_m = curve->rest_body_m;
+    touch(curve->lip);
+    return true;
+  }
+
+  // From no cut: in a groove, at the end of one, beside one, or on fresh skin.
+  Start start_at(const BladePlace& place) {
+    const Vec3& here = place.rest_body_m;
+    if (is_in_groove(here)) return Start::waits;
+    if (!stroke_.met.empty() && goes_on_over(stroke_.met.back()[0], here)) return Start::begun;
+    const bool was_in_groove = stroke_.seen.on_lid_body_m.has_value();
+    const VertexId end =
+        was_in_groove ? end_near(here, kResumesM, kAhead) : end_near(here, settings_.join_tolerance_m, 0);
+    if (end != kNone) return resume(end, here);
+    if (was_in_groove)
+      if (const auto curve = nearest_on_curves(draft_, grooves_, here, kLeavesM)) return branch(*curve, here);
+    stroke_.seen.on_lid_body_m.reset();
+    return begin(place, was_in_groove);
+  }
+
+  // From a vertex at which cuts have just met, unless that leads along a lip.
+  bool goes_on_over(VertexId v, const Vec3& to_body_m) {
+    const Vec3 at = draft_.rest(v), way = (to_body_m - at).stableNormalized();
+    for (const VertexId twin : twins_of(draft_, grooves_, v))
+      if (const auto lip = lip_from(draft_, twin);
+          lip && way.dot((draft_.rest(lip->to) - at).stableNormalized()) > kAlongLip)
+        return false;
+    stroke_.heading_body.setZero();
+    return branch_off(draft_, stroke_, grooves_, v, to_body_m);
+  }
+
+  Start resume(VertexId end, const Vec3& to_body_m) {
+    const Vec3 heading = heading_at(draft_, end);
+    if (!branch_off(draft_, stroke_, grooves_, end, to_body_m)) return Start::waits;
+    grooves_.ends.erase(end);
+    stroke_.heading_body = heading;
+    return Start::begun;
+  }
+
+  Start branch(const PlaceOnCurve& from, const Vec3& to_body_m) {
+    const double length_m = (draft_.rest(from.lip.to) - draft_.rest(from.lip.from)).norm();
+    const auto is_near = [&](VertexId v, double along) {
+      return along < kSnapToRung || (along * length_m < kNodeM && twins_of(draft_, grooves_, v).size() != 2);
+    };
+    VertexId rung = is_near(from.lip.from, from.along)     ? from.lip.from
+                    : is_near(from.lip.to, 1 - from.along) ? from.lip.to
+                                                           : kNone;
+    if (rung == kNone) rung = insert_rung(draft_, grooves_, from.lip, from.along);
+    if (rung == kNone) rung = from.along < 0.5 ? from.lip.from : from.lip.to;
+    if (!branch_off(draft_, stroke_, grooves_, rung, to_body_m)) return Start::waits;
+    grooves_.ends.erase(rung);
+    stroke_.heading_body.setZero();
+    return Start::begun;
+  }
+
+  // A scratch cuts nothing until the blade has moved on.
+  Start begin(const BladePlace& place, bool was_in_groove) {
+    const auto& t = stroke_.touched;
+    const TriangleId touched = draft_.find_triangle(t[0], t[1], t[2]);
+    const bool is_on_skin = touched != kNone && draft_.triangle(touched).surface == Surface::skin;
+    if (was_in_groove || std::exchange(stroke_.seen.begins_anew, false) || !is_on_skin) {
+      stroke_.touched = draft_.triangle(place.triangle).v;
+      stroke_.bary = place.bary;
+    }
+    return distance_m(place) < settings_.min_step_m ? Start::waits : Start::begun;
+  }
+
+  // A cut that has come near the end of another one, or its own beginning, and goes there, joins it.
+  StrokeEnd close_gap() {
+    if (stroke_.bottom == kNone && stroke_.start == kNone) return StrokeEnd::going;
+    const Vec3 here = rest_of(draft_, stroke_), apex = draft_.rest(stroke_.cell.apex);
+    VertexId nearest = kNone;
+    double least_m = settings_.join_tolerance_m;
+    for (const auto& [v, bottom] : grooves_.ends) {
+      if (v == stroke_.cell.apex || v == stroke_.start) continue;
+      if (v == stroke_.first && (stroke_.points < 4 || stroke_.length_m < 2 * settings_.join_tolerance_m)) continue;
+      const Vec3 gap = draft_.rest(v) - here, way = here - apex;
+      const Vec3 course = way.norm() > settings_.min_step_m ? way.normalized() : stroke_.heading_body;
+      if (gap.norm() >= least_m || gap.dot(course) < 0) continue;
+      least_m = gap.norm();
+      nearest = v;
+    }
+    if (nearest == kNone) return StrokeEnd::going;
+    switch (walk_to({draft_.rest(nearest), nearest})) {
+      case WalkEnd::joined:
+        return StrokeEnd::joined;
+      case WalkEnd::refused:
+        return StrokeEnd::refused;
+      default:
+        return StrokeEnd::going;
+    }
+  }
+
+  MeshDraft& draft_;
+  Stroke& stroke_;
+  const Blade& blade_;
+  std::span<const TriangleId> near_;
+  Grooves& grooves_;
+  const StrokeSettings& settings_;
+};
+
+}  // namespace
+
+StrokeEnd advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, std::span<const TriangleId> near,
+                  Grooves& grooves, const StrokeSettings& settings) {
+  return Advance(draft, stroke, blade, near, grooves, settings).run();
+}
+
+}  // namespace sectio

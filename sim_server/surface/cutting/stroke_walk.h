@@ -1,0 +1,41 @@
+// The way of a cut over the surface at rest, from its end to a place or to a vertex.
+#pragma once
+
+#include "sim_server/surface/cutting/stroke.h"
+
+namespace sectio {
+
+// The bottom of the groove under a surface point: on the line of the blade, at most as deep as tip and tissue allow.
+VertexState bottom_under(const MeshDraft& draft, const std::array<VertexId, 3>& corners, const VertexState& surface,
+                         const Blade& blade, const StrokeSettings& settings);
+
+// Moves the halves of a split apex to their places before the temporary subdivision was undone.
+void part_lips(MeshDraft& draft, Stroke& stroke, VertexId twin);
+
+// Finds the end of the cut again when another cut has changed the cell, as near as the fan of the apex allows. False
+// when nothing is left of the cell.
+bool settle(const MeshDraft& draft, Stroke& stroke);
+
+// No cut is under way any more; the blade is at the skin beside a vertex.
+void stand_beside(const MeshDraft& draft, Stroke& stroke, VertexId v);
+
+struct WalkTarget {
+  Vec3 rest_body_m = Vec3::Zero();
+  VertexId vertex = kNone;  // of a lip or at the end of a cut: the cut joins it
+};
+
+enum class WalkEnd : std::uint8_t {
+  there,
+  waits,   // the surface doesn't lead there yet
+  joined,  // ran into a cut: no cut is under way any more
+  refused,
+};
+
+// Makes the cut permanent up to the cell that contains the target, and moves the end of the cut there.
+WalkEnd walk(MeshDraft& draft, Stroke& stroke, const Blade& blade, Grooves& grooves, const StrokeSettings& settings,
+             const WalkTarget& target);
+
+// Makes a vertex of a lip, or one of its twins, the apex of a cut towards a place. False when no skin leads there.
+bool branch_off(const MeshDraft& draft, Stroke& stroke, const Grooves& grooves, VertexId lip, const Vec3& to_body_m);
+
+}  // namespace sectio
