@@ -62,4 +62,9 @@ double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b);
 // Conservative under rounding: may be true for a segment some 1e-15 outside the box. False if anything is not a number.
 bool overlaps(const Vec3& p, const Vec3& q, const Box3& box);
 
+// The box with a margin on all sides.
+inline Box3 grown(const Box3& box, double by) {
+  return {box.min().array() - by, box.max().array() + by};
+}
+
 }  // namespace sectio

@@ -20,6 +20,10 @@ struct TetMesh {
 // The corners of a tetrahedron that doesn't exist.
 constexpr Tetrahedron kNoTetrahedron{kNone, kNone, kNone, kNone};
 
+inline bool has(const Tetrahedron& t, VertexId v) {
+  return t[0] == v || t[1] == v || t[2] == v || t[3] == v;
+}
+
 // The change of one tetrahedron; kNoTetrahedron before or after the change if it doesn't exist then.
 struct TetEdit {
   std::uint32_t id = kNone;

@@ -33,7 +33,7 @@ struct Limits {
   constexpr bool contain(double x) const { return x >= least && x <= most; }  // false for a NaN
 };
 
-constexpr Limits between(double least, double most) {
+constexpr Limits from_to(double least, double most) {
   return {least, most};
 }
 constexpr Limits at_most(double most) {

@@ -1,4 +1,4 @@
-// What there is in a session, how it goes and how it ended, as plain values (idl/session.idl).
+// A session as plain values: its contents, its course and its end (idl/session.idl).
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ struct SceneInfo {
   double step_s = 0.001;
   Camera camera;
   std::optional<double> floor_z_m = {};  // a plane on which what falls comes to rest
-  // Of all bodies of the scene. Several servers of one session may have a share each; nobody else has a body of theirs.
+  // All bodies of the scene. Several servers of one session may have a share each; shares have no body in common.
   std::vector<std::string> world_bodies;
   std::vector<BodyInfo> bodies;  // of this server, then parts that came off; body_id is the index
   std::vector<ToolInfo> tools;   // of the scene; tool_id is the index
@@ -62,7 +62,7 @@ struct BodyVersion {
   bool operator==(const BodyVersion&) const = default;
 };
 
-// Of a body that deforms: what its model was expected to do, and what it does.
+// The check of a deforming body's model: expected error and cost, and those that are measured.
 struct BodyCheck {
   double error_estimate = 0;    // relative; 0: nobody estimated it
   double cpu_estimate = 0;      // processor's time for a second; 0 likewise

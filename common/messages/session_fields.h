@@ -6,8 +6,8 @@
 
 namespace sectio {
 
-constexpr Limits kName = between(1, kMaxNameBytes);
-constexpr Limits kGravity_m_per_s2 = between(-kMostGravity_m_per_s2, kMostGravity_m_per_s2);
+constexpr Limits kName = from_to(1, kMaxNameBytes);
+constexpr Limits kGravity_m_per_s2 = from_to(-kMostGravity_m_per_s2, kMostGravity_m_per_s2);
 
 template <class Visitor, FieldsOf<RegionPart> M>
 void fields(Visitor& visit, M& message) {
@@ -63,7 +63,7 @@ void fields(Visitor& visit, M& message) {
   visit("eye_world_m", eye_world_m, kPosition_m);
   visit("target_world_m", target_world_m, kPosition_m);
   visit("up_world", up_world, kPosition_m);
-  visit("field_of_view_deg", field_of_view_deg, between(1, 170));
+  visit("field_of_view_deg", field_of_view_deg, from_to(1, 170));
 }
 
 template <class Visitor, FieldsOf<SceneInfo> M>
@@ -71,7 +71,7 @@ void fields(Visitor& visit, M& message) {
   auto& [epoch, session, step_s, camera, floor_z_m, world_bodies, bodies, tools] = message;
   visit("epoch", epoch);
   visit("session", session, kName);
-  visit("step_s", step_s, between(1e-9, 1));
+  visit("step_s", step_s, from_to(1e-9, 1));
   visit("camera", camera);
   visit("floor_z_m", floor_z_m, kPosition_m);
   visit("world_bodies", world_bodies, at_most(kMaxBodies), kName);

@@ -79,7 +79,7 @@ constexpr std::uint16_t kMostLevel = 0xffff;
 std::uint16_t to_level(float value, float least, float most);
 float from_level(std::uint16_t level, float least, float most);
 
-// Values of the vertex slots from kVerticesPerPiece * piece on. Of two pieces for the same slots the newer one holds.
+// Values of the vertex slots from kVerticesPerPiece * piece on. The newer of two pieces for the same slots holds.
 struct ScalarPiece {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;

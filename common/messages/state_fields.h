@@ -50,7 +50,7 @@ void fields(Visitor& visit, M& message) {
   visit("piece", piece, below(piece_count(kMaxVertexSlots)));
   visit("quantum_m", quantum_m);
   visit("origin_quanta", origin_quanta);
-  visit("offsets_quanta", offsets_quanta, between(3, 3 * kVerticesPerPiece));
+  visit("offsets_quanta", offsets_quanta, from_to(3, 3 * kVerticesPerPiece));
 }
 
 bool is_consistent(const StatePiece& piece);  // whole vertices; the quantum is one that exists
@@ -77,7 +77,7 @@ void fields(Visitor& visit, M& message) {
   visit("name", name, kName);
   visit("least", least);
   visit("most", most);
-  visit("levels", levels, between(1, kVerticesPerPiece));
+  visit("levels", levels, from_to(1, kVerticesPerPiece));
 }
 
 bool is_consistent(const ScalarPiece& piece);  // its range is not empty

@@ -24,7 +24,7 @@ void fields(Visitor& visit, M& message) {
   auto& [source, tool_id, samples] = message;
   visit("source", source);
   visit("tool_id", tool_id, below(kMaxTools));
-  visit("poses", samples, between(1, kMaxPosesPerPacket));
+  visit("poses", samples, from_to(1, kMaxPosesPerPacket));
 }
 
 bool is_consistent(const ToolPacket& packet);  // ascending in sequence

@@ -66,8 +66,8 @@ void fields(Visitor& visit, M& message) {
   visit("revision", revision);
   visit("total_bytes", total_bytes, at_most(kMaxKeyframeBytes));
   visit("chunk", chunk, below(kMaxChunks));
-  visit("chunks", chunks, between(1, kMaxChunks));
-  visit("bytes", bytes, between(1, kChunkBytes));
+  visit("chunks", chunks, from_to(1, kMaxChunks));
+  visit("bytes", bytes, from_to(1, kChunkBytes));
 }
 
 bool is_consistent(const KeyframeChunk& chunk);  // all chunks but the last are of one size

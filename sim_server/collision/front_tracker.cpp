@@ -14,10 +14,6 @@ double motion(const FrontStep& step) {
   return most;
 }
 
-Box3 grown(const Box3& box, double by) {
-  return Box3(box.min().array() - by, box.max().array() + by);
-}
-
 bool is_near(const ToolCorners& tool, const Box3& box) {
   for (const auto& [i, j] : kSegmentCorners)
     if (overlaps(tool.at_world_m[i], tool.at_world_m[j], box)) return true;

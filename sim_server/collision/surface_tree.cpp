@@ -78,7 +78,7 @@ void collect(Node* node, std::vector<Node*>& leaves, std::vector<Node*>& inner) 
   collect(node->children[1], leaves, inner);
 }
 
-// FCL inserts a new leaf beside the nearest one, so that a stroke would grow the tree into a list. As in a scapegoat
+// FCL inserts a new leaf beside the nearest one, so that a stroke would grow the tree into a list. Like a scapegoat
 // tree (Galperin & Rivest 1993), when a leaf lies too deep, the subtree of its lowest unbalanced ancestor is rebuilt in
 // place; O(log n) amortised.
 void balance_above(Node* leaf, std::size_t leaves_in_tree) {
@@ -118,10 +118,6 @@ void visit(const Tree& tree, const Overlaps& overlaps_box, const OnLeaf& on_leaf
     stack[top++] = node->children[1];
     stack[top++] = node->children[0];
   }
-}
-
-Box3 grown(const Box3& box, double by) {
-  return Box3(box.min().array() - by, box.max().array() + by);
 }
 
 }  // namespace

@@ -81,14 +81,14 @@ void check_values(const FillSettings& settings, double snap) {
   if (!(snap >= 0 && snap <= 0.3)) throw InputError("--snap: expected in [0, 0.3]");
 }
 
-struct Flags {
+struct MeshFlags {
   std::string in, out, unit = "m", mesher = "lattice";
   std::vector<std::string> cuts;
   double snap = TetCutSettings{}.snap;
   FillSettings settings;
 };
 
-int run(const Flags& flags) {
+int make_mesh(const MeshFlags& flags) {
   FillSettings settings = flags.settings;
   check_values(settings, flags.snap);
   settings.mesher = flags.mesher == "lattice"  ? Mesher::lattice
@@ -111,7 +111,7 @@ int run(const Flags& flags) {
 
 // A surface, or tetrahedra from another program, to tetrahedra, cut along planes if asked for, with a report on them.
 Arguments::Action mesh_command(Arguments& arguments) {
-  const auto flags = std::make_shared<Flags>();
+  const auto flags = std::make_shared<MeshFlags>();
   arguments.option("IN", flags->in, "surface (OBJ, STL, PLY, glTF) or tetrahedra (.msh, .vtk, .node)", Need::required);
   arguments.option("--tets", flags->out, "file for the tetrahedra, in metres: .msh, .vtk or .node (with .ele)");
   arguments.choice("--unit", flags->unit, {"m", "cm", "mm"}, "length of IN's unit");
@@ -124,7 +124,7 @@ Arguments::Action mesh_command(Arguments& arguments) {
   arguments.option("--young-pa", flags->settings.material.young_pa, "for the stable step");
   arguments.option("--poisson", flags->settings.material.poisson, "for the stable step");
   arguments.option("--density-kg-per-m3", flags->settings.material.density_kg_per_m3, "for the stable step");
-  return [flags] { return run(*flags); };
+  return [flags] { return make_mesh(*flags); };
 }
 
 }  // namespace sectio

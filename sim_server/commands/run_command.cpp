@@ -12,7 +12,7 @@
 namespace sectio {
 namespace {
 
-struct Flags {
+struct RunFlags {
   std::string scene, bodies, server;
   ServeOptions options;
   bool offline = false;
@@ -26,7 +26,7 @@ std::vector<std::string> split_at_commas(const std::string& list) {
 }
 
 // Leaves the share of the scene that the flags give this process.
-void take_share(Scene& scene, const Flags& flags) {
+void take_share(Scene& scene, const RunFlags& flags) {
   if (!flags.bodies.empty() && !flags.server.empty())
     throw InputError("--bodies, --server: give one of them, not both");
   if (!flags.bodies.empty()) keep_bodies(scene, split_at_commas(flags.bodies), "--bodies");
@@ -37,7 +37,7 @@ void take_share(Scene& scene, const Flags& flags) {
   keep_bodies(scene, names, "--server " + flags.server);
 }
 
-int run(const Flags& flags) {
+int run_session(const RunFlags& flags) {
   Scene scene = planned(load_scene(flags.scene, standard_traits()));
   take_share(scene, flags);
   ServeOptions options = flags.options;
@@ -51,7 +51,7 @@ int run(const Flags& flags) {
 }  // namespace
 
 Arguments::Action run_command(Arguments& arguments) {
-  const auto flags = std::make_shared<Flags>();
+  const auto flags = std::make_shared<RunFlags>();
   ServeOptions& options = flags->options;
   options.network.session.clear();
   arguments.option("--scene", flags->scene, "scene file (YAML)", Need::required);
@@ -71,7 +71,7 @@ Arguments::Action run_command(Arguments& arguments) {
                    "instruments follow the scene's own traces step by step; bridges are not heard");
   arguments.option("--stall-at-s", options.stall_at_s, "for tests: simulated time at which the simulation stops once");
   arguments.option("--stall-s", options.stall_s, "for tests: how long it stops");
-  return [flags] { return run(*flags); };
+  return [flags] { return run_session(*flags); };
 }
 
 }  // namespace sectio

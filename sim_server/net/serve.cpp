@@ -27,7 +27,7 @@ using Seconds = std::chrono::duration<double>;
 constexpr double kTogether_s = 0.1;    // the most by which a server may be ahead of the slowest one of its session
 constexpr double kLeaveTimeout_s = 5;  // how long the end is served to viewers
 constexpr double kListen_s = 0.3;      // before the clock starts: is there another server with our bodies?
-constexpr auto kPollPeriod = std::chrono::milliseconds(2);
+constexpr auto kStartPollPeriod = std::chrono::milliseconds(2);
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -58,7 +58,7 @@ double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
     return slowest_s && sim_time_s > *slowest_s + kTogether_s;
   };
   if (!too_far()) return 0;
-  while (!stop_requested && too_far()) std::this_thread::sleep_for(kPollPeriod);
+  while (!stop_requested && too_far()) std::this_thread::sleep_for(kStartPollPeriod);
   return Seconds(Clock::now() - begun).count();
 }
 
@@ -97,7 +97,7 @@ void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& opti
     samples.clear();  // motion before the clock starts is not part of the session
     net.take_samples(samples);
     for (const ToolSample& s : samples) tools.insert(s.tool_id);
-    std::this_thread::sleep_for(kPollPeriod);
+    std::this_thread::sleep_for(kStartPollPeriod);
   }
 }
 

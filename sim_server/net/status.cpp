@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kPollPeriod = std::chrono::milliseconds(20);
+constexpr auto kStatusPollPeriod = std::chrono::milliseconds(20);
 constexpr auto kOthers = std::chrono::seconds(1);  // after the first server, for others of the session
 
 // "-" for a number that is not known.
@@ -68,7 +68,7 @@ std::string status_of_session(NetworkOptions network, double patience_s, bool ev
       heard = true;
       until = std::min(until, Clock::now() + kOthers);
     }
-    std::this_thread::sleep_for(kPollPeriod);
+    std::this_thread::sleep_for(kStatusPollPeriod);
   }
   std::string text;
   for (const auto& [epoch, status] : statuses)

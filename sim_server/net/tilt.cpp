@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kPollPeriod = std::chrono::milliseconds(20);
+constexpr auto kTiltPollPeriod = std::chrono::milliseconds(20);
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void request_gravity(NetworkOptions network, const Vec3& gravity_m_per_s2, doubl
       log_info("gravity turns, says " + std::to_string(turning) + (turning == 1 ? " server" : " servers"));
       return;
     }
-    std::this_thread::sleep_for(kPollPeriod);
+    std::this_thread::sleep_for(kTiltPollPeriod);
   }
   throw InputError("session '" + network.session +
                    "': " + (servers.empty() ? "no server was heard" : "a server did not turn gravity"));

@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t kSamples = 300;  // triangles whose depth is measured
 constexpr double kBoxShare = 0.999;    // a box has this share of its area on its bounding box
 constexpr double kSharp = 0.5;         // least length of sharp edges times thickness over area; a long square bar has 1
-constexpr double kOnCells = 0.01;      // tolerance in cells
 
 Corners corners(const TriangleSoup& surface, std::size_t t) {
   const auto& v = surface.triangles[t];

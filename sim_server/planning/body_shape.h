@@ -20,6 +20,8 @@ struct BodyShape {
 // `surface`: closed and oriented. O(triangles).
 BodyShape shape_of(const TriangleSoup& surface);
 
+constexpr double kOnCells = 0.01;  // tolerance, in cells, of a face on faces of cells
+
 // Whether the body is a box whose smallest side is a multiple of the cell. Then its faces lie on faces of cells, except
 // perhaps at the far end of the longer sides.
 bool lies_on_cells(const BodyShape& shape, double cell_m);

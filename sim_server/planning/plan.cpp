@@ -13,7 +13,6 @@ constexpr int kMostSweeps = 30;            // sweeps of the implicit integrator 
 constexpr int kMostSubsteps = 1000;        // of a step
 constexpr double kThinnest = 1.5;          // fewest cells across a body of hexahedra
 constexpr double kFewestTetrahedra = 200;  // fewer don't represent a body's shape
-constexpr double kOnCells = 0.01;          // tolerance in cells
 constexpr double kMostElements = 400000;
 constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partly empty ones at the border
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/frame.h"
 #include "common/math/intersect.h"
 #include "sim_server/surface/cutting/stroke_walk.h"
 
@@ -29,15 +30,6 @@ std::array<VertexState, 3> corner_states(const MeshDraft& draft, const Stroke& s
 VertexState state_at(const MeshDraft& draft, const Stroke& stroke) {
   if (stroke.cell.apex != kNone && stroke.cell.rim.empty()) return draft.state(stroke.cell.apex);
   return VertexState::mix(corner_states(draft, stroke), stroke.bary);
-}
-
-// A frame whose columns are the first edge, the direction across it, and the normal.
-Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 e = (b - a).stableNormalized();
-  const Vec3 n = (b - a).cross(c - a).stableNormalized();
-  Mat3 f;
-  f << e, n.cross(e), n;
-  return f;
 }
 
 // A point pulled into the triangle, so that the subdivision around it has no sliver.

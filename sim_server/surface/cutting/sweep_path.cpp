@@ -5,21 +5,14 @@
 #include <deque>
 #include <utility>
 
+#include "common/math/frame.h"
+
 namespace sectio {
 namespace {
 
 constexpr int kMaxFaces = 200000;
 constexpr double kBeyondM = 1e-3;         // least distance of the tip beyond a cut that has come out below
 constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are dropped
-
-// A frame whose columns are the first edge, the direction across it, and the normal.
-Mat3 frame_of(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 e = (b - a).stableNormalized();
-  const Vec3 n = (b - a).cross(c - a).stableNormalized();
-  Mat3 f;
-  f << e, n.cross(e), n;
-  return f;
-}
 
 double cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();

@@ -15,10 +15,6 @@ constexpr double kKeptHeight = 0.5;  // least height after a collapse, over the 
 using Pair = std::array<VertexId, 2>;
 using Corners3 = std::array<VertexId, 3>;
 
-bool has(const Tetrahedron& t, VertexId v) {
-  return std::ranges::find(t, v) != t.end();
-}
-
 double mean_edge_m(const TetTopology& volume, VertexId v, VertexId w) {
   double sum_m = 0;
   std::size_t edges = 0;

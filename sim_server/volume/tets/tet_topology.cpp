@@ -14,10 +14,6 @@ namespace {
 void replace(Tetrahedron& t, VertexId from, VertexId to) {
   *std::ranges::find(t, from) = to;
 }
-bool has(const Tetrahedron& t, VertexId v) {
-  return std::ranges::find(t, v) != t.end();
-}
-
 }  // namespace
 
 TetTopology::TetTopology(const TetMesh& mesh) : tets_(mesh.tetrahedra), star_(mesh.vertices_body_m.size()) {
