@@ -57,7 +57,7 @@ struct Case {
   double poisson, ratio, within;
 };
 
-TEST(A_accuracy, A_5_cantilever) {
+TEST(Accuracy, A_5_cantilever) {
   for (const Case& c : {Case{test::neo_hookean_lattice(), 2, 0.3, 1, 0.03},
                         {test::neo_hookean_lattice(), 2, 0.45, 1, 0.03},
                         {test::neo_hookean_lattice(), 4, 0.3, 1, 0.03},
@@ -69,14 +69,14 @@ TEST(A_accuracy, A_5_cantilever) {
     EXPECT_NEAR(cantilever_ratio(c.model, c.across, c.poisson), c.ratio, c.within) << c.model << " " << c.poisson;
 }
 
-TEST(A_accuracy, A_5_known_failure_six_tetrahedra_to_a_cube_lock) {
+TEST(Accuracy, A_5_known_failure_six_tetrahedra_to_a_cube_lock) {
   const StaticModel six = test::neo_hookean(false, BoxLattice::kuhn);
   for (const auto& [poisson, ratio] : {std::pair{0.3, 0.786}, {0.45, 0.595}, {0.49, 0.288}, {0.499, 0.058}})
     EXPECT_NEAR(cantilever_ratio(six, 4, poisson), ratio, 0.02) << poisson;
 }
 
 // Against the bricks, which know what a clamped end does.
-TEST(A_accuracy, A_5_cantilever_of_eight_cells_across) {
+TEST(Accuracy, A_5_cantilever_of_eight_cells_across) {
   const double poisson = 0.49;
   const Bar b = bar(test::neo_hookean(), 8, 2, poisson);
   const test::BrickReference bricks({4, 2, 2}, Vec3(b.length_m, kSide, kSide), lame(kYoung, poisson));
@@ -118,7 +118,7 @@ double torsion_ratio(const StaticModel& model, int across, double poisson) {
   return torque / (kYoung / (2 * (1 + poisson)) * 0.140577 * std::pow(kSide, 4) * phi / b.length_m);
 }
 
-TEST(A_accuracy, A_8_torsion) {
+TEST(Accuracy, A_8_torsion) {
   for (const Case& c : {Case{test::neo_hookean_lattice(), 4, 0.45, 1, 0.16},
                         {test::neo_hookean_lattice(), 4, 0.3, 1, 0.16},
                         {test::neo_hookean(), 4, 0.45, 1.33, 0.05},
@@ -126,7 +126,7 @@ TEST(A_accuracy, A_8_torsion) {
     EXPECT_NEAR(torsion_ratio(c.model, c.across, c.poisson), c.ratio, c.within) << c.model << " " << c.poisson;
 }
 
-TEST(A_accuracy, A_8_torsion_falls_with_the_square_of_the_cell) {
+TEST(Accuracy, A_8_torsion_falls_with_the_square_of_the_cell) {
   struct Refined {
     StaticModel model;
     double poisson, within, order;  // of 8 cells; from 4 to 8
@@ -140,7 +140,7 @@ TEST(A_accuracy, A_8_torsion_falls_with_the_square_of_the_cell) {
 }
 
 // A cube between plates that it slides on, 20 % shorter: J = 1 + (1 - 2 nu)(1 - 1 / l).
-TEST(A_accuracy, A_16_volume_and_deflection_hold_as_poisson_nears_a_half) {
+TEST(Accuracy, A_16_volume_and_deflection_hold_as_poisson_nears_a_half) {
   const TetMesh mesh = test::tet_box(4, 4, 4, Vec3::Constant(0.1));
   for (const StaticModel& model : {test::neo_hookean(), test::neo_hookean_lattice()})
     for (const double poisson : {0.49, 0.499}) {
@@ -236,7 +236,7 @@ Errors manufactured(const StaticModel& model, int n) {
   return {std::sqrt(errors.l2 / size), std::sqrt(errors.energy / size)};
 }
 
-TEST(A_accuracy, A_17_errors_fall_with_the_square_of_the_cell_and_of_strain_with_the_cell) {
+TEST(Accuracy, A_17_errors_fall_with_the_square_of_the_cell_and_of_strain_with_the_cell) {
   for (const StaticModel& model : {test::neo_hookean(), test::neo_hookean_lattice()}) {
     const Errors coarse = manufactured(model, 5), fine = manufactured(model, 10);
     EXPECT_GT(std::log2(coarse.l2 / fine.l2), 1.8) << model;

@@ -58,18 +58,18 @@ double ball_force_ratio(const Pressed& p) {
   return force_n / test::ball_on_layer_n(10000, p.poisson, radius_m, depth_m, height_m);
 }
 
-TEST(A_accuracy, A_9_hertz) {
+TEST(Accuracy, A_9_hertz) {
   for (const Pressed& p :
        {Pressed{"neo_hookean_lattice", 0.45, 0.0015, 20000, 32}, {"neo_hookean", 0.45, 0, 20000, 32}})
     EXPECT_NEAR(ball_force_ratio(p), 1, 0.1) << p.model;
 }
 
-TEST(A_accuracy, A_9_known_failure_springs_of_a_volume_give_way_under_a_ball) {
+TEST(Accuracy, A_9_known_failure_springs_of_a_volume_give_way_under_a_ball) {
   EXPECT_NEAR(ball_force_ratio({"tetra_springs", 0.25, 0, 8000, 24}), 0.7, 0.1);
 }
 
 // A bed of springs under a membrane is no half-space, however fine the mesh is.
-TEST(A_accuracy, A_9_known_failure_finer_surface_springs_are_no_nearer_to_hertz) {
+TEST(Accuracy, A_9_known_failure_finer_surface_springs_are_no_nearer_to_hertz) {
   const auto missing = [](int across) {
     Pressed p{"surface_springs"};
     p.across = across;
@@ -108,7 +108,7 @@ double flat_punch_ratio(const MovingModel& model, double poisson, int cells_high
                     test::punch_on_layer_factor(radius_m / height_m, poisson));
 }
 
-TEST(A_accuracy, A_10_flat_punch) {
+TEST(Accuracy, A_10_flat_punch) {
   struct Case {
     MovingModel model;
     double poisson, within;
@@ -120,7 +120,7 @@ TEST(A_accuracy, A_10_flat_punch) {
 }
 
 // The factors that Hayes et al. tabulate.
-TEST(A_reference, a_flat_punch_on_a_layer) {
+TEST(Reference, a_flat_punch_on_a_layer) {
   EXPECT_NEAR(test::punch_on_layer_factor(0.2, 0.3), 1.207, 0.002);
   EXPECT_NEAR(test::punch_on_layer_factor(0.2, 0.45), 1.252, 0.002);
   EXPECT_NEAR(test::punch_on_layer_factor(1, 0.45), 3.085, 0.01);
@@ -131,7 +131,7 @@ TEST(A_reference, a_flat_punch_on_a_layer) {
 //   F / d = K_w pi a^2 (1 + 2 (l / a) K_1(a / l) / K_0(a / l)),  l = sqrt(T / K_w), K_w = 2 E* / (pi a_ref)
 // A net of triangles with k = E t (A_1 + A_2) / l^2 that is longer by the share p than without tension has
 // T = 3 / 2 E t p.
-TEST(A_accuracy, A_11_a_punch_on_a_membrane_on_a_bed) {
+TEST(Accuracy, A_11_a_punch_on_a_membrane_on_a_bed) {
   const double h = 0.0005, a = 0.005;
   const int n = 100;
   SurfaceSpringMaterial material;

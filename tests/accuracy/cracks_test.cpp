@@ -57,7 +57,7 @@ double edge_crack_ratio(const StaticModel& model, int cells_per_crack, double sh
   return (highest - lowest) / (4 * 4.92339 * (1 - poisson * poisson) / kYoung);
 }
 
-TEST(A_accuracy, A_12_an_edge_crack_opens_as_tadas) {
+TEST(Accuracy, A_12_an_edge_crack_opens_as_tadas) {
   struct Case {
     StaticModel model;
     int cells;
@@ -82,7 +82,7 @@ TEST(A_accuracy, A_12_an_edge_crack_opens_as_tadas) {
 
 // At least as close as conforming tetrahedra of the same spacing: where the cut lies on the faces of cells. Where it
 // goes through them, the cell that it ends in stays closed, and tetrahedra are closer.
-TEST(A_accuracy, A_12_hexahedra_open_as_far_as_tetrahedra_on_the_faces_of_cells_only) {
+TEST(Accuracy, A_12_hexahedra_open_as_far_as_tetrahedra_on_the_faces_of_cells_only) {
   for (const int cells : {4, 8}) {
     const auto missing = [&](const StaticModel& model, double shift) {
       return std::abs(1 - edge_crack_ratio(model, cells, shift, 0.3));
@@ -94,7 +94,7 @@ TEST(A_accuracy, A_12_hexahedra_open_as_far_as_tetrahedra_on_the_faces_of_cells_
 }
 
 // Second neighbours reach around the tip, so that the crack is one or two edges shorter.
-TEST(A_accuracy, A_12_known_failure_springs_open_too_little) {
+TEST(Accuracy, A_12_known_failure_springs_open_too_little) {
   EXPECT_NEAR(edge_crack_ratio(test::tetra_springs(), 8, 0.5, 0.25), 0.68, 0.03);
 }
 
@@ -150,7 +150,7 @@ Penny penny_ratio(const MovingModel& model, int n, double beside, double poisson
   return {opened_m3 / (16.0 / 3 * scale * a * a * a), (highest - lowest) / (8 / M_PI * scale * a)};
 }
 
-TEST(A_accuracy, A_13_a_penny_opens_as_sneddons) {
+TEST(Accuracy, A_13_a_penny_opens_as_sneddons) {
   for (const MovingModel& model : {test::moving_tetrahedra(), test::moving_hexahedra()}) {
     const Penny penny = penny_ratio(model, 4, 0, 0.3);
     EXPECT_NEAR(penny.centre, 1, 0.06) << model;
@@ -159,13 +159,13 @@ TEST(A_accuracy, A_13_a_penny_opens_as_sneddons) {
   }
 }
 
-TEST(A_accuracy, A_13_known_failure_through_cells_a_penny_is_almost_a_cell_smaller) {
+TEST(Accuracy, A_13_known_failure_through_cells_a_penny_is_almost_a_cell_smaller) {
   const Penny penny = penny_ratio(test::moving_hexahedra(), 4, 0.5, 0.3);
   EXPECT_NEAR(penny.centre, 0.8, 0.05);
   EXPECT_NEAR(penny.volume, 0.5, 0.05);
 }
 
-TEST(A_accuracy, A_13_known_failure_springs_open_too_little) {
+TEST(Accuracy, A_13_known_failure_springs_open_too_little) {
   EXPECT_NEAR(penny_ratio(test::moving_springs(), 4, 0, 0.25).centre, 0.86, 0.05);
 }
 

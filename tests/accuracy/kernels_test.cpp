@@ -57,14 +57,14 @@ void expect_forces(const Model& model, const Reference& reference, const Points&
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_LT((force[i] - expected[i]).norm(), 1e-5 * 6000 * 0.06 * 0.06);
 }
 
-TEST(A_reference, tetrahedra_are_consistent_and_the_model_s) {
+TEST(Reference, tetrahedra_are_consistent_and_the_model_s) {
   const TetMesh mesh = block();
   for (const bool nodal : {false, true})
     expect_consistent(test::TetReference(mesh, lame(1e4, 0.45), nodal), mesh.vertices_body_m);
   expect_forces(TetSolid(mesh, {}, {}), test::TetReference(mesh, lame(6000, 0.45)), mesh.vertices_body_m);
 }
 
-TEST(A_reference, hexahedra_are_consistent_and_the_model_s) {
+TEST(Reference, hexahedra_are_consistent_and_the_model_s) {
   const TetMesh mesh = block();
   const HexSolid model(mesh, grid_around(mesh, 0.017), {}, {});
   const test::HexReference reference(model.lattice(), lame(6000, 0.45));
@@ -74,7 +74,7 @@ TEST(A_reference, hexahedra_are_consistent_and_the_model_s) {
   expect_forces(model, reference, rest);
 }
 
-TEST(A_reference, springs_are_consistent_and_the_model_s) {
+TEST(Reference, springs_are_consistent_and_the_model_s) {
   const TetMesh mesh = block();
   const TetSprings model(mesh, {}, {});
   const test::SpringReference reference(model.springs());

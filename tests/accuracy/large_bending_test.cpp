@@ -57,7 +57,7 @@ std::vector<Case> cases() {
 }
 
 // P L^2 / E I (Bisshopp and Drucker 1945).
-TEST(A_accuracy, A_6_elastica_under_a_load_at_its_end) {
+TEST(Accuracy, A_6_elastica_under_a_load_at_its_end) {
   struct Load {
     double alpha, back, down;
   };
@@ -74,7 +74,7 @@ TEST(A_accuracy, A_6_elastica_under_a_load_at_its_end) {
 }
 
 // w L^3 / E I
-TEST(A_accuracy, A_7_elastica_under_its_own_weight) {
+TEST(Accuracy, A_7_elastica_under_its_own_weight) {
   struct Load {
     double beta, down;
   };

@@ -90,7 +90,7 @@ TEST_P(Motion, A_19_free_fall) {
 
 // surface_springs has no other free motion: home springs hold an anchored body, and the frame of a free piece follows
 // it.
-TEST(A_accuracy, A_19_a_free_piece_of_surface_springs_falls) {
+TEST(Accuracy, A_19_a_free_piece_of_surface_springs_falls) {
   const TriangleMesh mesh(test::ellipsoid(1, Vec3(0.02, 0.02, 0.02)));
   SurfaceSpringMaterial material;
   material.damping_per_s = 0;
@@ -111,7 +111,7 @@ TEST(A_accuracy, A_19_a_free_piece_of_surface_springs_falls) {
   for (const VertexId v : all) EXPECT_NEAR(mesh.rest_body_m(v).z() - double{x[v].z()}, 0.5 * 9.81 * 0.01, 1.1e-4);
 }
 
-// What swells and shrinks in one form, an oscillator by symmetry: a regular tetrahedron, or one cell.
+// A body that swells and shrinks in one form, an oscillator by symmetry: a regular tetrahedron, or one cell.
 struct Breathing {
   MovingBody body;
   double omega;
@@ -210,7 +210,7 @@ TEST_P(Motion, A_21_orders_in_time) {
 }
 
 // Implicit Euler: each step divides the amplitude by sqrt(1 + omega^2 h^2), a damping ratio of omega h / 2.
-TEST(A_accuracy, A_21_the_implicit_driver_damps_by_half_the_step) {
+TEST(Accuracy, A_21_the_implicit_driver_damps_by_half_the_step) {
   const MovingModel model = test::moving_tetrahedra();
   const double omega = breathing(model, 0, 1e-4).omega;
   for (const double omega_h : {0.05, 0.1, 0.2}) {

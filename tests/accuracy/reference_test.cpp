@@ -6,7 +6,7 @@
 namespace sectio::test {
 namespace {
 
-TEST(A_reference, bricks_are_consistent) {
+TEST(Reference, bricks_are_consistent) {
   const BrickReference reference({2, 1, 1}, Vec3(0.2, 0.1, 0.1), lame(1e4, 0.45), Slit{0.1, 0.0});
   std::vector<Vec3> x = reference.nodes_m();
   EXPECT_EQ(x.size(), 45u + 6u) << "the slit's nodes are there twice";
@@ -51,7 +51,7 @@ double over_timoshenko(int across, double poisson) {
   return (h / 2 - bar.at({l, h / 2, h / 2}, x).z()) / beam;
 }
 
-TEST(A_reference, bricks_bend_as_timoshenkos_beam_does) {
+TEST(Reference, bricks_bend_as_timoshenkos_beam_does) {
   for (const double poisson : {0.3, 0.45, 0.49}) {
     const double coarse = over_timoshenko(2, poisson), fine = over_timoshenko(3, poisson);
     EXPECT_NEAR(fine, poisson < 0.4 ? 0.99 : 0.97, 0.012) << poisson;

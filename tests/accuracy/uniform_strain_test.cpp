@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kSide = 0.1, kArea = kSide * kSide, kYoung = 1e4;
 
-// What a model makes of an affine deformation of a cube: the traction on its face x = side, and the largest force that
+// A model's answer to an affine deformation of a cube: the traction on its face x = side, and the largest force that
 // is left inside.
 struct Traction {
   Vec3 on_x_end_pa = Vec3::Zero();
@@ -150,7 +150,7 @@ Pulled pulled(const test::StaticModel& model, double asked_poisson) {
   return {pull_n / (size.y() * size.z()) / strain, -wider_m / size.y() / strain};
 }
 
-TEST(A_accuracy, A_2_a_pulled_bar_has_the_modulus_and_the_poisson_s_ratio_asked_for) {
+TEST(Accuracy, A_2_a_pulled_bar_has_the_modulus_and_the_poisson_s_ratio_asked_for) {
   for (const test::StaticModel& model : {test::neo_hookean(), test::neo_hookean_lattice()}) {
     const Pulled bar = pulled(model, 0.45);
     EXPECT_NEAR(bar.young_pa, kYoung, 2e-3 * kYoung) << model;
@@ -159,7 +159,7 @@ TEST(A_accuracy, A_2_a_pulled_bar_has_the_modulus_and_the_poisson_s_ratio_asked_
 }
 
 // A net of springs can't have more than 1/4, and a real one has a little less: known, and stated where it is chosen.
-TEST(A_accuracy, A_2_known_failure_springs_have_a_poisson_s_ratio_of_their_own) {
+TEST(Accuracy, A_2_known_failure_springs_have_a_poisson_s_ratio_of_their_own) {
   const Pulled bar = pulled(test::tetra_springs(), 0.45);
   EXPECT_NEAR(bar.young_pa, kYoung, 0.15 * kYoung);
   EXPECT_GT(bar.poisson, 0.15);

@@ -51,7 +51,7 @@ double half_period_s(const Case& c, int slenderness, int axis, double step_s, co
 }
 
 // f = beta^2 / (2 pi L^2) sqrt(E I / rho A), beta L = 1.875104; struck in the form of that vibration.
-TEST(A_accuracy, A_14_natural_frequency_of_a_bar) {
+TEST(Accuracy, A_14_natural_frequency_of_a_bar) {
   const int slenderness = 12;
   const double length = slenderness * kSide, beta = 1.875104;
   const double expected_hz =
@@ -70,7 +70,7 @@ TEST(A_accuracy, A_14_natural_frequency_of_a_bar) {
 }
 
 // c = sqrt(E / rho): a wave of four lengths goes there and back in half a period.
-TEST(A_accuracy, A_15_wave_speed_along_a_bar) {
+TEST(Accuracy, A_15_wave_speed_along_a_bar) {
   const int slenderness = 12;
   for (const Case& c : {Case{test::moving_hexahedra(), 2, 0.45, 0.03},
                         {test::moving_tetrahedra(), 2, 0.45, 0.03},

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <regex>
 #include <set>
 
 #include "tests/architecture/source_files.h"
@@ -96,6 +97,25 @@ TEST(Walls, headers_of_libraries_stay_out_of_headers_of_ours) {
       for (const std::string& library : hidden)
         EXPECT_FALSE(included(line).starts_with(library)) << path << ": " << line;
   }
+}
+
+// A suite is a noun in PascalCase or the family of rows of docs/rows.md that its tests prove; a test is a sentence.
+TEST(Walls, tests_are_named_in_one_style) {
+  const std::regex test(R"(^TEST(?:_F|_P)?\((\w+),\s*(\w*))");
+  const std::regex suite("[A-Z][A-Za-z0-9]+|[ABC]_[A-Z]+"), sentence("([ABCDS]_([A-Z0-9]+_)*)?[a-z0-9][a-z0-9_]*");
+  std::size_t checked = 0;
+  for (const auto& [path, text] : test::source_files({"tests"}, {".cpp"})) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      std::smatch name;
+      if (!std::regex_search(line, name, test)) continue;
+      EXPECT_TRUE(path.ends_with("_test.cpp")) << path;
+      EXPECT_TRUE(std::regex_match(name[1].str(), suite)) << path << ": " << line;
+      EXPECT_TRUE(name[2].length() == 0 || std::regex_match(name[2].str(), sentence)) << path << ": " << line;
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 500u);
 }
 
 TEST(Walls, untidy_text_is_seen) {

@@ -106,7 +106,7 @@ std::map<std::string, std::string> structs_of_messages() {
   return structs;
 }
 
-// Of idl/, without comments, each member once and with single blanks.
+// The structs of idl/, without comments, each member once and with single blanks.
 std::map<std::string, std::string> structs_of_idl() {
   std::map<std::string, std::string> structs;
   for (const char* name : {"tool", "topology", "state", "session"}) {

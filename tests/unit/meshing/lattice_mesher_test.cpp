@@ -71,7 +71,7 @@ TEST(C_IMP, C_IMP_1_unusable_surfaces_are_refused_with_the_reason) {
 }
 
 // A mesh of whole cells would have steps here.
-TEST(lattice, boundary_vertices_lie_on_the_surface) {
+TEST(LatticeMesher, boundary_vertices_lie_on_the_surface) {
   const TetMesh mesh = fill_with_lattice(test::box(4, 4, 4, Vec3(0.1, 0.1, 0.1)), 0.021);
   for (const Vec3& p : surface_of(mesh).soup.vertices_body_m) {
     const double to_face = std::min(p.minCoeff(), (Vec3::Constant(0.1) - p).minCoeff());
@@ -79,14 +79,14 @@ TEST(lattice, boundary_vertices_lie_on_the_surface) {
   }
 }
 
-TEST(lattice, all_is_the_same_each_time) {
+TEST(LatticeMesher, all_is_the_same_each_time) {
   const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
   const TetMesh once = fill_with_lattice(organ, 0.02), again = fill_with_lattice(organ, 0.02);
   EXPECT_EQ(once.tetrahedra, again.tetrahedra);
   EXPECT_EQ(once.vertices_body_m, again.vertices_body_m);
 }
 
-TEST(lattice, it_is_settled_and_settling_enlarges_the_step) {
+TEST(LatticeMesher, it_is_settled_and_settling_enlarges_the_step) {
   const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
   TetMesh mesh = fill_with_lattice(organ, 0.02);
   const double best_s = explicit_step_limit_s(mesh, {});
@@ -101,7 +101,7 @@ TEST(lattice, it_is_settled_and_settling_enlarges_the_step) {
   EXPECT_EQ(mesh.tetrahedra, settled.tetrahedra);
 }
 
-TEST(lattice, the_step_limit_is_that_of_a_known_element) {
+TEST(LatticeMesher, the_step_limit_is_that_of_a_known_element) {
   // One regular tetrahedron: the volume mode alone has lambda_max = 4 (lambda + 2 mu / 3) sum |g|^2 / (3 rho) here.
   TetMesh mesh;
   mesh.vertices_body_m = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};
@@ -115,7 +115,7 @@ TEST(lattice, the_step_limit_is_that_of_a_known_element) {
   EXPECT_NEAR(explicit_step_limit_s(mesh, m), 2 / std::sqrt(omega2), 1e-6);
 }
 
-TEST(tetgen, runs_as_a_program_with_a_time_limit) {
+TEST(Tetgen, runs_as_a_program_with_a_time_limit) {
   if (!tetgen_installed()) GTEST_SKIP() << "tetgen is not installed";
   const TriangleSoup organ = test::ellipsoid(3, Vec3(0.09, 0.06, 0.05));
   const FilledVolume filled = fill(organ, {Mesher::best, 3000, {}, 60});

@@ -16,12 +16,12 @@ namespace {
 using test::MovingWorld;
 
 // A server and a replica with a wire of vectors in between, which a test can damage.
-class ReplicaTest : public testing::Test {
+class Replicas : public testing::Test {
  protected:
   static constexpr std::uint64_t kEpoch = 7;
   static constexpr double kFrame_s = 1.0 / 60;
 
-  ReplicaTest() : encoder(kEpoch, MovingWorld::kStep_s, 1) {
+  Replicas() : encoder(kEpoch, MovingWorld::kStep_s, 1) {
     SceneInfo scene = world.scene("replica");
     scene.epoch = kEpoch;
     scene.bodies[0].regions = {Region{.name = "tumour", .parts = {RegionPart{}}}};
@@ -93,14 +93,14 @@ class ReplicaTest : public testing::Test {
   double now_s = 0;
 };
 
-TEST_F(ReplicaTest, before_the_topology_is_known_nothing_is_drawn_and_a_keyframe_is_requested) {
+TEST_F(Replicas, before_the_topology_is_known_nothing_is_drawn_and_a_keyframe_is_requested) {
   deliver(step(false));
   EXPECT_FALSE(replica.frame(now_s, frame));
   ASSERT_EQ(replica.take_requests(now_s).size(), 1u);
   EXPECT_TRUE(replica.take_requests(now_s).empty());  // not again at once
 }
 
-TEST_F(ReplicaTest, A_ARCH_2_a_frame_carries_exactly_one_step) {
+TEST_F(Replicas, A_ARCH_2_a_frame_carries_exactly_one_step) {
   deliver_keyframe();
   int frames = 0;
   for (int i = 0; i < 200; ++i) {
@@ -115,7 +115,7 @@ TEST_F(ReplicaTest, A_ARCH_2_a_frame_carries_exactly_one_step) {
   EXPECT_EQ(replica.bodies()[0].mesh().hash(), world.mesh().hash());
 }
 
-TEST_F(ReplicaTest, A_ARCH_2_pieces_of_the_next_step_do_not_tear_this_one) {
+TEST_F(Replicas, A_ARCH_2_pieces_of_the_next_step_do_not_tear_this_one) {
   deliver_keyframe();
   const Sent first = step(false);
   Sent second = step(false);
@@ -130,7 +130,7 @@ TEST_F(ReplicaTest, A_ARCH_2_pieces_of_the_next_step_do_not_tear_this_one) {
   expect_whole(frame);
 }
 
-TEST_F(ReplicaTest, a_state_waits_for_its_delta) {
+TEST_F(Replicas, a_state_waits_for_its_delta) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -147,7 +147,7 @@ TEST_F(ReplicaTest, a_state_waits_for_its_delta) {
   expect_whole(frame);
 }
 
-TEST_F(ReplicaTest, a_delta_waits_for_its_state) {
+TEST_F(Replicas, a_delta_waits_for_its_state) {
   deliver_keyframe();
   const Sent before = step(false);
   const Sent cut = step(true);
@@ -158,7 +158,7 @@ TEST_F(ReplicaTest, a_delta_waits_for_its_state) {
   expect_whole(frame);
 }
 
-TEST_F(ReplicaTest, a_vertex_in_a_reused_slot_is_not_drawn_at_the_old_position) {
+TEST_F(Replicas, a_vertex_in_a_reused_slot_is_not_drawn_at_the_old_position) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -173,7 +173,7 @@ TEST_F(ReplicaTest, a_vertex_in_a_reused_slot_is_not_drawn_at_the_old_position) 
   expect_whole(frame);
 }
 
-TEST_F(ReplicaTest, a_frame_waits_for_lost_pieces_and_is_then_patched) {
+TEST_F(Replicas, a_frame_waits_for_lost_pieces_and_is_then_patched) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -191,7 +191,7 @@ TEST_F(ReplicaTest, a_frame_waits_for_lost_pieces_and_is_then_patched) {
   EXPECT_EQ(replica.counts().patched_frames, 1u);
 }
 
-TEST_F(ReplicaTest, D_1_any_loss_of_deltas_ends_with_the_servers_hash) {
+TEST_F(Replicas, D_1_any_loss_of_deltas_ends_with_the_servers_hash) {
   deliver_keyframe();
   std::mt19937 random(99);
   int frames = 0;
@@ -217,7 +217,7 @@ TEST_F(ReplicaTest, D_1_any_loss_of_deltas_ends_with_the_servers_hash) {
   EXPECT_LT(replica.counts().requests, 100u);
 }
 
-TEST_F(ReplicaTest, lossy_states_are_drawn_ten_times_a_second_at_least_and_heal) {
+TEST_F(Replicas, lossy_states_are_drawn_ten_times_a_second_at_least_and_heal) {
   deliver_keyframe();
   std::mt19937 random(4);
   double last_s = 0, longest_s = 0;
@@ -235,7 +235,7 @@ TEST_F(ReplicaTest, lossy_states_are_drawn_ten_times_a_second_at_least_and_heal)
 }
 
 // Every message on its own: one in twenty is lost, the others take up to 50 ms, so that they overtake each other.
-TEST_F(ReplicaTest, D_4_loss_and_jitter_end_with_the_servers_hash) {
+TEST_F(Replicas, D_4_loss_and_jitter_end_with_the_servers_hash) {
   std::mt19937 random(20240904);
   std::multimap<double, std::function<void()>> wire;
   const auto send = [&](std::function<void()> arrive) {
@@ -264,7 +264,7 @@ TEST_F(ReplicaTest, D_4_loss_and_jitter_end_with_the_servers_hash) {
   EXPECT_GT(frame.step, world.steps() - 30);
 }
 
-TEST_F(ReplicaTest, D_1_a_hash_mismatch_asks_for_a_keyframe_and_leaves_the_mesh) {
+TEST_F(Replicas, D_1_a_hash_mismatch_asks_for_a_keyframe_and_leaves_the_mesh) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -285,7 +285,7 @@ TEST_F(ReplicaTest, D_1_a_hash_mismatch_asks_for_a_keyframe_and_leaves_the_mesh)
   EXPECT_EQ(replica.bodies()[0].mesh().hash(), world.mesh().hash());
 }
 
-TEST_F(ReplicaTest, D_2_a_late_joiner_is_given_deltas_before_its_keyframe) {
+TEST_F(Replicas, D_2_a_late_joiner_is_given_deltas_before_its_keyframe) {
   for (int i = 0; i < 50; ++i) step(true);
   const std::vector<std::uint8_t> keyframe = to_bytes(keyframe_of(world.mesh()));
   for (int i = 0; i < 10; ++i) deliver(step(true));
@@ -298,14 +298,14 @@ TEST_F(ReplicaTest, D_2_a_late_joiner_is_given_deltas_before_its_keyframe) {
   EXPECT_EQ(replica.counts().resyncs, 0u);
 }
 
-TEST_F(ReplicaTest, requests_become_rare_when_nobody_answers) {
+TEST_F(Replicas, requests_become_rare_when_nobody_answers) {
   int requests = 0;
   for (now_s = 0; now_s < 60; now_s += 0.01) requests += static_cast<int>(replica.take_requests(now_s).size());
   EXPECT_GE(requests, 10);
   EXPECT_LE(requests, 25);
 }
 
-TEST_F(ReplicaTest, a_restarted_server_begins_anew_and_late_messages_of_the_old_one_are_ignored) {
+TEST_F(Replicas, a_restarted_server_begins_anew_and_late_messages_of_the_old_one_are_ignored) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -319,7 +319,7 @@ TEST_F(ReplicaTest, a_restarted_server_begins_anew_and_late_messages_of_the_old_
   EXPECT_FALSE(replica.bodies()[0].known());
 }
 
-TEST_F(ReplicaTest, topology_is_copied_only_when_it_changed) {
+TEST_F(Replicas, topology_is_copied_only_when_it_changed) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));
@@ -329,7 +329,7 @@ TEST_F(ReplicaTest, topology_is_copied_only_when_it_changed) {
   EXPECT_EQ(frame.bodies[0].triangles[0].surface, Surface::wall);
 }
 
-TEST_F(ReplicaTest, the_end_of_a_session_is_reached_without_drawing) {
+TEST_F(Replicas, the_end_of_a_session_is_reached_without_drawing) {
   deliver_keyframe();
   for (int i = 0; i < 5; ++i) {
     const Sent sent = step(true);
@@ -344,7 +344,7 @@ TEST_F(ReplicaTest, the_end_of_a_session_is_reached_without_drawing) {
   EXPECT_EQ(replica.take_requests(now_s + 1).size(), 1u);  // more is wanted than came
 }
 
-TEST_F(ReplicaTest, a_keyframe_replaces_a_lost_last_state_after_the_end) {
+TEST_F(Replicas, a_keyframe_replaces_a_lost_last_state_after_the_end) {
   deliver_keyframe();
   deliver(step(false));
   ASSERT_TRUE(replica.frame(now_s, frame));

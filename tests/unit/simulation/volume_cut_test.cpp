@@ -57,7 +57,7 @@ TEST_P(VolumeCuts, C_CUT_4_the_body_is_alive_after_a_cut_and_what_was_cut_opens)
   EXPECT_EQ(check(block.body().mesh).components, 1u);
 }
 
-// What tidying leaves of edges below `ratio`, by what speaks against them in the better direction; else it could go on.
+// Edges below `ratio` that tidying leaves, counted by the reason against their collapse in the better direction.
 std::map<std::string, int> short_edges(const Body& body, const VolumeCutting& cutting, double ratio) {
   const TetTopology& volume = cutting.volume();
   const auto fixed = [&](VertexId v) { return volume.vertex(v).rest_body_m.z() <= 0.004; };
@@ -206,7 +206,7 @@ TEST_P(VolumeCuts, C_CUT_8_what_is_cut_through_has_two_parts) {
 }
 
 // A second blade comes from the side and ends at the cut: a T, and nothing comes off.
-TEST_P(VolumeCuts, a_cut_that_ends_at_another_is_a_T_junction) {
+TEST_P(VolumeCuts, a_cut_that_ends_at_another_is_a_t_junction) {
   BlockUnderBlade block(GetParam());
   const double volume_m3 = block.volume_m3();
   block.go(0.025, 0.012);

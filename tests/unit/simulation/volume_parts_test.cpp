@@ -98,7 +98,7 @@ TEST_P(HangingBar, C_CUT_8_cut_through_at_any_height_it_is_two_bodies_and_no_mor
   }
 }
 
-// The blade comes out halfway. What is tidied then reaches replicas as cuts do, and a session that is played again has
+// The blade comes out halfway. The tidying after it reaches replicas as cuts do, and a session that is played again has
 // it.
 TEST(VolumeParts, C_LIM_1_short_edges_that_collapse_after_a_cut_are_deltas_that_replicas_and_replay_follow) {
   std::uint64_t first_hash = 0;

@@ -41,23 +41,53 @@ TEST_P(VolumeModels, C_CON_1_fall_onto_the_floor_and_rest_there_whole) {
   EXPECT_EQ(simulation.body(0).mesh_notes.size(), GetParam() == "neo_hookean" ? 1u : 2u);
 }
 
-TEST_P(VolumeModels, a_probe_dents_them_and_feels_it) {
+// The height of the upper surface where the probe presses: that of its vertex nearest to the probe's axis.
+double height_under_probe_m(const Simulation& simulation) {
+  const Eigen::Vector2f axis_m(0.001F, 0.002F);
+  double nearest_m = 1, height_m = 0;
+  for (const Vec3f& x : simulation.positions_world_m(0))
+    if (const double away_m = (x.head<2>() - axis_m).norm(); x.z() > 0.02F && away_m < nearest_m) {
+      nearest_m = away_m;
+      height_m = double{x.z()};
+    }
+  return height_m;
+}
+
+TEST_P(VolumeModels, a_probe_dents_them_feels_it_and_they_come_back) {
   Scene scene = block_on_table(GetParam());
   scene.tools.emplace_back();
   scene.tools[0].name = "probe";
   scene.tools[0].kind = "probe";
   scene.tools[0].geometry = instrument_of("probe").geometry;
   Simulation simulation(fill_volumes(scene));
-  StepInput input;
+  std::uint64_t n = 0;
   double force_n = 0;
-  for (std::uint64_t n = 1; n <= 800; ++n) {
-    const double depth = std::max(0.0, std::min(1.0, (static_cast<double>(n) - 300) / 300)) * 0.02;
-    input.samples = {{0, n, 0.001 * static_cast<double>(n), Pose{Vec3(0.001, 0.002, 0.05 - depth)}, 0}};
-    const StepOutput& out = simulation.step(input);
-    for (const ContactModel& c : out.contacts) force_n = c.force_world_n.z();
-  }
-  EXPECT_GT(force_n, 0.02);
+  const auto move_tip = [&](double from_z_m, double to_z_m, int steps) {
+    for (int i = 1; i <= steps; ++i) {
+      const double z_m = from_z_m + (to_z_m - from_z_m) * i / steps;
+      StepInput input;
+      ++n;
+      input.samples = {{0, n, 0.001 * static_cast<double>(n), Pose{Vec3(0.001, 0.002, z_m)}, 0}};
+      force_n = 0;
+      for (const ContactModel& c : simulation.step(input).contacts) force_n = c.force_world_n.z();
+    }
+  };
+  move_tip(0.05, 0.05, 300);
+  const double rest_m = height_under_probe_m(simulation);
+  EXPECT_EQ(force_n, 0);
+  move_tip(0.05, 0.035, 225);
+  move_tip(0.035, 0.035, 200);
+  const double half_n = force_n;
+  EXPECT_GT(half_n, 0.01);
+  move_tip(0.035, 0.030, 75);
+  move_tip(0.030, 0.030, 200);
+  EXPECT_GT(force_n, 1.3 * half_n);
   EXPECT_LT(force_n, 2);
+  EXPECT_LT(height_under_probe_m(simulation), rest_m - 0.003);
+  move_tip(0.030, 0.05, 300);
+  move_tip(0.05, 0.05, 300);
+  EXPECT_EQ(force_n, 0);
+  EXPECT_NEAR(height_under_probe_m(simulation), rest_m, 0.0005);
 }
 
 TEST(Volume, templates_are_refused_and_said_so) {

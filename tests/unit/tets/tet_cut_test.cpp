@@ -246,7 +246,7 @@ TEST(C_CUT, C_CUT_8_a_stroke_with_a_bend_takes_a_corner_off) {
   }
 }
 
-TEST(A_20, A_20_a_cut_leaves_deformation_energy_and_momentum_as_they_were) {
+TEST(TetCut, A_20_a_cut_leaves_deformation_energy_and_momentum_as_they_were) {
   const TetMesh mesh = block();
   TetTopology volume(mesh);
   std::vector<Vec3> x;

@@ -32,7 +32,7 @@ struct Command {
   }
 };
 
-TEST(Arguments, FillsEveryKind) {
+TEST(Arguments, fills_every_kind) {
   Command c;
   ASSERT_TRUE(c.parse({"--scene", "a.yaml", "--duration-s", "2.5", "--tool-id", "3", "--peer", "x", "--peer", "y",
                        "--device", "virtual_hand", "--quiet"}));
@@ -44,7 +44,7 @@ TEST(Arguments, FillsEveryKind) {
   EXPECT_TRUE(c.quiet);
 }
 
-TEST(Arguments, DefaultsStay) {
+TEST(Arguments, defaults_stay) {
   Command c;
   ASSERT_TRUE(c.parse({"--scene", "a.yaml"}));
   EXPECT_EQ(c.duration_s, 5);
@@ -52,7 +52,7 @@ TEST(Arguments, DefaultsStay) {
   EXPECT_TRUE(c.peers.empty());
 }
 
-TEST(Arguments, BadFlagsThrowOneLineThatNamesThem) {
+TEST(Arguments, bad_flags_throw_one_line_that_names_them) {
   const std::vector<std::pair<std::vector<const char*>, std::string>> cases{
       {{}, "--scene"},
       {{"--scene", "a", "--sceen", "b"}, "--sceen"},
@@ -77,7 +77,7 @@ TEST(Arguments, BadFlagsThrowOneLineThatNamesThem) {
   }
 }
 
-TEST(Arguments, HelpAndVersionEndTheProgramWell) {
+TEST(Arguments, help_and_version_end_the_program_well) {
   Command c;
   testing::internal::CaptureStdout();
   EXPECT_FALSE(c.parse({"--help"}));
@@ -118,7 +118,7 @@ struct Program {
   }
 };
 
-TEST(Arguments, ACommandHasFlagsOfItsOwn) {
+TEST(Arguments, a_command_has_flags_of_its_own) {
   Program p;
   EXPECT_EQ(p.run({"replay", "file"}), 3);
   EXPECT_EQ(p.ran, "replay");
@@ -127,7 +127,7 @@ TEST(Arguments, ACommandHasFlagsOfItsOwn) {
   EXPECT_EQ(p.ran, "session");
 }
 
-TEST(Arguments, UnknownWordsAreNamedBeforeMissingOnes) {
+TEST(Arguments, unknown_words_are_named_before_missing_ones) {
   Program p;
   EXPECT_EQ(p.refusal({"rplay"}), "unknown command: rplay (see --help)");
   EXPECT_EQ(p.refusal({"--bodies", "a"}), "not expected: --bodies a (see --help)");
@@ -138,7 +138,7 @@ TEST(Arguments, UnknownWordsAreNamedBeforeMissingOnes) {
   EXPECT_EQ(p.ran, "");
 }
 
-TEST(Arguments, HelpNamesCommandsAndTheirFlags) {
+TEST(Arguments, help_names_commands_and_their_flags) {
   Program p;
   testing::internal::CaptureStdout();
   EXPECT_EQ(p.run({"--help"}), 0);
@@ -149,7 +149,7 @@ TEST(Arguments, HelpNamesCommandsAndTheirFlags) {
   EXPECT_EQ(p.ran, "");
 }
 
-TEST(Arguments, ExitCodes) {
+TEST(Arguments, exit_codes) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(run_program("tester", [] { return 0; }), 0);
   EXPECT_EQ(run_program("tester", []() -> int { throw InputError("a.yaml:3: step_s: too long"); }), kExitBadInput);

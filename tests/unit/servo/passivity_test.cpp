@@ -28,20 +28,20 @@ BenchSpec free_hold(double tissue_n_per_m) {
 class Passivity : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Tissues, Passivity, testing::Values(200.0, 1000.0));
 
-TEST_P(Passivity, ForceIsTrueOverAWireWithDelayAndLoss) {
+TEST_P(Passivity, force_is_true_over_a_wire_with_delay_and_loss) {
   const BenchResult result = HapticBench(usual_wire(GetParam())).run();
   EXPECT_LT(result.rms_error, 0.05);
   EXPECT_LT(result.energy_to_hand_w, 1e-3);
 }
 
-TEST_P(Passivity, ForceIsTrueWhenTheToolComesAndGoes) {
+TEST_P(Passivity, force_is_true_when_the_tool_comes_and_goes) {
   BenchSpec spec = usual_wire(GetParam());
   spec.hand_amplitude_m = 0.012;
   spec.depth_m = 0.002;
   EXPECT_LT(HapticBench(spec).run().rms_error, 0.05);
 }
 
-TEST_P(Passivity, RawForceIsWorse) {
+TEST_P(Passivity, raw_force_is_worse) {
   BenchSpec spec = usual_wire(GetParam());
   const double modelled = HapticBench(spec).run().rms_error;
   spec.raw_force = true;
@@ -50,27 +50,27 @@ TEST_P(Passivity, RawForceIsWorse) {
   EXPECT_GT(raw, 0.05);
 }
 
-TEST_P(Passivity, PlanesVelocityPays) {
+TEST_P(Passivity, planes_velocity_pays) {
   BenchSpec spec = usual_wire(GetParam());
   const double moving = HapticBench(spec).run().rms_error;
   spec.surface_velocity_known = false;
   EXPECT_GT(HapticBench(spec).run().rms_error, 1.5 * moving);
 }
 
-TEST_P(Passivity, NoLimitCycleInFreeHold) {
+TEST_P(Passivity, no_limit_cycle_in_free_hold) {
   const BenchResult result = HapticBench(free_hold(GetParam())).run();
   EXPECT_LT(result.force_ripple_n, 0.05);
   EXPECT_LT(result.energy_to_hand_w, 1e-3);
 }
 
 // Control: the same hold trembles for good on stiff tissue when forces are only passed on.
-TEST(PassivityControl, RawForceTremblesOnStiffTissue) {
+TEST(PassivityControl, raw_force_trembles_on_stiff_tissue) {
   BenchSpec spec = free_hold(1000);
   spec.raw_force = true;
   EXPECT_GT(HapticBench(spec).run().force_ripple_n, 0.5);
 }
 
-TEST_P(Passivity, AWrongPriorIsCorrectedByTheFit) {
+TEST_P(Passivity, a_wrong_prior_is_corrected_by_the_fit) {
   for (const double factor : {0.5, 2.0}) {
     BenchSpec spec = usual_wire(GetParam());
     spec.tissue.stiffness_n_per_m *= factor;
@@ -79,7 +79,7 @@ TEST_P(Passivity, AWrongPriorIsCorrectedByTheFit) {
 }
 
 // The stiffness wrong by two and staying so: less true, but no limit cycle.
-TEST_P(Passivity, WrongStiffnessStaysStable) {
+TEST_P(Passivity, wrong_stiffness_stays_stable) {
   for (const double factor : {0.5, 2.0}) {
     BenchSpec spec = usual_wire(GetParam());
     spec.model_stiffness_n_per_m = factor * GetParam();
@@ -101,14 +101,14 @@ BenchSpec light_hand(BenchSpec spec, double factor) {
   return spec;
 }
 
-TEST(PassivityGuard, KeepsALightHandFromTremblingOnAWrongStiffness) {
+TEST(PassivityGuard, keeps_a_light_hand_from_trembling_on_a_wrong_stiffness) {
   for (const double factor : {0.5, 2.0}) {
     EXPECT_LT(HapticBench(light_hand(free_hold(1000), factor)).run().force_ripple_n, 0.05) << factor;
     EXPECT_LT(HapticBench(light_hand(usual_wire(1000), factor)).run().rms_error, 0.2) << factor;
   }
 }
 
-TEST(PassivityGuardControl, WithoutItTheSameHandTrembles) {
+TEST(PassivityGuardControl, without_it_the_same_hand_trembles) {
   for (const double factor : {0.5, 2.0}) {
     BenchSpec spec = light_hand(free_hold(1000), factor);
     spec.servo.guard.damping_n_s_per_m = 0;
@@ -116,7 +116,7 @@ TEST(PassivityGuardControl, WithoutItTheSameHandTrembles) {
   }
 }
 
-TEST(PassivityGuard, ATrueModelIsLeftAlone) {
+TEST(PassivityGuard, a_true_model_is_left_alone) {
   for (const double tissue_n_per_m : {200.0, 1000.0}) {
     BenchSpec spec = usual_wire(tissue_n_per_m);
     const double guarded = HapticBench(spec).run().rms_error;

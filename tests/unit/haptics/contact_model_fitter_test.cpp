@@ -53,18 +53,18 @@ TEST(B_FUT, B_FUT_1_force_for_haptics_generated) {
   EXPECT_EQ(evaluate(model, Vec3(0, 0, 0.002), Vec3::Zero(), model.tool_time_s).z(), 0);
 }
 
-TEST(ContactModelFitter, FindsTheStiffnessFromAWrongPrior) {
+TEST(ContactModelFitter, finds_the_stiffness_from_a_wrong_prior) {
   for (const double prior : {120.0, 150.0, 300.0, 600.0, 1400.0}) {
     EXPECT_NEAR(fitted(Tissue{.expected_n_per_m = prior}).stiffness_n_per_m, 300, 3) << prior;
   }
 }
 
-TEST(ContactModelFitter, StiffnessStaysNearWhatTheTissueShouldHave) {
+TEST(ContactModelFitter, stiffness_stays_near_what_the_tissue_should_have) {
   EXPECT_DOUBLE_EQ(fitted(Tissue{.expected_n_per_m = 50}).stiffness_n_per_m, 150);
   EXPECT_DOUBLE_EQ(fitted(Tissue{.expected_n_per_m = 2000}).stiffness_n_per_m, 400);
 }
 
-TEST(ContactModelFitter, ARestingTipTeachesNothing) {
+TEST(ContactModelFitter, a_resting_tip_teaches_nothing) {
   ContactModelFitter fitter(0);
   ContactStep step = Tissue{}.at(0);
   ContactModel model;
@@ -76,7 +76,7 @@ TEST(ContactModelFitter, ARestingTipTeachesNothing) {
   EXPECT_DOUBLE_EQ(model.stiffness_n_per_m, FeltTissue{}.stiffness_n_per_m);
 }
 
-TEST(ContactModelFitter, MovingTissueIsCarriedOn) {
+TEST(ContactModelFitter, moving_tissue_is_carried_on) {
   const Tissue tissue{300, 0.02};
   const ContactModel model = fitted(tissue);
   EXPECT_NEAR(model.stiffness_n_per_m, 300, 3);
@@ -84,13 +84,13 @@ TEST(ContactModelFitter, MovingTissueIsCarriedOn) {
   EXPECT_NEAR(evaluate(model, Vec3(0, 0, 0.02 * later_s - 0.008), Vec3::Zero(), later_s).z(), 2.4, 0.01);
 }
 
-TEST(ContactModelFitter, ReactionIsSmoothedWithoutLag) {
+TEST(ContactModelFitter, reaction_is_smoothed_without_lag) {
   const ContactModel noisy = fitted(Tissue{300, 0, 0.3});
   const double force = evaluate(noisy, noisy.tip_world_m, Vec3::Zero(), noisy.tool_time_s).z();
   EXPECT_NEAR(force, 300 * -noisy.tip_world_m.z(), 0.1);
 }
 
-TEST(ContactModelFitter, NothingNearNothingFelt) {
+TEST(ContactModelFitter, nothing_near_nothing_felt) {
   ContactStep step;
   step.tip_world_m = Vec3(0, 0, 0.1);
   const ContactModel model = ContactModelFitter(0).fit(step);
@@ -98,7 +98,7 @@ TEST(ContactModelFitter, NothingNearNothingFelt) {
   EXPECT_EQ(evaluate(model, Vec3(0, 0, -0.1), Vec3::Zero(), 0), Vec3::Zero());
 }
 
-TEST(ContactModelFitter, ANearSurfaceIsMetWithoutWaitingForTheServer) {
+TEST(ContactModelFitter, a_near_surface_is_met_without_waiting_for_the_server) {
   ContactStep step;
   step.tip_world_m = Vec3(0, 0, 0.003);
   step.surface_known = true;
@@ -109,7 +109,7 @@ TEST(ContactModelFitter, ANearSurfaceIsMetWithoutWaitingForTheServer) {
   EXPECT_NEAR(evaluate(model, Vec3(0, 0, -0.001), Vec3::Zero(), 0).z(), 0.2, 1e-12);
 }
 
-TEST(ContactModelFitter, SameStepsSameBits) {
+TEST(ContactModelFitter, same_steps_same_bits) {
   const ContactModel a = fitted(Tissue{300, 0.01, 0.1});
   const ContactModel b = fitted(Tissue{300, 0.01, 0.1});
   EXPECT_EQ(a.force_world_n, b.force_world_n);

@@ -58,7 +58,7 @@ TEST(B_IN, B_IN_1_haptic_device_joystick_and_mouse_give_the_same_path) {
   }
 }
 
-TEST(ScriptedDevice, ForcesDontMoveIt) {
+TEST(ScriptedDevice, forces_dont_move_it) {
   ScriptedDevice device(recorded(100, 0));
   device.apply(Vec3(0, 0, 100));
   EXPECT_TRUE(device.pose_world(0.5).position_m.isApprox(stroke(0.5).position_m, 1e-9));
@@ -68,13 +68,13 @@ VirtualHand resting(const HandSpec& spec) {
   return VirtualHand({{0, Pose{}}, {10, Pose{}}}, spec);
 }
 
-TEST(VirtualHand, FollowsItsWish) {
+TEST(VirtualHand, follows_its_wish) {
   VirtualHand hand(recorded(1000, 0), {.tremor_m = 0});
   for (int i = 0; i <= 1000; ++i) hand.pose_world(i * 0.001);
   EXPECT_LT((hand.pose_world(1.2).position_m - stroke(1).position_m).norm(), 1e-3);
 }
 
-TEST(VirtualHand, ForcesMoveItByHookesLaw) {
+TEST(VirtualHand, forces_move_it_by_hookes_law) {
   VirtualHand hand = resting({.hand_stiffness_n_per_m = 400, .tremor_m = 0});
   hand.apply(Vec3(0, 0, 2));
   EXPECT_NEAR(hand.pose_world(3).position_m.z(), 2.0 / 400, 1e-6);
@@ -82,7 +82,7 @@ TEST(VirtualHand, ForcesMoveItByHookesLaw) {
   EXPECT_NEAR(hand.pose_world(6).position_m.z(), 0, 1e-6);
 }
 
-TEST(VirtualHand, TremblesBetween8And12HzByATenthOfAMillimetre) {
+TEST(VirtualHand, trembles_between8_and12_hz_by_a_tenth_of_a_millimetre) {
   VirtualHand hand = resting({.device_mass_kg = 1e-4, .device_damping_n_s_per_m = 0});  // so light that it shows all
   double squares = 0;
   int crossings = 0;
@@ -98,7 +98,7 @@ TEST(VirtualHand, TremblesBetween8And12HzByATenthOfAMillimetre) {
   EXPECT_LT(crossings, 8 * 2 * 12 + 8);
 }
 
-TEST(VirtualHand, SameSeedSameMotionWhateverTheCallRate) {
+TEST(VirtualHand, same_seed_same_motion_whatever_the_call_rate) {
   VirtualHand often = resting({});
   VirtualHand seldom = resting({});
   VirtualHand other = resting({.seed = 2});

@@ -24,7 +24,7 @@ class Trace : public testing::Test {
 
 const std::string kHeader = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz\n";
 
-TEST_F(Trace, ReadsColumnsByNameInAnyOrder) {
+TEST_F(Trace, reads_columns_by_name_in_any_order) {
   const auto trace =
       load_trace(write("# a comment\nqw,qx,qy,qz,force_n,time_s,x_world_m,y_world_m,z_world_m\r\n"
                        "1,0,0,0,9,0.5,1,2,3\r\n\r\n0,1,0,0,9,1.5,3,2,1\n"));
@@ -34,7 +34,7 @@ TEST_F(Trace, ReadsColumnsByNameInAnyOrder) {
   EXPECT_EQ(trace[1].pose_world.orientation.x(), 1);
 }
 
-TEST_F(Trace, InterpolatesAndRestsAtTheEnds) {
+TEST_F(Trace, interpolates_and_rests_at_the_ends) {
   const auto trace = load_trace(write(kHeader + "1,0,0,0,1,0,0,0\n3,2,4,6,0,0,0,1\n"));
   EXPECT_EQ(pose_at(trace, 0).position_m, Vec3(0, 0, 0));
   EXPECT_TRUE(pose_at(trace, 2).position_m.isApprox(Vec3(1, 2, 3)));
@@ -43,7 +43,7 @@ TEST_F(Trace, InterpolatesAndRestsAtTheEnds) {
   EXPECT_EQ(pose_at(trace, 9).position_m, Vec3(2, 4, 6));
 }
 
-TEST_F(Trace, TheOpeningOfAJointIsAColumnThatNeedNotBe) {
+TEST_F(Trace, the_opening_of_a_joint_is_a_column_that_need_not_be) {
   const auto trace = load_trace(write("opening_rad," + kHeader + "0.4,1,0,0,0,1,0,0,0\n0.2,3,0,0,0,1,0,0,0\n"));
   EXPECT_EQ(trace[0].opening_rad, 0.4);
   EXPECT_NEAR(point_at(trace, 2).opening_rad, 0.3, 1e-12);
@@ -51,7 +51,7 @@ TEST_F(Trace, TheOpeningOfAJointIsAColumnThatNeedNotBe) {
   EXPECT_EQ(load_trace(write(kHeader + "1,0,0,0,1,0,0,0\n"))[0].opening_rad, 0);
 }
 
-TEST_F(Trace, ErrorsNameFileLineAndColumn) {
+TEST_F(Trace, errors_name_file_line_and_column) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing"},
       {kHeader + "0,0,0,0,1,0,0,0\n1,0,oops,0,1,0,0,0\n", ":3: y_world_m: expected a finite number, got \"oops\""},

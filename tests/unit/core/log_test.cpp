@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-TEST(Log, OneLineAMessageOnStandardErrorWithTheProgramsName) {
+TEST(Log, one_line_a_message_on_standard_error_with_the_programs_name) {
   set_log_program("tester");
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
@@ -17,7 +17,7 @@ TEST(Log, OneLineAMessageOnStandardErrorWithTheProgramsName) {
             "tester: ready\ntester: warning: two lines {} %v\ntester: error: bad\n");
 }
 
-TEST(Log, MessagesBelowTheLevelAreLeftOut) {
+TEST(Log, messages_below_the_level_are_left_out) {
   set_log_program("tester");
   testing::internal::CaptureStderr();
   set_log_level(LogLevel::warning);
@@ -27,7 +27,7 @@ TEST(Log, MessagesBelowTheLevelAreLeftOut) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "tester: warning: loud\n");
 }
 
-TEST(Log, LimitedLinesPassOncePerKey) {
+TEST(Log, limited_lines_pass_once_per_key) {
   testing::internal::CaptureStderr();
   for (int i = 0; i < 3; ++i) log_limited(LogLevel::warning, "test.a", "again");
   log_limited(LogLevel::warning, "test.b", "other");
@@ -36,7 +36,7 @@ TEST(Log, LimitedLinesPassOncePerKey) {
   EXPECT_EQ(text.find("again"), text.rfind("again")) << text;
 }
 
-TEST(RateLimit, CountsWhatItHoldsBack) {
+TEST(RateLimit, counts_what_it_holds_back) {
   RateLimit limit(1.0);
   EXPECT_EQ(limit.pass("a", 10.0), 0U);
   EXPECT_EQ(limit.pass("a", 10.5), std::nullopt);

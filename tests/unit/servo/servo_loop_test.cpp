@@ -82,7 +82,7 @@ struct Loop {
   }
 };
 
-TEST(ServoLoop, NeitherAllocatesNorLosesATick) {
+TEST(ServoLoop, neither_allocates_nor_loses_a_tick) {
   CountingDevice device(100);
   Loop loop;
   loop.link.models.store(pushing());
@@ -118,14 +118,14 @@ class SlowDevice : public CountingDevice {
   }
 };
 
-TEST(ServoLoop, CountsOverruns) {
+TEST(ServoLoop, counts_overruns) {
   SlowDevice device(10);
   Loop loop;
   loop.run(device);
   EXPECT_GE(loop.last().overruns, 9U);
 }
 
-TEST(ServoLoop, StopsWhenTold) {
+TEST(ServoLoop, stops_when_told) {
   CountingDevice device(1'000'000);
   Loop loop;
   std::thread thread([&] { loop.run(device); });
@@ -135,14 +135,14 @@ TEST(ServoLoop, StopsWhenTold) {
   EXPECT_EQ(device.force_n, Vec3::Zero());
 }
 
-TEST(ServoLoop, EndsWithItsDuration) {
+TEST(ServoLoop, ends_with_its_duration) {
   CountingDevice device(1'000'000);
   Loop loop;
   loop.run(device, {.duration_s = 0.02});
   EXPECT_LE(loop.last().sample.tool_time_s, 0.02);
 }
 
-TEST(ServoLoop, AFullLogIsCountedAndDelaysNothing) {
+TEST(ServoLoop, a_full_log_is_counted_and_delays_nothing) {
   CountingDevice device(4);
   Loop loop;
   while (loop.log.records.push({})) {
@@ -152,7 +152,7 @@ TEST(ServoLoop, AFullLogIsCountedAndDelaysNothing) {
   EXPECT_EQ(loop.link.samples.size(), 4U);
 }
 
-TEST(Ring, KeepsOrderBetweenThreads) {
+TEST(Ring, keeps_order_between_threads) {
   Ring<std::uint64_t> ring(7);
   constexpr std::uint64_t kLast = 100'000;
   std::thread producer([&] {
@@ -177,7 +177,7 @@ TEST(Ring, KeepsOrderBetweenThreads) {
   EXPECT_EQ(wrong, 0U);
 }
 
-TEST(RecordWriter, LogIsATraceAgain) {
+TEST(RecordWriter, log_is_a_trace_again) {
   const std::string path = testing::TempDir() + "servo_" + std::to_string(getpid()) + ".csv";
   Ring<ServoRecord> records(8);
   std::vector<TracePoint> expected;

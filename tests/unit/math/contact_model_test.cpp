@@ -25,7 +25,7 @@ double normal_force(const ContactModel& m, double z_m, double now_s, double vz =
   return evaluate(m, Vec3(0, 0, z_m), Vec3(0, 0, vz), now_s).z();
 }
 
-TEST(ContactModel, IsASpringAlongTheNormalThatOnlyPushes) {
+TEST(ContactModel, is_a_spring_along_the_normal_that_only_pushes) {
   const ContactModel m = pressed();
   EXPECT_DOUBLE_EQ(normal_force(m, -0.002, 1), 0.4);
   EXPECT_NEAR(normal_force(m, -0.003, 1), 0.6, 1e-12);
@@ -33,7 +33,7 @@ TEST(ContactModel, IsASpringAlongTheNormalThatOnlyPushes) {
   EXPECT_EQ(normal_force(m, 0.001, 1), 0);
 }
 
-TEST(ContactModel, PlaneMovesOnUntilItsTimeToLive) {
+TEST(ContactModel, plane_moves_on_until_its_time_to_live) {
   ContactModel m = pressed();
   m.velocity_world_m_per_s = Vec3(0, 0, 0.01);
   EXPECT_NEAR(normal_force(m, -0.002, 0.9), 0.4, 1e-12);  // a clock that went back changes nothing
@@ -41,14 +41,14 @@ TEST(ContactModel, PlaneMovesOnUntilItsTimeToLive) {
   EXPECT_NEAR(normal_force(m, -0.002, 9), 0.4 + 200 * 0.01 * m.time_to_live_s, 1e-12);
 }
 
-TEST(ContactModel, NeverExceedsItsYield) {
+TEST(ContactModel, never_exceeds_its_yield) {
   EXPECT_DOUBLE_EQ(normal_force(pressed(), -0.1, 1), 5);
   ContactModel m = pressed();
   m.force_world_n = Vec3(3, 4, 5) * 10;
   EXPECT_NEAR(evaluate(m, m.tip_world_m, Vec3::Zero(), 1).norm(), 5, 1e-12);
 }
 
-TEST(ContactModel, DampsMotionAgainstThePlane) {
+TEST(ContactModel, damps_motion_against_the_plane) {
   ContactModel m = pressed();
   m.damping_n_s_per_m = 2;
   m.velocity_world_m_per_s = Vec3(0, 0, 0.01);
@@ -56,7 +56,7 @@ TEST(ContactModel, DampsMotionAgainstThePlane) {
   EXPECT_NEAR(normal_force(m, -0.002, 1, -0.01), 0.44, 1e-12);
 }
 
-TEST(ContactModel, SidewaysForceSticksUpToFrictionAndFadesWhenLifted) {
+TEST(ContactModel, sideways_force_sticks_up_to_friction_and_fades_when_lifted) {
   ContactModel m = pressed();
   m.tangential_stiffness_n_per_m = 100;
   m.friction = 0.5;
@@ -68,7 +68,7 @@ TEST(ContactModel, SidewaysForceSticksUpToFrictionAndFadesWhenLifted) {
 }
 
 // A blade in a groove is pressed sideways. Its small normal force must not suppress the sideways force.
-TEST(ContactModel, SidewaysForceDoesNotHangOnASmallNormalOne) {
+TEST(ContactModel, sideways_force_does_not_hang_on_a_small_normal_one) {
   ContactModel m = pressed();
   m.force_world_n = Vec3(1, 0, 0.002);
   const double before = evaluate(m, m.tip_world_m, Vec3::Zero(), 1).x();
@@ -101,13 +101,13 @@ struct Follower {
   }
 };
 
-TEST(ContactModelFollower, NoModelNoForce) {
+TEST(ContactModelFollower, no_model_no_force) {
   Follower f;
   EXPECT_EQ(f.tick(), Vec3::Zero());
   EXPECT_EQ(f.follower.model(), nullptr);
 }
 
-TEST(ContactModelFollower, ForceHasNoJumpWhenModelsChange) {
+TEST(ContactModelFollower, force_has_no_jump_when_models_change) {
   Follower f;
   f.live(pressed(), 64);
   ContactModel other = pressed();
@@ -124,7 +124,7 @@ TEST(ContactModelFollower, ForceHasNoJumpWhenModelsChange) {
   EXPECT_LT(largest_step_n, 1.01 * (other.force_world_n - pressed().force_world_n).norm() / 8);
 }
 
-TEST(ContactModelFollower, FollowsAServerAsFastAsItself) {
+TEST(ContactModelFollower, follows_a_server_as_fast_as_itself) {
   Follower f;
   f.live(pressed(), 64, 1);
   ContactModel other = pressed();
@@ -138,7 +138,7 @@ double stiffness_felt(Follower f) {
   return (f.tick().z() - before) / 1e-4;
 }
 
-TEST(ContactModelFollower, StiffnessRisesSlowlyAndFallsAtOnce) {
+TEST(ContactModelFollower, stiffness_rises_slowly_and_falls_at_once) {
   Follower f;
   f.live(pressed(), 64);
   ContactModel stiffer = pressed();
@@ -151,7 +151,7 @@ TEST(ContactModelFollower, StiffnessRisesSlowlyAndFallsAtOnce) {
   EXPECT_NEAR(stiffness_felt(f), 200, 1);
 }
 
-TEST(ContactModelFollower, SpringIsDraggedAlongWhenItSlips) {
+TEST(ContactModelFollower, spring_is_dragged_along_when_it_slips) {
   ContactModel m = pressed();
   m.tangential_stiffness_n_per_m = 100;
   m.friction = 0.5;  // slips at 0.2 N, 2 mm
@@ -169,7 +169,7 @@ TEST(ContactModelFollower, SpringIsDraggedAlongWhenItSlips) {
   EXPECT_NEAR(f.tick().x(), 0, 1e-9);
 }
 
-TEST(ContactModelFollower, OutsideItsRadiusHoldsThenFades) {
+TEST(ContactModelFollower, outside_its_radius_holds_then_fades) {
   Follower f;
   ContactModel m = pressed();
   m.valid_radius_m = 0.001;
@@ -183,7 +183,7 @@ TEST(ContactModelFollower, OutsideItsRadiusHoldsThenFades) {
   EXPECT_EQ(f.tick().z(), 0);
 }
 
-TEST(ContactModelFollower, SilenceRampsTheForceToZeroWithoutAJump) {
+TEST(ContactModelFollower, silence_ramps_the_force_to_zero_without_a_jump) {
   Follower f;
   f.live(pressed(), 64);
   double before = f.tick().z();

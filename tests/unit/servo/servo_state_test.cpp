@@ -28,7 +28,7 @@ ServoRecord run(ServoState& state, ContactModel model, double from_s, double to_
   return record;
 }
 
-TEST(ServoState, TellsAgeAndState) {
+TEST(ServoState, tells_age_and_state) {
   ServoState state;
   EXPECT_LT(state.tick(0, Pose{}, nullptr).model_age_s, 0);
   const ServoRecord record = run(state, pushing(1), 0.001, 0.1, true);
@@ -39,7 +39,7 @@ TEST(ServoState, TellsAgeAndState) {
   EXPECT_EQ(record.sample.sequence, 100U);
 }
 
-TEST(ServoState, WatchdogRampsTheForceToZeroAndLetsGoAgain) {
+TEST(ServoState, watchdog_ramps_the_force_to_zero_and_lets_go_again) {
   ServoState state;
   run(state, pushing(1), 0, 0.5, true);
   EXPECT_FALSE(run(state, pushing(1), 0.5, 0.58, false).server_silent);
@@ -53,19 +53,19 @@ TEST(ServoState, WatchdogRampsTheForceToZeroAndLetsGoAgain) {
   EXPECT_NEAR(back.force_world_n.z(), 1, 1e-9);
 }
 
-TEST(ServoState, TheHandNeverGetsMoreThanTheDevicesForce) {
+TEST(ServoState, the_hand_never_gets_more_than_the_devices_force) {
   ServoState state{{.device = {.largest_force_n = 3}}};
   EXPECT_NEAR(run(state, pushing(1000), 0, 0.1, true).force_world_n.norm(), 3, 1e-9);
 }
 
-TEST(ServoState, ForceRisesNoFasterThanTheDeviceCan) {
+TEST(ServoState, force_rises_no_faster_than_the_device_can) {
   ServoState state{{.device = {.slew_n_per_s = 100}}};
   EXPECT_NEAR(run(state, pushing(5), 0, 0.021, true).force_world_n.norm(), 2, 1e-9);
   EXPECT_NEAR(run(state, pushing(5), 0.021, 0.1, true).force_world_n.norm(), 5, 1e-9);
 }
 
 // 0.7 * 2 b / T, whatever the server sends.
-TEST(ServoState, StiffnessStaysBelowThePassiveBoundOfTheDevice) {
+TEST(ServoState, stiffness_stays_below_the_passive_bound_of_the_device) {
   ServoState state{{.device = {.damping_n_s_per_m = 0.2, .rate_hz = 500}}};
   ContactModel model = pushing(0);
   model.stiffness_n_per_m = 2000;
@@ -74,7 +74,7 @@ TEST(ServoState, StiffnessStaysBelowThePassiveBoundOfTheDevice) {
   EXPECT_NEAR(state.tick(0.1, deeper, nullptr).force_world_n.z(), 0.14, 1e-9);
 }
 
-TEST(ServoState, ABrokenModelGivesNoForceAndIsForgotten) {
+TEST(ServoState, a_broken_model_gives_no_force_and_is_forgotten) {
   ServoState state;
   EXPECT_EQ(run(state, pushing(std::numeric_limits<double>::quiet_NaN()), 0, 0.1, true).force_world_n, Vec3::Zero());
   EXPECT_NEAR(run(state, pushing(1), 0.1, 0.2, true).force_world_n.z(), 1, 1e-9);

@@ -8,14 +8,14 @@
 namespace sectio {
 namespace {
 
-TEST(LatestValue, NothingBeforeTheFirstStore) {
+TEST(LatestValue, nothing_before_the_first_store) {
   LatestValue<int> slot;
   int value = 7;
   EXPECT_FALSE(slot.load(value));
   EXPECT_EQ(value, 7);
 }
 
-TEST(LatestValue, OnlyTheNewestAndOnlyOnce) {
+TEST(LatestValue, only_the_newest_and_only_once) {
   LatestValue<int> slot;
   slot.store(1);
   slot.store(2);
@@ -29,7 +29,7 @@ TEST(LatestValue, OnlyTheNewestAndOnlyOnce) {
 }
 
 // Every field holds the same number: a torn value would show.
-TEST(LatestValue, TwoThreadsNeverSeeATornOrOlderValue) {
+TEST(LatestValue, two_threads_never_see_a_torn_or_older_value) {
   using Wide = std::array<std::uint64_t, 32>;
   constexpr std::uint64_t kLast = 200'000;
   LatestValue<Wide> slot;
