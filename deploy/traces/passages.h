@@ -26,7 +26,7 @@ struct Passage {
 
 std::span<const Passage> passages();
 
-// As CSV.
+// The passage as CSV.
 std::string trace_of(const Passage& passage);
 
 }  // namespace sectio

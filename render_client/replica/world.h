@@ -1,4 +1,4 @@
-// What a viewer knows of a session: one replica for each server that has a share of its bodies, shown as one world.
+// A viewer's knowledge of a session: one replica for each server that has a share of its bodies, shown as one world.
 //
 //  - Every server counts its own steps, bodies and revisions. The epoch of a message says which server sent it.
 //  - A server that sends states keeps its place. A newcomer that claims a body of another server, or announces another

@@ -12,7 +12,7 @@ namespace sectio {
 
 constexpr std::uint32_t kImmovable = 0xffffffffu;
 
-// What a contact pushes on one of its sides: a point of a body.
+// One side of a contact: the point of a body that it pushes.
 struct ContactSide {
   std::uint32_t body = kImmovable;  // a number in the list of bodies that the solver gets
   // The point of a body that deforms: the weighted mean of these vertices. A rigid body needs none.

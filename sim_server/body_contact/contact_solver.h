@@ -27,14 +27,14 @@ struct ContactBody {
   const DeformationEngine* deformation = nullptr;  // nullptr: contacts can't move the particles
 };
 
-// What contacts did to a particle in a step.
+// The change of a particle by contacts in a step.
 struct ParticleChange {
   std::uint32_t body = 0;
   VertexId vertex = kNone;
   Vec3 faster_by_m_per_s = Vec3::Zero();
   Vec3 moved_by_m = Vec3::Zero();
 };
-// What a contact gave to a particle.
+// The impulse that a contact gave to a particle.
 struct ParticleImpulse {
   std::uint32_t body = 0;
   VertexId vertex = kNone;

@@ -112,7 +112,7 @@ TetMesh fill_with_tetgen(const TriangleSoup& surface, double largest_m3, double 
   const WorkFolder folder;
   write_poly(folder / "organ.poly", surface);
   // p: a surface; Y: keep its triangles; q: radius over edge 1.2, dihedral angles 15 degrees; a: largest volume.
-  // Of the switches tried on organs, these gave the largest stable step.
+  // These switches gave the largest stable step of those that were tried on organs.
   char switches[80];
   std::snprintf(switches, sizeof switches, "-pYq1.2/15a%.9g", largest_m3);
   if (const std::string flaw = run({tetgen, switches, folder / "organ.poly"}, limit_s); !flaw.empty())

@@ -13,7 +13,7 @@ namespace sectio {
 
 class Intake {
  public:
-  // Of a scene with so many tools. The endpoints outlive it.
+  // `tools`: the number of tools of the scene. The endpoints outlive the intake.
   Intake(ServerEndpoints& endpoints, std::size_t tools);
 
   // Appends the samples that have arrived since the last call, each once, in order of sequence for each tool.

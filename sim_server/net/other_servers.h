@@ -1,4 +1,4 @@
-// The servers of a session have a share of its bodies each. What one server knows of the others.
+// The servers of a session have a share of its bodies each. One server's knowledge of the others.
 #pragma once
 
 #include <chrono>

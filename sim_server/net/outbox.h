@@ -1,4 +1,4 @@
-// What the simulation has put down and the network's thread has not yet picked up. It is bounded; beyond the bound,
+// Changes that the simulation put down and the network's thread has not yet picked up. The box is bounded; beyond it,
 // deltas are replaced by whole bodies, and events are left out. Plain values, shared under the lock of Handover.
 // Buffers keep their memory.
 #pragma once

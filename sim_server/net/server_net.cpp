@@ -43,7 +43,7 @@ class StateRhythm {
   Clock::time_point next_{};
 };
 
-// What a viewer would refuse is refused here, with a word.
+// A scene that a viewer would refuse is refused here, with a word.
 SceneInfo checked(SceneInfo scene, std::size_t meshes) {
   if (const std::string flaw = first_flaw(scene); !flaw.empty())
     throw InputError("scene: it can't be sent to viewers: " + flaw);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMostSnapRatio = 0.15;  // above, crumbs come off
 
-// Which models of a table have a trait, for an error.
+// The models of a table that have a trait, for an error.
 std::string models_with(const EngineTraits& traits, bool ModelTraits::*trait) {
   std::vector<std::string> names;
   for (const ModelTraits& model : traits.models)
@@ -17,7 +17,7 @@ std::string models_with(const EngineTraits& traits, bool ModelTraits::*trait) {
   return joined(names);
 }
 
-// What the model of a body may have. Model auto may have whatever any model may: the planner chooses accordingly.
+// The features that a body's model allows. Model auto allows all that any model does: the planner chooses accordingly.
 struct Allowed {
   bool is_auto = false, volume = true, cutting = true, templates = true;
 };

@@ -1,4 +1,4 @@
-// What a scene file may hold, as plain data: one description for each key. The key is read by it (key_reader.h), and
+// The contents of a scene file as plain data: one description for each key. The key is read by it (key_reader.h), and
 // docs/scene.md and the JSON Schema for editors are written from it (schema.h).
 #pragma once
 

@@ -1,6 +1,6 @@
-// Surfaces from files: Wavefront OBJ, STL, PLY, glTF and GLB. What can be mended without guessing is mended (duplicate
-// vertices, degenerate and duplicate triangles, orientation); what can't serve is refused with the reason and the
-// place.
+// Surfaces from files: Wavefront OBJ, STL, PLY, glTF and GLB. Flaws that can be mended without guessing are mended
+// (duplicate vertices, degenerate and duplicate triangles, orientation); a surface that can't serve is refused with the
+// reason and the place.
 #pragma once
 
 #include <cstdint>

@@ -44,7 +44,7 @@ struct CuttingSpec {
   double snap_ratio = 0.08;        // of volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
 };
 
-// What an instrument that presses moves: the vertices under it, or "templates", paper A's way: temporary particles.
+// A pressing instrument moves the vertices under it or, with "templates" (paper A), temporary particles.
 // These follow its form more closely, but the force goes over from one to the next where the vertices' is interpolated,
 // and each sends topology: hence the default.
 struct ContactSpec {
@@ -79,7 +79,7 @@ struct VolumeSpec {
   double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go; 0: none
 };
 
-// Of model auto: how wrong and how dear a body may be; what the planner expects of what it has taken.
+// Model auto: the error and the cost that a body may have, and those that the planner expects of its choice.
 struct PlanSpec {
   double error_budget = 0.1;  // relative: of how the body bends, twists, is dented and opens
   double cpu_budget = 0.5;    // processor's time for a second

@@ -7,8 +7,8 @@
 
 namespace sectio {
 
-// JSON Schema (draft 7). An editor that knows it completes keys and shows their meanings. What one key demands of
-// another is not in it; the reader checks that.
+// JSON Schema (draft 7). An editor that knows it completes keys and shows their meanings. Demands of one key on
+// another are not in it; the reader checks them.
 std::string scene_schema(const EngineTraits& traits);
 
 // docs/scene.md.

@@ -49,11 +49,11 @@ struct Score {
 
 class ExerciseScore {
  public:
-  // Of a scene with an exercise; both must outlive the score.
+  // `scene` has an exercise; both arguments outlive the score.
   ExerciseScore(const Scene& scene, const Simulation& simulation);
   // After each step.
   void add(const StepOutput& output);
-  // As things are now. The organ is what is held in place, or else the largest piece. O(all).
+  // The score at this moment. The organ is the body that is held in place, or else the largest piece. O(all).
   Score finish() const;
 
  private:

@@ -1,4 +1,4 @@
-// What a run leaves behind.
+// Collects the results of a run for its report.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ class Recorder {
   void add(const StepOutput& output, double step_wall_time_s);
   // Into the log and the report, each text once.
   void warn(const std::string& text);
-  // Of a live session; its samples are those of publishing after each step.
+  // Live sessions only: the time that publishing took after a step.
   void add_publish(double time_s);
   void set(const SyncCost& cost);
   // Writes the files.

@@ -12,7 +12,7 @@
 
 namespace sectio {
 
-// What it costs that there are several copies of a body (paper A, conclusion): the simulation's, the one from which the
+// The cost of several copies of a body (paper A, conclusion): the simulation's, the one from which the
 // network's thread serves viewers, and one in each viewer (its own report has that).
 struct SyncCost {
   std::size_t copy_bytes = 0;       // of the network's thread: topology and positions

@@ -1,4 +1,4 @@
-// What blades open in a volume: along their tracks for good, and their front for the time being.
+// Cuts a volume with blades: along their tracks for good, and at their fronts for the time being.
 #pragma once
 
 #include <cstdint>

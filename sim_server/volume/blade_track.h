@@ -1,4 +1,4 @@
-// Where blades have been in a volume, in its shape at rest.
+// The tracks of blades in a volume, in its shape at rest.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct Tissue {
   TetVertexState state_of(VertexId v) const { return volume.state_of(body, v); }
 };
 
-// Where one edge has been since its cut began, as far back as a sheet reaches, and the vertices of its cut. Places are
+// The places of one edge since its cut began, as far back as a sheet reaches, and the vertices of its cut. Places are
 // carried to the shape at rest by the frame of the tissue that is around the blade at the time.
 struct BladeTrack {
   std::vector<BladeEdge> edges;          // the newest last
@@ -65,7 +65,7 @@ struct BladeTracks {
   // begins where the blade would be without that.
   void begin(const Tissue& tissue, const MeshDraft& surface, const Stroke& at, const BladeMotion* motion);
   void extend(const Tissue& tissue, const BladeMotion& motion);
-  // What is open stays open.
+  // The open fronts stay open for good.
   void finalise_fronts();
   std::vector<VertexId> without_front(const std::vector<VertexId>& vertices) const {
     return front ? front->without_front(vertices) : vertices;

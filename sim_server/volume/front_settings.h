@@ -35,7 +35,7 @@ struct FrontSettings {
   double around_edges = 2;
   std::size_t fewest_vertices_around = 8;
 
-  // What a cut must not do.
+  // Bounds that a cut must keep.
   double least_fragment_cubic_edges = 0.06;  // volume; half of an element
   double least_kept_area_ratio = 0.75;       // of the area that a front had opened, when it is made anew
   int pinch_rounds = 3;                      // edges are opened that opening others has pinched, this often

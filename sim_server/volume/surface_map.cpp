@@ -114,7 +114,7 @@ std::vector<std::array<VertexId, 2>> SurfaceMap::pinched_edges(const TriangleMes
                                                                const BoundaryChange& change) const {
   const Patch patch(*this, mesh, change);
   std::vector<std::array<VertexId, 2>> edges;
-  // As directed, where a new triangle has it.
+  // An edge is pinched if several new triangles have it in one direction.
   for (const auto& [v, list] : patch.at()) {
     std::map<VertexId, int> to;
     for (const std::size_t n : list) {

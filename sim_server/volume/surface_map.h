@@ -32,7 +32,7 @@ class SurfaceMap {
   // Edges of the surface to be, as numbered in the volume, at which more than two triangles meet. Ascending.
   std::vector<std::array<VertexId, 2>> pinched_edges(const TriangleMesh& mesh, const BoundaryChange& change) const;
 
-  // What a change of the volume makes of the slots.
+  // The slots' part of a change of the volume.
   struct Change {
     std::map<VertexId, VertexId> taken;  // slot -> vertex
     std::vector<VertexId> freed;         // slots

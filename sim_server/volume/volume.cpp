@@ -24,7 +24,7 @@ TetVertexState Volume::state_of(const SharedBody& body, VertexId v) const {
   return {topology.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
-// Where two components touch in a vertex, that vertex has slots of both, and says nothing about which is meant.
+// A vertex in which two components touch has slots of both, and doesn't tell which of them is meant.
 std::vector<std::uint32_t> Volume::tetrahedra_of(std::span<const VertexId> slots) const {
   std::vector<VertexId> sorted(slots.begin(), slots.end());
   std::ranges::sort(sorted);

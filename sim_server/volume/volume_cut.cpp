@@ -104,7 +104,7 @@ void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, con
   volume.conserve_momentum(body, cut.before);
 }
 
-// Where the two halves of a cut would meet in an edge, both ends at the tip of a cut that is open on either side of it,
+// If the two halves of a cut would meet in an edge, both ends at the tip of a cut that is open on either side of it,
 // the surface is no manifold: the edge is opened through its middle. False when that does not help.
 bool VolumeCutPlanner::open_pinched_edges(const FrontRollback& rollback, TetChange& change, BoundaryChange& boundary) {
   std::vector<VertexId> made;

@@ -32,7 +32,7 @@ void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, con
 // Plans what blades cut in one step. The volume is as before when this returns.
 class VolumeCutPlanner {
  public:
-  // Of `volume`, which the tissue shows; `tracks` with the front that is open.
+  // Plans for `volume`, of which `tissue` is the surface; `tracks` include the front that is open.
   VolumeCutPlanner(Volume& volume, const Tissue& tissue, const BladeTracks& tracks)
       : volume_(volume),
         tissue_(tissue),

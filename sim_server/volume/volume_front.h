@@ -1,4 +1,4 @@
-// What blades have opened in a volume for the time being: the tissue parts up to their edges, inside elements. The
+// The temporary front of blades in a volume: the tissue parts up to their edges, inside elements. The
 // front is undone exactly and made anew, further on, each time that a blade has gone on a little. It becomes final, as
 // it is, where the blade stops.
 #pragma once

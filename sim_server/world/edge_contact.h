@@ -89,7 +89,7 @@ class EdgeContact {
   void ask_surface(const Blade& blade, std::vector<TriangleId>& crossed);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
-  // Of an edge that cuts anywhere (CutTraits); edge_contact_whole_edge.cpp.
+  // An edge that cuts anywhere along its length (CutTraits): edge_contact_whole_edge.cpp.
   static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
   bool sharp_edge_touches(const InstrumentShape& shape) const;
   bool sharp_edge_presses() const;

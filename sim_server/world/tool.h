@@ -30,7 +30,7 @@ struct Tool {
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
 
-  // Of this step.
+  // The motion in this step.
   std::optional<JointPose> before;
   std::vector<JointPose> poses;
   bool continuous = true;

@@ -1,6 +1,7 @@
 // The rules that documents keep, as pure functions of their text: links and paths lead somewhere.
 #pragma once
 
+#include <algorithm>
 #include <cctype>
 #include <set>
 #include <sstream>
@@ -116,6 +117,24 @@ inline std::vector<Citation> citations(const std::string& source) {
                            std::islower(static_cast<unsigned char>(word.back()));
       name = is_name ? word : "";
     }
+  }
+  return found;
+}
+
+// Comments that begin with a genitive or a free relative clause, where a plain sentence begins with its subject.
+inline std::vector<Found> inverted_openings(const std::string& source) {
+  static constexpr std::string_view kOpenings[] = {"// What ", "// Of ", "// Who ", "// Whose ", "// As ", "// Those "};
+  std::vector<Found> found;
+  std::istringstream lines(source);
+  int number = 0;
+  bool goes_on = false;  // the line before is a comment, too
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+    const std::string_view text = std::string_view(line).substr(begin);
+    if (!goes_on && std::ranges::any_of(kOpenings, [&](std::string_view o) { return text.starts_with(o); }))
+      found.push_back({number, std::string(text)});
+    goes_on = text.starts_with("//");
   }
   return found;
 }

@@ -137,6 +137,13 @@ TEST(Documents, comments_are_no_wider_than_code) {
   }
 }
 
+// Plain English: the subject comes first. "Of a session: its scene" becomes "A session's scene".
+TEST(Documents, no_comment_begins_with_a_genitive_or_a_free_relative) {
+  for (const auto& [path, text] : source_files(test::kSourceFolders, {".h", ".cpp"}))
+    for (const Found& opening : inverted_openings(text))
+      ADD_FAILURE() << path << ":" << opening.line << ": " << opening.text;
+}
+
 TEST(Documents, broken_links_and_strange_works_are_seen) {
   EXPECT_EQ(links("a [b](c.md#d) ![e](f.png) [web](https://g.org)\n```\n[no](h)\n```\n").size(), 2u);
   EXPECT_TRUE(anchors("## As much as a scene needs\n").contains("as-much-as-a-scene-needs"));
@@ -146,6 +153,10 @@ TEST(Documents, broken_links_and_strange_works_are_seen) {
   EXPECT_EQ(citations("x;  // (Smith et al. 2018, section 4)").at(0).name, "Smith");
   EXPECT_EQ(citations("// van Oosterom and Strackee 1983).").at(0).name, "Strackee");
   EXPECT_TRUE(citations("int x = 2018;  // 2000 of them").empty());
+  EXPECT_EQ(
+      inverted_openings("// Of a body.\n// As plain values.\nint a;\n  // What is left.\n// It is\n// As large.\n")
+          .size(),
+      2u);
 }
 
 }  // namespace

@@ -363,7 +363,7 @@ inline std::vector<std::string> walls_broken(std::string_view path, const std::s
 
 constexpr std::size_t kMaxLines = 500;
 
-// What no file of ours may hold: work left undone, paths of one machine; and more lines than a reader can keep in mind.
+// No file of ours may hold work left undone, paths of one machine, or more lines than a reader can keep in mind.
 inline std::vector<std::string> untidy(std::string_view path, const std::string& text) {
   static const std::vector<std::string> forbidden = {
       "TO"

@@ -1,4 +1,4 @@
-// What of one core bodies of the sizes that the project aims at take in real time: 10 000 vertices of surface springs
+// The share of one core that bodies of the project's sizes take in real time: 10 000 vertices of surface springs
 // and 25 000 springs of a volume at 1 kHz, and 8000 lattice hexahedra. Each is as stiff as soft tissue, its step of 1
 // ms stable or divided into parts that are; whatever the simulation does around the model is not in it. The last lines
 // give the fractions.

@@ -95,7 +95,7 @@ void update_1000_changed(benchmark::State& state) {
   }
 }
 
-// What a cut changes in one step, some 20 triangles, beside each other.
+// A cut changes some 20 triangles in one step, beside each other.
 void update_20_changed(benchmark::State& state) {
   Organ& o = organ_of(state.range(0));
   std::vector<TriangleId> changed(20);

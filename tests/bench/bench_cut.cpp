@@ -42,7 +42,7 @@ struct Pad {
     scene.step_s = 2e-4;
     scene.bodies.push_back(std::move(body));
   }
-  // Of stroke `stroke` after `step` steps. Cells and triangles around it are the same in every pad.
+  // The tip of stroke `stroke` after `step` steps. Cells and triangles around it are the same in every pad.
   Vec3 at(int stroke, int step) const {
     const double middle_m = cells / 2 * kCell_m;
     return {middle_m - kStrokeLength_m / 2 + step * kStep_m, middle_m + kStrokes_m[static_cast<std::size_t>(stroke)],

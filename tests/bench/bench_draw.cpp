@@ -1,4 +1,4 @@
-// What a picture of 10 000 triangles costs at 1280 x 720 on one thread of llvmpipe: skin in the shader variant that it
+// The cost of a picture of 10 000 triangles at 1280 x 720 on one thread of llvmpipe: skin in the shader variant that it
 // needs, against one that can do everything; and a whole frame. Ratios within one run, of the processor's time.
 #include <array>
 #include <cstdio>

@@ -49,7 +49,7 @@ void comes_off(benchmark::State& state) {
 void meets_20_squares_away(benchmark::State& state) {
   search(state, {1000, 1040});
 }
-// What it is compared with: labels of all triangles.
+// The search is compared with labels of all triangles.
 void whole_mesh(benchmark::State& state) {
   const TriangleMesh& mesh = slab_and_cube(state.range(0));
   for (auto _ : state) benchmark::DoNotOptimize(part_at(mesh, 0));

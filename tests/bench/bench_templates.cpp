@@ -49,7 +49,7 @@ const test::MeshAtRest& pad(std::int64_t triangles) {
       .first->second;
 }
 
-// As a collision engine finds them: all around the cut.
+// The triangles that a collision engine would find: all around the cut.
 std::vector<TriangleId> around_the_cut(const TriangleMesh& mesh) {
   std::vector<TriangleId> found;
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {

@@ -127,7 +127,7 @@ class Corotational final : public PlainModel {
     inverse_mass_ = free_inverse_mass_;
   }
 
-  // Of free vertices; those that are held have 0.
+  // Forces on free vertices; held vertices have 0.
   void multiply(const std::vector<Vec3>& in, std::vector<Vec3>& out) const {
     for (std::size_t i = 0; i < x_.size(); ++i) {
       Vec3 sum = Vec3::Zero();

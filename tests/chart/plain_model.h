@@ -1,4 +1,4 @@
-// What the plain methods have in common: double-precision particles behind the interface of the volume models.
+// The common part of the plain methods: double-precision particles behind the interface of the volume models.
 #pragma once
 
 #include <cmath>

@@ -55,7 +55,7 @@ struct ChartScene {
 // bend, twist, indent, open.
 std::vector<ChartScene> chart_scenes();
 
-// What the reference answers, extrapolated from three meshes, and how far its finest mesh is from that.
+// The reference's answer, extrapolated from three meshes, and the distance of its finest mesh from it.
 struct Reference {
   std::vector<double> answer;
   double uncertainty = 0;  // relative

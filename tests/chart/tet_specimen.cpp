@@ -104,7 +104,7 @@ class TetSpecimen final : public Specimen {
     return torque;
   }
 
-  // Where the tetrahedron that has this rest point has it now; on a slit: the one on that side.
+  // The present place of a rest point, by the tetrahedron that holds it; on a slit: by the one on that side.
   Vec3 at(const Vec3& rest_m, bool right) const {
     double best = -1e30;
     Vec3 found = rest_m;

@@ -73,7 +73,7 @@ TEST(A_ARCH, A_ARCH_9_an_engine_with_its_own_structures_is_added_and_follows_a_c
   }
   EXPECT_GT(bled_ml, 0);
   EXPECT_EQ(bleeding[1]->bled_ml(), 0) << "nobody has cut this one";
-  // What the part took along is both here and among what its parent has lost.
+  // The blood that the part took along counts here and among its parent's losses.
   double taken_ml = 0;
   for (const double ml : bleeding[2]->blood_ml()) taken_ml += ml;
   EXPECT_GT(taken_ml, 0);

@@ -32,7 +32,7 @@ void cut_planes(PadUnderKnife& pad, const std::vector<double>& x_m) {
 
 const std::vector<double> kFourPlanes{0.0115, 0.0187, 0.0262, 0.0334, 0.0417}, kOnePlane{0.0115, 0.0417};
 
-// As sets of triangles by their corners, to a micrometre: slots may differ.
+// A mesh as a set of triangles by their corners, to a micrometre: slots may differ.
 using Place = std::array<long, 3>;
 std::multiset<std::array<Place, 3>> shape_of(const TriangleMesh& mesh) {
   std::multiset<std::array<Place, 3>> shape;

@@ -1,5 +1,5 @@
-// Paper A, 2.3: complete cuts. What a closed cut separates becomes a body: when that is seen, what it keeps, and how it
-// answers to an instrument afterwards.
+// Paper A, 2.3: complete cuts. A part that a closed cut separates becomes a body: when that is seen, what it keeps,
+// and how it answers to an instrument afterwards.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -23,7 +23,7 @@ bool has_wall(const std::set<Corners3>& walls, VertexId a, VertexId b, VertexId 
   return walls.contains(turned({a, b, c})) || walls.contains(turned({a, c, b}));
 }
 
-// Of a pair that a cut has opened, the one that a triangle with both other corners uses.
+// The vertex of a pair that a cut has opened which a triangle with both other corners uses.
 VertexId of_pair_at(const std::vector<VertexId>& pair, const std::vector<Corners3>& faces, VertexId with) {
   for (const VertexId p : pair)
     for (const Corners3& f : faces)

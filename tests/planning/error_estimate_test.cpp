@@ -33,7 +33,7 @@ const PlannedCase kCases[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Of, Estimate, testing::ValuesIn(kCases), [](const auto& c) { return c.param.name; });
 
-// Where a ball lands between the vertices is chance: the root mean square of four places.
+// A ball lands between the vertices by chance: hence the root mean square of four places.
 double error_of(const PlannedCase& c, const BodySpec& body, double step_s) {
   chart::ChartScene s = chart_scene_of(c);
   const std::vector<double> truth = chart::reference_of(s, false).answer;
@@ -86,7 +86,7 @@ double sunk_m(Scene scene, double tetrahedra) {
   return sunk_m(scene);
 }
 
-// Where the border of what is held falls between the vertices is chance: the root mean square of four places, against
+// The border of the held region falls between the vertices by chance: the root mean square of four places, against
 // much finer tetrahedra.
 TEST(EstimateOfOrgan, is_within_a_factor_of_two) {
   Scene scene;

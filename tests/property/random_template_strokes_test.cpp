@@ -86,7 +86,7 @@ TEST_P(RandomTemplateStrokes, leave_a_closed_manifold) {
   EXPECT_LT(sum.refused, sum.strokes / 3) << "refusals are for the exception";
 }
 
-// What grooves have taken and what is left are the whole, part by part.
+// The volume of the grooves and the volume that is left add up to the whole, part by part.
 TEST_P(RandomTemplateStrokes, volume_is_accounted_for) {
   TemplateSettings settings;
   const double step_m = GetParam().step_m;

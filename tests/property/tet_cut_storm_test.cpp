@@ -14,7 +14,7 @@
 namespace sectio {
 namespace {
 
-// Of shape_quality(), where twenty sheets cross in 320 tetrahedra, as each crossing may leave 0.05 of an edge.
+// The bound of shape_quality() where twenty sheets cross in 320 tetrahedra: each crossing may leave 0.05 of an edge.
 constexpr double kLeastQuality = 1e-4;
 constexpr double kSameVolume = 1e-4;  // after all collapses, of the whole
 

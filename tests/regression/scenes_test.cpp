@@ -1,5 +1,5 @@
 // Every scene of deploy/scenes, offline: two runs are alike to the last bit, the journal replays to the same bodies,
-// and both are what tests/regression/golden.json holds. Who changes what a scene does on purpose renews that file
+// and both are what tests/regression/golden.json holds. A change of a scene's outcome on purpose renews that file
 // (SECTIO_RENEW_GOLDEN=1 in the environment, or `ninja renew_golden`), and the commit shows it.
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -47,7 +47,7 @@ ordered_json golden() {
   return text.empty() ? ordered_json::object() : ordered_json::parse(text);
 }
 
-// What is to stay: of each body its revision and hash, and beside them numbers that say in words what has changed.
+// The part of a report that must stay: each body's revision and hash, and numbers that show what has changed.
 ordered_json essence(const ordered_json& report) {
   ordered_json e;
   e["steps"] = report["run"]["steps"];

@@ -33,7 +33,7 @@ TEST_P(Models, S_1_what_is_predicted_is_below_what_is_measured_and_at_most_half_
   }
 }
 
-// What the drivers divide their steps by, damping included: the real ones, one part a step.
+// The limits by which the drivers divide their steps, damping included: the real drivers, one part a step.
 TEST(Limits, S_1_drivers_stay_below_them) {
   const TetMesh mesh = test::bar_for_limits();
   for (const double poisson : {0.3, 0.45, 0.49}) {

@@ -32,7 +32,7 @@ class BlockUnderBlade {
 
   double walls_m2() const;
 
-  // Of a blade that is 0.1 m long, and what comes after it, if there is nothing else in the step.
+  // The motion of a blade that is 0.1 m long, and its end, if there is nothing else in the step.
   BladeMotion motion(std::uint32_t tool, const Vec3& tip_world_m, const Vec3& up_world, bool lift) const;
   // Nothing but the plan. Blades that are not at work yet come in.
   CutPlan plan(std::span<const BladeMotion> motions);

@@ -1,5 +1,5 @@
 // Lattice hexahedra once more, in double precision and as plainly as possible: the energy of hex_kernel.h over a
-// lattice's own nodes, its gradient and Hessian. What the fast kernels are compared with, and bodies of them at rest.
+// lattice's own nodes, its gradient and Hessian. The fast kernels are compared with it. Bodies of such cells at rest.
 #pragma once
 
 #include "sim_server/deformation/hexa/hex_kernel.h"
@@ -21,7 +21,7 @@ class HexReference final : public ElasticReference {
   Sparse hessian(const Points& x) const override;
 
  private:
-  // Of the modes along the axes of the bits of `mode`, and of their products.
+  // The sign at a corner of the modes along the axes of the bits of `mode`, and of their products.
   static double sign(std::size_t corner, std::size_t mode);
   double stiff_volume_m3(const HexCell& cell) const;
   Mat3 gradient(const HexCell& cell, const Points& x) const;

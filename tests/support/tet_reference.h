@@ -1,6 +1,6 @@
 // Stable neo-Hookean tetrahedra once more, in double precision and as plainly as possible: the energy of tet_kernel.h,
 // its gradient and Hessian, with averaged nodal pressure or a pressure in each element, and Newton's method for bodies
-// at rest. What the fast models are compared with.
+// at rest. The fast models are compared with it.
 #pragma once
 
 #include <functional>

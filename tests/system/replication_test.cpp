@@ -221,7 +221,7 @@ TEST_F(Replication, the_end_names_final_versions_and_is_served_until_viewers_hav
   ASSERT_TRUE(viewer->replica.session_end());
   EXPECT_EQ(viewer->replica.session_end()->bodies, end.bodies);
   EXPECT_EQ(viewer->replica.catch_up(), end.bodies);
-  // Who comes after the end still gets it.
+  // A viewer that comes after the end still gets it.
   Viewer late(network);
   while (Clock::now() < give_up && !(late.replica.session_end() && late.agrees_with(world->mesh()))) late.look();
   EXPECT_TRUE(late.agrees_with(world->mesh()));

@@ -57,7 +57,7 @@ TEST_F(Viewers, D_2_late_and_stopped_viewers_end_with_the_servers_hash) {
   EXPECT_GT(json("late.json")["first_step"].get<int>(), 500);
 }
 
-// As a computer that was asleep: the server has given it up, and gives it the end all the same.
+// The viewer is like a computer that was asleep: the server has given it up, and gives it the end all the same.
 TEST_F(Viewers, D_2_a_viewer_that_fell_silent_gets_the_end_when_it_is_back) {
   auto sim = server({"--steps", "3500"});
   auto first = viewer("first", {"--no-pictures"});

@@ -30,7 +30,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
 
   const TetMesh& mesh() const override { return body_.mesh(); }
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
-  // As if each vertex of the surface had its own share of its nodes' masses. So impulses on any number of vertices,
+  // Each vertex of the surface counts as if it had its own share of its nodes' masses. So impulses on many vertices,
   // each computed as if it were alone, together never make a node faster than the object that hit it.
   double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }

@@ -36,8 +36,8 @@ class CuttingEngine : public Engine {
   // Where the line of a blade enters an open cut of the body. Such a blade is in the tissue though it touches none.
   virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const BodyCuts&, const Blade&) const { return {}; }
 
-  // Plans a small piece of work that can wait for a step in which no instrument is at the body. As plan() does it
-  // changes nothing.
+  // Plans a small piece of work that can wait for a step in which no instrument is at the body. Like
+  // plan() it changes nothing.
   virtual TidyPlan tidy(const SharedBody&) const { return {}; }
 
   // A plan has been accepted: its delta, unless that is empty, has been applied. Instead of follow(), which is for

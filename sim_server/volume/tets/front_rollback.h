@@ -25,7 +25,7 @@ class FrontRollback {
   // Gives vertices the state that the tissue had there with the front, now that other operations are done. Returns the
   // vertices whose state is not that of the body any more. O(front + operations).
   std::vector<VertexId> give_states();
-  // What leads from the volume with the front to the volume as it is now. Origins are tetrahedra without the front,
+  // The change from the volume with the front to the volume as it is now. Origins are tetrahedra without the front,
   // until find_origins() makes them those with it. O(front + operations).
   TetChange change() const { return between(before_, volume_.change()); }
   void find_origins(TetChange& change) const;

@@ -1,4 +1,4 @@
-// What leads a volume from one topology to another, as a value. Applied it gives the volume after it to the bit, the
+// The step of a volume from one topology to another, as a value. Applied it gives the volume after it to the bit, the
 // order of stars included; its inverse gives the volume before it. See TetTopology::take_back().
 #pragma once
 

@@ -68,7 +68,7 @@ class TetTopology {
   TetDelta take_back(std::size_t mark = 0);
   // Operations so far can't be undone any more.
   void forget();
-  // What the operations after a mark are together. O(operations).
+  // The sum of the operations after a mark. O(operations).
   TetChange change(std::size_t mark = 0) const;
   // These leave; so do vertices that have no other. There are no operations to undo.
   TetChange remove(std::span<const std::uint32_t> tetrahedra);
