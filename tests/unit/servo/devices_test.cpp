@@ -140,7 +140,7 @@ struct WishHandTest : testing::Test {
   }
 };
 
-TEST_F(WishHandTest, AppearsWhereItIsWantedAndFollows) {
+TEST_F(WishHandTest, appears_where_it_is_wanted_and_follows) {
   run(0.1);
   EXPECT_FALSE(hand.present());
   mouse.wish(Vec3(0.1, 0, 0));
@@ -152,7 +152,7 @@ TEST_F(WishHandTest, AppearsWhereItIsWantedAndFollows) {
   EXPECT_NEAR((hand.pose_world(now_s).position_m - Vec3(0.11, 0, 0)).norm(), 0, 1e-5);
 }
 
-TEST_F(WishHandTest, FollowsAWishOf100MetresPerSecondAtTheSpeedOfHands) {
+TEST_F(WishHandTest, follows_a_wish_of100_metres_per_second_at_the_speed_of_hands) {
   mouse.wish(Vec3::Zero());
   run(0.01);
   mouse.wish(Vec3(3, 0, 0));
@@ -160,7 +160,7 @@ TEST_F(WishHandTest, FollowsAWishOf100MetresPerSecondAtTheSpeedOfHands) {
   EXPECT_NEAR(hand.pose_world(now_s).position_m.x(), 5 * 0.4, 0.1);
 }
 
-TEST_F(WishHandTest, GivesWayToAForce) {
+TEST_F(WishHandTest, gives_way_to_a_force) {
   mouse.wish(Vec3::Zero());
   run(0.01);
   hand.apply(Vec3(0, 0, 2.25));
@@ -168,7 +168,7 @@ TEST_F(WishHandTest, GivesWayToAForce) {
   EXPECT_NEAR(hand.pose_world(now_s).position_m.z(), 2.25 / HandSpec{}.hand_stiffness_n_per_m, 1e-4);
 }
 
-TEST_F(WishHandTest, DrawsTheInstrumentOutWhenItIsLetGoOrTheHandIsSilent) {
+TEST_F(WishHandTest, draws_the_instrument_out_when_it_is_let_go_or_the_hand_is_silent) {
   for (const bool says_so : {true, false}) {
     mouse.wish(Vec3(0.1, 0, 0));
     run(0.01);
@@ -183,7 +183,7 @@ TEST_F(WishHandTest, DrawsTheInstrumentOutWhenItIsLetGoOrTheHandIsSilent) {
 }
 
 // Somebody else takes it over, at another place: it is drawn out, and appears there.
-TEST_F(WishHandTest, NeverGoesThroughTissueFromOneHandToTheNext) {
+TEST_F(WishHandTest, never_goes_through_tissue_from_one_hand_to_the_next) {
   mouse.wish(Vec3::Zero());
   run(0.01);
   mouse.wish(Vec3::Zero(), false);
