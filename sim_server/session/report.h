@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim_server/session/exercise_score.h"
+#include "sim_server/step/step_io.h"
 
 namespace sectio {
 
@@ -37,6 +38,11 @@ struct RunFigures {
   std::optional<Score> score;
   Outcome outcome;
 };
+
+inline std::uint64_t count_of(const RunFigures& figures, EventKind kind) {
+  const auto found = figures.events.find(to_string(kind));
+  return found == figures.events.end() ? 0 : found->second;
+}
 
 // JSON: whether the run was ok, and the reasons (session/verdict.h) if it was not; for each body vertices, triangles,
 // components, Euler characteristic, closed and manifold flags, volume now and at rest, revision and hash; for the run

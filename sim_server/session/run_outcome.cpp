@@ -67,11 +67,6 @@ std::size_t walls_of(const TriangleMesh& mesh) {
   return walls;
 }
 
-double count_of(const RunFigures& figures, EventKind kind) {
-  const auto found = figures.events.find(to_string(kind));
-  return found == figures.events.end() ? 0 : static_cast<double>(found->second);
-}
-
 void add_score(const Score& score, Outcome& outcome) {
   if (score.marked_m3 > 0) {
     outcome.marked_removed_fraction = score.marked_removed_m3 / score.marked_m3;
@@ -118,9 +113,9 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
   outcome.incisions = std::max(0.0, static_cast<double>(walls) - outcome.pieces_freed);
   outcome.removed_ml = kMlPerM3 * figures.last.removed_volume_m3;
   outcome.refusals = static_cast<double>(figures.last.cuts_refused);
-  outcome.joins = count_of(figures, EventKind::joined);
-  outcome.contacts = count_of(figures, EventKind::contact_began);
-  outcome.grasps = count_of(figures, EventKind::grasped);
+  outcome.joins = static_cast<double>(count_of(figures, EventKind::joined));
+  outcome.contacts = static_cast<double>(count_of(figures, EventKind::contact_began));
+  outcome.grasps = static_cast<double>(count_of(figures, EventKind::grasped));
   outcome.touched_s = figures.last.contact_time_s;
   outcome.largest_force_n = figures.largest_force_n;
   outcome.largest_penetration_m = figures.largest_penetration_m;

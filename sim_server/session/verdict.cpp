@@ -25,11 +25,6 @@ class Reasons {
   std::vector<std::string> reasons_;
 };
 
-std::uint64_t count_of(const RunFigures& figures, EventKind kind) {
-  const auto at = figures.events.find(to_string(kind));
-  return at == figures.events.end() ? 0 : at->second;
-}
-
 void judge_body(const Simulation& simulation, std::uint32_t id, Reasons& reasons) {
   const std::string& name = simulation.body(id).name;
   const auto positions = simulation.positions_world_m(id);

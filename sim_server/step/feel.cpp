@@ -6,7 +6,7 @@ namespace {
 
 // A surface this near to a free tool is told to the hand, which meets it without the delay of the wire: 20 mm are the
 // way of a quick hand, 0.4 m/s, in the time for which a contact model lives.
-constexpr double kReachM = 0.02;
+constexpr double kFeelReachM = 0.02;
 
 // Adds up the forces of all edges; the deepest contact gives the place.
 void add_edge(const EdgeContact& contact, ContactStep& felt) {
@@ -28,7 +28,7 @@ void add_surface(SimulatedWorld& world, std::uint32_t tool_id, ContactStep& felt
     felt.body_id = *held;  // its points follow the hand, not the tissue around
   } else if (felt.body_id != kNoBody) {
     felt.surface_velocity_world_m_per_s = velocity_beyond_dent(*world.bodies[felt.body_id], felt.point_world_m);
-  } else if (const auto near = nearest_surface(world.bodies, spec, *tool.pose, kReachM)) {
+  } else if (const auto near = nearest_surface(world.bodies, spec, *tool.pose, kFeelReachM)) {
     Body& body = *world.bodies[near->body_id];
     felt.body_id = near->body_id;
     triangle = near->triangle;
