@@ -2,18 +2,8 @@
 
 #include <utility>
 
-#include "common/messages/codec.h"
 
 namespace sectio {
-
-namespace {
-
-template <class Message>
-SharedBytes shared(const Message& message) {
-  return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
-}
-
-}  // namespace
 
 template <class Message>
 void Gateway::post_all(LiveKind kind, const Message& message) {

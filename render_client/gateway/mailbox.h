@@ -11,11 +11,18 @@
 #include <string>
 #include <vector>
 
+#include "common/messages/codec.h"
 #include "common/messages/live_frame.h"
 
 namespace sectio {
 
 using SharedBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+
+// A message as CDR, encoded once for all clients.
+template <class Message>
+SharedBytes shared(const Message& message) {
+  return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
+}
 
 // What a message speaks of: of two messages with the same one, the newer replaces the older.
 struct Subject {

@@ -1,18 +1,8 @@
 #include "render_client/gateway/session_copy.h"
 
 #include "common/delta/keyframe.h"
-#include "common/messages/codec.h"
 
 namespace sectio {
-
-namespace {
-
-template <class Message>
-SharedBytes shared(const Message& message) {
-  return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
-}
-
-}  // namespace
 
 void SessionCopy::announce(const SceneInfo& scene) {
   const auto [at, is_new] = servers_.try_emplace(scene.epoch);

@@ -12,7 +12,7 @@ namespace sectio {
 namespace {
 
 constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
-constexpr double kBeyondM = 1e-3;    // a tip that is out on the other side is this far out, at least
+constexpr double kOutBelowM = 1e-3;    // a tip that is out on the other side is this far out, at least
 constexpr double kBackwards = -0.2;  // cosine to a front: a blade that has drawn back further does not cut
 constexpr int kMostSteps = 64;       // into which one motion is divided
 
@@ -136,7 +136,7 @@ RestBlade along(const MeshDraft& draft, const CutFront& f) {
   RestBlade blade;
   const Vec3 bottom = draft.rest(f.bottom);
   blade.up_body = (draft.rest(f.top) - bottom).stableNormalized();
-  blade.tip_body_m = f.bottom_on_surface ? Vec3(bottom - kBeyondM * blade.up_body) : bottom;
+  blade.tip_body_m = f.bottom_on_surface ? Vec3(bottom - kOutBelowM * blade.up_body) : bottom;
   return blade;
 }
 
