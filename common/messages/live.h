@@ -1,4 +1,4 @@
-// What a page in a browser and the gateway (render_client/gateway) say to each other over a WebSocket, beside messages
+// Messages between a page in a browser and the gateway (render_client/gateway) over a WebSocket, beside messages
 // of the wire that the gateway passes on. A frame of the socket holds one or more messages (live_frame.h).
 #pragma once
 
@@ -45,7 +45,7 @@ struct Person {
   bool operator==(const Person&) const = default;
 };
 
-// Who is here, and who holds which instrument. Sent to everybody whenever it has changed.
+// The people present and the holder of each instrument. It is sent to everybody whenever it has changed.
 struct Roster {
   std::uint32_t you = kNobody;  // the person to whom this copy goes
   std::vector<Person> people;

@@ -124,7 +124,7 @@ class Messenger {
     if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
   }
 
-  // Of several who wish, the one that started last.
+  // The source of wishes that started last, of several.
   void take_wishes() {
     while (const auto wish = endpoints_.take<ToolWish>()) {
       if (wish->tool_id != packet_.tool_id ||

@@ -1,4 +1,4 @@
-// What waits to be sent to one client. Changes of topology and events go in order, and none is left out; of whatever
+// Messages that wait for one client. Changes of topology and events go in order, and none is left out; of whatever
 // has only a present value, a newer one replaces the one that still waits. So a client that reads slowly gets the
 // newest state, as often as it can take it, and costs a bounded piece of memory. One thread.
 #pragma once
@@ -24,7 +24,7 @@ SharedBytes shared(const Message& message) {
   return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
 }
 
-// What a message speaks of: of two messages with the same one, the newer replaces the older.
+// The subject of a message: of two messages with the same one, the newer replaces the older.
 struct Subject {
   LiveKind kind = LiveKind::status;
   std::uint64_t epoch = 0;

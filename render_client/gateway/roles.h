@@ -1,4 +1,4 @@
-// Who is here, and who holds which instrument. An instrument has at most one holder. Without clock, socket or thread:
+// The people present and their instruments. An instrument has at most one holder. Without clock, socket or thread:
 // time is passed in.
 #pragma once
 

@@ -18,7 +18,7 @@ struct WebServerOptions {
   std::size_t max_message_bytes = 4096;
 };
 
-// What the server calls, all of it in run().
+// The server's callbacks; all of them are called in run().
 struct WebServerHandlers {
   std::function<bool(std::uint64_t socket)> opened;  // false: no room
   std::function<void(std::uint64_t socket)> closed;

@@ -1,4 +1,4 @@
-// What a page knows of the session: the replica of the bodies, who is here, what happened lately. Neither socket nor
+// A page's knowledge of the session: the replica of the bodies, the people, the last events. Neither socket nor
 // canvas: it is fed with frames of the WebSocket and gives back the bytes to send. One thread; time is passed in.
 #pragma once
 
@@ -31,7 +31,7 @@ class LiveSession {
 
   void claim(const ToolClaim& claim);
   void wish(std::uint32_t tool_id, const JointPose& pose_world);
-  // What has to be sent, since the last call.
+  // Messages to be sent, since the last call.
   std::vector<std::uint8_t> take_outgoing();
 
   // The instrument that this page holds; the first one, if it holds several.
@@ -46,7 +46,7 @@ class LiveSession {
   const std::deque<std::pair<std::uint64_t, std::string>>& lines() const { return lines_; }
   std::uint64_t damaged() const { return damaged_; }
 
-  // Of each body: whether its hash was the server's when both were last at the same revision.
+  // Tells for each body whether its hash was the server's when both were last at the same revision.
   struct Equality {
     std::optional<bool> equal;
     std::uint64_t revision = 0;

@@ -1,4 +1,4 @@
-// What a line of sight hits first.
+// The first thing that a line of sight hits.
 #pragma once
 
 #include <optional>

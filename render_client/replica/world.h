@@ -50,7 +50,7 @@ class World {
   double servers_apart_s() const;
   const SceneInfo* scene() const { return servers_.empty() ? nullptr : &*servers_.front()->replica.scene(); }
 
-  // Of one server; null when it hasn't been announced.
+  // The replica of one server; null when it hasn't been announced.
   const Replica* replica_of(std::uint64_t epoch) const;
   // Epoch and number of bodies of the servers that are shown, in the order of the bodies.
   std::vector<std::pair<std::uint64_t, std::size_t>> body_counts() const;

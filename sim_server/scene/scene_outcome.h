@@ -1,4 +1,4 @@
-// What came out of a run, as numbers; under `expect:` a scene says of each what it should be. Plain values.
+// The outcome of a run in numbers; under `expect:` a scene gives a range for each. Plain values.
 #pragma once
 
 #include <span>

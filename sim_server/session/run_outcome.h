@@ -15,7 +15,7 @@ class RunOutcome {
   explicit RunOutcome(const Simulation& simulation);
   // After each step.
   void add(const StepOutput& output);
-  // As things are now; counts and largest values are those of the figures. O(all).
+  // The outcome at this moment; counts and largest values are those of the figures. O(all).
   Outcome finish(const RunFigures& figures) const;
 
  private:

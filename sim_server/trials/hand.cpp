@@ -85,7 +85,7 @@ const Trace* lead_of(const Scene& scene) {
   return lead == scene.tools.end() ? nullptr : &lead->trace;
 }
 
-// Of the way of the lead, the fraction at which the i-th of n things happens: within the middle of its share.
+// The fraction of the lead's way at which the i-th of n things happens: within the middle of its share.
 double fraction_of(std::uint32_t i, std::uint32_t n, Random& random) {
   return (i + random.between(0.3, 0.7)) / n;
 }

@@ -1,4 +1,4 @@
-// What libc++ 14, which Debian 12's emscripten brings, lacks of C++20, as far as our sources use it. Included before
+// Parts of C++20 that libc++ 14, which Debian 12's emscripten brings, lacks and our sources use. Included before
 // every source of the page, so that the sources themselves need not know.
 #pragma once
 

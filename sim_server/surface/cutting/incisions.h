@@ -59,8 +59,8 @@ std::optional<PlaceOnCurve> nearest_on_curves(const MeshDraft& draft, const Groo
 //       g1 --- G --- g2
 VertexId insert_rung(MeshDraft& draft, Grooves& grooves, const Lip& lip, double along);
 
-// What contradicts that skin and lids together are closed and oriented, and as connected as an organ uncut, and that
-// there is a bottom beneath each lip. Empty: nothing. `euler_characteristic` is that of the organ uncut. For meshes
+// The first contradiction to this: skin and lids together are closed, oriented, as connected as an organ uncut, and
+// each lip has a bottom beneath it. Empty: none. `euler_characteristic` is that of the organ uncut. For meshes
 // that only the progressive style has cut, with whole bodies; with islands only the rungs are looked at. O(all).
 std::string flaw_of(const TriangleMesh& mesh, ParticleView particles, const Grooves& grooves, int euler_characteristic);
 

@@ -45,7 +45,7 @@ struct BodyCuts {
 
 inline constexpr std::string_view kChangedBeneath = "the surface has changed under the cut";
 
-// What a stroke has come to. It goes on if the plan still has it.
+// The end of a stroke's part of a plan. The stroke goes on if the plan still has it.
 struct StrokeOutcome {
   std::uint32_t edge_id = 0;
   StrokeEnd end = StrokeEnd::going;

@@ -44,7 +44,7 @@ enum class StrokeEnd : std::uint8_t {
   refused,  // no valid subdivision
 };
 
-// What a stroke knows of its blade, whether or not there is a cut under way.
+// A stroke's knowledge of its blade, whether or not there is a cut under way.
 struct BladeSeen {
   double depth_m = 0;                 // of the tip below the surface
   std::optional<Vec3> at_world_m;     // where the blade last entered the surface

@@ -15,7 +15,7 @@ constexpr double kNodeM = 1.5e-3;             // least distance of a branch from
 constexpr double kLeavesM = 0.01;             // from the curve that a blade leaves to the place where it is next
 constexpr double kOvershootM = 2e-4;          // beyond a lip, so that the way leads over it
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
-constexpr double kBranchAtRung = 0.25;          // a branch begins at a rung this close, as a ratio of the lip's length
+constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
 constexpr double kAlongLip = 0.94;            // cosine to a lip
 constexpr double kSameSheetM = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
 

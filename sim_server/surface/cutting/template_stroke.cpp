@@ -12,7 +12,7 @@ namespace sectio {
 namespace {
 
 constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
-constexpr double kOutBelowM = 1e-3;    // a tip that is out on the other side is this far out, at least
+constexpr double kOutBelowM = 1e-3;  // a tip that is out on the other side is this far out, at least
 constexpr double kBackwards = -0.2;  // cosine to a front: a blade that has drawn back further does not cut
 constexpr int kMostSteps = 64;       // into which one motion is divided
 

@@ -78,7 +78,7 @@ TEST_F(Mouse, follows_the_form_of_the_body_at_its_depth) {
   }
 }
 
-// What the blade does to the tissue must not lead the hand deeper and deeper.
+// A blade that moves the tissue must not lead the hand deeper and deeper.
 TEST_F(Mouse, follows_the_surface_as_it_was_when_the_button_went_down) {
   move(0, 0, false);
   move(0, 0, true);
