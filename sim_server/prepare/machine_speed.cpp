@@ -149,11 +149,11 @@ double touched_step_s() {
     input.samples = {{0, ++n, static_cast<double>(n) * scene.step_s, pose, 0}};
     simulation.step(input);
   };
-  for (int i = 0; i < 20; ++i) step(5e-5 * (i - 10));
+  for (int i = 0; i < 20; ++i) step(1e-5 * (i - 10));
   double least = HUGE_VAL;
   for (int t = 0; t < kTries; ++t) {
     const double start = processor_time_s();
-    for (int i = 0; i < kSteps; ++i) step(5e-4);
+    for (int i = 0; i < kSteps; ++i) step(1e-4);
     least = std::min(least, (processor_time_s() - start) / kSteps);
   }
   return least;
