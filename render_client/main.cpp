@@ -11,6 +11,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/report_figures.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "render_client/draw/canvas.h"
@@ -258,7 +259,7 @@ int view(Options options) {
     const std::string equal = equals_server(b, versions, end);
     differs = differs || equal == "no";
     std::printf("client %s: body %s revision %llu hash %s equals server: %s\n", options.name.c_str(), names[b].c_str(),
-                static_cast<unsigned long long>(versions[b].revision), hex(versions[b].topology_hash).c_str(),
+                static_cast<unsigned long long>(versions[b].revision), hash_text(versions[b].topology_hash).c_str(),
                 equal.c_str());
   }
   if (versions.empty()) log_error("no server of " + session + " was met");

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "common/core/report_figures.h"
 #include "render_client/replica/tip_depth.h"
 
 namespace sectio {
@@ -12,13 +13,6 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kMaxTimes = 1u << 20;  // of a longer session the first ones are kept
-
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 }  // namespace
 
@@ -61,7 +55,7 @@ std::string ViewRecord::json(const std::string& name, const World& world, const 
   for (std::size_t b = 0; b < versions.size(); ++b)
     report["bodies"].push_back({{"name", names[b]},
                                 {"revision", versions[b].revision},
-                                {"topology_hash", hex(versions[b].topology_hash)},
+                                {"topology_hash", hash_text(versions[b].topology_hash)},
                                 {"equals_server", equals_server(b, versions, end)},
                                 {"copy_bytes", bodies[b]->bytes()}});
   report["frames_drawn"] = pictures_;
@@ -95,12 +89,6 @@ std::string equals_server(std::size_t body, const std::vector<BodyVersion>& vers
                           const std::optional<SessionEnd>& end) {
   if (!end || body >= end->bodies.size()) return "unknown";
   return versions[body] == end->bodies[body] ? "yes" : "no";
-}
-
-std::string hex(std::uint64_t hash) {
-  std::array<char, 17> text;
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
-  return text.data();
 }
 
 }  // namespace sectio

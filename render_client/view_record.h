@@ -46,6 +46,4 @@ class ViewRecord {
 std::string equals_server(std::size_t body, const std::vector<BodyVersion>& versions,
                           const std::optional<SessionEnd>& end);
 
-std::string hex(std::uint64_t hash);
-
 }  // namespace sectio

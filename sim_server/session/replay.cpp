@@ -6,8 +6,8 @@
 #include <numeric>
 #include <vector>
 
+#include "common/core/report_figures.h"
 #include "common/delta/journal.h"
-#include "sim_server/session/report.h"
 #include "sim_server/session/run_files.h"
 
 namespace sectio {

@@ -9,20 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "common/core/report_figures.h"
 #include "common/mesh/check.h"
 
 namespace sectio {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// The value below which a fraction q of the samples lies.
-double quantile(std::vector<float> samples, double q) {
-  if (samples.empty()) return 0;
-  const auto at = samples.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(samples.size() - 1));
-  std::nth_element(samples.begin(), at, samples.end());
-  return static_cast<double>(*at);
-}
 
 Json body_report(const RunFigures& f, const Scene& scene, const Simulation& simulation, std::uint32_t id) {
   const TriangleMesh& mesh = simulation.mesh(id);
@@ -142,12 +135,6 @@ Json outcome_report(const Outcome& outcome, const Scene& scene) {
 }
 
 }  // namespace
-
-std::string hash_text(std::uint64_t hash) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016" PRIx64, hash);
-  return text;
-}
 
 std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation,
                         std::span<const std::string> reasons) {

@@ -51,7 +51,4 @@ inline std::uint64_t count_of(const RunFigures& figures, EventKind kind) {
 std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation,
                         std::span<const std::string> reasons);
 
-// Sixteen hexadecimal digits, as reports and replays name a topology.
-std::string hash_text(std::uint64_t hash);
-
 }  // namespace sectio
