@@ -1,18 +1,11 @@
 #include "render_client/page/live_view.h"
 
-#include <array>
-
+#include "common/core/report_figures.h"
 #include "render_client/page/json_text.h"
 
 namespace sectio {
 
 namespace {
-
-std::string hex(std::uint64_t hash) {
-  std::array<char, 20> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
-  return text.data();
-}
 
 void describe_place(JsonText& json, const char* name, const Vec3& place) {
   json.key(name).open('[').value(place.x()).value(place.y()).close(']');
@@ -111,7 +104,7 @@ std::string LiveView::describe(double now_s) const {
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const TriangleMesh& mesh = bodies[b]->mesh();
     json.open('{').key("name").value(names[b]).key("revision").value(mesh.revision());
-    json.key("hash").value(hex(mesh.hash())).key("equal");
+    json.key("hash").value(hash_text(mesh.hash())).key("equal");
     if (equality[b].equal)
       json.value(*equality[b].equal);
     else
