@@ -9,10 +9,6 @@ namespace {
 
 constexpr double kTouchingM = 1e-6;  // closer points have no meaningful direction
 
-Vec3 normal_of(const Corners& c) {
-  return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
-}
-
 std::vector<VertexId> vertices_in(const SurfaceView& surface, const Box3& box) {
   std::vector<VertexId> found;
   for (VertexId v = 0; v < surface.mesh.vertex_slots(); ++v)
@@ -38,7 +34,7 @@ void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m,
     if (!inside && closest->distance_m > reach_m) continue;
     BodyContact contact;
     contact.point_world_m = p;
-    contact.normal_world = normal_of(other.view.corners(closest->triangle));
+    contact.normal_world = other.view.normal(closest->triangle);
     if (closest->distance_m > kTouchingM)
       contact.normal_world = (inside ? 1 : -1) * (closest->point_world_m - p) / closest->distance_m;
     contact.depth_m = inside ? closest->distance_m : -closest->distance_m;

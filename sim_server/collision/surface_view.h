@@ -18,6 +18,11 @@ struct SurfaceView {
   bool alive(TriangleId t) const { return t < mesh.triangle_slots() && mesh.triangle(t).alive(); }
   Vec3 corner(TriangleId t, std::size_t i) const { return positions_world_m[mesh.triangle(t).v[i]].cast<double>(); }
   Corners corners(TriangleId t) const { return {corner(t, 0), corner(t, 1), corner(t, 2)}; }
+  // Unit, out of the body; zero when the triangle has no area.
+  Vec3 normal(TriangleId t) const {
+    const Corners c = corners(t);
+    return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+  }
 };
 
 // Tests one triangle against one segment.

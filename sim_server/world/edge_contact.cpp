@@ -21,10 +21,6 @@ RuptureThreshold threshold_of(const CuttingSpec& cutting) {
   return {cutting.threshold_force_n, cutting.threshold_displacement_m, cutting.hysteresis};
 }
 
-Vec3 normal_of_triangle(const SurfaceView& view, TriangleId t) {
-  return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
-}
-
 // The length of a blade's edge beneath the surface at a point; for a blade that lies along the surface, up to the
 // nearest point.
 double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& blade) {
@@ -293,7 +289,7 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   const SurfaceView view = body_.view();
   const Corners c = view.corners(entry_->triangle);
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
-  normal_ = normal_of_triangle(view, entry_->triangle);
+  normal_ = view.normal(entry_->triangle);
   tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
   motions.push_back({edge_id_, {limited_blade(pose_, point_)}, false});
@@ -474,7 +470,7 @@ double EdgeContact::penetration_m() {
   slide_to(contact);
   const Corners c = body_.view().corners(triangle_);
   const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
-  return std::max(0.0, (nearest - contact).dot(normal_of_triangle(body_.view(), triangle_)));
+  return std::max(0.0, (nearest - contact).dot(body_.view().normal(triangle_)));
 }
 
 }  // namespace sectio

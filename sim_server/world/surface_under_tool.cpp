@@ -13,10 +13,6 @@ constexpr double kFlatM = 1e-6;      // a shortest way below this has no directi
 constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
 constexpr VertexId kLookedAt = 256;  // vertices of a body at most, evenly chosen: a fit of six numbers needs no more
 
-Vec3 triangle_normal(const SurfaceView& view, TriangleId t) {
-  return (view.corner(t, 1) - view.corner(t, 0)).cross(view.corner(t, 2) - view.corner(t, 0)).stableNormalized();
-}
-
 // A corner of an instrument, with the ball about it.
 struct Corner {
   Vec3 at_world_m;
@@ -49,7 +45,7 @@ std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<
       if (box.isEmpty() || box.exteriorDistance(corner.at_world_m) > within_m + corner.radius_m) continue;
       const auto found = body->tree().closest(body->view(), corner.at_world_m, within_m + corner.radius_m);
       if (!found) continue;
-      const Vec3 way = corner.at_world_m - found->point_world_m, flat = triangle_normal(body->view(), found->triangle);
+      const Vec3 way = corner.at_world_m - found->point_world_m, flat = body->view().normal(found->triangle);
       outside = way.dot(flat) > -kFlatM;
       within_m = std::max(0.0, found->distance_m - corner.radius_m);
       nearest = {body->id, found->triangle, found->point_world_m, way.norm() > kFlatM ? way.normalized() : flat,

@@ -26,7 +26,7 @@ std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<
                                                 const JointPose& pose, double reach_m);
 
 // The velocity of a point of the surface without the dent of an instrument there: of a rigid piece its own, else the
-// rigid motion of the surface around, which the dent hardly reaches. O(vertices).
+// rigid motion of the surface around, which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
 Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m);
 // The same where nothing dents the surface. O(1).
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m);
