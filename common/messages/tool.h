@@ -30,7 +30,7 @@ struct ToolPacket {
   std::vector<ToolSample> samples;
 };
 
-// Where a hand without a device of its own wants an instrument to be: from a mouse, a pad, a tracker. Between the wish
+// A hand without a device of its own (a mouse, a pad, a tracker) wishes an instrument at this place. Between the wish
 // and the instrument stands a device_bridge (--device wish), which draws a mass along it. The newest wish holds.
 struct ToolWish {
   std::uint64_t source = 0;  // grows with every start of who wishes; a lower one than the last is a ghost

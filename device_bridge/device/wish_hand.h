@@ -17,7 +17,7 @@ struct HandWish {
   bool held = true;  // false: the instrument has been let go
 };
 
-// Where wishes come from. Called by the servo thread only; neither allocates, locks nor waits.
+// The source of wishes. Called by the servo thread only; neither allocates, locks nor waits.
 class WishSource {
  public:
   virtual ~WishSource() = default;

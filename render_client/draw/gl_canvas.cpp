@@ -32,7 +32,7 @@ struct GpuMesh {
   GLuint array = 0, vertices = 0, indices = 0;
   std::size_t vertex_capacity = 0;
   std::uint32_t index_count = 0;
-  // Where wireframes are lines: the triangles, and, once somebody has asked for them, their edges.
+  // The triangles, and, in contexts that draw wireframes as lines, their edges once somebody has asked for them.
   std::vector<std::uint32_t> triangles;
   GLuint lines = 0;
   GLuint region_cells = 0;  // a texture; 0: no regions

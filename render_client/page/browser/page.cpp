@@ -60,7 +60,7 @@ void page_connected(const char* name, const char* token) {
   page().view.session.connected({name, token});
 }
 
-// Where the script puts a frame of the socket, before page_receive().
+// The buffer into which the script puts a frame of the socket, before page_receive().
 std::uint8_t* page_incoming(int size) {
   page().incoming.resize(static_cast<std::size_t>(size));
   return page().incoming.data();

@@ -36,11 +36,11 @@ struct BladePlace {
   Vec3 point_world_m = Vec3::Zero();
 };
 
-// Where the line of a blade first enters the skin, of the triangles given.
+// The place where the line of a blade first enters the skin, of the triangles given.
 std::optional<BladePlace> place_on_skin(const MeshDraft& draft, std::span<const TriangleId> triangles,
                                         const Blade& blade);
 
-// Where it first enters a lid. Nothing: it is in no groove.
+// The place where the line first enters a lid. Nothing: the blade is in no groove.
 std::optional<BladePlace> place_on_lid(const MeshDraft& draft, const Grooves& grooves, const Blade& blade);
 
 }  // namespace sectio
