@@ -33,8 +33,8 @@ class CuttingEngine : public Engine {
   virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) const = 0;
 
-  // The place where the line of a blade enters an open cut of the body. Such a blade is in the tissue, though it touches
-  // none.
+  // The place where the line of a blade enters an open cut of the body. Such a blade is in the tissue, though it
+  // touches none.
   virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const BodyCuts&, const Blade&) const { return {}; }
 
   // Plans a small piece of work that can wait for a step in which no instrument is at the body. Like
