@@ -1,19 +1,16 @@
 #include "render_client/output/video.h"
 
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <system_error>
 #include <vector>
 
 #include "common/core/error.h"
-
-extern char** environ;
 
 namespace sectio {
 
@@ -64,24 +61,6 @@ std::vector<std::string> encoder_arguments(const std::string& path, int width_px
           "file:" + path};
 }
 
-// The encoder is in a process group of its own: Ctrl-C stops the viewer, which then completes the file. Returns 0 or an
-// errno.
-int spawn_reading_from(int socket, std::vector<std::string> arguments, pid_t& child) {
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, socket, STDIN_FILENO);
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  const int error = posix_spawnp(&child, argv[0], &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  return error;
-}
-
 }  // namespace
 
 VideoWriter::VideoWriter(std::string path, int width_px, int height_px, double frames_per_s)
@@ -95,14 +74,19 @@ VideoWriter::VideoWriter(std::string path, int width_px, int height_px, double f
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     throw InputError(path_ + ": no connection to an encoder: " + std::strerror(errno));
   }
-  const int error = spawn_reading_from(ends[1], encoder_arguments(path_, width_px, height_px, frames_per_s), encoder_);
-  ::close(ends[1]);
-  if (error != 0) {
-    ::close(ends[0]);
-    ::unlink(path_.c_str());
-    throw InputError(path_ + ": the program ffmpeg can't be started (Debian package ffmpeg): " + std::strerror(error));
-  }
   socket_ = ends[0];
+  // In a group of its own: Ctrl-C stops the viewer, which then completes the file.
+  const ChildOptions options{.descriptors = {{ends[1], STDIN_FILENO}}, .is_quiet = false, .has_own_group = true};
+  try {
+    encoder_ = std::make_unique<ChildProcess>(encoder_arguments(path_, width_px, height_px, frames_per_s), options);
+  } catch (const std::system_error& error) {
+    ::close(ends[0]);
+    ::close(ends[1]);
+    ::unlink(path_.c_str());
+    throw InputError(path_ +
+                     ": the program ffmpeg can't be started (Debian package ffmpeg): " + error.code().message());
+  }
+  ::close(ends[1]);
 }
 
 VideoWriter::~VideoWriter() {
@@ -126,13 +110,8 @@ bool VideoWriter::finish() {
   if (socket_ < 0) return complete_;
   ::close(socket_);
   socket_ = -1;
-  int status = 0;
-  pid_t waited = 0;
-  do {
-    waited = ::waitpid(encoder_, &status, 0);
-  } while (waited < 0 && errno == EINTR);
-  complete_ = complete_ && waited == encoder_ && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  return complete_;
+  const bool ended_well = encoder_->wait().well;
+  return complete_ = complete_ && ended_well;
 }
 
 }  // namespace sectio

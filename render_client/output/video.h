@@ -2,9 +2,10 @@
 // in an MP4 file with its index in front.
 #pragma once
 
-#include <sys/types.h>
+#include <memory>
 #include <string>
 
+#include "common/core/child_process.h"
 #include "render_client/draw/image.h"
 
 namespace sectio {
@@ -28,7 +29,7 @@ class VideoWriter {
   std::string path_;
   int width_px_, height_px_;
   int socket_ = -1;
-  pid_t encoder_ = -1;
+  std::unique_ptr<ChildProcess> encoder_;
   bool complete_ = true;
 };
 

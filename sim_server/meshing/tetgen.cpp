@@ -1,21 +1,19 @@
 #include "sim_server/meshing/tetgen.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <sstream>
-#include <thread>
+#include <string>
+#include <system_error>
+#include <vector>
 
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 #include "sim_server/meshing/tet_file.h"
 
@@ -23,7 +21,6 @@ namespace sectio {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 std::string program() {
   const char* const path = std::getenv("PATH");
@@ -67,37 +64,16 @@ void write_poly(const std::string& path, const TriangleSoup& surface) {
 }
 
 // Runs the program. Returns an empty text if it succeeded, else a reason for a person.
-std::string run(std::vector<std::string> words, double limit_s) {
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int standard : {0, 1, 2})
-    posix_spawn_file_actions_addopen(&actions, standard, "/dev/null", standard == 0 ? O_RDONLY : O_WRONLY, 0);
-  pid_t child = -1;
-  const int error = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) return std::strerror(error);
-  const auto deadline =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_s));
-  int status = 0;
-  for (;;) {
-    const pid_t done = ::waitpid(child, &status, WNOHANG);
-    if (done == child) break;
-    if (done < 0 && errno != EINTR) return "it is gone";
-    if (Clock::now() >= deadline) {
-      ::kill(child, SIGKILL);
-      ::waitpid(child, &status, 0);
-      char text[60];
-      std::snprintf(text, sizeof text, "it took longer than %g s", limit_s);
-      return text;
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+std::string run(const std::vector<std::string>& words, double limit_s) {
+  try {
+    ChildProcess tetgen(words);
+    if (const auto ending = tetgen.wait_for(limit_s)) return ending->well ? "" : "it " + ending->text;
+  } catch (const std::system_error& error) {
+    return error.code().message();
   }
-  if (WIFSIGNALED(status)) return std::string("it crashed (") + ::strsignal(WTERMSIG(status)) + ")";
-  return WEXITSTATUS(status) == 0 ? "" : "it ended with code " + std::to_string(WEXITSTATUS(status));
+  char text[60];
+  std::snprintf(text, sizeof text, "it took longer than %g s", limit_s);
+  return text;
 }
 
 }  // namespace

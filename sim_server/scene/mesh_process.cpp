@@ -2,19 +2,18 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <optional>
+#include <vector>
 
+#include "common/core/child_process.h"
 #include "common/core/error.h"
 
 namespace sectio {
@@ -43,64 +42,32 @@ std::string reader_path() {
   return reader.string();
 }
 
-class Child {
+class Reader {
  public:
-  Child(const std::string& path, const ImportLimits& limits) {
+  Reader(const std::string& path, const ImportLimits& limits) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
     pipe_.fd = ends[0];
-    Descriptor write_end{ends[1]};
-
-    std::array<std::string, 5> words{reader_path(), path, std::to_string(limits.triangles),
-                                     std::to_string(limits.memory_bytes),
-                                     std::to_string(static_cast<long>(std::ceil(limits.time_s)) + 1)};
-    std::array<char*, 6> argv{};
-    std::transform(words.begin(), words.end(), argv.begin(), [](std::string& word) { return word.data(); });
-
-    // dup2 of a descriptor onto itself would leave it close-on-exec, hence the way over a spare number.
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, write_end.fd, kMeshPipe + 1);
-    posix_spawn_file_actions_adddup2(&actions, kMeshPipe + 1, kMeshPipe);
-    for (const int standard : {0, 1, 2}) {
-      posix_spawn_file_actions_addopen(&actions, standard, "/dev/null", standard == 0 ? O_RDONLY : O_WRONLY, 0);
-    }
-    posix_spawn_file_actions_addclosefrom_np(&actions, kMeshPipe + 1);
-    const int error = ::posix_spawn(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw std::runtime_error(words[0] + ": " + std::strerror(error));
-  }
-
-  ~Child() {
-    if (pid_ > 0) ::kill(pid_, SIGKILL);
-    wait();
+    const Descriptor write_end{ends[1]};
+    const std::vector<std::string> words{reader_path(), path, std::to_string(limits.triangles),
+                                         std::to_string(limits.memory_bytes),
+                                         std::to_string(static_cast<long>(std::ceil(limits.time_s)) + 1)};
+    child_.emplace(words, ChildOptions{.descriptors = {{write_end.fd, kMeshPipe}}});
   }
 
   int pipe() const { return pipe_.fd; }
-
-  // How it ended, for a person; call at the end of the pipe.
-  std::string wait() {
-    int status = 0;
-    pid_t done = 0;
-    if (pid_ > 0) {
-      do done = ::waitpid(pid_, &status, 0);
-      while (done < 0 && errno == EINTR);
-    }
-    pid_ = -1;
-    if (done <= 0) return "its reader is gone";
-    if (WIFSIGNALED(status)) return std::string("its reader crashed (") + ::strsignal(WTERMSIG(status)) + ")";
-    return "its reader ended with code " + std::to_string(WEXITSTATUS(status));
-  }
+  // Call it at the end of the pipe.
+  std::string ending() { return "its reader " + child_->wait().text; }
 
  private:
   Descriptor pipe_;
-  pid_t pid_ = -1;
+  std::optional<ChildProcess> child_;
 };
 
 class PipeReader {
  public:
-  PipeReader(Child& child, const std::string& path, const ImportLimits& limits)
-      : child_(child),
+  PipeReader(Reader& reader, const std::string& path, const ImportLimits& limits)
+      : reader_(reader),
         path_(path),
         limits_(limits),
         deadline_(Clock::now() +
@@ -112,7 +79,7 @@ class PipeReader {
     auto* to = static_cast<char*>(target);
     while (bytes > 0) {
       const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
-      pollfd poll_fd{child_.pipe(), POLLIN, 0};
+      pollfd poll_fd{reader_.pipe(), POLLIN, 0};
       const int ready = left > 0 ? ::poll(&poll_fd, 1, static_cast<int>(std::min<long>(left, 60'000))) : 0;
       if (ready < 0 && errno == EINTR) continue;
       if (ready == 0 && Clock::now() < deadline_) continue;
@@ -121,16 +88,16 @@ class PipeReader {
         std::snprintf(text, sizeof text, "damaged file: not read within %g s", limits_.time_s);
         refuse(text);
       }
-      const ssize_t got = ::read(child_.pipe(), to, bytes);
+      const ssize_t got = ::read(reader_.pipe(), to, bytes);
       if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) refuse("damaged file, or one that needs more than the memory allowed: " + child_.wait());
+      if (got <= 0) refuse("damaged file, or one that needs more than the memory allowed: " + reader_.ending());
       to += got;
       bytes -= static_cast<std::size_t>(got);
     }
   }
 
  private:
-  Child& child_;
+  Reader& reader_;
   const std::string& path_;
   const ImportLimits& limits_;
   Clock::time_point deadline_;
@@ -152,8 +119,8 @@ void check_file(const std::string& path, const ImportLimits& limits) {
 
 TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits) {
   check_file(path, limits);
-  Child child(path, limits);
-  PipeReader pipe(child, path, limits);
+  Reader reader(path, limits);
+  PipeReader pipe(reader, path, limits);
 
   MeshPipeHeader header;
   pipe.read(&header, sizeof header);
