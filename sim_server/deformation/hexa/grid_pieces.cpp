@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace sectio {
 namespace {
@@ -41,8 +42,9 @@ void bisect(const Simplex<N>& s, int axis, double plane, std::vector<Simplex<N>>
   bisect(half, axis, plane, out);
 }
 
+// The parts of a simplex, each in one cell; valid until the next call.
 template <std::size_t N>
-void pieces(const Simplex<N>& whole, std::vector<GridPiece>& out) {
+std::span<const Simplex<N>> cut_up(const Simplex<N>& whole) {
   thread_local std::vector<Simplex<N>> now, next;
   now.assign(1, whole);
   for (int axis = 0; axis < 3; ++axis) {
@@ -54,21 +56,54 @@ void pieces(const Simplex<N>& whole, std::vector<GridPiece>& out) {
       now.swap(next);
     }
   }
+  return now;
+}
+
+template <std::size_t N>
+Vec3 centroid_of(const Simplex<N>& s) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& x : s) sum += x / double(N);
+  return sum;
+}
+
+GridPlace cell_at(const Vec3& x) {
+  GridPlace cell;
+  for (std::size_t k = 0; k < 3; ++k) cell[k] = static_cast<int>(std::floor(x[static_cast<Eigen::Index>(k)]));
+  return cell;
+}
+
+// The mean squares over a simplex: (sum x_i^2 + (sum x_i)^2) / (N (N + 1)).
+template <std::size_t N>
+Vec3 mean_squares(const Simplex<N>& s, const GridPlace& from) {
+  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero();
+  for (const Vec3& x : s) {
+    const Vec3 y = x - Vec3(from[0], from[1], from[2]);
+    sum += y;
+    squares += y.cwiseProduct(y);
+  }
+  return (squares + sum.cwiseProduct(sum)) / double(N * (N + 1));
+}
+
+template <std::size_t N>
+void pieces(const Simplex<N>& whole, std::vector<GridPiece>& out) {
   out.clear();
-  for (const Simplex<N>& s : now) {
-    Vec3 centroid = Vec3::Zero();
-    for (const Vec3& x : s) centroid += x / double(N);
+  for (const Simplex<N>& s : cut_up(whole)) {
+    const Vec3 centroid = centroid_of(s);
     GridPiece piece;
-    for (std::size_t k = 0; k < 3; ++k)
-      piece.cell[k] = static_cast<int>(std::floor(centroid[static_cast<Eigen::Index>(k)]));
+    piece.cell = cell_at(centroid);
     const auto at = std::lower_bound(out.begin(), out.end(), piece.cell,
                                      [](const GridPiece& p, const GridPlace& cell) { return p.cell < cell; });
     const auto same = at != out.end() && at->cell == piece.cell ? at : out.insert(at, piece);
-    same->size += size_of(s);
-    same->centroid += size_of(s) * centroid;
+    const double size = size_of(s);
+    same->size += size;
+    same->centroid += size * centroid;
+    same->square += size * mean_squares(s, piece.cell);
   }
-  for (GridPiece& p : out)
-    if (p.size > 0) p.centroid /= p.size;
+  for (GridPiece& p : out) {
+    if (!(p.size > 0)) continue;
+    p.centroid /= p.size;
+    p.square /= p.size;
+  }
 }
 
 }  // namespace
@@ -85,6 +120,10 @@ void pieces_of(const std::array<Vec3, 4>& tetrahedron, std::vector<GridPiece>& o
 }
 void pieces_of(const std::array<Vec3, 3>& triangle, std::vector<GridPiece>& out) {
   pieces(triangle, out);
+}
+void triangles_of(const std::array<Vec3, 3>& triangle, std::vector<GridTriangle>& out) {
+  out.clear();
+  for (const std::array<Vec3, 3>& part : cut_up(triangle)) out.push_back({cell_at(centroid_of(part)), part});
 }
 
 }  // namespace sectio

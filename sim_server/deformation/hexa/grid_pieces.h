@@ -25,10 +25,19 @@ struct GridPiece {
   GridPlace cell{};
   double size = 0;  // volume or area
   Vec3 centroid = Vec3::Zero();
+  Vec3 square = Vec3::Zero();  // mean squares of the coordinates from the cell's lower corner
+};
+
+// A part of a triangle that lies in one cell.
+struct GridTriangle {
+  GridPlace cell{};
+  std::array<Vec3, 3> corners;
 };
 
 // One entry a cell, ascending. A triangle in a plane of the grid belongs to the cells above it.
 void pieces_of(const std::array<Vec3, 4>& tetrahedron, std::vector<GridPiece>& pieces);
 void pieces_of(const std::array<Vec3, 3>& triangle, std::vector<GridPiece>& pieces);
+// The same, divided into triangles.
+void triangles_of(const std::array<Vec3, 3>& triangle, std::vector<GridTriangle>& triangles);
 
 }  // namespace sectio

@@ -1,51 +1,17 @@
 #include "sim_server/deformation/hexa/hex_descent.h"
 
 #include <Eigen/LU>
-#include <bit>
 #include <cmath>
+#include <utility>
 
 namespace sectio {
-namespace {
 
-using Modes = std::array<Vec3, 8>;
-
-constexpr auto kSigns = [] {
-  std::array<std::array<double, 8>, 8> signs{};
-  for (unsigned corner = 0; corner < 8; ++corner)
-    for (unsigned mode = 0; mode < 8; ++mode) signs[corner][mode] = std::popcount(~corner & mode) % 2 == 0 ? 1 : -1;
-  return signs;
-}();
-
-Modes modes_of(const HexCell& cell, std::span<const Vec3> x) {
-  Modes m;
-  for (std::size_t c = 0; c < 8; ++c) m[c] = x[cell.nodes[c]];
-  for (std::size_t step = 1; step < 8; step *= 2)
-    for (std::size_t c = 0; c < 8; ++c) {
-      if ((c & step) != 0) continue;
-      const Vec3 sum = m[c] + m[c | step];
-      m[c | step] -= m[c];
-      m[c] = sum;
-    }
-  return m;
-}
-
-// The factors of the kernel's modes.
-struct Weights {
-  double a, b, h;  // phi mu h / 16, phi kappa / 64
-
-  Weights(const HexCell& cell, const HexMaterial& material, double cell_m)
-      : a(cell.fill * cell.stiffness * material.shear_pa * cell_m / 16),
-        b(cell.fill * cell.stiffness * material.bulk_pa / 64),
-        h(cell_m) {}
-  double swelling(const Modes& m) const { return m[1].dot(m[2].cross(m[4])) / (64 * h * h * h) - 1; }
-};
-
-}  // namespace
-
-HexDescent::HexDescent(const HexLattice& lattice, const HexMaterial& material)
-    : lattice_(&lattice), material_(material), first_(lattice.nodes.size() + 1, 0) {
-  for (const HexCell& cell : lattice.cells)
+HexDescent::HexDescent(const HexLattice& lattice, const HexMaterial& material, HexTies ties)
+    : lattice_(&lattice), ties_(std::move(ties)), first_(lattice.nodes.size() + 1, 0) {
+  for (const HexCell& cell : lattice.cells) {
+    cells_.emplace_back(cell, material, lattice.grid.cell_m);
     for (const std::uint32_t n : cell.nodes) ++first_[n + 1];
+  }
   for (std::size_t n = 1; n < first_.size(); ++n) first_[n] += first_[n - 1];
   corners_.resize(first_.back());
   std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
@@ -53,37 +19,54 @@ HexDescent::HexDescent(const HexLattice& lattice, const HexMaterial& material)
     for (std::uint32_t c = 0; c < 8; ++c) corners_[next[lattice.cells[e].nodes[c]]++] = {e, c};
 }
 
-// The energy in terms of modes: phi V mu / 2 |F|^2 = a/2 |M|^2 and so on.
-double HexDescent::elastic_energy_j(std::span<const Vec3> position_world_m) const {
-  double energy = 0;
-  for (const HexCell& cell : lattice_->cells) {
-    const Weights w(cell, material_, lattice_->grid.cell_m);
-    const Modes m = modes_of(cell, position_world_m);
-    const double j1 = w.swelling(m), h = w.h;
-    energy += 0.5 * w.a * (m[1].squaredNorm() + m[2].squaredNorm() + m[4].squaredNorm() - 48 * h * h);
-    energy += 64 * h * h * h * (0.5 * w.b * j1 * j1 - w.a / (4 * h) * j1);
-    energy += kHourglass * w.a * (m[3].squaredNorm() + m[5].squaredNorm() + m[6].squaredNorm());
-    energy += 0.5 * kHourglass * w.a * m[7].squaredNorm();
-  }
+double HexDescent::elastic_energy_j(std::span<const Vec3> x) const {
+  double energy = ties_.energy_j(x);
+  for (std::size_t e = 0; e < cells_.size(); ++e) energy += cells_[e].value_j(modes_of(lattice_->cells[e], x));
   return energy;
 }
 
-HexDescent::Block HexDescent::block(std::uint32_t node, std::span<const Vec3> x) const {
-  Block block;
-  for (std::size_t i = first_[node]; i < first_[node + 1]; ++i) {
-    const auto [e, c] = corners_[i];
+void HexDescent::add_forces(std::span<const Vec3> x, std::span<Vec3> force_n) {
+  for (std::size_t e = 0; e < cells_.size(); ++e) {
     const HexCell& cell = lattice_->cells[e];
-    const Weights w(cell, material_, lattice_->grid.cell_m);
-    const Modes m = modes_of(cell, x);
-    const std::array<double, 8>& s = kSigns[c];
-    // 64 h^3 dJ / dx
-    const Vec3 growth = s[1] * m[2].cross(m[4]) + s[2] * m[4].cross(m[1]) + s[4] * m[1].cross(m[2]);
-    block.force_n -= w.a * (s[1] * m[1] + s[2] * m[2] + s[4] * m[4]);
-    block.force_n -= (w.b * w.swelling(m) - w.a / (4 * w.h)) * growth;
-    block.force_n -= 2 * kHourglass * w.a * (s[3] * m[3] + s[5] * m[5] + s[6] * m[6] + 0.5 * s[7] * m[7]);
-    block.stiffness_n_per_m.diagonal().array() += w.a * (3 + 7 * kHourglass);
-    block.stiffness_n_per_m += w.b / (64 * w.h * w.h * w.h) * growth * growth.transpose();
+    HexModes f = cells_[e].slope_n(modes_of(cell, x));
+    from_modes(f);
+    for (std::size_t c = 0; c < 8; ++c) force_n[cell.nodes[c]] -= f[c];
   }
+  ties_.add_forces(x, force_n);
+}
+
+void HexDescent::linearise(std::span<const Vec3> x) {
+  at_.assign(x.begin(), x.end());
+}
+
+void HexDescent::add_product(std::span<Vec4f> p_m, std::span<Vec4f> force_n) const {
+  for (std::size_t e = 0; e < cells_.size(); ++e) {
+    const HexCell& cell = lattice_->cells[e];
+    HexModes p;
+    for (std::size_t c = 0; c < 8; ++c) p[c] = p_m[cell.nodes[c]].head<3>().cast<double>();
+    to_modes(p);
+    HexModes f = cells_[e].product(modes_of(cell, at_), p);
+    from_modes(f);
+    for (std::size_t c = 0; c < 8; ++c) force_n[cell.nodes[c]].head<3>() += f[c].cast<float>();
+  }
+  ties_.add_product(p_m, force_n);
+}
+
+void HexDescent::add_blocks(std::span<Mat3> blocks) const {
+  for (std::uint32_t n = 0; n < blocks.size(); ++n) blocks[n] += block(n, at_).stiffness_n_per_m;
+}
+
+HexEnergy::Block HexDescent::block(std::uint32_t node, std::span<const Vec3> x) const {
+  HexEnergy::Block block;
+  for (std::size_t i = first_[node]; i < first_[node + 1]; ++i) {
+    const auto [e, corner] = corners_[i];
+    const HexEnergy::Block own = cells_[e].block(modes_of(lattice_->cells[e], x), corner);
+    block.force_n += own.force_n;
+    block.stiffness_n_per_m += own.stiffness_n_per_m;
+  }
+  if (ties_.empty()) return block;
+  block.force_n += ties_.force_n(node, x);
+  block.stiffness_n_per_m.diagonal().array() += ties_.stiffness_n_per_m(node);
   return block;
 }
 
@@ -93,7 +76,7 @@ double HexDescent::sweep(double step_s, std::span<const double> mass_kg, std::sp
   for (std::uint32_t n = 0; n < x.size(); ++n) {
     if (!(mass_kg[n] > 0)) continue;
     const double inertia = mass_kg[n] / (step_s * step_s);
-    Block own = block(n, x);
+    HexEnergy::Block own = block(n, x);
     own.force_n += inertia * (inertial_world_m[n] - x[n]);
     own.stiffness_n_per_m.diagonal().array() += inertia;
     const Vec3 move = own.stiffness_n_per_m.inverse() * own.force_n;

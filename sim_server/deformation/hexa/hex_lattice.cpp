@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kLeastVolume = 1e-9;  // in cells; smaller shares of a tetrahedron are rounding
 constexpr double kLeastArea = 1e-9;    // in faces of a cell
+constexpr double kLeastSpread = 0.05;  // so that the far corners of a crumb's cell don't drift
 
 class DisjointSets {
  public:
@@ -79,16 +80,24 @@ class Assembly {
     std::vector<std::uint32_t> cell_of(lattice_.shares.size(), kNone);
     for (const std::uint32_t s : roots) {
       cell_of[s] = static_cast<std::uint32_t>(lattice_.cells.size());
-      lattice_.cells.push_back({lattice_.shares[s].place, {}, 0, 0});
+      lattice_.cells.emplace_back().place = lattice_.shares[s].place;
     }
+    for (HexCell& cell : lattice_.cells) cell.spread.setZero();
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s) {
       HexShare& share = lattice_.shares[s];
       share.cell = cell_of[together_.root(s)];
       HexCell& cell = lattice_.cells[share.cell];
       cell.fill += share.volume;
       cell.stiffness += share.volume * (factor ? factor(share.tet) : 1);
+      cell.offset += share.volume * (share.centroid - Vec3(cell.place[0], cell.place[1], cell.place[2]));
+      cell.spread += share.volume * share.square;
     }
-    for (HexCell& cell : lattice_.cells) cell.stiffness /= cell.fill;
+    for (HexCell& cell : lattice_.cells) {
+      cell.stiffness /= cell.fill;
+      const Vec3 mean = cell.offset / cell.fill;  // from 0 to 1
+      cell.spread = 4 * (cell.spread / cell.fill - mean.cwiseProduct(mean)).cwiseMax(kLeastSpread);
+      cell.offset = (2 * mean - Vec3::Ones()).cwiseMax(-1).cwiseMin(1);
+    }
   }
 
   void make_nodes() {
@@ -140,7 +149,26 @@ void bind_points(const TetMesh& mesh, HexLattice& lattice) {
 
 }  // namespace
 
-void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetMesh& mesh, const TetStars& stars) {
+// A face of a tetrahedron, in cells.
+struct LatticeMaker::Face {
+  std::array<Vec3, 3> x;
+  std::uint8_t flat = 3;  // the axis across which it lies in a plane of the grid, between cells
+  bool is_below = false;  // the tetrahedron is below the plane
+};
+
+LatticeMaker::Face LatticeMaker::face_of(std::uint32_t t, std::size_t corner, const TetMesh& mesh) const {
+  Face face;
+  for (std::size_t k = 0; k < 3; ++k)
+    face.x[k] = grid_.at(mesh.vertices_body_m[mesh.tetrahedra[t][kTetFaces[corner][k]]]);
+  for (std::uint8_t k = 0; k < 3; ++k)
+    if (face.x[0][k] == face.x[1][k] && face.x[0][k] == face.x[2][k] && face.x[0][k] == std::round(face.x[0][k]))
+      face.flat = k;
+  face.is_below = face.flat < 3 && centre(mesh, grid_, t)[face.flat] < face.x[0][face.flat];
+  return face;
+}
+
+void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetMesh& mesh, const TetStars& stars,
+                           const IsFixed& is_fixed) {
   known_.resize(mesh.tetrahedra.size());
   for (const std::uint32_t t : tetrahedra) {
     known_[t] = {};
@@ -152,7 +180,7 @@ void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetM
       if (const std::uint32_t u = across(t, corner, mesh, stars); u != kNone) around.push_back(u);
   sort_unique(around);
   for (const std::uint32_t t : around)
-    if (mesh.tetrahedra[t] != kNoTetrahedron) find_contacts(t, mesh, stars);
+    if (mesh.tetrahedra[t] != kNoTetrahedron) find_contacts(t, mesh, stars, is_fixed);
 }
 
 void LatticeMaker::share_out(std::uint32_t t, const TetMesh& mesh) {
@@ -161,35 +189,47 @@ void LatticeMaker::share_out(std::uint32_t t, const TetMesh& mesh) {
   for (std::size_t k = 0; k < 4; ++k) x[k] = grid_.at(mesh.vertices_body_m[mesh.tetrahedra[t][k]]);
   pieces_of(x, pieces);
   for (const GridPiece& p : pieces)
-    if (p.size > kLeastVolume) known_[t].shares.push_back({t, 0, p.cell, p.size, p.centroid});
+    if (p.size > kLeastVolume) known_[t].shares.push_back({t, 0, p.cell, p.size, p.centroid, p.square});
   const std::vector<HexShare>& shares = known_[t].shares;
   for (std::uint32_t a = 0; a < shares.size(); ++a)
     for (std::uint32_t b = 0; b < shares.size(); ++b)
       if (next_along(shares[a].place, shares[b].place) < 3) known_[t].within.push_back({a, t, b});
 }
 
-void LatticeMaker::find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars) {
+void LatticeMaker::find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars, const IsFixed& is_fixed) {
   thread_local std::vector<GridPiece> pieces;
   Known& known = known_[t];
   known.across.clear();
+  known.skin.clear();
   for (std::size_t corner = 0; corner < 4; ++corner) {
     const std::uint32_t u = across(t, corner, mesh, stars);
     known.outside[corner] = u == kNone;
+    if (u == kNone && is_fixed) {
+      const auto& [i, j, k] = kTetFaces[corner];
+      const Tetrahedron& c = mesh.tetrahedra[t];
+      find_skin(face_of(t, corner, mesh), is_fixed(c[i]) && is_fixed(c[j]) && is_fixed(c[k]), known);
+    }
     if (u == kNone || u < t) continue;
-    std::array<Vec3, 3> x;
-    for (std::size_t k = 0; k < 3; ++k) x[k] = grid_.at(mesh.vertices_body_m[mesh.tetrahedra[t][kTetFaces[corner][k]]]);
-    pieces_of(x, pieces);
-    Eigen::Index flat = 3;  // the face lies in a plane of the grid, between cells
-    for (Eigen::Index k = 0; k < 3; ++k)
-      if (x[0][k] == x[1][k] && x[0][k] == x[2][k] && x[0][k] == std::round(x[0][k])) flat = k;
-    const bool is_below = flat < 3 && centre(mesh, grid_, t)[flat] < x[0][flat];
+    const Face face = face_of(t, corner, mesh);
+    pieces_of(face.x, pieces);
     for (const GridPiece& p : pieces) {
       if (p.size < kLeastArea) continue;
       GridPlace own = p.cell, other = p.cell;
-      if (flat < 3) --(is_below ? own : other)[static_cast<std::size_t>(flat)];
+      if (face.flat < 3) --(face.is_below ? own : other)[face.flat];
       const std::uint32_t mine = number_of(known.shares, own), theirs = number_of(known_[u].shares, other);
       if (mine != kNone && theirs != kNone) known.across.push_back({mine, u, theirs});
     }
+  }
+}
+
+void LatticeMaker::find_skin(const Face& face, bool fixed, Known& known) const {
+  thread_local std::vector<GridTriangle> triangles;
+  if (!fixed && face.flat == 3) return;
+  triangles_of(face.x, triangles);
+  for (GridTriangle& part : triangles) {
+    if (face.flat < 3 && face.is_below) --part.cell[face.flat];
+    const std::uint32_t share = number_of(known.shares, part.cell);
+    if (share != kNone) known.skin.push_back({share, face.flat, fixed, part.corners});
   }
 }
 
@@ -219,6 +259,11 @@ HexLattice LatticeMaker::make(const TetMesh& mesh, const std::function<double(st
   }
   assembly.make_cells(stiffness_factor);
   assembly.make_nodes();
+  for (std::uint32_t t = 0; t < known_.size(); ++t)
+    for (const HexSkin& part : known_[t].skin) {
+      lattice.skin.push_back(part);
+      lattice.skin.back().cell = lattice.shares[first[t] + part.cell].cell;
+    }
   bind_points(mesh, lattice);
   return lattice;
 }

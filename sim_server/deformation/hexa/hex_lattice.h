@@ -26,6 +26,8 @@ struct HexCell {
   std::array<std::uint32_t, 8> nodes{};
   double fill = 0;
   double stiffness = 0;  // mean stiffness factor of its material
+  // The centroid of its material, in coordinates from -1 to 1 along each axis, and mean squares about that.
+  Vec3 offset = Vec3::Zero(), spread = Vec3::Constant(1.0 / 3);
 };
 
 // A point in a cell, with coordinates from 0 to 1 along each axis; slightly beyond if its own cell has too little fill.
@@ -50,6 +52,15 @@ struct HexShare {
   GridPlace place{};
   double volume = 0;  // in cells
   Vec3 centroid = Vec3::Zero();
+  Vec3 square = Vec3::Zero();  // see GridPiece
+};
+
+// A part of the body's surface that is fixed, or that lies in a plane of the lattice; only where something is fixed.
+struct HexSkin {
+  std::uint32_t cell = 0;  // that has the material beneath
+  std::uint8_t axis = 3;   // of the plane; 3: it lies in none
+  bool fixed = false;      // all corners of its triangle are
+  std::array<Vec3, 3> corners;
 };
 
 struct HexLattice {
@@ -59,6 +70,7 @@ struct HexLattice {
   std::vector<HexPoint> points;       // one a vertex of the mesh
   std::vector<std::uint8_t> outside;  // one a vertex: it is on the surface
   std::vector<HexShare> shares;       // ascending in tetrahedron, then place
+  std::vector<HexSkin> skin;          // ascending in tetrahedron
 
   Vec3 rest_m(std::uint32_t node) const { return grid.point_m(nodes[node]); }
 };
@@ -70,8 +82,10 @@ class LatticeMaker {
  public:
   explicit LatticeMaker(const Grid& grid) : grid_(grid) {}
 
+  using IsFixed = std::function<bool(VertexId)>;  // empty: nothing is
   // Must be called for all tetrahedra that are new, removed, or have another neighbour. O(their number).
-  void look_at(std::span<const std::uint32_t> tetrahedra, const TetMesh& mesh, const TetStars& stars);
+  void look_at(std::span<const std::uint32_t> tetrahedra, const TetMesh& mesh, const TetStars& stars,
+               const IsFixed& is_fixed = {});
   // `stiffness_factor`: by tetrahedron; empty: 1. O(n).
   HexLattice make(const TetMesh& mesh,
                   const std::function<double(std::uint32_t tetrahedron)>& stiffness_factor = {}) const;
@@ -86,10 +100,14 @@ class LatticeMaker {
     std::vector<HexShare> shares;           // ascending in place
     std::vector<Contact> within;            // with shares of the same tetrahedron
     std::vector<Contact> across;            // with tetrahedra of higher numbers
+    std::vector<HexSkin> skin;              // `cell` is the number of a share
     std::array<std::uint8_t, 4> outside{};  // the face opposite a corner is on the surface
   };
   void share_out(std::uint32_t t, const TetMesh& mesh);
-  void find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars);
+  struct Face;
+  Face face_of(std::uint32_t t, std::size_t corner, const TetMesh& mesh) const;
+  void find_contacts(std::uint32_t t, const TetMesh& mesh, const TetStars& stars, const IsFixed& is_fixed);
+  void find_skin(const Face& face, bool fixed, Known& known) const;
 
   Grid grid_;
   std::vector<Known> known_;

