@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "common/math/types.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
@@ -18,6 +19,17 @@ struct SupportPlane {
 };
 
 class RigidMotion;
+
+inline bool is_finite(const Pose& pose) {
+  return pose.position_m.allFinite() && pose.orientation.coeffs().allFinite();
+}
+
+// The state of a deformation model beyond the particles of the surface: inner vertices or nodes, and the poses of the
+// shapes at rest.
+struct DeformationState {
+  std::vector<Vec4f> inside_world_m;
+  std::vector<Pose> frames_world;
+};
 
 class DeformationEngine : public Engine {
  public:
@@ -41,6 +53,14 @@ class DeformationEngine : public Engine {
   virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
+
+  // For the recovery of a body in trouble. restore() takes what save() gave at the present topology, or nullptr for the
+  // shape at rest where the body is; all comes to rest, and first_bad_vertex() is forgotten. The caller places the
+  // surface alike.
+  virtual void save(DeformationState&) const {}
+  virtual void restore(const SharedBody&, const DeformationState*) {}
+  // The next steps are taken by the driver that is stable at any step, where there is one.
+  virtual void use_stable_driver(int /*steps*/) {}
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
   // The engine itself when it moves its body as a whole: contacts with other bodies push that body, not its particles.
   virtual RigidMotion* rigid() { return nullptr; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/mesh/slot_table.h"
@@ -10,11 +11,13 @@
 namespace sectio {
 namespace {
 
+constexpr int kMostParts = 4;  // of an explicit step
+
 constexpr int kColumnPoints = 8;  // sample points in the column of tissue beneath a vertex
 
 // The margin beyond the bound at rest that a row gets after a cut. Instruments fold the surface near cuts, and folding
 // turns springs towards one direction, which raises lambda_max from sum k / 2 (a flat ring) towards sum k.
-constexpr double kMassMargin = 2;
+constexpr double kMassMargin = 2, kLeastMassMargin = 1.05;
 
 }  // namespace
 
@@ -60,10 +63,40 @@ void SurfaceSprings::resize(std::uint32_t vertex_slots) {
 
 double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {
   // omega h <= 2 (sqrt(1 + zeta^2) - zeta), zeta = alpha / (2 omega)  <=>  omega^2 h^2 + 2 alpha h <= 4
-  const double h = settings_.step_s;
+  const double h = part_s();
   const double budget = 4 - 2 * material_.damping_per_s * h;
   SECTIO_ASSERT(budget > 0, "the step is beyond what damping allows");
   return stiffness_n_per_m * h * h / budget;
+}
+
+// With the margin, or without it, or none: as much as the body may still get.
+double SurfaceSprings::added_mass_kg(double physical_kg, double stiffness_n_per_m) {
+  const double left_kg = kAddedMassGiven * (physical_mass_kg_ + physical_kg) - added_mass_kg_;
+  for (const double margin : {kMassMargin, kLeastMassMargin})
+    if (const double kg = margin * stable_mass_kg(stiffness_n_per_m) - physical_kg; kg <= left_kg)
+      return std::max(0.0, kg);
+  refused_ = true;
+  return 0;
+}
+
+// Twice as many parts, which need a quarter of the added mass.
+void SurfaceSprings::divide() {
+  parts_ *= 2;
+  added_mass_kg_ = 0;
+  refused_ = false;
+  for (VertexId v = 0; v < physical_mass_.size(); ++v) {
+    if (!rows_.contains(v)) continue;
+    if (const double inverse = inverse_mass_[v]; inverse > 0) {
+      const double physical = physical_mass_[v], stiffness = omega2_[v] / inverse;
+      const bool needs = std::exchange(added_mass_[v], 0.0) > 0 || stable_mass_kg(stiffness) > physical;
+      if (needs) added_mass_[v] = added_mass_kg(physical, stiffness);
+      added_mass_kg_ += added_mass_[v];
+      inverse_mass_[v] = 1 / (physical + added_mass_[v]);
+      omega2_.set(v, stiffness * inverse_mass_[v]);
+    }
+    rows_.set_mass(v, static_cast<float>(part_s() * inverse_mass_[v]),
+                   static_cast<float>(physical_mass_[v] * inverse_mass_[v]));
+  }
 }
 
 double SurfaceSprings::column_factor(const TriangleMesh& mesh, VertexId v) const {
@@ -93,8 +126,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   const double physical = area_density_kg_per_m2_ * area_m2;
   rest_body_m_[v] = mesh.rest_body_m(v);
   fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(rest_body_m_[v]));
-  double effective = physical;
-  if (scale_mass && !fixed_[v]) effective = std::max(physical, kMassMargin * stable_mass_kg(stiffness));
+  const double effective = physical + (scale_mass && !fixed_[v] ? added_mass_kg(physical, stiffness) : 0);
   physical_mass_[v] = physical;
   added_mass_[v] = effective - physical;
   inverse_mass_[v] = fixed_[v] ? 0 : 1 / effective;
@@ -105,7 +137,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   VertexRow row;
   row.home_world_m = components_[component_of_[v]].frame.to_world(rest_body_m_[v]).cast<float>();
   row.k_home = static_cast<float>(k_home);
-  row.step_over_mass = static_cast<float>(settings_.step_s * inverse_mass_[v]);
+  row.step_over_mass = static_cast<float>(part_s() * inverse_mass_[v]);
   row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
   rows_.set(v, row, star_.half_edges);
 }
@@ -144,6 +176,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
   for (const VertexId v : touched) {
     if (alive(v)) set_row(mesh, v);
   }
+  while (parts_ < kMostParts && (refused_ || added_mass_kg_ > kMuchAddedMass * physical_mass_kg_)) divide();
   if (rows_.wants_compaction()) rows_.compact();
 }
 
@@ -231,9 +264,25 @@ Vec3 SurfaceSprings::displace(VertexId v, const Vec3& by_m, std::span<Vec4f> pos
   return -by_m / (inverse_mass_[v] * settings_.step_s * settings_.step_s);
 }
 
+void SurfaceSprings::save(DeformationState& state) const {
+  state.frames_world.clear();
+  for (const Component& c : components_) state.frames_world.push_back(c.frame);
+}
+
+void SurfaceSprings::restore(const SharedBody&, const DeformationState* state) {
+  first_bad_vertex_ = kNone;
+  forces_.clear();
+  for (std::size_t i = 0; i < components_.size(); ++i) {
+    if (state && i < state->frames_world.size())
+      components_[i].frame = state->frames_world[i];
+    else if (!is_finite(components_[i].frame))
+      components_[i].frame = body_;
+  }
+}
+
 double SurfaceSprings::largest_stable_step_s() const {
   const double alpha = material_.damping_per_s;
-  return 4 / (alpha + std::sqrt(alpha * alpha + 4 * omega2_.max()));
+  return 4 * parts_ / (alpha + std::sqrt(alpha * alpha + 4 * omega2_.max()));
 }
 
 }  // namespace sectio

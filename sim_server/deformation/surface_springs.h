@@ -13,10 +13,14 @@
 // Gravity: home positions are the rest positions, so the body sags by rho g a_ref / K_w as a whole (0.14 mm for 6 kPa
 // and 8 mm) and keeps its volume. As nothing compensates this, a piece that falls or turns needs no other rule.
 //
+// The step is divided in two or four when cuts need much added mass; the implicit driver takes the steps when they need
+// more than a body may have, or when a vertex gets too fast.
+//
 // Components: (R, t) is the body's pose for an anchored component and found by shape matching for a free one.
-// Deterministic, one thread; step() does not allocate.
+// Deterministic, one thread; an explicit step does not allocate.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <span>
@@ -26,8 +30,11 @@
 #include "common/math/types.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/deformation/deformation_engine.h"
+#include "sim_server/deformation/divided_constraints.h"
+#include "sim_server/deformation/implicit_driver.h"
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/shape_matching.h"
+#include "sim_server/deformation/spring_energy.h"
 #include "sim_server/deformation/spring_rows.h"
 #include "sim_server/deformation/spring_star.h"
 
@@ -49,6 +56,7 @@ struct SurfaceSpringSettings {
   // The stiffness factor of the tissue at a rest point; empty: 1. A home spring stands for the column of tissue beneath
   // its vertex, a_ref deep; sections of the column with different factors act as springs in series.
   std::function<double(const Vec3& rest_body_m)> stiffness_factor = {};
+  bool may_be_implicit = true;  // false: to measure the limit of the explicit driver
 };
 
 class SurfaceSprings final : public DeformationEngine {
@@ -103,6 +111,10 @@ class SurfaceSprings final : public DeformationEngine {
     IntegratorDiagnostics d;
     d.stability_margin = largest_stable_step_s() / settings_.step_s;
     d.added_mass_fraction = added_mass_kg_ / physical_mass_kg_;
+    d.implicit_steps = implicit_steps_;
+    d.steps_not_met = driver_.steps_not_met();
+    d.residual = was_implicit_ ? driver_.residual() : 0;
+    d.residual_m = was_implicit_ ? driver_.residual_m() : 0;
     return d;
   }
 
@@ -111,6 +123,9 @@ class SurfaceSprings final : public DeformationEngine {
   bool fixed(VertexId v) const override { return fixed_[v] != 0; }
   std::uint64_t clamped() const { return clamped_; }  // velocities reduced to 5 m/s so far
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
+  void save(DeformationState& state) const override;
+  void restore(const SharedBody& body, const DeformationState* state) override;
+  void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   const SpringRows& rows() const { return rows_; }
 
   // Kinetic, elastic and gravitational energy, with the frames of the last step. O(n); for tests and reports.
@@ -141,6 +156,13 @@ class SurfaceSprings final : public DeformationEngine {
   void follow_free_components(std::span<const Vec4f> position_world_m);
   void stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
   double stable_mass_kg(double stiffness_n_per_m) const;
+  double added_mass_kg(double physical_kg, double stiffness_n_per_m);
+  double part_s() const { return settings_.step_s / parts_; }
+  void divide();
+  void explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
+  void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
+  void push(std::span<Vec4f> velocity_m_per_s);
   double column_factor(const TriangleMesh& mesh, VertexId v) const;
 
   SurfaceSpringMaterial material_;
@@ -165,6 +187,17 @@ class SurfaceSprings final : public DeformationEngine {
   MaxTree omega2_;  // per vertex, 1/s^2
   double physical_mass_kg_ = 0;
   double added_mass_kg_ = 0;
+
+  SpringEnergy energy_;
+  ImplicitDriver driver_;
+  ConstraintSupports corners_;
+  DividedConstraints divided_;
+  int parts_ = 1;         // of an explicit step
+  bool refused_ = false;  // mass, since it was last shared out
+  std::uint64_t implicit_steps_ = 0;
+  int stable_for_ = 0;  // steps that the implicit driver takes whatever the bound says
+  bool was_implicit_ = false;
+  int clamped_in_a_row_ = 0;
 
   std::vector<Force> forces_;
   std::vector<MatchedPoint> matched_;

@@ -8,6 +8,8 @@ namespace {
 
 // Above the speed of any surgical motion; about an edge a step at 1 ms.
 constexpr double kMaxSpeedMPerS = 5;
+constexpr int kClampedInARow = 100;    // steps in which a vertex got too fast: that is no blow, but an instability
+constexpr int kStableAfterClamp = 50;  // steps of the implicit driver after a vertex got too fast
 
 }  // namespace
 
@@ -16,7 +18,23 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   SECTIO_ASSERT(position_world_m.size() == rest_body_m_.size(), "one position a vertex slot");
   const double h = settings_.step_s;
   follow_free_components(position_world_m);
+  was_implicit_ = settings_.may_be_implicit && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
+  if (was_implicit_) return implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
 
+  if (parts_ == 1) {
+    explicit_step(position_world_m, velocity_m_per_s);
+    return project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
+  }
+  divided_.begin(constraints, position_world_m, parts_);
+  for (int part = 0; part < parts_; ++part) {
+    explicit_step(position_world_m, velocity_m_per_s);
+    divided_.project_substep(part, part_s(), inverse_mass_, position_world_m, velocity_m_per_s);
+  }
+  divided_.finish(reactions);
+}
+
+void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+  const double h = part_s();
   VelocityUpdate update;
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
   update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
@@ -24,15 +42,28 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
   clamped_ += outcome.clamped;
   if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
-
-  for (const Force& force : forces_) {
-    velocity_m_per_s[force.v].head<3>() += (h * inverse_mass_[force.v] * force.force_n).cast<float>();
-  }
-  forces_.clear();
-
+  clamped_in_a_row_ = outcome.clamped > 0 ? clamped_in_a_row_ + 1 : 0;
+  if (clamped_in_a_row_ >= kClampedInARow * parts_) stable_for_ = kStableAfterClamp;
+  push(velocity_m_per_s);
   update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
   stop_at_beds(position_world_m, velocity_m_per_s);
-  project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
+}
+
+void SurfaceSprings::push(std::span<Vec4f> velocity_m_per_s) {
+  for (const Force& force : forces_)
+    velocity_m_per_s[force.v].head<3>() += (settings_.step_s * inverse_mass_[force.v] * force.force_n).cast<float>();
+  forces_.clear();
+}
+
+void SurfaceSprings::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                                   std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  ++implicit_steps_;
+  push(velocity_m_per_s);
+  corners_of(constraints, corners_);
+  energy_.read(rows_, static_cast<std::uint32_t>(rest_body_m_.size()));
+  driver_.step(energy_, {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeedMPerS},
+               {physical_mass_, inverse_mass_, position_world_m, velocity_m_per_s}, constraints, corners_, reactions);
+  stop_at_beds(position_world_m, velocity_m_per_s);
 }
 
 void SurfaceSprings::follow_free_components(std::span<const Vec4f> position_world_m) {

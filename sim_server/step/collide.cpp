@@ -121,7 +121,7 @@ void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, cons
   for (const auto& body : bodies)
     if (body->rigid() && body->asleep()) apply_resting_loads(bodies, *body, scene.step_s);
   for (const auto& body : bodies)
-    if (body->rigid() && !body->asleep()) body->rigid()->push_by_gravity();
+    if (body->rigid() && !body->asleep() && !body->frozen) body->rigid()->push_by_gravity();
   for (const auto& body : bodies)
     if (moves(*body, scene)) find_contacts(bodies, *body, scene, contacts);
 

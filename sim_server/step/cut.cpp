@@ -9,7 +9,7 @@ void cut_body(SimulatedWorld& world, StepContext& context, std::uint32_t b) {
   BodyStep& step = context.bodies[b];
   StepReport& report = context.output.report;
   for (BladeMotion& motion : step.motions) body.express_in_rest_frame(step.entries, motion);
-  const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, step.entries, step.motions);
+  const CutPlan plan = body.engines.cutting->plan(body.shared(), step.entries, step.motions);
   const bool accepted = commit(world, context, b, cut_as_planned(plan));
   report.cuts_made += accepted && !plan.delta.empty();
   report.cuts_refused += plan.refused + (accepted ? 0u : 1u);

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "sim_server/step/step.h"
 #include "sim_server/world/surface_under_tool.h"
 
@@ -46,6 +48,18 @@ void add_surface(SimulatedWorld& world, std::uint32_t tool_id, ContactStep& felt
     felt.tissue = felt_tissue(*world.bodies[felt.body_id], triangle, instrument_of(spec.kind), felt.state);
 }
 
+// The reaction as the hand may feel it; its first step beyond that is an event.
+void cap_force(const SimulatedWorld& world, StepContext& context, std::uint32_t t, Tool& tool, ContactStep& felt) {
+  const double most_n = world.scene.tools[t].largest_force_n, size_n = felt.reaction_world_n.norm();
+  const bool beyond = !(size_n <= most_n);
+  if (beyond) {
+    felt.reaction_world_n = std::isfinite(size_n) ? Vec3(most_n / size_n * felt.reaction_world_n) : Vec3::Zero();
+    ++context.output.report.forces_capped;
+    if (!tool.force_is_capped) context.emit(EventKind::force_capped, felt.body_id == kNoBody ? 0 : felt.body_id, t);
+  }
+  tool.force_is_capped = beyond;
+}
+
 }  // namespace
 
 void feel(SimulatedWorld& world, StepContext& context) {
@@ -59,7 +73,12 @@ void feel(SimulatedWorld& world, StepContext& context) {
     for (std::uint32_t b = 0; b < world.bodies.size(); ++b)
       for (std::uint32_t e = 0; e < world.edges.size(); ++e)
         if (world.edges[e].tool_id == t) add_edge(world.contact(b, e), felt);
+    if (tool.is_withdrawn) {  // nobody is there to feel it
+      if (felt.state == ContactState::free) tool.pose.reset();
+      continue;
+    }
     add_surface(world, t, felt);
+    cap_force(world, context, t, tool, felt);
     in_contact |= felt.state != ContactState::free;
     context.output.contacts.push_back(tool.fitter.fit(felt));
   }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "sim_server/step/step.h"
 
@@ -11,11 +12,14 @@ void report_bodies(const SimulatedWorld& world, StepReport& out) {
   out.stability_margin = kMostMargin;
   out.added_mass_fraction = 0;
   out.bodies_asleep = 0;
+  out.drivers.assign(world.bodies.size(), {});
   for (const auto& body : world.bodies) {
     out.bodies_asleep += body->asleep();
     const DeformationEngine& deformation = *body->engines.deformation;
     out.stability_margin = std::min(out.stability_margin, deformation.largest_stable_step_s() / world.scene.step_s);
-    out.added_mass_fraction = std::max(out.added_mass_fraction, deformation.diagnostics().added_mass_fraction);
+    const IntegratorDiagnostics d = deformation.diagnostics();
+    out.drivers[body->id] = {d.added_mass_fraction, std::isfinite(d.residual) ? d.residual : 0, d.steps_not_met};
+    out.added_mass_fraction = std::max(out.added_mass_fraction, d.added_mass_fraction);
   }
   out.checks.clear();
   out.processor_s.clear();
@@ -28,6 +32,11 @@ void report_bodies(const SimulatedWorld& world, StepReport& out) {
 }  // namespace
 
 void report(SimulatedWorld& world, StepContext& context) {
+  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
+    const BodyStep& step = context.bodies[b];
+    world.checks[b].stepped(*world.bodies[b], world.scene.step_s, step.work_j, step.changed || context.gravity_turned,
+                            step.processor_s);
+  }
   StepReport& out = context.output.report;
   report_bodies(world, out);
   out.local_searches = out.global_searches = 0;

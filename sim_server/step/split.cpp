@@ -18,16 +18,6 @@ bool is_anchored(const Body& body, const Part& part) {
   return std::ranges::any_of(part.vertices, [&](VertexId v) { return body.engines.deformation->fixed(v); });
 }
 
-// A temporary subdivision is no cut yet; it is undone before the next one is planned.
-bool is_worked_on(const Body& body, const Part& part) {
-  for (const Stroke& stroke : body.cuts.strokes) {
-    if (!stroke.temporary_inverse) continue;
-    for (const TriangleEdit& e : stroke.temporary_inverse->triangles)
-      if (std::ranges::binary_search(part.triangles, e.id)) return true;
-  }
-  return false;
-}
-
 // The parts that leave. The search never lists the component that it did not see whole.
 std::vector<Part> leaving_parts(Body& body, PartSearch search) {
   if (search.parts.empty()) return {};
@@ -96,7 +86,7 @@ void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_
   if (body.unsettled.empty()) return;
   const std::vector<TriangleId> changed = std::exchange(body.unsettled, {});
   for (const Part& part : leaving_parts(body, body.engines.splitting->separated(body.shared(), changed))) {
-    if (is_worked_on(body, part)) {
+    if (body.engines.cutting->is_temporary(part.triangles)) {
       body.unsettled = changed;
       continue;
     }

@@ -55,6 +55,9 @@ bool is_idle(SimulatedWorld& world, const StepContext& context, std::uint32_t bo
 void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint32_t body_id,
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions);
 
+// Forgets reactions that are not finite.
+void make_finite(std::span<Reaction> reactions);
+
 void take_samples(SimulatedWorld& world, StepContext& context);  // instruments are where their newest samples are
 void grasp(SimulatedWorld& world, StepContext& context);         // jaws close, open, or lose what they held
 void tilt(SimulatedWorld& world, StepContext& context);          // gravity turns
@@ -67,6 +70,7 @@ void deform(SimulatedWorld& world, StepContext& context);        // bodies move
 void watch(SimulatedWorld& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
 void interact(SimulatedWorld& world, StepContext& context);      // what goes on between bodies: fluids, threads
 void collide(SimulatedWorld& world, StepContext& context);       // bodies meet each other and the floor
+void guard(SimulatedWorld& world, StepContext& context);         // nothing leaves that is not finite, or out of bounds
 void feel(SimulatedWorld& world, StepContext& context);          // contact models for the hands
 void report(SimulatedWorld& world, StepContext& context);        // the numbers of the step
 

@@ -28,6 +28,14 @@ const char* to_string(EventKind kind) {
       return "gravity turned";
     case EventKind::body_frozen:
       return "body frozen";
+    case EventKind::body_recovered:
+      return "body recovered";
+    case EventKind::body_thawed:
+      return "body thawed";
+    case EventKind::mass_added:
+      return "mass added";
+    case EventKind::force_capped:
+      return "force capped";
     case EventKind::body_split:
       return "body split";
     case EventKind::fragment_removed:
@@ -36,6 +44,10 @@ const char* to_string(EventKind kind) {
       return "grasped";
     case EventKind::released:
       return "released";
+    case EventKind::instrument_withdrawn:
+      return "instrument withdrawn";
+    case EventKind::recording_stopped:
+      return "recording stopped";
   }
   return "?";
 }

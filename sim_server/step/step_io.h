@@ -18,6 +18,9 @@ struct StepInput {
   // All samples since the last step: each once, for each tool in order of sequence (SampleDeduplicator). The instrument
   // is swept through all of them.
   std::vector<ToolSample> samples;
+  // Instruments for which nobody speaks any more: each leaves the tissue along its own axis, and is gone until its next
+  // sample. One that has a sample in this step stays.
+  std::vector<std::uint32_t> withdrawn = {};
   // The session is behind its clock: bodies that no instrument touches stay as they are in this step.
   bool spare_idle_bodies = false;
   // Gravity turns there from now on: somebody tilts the patient.
@@ -47,14 +50,20 @@ enum class EventKind : std::uint8_t {
   island_freed,       // a loop was closed and its inside parted
   cut_refused,        // the mesh is as before; the text says why
   step_overrun,       // the session is behind its clock; the text says what it does about it
-  body_frozen,        // numerics failed in this body
+  body_frozen,        // the body is in trouble again and again, and stays in its last good state for a while
   body_split,         // a part came off and is a body of its own
   fragment_removed,   // a part below the stated size
   grasped,            // jaws hold a piece, or tissue
   released,           // the text says why: opened, slipped, cut away
   driver_taken_over,  // a step was beyond what the explicit driver of a volume can do safely: the implicit one goes on
   driver_handed_back,
-  gravity_turned,  // it begins to, or to elsewhere; the text says where to
+  gravity_turned,        // it begins to, or to elsewhere; the text says where to
+  instrument_withdrawn,  // nobody speaks for it any more
+  recording_stopped,     // a file of the session can't be written any more; the text says why
+  body_recovered,        // it was in trouble, and is mended; the text says how, and why
+  body_thawed,           // a frozen body is free again
+  mass_added,            // more than 5 % of a body's mass has been added for stability
+  force_capped,          // the reaction on an instrument was beyond what its hand may feel
 };
 const char* to_string(EventKind kind);
 
@@ -64,6 +73,13 @@ struct Event {
   std::uint32_t body_id = 0;
   std::uint32_t tool_id = 0;
   std::string text;  // for a person; may be empty
+};
+
+// How the driver of a body fares.
+struct DriverFigures {
+  double added_mass_fraction = 0;   // now
+  double residual = 0;              // of the last step if it was implicit: force left over, over the weight
+  std::uint64_t steps_not_met = 0;  // implicit steps so far whose residual was above the tolerance
 };
 
 // Numbers of one step, for ServerStatus and report.json.
@@ -77,11 +93,13 @@ struct StepReport {
   double penetration_m = 0;           // of pressing instruments beneath the surface, after this step
   double instrument_work_j = 0;       // on deforming bodies, so far, what cutting took included
   std::uint32_t bodies_asleep = 0;    // not stepped: they rest
+  std::uint64_t forces_capped = 0;    // steps of instruments so far, in which a reaction was beyond what they may feel
   double contact_time_s = 0;          // simulated time with any instrument in contact, so far
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
-  std::vector<BodyCheck> checks;    // one a body
-  std::vector<double> processor_s;  // that each has taken so far, where it is measured
+  std::vector<BodyCheck> checks;       // one a body
+  std::vector<DriverFigures> drivers;  // one a body
+  std::vector<double> processor_s;     // that each has taken so far, where it is measured
 };
 
 struct StepOutput {

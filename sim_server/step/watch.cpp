@@ -7,13 +7,8 @@ void watch(SimulatedWorld& world, StepContext& context) {
     Body& body = *world.bodies[b];
     if (!context.bodies[b].disturbed && !context.input.spare_idle_bodies && !world.is_moved_from_outside(b))
       body.watch_rest(world.scene);
-    for (auto& [kind, text] : body.watch_numerics()) context.emit(kind, b, 0, std::move(text));
+    for (auto& [kind, text] : body.watch_driver()) context.emit(kind, b, 0, std::move(text));
   });
-  for (std::uint32_t b = 0; b < world.bodies.size(); ++b) {
-    const BodyStep& step = context.bodies[b];
-    world.checks[b].stepped(*world.bodies[b], world.scene.step_s, step.work_j, step.changed || context.gravity_turned,
-                            step.processor_s);
-  }
 }
 
 }  // namespace sectio

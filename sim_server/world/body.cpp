@@ -19,6 +19,12 @@ constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not th
 constexpr double kPictureLines = 720;
 constexpr int kLipSweeps = 10;
 
+std::string percent(double fraction) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f %%", 100 * fraction);
+  return text;
+}
+
 double pixel_rad(const Camera& camera) {
   return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
 }
@@ -103,12 +109,11 @@ Vec3 Body::home_normal_world(const MeshDraft& surface, const std::array<VertexId
   return frame_world(v[0]).orientation * normal_body.stableNormalized();
 }
 
-void Body::express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) const {
+void Body::express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) {
   VertexId at = kNone;
   for (const Entry& e : entries)
     if (e.edge_id == motion.edge_id) at = mesh.triangle(e.triangle).v[0];
-  if (const Stroke* stroke = cuts.stroke_of(motion.edge_id))
-    at = stroke->cell.apex != kNone ? stroke->cell.apex : stroke->touched[0];
+  if (const auto point = engines.cutting->cut_point(shared(), motion.edge_id)) at = point->near;
   if (at == kNone) return;
   motion.frame_world = frame_world(at);
   const Eigen::Quaterniond to_body = motion.frame_world.orientation.conjugate();
@@ -127,16 +132,14 @@ double Body::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m)
   return 1e9;
 }
 
-bool Body::apply_to_mesh(const Change& change) {
-  if (change.plan) return accept(*change.plan, mesh, cuts);
-  return change.delta.empty() || sectio::apply(change.delta, mesh) == ApplyStatus::applied;
-}
-
 std::optional<AppliedChange> Body::apply(const Change& change) {
   const TopologyDelta& delta = change.delta;
   AppliedChange applied;
   applied.vertices = touched_vertices(delta, mesh);
-  if (!apply_to_mesh(change)) return std::nullopt;
+  if (!delta.empty() && sectio::apply(delta, mesh) != ApplyStatus::applied) {
+    if (change.plan) engines.cutting->reject();
+    return std::nullopt;
+  }
   particles.resize(mesh.vertex_slots());
   place(change.seeds);
   if (delta.empty()) {
@@ -157,7 +160,6 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   sort_unique(applied.vertices), sort_unique(applied.triangles);
   engines.follow(shared(), applied.of(delta), change.ticket.get());
   lips_.follow(mesh, applied.vertices);
-  if (change.cause == Cause::part_left) forget_strokes_of(delta);
   if (!change.plan) return applied;
   if (spec.splitting.free_parts == FreeParts::keep)
     free_islands(change.plan->islands);
@@ -187,21 +189,8 @@ void Body::free_islands(std::span<const Island> islands) {
   }
 }
 
-// A stroke ends with the part that it was in.
-void Body::forget_strokes_of(const TopologyDelta& gone) {
-  const auto is_gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
-  std::vector<VertexId> vertices;
-  for (const VertexEdit& e : gone.vertices) vertices.push_back(e.id);
-  cuts.grooves.forget(vertices);
-  std::erase_if(cuts.strokes, [&](const Stroke& s) {
-    return is_gone(s.cell.apex) || is_gone(s.start) || is_gone(s.bottom) || is_gone(s.first) ||
-           is_gone(s.temporary_tip) || std::ranges::any_of(s.cell.rim, is_gone) ||
-           std::ranges::any_of(s.touched, is_gone);
-  });
-}
-
 ContactBody Body::contact_body() {
-  if (rigid()) return {&rigid()->body};
+  if (rigid() && !frozen) return {&rigid()->body};
   return {nullptr, particles.view(), frozen ? nullptr : engines.deformation.get()};
 }
 
@@ -225,6 +214,7 @@ void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
 void Body::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s) {
   if (frozen) return;
   if (!asleep_) {
+    recovery_.keep(shared(), *engines.deformation);
     engines.deformation->step(shared(), constraints, reactions);
     compact_.invalidate();
   }
@@ -247,9 +237,13 @@ void Body::separate_lips(double step_s) {
   for (const ParticleChange& p : solver.particle_changes()) nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
 }
 
-std::vector<std::pair<EventKind, std::string>> Body::watch_numerics() {
-  std::vector<std::pair<EventKind, std::string>> events;
-  if (const std::uint64_t steps = engines.deformation->diagnostics().implicit_steps; steps != implicit_steps_) {
+Body::Happenings Body::watch_driver() {
+  Happenings events;
+  const IntegratorDiagnostics driver = engines.deformation->diagnostics();
+  if (driver.added_mass_fraction > kMuchAddedMass && !much_added_)
+    events.emplace_back(EventKind::mass_added, percent(driver.added_mass_fraction));
+  much_added_ = driver.added_mass_fraction > kMuchAddedMass;
+  if (const std::uint64_t steps = driver.implicit_steps; steps != implicit_steps_) {
     if (!implicit_) events.emplace_back(EventKind::driver_taken_over, "");
     implicit_ = true;
     implicit_steps_ = steps;
@@ -257,10 +251,26 @@ std::vector<std::pair<EventKind, std::string>> Body::watch_numerics() {
     implicit_ = false;
     events.emplace_back(EventKind::driver_handed_back, "");
   }
-  if (const VertexId bad = engines.deformation->first_bad_vertex(); !frozen && bad != kNone) {
-    frozen = true;
-    events.emplace_back(EventKind::body_frozen, "vertex " + std::to_string(bad));
+  return events;
+}
+
+Body::Happenings Body::guard(bool touched, double step_s) {
+  Happenings events;
+  recovery_.count_step();
+  if (frozen && recovery_.thaws(touched, step_s, *engines.deformation)) {
+    frozen = false;
+    wake();
+    events.emplace_back(EventKind::body_thawed, "");
   }
+  if (asleep()) return events;
+  const auto what = recovery_.flaw(shared(), *engines.deformation);
+  if (!what) return events;
+  const Recovery::Remedy remedy = recovery_.mend(shared(), *engines.deformation, step_s);
+  particles_moved();
+  if (frozen) return events;  // something else moved it
+  frozen = remedy == Recovery::Remedy::frozen;
+  const char* const how = remedy == Recovery::Remedy::reshaped ? "its shape at rest" : "its last good state";
+  events.emplace_back(frozen ? EventKind::body_frozen : EventKind::body_recovered, how + (": " + *what));
   return events;
 }
 

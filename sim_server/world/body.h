@@ -19,6 +19,7 @@
 #include "sim_server/step/step_io.h"
 #include "sim_server/surface/indentation/contact_templates.h"
 #include "sim_server/world/change.h"
+#include "sim_server/world/recovery.h"
 
 namespace sectio {
 
@@ -52,7 +53,7 @@ class Body {
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
-  void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) const;
+  void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion);
   // The largest depth that the tissue's thickness allows a groove from a point of the surface to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
@@ -74,9 +75,12 @@ class Body {
   void wake();
   // Called after deform() when nothing touches the body, which falls asleep when it has come to rest.
   void watch_rest(const Scene& scene);
-  // Called after deform(); the events of the step with their texts: another driver took over or gave back, or numerics
-  // failed and the body is frozen from now on.
-  std::vector<std::pair<EventKind, std::string>> watch_numerics();
+  // Called after deform(): another driver took over or gave back, or stability has taken much added mass.
+  using Happenings = std::vector<std::pair<EventKind, std::string>>;
+  Happenings watch_driver();
+  // Called after all that moves the body, with whether something touched it: nothing that isn't finite or is beyond
+  // the bounds of recovery.h is left, and the events say what became of the body.
+  Happenings guard(bool touched, double step_s);
   // Called after deform(); a contact changes the velocity of a particle and moves it.
   void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
 
@@ -85,7 +89,6 @@ class Body {
   TriangleMesh mesh;
   ParticleState particles;
   BodyEngines engines;
-  BodyCuts cuts;
   CutTraits cut_traits;
   // Contact with temporary elements (world/indentation.h); otherwise instruments move the vertices.
   bool contact_by_templates() const { return spec.contact.style == "templates"; }
@@ -94,25 +97,25 @@ class Body {
   std::vector<TriangleId> unsettled;           // triangles of cuts whose parts are not decided yet
   std::vector<ParticleImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
   std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
-  bool frozen = false;           // numerics failed: it stays as it was
+  bool frozen = false;           // it stays as it was (recovery.h), and can't be cut
 
  private:
   void begin(EngineSite site);
   void separate_lips(double step_s);
   using Seeds = std::span<const std::pair<VertexId, VertexState>>;
-  bool apply_to_mesh(const Change& change);
   void place(Seeds seeds);
   void free_islands(std::span<const Island> islands);
-  void forget_strokes_of(const TopologyDelta& gone);
 
   CompactPositions compact_;
   LipFinder lips_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
   bool asleep_ = false;
+  bool much_added_ = false;           // mass, for stability
   bool implicit_ = false;             // the last step was taken over by a driver that is always stable
   std::uint64_t implicit_steps_ = 0;  // so far, as the deformation engine says
   Stillness stillness_;
+  Recovery recovery_;
 };
 
 }  // namespace sectio

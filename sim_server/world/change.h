@@ -8,7 +8,7 @@
 
 #include "common/delta/topology_delta.h"
 #include "sim_server/engine/engine.h"
-#include "sim_server/surface/cutting/plan_cut.h"
+#include "sim_server/surface/cutting/cut_plan.h"
 
 namespace sectio {
 

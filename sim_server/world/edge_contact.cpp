@@ -15,6 +15,8 @@ constexpr double kLetGoM = 5e-4;         // this far above the surface a contact
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
 constexpr double kInM = 3e-4;            // this far beneath the lid of a groove a blade is in it
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
+constexpr double kDeepDentM = 0.005;     // a dent from which on an instrument may have gone through
+constexpr int kLookThroughEvery = 8;     // steps
 constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
 
 RuptureThreshold threshold_of(const CuttingSpec& cutting) {
@@ -48,6 +50,7 @@ EdgeContact::EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_
 ContactState EdgeContact::state() const {
   switch (phase_) {
     case Phase::free:
+    case Phase::through:
       return ContactState::free;
     case Phase::pressing:
       return ContactState::contact;
@@ -102,6 +105,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   contact_points_.clear();
   if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
   opening_before_rad_ = before ? before->opening_rad : pose_.opening_rad;
+  if (phase_ == Phase::through && is_clear_of_body()) phase_ = Phase::free, tracker_.reset();
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
   if (looks && !near_body(before, poses)) {
     tracker_.reset();
@@ -238,7 +242,7 @@ bool EdgeContact::enter_open_cut() {
   const bool may_cut = cuts_ && (instrument_.tip_pierces || may_enter());
   if (!may_cut || body_.rigid() || body_.cut_traits.edge_cuts_anywhere) return false;
   const Blade blade = blade_at(pose_);
-  const auto cut = body_.engines.cutting->in_open_cut(body_.shared(), body_.cuts, blade);
+  const auto cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
   if (!cut || (cut->point_world_m - blade.tip_world_m).dot(blade.up_world) < kInM) return false;
   const BladeLine line = line_of(blade);
   for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, cut->point_world_m))
@@ -278,11 +282,21 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
                        std::vector<BladeMotion>& motions) {
   cutting_force_n_.setZero();
   if (phase_ == Phase::spent) rest_in_groove();
+  if (body_.frozen && (entry_ || phase_ == Phase::cutting)) return refuse_frozen(motions);
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
-  const Stroke* stroke = body_.cuts.stroke_of(edge_id_);
-  if (stroke && body_.cut_traits.edge_cuts_anywhere) return follow_with_whole_edge(*stroke, poses, motions);
-  if (stroke) follow_stroke(*stroke, poses, motions);
+  const auto cut = body_.engines.cutting->cut_point(body_.shared(), edge_id_);
+  if (cut && body_.cut_traits.edge_cuts_anywhere) return follow_with_whole_edge(*cut, poses, motions);
+  if (cut) follow_cut(*cut, poses, motions);
+}
+
+void EdgeContact::refuse_frozen(std::vector<BladeMotion>& motions) {
+  if (body_.engines.cutting->cut_point(body_.shared(), edge_id_)) motions.push_back({edge_id_, {}, true});
+  phase_ = Phase::spent;
+  ended_at_ = point_;
+  entry_.reset();
+  constraints_.clear();
+  events_.push_back({EventKind::cut_refused, "the body is frozen"});
 }
 
 void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions) {
@@ -301,19 +315,11 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
 }
 
 // The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
-void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose> poses,
-                                std::vector<BladeMotion>& motions) {
-  const MeshDraft now(body_.mesh, body_.particle_view());
-  const bool known =
-      stroke.cuts() || now.find_triangle(stroke.touched[0], stroke.touched[1], stroke.touched[2]) != kNone;
-  if (stroke.seen.at_world_m)
-    point_ = *stroke.seen.at_world_m;
-  else if (known)
-    point_ = position_of(now, stroke);
-  const Pose frame = body_.frame_world(stroke.cuts() ? stroke.cell.apex : stroke.touched[0]);
-  if (const Vec3 n = known ? rest_normal_of(now, stroke) : Vec3(Vec3::Zero()); n.squaredNorm() > 0.5)
-    normal_ = frame.orientation * n;
-  const Vec3 home = known ? frame.to_world(rest_of(now, stroke)) : point_;
+void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions) {
+  if (cut.point_world_m) point_ = *cut.point_world_m;
+  const Pose frame = body_.frame_world(cut.near);
+  if (cut.normal_body.squaredNorm() > 0.5) normal_ = frame.orientation * cut.normal_body;
+  const Vec3 home = cut.rest_body_m ? frame.to_world(*cut.rest_body_m) : point_;
   BladeMotion motion{edge_id_, {}, false};
   const std::array resting{pose_};
   Vec3 from = point_;
@@ -334,7 +340,7 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
       motion.path.push_back(blade);
       ask_surface(blade, motion.active);
       from = at_surface;
-      if (stroke.cuts()) cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
+      if (cut.cuts) cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
       tip_before_ = blade.tip_world_m;
       continue;
     }
@@ -348,10 +354,9 @@ void EdgeContact::follow_stroke(const Stroke& stroke, std::span<const JointPose>
       const double half_length_m = 0.5 * (shape.c_tool_m - shape.a_tool_m).norm();
       cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
     }
-    if (!stroke.cuts()) break;
-    const VertexId end = stroke.temporary_tip != kNone ? stroke.temporary_tip : stroke.cell.apex;
-    if (end != kNone && (at_surface - now.position(end)).norm() > kStillM)
-      constraints_.assign(1, hold(end, at_surface));
+    if (!cut.cuts) break;
+    if (cut.follows != kNone && (at_surface - body_.particle_view().position(cut.follows)).norm() > kStillM)
+      constraints_.assign(1, hold(cut.follows, at_surface));
     break;
   }
   motions.push_back(std::move(motion));
@@ -388,7 +393,7 @@ void EdgeContact::rest_in_groove() {
 
 void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   if (phase_ != Phase::cutting) return;
-  const bool goes_on = accepted && std::ranges::find(plan.strokes, edge_id_, &Stroke::edge_id) != plan.strokes.end();
+  const bool goes_on = accepted && std::ranges::find(plan.going_on, edge_id_) != plan.going_on.end();
   StrokeEnd end = StrokeEnd::going;
   for (const StrokeOutcome& o : plan.outcomes) {
     if (o.edge_id != edge_id_) continue;
@@ -423,7 +428,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
         c.v, [&](VertexId v) { return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v)); });
   });
   if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
-  if (phase_ == Phase::cutting && !entry_ && !body_.cuts.stroke_of(edge_id_)) {
+  if (phase_ == Phase::cutting && !entry_ && !body_.engines.cutting->cut_point(body_.shared(), edge_id_)) {
     ended_at_ = point_;
     phase_ = Phase::spent;
     cutting_force_n_.setZero();
@@ -452,6 +457,9 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
   if (!reaction.active && above_m > kLetGoM) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
+  if (is_blunt() && displacement_m > kDeepDentM && deep_steps_++ % kLookThroughEvery == 0 &&
+      is_pushed_through(c.target_world_m))
+    return slip_off();
   // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.
   const bool can_begin = body_.cut_traits.edge_cuts_anywhere || body_.mesh.triangle(triangle_).surface == Surface::skin;
   const bool may_rupture = can_begin && ((at_tip_ && instrument_.tip_pierces) || sharp_edge_presses());
@@ -462,8 +470,8 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
 }
 
 double EdgeContact::penetration_m() {
-  if (const Stroke* stroke = phase_ == Phase::cutting ? body_.cuts.stroke_of(edge_id_) : nullptr)
-    return stroke->seen.owed_m;
+  if (phase_ == Phase::cutting)
+    if (const auto cut = body_.engines.cutting->cut_point(body_.shared(), edge_id_)) return cut->owed_m;
   if (phase_ != Phase::pressing) return 0;
   const Vec3 contact = contact_world_m();
   if (body_.contact_by_templates()) return beneath_temporary_m(contact);

@@ -35,7 +35,7 @@ class EdgeContact {
   // Follows a change of the body's topology. Contacts with a part that has left end.
   void follow(Cause cause, std::span<const TriangleId> changed);
   // The edge cuts, or looks for a place to cut: temporary elements must be gone before plan().
-  bool is_at_work() const { return phase_ != Phase::free && phase_ != Phase::pressing; }
+  bool is_at_work() const { return touches() && phase_ != Phase::pressing; }
   // The points at which the edge presses on a body with contact templates, the most important first.
   std::span<const ContactPoint> contact_points() const { return contact_points_; }
   // Takes the particles that have been made of these points.
@@ -48,7 +48,7 @@ class EdgeContact {
   ContactState state() const;
   const Vec3& force_on_tool_n() const { return force_n_; }
   // The instrument's point on the surface, and the normal there; unknown while free.
-  bool surface_known() const { return phase_ != Phase::free; }
+  bool surface_known() const { return touches(); }
   const Vec3& point_world_m() const { return point_; }
   const Vec3& normal_world() const { return normal_; }
   std::uint32_t body_id() const { return body_.id; }
@@ -70,8 +70,15 @@ class EdgeContact {
     pressing,  // a point of the instrument dents the surface
     cutting,   // in the tissue: a stroke follows the blade
     spent,     // in the tissue, but a cut has just ended here; no new one until the instrument has gone on
+    through,   // it was pushed right through, and the skin slipped off: nothing until it is out of the body
   };
 
+  bool touches() const { return phase_ != Phase::free && phase_ != Phase::through; }
+  // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
+  bool is_blunt() const;
+  bool is_pushed_through(const Vec3& tip_world_m) const;
+  void slip_off();
+  bool is_clear_of_body() const;
   bool near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const;
   void look_for_contact(const ToolContact& contact);
   std::optional<SurfaceHit> edge_reaching_in(const ToolContact& contact, const InstrumentShape& shape) const;
@@ -87,8 +94,9 @@ class EdgeContact {
   void break_in(const Entry& at);
   bool enter_open_cut();
   void ask_surface(const Blade& blade, std::vector<TriangleId>& crossed);
+  void refuse_frozen(std::vector<BladeMotion>& motions);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
-  void follow_stroke(const Stroke& stroke, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
+  void follow_cut(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   // An edge that cuts anywhere along its length (CutTraits): edge_contact_whole_edge.cpp.
   static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
   bool sharp_edge_touches(const InstrumentShape& shape) const;
@@ -97,8 +105,7 @@ class EdgeContact {
   // Where an edge that moves towards its sharp side has come in so far that it has broken in, whatever its force was.
   std::optional<SurfaceHit> sharp_edge_deep_inside(const JointPose& before) const;
   void begin_with_whole_edge(BladeMotion& motion);
-  void follow_with_whole_edge(const Stroke& stroke, std::span<const JointPose> poses,
-                              std::vector<BladeMotion>& motions);
+  void follow_with_whole_edge(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   CutDecision decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
                                 double& cut_length_m);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
@@ -140,6 +147,7 @@ class EdgeContact {
   Vec3 cutting_force_n_ = Vec3::Zero(), smooth_cutting_n_ = Vec3::Zero();
   Vec3 tip_before_ = Vec3::Zero();  // of the blade
   double smooth_force_n_ = 0;
+  int deep_steps_ = 0;            // in which the instrument pressed deep
   Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
   std::uint64_t searches_ = 0;
   bool has_just_cut_ = false;

@@ -1,4 +1,4 @@
-// Pressing with temporary elements, and the gap between an instrument and the surface.
+// Pressing with temporary elements, the gap between an instrument and the surface, and what is pushed right through.
 #include <algorithm>
 
 #include "sim_server/surface/indentation/contact_places.h"
@@ -6,6 +6,11 @@
 #include "sim_server/world/indentation.h"
 
 namespace sectio {
+namespace {
+
+constexpr double kBeneathM = 3e-4;  // there is tissue this far beneath what an instrument presses
+
+}  // namespace
 
 // Collects the contacts of paper A, 2.2: the point that presses, and along the instrument from there all places that
 // are beneath the surface.
@@ -97,6 +102,31 @@ ContactGap EdgeContact::gap() {
     }
   }
   return most;
+}
+
+bool EdgeContact::is_blunt() const {
+  const InstrumentShape shape = shape_at(pose_.opening_rad);
+  return (shape.edge_tip_tool_m - shape.edge_heel_tool_m).isZero();
+}
+
+bool EdgeContact::is_pushed_through(const Vec3& tip_world_m) const {
+  return !body_.tree().inside(body_.view(), tip_world_m - kBeneathM * normal_);
+}
+
+bool EdgeContact::is_clear_of_body() const {
+  const ToolCorners corners = corners_at(pose_);
+  const CollisionEngine& tree = body_.tree();
+  if (tree.inside(body_.view(), corners.at_world_m[0])) return false;
+  return std::ranges::all_of(kSegmentCorners, [&](const auto& ends) {
+    return tree.hits(body_.view(), corners.at_world_m[ends[0]], corners.at_world_m[ends[1]]).empty();
+  });
+}
+
+void EdgeContact::slip_off() {
+  events_.push_back({EventKind::contact_ended, "it was pushed through, and the skin slipped off"});
+  phase_ = Phase::through;
+  force_n_.setZero();
+  smooth_force_n_ = 0;
 }
 
 }  // namespace sectio

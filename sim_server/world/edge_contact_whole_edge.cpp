@@ -116,10 +116,9 @@ CutDecision EdgeContact::decide_by_surface(const InstrumentShape& shape, const J
   return instrument_.decide({crossings, is_correct_direction, jaws});
 }
 
-void EdgeContact::follow_with_whole_edge(const Stroke& stroke, std::span<const JointPose> poses,
+void EdgeContact::follow_with_whole_edge(const CutPoint& cut, std::span<const JointPose> poses,
                                          std::vector<BladeMotion>& motions) {
-  const MeshDraft now(body_.mesh, body_.particle_view());
-  point_ = position_of(now, stroke);
+  if (cut.point_world_m) point_ = *cut.point_world_m;
   BladeMotion motion{edge_id_, {}, false};
   Vec3 from = point_;
   double opening_rad = opening_before_rad_;
@@ -146,7 +145,7 @@ void EdgeContact::follow_with_whole_edge(const Stroke& stroke, std::span<const J
       break;
     }
   }
-  if (!motion.path.empty()) sweep_over(stroke.blade, motion);
+  if (!motion.path.empty()) sweep_over(cut.blade, motion);
   motions.push_back(std::move(motion));
 }
 

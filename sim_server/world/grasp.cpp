@@ -132,6 +132,11 @@ void Grasp::share_out() {
     for (Point& p : held.points) p.share /= sum;
 }
 
+void Grasp::withdraw() {
+  let_go("withdrawn");
+  open_ = false;
+}
+
 // The mean distance of the held points from their targets at the hand.
 Vec3 Grasp::lag_m(std::span<const std::unique_ptr<Body>> bodies) const {
   Vec3 lag = Vec3::Zero();

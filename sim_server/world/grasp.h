@@ -29,6 +29,8 @@ class Grasp {
 
   // Called at the beginning of a step: jaws close, open or lose their hold. The instrument is at `pose` from then on.
   void follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies);
+  // The instrument is gone: it holds nothing, and its jaws must open before they close on something again.
+  void withdraw();
   // Appends the constraints on the points of a body in this step.
   void append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
   // Takes the reaction of one of these constraints.

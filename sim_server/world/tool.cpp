@@ -2,7 +2,11 @@
 
 namespace sectio {
 
-Tool::Tool(std::uint32_t tool_id, const Scene& scene) : fitter(tool_id), grasp(scene.tools[tool_id]) {}
+Tool::Tool(std::uint32_t tool_id, const Scene& scene) : fitter(tool_id), grasp(scene.tools[tool_id]) {
+  const ToolGeometry& g = scene.tools[tool_id].geometry;
+  back_tool_ =
+      (g.b_tool_m - g.a_tool_m).squaredNorm() > 0 ? Vec3((g.b_tool_m - g.a_tool_m).normalized()) : Vec3::UnitZ();
+}
 
 void Tool::begin_step() {
   before = pose;
@@ -10,7 +14,19 @@ void Tool::begin_step() {
   continuous = true;
 }
 
+bool Tool::withdraw() {
+  if (!pose || is_withdrawn || !poses.empty()) return false;
+  grasp.withdraw();
+  pose->position_m += kWithdrawn_m * (pose->orientation * back_tool_);
+  poses.push_back(*pose);
+  continuous = false;
+  velocity_m_per_s.setZero();
+  is_withdrawn = true;
+  return true;
+}
+
 void Tool::take(const ToolSample& sample) {
+  if (is_withdrawn) pose.reset(), before.reset(), is_withdrawn = false;
   const bool same_source = pose && sample.source == source;
   if (pose && !(same_source && sample.sequence == sequence + 1)) continuous = false;
   if (same_source && sample.tool_time_s > time_s)

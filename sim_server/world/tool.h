@@ -18,6 +18,9 @@ struct Tool {
   // A step begins at the end of the last one; then come its samples, in order.
   void begin_step();
   void take(const ToolSample& sample);
+  // It lets go and is kWithdrawn_m further back along its own axis, outside of everything, until it is free: then it
+  // has no pose. False when it has none already, or a sample in this step.
+  bool withdraw();
 
   // The instrument's contact in this step, with the reaction of its grasp. It must have a pose.
   ContactStep contact(double sim_time_s) const;
@@ -25,6 +28,7 @@ struct Tool {
   ContactModelFitter fitter;
   Grasp grasp;
   std::optional<JointPose> pose;  // of the newest sample
+  bool force_is_capped = false;   // in the last step
   double time_s = 0;              // its time stamp
   std::uint64_t source = 0;
   std::uint64_t sequence = 0;
@@ -34,6 +38,12 @@ struct Tool {
   std::optional<JointPose> before;
   std::vector<JointPose> poses;
   bool continuous = true;
+
+  static constexpr double kWithdrawn_m = 10;
+  bool is_withdrawn = false;
+
+ private:
+  Vec3 back_tool_;  // the direction from the tip to the handle, of length 1
 };
 
 }  // namespace sectio

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "common/math/fixed_sequence.h"
+#include "tests/support/block_scene.h"
 #include "tests/support/operation.h"
 
 namespace sectio {
@@ -21,15 +22,11 @@ constexpr double kTop_m = 0.04;
 
 // A block of 60 x 60 x 40 mm that is held at its lower side, and a probe or scalpel above it.
 Scene block_under(const std::string& tool, const std::string& model) {
-  Scene scene;
+  Scene scene = test::block_scene(model);
   scene.file = "block";
-  scene.bodies.emplace_back();
+  scene.floor_z_m.reset();
   BodySpec& body = scene.bodies[0];
-  body.name = "block";
-  body.model = model;
   body.mesh = test::box(8, 8, 5, Vec3(0.06, 0.06, kTop_m));
-  body.pose.position_m = Vec3(-0.03, -0.03, 0);
-  body.volume.tetrahedra = 800;
   body.volume.least_part_s = 1e-4;
   body.cutting.style = model == "surface_springs" ? body.cutting.style : "progressive";
   body.cutting.threshold_force_n = 0.1;

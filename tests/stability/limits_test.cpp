@@ -89,8 +89,14 @@ TEST(Limits, S_1_the_bound_from_rows_is_rigorous) {
   }
 }
 
-// The thinner the slivers beside a cut, the smaller the limit; with mass added to their vertices it stays where it was
-// asked to be. The lattice has none.
+double mass_kg(const Oscillator& body) {
+  double sum_kg = 0;
+  for (const double inverse : body.inverse_mass) sum_kg += inverse > 0 ? 1 / inverse : 0;
+  return sum_kg;
+}
+
+// The thinner the slivers beside a cut, the smaller the limit. With mass added to their vertices it stays where it was
+// asked to be; a whole sheet of very thin ones would need more than a body may get. The lattice has none.
 TEST(Limits, S_3_slivers_with_and_without_added_mass) {
   const VolumeMaterial material = test::undamped(6000, 0.45);
   const TetMesh coarse = test::bar_with_slivers(0.5);
@@ -109,10 +115,13 @@ TEST(Limits, S_3_slivers_with_and_without_added_mass) {
     EXPECT_LT(bare_s, 0.7 * before_s) << sliver;
     EXPECT_GE(bare_s, test::row_bound_s(mesh, material, bare.inverse_mass)) << sliver;
     before_s = bare_s;
-    EXPECT_GE(test::row_bound_s(mesh, material, heavy.inverse_mass), 0.8 * solid_s) << sliver;
-    EXPECT_GE(limit_s(heavy), 0.8 * solid_s) << sliver;
     const Oscillator springs = test::springs_of(mesh, material, 0.6 * springs_s);
-    EXPECT_GE(springs.predicted_s, 0.6 * springs_s) << sliver;
+    if (sliver >= 0.1) {
+      EXPECT_GE(test::row_bound_s(mesh, material, heavy.inverse_mass), 0.8 * solid_s) << sliver;
+      EXPECT_GE(limit_s(heavy), 0.8 * solid_s) << sliver;
+      EXPECT_GE(springs.predicted_s, 0.6 * springs_s) << sliver;
+    }
+    for (const Oscillator& body : {heavy, springs}) EXPECT_LE(mass_kg(body), (1 + kMostAddedMass) * mass_kg(bare));
     EXPECT_GE(limit_s(springs), 0.98 * springs.predicted_s) << sliver;  // of a heavy pair it is the limit itself
     EXPECT_NEAR(limit_s(test::lattice_of(mesh, material, test::kCell_m)) / lattice_s, 1, 0.25) << sliver;
   }

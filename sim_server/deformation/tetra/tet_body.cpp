@@ -31,8 +31,21 @@ void TetBody::weigh_at_least(VertexId v, double mass_kg) {
   if (!(mass_[v] > 0)) return;
   added_kg_ -= added_[v];
   added_[v] = std::max(0.0, mass_kg - mass_[v]);
+  if (added_kg_ + added_[v] > kAddedMassGiven * total_kg_) {
+    added_[v] = 0;
+    refused_ = true;
+  }
   added_kg_ += added_[v];
-  if (!fixed(v)) inverse_mass_[v] = 1 / std::max(mass_[v], mass_kg);
+  if (!fixed(v)) inverse_mass_[v] = 1 / (mass_[v] + added_[v]);
+}
+
+void TetBody::shed_added_mass() {
+  for (VertexId v = 0; v < mass_.size(); ++v) {
+    added_[v] = 0;
+    inverse_mass_[v] = fixed(v) || !(mass_[v] > 0) ? 0 : 1 / mass_[v];
+  }
+  added_kg_ = 0;
+  refused_ = false;
 }
 
 std::span<const VertexId> TetBody::follow(const TetChange& change) {

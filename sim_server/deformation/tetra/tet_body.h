@@ -27,8 +27,13 @@ class TetBody {
   // Returns the vertices whose tetrahedra, or their rest shapes, have changed, ascending. Their mass is computed anew,
   // without added mass; those without any tetrahedron no longer exist. Valid until the next change.
   std::span<const VertexId> follow(const TetChange& change);
-  // Adds mass, for the sake of stability, until the vertex has at least this mass; none if its own is enough.
+  // Adds mass, for the sake of stability, until the vertex has at least this mass; none if its own is enough, or if the
+  // body would have more than kAddedMassGiven.
   void weigh_at_least(VertexId v, double mass_kg);
+  // More than kMuchAddedMass has been added, or some was refused.
+  bool is_heavy() const { return refused_ || added_kg_ > kMuchAddedMass * total_kg_; }
+  // Takes all added mass away. O(all).
+  void shed_added_mass();
 
  private:
   void weigh(VertexId v);
@@ -42,6 +47,7 @@ class TetBody {
   std::vector<std::uint8_t> fixed_;
   std::vector<double> mass_, added_, inverse_mass_;
   double total_kg_ = 0, added_kg_ = 0;
+  bool refused_ = false;  // mass, since it was shed
   VertexSet touched_;
 };
 

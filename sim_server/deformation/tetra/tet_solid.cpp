@@ -15,7 +15,7 @@ double safety(double poisson) {
   return poisson > 0.47 ? 0.45 : 0.6;
 }
 // The margin beyond the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
-constexpr double kRoomForDeformation = 1.05;
+constexpr double kRoomForDeformation = 1.05, kRoomOnceDivided = 1.25;
 
 void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetStiffness& stiffness) {
   const auto [mu, lambda] = lame(m.young_pa, m.poisson);
@@ -50,15 +50,30 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   for (VertexId v = 0; v < vertices; ++v) rest[v].head<3>() = mesh.vertices_body_m[v].cast<float>();
   const double bound = double{update_pressures(rows_, true, rest)};
   omega2_per_bound_ = bound > 0 ? omega2 / bound : 0;
-  last_velocity_.assign(vertices, Vec4f::Zero());
-  give_room(stiffness_.shear_pa, stiffness_.bulk_pa, last_velocity_);
+  give_room(stiffness_.shear_pa, stiffness_.bulk_pa);
 }
 
 // Adds mass until the vertex is stable in substeps of this length.
 void TetSolid::weigh(VertexId v, const VertexStar& star, double substep_s) {
   if (body_.fixed(v)) return;
-  const double h = kRoomForDeformation * substep_s;
+  const double h = kRoomForDeformation * (divided_ > 0 ? kRoomOnceDivided : 1) * substep_s;
   body_.weigh_at_least(v, 0.25 * h * h * stiffness_bound_n_per_m(star, stiffness_));
+}
+
+// Twice as many substeps, which need a quarter of the added mass.
+void TetSolid::divide() {
+  ++divided_;
+  substeps_ *= 2;
+  body_.shed_added_mass();
+  std::vector<TetVertex> rows(body_.vertex_count());
+  for (VertexId v = 0; v < rows.size(); ++v) {
+    if (!rows_.contains(v)) continue;
+    star_.begin(body_.mesh(), body_.stars(), v);
+    star_.measure(body_.mesh());
+    weigh(v, star_, part_s(substeps_));
+    rows[v] = row_of(v);
+  }
+  rows_.set(rows, settings_.step_s / substeps_);
 }
 
 TetVertex TetSolid::row_of(VertexId v) const {
@@ -77,19 +92,20 @@ void TetSolid::change(const TetChange& change) {
     star_.measure(body_.mesh());
     rows_.update(v, star_, stiffness_);
     if (!rows_.contains(v)) continue;
-    weigh(v, star_, std::max(settings_.least_substep_s, settings_.step_s / substeps_));
+    weigh(v, star_, part_s(substeps_));
     rows_.set(v, row_of(v));
   }
   rows_.compact_if_spread();
+  while (body_.is_heavy() && may_divide()) divide();
   scratch_.resize(3 * rows_.most_faces() + 1);
-  resize_slots<Vec4f>(last_velocity_, body_.vertex_count(), Vec4f::Zero());
+  energy_.changed();
 }
 
 void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
-  was_implicit_ = integrator_ == VolumeIntegrator::implicit_only;
+  was_implicit_ = begins_implicit();
   if (!was_implicit_) {
     constraints_.begin(constraints, position_world_m, substeps_);
     was_implicit_ = !explicit_step(position_world_m, velocity_m_per_s);
@@ -98,11 +114,10 @@ void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity
     implicit_steps_ += integrator_ == VolumeIntegrator::automatic;
     std::ranges::copy(start_position_, position_world_m.begin());
     std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
-    implicit_step(position_world_m, velocity_m_per_s, settings_.step_s, kSweeps, constraints, reactions);
+    implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
   } else {
     constraints_.finish(reactions);
   }
-  last_velocity_.swap(start_velocity_);
 }
 
 bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
@@ -123,64 +138,31 @@ bool TetSolid::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f>
   return true;
 }
 
-// m / h^2 + sum_e V (mu |g|^2 + kappa c c^T), c = cof(F) g: the Hessian of the quadratic that descend() minimises.
-Mat3 TetSolid::block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const {
-  Mat3 block = 1 / (body_.inverse_mass()[v] * step_s * step_s) * Mat3::Identity();
-  for (const std::uint32_t t : body_.stars().of(v)) {
-    const Tetrahedron& corners = body_.mesh().tetrahedra[t];
-    const std::size_t i = static_cast<std::size_t>(std::ranges::find(corners, v) - corners.begin());
-    const TetShape shape = tet_shape(body_.mesh(), corners);
-    std::array<Vec3, 3> x;
-    for (std::size_t k = 0; k < 3; ++k) x[k] = position_world_m[corners[kTetFaces[i][k]]].head<3>().cast<double>();
-    const Vec3 normal = (x[1] - x[0]).cross(x[2] - x[0]) / 6;  // V c = d(volume) / dx, up to its sign
-    block += shape.volume_m3 * stiffness_.shear_pa[t] * shape.gradient[i].squaredNorm() * Mat3::Identity() +
-             stiffness_.bulk_pa[t] / shape.volume_m3 * normal * normal.transpose();
-  }
-  return block;
+void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  masses_.resize(body_.vertex_count());
+  for (VertexId v = 0; v < masses_.size(); ++v) masses_[v] = body_.mass_kg(v);
+  corners_of(constraints, corners_);
+  driver_.step(energy_, motion(), {masses_, body_.inverse_mass(), position_world_m, velocity_m_per_s}, constraints,
+               corners_, reactions, [this](double step_s, std::span<const Vec3> inertial, std::span<Vec3> position) {
+                 smooth(step_s, inertial, position);
+               });
 }
 
-void TetSolid::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s,
-                             int sweeps, std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
-  const double h = step_s;
-  const ImplicitStart start(h, material_.damping_per_s, settings_.gravity_m_per_s2);
-  inertial_.resize(position_world_m.size());
-  start_position_.assign(position_world_m.begin(), position_world_m.end());
-  for (VertexId v = 0; v < inertial_.size(); ++v) {
-    inertial_[v] = position_world_m[v];
-    if (body_.inverse_mass()[v] == 0) continue;
-    const auto [inertial_m, guess_m] =
-        start.displacements(velocity_m_per_s[v].head<3>().cast<double>(), last_velocity_[v].head<3>().cast<double>());
-    inertial_[v].head<3>() += inertial_m.cast<float>();
-    position_world_m[v].head<3>() += guess_m.cast<float>();
+// Held vertices stay where they are, and what isn't finite where it was.
+void TetSolid::smooth(double step_s, std::span<const Vec3> inertial_world_m, std::span<Vec3> position_world_m) {
+  inertial_.assign(inertial_world_m.size(), Vec4f::Zero());
+  smoothed_ = inertial_;
+  for (std::size_t v = 0; v < inertial_.size(); ++v) {
+    inertial_[v].head<3>() = inertial_world_m[v].cast<float>();
+    smoothed_[v].head<3>() = position_world_m[v].cast<float>();
   }
-  update_pressures(rows_, false, position_world_m);
+  update_pressures(rows_, false, smoothed_);
   const std::span<float> scratch(scratch_.data()->bulk.data(), scratch_.size() * kLanes);
-  corners_of(constraints, corners_);
-  held_.begin(constraints, corners_, body_.inverse_mass(), h);
-  const HeldPoints::Particles particles{
-      [&](VertexId v) -> Vec3 { return position_world_m[v].head<3>().cast<double>(); },
-      [&](VertexId v) { return block_n_per_m(v, position_world_m, h); },
-      [&](VertexId v, const Vec3& position_by_m, const Vec3& inertial_by_m) {
-        position_world_m[v].head<3>() += position_by_m.cast<float>();
-        inertial_[v].head<3>() += inertial_by_m.cast<float>();
-      }};
-  for (int n = 0; n < sweeps; ++n) {
-    const float moved2 = descend(rows_, static_cast<float>(h), inertial_, position_world_m, scratch);
-    residual_m_ = std::sqrt(double{moved2});
-    if (held_.put(particles))
-      update_pressures(rows_, false, position_world_m);
-    else if (moved2 < static_cast<float>(kStill_m * kStill_m))
-      break;
-  }
-  for (VertexId v = 0; v < inertial_.size(); ++v) {
-    if (body_.inverse_mass()[v] == 0) continue;
-    const auto displacement = within_speed((position_world_m[v] - start_position_[v]).head<3>().cast<double>(), h);
-    if (!displacement && first_bad_vertex_ == kNone) first_bad_vertex_ = v;
-    const Vec3 moved = displacement.value_or(Vec3::Zero());
-    position_world_m[v].head<3>() = start_position_[v].head<3>() + moved.cast<float>();
-    velocity_m_per_s[v].head<3>() = (moved / h).cast<float>();
-  }
-  held_.finish(velocity_m_per_s, reactions);
+  for (int n = 0; n < kSmoothing; ++n) descend(rows_, static_cast<float>(step_s), inertial_, smoothed_, scratch);
+  for (std::size_t v = 0; v < inertial_.size(); ++v)
+    if (body_.inverse_mass()[v] > 0 && smoothed_[v].head<3>().allFinite())
+      position_world_m[v] = smoothed_[v].head<3>().cast<double>();
 }
 
 double TetSolid::elastic_energy_j(std::span<const Vec4f> position_world_m) const {

@@ -1,11 +1,10 @@
 // The model neo_hookean: stable neo-Hookean tetrahedra with averaged nodal pressure (tet_kernel.h has the energy). Two
-// integrators work on the same data (explicit_implicit_integrator.h): symplectic Euler in as many equal substeps as
-// stability requires, and vertex block descent. Deterministic, one thread.
+// integrators (explicit_implicit_integrator.h): symplectic Euler in as many equal substeps as stability requires, and
+// Newton's method (tet_energy.h), with vertex block descent where it fails. Deterministic, one thread.
 #pragma once
 
-#include "sim_server/deformation/held_points.h"
 #include "sim_server/deformation/tetra/explicit_implicit_integrator.h"
-#include "sim_server/deformation/tetra/tet_body.h"
+#include "sim_server/deformation/tetra/tet_energy.h"
 #include "sim_server/deformation/tetra/tet_kernel.h"
 
 namespace sectio {
@@ -27,6 +26,9 @@ class TetSolid final : public ExplicitImplicitIntegrator {
     return d;
   }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
+  void restore(std::span<const Vec4f>, const Pose&, std::span<Vec4f>, std::span<Vec4f>) override {
+    first_bad_vertex_ = kNone;
+  }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
   }
@@ -37,31 +39,35 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   const TetRows& rows() const { return rows_; }
   const TetMesh& mesh() const override { return body_.mesh(); }
 
-  // One implicit step with this many sweeps. For tests and comparisons.
-  void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s, double step_s, int sweeps,
-                     std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
+  // The energy of the implicit driver.
+  TetEnergy& energy() { return energy_; }
+  const ImplicitDriver& driver() const { return driver_; }
   // The objective that an implicit step minimises: sum_i m_i |x_i - y_i|^2 / (2 h^2) + elastic energy.
   double objective_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> inertial_world_m,
                      double step_s) const;
 
  private:
-  Mat3 block_n_per_m(VertexId v, std::span<const Vec4f> position_world_m, double step_s) const;
+  void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
+  void smooth(double step_s, std::span<const Vec3> inertial_world_m, std::span<Vec3> position_world_m);
   bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
 
   void weigh(VertexId v, const VertexStar& star, double substep_s);
+  void divide();
   TetVertex row_of(VertexId v) const;
 
   TetBody body_;
   TetStiffness stiffness_;
   TetRows rows_;
+  TetEnergy energy_{body_, stiffness_};
   VertexStar star_;  // scratch
   double omega2_per_bound_ = 0;
   VertexId first_bad_vertex_ = kNone;
 
   DividedConstraints constraints_;
-  HeldPoints held_;
   ConstraintSupports corners_;
-  std::vector<Vec4f> start_position_, start_velocity_, inertial_, last_velocity_;
+  std::vector<Vec4f> start_position_, start_velocity_, inertial_, smoothed_;
+  std::vector<double> masses_;
   std::vector<TetBlockColumn> scratch_;  // aligned floats
 };
 

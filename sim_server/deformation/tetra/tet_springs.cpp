@@ -123,8 +123,7 @@ void TetSprings::weigh_all(std::span<const VertexId> rows, double substep_s, con
 
 void TetSprings::change(const TetChange& change) {
   net_.follow(body_, body_.follow(change));
-  const double substep_s = std::max(settings_.least_substep_s, settings_.step_s / substeps_);
-  weigh_all(net_.reached(), substep_s, [&](VertexId v, const SpringsAtVertex& springs) {
+  weigh_all(net_.reached(), part_s(substeps_), [&](VertexId v, const SpringsAtVertex& springs) {
     if (springs.to.empty())
       rows_.remove(v);
     else if (net_.has_changed(v))
@@ -134,15 +133,49 @@ void TetSprings::change(const TetChange& change) {
   });
   for (const VertexId v : net_.reached())
     if (rows_.contains(v)) write_mass(v);
+  while (body_.is_heavy() && may_divide()) divide();
   if (rows_.wants_compaction()) rows_.compact();
+}
+
+// Twice as many substeps, which need a quarter of the added mass.
+void TetSprings::divide() {
+  ++divided_;
+  substeps_ *= 2;
+  body_.shed_added_mass();
+  std::vector<VertexId> all;
+  for (VertexId v = 0; v < body_.vertex_count(); ++v)
+    if (rows_.contains(v)) all.push_back(v);
+  weigh_all(all, part_s(substeps_), [](VertexId, const SpringsAtVertex&) {});
+  for (const VertexId v : all) write_mass(v);
 }
 
 void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                       std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  was_implicit_ = substep_limit_s() / kSafety < settings_.step_s / substeps_ || (stable_for_ > 0 && stable_for_-- > 0);
+  if (!was_implicit_) {
+    start_position_.assign(position_world_m.begin(), position_world_m.end());
+    start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
+    constraints_.begin(constraints, position_world_m, substeps_);
+    if (explicit_step(position_world_m, velocity_m_per_s)) return constraints_.finish(reactions);
+    was_implicit_ = true;
+    std::ranges::copy(start_position_, position_world_m.begin());
+    std::ranges::copy(start_velocity_, velocity_m_per_s.begin());
+  }
+  ++implicit_steps_;
+  masses_.resize(body_.vertex_count());
+  for (VertexId v = 0; v < masses_.size(); ++v) masses_[v] = body_.mass_kg(v);
+  corners_of(constraints, corners_);
+  energy_.read(rows_, body_.vertex_count());
+  driver_.step(energy_,
+               {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxVolumeSpeed_m_per_s},
+               {masses_, body_.inverse_mass(), position_world_m, velocity_m_per_s}, constraints, corners_, reactions);
+}
+
+// False when the step must be undone.
+bool TetSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
   const double h = settings_.step_s / substeps_;
   VelocityUpdate update = velocity_update(h);
   update.damper_s = static_cast<float>(options_.damper_s);
-  constraints_.begin(constraints, position_world_m, substeps_);
   for (int substep = 0; substep < substeps_; ++substep) {
     if (options_.damper_s > 0) {
       before_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
@@ -150,11 +183,11 @@ void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> veloci
     }
     const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
     clamped_ += outcome.clamped;
-    if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
+    if (outcome.clamped > 0 || outcome.not_finite != kNone) return false;
     update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
     constraints_.project_substep(substep, h, body_.inverse_mass(), position_world_m, velocity_m_per_s);
   }
-  constraints_.finish(reactions);
+  return true;
 }
 
 double TetSprings::elastic_energy_j(std::span<const Vec4f> position_world_m) const {

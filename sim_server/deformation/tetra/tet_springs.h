@@ -4,6 +4,9 @@
 //
 //   x_next = x + (1 - alpha h)(x - x_before) + h^2 (f / m + g)
 //
+// A step in which a particle gets too fast, or whose parts have become too long since mass is added up to a limit only,
+// goes to the implicit driver.
+//
 // Constants follow from Young's modulus: sum k l^2 = 6 E V for a net that is isotropic on average,
 //   edges              k = (1 - beta) E sum_t V_t / l^2 over the tetrahedra at the edge
 //   second neighbours  k proportional to (m_i / d_i + m_j / d_j) / l^2, together beta 6 E V; d: number at a vertex
@@ -14,7 +17,9 @@
 
 #include <array>
 
+#include "sim_server/deformation/implicit_driver.h"
 #include "sim_server/deformation/max_tree.h"
+#include "sim_server/deformation/spring_energy.h"
 #include "sim_server/deformation/spring_kernel.h"
 #include "sim_server/deformation/spring_star.h"
 #include "sim_server/deformation/tetra/tet_body.h"
@@ -56,11 +61,19 @@ class TetSprings final : public VolumeModel {
   IntegratorDiagnostics diagnostics() const override {
     IntegratorDiagnostics d;
     d.stability_margin = substep_limit_s() / kSafety * substeps_ / settings_.step_s;
+    d.implicit_steps = implicit_steps_;
+    d.steps_not_met = driver_.steps_not_met();
+    d.residual = was_implicit_ ? driver_.residual() : 0;
+    d.residual_m = was_implicit_ ? driver_.residual_m() : 0;
     d.added_mass_fraction = body_.added_mass_fraction();
     return d;
   }
   double largest_stable_step_s() const override { return 1000 * substep_limit_s(); }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
+  void restore(std::span<const Vec4f>, const Pose&, std::span<Vec4f>, std::span<Vec4f>) override {
+    first_bad_vertex_ = kNone;
+  }
+  void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
   }
@@ -97,6 +110,8 @@ class TetSprings final : public VolumeModel {
   void write(VertexId v, const SpringsAtVertex& springs);
   void write_changed(VertexId v, const SpringsAtVertex& springs);
   void write_mass(VertexId v);
+  void divide();
+  bool explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
 
   TetBody body_;
   TetSpringOptions options_;
@@ -106,7 +121,14 @@ class TetSprings final : public VolumeModel {
   MaxTree omega2_;  // by vertex, 1/s^2
   int substeps_ = 1;
   DividedConstraints constraints_;
-  std::vector<Vec4f> before_;
+  std::vector<Vec4f> before_, start_position_, start_velocity_;
+  SpringEnergy energy_;
+  ImplicitDriver driver_;
+  ConstraintSupports corners_;
+  std::vector<double> masses_;
+  std::uint64_t implicit_steps_ = 0;
+  int stable_for_ = 0;
+  bool was_implicit_ = false;
   std::uint64_t clamped_ = 0;
   VertexId first_bad_vertex_ = kNone;
   SpringsAtVertex at_;                // scratch

@@ -15,7 +15,7 @@ constexpr double kFloorReach_m = 1e-4;  // vertices higher up are stopped after 
 
 VolumeDeformation::VolumeDeformation(std::unique_ptr<VolumeModel> model, std::vector<VertexId> vertex_of,
                                      const Pose& body, std::optional<VolumeFloor> floor)
-    : model_(std::move(model)), floor_(floor), frame_(body) {
+    : model_(std::move(model)), floor_(floor), frame_(body), first_frame_(body) {
   const std::vector<Vec3>& rest = model_->mesh().vertices_body_m;
   position_.assign(rest.size(), Vec4f::Zero());
   velocity_.assign(rest.size(), Vec4f::Zero());
@@ -115,6 +115,30 @@ void VolumeDeformation::step(const SharedBody& body, std::span<const PointConstr
   for (VertexId v = 0; v < position_.size(); ++v)
     matched_.push_back({model_->mesh().vertices_body_m[v], position_[v].head<3>().cast<double>(), model_->mass_kg(v)});
   frame_ = match_shape(matched_, frame_);
+}
+
+// The inside is that of all vertices, then that of the model.
+void VolumeDeformation::save(DeformationState& state) const {
+  model_->save(state.inside_world_m);
+  state.inside_world_m.insert(state.inside_world_m.begin(), position_.begin(), position_.end());
+  state.frames_world.assign(1, frame_);
+}
+
+void VolumeDeformation::restore(const SharedBody&, const DeformationState* state) {
+  std::span<const Vec4f> nodes;
+  if (state) {
+    SECTIO_ASSERT(state->inside_world_m.size() >= position_.size(), "the state is of this topology");
+    const std::span<const Vec4f> all = state->inside_world_m;
+    std::ranges::copy(all.first(position_.size()), position_.begin());
+    nodes = all.subspan(position_.size());
+    frame_ = state->frames_world.front();
+  } else {
+    if (!is_finite(frame_)) frame_ = first_frame_;
+    for (VertexId v = 0; v < position_.size(); ++v)
+      position_[v].head<3>() = frame_.to_world(model_->mesh().vertices_body_m[v]).cast<float>();
+  }
+  std::ranges::fill(velocity_, Vec4f::Zero());
+  model_->restore(nodes, frame_, position_, velocity_);
 }
 
 double VolumeDeformation::energy_j(const SharedBody& body) const {

@@ -43,6 +43,9 @@ class VolumeDeformation final : public DeformationEngine {
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   IntegratorDiagnostics diagnostics() const override { return model_->diagnostics(); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
+  void save(DeformationState& state) const override;
+  void restore(const SharedBody& body, const DeformationState* state) override;
+  void use_stable_driver(int steps) override { model_->use_stable_driver(steps); }
 
   // Follows a change of the volume: the state of the added vertices (from TetChange::first_added on), and the slots
   // that are bound to another vertex, or to none. Call before the next step(), whose body has the new surface.
@@ -79,7 +82,7 @@ class VolumeDeformation final : public DeformationEngine {
   std::vector<std::uint8_t> slots_of_;  // by vertex: number of slots
   std::optional<VolumeFloor> floor_;
   std::size_t anchors_ = 0;
-  Pose frame_;
+  Pose frame_, first_frame_;
   std::vector<Vec4f> position_, velocity_;
   VertexSet touched_;  // scratch
   std::vector<MatchedPoint> matched_;

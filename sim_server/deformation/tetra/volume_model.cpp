@@ -28,49 +28,4 @@ double VolumeModel::energy_of_motion_j(std::span<const Vec4f> position_world_m,
   return energy;
 }
 
-void DividedConstraints::begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m,
-                               int substeps) {
-  corners_of(constraints, supports_);
-  begin(constraints, supports_, position_world_m, substeps);
-}
-
-void DividedConstraints::begin(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
-                               std::span<const Vec4f> position_world_m, int substeps) {
-  supports_ = supports;
-  constraints_.assign(constraints.begin(), constraints.end());
-  start_.resize(constraints_.size());
-  end_.resize(constraints_.size());
-  substep_reactions_.resize(constraints_.size());
-  mean_.assign(constraints_.size(), {});
-  substeps_ = substeps;
-  for (std::size_t n = 0; n < constraints_.size(); ++n) {
-    const PointConstraint& c = constraints_[n];
-    Vec3 point = Vec3::Zero();
-    for (const auto& [particle, weight] : supports_.of(n))
-      point += weight * position_world_m[particle].head<3>().cast<double>();
-    end_[n] = c.target_world_m;
-    // A unilateral constraint that holds at the start has its plane at the target all along.
-    const bool keeps = c.unilateral && (point - c.target_world_m).dot(c.normal) <= 0;
-    start_[n] = keeps ? c.target_world_m : point;
-  }
-}
-
-void DividedConstraints::project_substep(int substep, double substep_s, std::span<const double> inverse_mass,
-                                         std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
-  if (constraints_.empty()) return;
-  const double s = static_cast<double>(substep + 1) / substeps_;
-  for (std::size_t n = 0; n < constraints_.size(); ++n)
-    constraints_[n].target_world_m = start_[n] + s * (end_[n] - start_[n]);
-  project(constraints_, supports_, inverse_mass, substep_s, position_world_m, velocity_m_per_s, substep_reactions_);
-  for (std::size_t n = 0; n < constraints_.size(); ++n) {
-    mean_[n].force_on_tool_n += substep_reactions_[n].force_on_tool_n / substeps_;
-    mean_[n].active = mean_[n].active || substep_reactions_[n].active;
-    mean_[n].work_j += substep_reactions_[n].work_j;
-  }
-}
-
-void DividedConstraints::finish(std::span<Reaction> reactions) const {
-  for (std::size_t n = 0; n < reactions.size(); ++n) reactions[n] = mean_[n];
-}
-
 }  // namespace sectio

@@ -2,6 +2,7 @@
 // tetrahedra. Positions and velocities have one entry {x, y, z, 0} a vertex.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <span>
@@ -10,8 +11,8 @@
 
 #include "common/material/elastic_material.h"
 #include "common/mesh/tet_mesh.h"
+#include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
-#include "sim_server/deformation/point_constraint.h"
 #include "sim_server/deformation/spring_kernel.h"
 
 namespace sectio {
@@ -56,10 +57,25 @@ class VolumeModel {
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
 
+  // For recovery, as in DeformationEngine: what a model keeps beyond positions and velocities of the vertices.
+  // restore() takes an empty span for the shape at rest at the pose `frame`, brings all to rest, and may place
+  // vertices.
+  virtual void save(std::vector<Vec4f>& nodes_world_m) const { nodes_world_m.clear(); }
+  virtual void restore(std::span<const Vec4f> /*nodes_world_m*/, const Pose& /*frame*/,
+                       std::span<Vec4f> /*position_world_m*/, std::span<Vec4f> /*velocity_m_per_s*/) {}
+  virtual void use_stable_driver(int /*steps*/) {}
+
   // Kinetic, elastic and gravitational. O(n).
   virtual double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const = 0;
 
  protected:
+  // Substeps are halved, a few times at most, when cuts have left elements so small that they would need much mass.
+  bool may_divide() const { return divided_ < 3; }
+  // The length of substeps for which vertices get mass, where `substeps` make a step.
+  double part_s(int substeps) const {
+    const double part_s = settings_.step_s / substeps;
+    return divided_ > 0 ? part_s : std::max(settings_.least_substep_s, part_s);
+  }
   // The smallest number of equal substeps that are no longer than the limit, at most 1000.
   int substeps_for(double substep_limit_s) const;
   // The terms of an explicit substep other than forces.
@@ -69,6 +85,7 @@ class VolumeModel {
 
   VolumeMaterial material_;
   VolumeSettings settings_;
+  int divided_ = 0;  // times so far
 };
 
 // Lumped masses: rho V / 4 from each tetrahedron at a vertex.
@@ -86,26 +103,5 @@ inline double damped_limit_s(double omega2, double damping_per_s, double damper_
   const double omega = std::sqrt(omega2), zeta = 0.5 * (damping_per_s / omega + damper_s * omega);
   return omega2 > 0 ? 2 * (std::sqrt(1 + zeta * zeta) - zeta) / omega : HUGE_VAL;
 }
-
-// The constraints of a step that is taken in substeps. Each target moves evenly from the place of its point at the
-// start; the reaction is the mean over the substeps, and its work is the sum.
-class DividedConstraints {
- public:
-  // Without supports, the corners of the constraints carry their points.
-  void begin(std::span<const PointConstraint> constraints, std::span<const Vec4f> position_world_m, int substeps);
-  void begin(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
-             std::span<const Vec4f> position_world_m, int substeps);
-  // Call after the motion of each substep, with the number of substeps before it.
-  void project_substep(int substep, double substep_s, std::span<const double> inverse_mass,
-                       std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
-  void finish(std::span<Reaction> reactions) const;
-
- private:
-  std::vector<PointConstraint> constraints_;
-  ConstraintSupports supports_;
-  std::vector<Vec3> start_, end_;
-  std::vector<Reaction> substep_reactions_, mean_;
-  int substeps_ = 1;
-};
 
 }  // namespace sectio

@@ -1,0 +1,82 @@
+#include "sim_server/deformation/implicit_driver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+
+void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
+                          std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
+                          std::span<Reaction> reactions, const Smoother& smoother) {
+  start_position_.assign(particles.position_world_m.begin(), particles.position_world_m.end());
+  start_velocity_.assign(particles.velocity_m_per_s.begin(), particles.velocity_m_per_s.end());
+  from_.assign(constraints.size(), Vec3::Zero());
+  for (std::size_t n = 0; n < constraints.size(); ++n)
+    for (const auto& [particle, weight] : supports.of(n))
+      from_[n] += weight * start_position_[particle].head<3>().cast<double>();
+  products_ = 0;
+  for (parts_ = 1;; parts_ *= 2) {
+    if (take(energy, motion, particles, constraints, supports, reactions, parts_, parts_ > 2 ? smoother : Smoother{}))
+      return;
+    if (parts_ == kMostParts) break;
+    std::ranges::copy(start_position_, particles.position_world_m.begin());
+    std::ranges::copy(start_velocity_, particles.velocity_m_per_s.begin());
+  }
+  ++not_met_;
+}
+
+bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles& particles,
+                          std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
+                          std::span<Reaction> reactions, int parts, const Smoother& smoother) {
+  const double h = motion.step_s / parts, kept = h / (1 + motion.damping_per_s * h);
+  const Vec3 fall_m = h * kept * motion.gravity_m_per_s2;
+  const std::size_t count = particles.position_world_m.size();
+  part_.assign(constraints.begin(), constraints.end());
+  of_part_.resize(constraints.size());
+  std::ranges::fill(reactions, Reaction{});
+  inertial_.resize(count), now_.resize(count);
+  residual_ = 0;
+  bool met = true;
+  for (int n = 0; n < parts; ++n) {
+    for (std::size_t c = 0; c < part_.size(); ++c)
+      if (!constraints[c].unilateral)  // what presses stays where it will be
+        part_[c].target_world_m = from_[c] + (n + 1.0) / parts * (constraints[c].target_world_m - from_[c]);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3 x = particles.position_world_m[i].head<3>().cast<double>();
+      inertial_[i] = now_[i] = x;
+      const double inverse = particles.inverse_mass_per_kg[i];
+      if (inverse == 0) continue;
+      now_[i] += kept * particles.velocity_m_per_s[i].head<3>().cast<double>();
+      inertial_[i] = now_[i] + particles.mass_kg[i] * inverse * fall_m;
+    }
+    if (smoother) smoother(h, inertial_, now_);
+    // x = x0 + h v0 / (1 + alpha h) + h^2 / (1 + alpha h) (f / m + g)
+    const NewtonStep::Problem problem{
+        std::sqrt(h * kept), particles.mass_kg, particles.inverse_mass_per_kg, inertial_, part_, &supports};
+    const NewtonOutcome outcome = newton_.solve(energy, problem, now_);
+    products_ += outcome.products;
+    residual_ = std::max(residual_, std::isfinite(outcome.residual) ? outcome.residual : HUGE_VAL);
+    residual_m_ = outcome.last_move_m;
+    met &= outcome.met;
+    if (!met && parts < kMostParts) return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (particles.inverse_mass_per_kg[i] == 0) continue;
+      const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();
+      Vec3 moved = now_[i] - from;
+      const double furthest_m = motion.largest_speed_m_per_s * h, distance_m = moved.norm();
+      if (!std::isfinite(distance_m)) moved.setZero(), met = false;
+      if (distance_m > furthest_m) moved *= furthest_m / distance_m;
+      particles.position_world_m[i].head<3>() = (from + moved).cast<float>();
+      particles.velocity_m_per_s[i].head<3>() = (moved / h).cast<float>();
+    }
+    newton_.finish(problem, h, particles.velocity_m_per_s, of_part_);
+    for (std::size_t c = 0; c < of_part_.size(); ++c) {
+      reactions[c].force_on_tool_n += of_part_[c].force_on_tool_n / parts;
+      reactions[c].active |= of_part_[c].active;
+      reactions[c].work_j += of_part_[c].work_j;
+    }
+  }
+  return met;
+}
+
+}  // namespace sectio

@@ -1,0 +1,84 @@
+// An implicit step by Newton's method with conjugate gradients, the driver that is stable at any step. It minimises
+//
+//   phi(x) = sum_i m_i |x_i - y_i|^2 / (2 h^2) + E(x) + points that instruments hold or press
+//
+// where y is the place that inertia and gravity alone would lead to. An iteration solves (M / h^2 + K) dx = - grad phi
+// by conjugate gradients, preconditioned by the 3 x 3 blocks of the diagonal. K is the Hessian of E, made positive
+// where a model knows how. The step is halved while phi grows. Points are constraints by multipliers (method of
+// Hestenes and Powell): a point has a force lambda and a stiffness k well above that of the particles that carry it;
+// after an iteration lambda <- P(lambda + k (target - point)), where P is what the constraint may exert: pushes only, a
+// largest force.
+//
+// The outcome says by force how far the state is from equilibrium. Positions are in double precision, products with K
+// in single. Deterministic, one thread.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/math/types.h"
+#include "sim_server/deformation/point_constraint.h"
+
+namespace sectio {
+
+// The elastic energy of a model. Spans have one entry a particle; entries of Vec4f are {x, y, z, scratch}.
+class ElasticEnergy {
+ public:
+  virtual ~ElasticEnergy() = default;
+  virtual double energy_j(std::span<const Vec3> position_world_m) = 0;
+  // Adds - dE/dx.
+  virtual void add_forces(std::span<const Vec3> position_world_m, std::span<Vec3> force_n) = 0;
+  // The Hessian K for add_product() and add_blocks() is the one here from now on.
+  virtual void linearise(std::span<const Vec3> position_world_m) = 0;
+  // Adds K p; may write the fourth components of p.
+  virtual void add_product(std::span<Vec4f> p_m, std::span<Vec4f> force_n) const = 0;
+  virtual void add_blocks(std::span<Mat3> blocks_n_per_m) const = 0;
+};
+
+struct NewtonOutcome {
+  bool met = false;        // the residual is below the tolerance
+  double residual = 0;     // |force left over| over |weight|, both over all free particles
+  double last_move_m = 0;  // the largest displacement in the last iteration
+  int iterations = 0, products = 0;
+};
+
+class NewtonStep {
+ public:
+  static constexpr double kTolerance = 0.02;  // of the residual
+
+  struct Problem {
+    double step_s = 0;
+    std::span<const double> mass_kg, inverse_mass_per_kg;  // effective; inverse 0: held where it is
+    std::span<const Vec3> inertial_world_m;                // y
+    std::span<const PointConstraint> constraints;
+    const ConstraintSupports* supports = nullptr;  // the particles that carry the points
+  };
+
+  // Begins at the positions given and leaves the best ones found there.
+  NewtonOutcome solve(ElasticEnergy& energy, const Problem& problem, std::span<Vec3> position_world_m);
+  // The reactions of the constraints in the last solution, and the work of each on a point that moves with these
+  // velocities. A constraint that stops its particles sets their velocities to zero.
+  void finish(const Problem& problem, double step_s, std::span<Vec4f> velocity_m_per_s,
+              std::span<Reaction> reactions) const;
+
+ private:
+  struct Held {
+    Vec3 force_n = Vec3::Zero();   // lambda, on the tissue
+    double stiffness_n_per_m = 0;  // k
+    Mat3 slope_n_per_m = Mat3::Zero();
+  };
+  double objective_j(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
+  double forces(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);  // returns |r|
+  void linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
+  bool find_direction(const ElasticEnergy& energy, const Problem& problem, double tolerance_n, int& products);
+  void multiply(const ElasticEnergy& energy, const Problem& problem);
+  Vec3 at(const Problem& problem, std::size_t constraint, std::span<const Vec3> x) const;
+
+  std::vector<Held> held_;
+  std::vector<Vec3> force_, tried_;
+  std::vector<Mat3> blocks_;
+  std::vector<Eigen::Matrix3f> inverse_;
+  std::vector<Vec4f> p_, ap_, r_, z_, dx_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,128 @@
+#include "sim_server/world/recovery.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace sectio {
+namespace {
+
+constexpr std::uint64_t kKeepEvery = 16, kMeasureEvery = 128;  // steps
+constexpr int kRestores = 2, kReshapes = 1;                    // rungs of the ladder
+constexpr double kForgotten_s = 1;                             // after so long without a flaw the ladder begins anew
+constexpr double kStable_s = 0.25;                             // for so long the stable driver goes on
+constexpr double kThawAfter_s = 1;                             // without a touch
+constexpr int kMostDoublings = 6;
+
+bool within(std::span<const Vec4f> entries, float bound) {
+  const float* const x = entries.empty() ? nullptr : entries.front().data();
+  int beyond = 0;  // not a bool: the loop is then one of vectors
+  for (std::size_t i = 0; i < 4 * entries.size(); ++i) beyond |= std::abs(x[i]) <= bound ? 0 : 1;
+  return beyond == 0;
+}
+
+constexpr auto kReach_m = static_cast<float>(kWorldReach_m), kSpeed_m_per_s = static_cast<float>(kMostSpeed_m_per_s);
+
+// Six times the volume, now and at rest.
+std::pair<double, double> volumes(const TriangleMesh& mesh, std::span<const Vec4f> position_world_m) {
+  double now = 0, rest = 0;
+  const auto triangles = mesh.triangles();
+  const auto first = std::ranges::find_if(triangles, [](const Triangle& t) { return t.alive(); });
+  if (first == triangles.end()) return {};
+  const Vec3 from = position_world_m[first->v[0]].head<3>().cast<double>(), from_rest = mesh.rest_body_m(first->v[0]);
+  for (const Triangle& t : triangles) {
+    if (!t.alive()) continue;
+    const auto at = [&](std::size_t k) -> Vec3 { return position_world_m[t.v[k]].head<3>().cast<double>() - from; };
+    const auto at_rest = [&](std::size_t k) -> Vec3 { return mesh.rest_body_m(t.v[k]) - from_rest; };
+    now += at(0).dot(at(1).cross(at(2)));
+    rest += at_rest(0).dot(at_rest(1).cross(at_rest(2)));
+  }
+  return {now, rest};
+}
+
+std::string text(const char* format, double a, double b = 0) {
+  char line[128];
+  std::snprintf(line, sizeof line, format, a, b);
+  return line;
+}
+
+std::string describe(const ParticleState& particles, VertexId v) {
+  const Vec3 x = particles.view().position(v), u = particles.view().velocity(v);
+  if (!x.allFinite() || !u.allFinite()) return text("vertex %.0f is not finite", v);
+  if (x.cwiseAbs().maxCoeff() > kWorldReach_m) return text("vertex %.0f is %.3g m away", v, x.norm());
+  return text("vertex %.0f moves at %.3g m/s", v, u.norm());
+}
+
+}  // namespace
+
+VertexId first_beyond_bounds(const ParticleState& particles) {
+  const std::span<const Vec4f> x = particles.position_world_m, u = particles.velocity_world_m_per_s;
+  if (within(x, kReach_m) && within(u, kSpeed_m_per_s)) return kNone;
+  for (VertexId v = 0; v < x.size(); ++v)
+    if (!within(x.subspan(v, 1), kReach_m) || !within(u.subspan(v, 1), kSpeed_m_per_s)) return v;
+  return kNone;
+}
+
+void Recovery::keep(const SharedBody& body, const DeformationEngine& deformation) {
+  const bool changed = good_.position_world_m.size() != body.particles.size() || revision_ != body.mesh.revision();
+  if (steps_ % kKeepEvery != 0 && !changed) return;
+  if (first_beyond_bounds(body.particles) != kNone) return;  // new vertices of a cut may be anywhere
+  revision_ = body.mesh.revision();
+  good_.position_world_m.assign(body.particles.position_world_m.begin(), body.particles.position_world_m.end());
+  deformation.save(good_.engine);
+}
+
+std::optional<std::string> Recovery::flaw(const SharedBody& body, const DeformationEngine& deformation) {
+  if (const VertexId bad = first_beyond_bounds(body.particles); bad != kNone) return describe(body.particles, bad);
+  if (const VertexId bad = deformation.first_bad_vertex(); bad != kNone) return text("vertex %.0f was not finite", bad);
+  if (steps_ % kMeasureEvery != 0) return std::nullopt;
+  const auto [now, rest] = volumes(body.mesh, body.particles.position_world_m);
+  if (!(rest > 0) || (now >= kLeastVolume * rest && now <= kMostVolume * rest)) return std::nullopt;
+  return text("it has %.3g of its volume", now / rest);
+}
+
+Recovery::Remedy Recovery::next_remedy(double step_s) {
+  if (static_cast<double>(steps_ - mended_at_) * step_s > kForgotten_s) mended_ = 0;
+  mended_at_ = steps_;
+  if (++mended_ <= kRestores) return Remedy::restored;
+  if (mended_ <= kRestores + kReshapes) return Remedy::reshaped;
+  untouched_s_ = 0;
+  ++frozen_;
+  return Remedy::frozen;
+}
+
+Recovery::Remedy Recovery::mend(const SharedBody& body, DeformationEngine& deformation, double step_s) {
+  const Remedy remedy = next_remedy(step_s);
+  restore(body, deformation, remedy == Remedy::reshaped);
+  deformation.use_stable_driver(static_cast<int>(std::ceil(kStable_s / step_s)));
+  return remedy;
+}
+
+void Recovery::restore(const SharedBody& body, DeformationEngine& deformation, bool at_rest) {
+  ParticleState& particles = body.particles;
+  const bool rigid = deformation.rigid() != nullptr;  // it keeps its shape anyway
+  const bool known =
+      (!at_rest || rigid) && good_.position_world_m.size() == particles.size() && revision_ == body.mesh.revision();
+  deformation.restore(body, known ? &good_.engine : nullptr);
+  if (rigid) return;
+  std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
+  for (VertexId v = 0; v < particles.size(); ++v) {
+    if (known)
+      particles.position_world_m[v] = good_.position_world_m[v];
+    else if (body.mesh.vertex_alive(v))
+      particles.place(v, deformation.rest_frame_world(v).to_world(body.mesh.rest_body_m(v)));
+    else
+      particles.place(v, Vec3::Zero());
+  }
+  steps_ += steps_ % kMeasureEvery == 0;  // the volume is measured anew after some steps
+}
+
+bool Recovery::thaws(bool touched, double step_s, DeformationEngine& deformation) {
+  untouched_s_ = touched ? 0 : untouched_s_ + step_s;
+  if (untouched_s_ < std::ldexp(kThawAfter_s, std::min(frozen_ - 1, kMostDoublings))) return false;
+  mended_ = 0;
+  deformation.use_stable_driver(static_cast<int>(std::ceil(kStable_s / step_s)));
+  return true;
+}
+
+}  // namespace sectio
