@@ -5,7 +5,7 @@
 
 #include "common/core/error.h"
 #include "common/delta/bytes.h"
-#include "common/math/hash.h"
+#include "common/delta/checksum.h"
 
 namespace sectio {
 
@@ -17,16 +17,6 @@ constexpr std::uint32_t kMaxNameInFile_bytes = 4096;
 
 std::span<const std::uint8_t> as_bytes(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
-std::uint64_t checksum(std::uint32_t body_id, std::span<const std::uint8_t> bytes) {
-  std::uint64_t h = hash_combine(mix64(body_id), std::uint64_t{bytes.size()});
-  for (std::size_t i = 0; i < bytes.size(); i += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes.data() + i, std::min<std::size_t>(8, bytes.size() - i));
-    h = hash_combine(h, word);
-  }
-  return h;
 }
 
 }  // namespace
@@ -207,33 +197,49 @@ void JournalReader::fail(std::uint64_t byte, const std::string& what) const {
   throw InputError(path_ + ": byte " + std::to_string(byte) + ": " + what);
 }
 
-std::vector<JournalBody> read_journal(const std::string& path) {
+JournalContents salvage_journal(const std::string& path) {
   JournalReader reader(path);
-  std::vector<JournalBody> bodies = reader.bodies();
+  JournalContents contents;
+  std::vector<JournalBody>& bodies = contents.bodies;
+  bodies = reader.bodies();
   std::uint64_t number = 0;
-  while (const std::optional<JournalEntry> entry = reader.next()) {
-    ++number;
-    while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
-    const ApplyStatus status = apply(entry->delta, bodies[entry->body_id].mesh);
-    if (status != ApplyStatus::applied)
-      throw InputError(path + ": delta " + std::to_string(number) + ": " + to_string(status));
+  try {
+    while (const std::optional<JournalEntry> entry = reader.next()) {
+      ++number;
+      while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
+      const ApplyStatus status = apply(entry->delta, bodies[entry->body_id].mesh);
+      if (status != ApplyStatus::applied)
+        throw InputError(path + ": delta " + std::to_string(number) + ": " + to_string(status));
+    }
+  } catch (const InputError& error) {
+    contents.damage = error.what();
   }
   while (bodies.size() < reader.bodies().size()) bodies.push_back(reader.bodies()[bodies.size()]);
-  return bodies;
+  contents.gravity = reader.gravity();
+  contents.scalars = reader.scalars();
+  return contents;
+}
+
+namespace {
+
+JournalContents read_undamaged(const std::string& path) {
+  JournalContents contents = salvage_journal(path);
+  if (!contents.damage.empty()) throw InputError(contents.damage);
+  return contents;
+}
+
+}  // namespace
+
+std::vector<JournalBody> read_journal(const std::string& path) {
+  return read_undamaged(path).bodies;
 }
 
 std::vector<JournalScalars> read_scalars(const std::string& path) {
-  JournalReader reader(path);
-  while (reader.next()) {
-  }
-  return reader.scalars();
+  return read_undamaged(path).scalars;
 }
 
 std::vector<JournalGravity> read_gravity(const std::string& path) {
-  JournalReader reader(path);
-  while (reader.next()) {
-  }
-  return reader.gravity();
+  return read_undamaged(path).gravity;
 }
 
 }  // namespace sectio

@@ -99,11 +99,19 @@ class JournalReader {
   std::vector<JournalScalars> scalars_;
 };
 
-// The bodies after all deltas. Throws InputError as JournalReader does, and when a delta doesn't fit its body.
+// All that a journal holds before its first damage, if it has one.
+struct JournalContents {
+  std::vector<JournalBody> bodies;      // after all deltas
+  std::vector<JournalGravity> gravity;  // all changes, in order
+  std::vector<JournalScalars> scalars;  // the last of each field of each body
+  std::string damage;                   // "FILE: byte N: what is wrong", or a delta that doesn't fit its body; or empty
+};
+// Throws InputError when not even the beginning is whole.
+JournalContents salvage_journal(const std::string& path);
+
+// The same, of journals without damage: otherwise these throw InputError.
 std::vector<JournalBody> read_journal(const std::string& path);
-// All changes of gravity, in order.
 std::vector<JournalGravity> read_gravity(const std::string& path);
-// The last of each field of each body.
 std::vector<JournalScalars> read_scalars(const std::string& path);
 
 }  // namespace sectio

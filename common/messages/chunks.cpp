@@ -19,24 +19,41 @@ std::vector<KeyframeChunk> split_keyframe(std::uint64_t epoch, std::uint32_t bod
   return chunks;
 }
 
+std::uint32_t KeyframeAssembler::first_missing(std::uint32_t body_id) const {
+  std::uint32_t first = 0;
+  for (const auto& [chunk, bytes] : parts_.at(body_id).chunks) {
+    if (chunk != first) break;
+    ++first;
+  }
+  return first;
+}
+
+void KeyframeAssembler::forget(std::uint32_t body_id) {
+  const auto found = parts_.find(body_id);
+  if (found == parts_.end()) return;
+  bytes_ -= found->second.bytes;
+  parts_.erase(found);
+}
+
 std::optional<std::vector<std::uint8_t>> KeyframeAssembler::add(KeyframeChunk chunk) {
   const auto found = parts_.find(chunk.body_id);
   if (found == parts_.end() || found->second.revision != chunk.revision) {
-    Parts fresh{chunk.revision, chunk.total_bytes, chunk.chunks, {}};
-    fresh.chunks.resize(chunk.chunks);
-    parts_[chunk.body_id] = std::move(fresh);
+    forget(chunk.body_id);
+    parts_[chunk.body_id] = {chunk.revision, chunk.total_bytes, chunk.chunks, 0, {}};
   }
   Parts& parts = parts_[chunk.body_id];
-  const bool fits = parts.revision == chunk.revision && parts.total_bytes == chunk.total_bytes &&
-                    parts.chunks.size() == chunk.chunks && chunk.chunk < chunk.chunks;
-  if (!fits || !parts.chunks[chunk.chunk].empty()) return std::nullopt;
+  const bool fits = parts.total_bytes == chunk.total_bytes && parts.count == chunk.chunks && chunk.chunk < chunk.chunks;
+  if (!fits || parts.chunks.contains(chunk.chunk)) return std::nullopt;
+  const std::size_t size = chunk.bytes.size() + kPlaceBytes;
+  parts.bytes += size;
+  bytes_ += size;
   parts.chunks[chunk.chunk] = std::move(chunk.bytes);
-  if (--parts.missing > 0) return std::nullopt;
+  if (parts.chunks.size() < parts.count) return std::nullopt;
 
   std::vector<std::uint8_t> bytes;
-  for (const auto& part : parts.chunks) bytes.insert(bytes.end(), part.begin(), part.end());
+  for (const auto& [place, part] : parts.chunks) bytes.insert(bytes.end(), part.begin(), part.end());
   const bool whole = bytes.size() == parts.total_bytes;
-  parts_.erase(chunk.body_id);
+  forget(chunk.body_id);
   if (!whole) return std::nullopt;
   return bytes;
 }

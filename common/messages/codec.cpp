@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/messages/inputs_fields.h"
 #include "common/messages/live_fields.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/state_fields.h"
@@ -216,10 +217,13 @@ SECTIO_CODEC(StatePiece);
 SECTIO_CODEC(ScalarPiece);
 SECTIO_CODEC(SceneInfo);
 SECTIO_CODEC(SessionEvent);
+SECTIO_CODEC(ViewerReport);
 SECTIO_CODEC(ServerStatus);
 SECTIO_CODEC(GravityRequest);
 SECTIO_CODEC(SessionEnd);
 SECTIO_CODEC(ToolWish);
+SECTIO_CODEC(StepInputs);
+SECTIO_CODEC(StepRequest);
 SECTIO_CODEC(Hello);
 SECTIO_CODEC(ToolClaim);
 SECTIO_CODEC(Roster);

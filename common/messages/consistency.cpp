@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/messages/inputs_fields.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/state_fields.h"
 #include "common/messages/tool_fields.h"
@@ -21,6 +22,11 @@ bool is_ascending(const std::vector<Edit>& edits) {
 bool is_consistent(const ToolPacket& packet) {
   const auto not_ascending = [](const ToolSample& a, const ToolSample& b) { return a.sequence >= b.sequence; };
   return std::adjacent_find(packet.samples.begin(), packet.samples.end(), not_ascending) == packet.samples.end();
+}
+
+bool is_consistent(const StepInputs& inputs) {
+  const auto hole = [](const StepRecord& a, const StepRecord& b) { return b.step != a.step + 1; };
+  return std::adjacent_find(inputs.steps.begin(), inputs.steps.end(), hole) == inputs.steps.end();
 }
 
 bool is_consistent(const ContactModel& model) {

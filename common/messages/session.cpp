@@ -10,4 +10,8 @@ bool overlap(const SceneInfo& a, const SceneInfo& b) {
   });
 }
 
+bool is_same_event(const SessionEvent& a, const SessionEvent& b) {
+  return a.step == b.step && a.kind == b.kind && a.body_id == b.body_id && a.tool_id == b.tool_id && a.text == b.text;
+}
+
 }  // namespace sectio

@@ -17,6 +17,7 @@ constexpr std::size_t kMaxBodies = 256;
 constexpr std::size_t kMaxTools = 16;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxEventTextBytes = 256;
+constexpr std::size_t kMaxViewerReports = 64;
 
 struct BodyInfo {
   std::string name;
@@ -33,7 +34,7 @@ struct ToolInfo {
 };
 
 struct SceneInfo {
-  std::uint64_t epoch = 0;  // grows with every start of a server; messages of an older one are ghosts
+  std::uint64_t epoch = 0;  // which server, and its term: epoch.h
   std::string session;
   double step_s = 0.001;
   Camera camera;
@@ -56,6 +57,9 @@ struct SessionEvent {
   std::string text;
 };
 
+// The same one, perhaps said again by a server that has taken the session over.
+bool is_same_event(const SessionEvent& a, const SessionEvent& b);
+
 struct BodyVersion {
   std::uint64_t revision = 0;
   std::uint64_t topology_hash = 0;
@@ -75,6 +79,17 @@ struct BodyCheck {
   bool operator==(const BodyCheck&) const = default;
 };
 
+// A viewer's word on its link.
+struct ViewerReport {
+  std::uint64_t client = 0;
+  std::string name;
+  double rate_hz = 0;        // of the states that it has chosen to hear
+  double states_per_s = 0;   // that came
+  double lost_fraction = 0;  // of the pieces that the headers of those states named
+  double late_s = 0;         // of the promptest state of late: how much longer it was under way than the promptest ever
+  bool operator==(const ViewerReport&) const = default;
+};
+
 struct ServerStatus {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
@@ -88,13 +103,14 @@ struct ServerStatus {
   std::vector<BodyVersion> bodies;
   Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
   std::vector<BodyCheck> checks;              // one a body
+  std::vector<ViewerReport> viewer_reports;   // of the last seconds, the newest of each viewer
 };
 
 constexpr double kMostGravity_m_per_s2 = 1000;
 
 // Gravity is to turn there.
 struct GravityRequest {
-  std::uint64_t source = 0;  // grows; a lower one than the last is a ghost
+  std::uint64_t source = 0;  // another one with every request
   Vec3 gravity_m_per_s2 = Vec3::Zero();
 };
 

@@ -111,10 +111,21 @@ void fields(Visitor& visit, M& message) {
   visit("is_asleep", asleep);
 }
 
+template <class Visitor, FieldsOf<ViewerReport> M>
+void fields(Visitor& visit, M& message) {
+  auto& [client, name, rate_hz, states_per_s, lost_fraction, late_s] = message;
+  visit("client", client);
+  visit("name", name, at_most(kMaxNameBytes));
+  visit("rate_hz", rate_hz, kNotNegative);
+  visit("states_per_s", states_per_s, kNotNegative);
+  visit("lost_fraction_1", lost_fraction, from_to(0, 1));
+  visit("late_s", late_s, kNotNegative);
+}
+
 template <class Visitor, FieldsOf<ServerStatus> M>
 void fields(Visitor& visit, M& message) {
   auto& [epoch, step, sim_time_s, step_wall_time_s, stability_margin, cuts_made, cuts_refused, samples_refused, viewers,
-         bodies, gravity_target_m_per_s2, checks] = message;
+         bodies, gravity_target_m_per_s2, checks, viewer_reports] = message;
   visit("epoch", epoch);
   visit("step", step);
   visit("sim_time_s", sim_time_s);
@@ -127,6 +138,7 @@ void fields(Visitor& visit, M& message) {
   visit("bodies", bodies, at_most(kMaxBodies));
   visit("gravity_target_world_m_per_s2", gravity_target_m_per_s2, kGravity_m_per_s2);
   visit("checks", checks, at_most(kMaxBodies));
+  visit("viewer_reports", viewer_reports, at_most(kMaxViewerReports));
 }
 
 template <class Visitor, FieldsOf<GravityRequest> M>

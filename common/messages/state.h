@@ -18,6 +18,9 @@ constexpr std::uint32_t kVerticesPerPiece = 192;  // 1152 bytes of 16-bit coordi
 constexpr std::uint32_t kMaxVertexSlots = 1u << 24;
 constexpr double kQuantum_m = 5e-6;  // far below a pixel; 16 bits of it span 0.33 m
 
+// The rates at which states are offered; the slower ones are coarser, too (sim_server/net/publisher.cpp).
+inline constexpr std::array kStateRates_hz{60.0, 20.0, 6.0, 2.0};
+
 constexpr std::uint32_t piece_count(std::uint32_t vertex_slots) {
   return (vertex_slots + kVerticesPerPiece - 1) / kVerticesPerPiece;
 }
@@ -48,6 +51,7 @@ struct StateHeader {
   std::vector<ToolState> tools;   // one a tool of SceneInfo
   std::vector<BodyState> bodies;  // one a body of SceneInfo
   Vec3 gravity_m_per_s2{0, 0, -9.81};
+  double sent_s = 0;  // by a clock of the server that doesn't jump
 };
 
 // Positions of the vertex slots from kVerticesPerPiece * piece on. position = quantum_m * (origin_quanta + offset).

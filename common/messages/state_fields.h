@@ -29,7 +29,7 @@ bool is_consistent(const BodyState& body);  // a bit for each piece, and no othe
 
 template <class Visitor, FieldsOf<StateHeader> M>
 void fields(Visitor& visit, M& message) {
-  auto& [epoch, step, sim_time_s, step_wall_time_s, in_contact, tools, bodies, gravity_m_per_s2] = message;
+  auto& [epoch, step, sim_time_s, step_wall_time_s, in_contact, tools, bodies, gravity_m_per_s2, sent_s] = message;
   visit("epoch", epoch);
   visit("step", step);
   visit("sim_time_s", sim_time_s);
@@ -38,6 +38,7 @@ void fields(Visitor& visit, M& message) {
   visit("tools", tools, at_most(kMaxTools));
   visit("bodies", bodies, at_most(kMaxBodies));
   visit("gravity_world_m_per_s2", gravity_m_per_s2, kGravity_m_per_s2);
+  visit("sent_s", sent_s);
 }
 
 template <class Visitor, FieldsOf<StatePiece> M>

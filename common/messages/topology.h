@@ -15,7 +15,7 @@ struct DeltaMessage {
 };
 
 constexpr std::uint32_t kChunkBytes = 1 << 15;      // loopback: half of a datagram
-constexpr std::uint32_t kChunkBytesOffHost = 1200;  // one packet
+constexpr std::uint32_t kChunkBytesOffHost = 1100;  // one packet with its headers
 constexpr std::uint64_t kMaxKeyframeBytes = 1ull << 28;
 constexpr std::uint32_t kMaxChunks = 1u << 18;
 
@@ -31,12 +31,19 @@ struct KeyframeChunk {
 };
 
 constexpr std::uint64_t kNoRevision = ~std::uint64_t{0};
+constexpr std::uint32_t kFirstWindow = 16;   // chunks
+constexpr std::uint32_t kMostWindow = 1024;  // likewise
 
+// A keyframe is pulled in windows, so that no link is given more than it bears. The first request names no revision,
+// and is answered with the first chunks of a new one; the others name that revision and the chunks that are to follow.
 struct KeyframeRequest {
   std::uint64_t epoch = 0;
   std::uint32_t body_id = 0;
   std::uint64_t known_revision = kNoRevision;
   std::uint64_t client = 0;
+  std::uint64_t revision = kNoRevision;  // of the keyframe that is being pulled
+  std::uint32_t first_chunk = 0;
+  std::uint32_t chunks = kFirstWindow;
 };
 
 }  // namespace sectio

@@ -74,11 +74,14 @@ bool is_consistent(const KeyframeChunk& chunk);  // all chunks but the last are 
 
 template <class Visitor, FieldsOf<KeyframeRequest> M>
 void fields(Visitor& visit, M& message) {
-  auto& [epoch, body_id, known_revision, client] = message;
+  auto& [epoch, body_id, known_revision, client, revision, first_chunk, chunks] = message;
   visit("epoch", epoch);
   visit("body_id", body_id, below(kMaxBodies));
   visit("known_revision", known_revision);
   visit("client", client);
+  visit("revision", revision);
+  visit("first_chunk", first_chunk, below(kMaxChunks));
+  visit("chunks", chunks, from_to(1, kMostWindow));
 }
 
 }  // namespace sectio

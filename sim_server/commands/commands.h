@@ -7,6 +7,7 @@ namespace sectio {
 
 Arguments::Action run_command(Arguments& arguments);  // without a name: a session, or a run without network
 Arguments::Action replay_command(Arguments& arguments);
+Arguments::Action play_command(Arguments& arguments);
 Arguments::Action mesh_command(Arguments& arguments);
 Arguments::Action plan_command(Arguments& arguments);
 Arguments::Action gap_command(Arguments& arguments);

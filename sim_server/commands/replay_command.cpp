@@ -1,20 +1,44 @@
 #include <cstdio>
 
+#include "common/core/log.h"
 #include "sim_server/commands/commands.h"
+#include "sim_server/commands/recorded_scene.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/replay.h"
+#include "sim_server/session/rerun.h"
+#include "sim_server/session/verdict.h"
 
 namespace sectio {
+namespace {
+
+// Runs the inputs of a session through the simulation again.
+int replay_inputs(const std::string& path) {
+  InputLogReader reader(path);
+  const Scene filled = fill_volumes(recorded_scene(path));
+  Simulation simulation(filled);
+  bool same = false;
+  std::fputs(rerun_report(reader, simulation, same).c_str(), stdout);
+  return same ? 0 : kExitNotOk;
+}
+
+}  // namespace
 
 Arguments::Action replay_command(Arguments& arguments) {
   struct Flags {
     std::string journal, directory;
   };
   const auto flags = std::make_shared<Flags>();
-  arguments.option("JOURNAL", flags->journal, "journal of an earlier run", Need::required);
-  arguments.option("--export", flags->directory, "directory for the surfaces (OBJ, at rest)");
+  arguments.option(
+      "JOURNAL", flags->journal,
+      "journal, inputs or --record of an earlier run; inputs are simulated again, and every hash is compared",
+      Need::required);
+  arguments.option("--export", flags->directory, "directory for the surfaces (OBJ, at rest), of a journal");
   return [flags] {
-    std::fputs(replay(flags->journal, flags->directory).c_str(), stdout);
-    return 0;
+    if (is_input_log(flags->journal)) return replay_inputs(flags->journal);
+    std::string damage;
+    std::fputs(replay(flags->journal, flags->directory, damage).c_str(), stdout);
+    if (!damage.empty()) log_warning(damage + ": read as far as it is whole");
+    return damage.empty() ? 0 : kExitNotOk;
   };
 }
 

@@ -4,16 +4,18 @@
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/commands.h"
+#include "sim_server/commands/recorded_scene.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/prepare/choose_model.h"
+#include "sim_server/session/input_log.h"
 #include "sim_server/session/offline_run.h"
 
 namespace sectio {
 namespace {
 
 struct RunFlags {
-  std::string scene, bodies, server;
+  std::string scene, bodies, server, resume;
   ServeOptions options;
   bool offline = false;
 };
@@ -37,10 +39,35 @@ void take_share(Scene& scene, const RunFlags& flags) {
   keep_bodies(scene, names, "--server " + flags.server);
 }
 
+Scene scene_to_run(const RunFlags& flags) {
+  if (flags.resume.empty()) {
+    if (flags.scene.empty()) throw InputError("--scene: required, or --resume");
+    Scene scene = planned(load_scene(flags.scene, standard_traits()));
+    take_share(scene, flags);
+    return scene;
+  }
+  for (const auto& [flag, given] : {std::pair("--scene", !flags.scene.empty()),
+                                    {"--bodies", !flags.bodies.empty()},
+                                    {"--server", !flags.server.empty()},
+                                    {"--offline", flags.offline},
+                                    {"--export", !flags.options.directory.empty() && flags.options.until_s < 0}})
+    if (given) throw InputError(std::string(flag) + ": --resume goes on with what the directory says");
+  return recorded_scene(input_log_path(flags.resume));
+}
+
 int run_session(const RunFlags& flags) {
-  Scene scene = planned(load_scene(flags.scene, standard_traits()));
-  take_share(scene, flags);
+  Scene scene = scene_to_run(flags);
   ServeOptions options = flags.options;
+  options.resume = flags.resume;
+  if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))
+    throw InputError("--until-s: needs --resume, and --export for the session that branches off there");
+  if (!flags.resume.empty() && options.directory.empty()) options.directory = flags.resume;
+  if (!options.record.empty() && flags.offline) throw InputError("--record: of a session on the network");
+  if (options.standby && (!flags.resume.empty() || flags.offline))
+    throw InputError("--standby: it begins with the first step of another server");
+  if (!(options.fastest_m_per_s > 0 && options.fastest_m_per_s <= 100))
+    throw InputError("--max-speed-m-per-s: expected more than 0, at most 100, got " +
+                     std::to_string(options.fastest_m_per_s));
   if (!options.network.session.empty()) scene.session = options.network.session;
   options.network.session = scene.session;
   const RunResult result = flags.offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
@@ -54,16 +81,26 @@ Arguments::Action run_command(Arguments& arguments) {
   const auto flags = std::make_shared<RunFlags>();
   ServeOptions& options = flags->options;
   options.network.session.clear();
-  arguments.option("--scene", flags->scene, "scene file (YAML)", Need::required);
+  arguments.option("--scene", flags->scene, "scene file (YAML)");
+  arguments.option("--resume", flags->resume,
+                   "directory of an earlier --export: the session goes on after the last step that it holds");
+  arguments.option("--until-s", options.until_s,
+                   "with --resume: goes on from this simulated time, and leaves the earlier --export as it is");
   arguments.option("--bodies", flags->bodies,
                    "names, with commas: only these bodies; other servers of the session have the rest");
   arguments.option("--server", flags->server, "only the bodies for which the scene says `server:` with this name");
   arguments.option("--steps", options.steps, "steps to simulate; 0: the scene's duration");
-  arguments.option("--export", options.directory, "directory for surfaces (OBJ), journal and report.json");
+  arguments.option("--export", options.directory, "directory for surfaces (OBJ), journals and report.json");
+  arguments.option("--record", options.record,
+                   "MCAP file for everything that is sent, and the inputs: see replay and play");
   arguments.toggle("--offline", flags->offline, "no network: the scene's own traces, as fast as it goes");
+  arguments.toggle("--standby", options.standby,
+                   "takes part in the steps of another server of the session, and follows it when it dies");
   arguments.toggle("--endless", options.endless, "until it is stopped");
   add_network_arguments(arguments, options.network, "name of the session; empty: the scene's");
   arguments.option("--wait-for-viewers", options.wait_for_viewers, "the clock starts when so many are there");
+  arguments.option("--max-speed-m-per-s", options.fastest_m_per_s,
+                   "instruments that are moved faster are followed at this speed");
   arguments.toggle("--wait-for-tools", options.wait_for_tools, "the clock starts when every tool has been heard of");
   arguments.toggle("--wait-for-bodies", options.wait_for_bodies,
                    "the clock starts when every body of the scene has a server");

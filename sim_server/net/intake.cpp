@@ -1,25 +1,61 @@
 #include "sim_server/net/intake.h"
 
+#include <algorithm>
+
+#include "common/core/wall_time.h"
+#include "common/math/hash.h"
+
 namespace sectio {
 
-Intake::Intake(ServerEndpoints& endpoints, std::size_t tools)
-    : endpoints_(endpoints), tools_(tools), deduplicator_(tools) {}
+namespace {
+
+constexpr std::size_t kGravitySources = 64;
+
+std::uint64_t hash_of(const ProgramId& program) {
+  std::uint64_t hash = 0;
+  for (const std::uint8_t byte : program) hash = hash_combine(hash, std::uint64_t{byte});
+  return hash;
+}
+
+}  // namespace
+
+Intake::Intake(ServerEndpoints& endpoints, std::size_t tools, double fastest_m_per_s)
+    : endpoints_(endpoints),
+      tools_(tools),
+      deduplicator_(tools),
+      programs_(tools),
+      limits_(tools, SpeedLimit(fastest_m_per_s)) {}
 
 void Intake::take_samples(std::vector<ToolSample>& samples) {
   while (const auto packet = endpoints_.take<ToolPacket>()) {
-    if (packet->tool_id >= tools_)
+    const bool known = packet->tool_id < tools_;
+    const double now_s = steady_now_s();
+    const bool is_holder = !known || programs_[packet->tool_id].hears(hash_of(endpoints_.sender<ToolPacket>()), now_s);
+    if (!is_holder) ++refused_;
+    const std::size_t first = samples.size();
+    const bool heard = is_holder && deduplicator_.accept(*packet, now_s, samples);
+    for (std::size_t i = first; i < samples.size(); ++i)
+      samples[i].pose_world = limits_[packet->tool_id].follow(samples[i], now_s);
+    if (!known)
       log_limited(LogLevel::warning, "unknown tool",
                   "a device bridge moves tool " + std::to_string(packet->tool_id) + "; the scene has " +
                       std::to_string(tools_) + (tools_ == 1 ? " tool" : " tools") + ", numbered from 0");
-    deduplicator_.accept(*packet, samples);
+    else if (!heard)
+      log_limited(LogLevel::warning, "second bridge " + std::to_string(packet->tool_id),
+                  "a second device bridge moves tool " + std::to_string(packet->tool_id) + ": it is not heard");
   }
+}
+
+std::vector<std::uint32_t> Intake::take_silent_tools() {
+  return deduplicator_.take_silent(steady_now_s());
 }
 
 std::optional<Vec3> Intake::take_gravity() {
   std::optional<Vec3> gravity;
   while (const auto request = endpoints_.take<GravityRequest>()) {
-    if (request->source <= last_gravity_source_) continue;
-    last_gravity_source_ = request->source;
+    if (std::ranges::find(gravity_sources_, request->source) != gravity_sources_.end()) continue;
+    gravity_sources_.push_back(request->source);
+    if (gravity_sources_.size() > kGravitySources) gravity_sources_.pop_front();
     gravity = request->gravity_m_per_s2;
   }
   return gravity;

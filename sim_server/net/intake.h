@@ -1,35 +1,44 @@
-// Everything that a running session takes in: poses of instruments, and requests to turn gravity. The simulation's
-// thread only; nothing blocks.
+// Everything that a running session takes in: poses of instruments, their silence, and requests to turn gravity. The
+// simulation's thread only; nothing blocks.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
 #include "sim_server/net/sample_deduplicator.h"
 #include "sim_server/net/server_endpoints.h"
+#include "sim_server/net/speed_limit.h"
 
 namespace sectio {
 
 class Intake {
  public:
-  // `tools`: the number of tools of the scene. The endpoints outlive the intake.
-  Intake(ServerEndpoints& endpoints, std::size_t tools);
+  // `tools`: the number of tools of the scene; none is followed faster than the limit. The endpoints outlive the
+  // intake.
+  Intake(ServerEndpoints& endpoints, std::size_t tools, double fastest_m_per_s);
 
   // Appends the samples that have arrived since the last call, each once, in order of sequence for each tool.
   void take_samples(std::vector<ToolSample>& samples);
 
+  // The tools for which nobody has spoken for SampleDeduplicator::kSilence_s, each once a silence.
+  std::vector<std::uint32_t> take_silent_tools();
+
   // The newest gravity that somebody asked for since the last call.
   std::optional<Vec3> take_gravity();
 
-  // Packets of unknown tools and of replaced bridges.
-  std::uint64_t samples_refused() const { return deduplicator_.refused(); }
+  // Packets of unknown tools, and of a bridge while another one moves its tool.
+  std::uint64_t samples_refused() const { return refused_ + deduplicator_.refused(); }
 
  private:
   ServerEndpoints& endpoints_;
   std::size_t tools_;
   SampleDeduplicator deduplicator_;
-  std::uint64_t last_gravity_source_ = 0;
+  std::vector<Speaker> programs_;  // by tool: the program that moves it
+  std::vector<SpeedLimit> limits_;
+  std::uint64_t refused_ = 0;
+  std::deque<std::uint64_t> gravity_sources_;  // the last ones: a request may be delivered twice
 };
 
 }  // namespace sectio

@@ -1,8 +1,17 @@
 #include "sim_server/net/other_servers.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "common/messages/epoch.h"
 
 namespace sectio {
+
+namespace {
+
+constexpr int kStatesOfAServer = 5;  // one message alone says little about who holds a session
+
+}  // namespace
 
 OtherServers::OtherServers(ServerEndpoints& endpoints, const SceneInfo& own)
     : endpoints_(endpoints), own_(own), missing_(own.world_bodies) {
@@ -13,17 +22,19 @@ void OtherServers::listen() {
   while (const auto other = endpoints_.take<SceneInfo>()) {
     if (other->epoch == own_.epoch) continue;
     const std::lock_guard lock(mutex_);
+    const auto [at, is_new] = others_.try_emplace(other->epoch);
+    Other& known = at->second;
+    if (is_new) known.came_late = own_time_s_ > kSettled_s;
     for (const BodyInfo& body : other->bodies) {
       std::erase(missing_, body.name);
       const bool ours = std::ranges::find(own_.bodies, body.name, &BodyInfo::name) != own_.bodies.end();
-      if (ours && !claimed_ && other->epoch < own_.epoch) claimed_ = body.name;
+      if (ours && known.body.empty()) known.body = body.name;
     }
-    if (other->world_bodies == own_.world_bodies) others_.try_emplace(other->epoch);
+    known.same_world = other->world_bodies == own_.world_bodies;
   }
   while (const auto header = endpoints_.take<StateHeader>()) {
     const std::lock_guard lock(mutex_);
-    if (const auto other = others_.find(header->epoch); other != others_.end())
-      other->second = {header->sim_time_s, Clock::now(), other->second.ended};
+    if (const auto other = others_.find(header->epoch); other != others_.end()) other->second.hear(header->sim_time_s);
   }
   while (const auto end = endpoints_.take<SessionEnd>()) {
     const std::lock_guard lock(mutex_);
@@ -38,14 +49,71 @@ std::vector<std::string> OtherServers::missing_bodies() const {
 
 std::optional<std::string> OtherServers::claimed_body() const {
   const std::lock_guard lock(mutex_);
-  return claimed_;
+  for (const auto& [epoch, other] : others_)
+    if (has_more_right(epoch, other)) return other.body;
+  return std::nullopt;
+}
+
+std::optional<std::uint64_t> OtherServers::leader() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<std::uint64_t> leader;
+  bool leads = false;
+  for (const auto& [epoch, other] : others_) {
+    if (other.body.empty() || other.ended) continue;
+    const bool leads_now = speaks(other);
+    const bool better = !leader || leads_now > leads || (leads_now == leads && epoch > *leader);
+    if (better) leader = epoch, leads = leads_now;
+  }
+  return leader;
+}
+
+bool OtherServers::has_ended(std::uint64_t epoch) const {
+  const std::lock_guard lock(mutex_);
+  const auto other = others_.find(epoch);
+  return other != others_.end() && other->second.ended;
+}
+
+bool OtherServers::speaks(const Other& other) const {
+  return other.sim_time_s > 0 && !other.ended && !is_silent(other);
+}
+
+bool OtherServers::is_succeeded(std::uint64_t epoch) const {
+  return std::ranges::any_of(others_, [&](const auto& other) { return takes_over(other.first, epoch); });
+}
+
+bool OtherServers::is_held() const {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(others_,
+                             [&](const auto& other) { return !other.second.body.empty() && speaks(other.second); });
+}
+
+bool OtherServers::is_replaced() const {
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(others_, [&](const auto& other) {
+    return takes_over(other.first, own_.epoch) && !other.second.body.empty() && other.second.states >= kStatesOfAServer;
+  });
+}
+
+bool OtherServers::is_silent(const Other& other) const {
+  return std::chrono::duration<double>(Clock::now() - other.heard).count() >= kSilence_s;
+}
+
+bool OtherServers::has_more_right(std::uint64_t epoch, const Other& other) const {
+  if (other.body.empty() || other.ended) return false;
+  if (same_session(epoch, own_.epoch)) return false;  // is_replaced() says so
+  const double own_s = own_time_s_;
+  const bool begun = own_s > 0, other_begun = other.sim_time_s > 0;
+  if (other_begun && is_silent(other)) return false;
+  if (begun != other_begun) return other_begun;
+  if (std::abs(other.sim_time_s - own_s) > kHeadStart_s) return other.sim_time_s > own_s;
+  return !other.came_late && epoch < own_.epoch;
 }
 
 std::optional<double> OtherServers::slowest_s() const {
   const std::lock_guard lock(mutex_);
   std::optional<double> slowest;
   for (const auto& [epoch, other] : others_)
-    if (!other.ended && std::chrono::duration<double>(Clock::now() - other.heard).count() < kSilence_s)
+    if (other.same_world && other.body.empty() && !other.ended && !is_silent(other) && !is_succeeded(epoch))
       slowest = std::min(slowest.value_or(other.sim_time_s), other.sim_time_s);
   return slowest;
 }

@@ -1,6 +1,7 @@
 // The servers of a session have a share of its bodies each. One server's knowledge of the others.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <map>
@@ -15,7 +16,9 @@ namespace sectio {
 
 class OtherServers {
  public:
-  static constexpr double kSilence_s = 1;  // a server that is silent for longer is taken for dead
+  static constexpr double kSilence_s = 1;    // a server that is silent for longer is taken for dead
+  static constexpr double kSettled_s = 0.5;  // a server that has run for longer yields to no equal
+  static constexpr double kHeadStart_s = 1;  // less is no head start: messages take their time
 
   // `own`: the scene that this server announces. The endpoints outlive it.
   OtherServers(ServerEndpoints& endpoints, const SceneInfo& own);
@@ -25,7 +28,21 @@ class OtherServers {
 
   // Bodies of the scene that no server has announced yet.
   std::vector<std::string> missing_bodies() const;
-  // The first of our bodies that an older server has, too: then this server has to end.
+  // This server has simulated so much. Any thread.
+  void advance(double sim_time_s) { own_time_s_ = sim_time_s; }
+
+  // The server for which a standby of these bodies stands by; nothing: none has been heard.
+  std::optional<std::uint64_t> leader() const;
+  bool has_ended(std::uint64_t epoch) const;
+  // Another server runs a session with our bodies.
+  bool is_held() const;
+  // This server has this epoch from now on. No other function may run meanwhile.
+  void become(std::uint64_t epoch) { own_.epoch = epoch; }
+
+  // Another server has taken our session over, and sends states: this one is a ghost.
+  bool is_replaced() const;
+  // The first of our bodies that another server has with more right: then this server has to end. The one that has
+  // begun stays; when both or none have, the one that has simulated more by kHeadStart_s; else the lower epoch.
   std::optional<std::string> claimed_body() const;
   // The simulated time of the slowest server; nothing when no other server speaks.
   std::optional<double> slowest_s() const;
@@ -33,17 +50,31 @@ class OtherServers {
  private:
   using Clock = std::chrono::steady_clock;
   struct Other {
-    double sim_time_s = 0;
+    std::string body;       // the first that both have; empty: none
+    double sim_time_s = 0;  // 0: it has not begun
+    int states = 0;         // that have been heard, each later than the one before
     Clock::time_point heard{};
+    void hear(double time_s) {
+      states += time_s > sim_time_s;
+      sim_time_s = time_s;
+      heard = Clock::now();
+    }
+    bool came_late = false;  // when this server had begun for long
+    bool same_world = false;
     bool ended = false;
   };
 
+  bool is_silent(const Other& other) const;
+  bool speaks(const Other& other) const;
+  bool is_succeeded(std::uint64_t epoch) const;
+  bool has_more_right(std::uint64_t epoch, const Other& other) const;
+
   ServerEndpoints& endpoints_;
   SceneInfo own_;
+  std::atomic<double> own_time_s_{0};
 
   mutable std::mutex mutex_;
   std::vector<std::string> missing_;
-  std::optional<std::string> claimed_;
   std::map<std::uint64_t, Other> others_;  // by epoch
 };
 

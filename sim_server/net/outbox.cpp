@@ -9,14 +9,6 @@ constexpr std::size_t kMaxDeltas = 16384;
 constexpr std::size_t kMaxEdits = 1u << 21;
 constexpr std::size_t kMaxEvents = 4096;
 
-void keep_newest(std::vector<ContactModel>& models, const ContactModel& model) {
-  const auto same = std::ranges::find(models, model.tool_id, &ContactModel::tool_id);
-  if (same == models.end())
-    models.push_back(model);
-  else
-    *same = model;
-}
-
 void copy_state(const StepOutput& output, const WorldView& world, double step_wall_time_s, StateSnapshot& snapshot) {
   snapshot.step = output.step;
   snapshot.step_wall_time_s = step_wall_time_s;
@@ -53,7 +45,13 @@ void Outbox::put(const StepOutput& output, const WorldView& world, std::span<con
     for (const WorldView::Body& body : world.bodies) meshes->push_back(*body.mesh);
   }
   if (events.size() < kMaxEvents) events.insert(events.end(), output.events.begin(), output.events.end());
-  for (const ContactModel& model : output.contacts) keep_newest(contacts, model);
+  for (const ContactModel& model : output.contacts) {
+    const auto same = std::ranges::find(contacts, model.tool_id, &ContactModel::tool_id);
+    if (same == contacts.end())
+      contacts.push_back(model);
+    else
+      *same = model;
+  }
   // Topology that changed needs a state of its revision, should this be the last step for a while.
   if (state_due || !output.deltas.empty()) {
     copy_state(output, world, step_wall_time_s, snapshot);
@@ -66,7 +64,7 @@ void Outbox::put(const StepOutput& output, const WorldView& world, std::span<con
 }
 
 bool Outbox::urgent() const {
-  return !new_bodies.empty() || !deltas.empty() || !events.empty() || !contacts.empty() || snapshot_due || end_reason;
+  return !new_bodies.empty() || !deltas.empty() || !events.empty() || snapshot_due || end_reason;
 }
 
 void Outbox::go_on_from(const Outbox& picked_up) {
@@ -77,6 +75,7 @@ void Outbox::go_on_from(const Outbox& picked_up) {
 }
 
 void Outbox::clear() {
+  inputs.clear();
   new_bodies.clear();
   deltas.clear();
   edits = 0;

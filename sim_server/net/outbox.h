@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/mesh/triangle_mesh.h"
+#include "common/messages/inputs.h"
 #include "common/messages/session.h"
 #include "sim_server/net/state_encoder.h"
 #include "sim_server/step/step_io.h"
@@ -41,13 +42,14 @@ struct Outbox {
   // After all of it has been sent.
   void clear();
 
+  std::vector<StepRecord> inputs;  // of the steps whose outputs are below
   std::vector<std::pair<BodyInfo, TriangleMesh>> new_bodies;
   std::vector<BodyDelta> deltas;
   std::size_t edits = 0;
   // When there were too many deltas: the bodies as they were then. The deltas above come after them.
   std::optional<std::vector<TriangleMesh>> meshes;
   std::vector<Event> events;
-  std::vector<ContactModel> contacts;  // the newest of each tool
+  std::vector<ContactModel> contacts;  // the newest of each tool, for a record; hands get them by ContactSender
   StateSnapshot snapshot;
   bool snapshot_fresh = false;
   bool snapshot_due = false;  // to be sent at once; else in the rhythm of states

@@ -1,8 +1,10 @@
 #include "sim_server/net/publisher.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
+#include "common/core/wall_time.h"
 #include "common/delta/keyframe.h"
 #include "common/messages/chunks.h"
 
@@ -12,25 +14,29 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
+constexpr double kKeyframesKeptEvery_s = 10;  // simulated, in a record
 constexpr double kStatusInterval_s = 0.5;
-constexpr double kKeyframeInterval_s = 0.1;  // at most one a body; requests in between are served together
-constexpr std::size_t kChunksPerRound = 16;  // between two looks into the outbox: 0.5 MB; off host 19 kB
+constexpr double kReportLife_s = 3;
+
+// The slower streams leave out small motion, up to a fifth of a millimetre, which is a pixel.
+constexpr std::array<StateEncoder::Fineness, kStateRates_hz.size()> kFineness{{{60, 1}, {40, 2}, {24, 10}, {10, 40}}};
 
 }  // namespace
 
 Publisher::Publisher(ServerEndpoints& endpoints, SceneInfo scene, std::vector<TriangleMesh> meshes,
-                     double state_interval_s, std::uint32_t chunk_bytes)
-    : endpoints_(endpoints),
-      scene_(std::move(scene)),
-      state_interval_s_(state_interval_s),
-      chunk_bytes_(chunk_bytes),
-      encoder_(scene_.epoch, scene_.step_s, scene_.bodies.size()) {
-  for (TriangleMesh& mesh : meshes) shadows_.push_back({std::move(mesh), false, {}});
+                     double state_interval_s, bool off_host, SessionRecord* record)
+    : endpoints_(endpoints), scene_(std::move(scene)), record_(record), keyframes_(scene_.epoch, off_host) {
+  for (TriangleMesh& mesh : meshes) shadows_.push_back({std::move(mesh), false});
+  for (std::size_t i = 0; i < kStateRates_hz.size(); ++i)
+    streams_.push_back({StateEncoder(scene_.epoch, scene_.step_s, shadows_.size(), kFineness[i]),
+                        i == 0 ? state_interval_s : 1 / kStateRates_hz[i]});
 }
 
+// A record holds the finest stream of states.
 template <class Message>
-bool Publisher::write(const Message& message) {
-  if (endpoints_.write(message)) return true;
+bool Publisher::write(const Message& message, std::size_t channel) {
+  if (record_ && channel == 0) record_->add(message);
+  if (endpoints_.write(message, channel)) return true;
   ++writes_refused_;
   log_limited(LogLevel::warning, "write refused", "DDS refused to send a message");
   return false;
@@ -40,30 +46,60 @@ void Publisher::announce() {
   write(scene_);
 }
 
+// For whoever reads a record from there on.
+void Publisher::keep_keyframes() {
+  keyframes_kept_s_ = record_->time_s();
+  record_->add(scene_);
+  for (std::uint32_t b = 0; b < shadows_.size(); ++b) {
+    const TriangleMesh& mesh = shadows_[b].mesh;
+    for (const KeyframeChunk& chunk :
+         split_keyframe(scene_.epoch, b, mesh.revision(), to_bytes(keyframe_of(mesh)), kChunkBytes))
+      record_->add(chunk);
+  }
+}
+
 void Publisher::send(Outbox& batch) {
-  for (const ContactModel& model : batch.contacts) write(ContactMessage{scene_.epoch, model});
+  if (record_) {
+    record_->set_time(static_cast<double>(batch.step) * scene_.step_s);
+    for (const StepRecord& step : batch.inputs) record_->add(StepInputs{scene_.epoch, step.step - 1, {step}});
+    if (record_->time_s() >= keyframes_kept_s_ + kKeyframesKeptEvery_s) keep_keyframes();
+    for (const ContactModel& model : batch.contacts) record_->add(ContactMessage{scene_.epoch, model});
+    if (const auto fault = record_->take_fault()) {
+      log_warning(*fault);
+      batch.events.push_back({batch.step, EventKind::recording_stopped, 0, 0, fault->substr(0, kMaxEventTextBytes)});
+    }
+  }
   for (auto& [info, mesh] : batch.new_bodies) add_body(std::move(info), std::move(mesh));
   if (batch.meshes)
-    for (std::size_t b = 0; b < shadows_.size(); ++b) shadows_[b] = {std::move((*batch.meshes)[b]), true, {}};
+    for (std::size_t b = 0; b < shadows_.size(); ++b) shadows_[b] = {std::move((*batch.meshes)[b]), true};
   for (const BodyDelta& delta : batch.deltas) send_delta(delta);
   if (batch.snapshot_fresh) {
     std::swap(last_snapshot_, batch.snapshot);
-    any_snapshot_ = unsent_snapshot_ = true;
+    any_snapshot_ = true;
+    for (Stream& stream : streams_) stream.unsent = true;
   }
-  const bool in_rhythm = Seconds(Clock::now() - state_sent_).count() >= state_interval_s_;
-  if (batch.snapshot_due || (unsent_snapshot_ && in_rhythm)) send_state();
-  for (const Event& event : batch.events)
-    write(SessionEvent{scene_.epoch, event.step, static_cast<std::uint8_t>(event.kind), event.body_id, event.tool_id,
-                       event.text});
+  look_for_readers();
+  send_states(batch.snapshot_due);
+  for (const Event& event : batch.events) send_event(event);
   if (Clock::now() >= next_status_) send_status(batch);
+}
+
+void Publisher::send_event(const Event& event) {
+  write(SessionEvent{scene_.epoch, event.step, static_cast<std::uint8_t>(event.kind), event.body_id, event.tool_id,
+                     event.text});
+}
+
+void Publisher::repeat(std::span<const BodyDelta> deltas, std::span<const Event> events) {
+  for (const BodyDelta& delta : deltas) write(DeltaMessage{scene_.epoch, delta.body_id, delta.delta});
+  for (const Event& event : events) send_event(event);
 }
 
 // A viewer that knows the old scene takes the bodies that it doesn't know from the new one. States name all bodies, so
 // that no viewer draws the parent without its part before the part has come.
 void Publisher::add_body(BodyInfo info, TriangleMesh mesh) {
   scene_.bodies.push_back(std::move(info));
-  shadows_.push_back({std::move(mesh), true, {}});
-  encoder_.add_body();
+  shadows_.push_back({std::move(mesh), true});
+  for (Stream& stream : streams_) stream.encoder.add_body();
   announce();
 }
 
@@ -74,17 +110,43 @@ void Publisher::send_delta(const BodyDelta& delta) {
   if (status != ApplyStatus::applied)
     log_limited(LogLevel::error, "shadow",
                 std::string("a delta doesn't fit the published topology: ") + to_string(status));
-  encoder_.changed(delta.body_id, delta.delta);
+  for (std::size_t i = 0; i < streams_.size(); ++i)
+    if (is_heard(i)) streams_[i].encoder.changed(delta.body_id, delta.delta);
   if (!write(DeltaMessage{scene_.epoch, delta.body_id, delta.delta})) shadow.keyframe_wanted = true;
 }
 
-void Publisher::send_state() {
-  unsent_snapshot_ = false;
-  state_sent_ = Clock::now();
-  encoder_.encode(last_snapshot_);
-  write(encoder_.header());
-  for (const StatePiece& piece : encoder_.pieces()) write(piece);
-  for (const ScalarPiece& piece : encoder_.scalar_pieces()) write(piece);
+// A viewer that begins to hear a stream lacks all pieces.
+void Publisher::look_for_readers() {
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    Stream& stream = streams_[i];
+    const std::uint32_t readers = endpoints_.writer<StateHeader>().readers(i);
+    const std::uint32_t before = std::exchange(stream.readers, readers);
+    if (readers <= before) continue;
+    if (before == 0 && !(record_ && i == 0))
+      stream.encoder = {scene_.epoch, scene_.step_s, shadows_.size(), kFineness[i]};
+    for (std::uint32_t b = 0; b < shadows_.size(); ++b) stream.encoder.refresh(b);
+    if (any_snapshot_) send_state(i);
+  }
+}
+
+void Publisher::send_states(bool at_once) {
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    const bool due = (i == 0 && at_once) || Seconds(Clock::now() - streams_[i].sent).count() >= streams_[i].interval_s;
+    if (streams_[i].unsent && due) send_state(i);
+  }
+}
+
+void Publisher::send_state(std::size_t channel) {
+  Stream& stream = streams_[channel];
+  stream.unsent = false;
+  stream.sent = Clock::now();
+  if (!is_heard(channel)) return;
+  stream.encoder.encode(last_snapshot_);
+  StateHeader header = stream.encoder.header();
+  header.sent_s = steady_now_s();
+  write(header, channel);
+  for (const StatePiece& piece : stream.encoder.pieces()) write(piece, channel);
+  for (const ScalarPiece& piece : stream.encoder.scalar_pieces()) write(piece, channel);
 }
 
 void Publisher::send_status(const Outbox& batch) {
@@ -98,65 +160,57 @@ void Publisher::send_status(const Outbox& batch) {
   status.cuts_made = batch.report.cuts_made;
   status.cuts_refused = batch.report.cuts_refused;
   status.samples_refused = batch.samples_refused;
-  status.viewers = endpoints_.writer<DeltaMessage>().readers();
+  status.viewers = endpoints_.writer<SessionEvent>().readers();
   status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
   status.bodies = versions();
   status.checks = batch.report.checks;
+  for (const auto& [client, report] : reports_) status.viewer_reports.push_back(report.report);
   write(status);
 }
 
 SessionEnd Publisher::send_end(const std::string& reason) {
-  for (std::uint32_t b = 0; b < shadows_.size(); ++b) encoder_.refresh(b);
-  if (any_snapshot_) send_state();
+  for (std::size_t i = 0; i < streams_.size() && any_snapshot_; ++i) {
+    for (std::uint32_t b = 0; b < shadows_.size(); ++b) streams_[i].encoder.refresh(b);
+    send_state(i);
+  }
   SessionEnd end{scene_.epoch, last_snapshot_.step, reason, versions()};
   write(end);
   return end;
 }
 
-void Publisher::serve_keyframes() {
+void Publisher::serve_viewers() {
+  look_for_readers();
   take_requests();
-  queue_keyframes();
-  send_chunks();
+  take_reports();
+  begin_keyframes();
+  const auto write_chunk = [&](const KeyframeChunk& chunk) { return write(chunk); };
+  for (const std::uint32_t body_id : keyframes_.send_chunks(write_chunk))
+    for (Stream& stream : streams_) {
+      stream.encoder.refresh(body_id);
+      stream.unsent = any_snapshot_;
+    }
+  // The simulation may be busy or over; a viewer that joins sees its last state.
+  send_states(false);
 }
 
 void Publisher::take_requests() {
-  while (const auto request = endpoints_.take<KeyframeRequest>())
-    if (request->epoch == scene_.epoch && request->body_id < shadows_.size())
-      shadows_[request->body_id].keyframe_wanted = true;
-}
-
-void Publisher::queue_keyframes() {
-  const Clock::time_point now = Clock::now();
-  for (std::uint32_t b = 0; b < shadows_.size(); ++b) {
-    Shadow& shadow = shadows_[b];
-    if (!shadow.keyframe_wanted || Seconds(now - shadow.keyframe_sent).count() < kKeyframeInterval_s) continue;
-    const bool under_way = std::ranges::any_of(chunks_, [&](const KeyframeChunk& c) { return c.body_id == b; });
-    if (under_way) continue;
-    const std::vector<std::uint8_t> bytes = to_bytes(keyframe_of(shadow.mesh));
-    if (bytes.size() > kMaxKeyframeBytes) {
-      log_limited(LogLevel::error, "keyframe", "a body is too large for a keyframe: late joiners can't see it");
-      continue;
-    }
-    std::ranges::move(split_keyframe(scene_.epoch, b, shadow.mesh.revision(), bytes, chunk_bytes_),
-                      std::back_inserter(chunks_));
-    shadow.keyframe_wanted = false;
-    shadow.keyframe_sent = now;
+  while (const auto request = endpoints_.take<KeyframeRequest>()) {
+    if (request->epoch != scene_.epoch || request->body_id >= shadows_.size()) continue;
+    if (!keyframes_.go_on(*request)) shadows_[request->body_id].keyframe_wanted = true;
   }
 }
 
-void Publisher::send_chunks() {
-  bool state_wanted = false;
-  for (std::size_t i = 0; i < kChunksPerRound && !chunks_.empty(); ++i) {
-    const KeyframeChunk& chunk = chunks_.front();
-    write(chunk);
-    if (chunk.chunk + 1 == chunk.chunks) {
-      encoder_.refresh(chunk.body_id);
-      state_wanted = true;
-    }
-    chunks_.pop_front();
-  }
-  // The simulation may be busy or over; a viewer that joins sees its last state.
-  if (state_wanted && any_snapshot_) send_state();
+void Publisher::take_reports() {
+  while (auto report = endpoints_.take<ViewerReport>())
+    if (reports_.size() < kMaxViewerReports || reports_.contains(report->client))
+      reports_[report->client] = {*report, Clock::now()};
+  std::erase_if(reports_,
+                [](const auto& each) { return Seconds(Clock::now() - each.second.heard).count() > kReportLife_s; });
+}
+
+void Publisher::begin_keyframes() {
+  for (std::uint32_t b = 0; b < shadows_.size(); ++b)
+    if (shadows_[b].keyframe_wanted && keyframes_.begin(b, shadows_[b].mesh)) shadows_[b].keyframe_wanted = false;
 }
 
 std::vector<BodyVersion> Publisher::versions() const {

@@ -1,34 +1,44 @@
 // Everything that a server tells viewers and hands. It keeps its own copy of the topology, from which it serves
 // keyframes to viewers that join late or have lost a delta. One thread.
+//
+// States go out in several streams, the slower the coarser, of which each viewer hears one (kStateRates_hz); a stream
+// that nobody hears costs nothing.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
-#include <deque>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "sim_server/net/keyframe_server.h"
 #include "sim_server/net/outbox.h"
 #include "sim_server/net/server_endpoints.h"
+#include "sim_server/net/session_record.h"
 #include "sim_server/net/state_encoder.h"
 
 namespace sectio {
 
 class Publisher {
  public:
-  // `meshes`: the bodies of the scene as they are now. The endpoints outlive it.
+  // `meshes`: the bodies of the scene as they are now. `record`: gets everything that is sent. Endpoints and record
+  // outlive it.
   Publisher(ServerEndpoints& endpoints, SceneInfo scene, std::vector<TriangleMesh> meshes, double state_interval_s,
-            std::uint32_t chunk_bytes);
+            bool off_host, SessionRecord* record = nullptr);
 
   // Tells the scene; again after the program has slept.
   void announce();
 
-  // Contact models first, then topology, then the state that needs it.
+  // Says again what a server has said that died meanwhile: viewers know it, or miss it.
+  void repeat(std::span<const BodyDelta> deltas, std::span<const Event> events);
+
+  // Topology first, then the state that needs it.
   void send(Outbox& batch);
 
-  // Takes requests for keyframes, and sends a few chunks of those that are due.
-  void serve_keyframes();
-  bool has_chunks_left() const { return !chunks_.empty(); }
+  // Takes what viewers ask for and report, and sends a few chunks of the keyframes that are due.
+  void serve_viewers();
+  bool has_chunks_left() const { return keyframes_.has_chunks_left(); }
 
   // The last state, then the final versions of the bodies, which it returns.
   SessionEnd send_end(const std::string& reason);
@@ -41,32 +51,46 @@ class Publisher {
   struct Shadow {  // of a body: what viewers have been told
     TriangleMesh mesh;
     bool keyframe_wanted = false;
-    Clock::time_point keyframe_sent{};
+  };
+  struct Stream {
+    StateEncoder encoder;
+    double interval_s = 0;
+    std::uint32_t readers = 0;
+    bool unsent = false;  // there is a state that it hasn't sent
+    Clock::time_point sent{};
+  };
+  struct Report {
+    ViewerReport report;
+    Clock::time_point heard{};
   };
 
   void add_body(BodyInfo info, TriangleMesh mesh);
   void send_delta(const BodyDelta& delta);
-  void send_state();
+  void send_event(const Event& event);
+  void look_for_readers();
+  void send_states(bool at_once);
+  void send_state(std::size_t channel);
   void send_status(const Outbox& batch);
   void take_requests();
-  void queue_keyframes();
-  void send_chunks();
+  void take_reports();
+  void begin_keyframes();
   std::vector<BodyVersion> versions() const;
   template <class Message>
-  bool write(const Message& message);
+  bool write(const Message& message, std::size_t channel = 0);
+  bool is_heard(std::size_t channel) const { return streams_[channel].readers > 0 || (record_ && channel == 0); }
+  void keep_keyframes();
 
   ServerEndpoints& endpoints_;
-  SceneInfo scene_;  // grows with the parts that come off
-  const double state_interval_s_;
-  const std::uint32_t chunk_bytes_;
+  SceneInfo scene_;              // grows with the parts that come off
+  SessionRecord* const record_;  // null: none
+  double keyframes_kept_s_ = -1e300;
 
   std::vector<Shadow> shadows_;
-  StateEncoder encoder_;
+  std::vector<Stream> streams_;  // one a rate
   StateSnapshot last_snapshot_;
   bool any_snapshot_ = false;
-  bool unsent_snapshot_ = false;
-  Clock::time_point state_sent_{};
-  std::deque<KeyframeChunk> chunks_;
+  KeyframeServer keyframes_;
+  std::map<std::uint64_t, Report> reports_;  // by client
   Clock::time_point next_status_{};
   std::uint64_t writes_refused_ = 0;
 };

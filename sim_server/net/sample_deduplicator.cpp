@@ -2,13 +2,15 @@
 
 namespace sectio {
 
-void SampleDeduplicator::accept(const ToolPacket& packet, std::vector<ToolSample>& samples) {
-  if (packet.tool_id >= tools_.size() || packet.source < tools_[packet.tool_id].source) {
+bool SampleDeduplicator::accept(const ToolPacket& packet, double now_s, std::vector<ToolSample>& samples) {
+  const auto before = packet.tool_id < tools_.size() ? tools_[packet.tool_id].speaker.source() : std::nullopt;
+  if (packet.tool_id >= tools_.size() || !tools_[packet.tool_id].speaker.hears(packet.source, now_s)) {
     ++refused_;
-    return;
+    return false;
   }
   Tool& tool = tools_[packet.tool_id];
-  if (packet.source > tool.source) tool = {packet.source, 0, false};
+  if (before != packet.source) tool.any = false;
+  tool.speaks = true;
   for (const ToolSample& sample : packet.samples) {
     if (tool.any && sample.sequence <= tool.last_sequence) continue;
     if (tool.any) lost_ += sample.sequence - tool.last_sequence - 1;
@@ -18,6 +20,18 @@ void SampleDeduplicator::accept(const ToolPacket& packet, std::vector<ToolSample
     samples.back().tool_id = packet.tool_id;
     samples.back().source = packet.source;
   }
+  return true;
+}
+
+std::vector<std::uint32_t> SampleDeduplicator::take_silent(double now_s) {
+  std::vector<std::uint32_t> silent;
+  for (std::uint32_t t = 0; t < tools_.size(); ++t) {
+    Tool& tool = tools_[t];
+    if (!tool.speaks || tool.speaker.silent_s(now_s).value_or(0) <= kSilence_s) continue;
+    tool.speaks = false;
+    silent.push_back(t);
+  }
+  return silent;
 }
 
 }  // namespace sectio

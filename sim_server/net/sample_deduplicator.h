@@ -5,29 +5,36 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/messages/speaker.h"
 #include "common/messages/tool.h"
 
 namespace sectio {
 
 class SampleDeduplicator {
  public:
+  static constexpr double kSilence_s = 1;  // an instrument for which nobody speaks for longer is withdrawn
+
   explicit SampleDeduplicator(std::size_t tools) : tools_(tools) {}
 
-  // Appends the samples that have not been seen yet, in ascending order of sequence. A newer source replaces the one
-  // before it and may count from 1 again.
-  void accept(const ToolPacket& packet, std::vector<ToolSample>& samples);
+  // Appends the samples that have not been seen yet, in ascending order of sequence. A source replaces one that has
+  // fallen silent (common/messages/speaker.h) and may count from 1. False: the packet is refused. `now_s` ascends.
+  bool accept(const ToolPacket& packet, double now_s, std::vector<ToolSample>& samples);
+
+  // The tools that have fallen silent since the last call, each once a silence.
+  std::vector<std::uint32_t> take_silent(double now_s);
 
   std::size_t tools() const { return tools_.size(); }
-  // Packets for tools that the scene doesn't have, and packets of a source that a newer one has replaced.
+  // Packets for tools that the scene doesn't have, and packets of a source while another one speaks.
   std::uint64_t refused() const { return refused_; }
   // Sequence numbers that never came.
   std::uint64_t lost() const { return lost_; }
 
  private:
   struct Tool {
-    std::uint64_t source = 0;
+    Speaker speaker;
     std::uint64_t last_sequence = 0;
     bool any = false;
+    bool speaks = false;
   };
   std::vector<Tool> tools_;
   std::uint64_t refused_ = 0;

@@ -1,21 +1,18 @@
 #include "sim_server/net/serve.h"
-#include "sim_server/prepare/fill_volumes.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
-#include <set>
+#include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
-#include "common/core/processor_time.h"
-#include "sim_server/net/budget.h"
-#include "sim_server/net/world_view.h"
+#include "common/messages/epoch.h"
+#include "sim_server/net/live_server.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/scene/scene_warnings.h"
-#include "sim_server/session/progress.h"
-#include "sim_server/session/recorder.h"
 #include "sim_server/session/trace_player.h"
 
 namespace sectio {
@@ -24,9 +21,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kTogether_s = 0.1;    // the most by which a server may be ahead of the slowest one of its session
-constexpr double kLeaveTimeout_s = 5;  // how long the end is served to viewers
-constexpr double kListen_s = 0.3;      // before the clock starts: is there another server with our bodies?
+constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
+constexpr double kLeaveTimeout_s = 5;    // how long the end is served to viewers
+constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
+constexpr double kListen_s = 0.3;        // before the clock starts: is there another server with our bodies?
+constexpr auto kMostBehind = std::chrono::milliseconds(100);  // a journal that is played too fast is played slower
 constexpr auto kStartPollPeriod = std::chrono::milliseconds(2);
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -35,17 +34,14 @@ void request_stop(int) {
   stop_requested = 1;
 }
 
-Clock::duration to_duration(double seconds) {
+Clock::duration steady_duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(Seconds(seconds));
 }
 
-std::vector<TriangleMesh> meshes_of(const Simulation& simulation) {
-  std::vector<TriangleMesh> meshes;
-  for (std::uint32_t i = 0; i < simulation.body_count(); ++i) meshes.push_back(simulation.mesh(i));
-  return meshes;
-}
-
-void yield_to_an_older_server(const ServerNet& net, const ServeOptions& options) {
+void yield_to_another_server(const ServerNet& net, const ServeOptions& options) {
+  if (net.others().is_replaced())
+    throw std::runtime_error("session '" + options.network.session +
+                             "': another server has taken it over: this one stands down");
   if (const auto body = net.others().claimed_body())
     throw InputError("session '" + options.network.session + "': another server has the body '" + *body + "'");
 }
@@ -80,97 +76,186 @@ std::string list_of(const std::vector<std::string>& names) {
   return list;
 }
 
+}  // namespace
+
+bool stop_was_requested() {
+  return stop_requested != 0;
+}
+
+LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
+    : scene_(scene),
+      options_(options),
+      filled_(fill_volumes(scene)),
+      steps_(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
+      progress_(steps_),
+      planner_(!options.play_traces),
+      stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {
+  const std::uint64_t last_step =
+      options.until_s < 0 ? ~std::uint64_t{0} : static_cast<std::uint64_t>(options.until_s / scene.step_s);
+  run_ = options.resume.empty()
+             ? std::make_unique<SessionRun>(filled_, options.directory)
+             : SessionRun::resumed(filled_, {options.resume, last_step}, options.directory, last_epoch_);
+  if (!options.play.empty()) run_unseen();
+  const double duration_s = steps_ ? std::max(scene.duration_s, static_cast<double>(*steps_) * scene.step_s) : HUGE_VAL;
+  for (const std::string& text : scene_warnings(filled_, duration_s)) run_->recorder().warn(text);
+  ServerNetOptions net_options;
+  net_options.network = options.network;
+  net_options.fastest_m_per_s = options.fastest_m_per_s;
+  net_options.standby = options.standby || last_epoch_;
+  net_options.inputs = run_->inputs();
+  if (!options.record.empty()) record_ = std::make_unique<SessionRecord>(options.record, run_->header());
+  net_options.record = record_.get();
+  net_ = std::make_unique<ServerNet>(net_options, scene_info_now(scene_, run_->simulation()),
+                                     meshes_of(run_->simulation()));
+  log_info("session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
+}
+
+RunResult LiveServer::run() {
+  if (options_.standby) {
+    if (!follow()) return run_->recorder().finish();
+    take_over();
+  } else {
+    if (last_epoch_) go_on();
+    wait_for_peers();
+    log_info(last_epoch_ ? "the session goes on" : "the session begins");
+  }
+  lead();
+  return finish();
+}
+
+// A session that somebody else holds, perhaps a standby, has gone on without the steps of this journal.
+void LiveServer::go_on() {
+  const auto listen_until = Clock::now() + steady_duration(kListenToHolder_s);
+  while (!stop_was_requested() && Clock::now() < listen_until) {
+    if (net_->others().is_held())
+      throw InputError("session '" + options_.network.session + "': another server holds it: nothing to resume");
+    std::this_thread::sleep_for(kStartPollPeriod);
+  }
+  const Simulation& now = run_->simulation();
+  net_->take_over({next_term(*last_epoch_), scene_info_now(scene_, now), meshes_of(now), {}, {}});
+}
+
 // Waits for viewers, tools and other servers.
-void wait_for_peers(ServerNet& net, const Scene& scene, const ServeOptions& options, std::vector<ToolSample>& samples) {
+void LiveServer::wait_for_peers() {
   std::set<std::uint32_t> tools;
-  const auto listen_until = Clock::now() + to_duration(kListen_s);
+  const auto listen_until = Clock::now() + steady_duration(kListen_s);
+  const OtherServers& others = net_->others();
   const auto complete = [&] {
-    return net.viewers() >= options.wait_for_viewers &&
-           (!options.wait_for_tools || tools.size() >= scene.tools.size()) &&
-           (!options.wait_for_bodies || net.others().missing_bodies().empty());
+    return net_->viewers() >= options_.wait_for_viewers &&
+           (!options_.wait_for_tools || tools.size() >= scene_.tools.size()) &&
+           (!options_.wait_for_bodies || others.missing_bodies().empty());
   };
   if (!complete()) log_info("waiting for viewers and tools");
-  if (options.wait_for_bodies && !net.others().missing_bodies().empty())
-    log_info("waiting for servers of " + list_of(net.others().missing_bodies()));
-  while (!stop_requested && (!complete() || Clock::now() < listen_until)) {
-    yield_to_an_older_server(net, options);
-    samples.clear();  // motion before the clock starts is not part of the session
-    net.take_samples(samples);
-    for (const ToolSample& s : samples) tools.insert(s.tool_id);
+  if (options_.wait_for_bodies && !others.missing_bodies().empty())
+    log_info("waiting for servers of " + list_of(others.missing_bodies()));
+  while (!stop_was_requested() && (!complete() || Clock::now() < listen_until)) {
+    yield_to_another_server(*net_, options_);
+    input_.samples.clear();  // motion before the clock starts is not part of the session
+    net_->take_samples(input_.samples);
+    for (const ToolSample& s : input_.samples) tools.insert(s.tool_id);
     std::this_thread::sleep_for(kStartPollPeriod);
   }
 }
 
-}  // namespace
+void LiveServer::lead() {
+  due_ = Clock::now();
+  while (has_more_steps()) {
+    yield_to_another_server(*net_, options_);
+    const double next_s = static_cast<double>(run_->steps() + 1) * scene_.step_s;
+    if (const double waited_s = wait_for_the_slowest(*net_, next_s); waited_s > 0) {
+      cost_.waited_for_servers_s += waited_s;
+      due_ = Clock::now();
+    }
+    if (!take_input()) break;
+    const auto start = Clock::now();
+    run_step();
+    if (planner_.now() == Budget::slowed) due_ = start;  // the session runs slower, not in bursts
+    due_ += steady_duration(scene_.step_s / options_.speed);
+    std::this_thread::sleep_until(due_);
+  }
+}
+
+// The steps of a journal that come before the ones to be seen.
+void LiveServer::run_unseen() {
+  past_ = std::make_unique<InputLogReader>(options_.play);
+  if (past_->header().state_hash != state_hash_of(run_->simulation()))
+    throw InputError(options_.play + ": the scene is not the one that it was made with");
+  while (static_cast<double>(run_->steps()) * scene_.step_s < options_.from_s && take_past_input()) {
+    run_->begin_step(0, input_);
+    run_->end_step(run_->step(input_), 0);
+  }
+}
+
+// False at the end, and where the simulation isn't the one that was recorded.
+bool LiveServer::take_past_input() {
+  const std::optional<StepInputs> inputs = past_->next();
+  if (!inputs) {
+    if (!past_->damage().empty()) run_->recorder().warn(past_->damage());
+    return false;
+  }
+  const StepRecord& record = inputs->steps.front();
+  const std::string why = difference(record, run_->simulation());
+  if (!why.empty()) run_->recorder().warn("step " + std::to_string(record.step) + ": " + why);
+  input_ = input_of(record);
+  return why.empty();
+}
+
+// False when there is no further step.
+bool LiveServer::take_input() {
+  if (past_) {
+    if (Clock::now() - due_ > kMostBehind) due_ = Clock::now();
+    return take_past_input();
+  }
+  answer_lag(planner_, Seconds(Clock::now() - due_).count(), input_);
+  if (options_.play_traces)
+    input_.samples = samples_of_traces(scene_, run_->steps() + 1);
+  else
+    net_->take_samples(input_.samples);
+  input_.withdrawn = net_->take_silent_tools();
+  input_.withdrawn.insert(input_.withdrawn.end(), silent_.begin(), silent_.end());
+  silent_.clear();
+  if (const auto gravity = net_->take_gravity()) input_.gravity_m_per_s2 = gravity;
+  return true;
+}
+
+void LiveServer::run_step() {
+  const auto start = Clock::now();
+  StepRecord record = run_->begin_step(net_->epoch(), input_);
+  const StepOutput& output = run_->step(input_);
+  if (stall_s_ > 0 && output.sim_time_s >= options_.stall_at_s)
+    std::this_thread::sleep_for(Seconds(std::exchange(stall_s_, 0)));
+  const double step_wall_time_s = Seconds(Clock::now() - start).count();
+  run_->end_step(output, step_wall_time_s);
+  view_world(run_->simulation(), scene_.tools.size(), world_);
+  const auto published = Clock::now();
+  for (const std::string& fault : run_->take_faults())
+    net_->tell({output.step, EventKind::recording_stopped, 0, 0, fault.substr(0, kMaxEventTextBytes)});
+  net_->publish(output, world_, step_wall_time_s, std::move(record));
+  run_->recorder().add_publish(Seconds(Clock::now() - published).count());
+  progress_.show(output);
+  input_.samples.clear();
+  input_.gravity_m_per_s2.reset();
+}
+
+RunResult LiveServer::finish() {
+  net_->end_session(stop_was_requested() ? "stopped" : "complete");
+  if (const std::uint32_t lost = net_->lost_viewers(); lost > 0)
+    log_info("waiting for viewers that went silent: " + std::to_string(lost));
+  net_->wait_for_viewers_to_leave(kLeaveTimeout_s);
+  cost_.copy_bytes = net_->copy_bytes();
+  cost_.network_total_s = net_->busy_s();
+  cost_.deferred_steps = planner_.steps(Budget::deferred);
+  cost_.reduced_steps = planner_.steps(Budget::reduced);
+  cost_.slowed_steps = planner_.steps(Budget::slowed);
+  cost_.most_behind_s = planner_.most_behind_s();
+  run_->recorder().set(cost_);
+  return run_->recorder().finish();
+}
 
 RunResult serve(const Scene& scene, const ServeOptions& options) {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  const Scene filled = fill_volumes(scene);
-  Simulation simulation(filled);
-  simulation.measure_with(processor_time_s);
-  Recorder record(filled, simulation, options.directory);
-  const std::optional<std::uint64_t> steps =
-      options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps));
-  const double duration_s = steps ? std::max(scene.duration_s, static_cast<double>(*steps) * scene.step_s) : HUGE_VAL;
-  for (const std::string& text : scene_warnings(filled, duration_s)) record.warn(text);
-  ServerNetOptions net_options;
-  net_options.network = options.network;
-  ServerNet net(net_options, scene_info(scene), meshes_of(simulation));
-  log_info("session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
-
-  StepInput input;
-  wait_for_peers(net, scene, options, input.samples);
-  log_info("the session begins");
-  Progress progress(steps);
-  WorldView world;
-  double stall_s = options.stall_at_s >= 0 ? options.stall_s : 0;
-  BudgetPlanner planner(!options.play_traces);
-  SyncCost cost;
-  auto due = Clock::now();
-  for (std::uint64_t k = 1; (!steps || k <= *steps) && !stop_requested; ++k) {
-    yield_to_an_older_server(net, options);
-    if (const double waited_s = wait_for_the_slowest(net, static_cast<double>(k) * scene.step_s); waited_s > 0) {
-      cost.waited_for_servers_s += waited_s;
-      due = Clock::now();
-    }
-    answer_lag(planner, Seconds(Clock::now() - due).count(), input);
-    if (options.play_traces)
-      input.samples = samples_of_traces(scene, k);
-    else
-      net.take_samples(input.samples);
-    input.gravity_m_per_s2 = net.take_gravity();
-    const auto start = Clock::now();
-    const StepOutput& output = simulation.step(input);
-    if (stall_s > 0 && output.sim_time_s >= options.stall_at_s) {
-      std::this_thread::sleep_for(Seconds(stall_s));
-      stall_s = 0;
-    }
-    const double step_wall_time_s = Seconds(Clock::now() - start).count();
-    record.add(output, step_wall_time_s);
-    view_world(simulation, scene.tools.size(), world);
-    const auto published = Clock::now();
-    net.publish(output, world, step_wall_time_s);
-    record.add_publish(Seconds(Clock::now() - published).count());
-    progress.show(output);
-    input.samples.clear();
-
-    if (planner.now() == Budget::slowed) due = start;  // the session runs slower, not in bursts
-    due += to_duration(scene.step_s);
-    std::this_thread::sleep_until(due);
-  }
-  net.end_session(stop_requested ? "stopped" : "complete");
-  if (const std::uint32_t lost = net.lost_viewers(); lost > 0)
-    log_info("waiting for viewers that went silent: " + std::to_string(lost));
-  net.wait_for_viewers_to_leave(kLeaveTimeout_s);
-  cost.copy_bytes = net.copy_bytes();
-  cost.network_total_s = net.busy_s();
-  cost.deferred_steps = planner.steps(Budget::deferred);
-  cost.reduced_steps = planner.steps(Budget::reduced);
-  cost.slowed_steps = planner.steps(Budget::slowed);
-  cost.most_behind_s = planner.most_behind_s();
-  record.set(cost);
-  return record.finish();
+  return LiveServer(scene, options).run();
 }
 
 }  // namespace sectio

@@ -3,6 +3,7 @@
 
 #include "common/dds/endpoints.h"
 #include "common/messages/contact.h"
+#include "common/messages/inputs.h"
 #include "common/messages/session.h"
 #include "common/messages/state.h"
 #include "common/messages/tool.h"
@@ -10,10 +11,12 @@
 
 namespace sectio {
 
-using ServerEndpoints = Endpoints<Reads<ToolPacket, GravityRequest,           // Intake
-                                        KeyframeRequest,                      // Publisher
-                                        SceneInfo, StateHeader, SessionEnd>,  // OtherServers
-                                  Writes<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece,
-                                         ContactMessage, SessionEvent, ServerStatus, SessionEnd>>;
+using ServerEndpoints =
+    Endpoints<Reads<ToolPacket, GravityRequest,          // Intake
+                    KeyframeRequest, ViewerReport,       // Publisher
+                    SceneInfo, StateHeader, SessionEnd,  // OtherServers
+                    StepRequest, StepInputs>,            // InputFeed, Follower
+              Writes<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, ContactMessage,
+                     SessionEvent, ServerStatus, SessionEnd, StepInputs, StepRequest>>;
 
 }  // namespace sectio

@@ -5,10 +5,12 @@
 #include <utility>
 
 #include "common/core/error.h"
-#include "common/core/wall_time.h"
+#include "common/messages/epoch.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/validate.h"
+#include "sim_server/net/contact_sender.h"
 #include "sim_server/net/handover.h"
+#include "sim_server/net/input_feed.h"
 #include "sim_server/net/intake.h"
 #include "sim_server/net/publisher.h"
 
@@ -21,6 +23,7 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kIdle_s = 0.005;  // how long a request may lie
 constexpr double kChunkPause_s = 0.001;
+constexpr std::size_t kInputBytes = 200'000;  // of steps of the past in one message
 
 Clock::duration to_duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(Seconds(seconds));
@@ -54,79 +57,105 @@ SceneInfo checked(SceneInfo scene, std::size_t meshes) {
 }  // namespace
 
 struct ServerNet::State {
-  State(const ServerNetOptions& options, const SceneInfo& scene, std::vector<TriangleMesh> meshes)
-      : epoch(scene.epoch),
+  State(const ServerNetOptions& o, const SceneInfo& scene, std::vector<TriangleMesh> meshes)
+      : options(o),
+        epoch(scene.epoch),
         endpoints(options.network, kServerName),
         others(endpoints, scene),
-        intake(endpoints, scene.tools.size()),
+        follower(endpoints),
+        intake(endpoints, scene.tools.size(), options.fastest_m_per_s),
         body_infos(scene.bodies),
-        rhythm(1 / options.state_rate_hz),
-        publisher(endpoints, scene, std::move(meshes), 1 / options.state_rate_hz,
-                  options.network.off_host() ? kChunkBytesOffHost : kChunkBytes) {
-    publisher.announce();
+        rhythm(1 / options.state_rate_hz) {
+    if (!options.standby) lead(scene, std::move(meshes));
     begin();
   }
   ~State() { pause(); }
 
+  // The network's thread is halted meanwhile, or hasn't begun.
+  void lead(const SceneInfo& scene, std::vector<TriangleMesh> meshes) {
+    publisher = std::make_unique<Publisher>(endpoints, scene, std::move(meshes), 1 / options.state_rate_hz,
+                                            options.network.off_host(), options.record);
+    feed = std::make_unique<InputFeed>(endpoints, scene.epoch, options.inputs, kInputBytes);
+    publisher->announce();
+  }
   void begin() {
     handover.resume();
     thread = std::thread([this] { run(); });
+    contacts.emplace([this](const ContactModel& model) {
+      if (!endpoints.write(ContactMessage{epoch, model}))
+        log_limited(LogLevel::warning, "write refused", "DDS refused to send a contact model");
+    });
   }
   void pause() {
+    contacts.reset();
     handover.stop();
     thread.join();
   }
-  // The network's thread is halted meanwhile: it uses the same participant.
+  // The network's threads are halted meanwhile: they use the same participant.
   void renew_after_sleep() {
     if (!endpoints.overslept()) {
       endpoints.renew_after_sleep();
       return;
     }
     pause();
-    if (endpoints.renew_after_sleep()) publisher.announce();
+    if (endpoints.renew_after_sleep() && publisher) publisher->announce();
     begin();
   }
   void run();
+  void send(Outbox& batch);
 
-  const std::uint64_t epoch;
+  const ServerNetOptions options;
+  std::uint64_t epoch;
   ServerEndpoints endpoints;
   OtherServers others;
 
   // Simulation's thread.
+  Follower follower;
   Intake intake;
   std::vector<BodyInfo> body_infos;
   StateRhythm rhythm;
 
   Handover handover;
+  std::optional<ContactSender> contacts;  // to hands, on a thread of its own
 
-  // Network's thread.
-  Publisher publisher;
+  // Network's thread. Null: a standby.
+  std::unique_ptr<Publisher> publisher;
+  std::unique_ptr<InputFeed> feed;
   double busy_s = 0;
   std::thread thread;
 };
 
+// A step's input before what the step has made: a standby knows no less than any viewer.
+void ServerNet::State::send(Outbox& batch) {
+  feed->send(batch.inputs);
+  publisher->send(batch);
+  publisher->serve_viewers();
+  feed->sent(batch.step);
+  feed->serve();
+}
+
 void ServerNet::State::run() {
   Outbox batch;
-  while (handover.pick_up(batch, publisher.has_chunks_left() ? kChunkPause_s : kIdle_s)) {
+  const auto patience_s = [&] { return publisher && publisher->has_chunks_left() ? kChunkPause_s : kIdle_s; };
+  while (handover.pick_up(batch, patience_s())) {
     const Clock::time_point begun = Clock::now();
     PublisherReport report = handover.last_report();
-    publisher.send(batch);
-    publisher.serve_keyframes();
+    if (publisher) send(batch);
     others.listen();
     if (batch.end_reason) {
-      report.end = publisher.send_end(*batch.end_reason);
-      report.copy_bytes = publisher.copy_bytes();
+      report.end = publisher ? publisher->send_end(*batch.end_reason) : SessionEnd{};
+      report.copy_bytes = publisher ? publisher->copy_bytes() : 0;
     }
     busy_s += Seconds(Clock::now() - begun).count();
     report.busy_s = busy_s;
-    report.writes_refused = publisher.writes_refused();
+    report.writes_refused = publisher ? publisher->writes_refused() : 0;
     handover.report(report);
     batch.clear();
   }
 }
 
 ServerNet::ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes) {
-  scene.epoch = options.epoch != 0 ? options.epoch : microseconds_since_1970();
+  scene.epoch = options.epoch != 0 ? options.epoch : new_epoch();
   if (scene.world_bodies.empty())
     for (const BodyInfo& body : scene.bodies) scene.world_bodies.push_back(body.name);
   const std::size_t count = meshes.size();
@@ -140,21 +169,50 @@ void ServerNet::take_samples(std::vector<ToolSample>& samples) {
   state_->intake.take_samples(samples);
 }
 
+std::vector<std::uint32_t> ServerNet::take_silent_tools() {
+  return state_->intake.take_silent_tools();
+}
+
 std::optional<Vec3> ServerNet::take_gravity() {
   return state_->intake.take_gravity();
 }
 
-void ServerNet::publish(const StepOutput& output, const WorldView& world, double step_wall_time_s) {
+Follower& ServerNet::follower() {
+  return state_->follower;
+}
+
+void ServerNet::take_over(Succession succession) {
+  State& s = *state_;
+  s.pause();
+  s.epoch = succession.scene.epoch = succession.epoch;
+  s.others.become(succession.epoch);
+  if (succession.scene.world_bodies.empty())
+    for (const BodyInfo& body : s.body_infos) succession.scene.world_bodies.push_back(body.name);
+  s.body_infos = succession.scene.bodies;
+  s.lead(succession.scene, std::move(succession.meshes));
+  s.publisher->repeat(succession.last_deltas, succession.last_events);
+  s.begin();
+}
+
+void ServerNet::publish(const StepOutput& output, const WorldView& world, double step_wall_time_s,
+                        std::optional<StepRecord> input) {
   State& s = *state_;
   const bool due = s.rhythm.is_due(output.publish_now);
+  s.others.advance(output.sim_time_s);
   for (const NewBody& body : output.new_bodies) {
     s.body_infos.push_back(s.body_infos.at(body.parent_id));
     s.body_infos.back().name = body.name;
   }
+  s.contacts->put(output.contacts);
   s.handover.put([&](Outbox& outbox) {
+    if (input) outbox.inputs.push_back(std::move(*input));
     outbox.put(output, world, s.body_infos, step_wall_time_s, due);
     outbox.samples_refused = s.intake.samples_refused() + s.endpoints.damaged<ToolPacket>();
   });
+}
+
+void ServerNet::tell(const Event& event) {
+  state_->handover.put([&](Outbox& outbox) { outbox.events.push_back(event); });
 }
 
 SessionEnd ServerNet::end_session(const std::string& reason) {
@@ -175,11 +233,11 @@ double ServerNet::busy_s() const {
 }
 
 std::uint32_t ServerNet::viewers() const {
-  return state_->endpoints.writer<DeltaMessage>().readers();
+  return state_->endpoints.writer<SessionEvent>().readers();
 }
 
 std::uint32_t ServerNet::lost_viewers() const {
-  return state_->endpoints.writer<DeltaMessage>().lost_readers();
+  return state_->endpoints.writer<SessionEvent>().lost_readers();
 }
 
 bool ServerNet::wait_for_viewers_to_leave(double timeout_s) {

@@ -15,15 +15,31 @@
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
+#include "sim_server/net/follower.h"
 #include "sim_server/net/other_servers.h"
 #include "sim_server/net/outbox.h"
+#include "sim_server/net/session_record.h"
+#include "sim_server/session/input_log.h"
 
 namespace sectio {
+
+// All that a standby knows when it takes a session over.
+struct Succession {
+  std::uint64_t epoch = 0;
+  SceneInfo scene;  // with the parts that have come off
+  std::vector<TriangleMesh> meshes;
+  std::vector<BodyDelta> last_deltas;  // which viewers may not have got
+  std::vector<Event> last_events;
+};
 
 struct ServerNetOptions {
   NetworkOptions network;
   double state_rate_hz = 60;
-  std::uint64_t epoch = 0;  // 0: microseconds since 1970, so that a server started later has a higher one
+  std::uint64_t epoch = 0;          // 0: a new one (common/messages/epoch.h)
+  bool standby = false;             // listens, and says nothing until take_over()
+  SessionRecord* record = nullptr;  // of everything that is sent; outlives the net
+  InputLog* inputs = nullptr;       // where a standby gets the steps that it has missed; outlives the net
+  double fastest_m_per_s = 5;       // of an instrument; faster poses are followed at this speed
 };
 
 class ServerNet {
@@ -38,12 +54,23 @@ class ServerNet {
   // blocks.
   void take_samples(std::vector<ToolSample>& samples);
 
+  // The tools for which nobody speaks any more, each once a silence. Simulation's thread, after take_samples().
+  std::vector<std::uint32_t> take_silent_tools();
+
   // The gravity that somebody asks for, once a request. Simulation's thread; never blocks.
   std::optional<Vec3> take_gravity();
 
+  // A standby becomes the server of its session. Simulation's thread.
+  void take_over(Succession succession);
+  Follower& follower();
+
   // Simulation's thread; never waits for the network. Deltas, events and contact models always; the state at the
-  // state's rate, or at once with publish_now.
-  void publish(const StepOutput& output, const WorldView& world, double step_wall_time_s);
+  // state's rate, or at once with publish_now. The step's input goes to a standby.
+  void publish(const StepOutput& output, const WorldView& world, double step_wall_time_s,
+               std::optional<StepRecord> input = {});
+
+  // Tells of an event that is none of the simulation's. Simulation's thread.
+  void tell(const Event& event);
 
   // Sends all that is left, then the final versions of the bodies, which it returns.
   SessionEnd end_session(const std::string& reason);

@@ -60,7 +60,7 @@ void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snaps
     now_.assign(body.sent.begin() + first, body.sent.begin() + first + count);
     for (std::uint32_t i = 0; i < count; ++i)
       if (!to_grid(state.positions_world_m[first + i], now_[i])) continue;  // stays where it was last sent
-    in_turn_[p] = body.repeat[p] > 0 || (frame_ + p) % kFramesPerRefresh == 0;
+    in_turn_[p] = body.repeat[p] > 0 || (frame_ + p) % fineness_.frames_per_refresh == 0;
     if (!in_turn_[p] && !moved(body, first)) continue;
 
     if (body.repeat[p] > 0) --body.repeat[p];
@@ -128,7 +128,7 @@ void StateEncoder::encode_scalar(const ScalarField& field, SentScalar& sent, Sca
 bool StateEncoder::moved(const Body& body, std::uint32_t first) const {
   for (std::uint32_t i = 0; i < now_.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k)
-      if (std::abs(now_[i][k] - body.sent[first + i][k]) > 1) return true;
+      if (std::abs(now_[i][k] - body.sent[first + i][k]) > fineness_.least_motion_quanta) return true;
   return false;
 }
 

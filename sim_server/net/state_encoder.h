@@ -31,12 +31,18 @@ struct StateSnapshot {
 
 class StateEncoder {
  public:
-  static constexpr std::uint32_t kFramesPerRefresh = 60;
+  // How fine a state is sent: a piece goes out when a vertex of it has moved by more than least_motion_quanta, and
+  // once in frames_per_refresh whatever has moved.
+  struct Fineness {
+    std::uint32_t frames_per_refresh = 60;
+    int least_motion_quanta = 1;
+  };
   static constexpr std::uint8_t kRepeats = 3;  // of a piece whose slots changed: its loss would be seen most
   static constexpr int kScalarStep = 128;  // levels by which a scalar must change to be sent: half a step of a colour
 
-  StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies)
-      : epoch_(epoch), step_s_(step_s), bodies_(bodies) {}
+  StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies) : StateEncoder(epoch, step_s, bodies, {}) {}
+  StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies, const Fineness& fineness)
+      : epoch_(epoch), step_s_(step_s), fineness_(fineness), bodies_(bodies) {}
 
   // One more body, whose state begins with the next snapshot.
   void add_body() { bodies_.emplace_back(); }
@@ -47,7 +53,7 @@ class StateEncoder {
 
   // The header, and the pieces that it names. Results are valid until the next call.
   void encode(const StateSnapshot& snapshot);
-  const StateHeader& header() const { return header_; }
+  const StateHeader& header() const { return header_; }  // without the time at which it is sent
   std::span<const StatePiece> pieces() const { return {pieces_.data(), used_}; }
   std::span<const ScalarPiece> scalar_pieces() const { return scalar_pieces_; }
 
@@ -78,6 +84,7 @@ class StateEncoder {
 
   std::uint64_t epoch_;
   double step_s_;
+  Fineness fineness_;
   std::vector<Body> bodies_;
   std::uint32_t frame_ = 0;
   StateHeader header_;

@@ -27,4 +27,19 @@ SceneInfo scene_info(const Scene& scene) {
   return info;
 }
 
+SceneInfo scene_info_now(const Scene& scene, const Simulation& simulation) {
+  SceneInfo info = scene_info(scene);
+  for (auto b = static_cast<std::uint32_t>(info.bodies.size()); b < simulation.body_count(); ++b) {
+    const BodySpec& part = simulation.body(b);
+    info.bodies.push_back({part.name, part.skin_colour, part.wall_colour, part.regions});
+  }
+  return info;
+}
+
+std::vector<TriangleMesh> meshes_of(const Simulation& simulation) {
+  std::vector<TriangleMesh> meshes;
+  for (std::uint32_t i = 0; i < simulation.body_count(); ++i) meshes.push_back(simulation.mesh(i));
+  return meshes;
+}
+
 }  // namespace sectio

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <chrono>
 
-#include "common/core/processor_time.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/scene/scene_warnings.h"
 #include "sim_server/session/progress.h"
-#include "sim_server/session/recorder.h"
+#include "sim_server/session/session_run.h"
 #include "sim_server/session/trace_player.h"
 
 namespace sectio {
@@ -15,22 +14,21 @@ namespace sectio {
 RunResult run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
   using Clock = std::chrono::steady_clock;
   const Scene filled = fill_volumes(scene);
-  Simulation simulation(filled);
-  simulation.measure_with(processor_time_s);
-  Recorder recorder(filled, simulation, directory);
+  SessionRun run(filled, directory);
   const std::uint64_t last = steps_of(scene, steps);
   const double duration_s = std::max(scene.duration_s, static_cast<double>(last) * scene.step_s);
-  for (const std::string& text : scene_warnings(filled, duration_s)) recorder.warn(text);
+  for (const std::string& text : scene_warnings(filled, duration_s)) run.recorder().warn(text);
   Progress progress(last);
   StepInput input;
   for (std::uint64_t k = 1; k <= last; ++k) {
     input.samples = samples_of_traces(scene, k);
     const auto start = Clock::now();
-    const StepOutput& output = simulation.step(input);
-    recorder.add(output, std::chrono::duration<double>(Clock::now() - start).count());
+    if (run.inputs()) run.begin_step(0, input);
+    const StepOutput& output = run.step(input);
+    run.end_step(output, std::chrono::duration<double>(Clock::now() - start).count());
     progress.show(output);
   }
-  return recorder.finish();
+  return run.recorder().finish();
 }
 
 }  // namespace sectio

@@ -1,7 +1,9 @@
 #include "sim_server/session/recorder.h"
 
 #include <algorithm>
+#include <utility>
 
+#include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/processor_time.h"
 #include "common/delta/journal.h"
@@ -36,6 +38,8 @@ struct Recorder::State {
   Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
   double processor_begun_s = processor_time_s();
   RunFigures figures;
+  std::vector<std::string> faults;  // since they were last taken
+  std::vector<std::string> lost;    // all of them
 };
 
 Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory)
@@ -55,7 +59,14 @@ Recorder::~Recorder() = default;
 
 void Recorder::add(const StepOutput& output, double step_wall_time_s) {
   State& s = *state_;
-  if (s.journal) s.keep_journal(output);
+  if (s.journal) {
+    try {
+      s.keep_journal(output);
+    } catch (const InputError& error) {
+      s.journal.reset();
+      fault(error.what());
+    }
+  }
   if (s.score) s.score->add(output);
   s.outcome.add(output);
   s.gather(output, step_wall_time_s);
@@ -89,7 +100,11 @@ void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) 
   f.last = output.report;
   f.body_cpu_s.resize(output.report.checks.size(), 0);
   f.body_residual_m.resize(output.report.checks.size(), 0);
+  f.body_residual.resize(output.report.checks.size(), 0);
+  f.body_added_mass.resize(output.report.checks.size(), 0);
   for (std::size_t b = 0; b < f.body_cpu_s.size(); ++b) {
+    f.body_residual[b] = std::max(f.body_residual[b], output.report.drivers[b].residual);
+    f.body_added_mass[b] = std::max(f.body_added_mass[b], output.report.drivers[b].added_mass_fraction);
     f.body_cpu_s[b] = output.report.processor_s[b];
     f.body_residual_m[b] = std::max(f.body_residual_m[b], output.report.checks[b].residual_m);
   }
@@ -98,6 +113,7 @@ void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) 
   f.body_steps_asleep += output.report.bodies_asleep;
   for (const Event& e : output.events) {
     ++f.events[to_string(e.kind)];
+    if (e.kind == EventKind::instrument_withdrawn) log_warning(e.text);
     if (e.kind != EventKind::cut_refused) continue;
     ++f.refusals[e.text];
     log_limited(LogLevel::warning, "cut refused", "cut refused: " + e.text);
@@ -113,6 +129,16 @@ void Recorder::warn(const std::string& text) {
   if (std::ranges::find(warnings, text) != warnings.end()) return;
   warnings.push_back(text);
   log_warning(text);
+}
+
+void Recorder::fault(const std::string& text) {
+  warn(text);
+  state_->faults.push_back(text);
+  state_->lost.push_back(text);
+}
+
+std::vector<std::string> Recorder::take_faults() {
+  return std::exchange(state_->faults, {});
 }
 
 void Recorder::add_publish(double time_s) {
@@ -135,13 +161,23 @@ RunResult Recorder::finish() {
   result.reasons = reasons_against(s.figures, s.scene, s.simulation);
   for (const std::string& reason : result.reasons) log_warning("not ok: " + reason);
   result.report = report_text(s.figures, s.scene, s.simulation, result.reasons);
-  if (s.journal && s.figures.steps > s.scalars_kept_at) s.keep_scalars(s.figures.steps);
+  const auto try_to = [&](const auto& write) {
+    try {
+      write();
+    } catch (const InputError& error) {
+      fault(error.what());
+    }
+  };
+  if (s.journal && s.figures.steps > s.scalars_kept_at) try_to([&] { s.keep_scalars(s.figures.steps); });
   s.journal.reset();  // closes the file
   if (s.directory.empty()) return result;
   for (std::uint32_t i = 0; i < s.simulation.body_count(); ++i)
-    write_obj(obj_path(s.directory, s.simulation.body(i).name), s.simulation.mesh(i),
-              s.simulation.positions_world_m(i));
-  write_text(s.directory + "/report.json", result.report);
+    try_to([&] {
+      write_obj(obj_path(s.directory, s.simulation.body(i).name), s.simulation.mesh(i),
+                s.simulation.positions_world_m(i));
+    });
+  try_to([&] { write_text(s.directory + "/report.json", result.report); });
+  result.reasons.insert(result.reasons.end(), s.lost.begin(), s.lost.end());
   return result;
 }
 

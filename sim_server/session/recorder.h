@@ -3,12 +3,15 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim_server/session/verdict.h"
 #include "sim_server/simulation.h"
 
 namespace sectio {
 
+// A disk that is full ends no run: a warning says what isn't kept.
+//
 // Gathers a run's figures. With a directory, leaves there BODY.obj of every final surface, journal (all deltas, and
 // twice a second the scalars that engines publish) and report.json.
 class Recorder {
@@ -21,6 +24,8 @@ class Recorder {
   void add(const StepOutput& output, double step_wall_time_s);
   // Into the log and the report, each text once.
   void warn(const std::string& text);
+  // Warnings about files that could not be written, since the last call.
+  std::vector<std::string> take_faults();
   // Live sessions only: the time that publishing took after a step.
   void add_publish(double time_s);
   void set(const SyncCost& cost);
@@ -28,6 +33,8 @@ class Recorder {
   RunResult finish();
 
  private:
+  void fault(const std::string& text);
+
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -36,16 +36,18 @@ std::string csv_of(const ScalarField& field) {
 
 }  // namespace
 
-std::string replay(const std::string& journal, const std::string& export_directory) {
+std::string replay(const std::string& journal, const std::string& export_directory, std::string& damage) {
   std::string lines;
   if (!export_directory.empty()) make_directory(export_directory);
-  for (const auto& [step, g] : read_gravity(journal)) {
+  const JournalContents contents = salvage_journal(journal);
+  damage = contents.damage;
+  for (const auto& [step, g] : contents.gravity) {
     char text[128];
     std::snprintf(text, sizeof text, "gravity turned at step %" PRIu64 " to [%.3g, %.3g, %.3g] m/s2\n", step, g.x(),
                   g.y(), g.z());
     lines += text;
   }
-  const std::vector<JournalBody> bodies = read_journal(journal);
+  const std::vector<JournalBody>& bodies = contents.bodies;
   for (const JournalBody& body : bodies) {
     lines += body.name + ": revision " + std::to_string(body.mesh.revision()) + ", topology hash " +
              hash_text(body.mesh.hash()) + "\n";
@@ -54,7 +56,7 @@ std::string replay(const std::string& journal, const std::string& export_directo
     for (const Vec3& x : body.mesh.rest_body_m()) rest.push_back(x.cast<float>());
     write_obj(obj_path(export_directory, body.name), body.mesh, rest);
   }
-  for (const JournalScalars& scalars : read_scalars(journal)) {
+  for (const JournalScalars& scalars : contents.scalars) {
     const std::string& body = bodies[scalars.body_id].name;
     lines += line_of(scalars, body);
     if (export_directory.empty()) continue;

@@ -26,12 +26,13 @@ struct SyncCost {
 // The figures of a run, gathered step by step (Recorder).
 struct RunFigures {
   std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
-  std::vector<float> step_times_s, publish_times_s;  // wall clock
-  double processor_s = 0;                            // of the whole run
-  std::map<std::string, std::uint64_t> events;       // how many of each kind
-  std::map<std::string, std::uint64_t> refusals;     // cuts that were refused, by reason
-  std::vector<std::string> warnings;                 // each once
-  std::vector<double> body_cpu_s, body_residual_m;   // by body: so far; the most
+  std::vector<float> step_times_s, publish_times_s;    // wall clock
+  double processor_s = 0;                              // of the whole run
+  std::map<std::string, std::uint64_t> events;         // how many of each kind
+  std::map<std::string, std::uint64_t> refusals;       // cuts that were refused, by reason
+  std::vector<std::string> warnings;                   // each once
+  std::vector<double> body_cpu_s, body_residual_m;     // by body: so far; the most
+  std::vector<double> body_residual, body_added_mass;  // by body: the most
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
   StepReport last;  // of the last step
   std::optional<SyncCost> cost;

@@ -1,5 +1,9 @@
 #include "sim_server/session/run_files.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +17,20 @@ void make_directory(const std::string& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (error) throw InputError(path + ": can't be made: " + error.message());
+}
+
+DirectoryLock::DirectoryLock(const std::string& path) {
+  if (path.empty()) return;
+  make_directory(path);
+  file_ = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file_ < 0) throw InputError(path + ": can't be opened");
+  if (::flock(file_, LOCK_EX | LOCK_NB) == 0) return;
+  ::close(file_);
+  throw InputError(path + ": another run writes there");
+}
+
+DirectoryLock::~DirectoryLock() {
+  if (file_ >= 0) ::close(file_);
 }
 
 void write_text(const std::string& path, const std::string& text) {

@@ -8,6 +8,19 @@
 
 namespace sectio {
 
+// Two runs must not write into one directory. The lock goes with its holder, however that ends.
+class DirectoryLock {
+ public:
+  // Makes the directory; empty: nothing is locked. Throws InputError when another program holds it.
+  explicit DirectoryLock(const std::string& path);
+  ~DirectoryLock();
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int file_ = -1;
+};
+
 // All throw InputError "PATH: why" when it can't be done.
 void make_directory(const std::string& path);
 void write_text(const std::string& path, const std::string& text);

@@ -8,7 +8,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kMostAddedMass = 0.1;  // of a body's own
+constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // of a body's own
+constexpr double kStepsNotMet = 0.01;               // of all steps
 
 class Reasons {
  public:
@@ -25,7 +26,7 @@ class Reasons {
   std::vector<std::string> reasons_;
 };
 
-void judge_body(const Simulation& simulation, std::uint32_t id, Reasons& reasons) {
+void judge_body(const RunFigures& figures, const Simulation& simulation, std::uint32_t id, Reasons& reasons) {
   const std::string& name = simulation.body(id).name;
   const auto positions = simulation.positions_world_m(id);
   const auto bad = std::ranges::count_if(positions, [](const Vec3f& x) { return !x.allFinite(); });
@@ -33,17 +34,23 @@ void judge_body(const Simulation& simulation, std::uint32_t id, Reasons& reasons
   const SurfaceReport surface = check(simulation.mesh(id));
   reasons.add_if(!surface.closed, name + " is not closed");
   reasons.add_if(!surface.manifold, name + " is not manifold");
+  if (id >= figures.last.drivers.size()) return;
+  const std::uint64_t not_met = figures.last.drivers[id].steps_not_met;
+  if (static_cast<double>(not_met) > kStepsNotMet * static_cast<double>(figures.steps))
+    reasons.add_count(not_met, "steps of " + name + " left a residual above the tolerance");
+  const double added = figures.body_added_mass[id];
+  reasons.add_if(added > kAddedMassTolerated,
+                 std::to_string(std::lround(100 * added)) + " % of mass was added to " + name);
 }
 
 }  // namespace
 
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
   Reasons reasons;
-  for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(simulation, id, reasons);
+  for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(figures, simulation, id, reasons);
   reasons.add_if(!std::isfinite(figures.largest_force_n), "a force was not finite");
   reasons.add_count(count_of(figures, EventKind::body_frozen), "times a body froze");
-  reasons.add_if(figures.largest_added_mass > kMostAddedMass,
-                 "added mass was " + std::to_string(std::lround(100 * figures.largest_added_mass)) + " % of a body's");
+  reasons.add_count(figures.last.forces_capped, "forces were beyond what an instrument may feel");
   const auto is_of_refusals = [](const Expectation& e) { return e.measure->value == &Outcome::refusals; };
   if (std::ranges::none_of(scene.expect, is_of_refusals))
     reasons.add_count(figures.last.cuts_refused, "cuts were refused");

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "common/core/error.h"
+#include "common/messages/epoch.h"
 #include "device_bridge/net/bridge_net.h"
 #include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
@@ -55,7 +56,7 @@ class Replication : public testing::Test {
   void open(const NetworkOptions& options, int levels = 3) {
     network = options;
     world = std::make_unique<MovingWorld>(levels);
-    ServerNetOptions server_options{network, 1000, ++epoch};
+    ServerNetOptions server_options{network, 1000, first_epoch(++epoch)};
     server = std::make_unique<ServerNet>(server_options, world->scene(network.session), std::vector{world->mesh()});
   }
 
@@ -156,7 +157,7 @@ TEST_F(Replication, A_ARCH_7_each_side_keeps_exactly_the_objects_of_the_scene) {
   server.reset();
   SceneInfo scene = world->scene(network.session);
   scene.bodies.push_back({"kidney", Vec3(0.5, 0.1, 0.1), Vec3(0.6, 0.1, 0.1)});
-  server = std::make_unique<ServerNet>(ServerNetOptions{network, 1000, ++epoch}, scene,
+  server = std::make_unique<ServerNet>(ServerNetOptions{network, 1000, first_epoch(++epoch)}, scene,
                                        std::vector{world->mesh(), world->mesh()});
   const auto end = Clock::now() + kGiveUp;
   while (viewer.frame.bodies.size() != 2 && Clock::now() < end) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <thread>
 
+#include "common/messages/epoch.h"
 #include "device_bridge/net/strongest_contact.h"
 #include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
@@ -24,12 +25,13 @@ double now_s() {
 
 // One server of several, with one body.
 struct Share {
-  Share(const NetworkOptions& network, std::uint64_t epoch, const std::string& body, int levels)
-      : world(levels, static_cast<unsigned>(epoch)) {
+  Share(const NetworkOptions& network, std::uint64_t begun, const std::string& body, int levels)
+      : world(levels, static_cast<unsigned>(begun)) {
     SceneInfo scene = world.scene(network.session);
     scene.world_bodies = {"liver", "kidney"};
     scene.bodies[0].name = body;
-    net = std::make_unique<ServerNet>(ServerNetOptions{network, 1000, epoch}, scene, std::vector{world.mesh()});
+    net = std::make_unique<ServerNet>(ServerNetOptions{network, 1000, first_epoch(begun)}, scene,
+                                      std::vector{world.mesh()});
   }
   void step(bool cut) {
     const StepOutput output = world.step(cut);
@@ -145,6 +147,10 @@ TEST_F(Shares, servers_know_who_is_missing_and_the_later_one_of_two_with_a_body_
     return second.net->others().claimed_body() == "liver";
   }));
   EXPECT_FALSE(liver->net->others().claimed_body());
+  // Nor does one whose clock is behind disturb the one that has begun.
+  Share behind(network, 0, "liver", 1);
+  EXPECT_TRUE(run_until([&] { return behind.net->others().claimed_body() == "liver"; }));
+  EXPECT_FALSE(liver->net->others().claimed_body());
   // It was never seen: it has not begun.
   const int before = viewer.frames;
   EXPECT_TRUE(run_until([&] {
@@ -154,8 +160,8 @@ TEST_F(Shares, servers_know_who_is_missing_and_the_later_one_of_two_with_a_body_
   EXPECT_EQ(viewer.world.catch_up().at(0).topology_hash, liver->version().topology_hash);
 }
 
-ContactMessage touched(std::uint64_t epoch, std::uint64_t sequence, ContactState state, double force_n) {
-  ContactMessage message{epoch, {}};
+ContactMessage touched(std::uint64_t begun, std::uint64_t sequence, ContactState state, double force_n) {
+  ContactMessage message{first_epoch(begun), {}};
   message.model.sequence = sequence;
   message.model.state = state;
   message.model.force_world_n = Vec3(0, 0, force_n);
@@ -176,14 +182,29 @@ TEST(StrongestContact, the_hand_feels_what_it_is_deepest_in) {
   EXPECT_TRUE(felt.feel(1.003 + 2 * StrongestContact::kSilence_s, touched(5, 5, ContactState::free, 0)));
 }
 
+TEST(StrongestContact, a_server_that_takes_a_session_over_is_felt_at_once_and_the_one_before_it_no_more) {
+  StrongestContact felt;
+  ContactMessage before = touched(5, 7, ContactState::penetration, 3), after = touched(5, 6, ContactState::contact, 2);
+  ++after.epoch;
+  EXPECT_TRUE(felt.feel(1, before));
+  EXPECT_TRUE(felt.feel(1.15, after)) << "though it counts from where it stands";
+  EXPECT_EQ(felt.model().force_world_n.z(), 2);
+  before.model.sequence = 9;
+  EXPECT_FALSE(felt.feel(1.151, before)) << "it woke up";
+  felt.end(1.2, before.epoch);
+  EXPECT_FALSE(felt.all_ended(1.2)) << "a ghost can't end a session";
+  felt.end(1.2, after.epoch);
+  EXPECT_TRUE(felt.all_ended(1.2));
+}
+
 TEST(StrongestContact, the_session_is_over_when_nobody_speaks_any_more) {
   StrongestContact felt;
   EXPECT_FALSE(felt.all_ended(0.5));
   felt.feel(1, touched(5, 1, ContactState::free, 0));
   felt.feel(1, touched(8, 1, ContactState::free, 0));
-  felt.end(5);
+  felt.end(1.1, first_epoch(5));
   EXPECT_FALSE(felt.all_ended(1.1));
-  felt.end(8);
+  felt.end(1.1, first_epoch(8));
   EXPECT_TRUE(felt.all_ended(1.1));
 }
 

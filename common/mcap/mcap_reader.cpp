@@ -1,0 +1,168 @@
+#include "common/mcap/mcap_reader.h"
+
+#include <zstd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "common/core/error.h"
+#include "common/delta/bytes.h"
+#include "common/mcap/mcap_format.h"
+
+namespace sectio {
+namespace {
+
+constexpr std::uint64_t kMostMcapRecordBytes = 1ull << 30;
+constexpr std::size_t kRecordHead = 9;  // opcode, length
+
+// A text of a record; nothing when the record ends before it.
+std::optional<std::string> text_in(std::span<const std::uint8_t>& rest) {
+  ByteReader in(rest);
+  const auto size = in.get<std::uint32_t>();
+  if (!in.ok() || size > in.remaining()) return std::nullopt;
+  const std::span<const std::uint8_t> text = rest.subspan(4, size);
+  rest = rest.subspan(4 + std::size_t{size});
+  return std::string(text.begin(), text.end());
+}
+
+}  // namespace
+
+bool is_mcap(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kMcapMagic.size()> magic{};
+  file.read(magic.data(), magic.size());
+  return file && std::ranges::equal(magic, kMcapMagic, {}, [](char c) { return static_cast<std::uint8_t>(c); });
+}
+
+McapReader::McapReader(const std::string& path) : file_(path, std::ios::binary | std::ios::ate) {
+  if (!file_ || file_.tellg() < 0) throw InputError(path + ": can't be read");
+  size_ = static_cast<std::uint64_t>(file_.tellg());
+  if (!is_mcap(path)) throw InputError(path + ": not an MCAP file");
+  at_ = kMcapMagic.size();
+  file_.seekg(static_cast<std::streamoff>(at_));
+}
+
+std::optional<McapReader::Message> McapReader::next(const std::string& topic) {
+  while (!broken_) {
+    while (const std::optional<Record> record = next_in_chunk()) {
+      if (!take(*record)) {
+        broken_ = true;
+        break;
+      }
+      if (message_ && message_->topic == topic) return std::exchange(message_, std::nullopt);
+      message_.reset();
+    }
+    if (broken_ || finished_ || !read_more()) break;
+  }
+  return std::nullopt;
+}
+
+// The next record of the file; a chunk is unpacked.
+bool McapReader::read_more() {
+  broken_ = true;
+  if (size_ - at_ < kRecordHead) return false;
+  std::vector<std::uint8_t> head(kRecordHead);
+  if (!file_.read(reinterpret_cast<char*>(head.data()), kRecordHead)) return false;
+  ByteReader in(head);
+  const auto op = in.get<std::uint8_t>();
+  const auto length = in.get<std::uint64_t>();
+  if (length > size_ - at_ - kRecordHead || length > kMostMcapRecordBytes) return false;
+  record_.resize(length);
+  if (!file_.read(reinterpret_cast<char*>(record_.data()), static_cast<std::streamsize>(length))) return false;
+  if (op == static_cast<std::uint8_t>(McapOp::chunk)) {
+    if (!open_chunk(record_)) {
+      chunk_.clear();
+      in_chunk_ = 0;
+      return false;
+    }
+  } else if (!take({op, record_})) {
+    return false;
+  }
+  at_ += kRecordHead + length;
+  broken_ = false;
+  return true;
+}
+
+bool McapReader::open_chunk(std::span<const std::uint8_t> content) {
+  constexpr std::size_t kBeforeCompression = 28;  // two times, size, checksum
+  if (content.size() < kBeforeCompression) return false;
+  ByteReader head(content.subspan(16, 12));
+  const auto size = head.get<std::uint64_t>();
+  const auto crc = head.get<std::uint32_t>();  // 0: none
+  std::span<const std::uint8_t> rest = content.subspan(kBeforeCompression);
+  const std::optional<std::string> compression = text_in(rest);
+  if (!compression || rest.size() < 8) return false;
+  ByteReader length(rest);
+  if (length.get<std::uint64_t>() != rest.size() - 8 || size > kMostMcapRecordBytes) return false;
+  rest = rest.subspan(8);
+  if (compression->empty()) {
+    chunk_.assign(rest.begin(), rest.end());
+  } else if (*compression == "zstd") {
+    if (ZSTD_getFrameContentSize(rest.data(), rest.size()) != size) return false;
+    chunk_.resize(size);
+    if (ZSTD_decompress(chunk_.data(), chunk_.size(), rest.data(), rest.size()) != size) return false;
+  } else {
+    return false;
+  }
+  in_chunk_ = 0;
+  return crc == 0 || crc == mcap_crc(chunk_);
+}
+
+std::optional<McapReader::Record> McapReader::next_in_chunk() {
+  const std::span<const std::uint8_t> rest = std::span(chunk_).subspan(in_chunk_);
+  if (rest.empty()) return std::nullopt;
+  ByteReader in(rest);
+  const auto op = in.get<std::uint8_t>();
+  const auto length = in.get<std::uint64_t>();
+  if (!in.ok() || length > in.remaining()) {
+    broken_ = true;
+    return std::nullopt;
+  }
+  in_chunk_ += kRecordHead + length;
+  return Record{op, rest.subspan(kRecordHead, length)};
+}
+
+// False for a record that contradicts itself.
+bool McapReader::take(const Record& record) {
+  std::span<const std::uint8_t> rest = record.content;
+  switch (static_cast<McapOp>(record.op)) {
+    case McapOp::channel: {
+      if (rest.size() < 4) return false;
+      const auto id = ByteReader(rest).get<std::uint16_t>();
+      rest = rest.subspan(4);
+      const std::optional<std::string> topic = text_in(rest);
+      if (topic) topics_[id] = *topic;
+      return topic.has_value();
+    }
+    case McapOp::message: {
+      constexpr std::size_t kBeforeData = 22;  // channel, number, two times
+      if (rest.size() < kBeforeData) return false;
+      ByteReader in(rest);
+      const auto channel = in.get<std::uint16_t>();
+      in.get<std::uint32_t>();
+      const auto time_ns = in.get<std::uint64_t>();
+      rest = rest.subspan(kBeforeData);
+      message_ = Message{topics_[channel], time_ns, {rest.begin(), rest.end()}};
+      return true;
+    }
+    case McapOp::metadata: {
+      const std::optional<std::string> name = text_in(rest);
+      if (!name || rest.size() < 4) return false;
+      rest = rest.subspan(4);
+      while (!rest.empty()) {
+        const std::optional<std::string> key = text_in(rest);
+        const std::optional<std::string> value = key ? text_in(rest) : std::nullopt;
+        if (!value) return false;
+        metadata_[*name][*key] = *value;
+      }
+      return true;
+    }
+    case McapOp::data_end:
+      finished_ = true;
+      return true;
+    default:
+      return true;
+  }
+}
+
+}  // namespace sectio

@@ -1,0 +1,58 @@
+// Reads MCAP files (https://mcap.dev/spec) from their beginning: messages in the order of the file, whatever its index
+// says, so that a file that was never finished is read as far as it is whole. Chunks are plain or compressed with zstd.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sectio {
+
+bool is_mcap(const std::string& path);
+
+class McapReader {
+ public:
+  struct Message {
+    std::string topic;
+    std::uint64_t time_ns = 0;
+    std::vector<std::uint8_t> bytes;
+  };
+
+  // Throws InputError "PATH: why" when it is no MCAP file.
+  explicit McapReader(const std::string& path);
+
+  // The next message of a topic; nothing at the end and where the file is damaged.
+  std::optional<Message> next(const std::string& topic);
+  // The metadata that stand before the messages read so far, by name.
+  const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
+  // The end of the part that has been read, and whether the file ends there as it should.
+  std::uint64_t at() const { return at_; }
+  bool is_finished() const { return finished_; }
+  std::uint64_t size() const { return size_; }
+
+ private:
+  struct Record {
+    std::uint8_t op = 0;
+    std::span<const std::uint8_t> content;
+  };
+  bool read_more();
+  bool open_chunk(std::span<const std::uint8_t> content);
+  bool take(const Record& record);
+  std::optional<Record> next_in_chunk();
+
+  std::ifstream file_;
+  std::uint64_t size_ = 0, at_ = 0;
+  bool finished_ = false, broken_ = false;
+  std::vector<std::uint8_t> record_;  // of the file, the one at hand
+  std::vector<std::uint8_t> chunk_;   // unpacked
+  std::size_t in_chunk_ = 0;
+  std::map<std::uint16_t, std::string> topics_;
+  std::map<std::string, std::map<std::string, std::string>> metadata_;
+  std::optional<Message> message_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,36 @@
+// Writes MCAP files (https://mcap.dev/spec), which tools of others read: chunks of messages, compressed with zstd, with
+// an index at the end. A file that was never finished is torn behind its last chunk; readers take what is before.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace sectio {
+
+class McapWriter {
+ public:
+  // `chunk_bytes`: so much is held back at most, and lost when the program dies. Throws InputError "PATH: why".
+  explicit McapWriter(const std::string& path, std::size_t chunk_bytes = 1u << 20);
+  // Finishes the file.
+  ~McapWriter();
+
+  // Metadata of the whole file. Before the first message.
+  void add_metadata(const std::string& name, const std::map<std::string, std::string>& values);
+  // A topic whose messages are CDR of a struct in IDL. Returns its channel.
+  std::uint16_t add_channel(const std::string& topic, const std::string& type, const std::string& idl);
+  // `time_ns` ascends. False from when the disk is full: then the file ends before, and says so to nobody else.
+  bool add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> bytes);
+  // Writes what is held back, the index and the end. False when the disk is full.
+  bool finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,62 @@
+#include "sim_server/net/follower.h"
+
+#include <algorithm>
+
+#include "common/core/wall_time.h"
+#include "common/messages/epoch.h"
+
+namespace sectio {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr double kAsk_s = 0.05;
+constexpr double kLongestLook_s = 0.01;  // between two looks; more is time in which this program was halted
+constexpr std::size_t kMostWaiting = 1u << 16;
+
+}  // namespace
+
+void Follower::listen(std::optional<std::uint64_t> leader) {
+  const auto now = Clock::now();
+  const double passed_s = looked_ ? std::min(kLongestLook_s, Seconds(now - *looked_).count()) : 0;
+  looked_ = now;
+  if (heard_) silence_s_ += passed_s;
+  if (leader && (!epoch_ || takes_over(*leader, *epoch_))) {
+    epoch_ = leader;
+    heard_ = false;
+    silence_s_ = 0;
+  }
+  while (auto inputs = endpoints_.take<StepInputs>()) {
+    if (!epoch_ || inputs->epoch != *epoch_) continue;
+    heard_ = true;
+    silence_s_ = 0;
+    steps_sent_ = std::max(steps_sent_, inputs->newest_step);
+    newest_step_ = std::max(newest_step_, inputs->newest_step);
+    for (StepRecord& step : inputs->steps) {
+      newest_step_ = std::max(newest_step_, step.step);
+      if (step.step >= next_step_ && steps_.size() < kMostWaiting) steps_.try_emplace(step.step, std::move(step));
+    }
+  }
+  if (epoch_) ask(passed_s);
+}
+
+void Follower::ask(double passed_s) {
+  const bool hole = newest_step_ >= next_step_ && (steps_.empty() || steps_.begin()->first != next_step_);
+  futile_s_ = hole && wanted_ == next_step_ ? futile_s_ + passed_s : 0;
+  wanted_ = next_step_;
+  if (Seconds(Clock::now() - asked_).count() < kAsk_s) return;
+  asked_ = Clock::now();
+  if (client_ == 0) client_ = microseconds_since_1970();
+  if (!endpoints_.write(StepRequest{*epoch_, hole ? next_step_ : 0, client_}))
+    log_limited(LogLevel::warning, "step request", "DDS refused to send a request for inputs");
+}
+
+std::optional<StepRecord> Follower::take_step() {
+  if (steps_.empty() || steps_.begin()->first != next_step_) return std::nullopt;
+  StepRecord step = std::move(steps_.begin()->second);
+  steps_.erase(steps_.begin());
+  ++next_step_;
+  return step;
+}
+
+}  // namespace sectio

@@ -1,0 +1,55 @@
+// A standby's knowledge of the server for which it stands by: the inputs of its steps, in order and without holes, and
+// whether it lives. Simulation's thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "sim_server/net/server_endpoints.h"
+
+namespace sectio {
+
+class Follower {
+ public:
+  static constexpr double kTakeOver_s = 0.1;  // a server that is silent for longer is followed by its standby
+
+  explicit Follower(ServerEndpoints& endpoints) : endpoints_(endpoints) {}
+
+  // Takes what has come and asks for what is missing. `leader`: the epoch of the server that has our bodies now.
+  void listen(std::optional<std::uint64_t> leader);
+  // The next step, once: 1, 2, 3, ...
+  std::optional<StepRecord> take_step();
+
+  // The epoch of the last server that was heard; nothing: none.
+  std::optional<std::uint64_t> epoch() const { return epoch_; }
+  // The server has been heard, and has been silent for so long since. Time in which this program did not look, as when
+  // it was halted itself, doesn't count.
+  double silence_s() const { return silence_s_; }
+  // The newest step of the server, and those that have been taken.
+  std::uint64_t newest_step() const { return newest_step_; }
+  std::uint64_t steps_taken() const { return next_step_ - 1; }
+  // The server has sent all outputs of this step, and of those before it.
+  std::uint64_t steps_sent() const { return steps_sent_; }
+  // Steps are missing, and the server doesn't have them: this standby came too late.
+  bool is_lost() const { return futile_s_ > kPatience_s; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr double kPatience_s = 5;
+  void ask(double passed_s);
+
+  ServerEndpoints& endpoints_;
+  std::uint64_t client_ = 0;
+  std::optional<std::uint64_t> epoch_;
+  std::map<std::uint64_t, StepRecord> steps_;  // that wait for those before them
+  std::uint64_t next_step_ = 1, newest_step_ = 0, steps_sent_ = 0;
+  bool heard_ = false;
+  double silence_s_ = 0, futile_s_ = 0;
+  std::uint64_t wanted_ = 0;
+  std::optional<Clock::time_point> looked_;
+  Clock::time_point asked_{};
+};
+
+}  // namespace sectio

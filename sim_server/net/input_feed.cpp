@@ -1,0 +1,52 @@
+#include "sim_server/net/input_feed.h"
+
+#include <algorithm>
+
+namespace sectio {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+constexpr std::ptrdiff_t kStepsAtOnce = 512;
+
+}  // namespace
+
+bool InputFeed::standby_is_there() const {
+  return standby_heard_ && Seconds(Clock::now() - *standby_heard_).count() < kPresence_s;
+}
+
+void InputFeed::write(std::vector<StepRecord> steps) {
+  written_ = Clock::now();
+  if (!endpoints_.write(StepInputs{epoch_, newest_step_, std::move(steps)}))
+    log_limited(LogLevel::warning, "step inputs", "DDS refused to send inputs to a standby");
+}
+
+void InputFeed::send(std::span<const StepRecord> steps) {
+  if (standby_is_there())
+    for (const StepRecord& step : steps) write({step});
+  if (log_) return;
+  last_steps_.insert(last_steps_.end(), steps.begin(), steps.end());
+  while (last_steps_.size() > kSteps) last_steps_.pop_front();
+}
+
+std::vector<StepRecord> InputFeed::past_from(std::uint64_t first_step) const {
+  if (log_) return log_->read_from(first_step, most_bytes_);
+  if (last_steps_.empty() || first_step < last_steps_.front().step) return {};
+  const auto from = std::ranges::lower_bound(last_steps_, first_step, {}, &StepRecord::step);
+  const auto count = std::min<std::ptrdiff_t>(last_steps_.end() - from, kStepsAtOnce);
+  return {from, from + count};
+}
+
+void InputFeed::serve() {
+  std::optional<std::uint64_t> wanted;
+  while (const auto request = endpoints_.take<StepRequest>()) {
+    if (request->epoch != epoch_) continue;
+    standby_heard_ = Clock::now();
+    if (request->first_step > 0) wanted = std::min(wanted.value_or(request->first_step), request->first_step);
+  }
+  if (wanted)
+    if (std::vector<StepRecord> steps = past_from(*wanted); !steps.empty()) write(std::move(steps));
+  if (standby_is_there() && Seconds(Clock::now() - written_).count() >= kHeartbeat_s) write({});
+}
+
+}  // namespace sectio

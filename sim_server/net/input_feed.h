@@ -1,0 +1,49 @@
+// The inputs of a session on their way to a standby (net/follower.h). While one is there, every step's input goes out
+// before anything that the step has made, so that the standby knows at least as much as any viewer or hand. Network's
+// thread.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <optional>
+#include <span>
+
+#include "sim_server/net/server_endpoints.h"
+#include "sim_server/session/input_log.h"
+
+namespace sectio {
+
+class InputFeed {
+ public:
+  static constexpr double kPresence_s = 2;      // a standby that asks for nothing for longer has gone
+  static constexpr std::size_t kSteps = 4096;   // of the past that a server without a log has
+  static constexpr double kHeartbeat_s = 0.01;  // the server lives, whatever its simulation does
+
+  // `log`: where steps of the past are; null: only the last kSteps are kept. Endpoints and log outlive it.
+  InputFeed(ServerEndpoints& endpoints, std::uint64_t epoch, InputLog* log, std::size_t most_bytes)
+      : endpoints_(endpoints), epoch_(epoch), log_(log), most_bytes_(most_bytes) {}
+
+  // The steps that the outbox holds, before their outputs.
+  void send(std::span<const StepRecord> steps);
+  // Answers requests for steps of the past, and says that this server lives.
+  void serve();
+  // All outputs up to this step have been sent.
+  void sent(std::uint64_t step) { newest_step_ = step; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool standby_is_there() const;
+  void write(std::vector<StepRecord> steps);
+  std::vector<StepRecord> past_from(std::uint64_t first_step) const;
+
+  ServerEndpoints& endpoints_;
+  const std::uint64_t epoch_;
+  InputLog* const log_;
+  const std::size_t most_bytes_;
+  std::deque<StepRecord> last_steps_;  // without a log
+  std::uint64_t newest_step_ = 0;
+  std::optional<Clock::time_point> standby_heard_;
+  Clock::time_point written_{};
+};
+
+}  // namespace sectio

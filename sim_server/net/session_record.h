@@ -1,0 +1,46 @@
+// The record of a session: one file (MCAP) with everything that its server has sent, and the inputs of its steps. Tools
+// of others read it by the schemas in it, which are idl/; `sim_server replay` and `play` run its inputs again.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "common/dds/qos.h"
+#include "common/mcap/mcap_writer.h"
+#include "common/messages/codec.h"
+#include "sim_server/session/input_log.h"
+
+namespace sectio {
+
+class SessionRecord {
+ public:
+  // Throws InputError when the file can't be written.
+  SessionRecord(const std::string& path, const InputLogHeader& header);
+
+  // Messages that follow are of this simulated time, which ascends. One thread, here and below.
+  void set_time(double sim_time_s) { time_ns_ = static_cast<std::uint64_t>(1e9 * sim_time_s); }
+  double time_s() const { return 1e-9 * static_cast<double>(time_ns_); }
+
+  template <class Message>
+  void add(const Message& message) {
+    add(qos_of<Message>(), encode(message));
+  }
+
+  // A word about why the record ends here, once; nothing while it goes on.
+  std::optional<std::string> take_fault();
+
+ private:
+  static constexpr std::size_t kRecordChunkBytes = 1u << 18;  // written in a millisecond: the hand waits meanwhile
+
+  void add(const TopicQos& topic, const std::vector<std::uint8_t>& bytes);
+
+  std::string path_;
+  McapWriter writer_;
+  std::map<std::string, std::uint16_t> channels_;  // by topic
+  std::uint64_t time_ns_ = 0;
+  bool is_full_ = false, told_ = false;
+};
+
+}  // namespace sectio

@@ -1,0 +1,82 @@
+// The journal of inputs: a file with the inputs of every step of a session, from which the session can be run again,
+// bit for bit. Each record has a checksum; what a torn or damaged file holds before the damage is read. A record of a
+// session (--record, MCAP) holds the same inputs, and is read likewise.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/mcap/mcap_reader.h"
+#include "common/messages/inputs.h"
+
+namespace sectio {
+
+// The beginning of a file says enough of its session to begin it again.
+struct InputLogHeader {
+  std::string scene;                // the file, with its whole path
+  std::vector<std::string> bodies;  // of this server
+  std::uint64_t state_hash = 0;     // before the first step
+};
+
+std::string to_json(const InputLogHeader& header);
+
+// A record holds the header as metadata under this name and key, and the inputs on this topic.
+constexpr const char* kRecordMetadata = "sectio";
+constexpr const char* kRecordHeader = "session";
+constexpr const char* kInputTopic = "step_inputs";
+
+// DIRECTORY/inputs
+std::string input_log_path(const std::string& directory);
+bool is_input_log(const std::string& path);  // or a record
+
+class InputLogReader {
+ public:
+  // Throws InputError "PATH: why" when it is no journal of inputs.
+  explicit InputLogReader(const std::string& path);
+
+  const InputLogHeader& header() const { return header_; }
+  // The next record, which holds one step; nothing at the end and where the file is damaged.
+  std::optional<StepInputs> next();
+  // After the last record: where the whole part ends, and a word about the rest; empty when there is none.
+  std::uint64_t whole_bytes() const { return at_; }
+  std::string damage() const;
+
+ private:
+  void open_record();
+  std::optional<std::vector<std::uint8_t>> read();
+
+  std::string path_;
+  std::unique_ptr<McapReader> record_;  // null: a journal
+  std::ifstream file_;
+  std::uint64_t size_ = 0, at_ = 0;
+  std::optional<McapReader::Message> pending_;
+  bool broken_ = false;  // or at its end
+  InputLogHeader header_;
+};
+
+// Writes every step at once, so that it survives the end of the program, and has a thread of its own that brings the
+// file to the disk once a second, so that no more is lost when the machine dies.
+class InputLog {
+ public:
+  // A new file; throws InputError when it can't be written.
+  InputLog(const std::string& path, const InputLogHeader& header);
+  // Goes on with a file of which so much is whole.
+  InputLog(const std::string& path, std::uint64_t whole_bytes);
+  ~InputLog();
+
+  // Nothing, or a word about why this step and those that follow are not kept: said once. Simulation's thread.
+  std::optional<std::string> append(const StepInputs& one_step);
+
+  // The records from a step on, as many as fit about `most_bytes`; none when they are not kept. One thread, any one.
+  std::vector<StepRecord> read_from(std::uint64_t first_step, std::size_t most_bytes);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

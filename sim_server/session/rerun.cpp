@@ -1,0 +1,40 @@
+#include "sim_server/session/rerun.h"
+
+#include "common/core/report_figures.h"
+#include "sim_server/session/step_record.h"
+
+namespace sectio {
+
+Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& after, std::uint64_t last_step) {
+  Rerun result;
+  const auto differs = [&](const std::string& why) {
+    result.difference = "step " + std::to_string(result.steps + 1) + ": " + why;
+    return result;
+  };
+  if (reader.header().state_hash != state_hash_of(simulation)) return differs("the scene before it differs");
+  while (result.steps < last_step) {
+    const std::optional<StepInputs> inputs = reader.next();
+    if (!inputs) break;
+    const StepRecord& record = inputs->steps.front();
+    if (record.step != result.steps + 1) return differs("it is not in the file");
+    if (const std::string why = difference(record, simulation); !why.empty()) return differs(why);
+    after(*inputs, simulation.step(input_of(record)));
+    result.steps = record.step;
+    result.last_epoch = inputs->epoch;
+  }
+  return result;
+}
+
+std::string rerun_report(InputLogReader& reader, Simulation& simulation, bool& same) {
+  const Rerun run = rerun(reader, simulation, [](const StepInputs&, const StepOutput&) {});
+  same = run.difference.empty();
+  std::string lines = std::to_string(run.steps) + " steps\n";
+  if (!same) lines += "differs from the recorded session at " + run.difference + "\n";
+  if (!reader.damage().empty()) lines += reader.damage() + "\n";
+  for (std::uint32_t b = 0; b < simulation.body_count(); ++b)
+    lines += simulation.body(b).name + ": revision " + std::to_string(simulation.mesh(b).revision()) +
+             ", topology hash " + hash_text(simulation.mesh(b).hash()) + "\n";
+  return lines;
+}
+
+}  // namespace sectio

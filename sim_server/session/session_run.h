@@ -1,0 +1,63 @@
+// A session as it runs: a simulation, what it leaves behind, and the journal of its inputs, from which it can go on.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim_server/session/input_log.h"
+#include "sim_server/session/recorder.h"
+#include "sim_server/session/run_files.h"
+#include "sim_server/session/step_record.h"
+#include "sim_server/simulation.h"
+
+namespace sectio {
+
+class SessionRun {
+ public:
+  // `scene`: filled (prepare/fill_volumes.h), and outlives the run. With a directory: leaves there what Recorder does,
+  // and the journal of inputs. Throws InputError when it can't be written.
+  SessionRun(const Scene& scene, const std::string& directory);
+
+  // A session that goes on from a journal of inputs, which is run again: from its end or, in another directory, from an
+  // earlier step on.
+  struct Past {
+    std::string directory;
+    std::uint64_t last_step = ~std::uint64_t{0};
+  };
+  // `last_epoch`: the one that the session had last; nothing when it had not begun. Throws InputError when it is the
+  // journal of another scene or of another version.
+  static std::unique_ptr<SessionRun> resumed(const Scene& scene, const Past& past, const std::string& directory,
+                                             std::optional<std::uint64_t>& last_epoch);
+
+  // Runs one step: the input is kept before. `record`: what others need to run it, too. The output is valid until the
+  // next step.
+  StepRecord begin_step(std::uint64_t epoch, const StepInput& input);
+  const StepOutput& step(const StepInput& input) { return simulation_.step(input); }
+  void end_step(const StepOutput& output, double step_wall_time_s);
+
+  // Words about what could not be kept since the last call; each is in the log and in the report, too.
+  std::vector<std::string> take_faults();
+
+  std::uint64_t steps() const { return steps_; }  // that have been run
+  Simulation& simulation() { return simulation_; }
+  Recorder& recorder() { return recorder_; }
+  // The beginning of its journal: the simulation as it was before the first step.
+  const InputLogHeader& header() const { return header_; }
+  InputLog* inputs() { return inputs_.get(); }  // null: they are not kept
+
+ private:
+  SessionRun(const Scene& scene, const std::string& directory, bool fresh);
+  void keep(const StepInputs& one_step);
+
+  DirectoryLock lock_;
+  Simulation simulation_;
+  Recorder recorder_;
+  InputLogHeader header_;
+  std::unique_ptr<InputLog> inputs_;
+  std::uint64_t steps_ = 0;
+  std::vector<std::string> faults_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,79 @@
+// A record of a session: run again, played for viewers, torn, and on a disk that is full.
+#include <filesystem>
+
+#include "tests/support/session_programs.h"
+
+namespace sectio {
+namespace {
+
+using test::Flags;
+using test::Process;
+
+class Record : public test::SessionPrograms {
+ protected:
+  std::unique_ptr<Process> recorded(Flags more) const {
+    more.insert(more.end(), {"--scene", kScene, "--play-traces", "--record", file("a.mcap"), "--export", file("out")});
+    return program("sim_server", in_session(more));
+  }
+  std::unique_ptr<Process> replay() const { return program("sim_server", {"replay", file("a.mcap")}); }
+};
+
+TEST_F(Record, is_run_again_and_played_with_the_hashes_of_its_session) {
+  const auto server = recorded({"--steps", "2500"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  const std::string hash = json("out/report.json")["bodies"][0]["topology_hash"];
+  EXPECT_GT(json("out/report.json")["bodies"][0]["revision"], 0);
+  const auto again = replay();
+  EXPECT_EQ(again->exit_code(), 0) << again->output();
+  EXPECT_NE(again->output().find("2500 steps"), std::string::npos) << again->output();
+  EXPECT_NE(again->output().find(hash), std::string::npos) << again->output();
+  const auto play =
+      program("sim_server", in_session({"play", file("a.mcap"), "--wait-for-viewers", "1", "--speed", "4"}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(play->exit_code(), 0) << play->output();
+  EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], hash);
+}
+
+TEST_F(Record, of_a_server_that_was_killed_is_read_as_far_as_it_is_whole) {
+  const auto server = recorded({});
+  ASSERT_TRUE(server->wait_for(": step ")) << server->output();
+  ASSERT_TRUE(server->wait_for_next(": step ")) << server->output();
+  ASSERT_TRUE(server->wait_for_next(": step ")) << server->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  const auto again = replay();
+  EXPECT_EQ(again->exit_code(), 0) << again->output();
+  EXPECT_EQ(again->output().find("\n0 steps"), std::string::npos) << again->output();
+  EXPECT_EQ(again->output().find("differs"), std::string::npos) << again->output();
+}
+
+TEST_F(Record, of_topology_alone_is_read_as_far_as_it_is_whole) {
+  const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("out")});
+  ASSERT_EQ(offline->exit_code(), 0) << offline->output();
+  const int revision = json("out/report.json")["bodies"][0]["revision"];
+  const std::string journal = file("out/journal");
+  std::filesystem::resize_file(journal, std::filesystem::file_size(journal) - 11);
+  const auto torn = program("sim_server", {"replay", journal});
+  EXPECT_EQ(torn->exit_code(), 3) << torn->output();
+  EXPECT_NE(torn->output().find(": truncated record: read as far as it is whole"), std::string::npos) << torn->output();
+  EXPECT_NE(torn->output().find("liver: revision " + std::to_string(revision - 1) + ","), std::string::npos)
+      << torn->output();
+}
+
+TEST_F(Record, ends_with_a_full_disk_and_the_session_goes_on) {
+  const std::string script = "ulimit -f 1200; trap '' XFSZ; exec \"$@\"";
+  Process server("/bin/sh", in_session({"-c", script, "sh", SECTIO_BIN_DIR "/sim_server", "--scene", kScene,
+                                        "--play-traces", "--wait-for-viewers", "1", "--record", file("a.mcap")}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server.exit_code(), 0) << server.output();
+  EXPECT_NE(server.output().find("a.mcap: the record ends here: is the disk full?"), std::string::npos)
+      << server.output();
+  EXPECT_EQ(std::filesystem::file_size(file("a.mcap")), 1200u * 512);
+  const auto again = replay();
+  EXPECT_EQ(again->exit_code(), 0) << again->output();
+}
+
+}  // namespace
+}  // namespace sectio

@@ -1,0 +1,102 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <random>
+
+#include "common/core/error.h"
+#include "common/mcap/mcap_reader.h"
+#include "common/mcap/mcap_writer.h"
+
+namespace sectio {
+namespace {
+
+class Mcap : public testing::Test {
+ protected:
+  ~Mcap() override { std::filesystem::remove(path); }
+
+  // Two topics in turn, in chunks of a few messages.
+  void write(std::uint64_t messages) {
+    McapWriter writer(path, 400);
+    writer.add_metadata("sectio", {{"session", "theatre"}, {"empty", ""}});
+    const auto numbers = writer.add_channel("numbers", "sectio::Number", "struct Number { octet n[3]; };");
+    const auto others = writer.add_channel("others", "sectio::Other", "");
+    for (std::uint64_t i = 0; i < messages; ++i) {
+      EXPECT_TRUE(writer.add(numbers, 1000 * i, content(i)));
+      EXPECT_TRUE(writer.add(others, 1000 * i, {}));
+    }
+    EXPECT_TRUE(writer.finish());
+  }
+  static std::vector<std::uint8_t> content(std::uint64_t i) {
+    return std::vector<std::uint8_t>(i % 50, static_cast<std::uint8_t>(i));
+  }
+  // Reads all; each message must be the one that was written.
+  std::uint64_t read(McapReader& reader) {
+    std::uint64_t count = 0;
+    while (const auto message = reader.next("numbers")) {
+      EXPECT_EQ(message->time_ns, 1000 * count);
+      EXPECT_EQ(message->bytes, content(count));
+      ++count;
+    }
+    return count;
+  }
+
+  std::string path = testing::TempDir() + "sectio_" + std::to_string(getpid()) + ".mcap";
+};
+
+TEST_F(Mcap, brings_back_what_was_written_in_order) {
+  write(1000);
+  EXPECT_TRUE(is_mcap(path));
+  McapReader reader(path);
+  EXPECT_EQ(read(reader), 1000u);
+  EXPECT_TRUE(reader.is_finished());
+  EXPECT_EQ(reader.metadata().at("sectio").at("session"), "theatre");
+  McapReader other(path);
+  std::uint64_t count = 0;
+  while (other.next("others")) ++count;
+  EXPECT_EQ(count, 1000u);
+}
+
+TEST_F(Mcap, of_every_prefix_what_is_whole_is_read) {
+  write(200);
+  std::uint64_t before = 200;
+  for (auto size = std::filesystem::file_size(path) - 1; size > 8; size -= std::min<std::uintmax_t>(size, 37)) {
+    std::filesystem::resize_file(path, size);
+    McapReader reader(path);
+    const std::uint64_t count = read(reader);
+    ASSERT_LE(count, before);
+    ASSERT_LE(reader.at(), size);
+    before = count;
+  }
+  EXPECT_EQ(before, 0u);
+  std::filesystem::resize_file(path, 5);
+  EXPECT_THROW(McapReader{path}, InputError);
+}
+
+TEST_F(Mcap, a_damaged_byte_never_yields_a_message_that_was_not_written) {
+  write(100);
+  const auto size = std::filesystem::file_size(path);
+  std::mt19937 random(7);
+  for (int i = 0; i < 2000; ++i) {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    const auto at = static_cast<std::streamoff>(8 + random() % (size - 8));
+    file.seekg(at);
+    const int byte = file.get();
+    file.seekp(at);
+    file.put(static_cast<char>(random()));
+    file.close();
+    McapReader reader(path);
+    std::uint64_t last = 0;
+    while (const auto message = reader.next("numbers")) {  // a chunk whose kind is damaged is a hole
+      ASSERT_GE(message->time_ns, last);
+      ASSERT_EQ(message->bytes, content(message->time_ns / 1000)) << "byte " << at << " was damaged";
+      last = message->time_ns + 1;
+    }
+    file.open(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(at);
+    file.put(static_cast<char>(byte));
+  }
+}
+
+}  // namespace
+}  // namespace sectio
