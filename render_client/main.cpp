@@ -217,7 +217,7 @@ int view(Options options) {
   Screen screen(options);
   const double patience_s = options.duration_s > 0 ? options.duration_s : kForEver_s;
   if (!find_session(options.network, patience_s, [] { return stop_requested != 0; })) return 1;
-  ClientNet net(options.network);
+  ClientNet net(options.network, options.name.substr(0, kMaxNameBytes));
   World world;
   Frame frame;
   ViewRecord record;

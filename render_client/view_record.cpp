@@ -28,6 +28,8 @@ void ViewRecord::add(double now_s, double draw_time_s, const Frame& frame, bool 
   last_s_ = now_s;
   ++pictures_;
   if (!is_new) return;
+  if (states_ > 0) max_state_gap_s_ = std::max(max_state_gap_s_, now_s - last_state_s_);
+  last_state_s_ = now_s;
   ++states_;
   last_step_ = frame.step;
   max_tip_depth_m_ = std::max(max_tip_depth_m_, visible_tip_depth_m(frame));
@@ -66,6 +68,7 @@ std::string ViewRecord::json(const std::string& name, const World& world, const 
   report["median_frame_time_s"] = quantile(intervals_s_, 0.5);
   report["p99_frame_time_s"] = quantile(intervals_s_, 0.99);
   report["max_gap_s"] = max_gap_s_;
+  report["max_state_gap_s"] = max_state_gap_s_;
   report["median_draw_time_s"] = quantile(draw_times_s_, 0.5);
   report["p99_draw_time_s"] = quantile(draw_times_s_, 0.99);
   report["max_visible_tip_depth_m"] = max_tip_depth_m_;

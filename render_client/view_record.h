@@ -34,6 +34,7 @@ class ViewRecord {
   double begun_s_ = 0;
   double last_s_ = 0;
   double max_gap_s_ = 0;
+  double last_state_s_ = 0, max_state_gap_s_ = 0;
   double max_tip_depth_m_ = 0;
   std::vector<double> intervals_s_;
   std::vector<double> draw_times_s_;

@@ -3,9 +3,10 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <memory>
 #include <mutex>
+
+#include "common/core/wall_time.h"
 
 namespace sectio {
 namespace {
@@ -23,10 +24,6 @@ struct Logger {
 Logger& logger() {
   static Logger instance;
   return instance;
-}
-
-double steady_now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace

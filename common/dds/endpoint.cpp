@@ -7,6 +7,8 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "common/dds/parts.h"
 
@@ -76,14 +78,29 @@ void set_common(Qos& qos, const TopicQos& topic, std::int32_t depth) {
   qos.data_sharing().off();
 }
 
-constexpr std::int32_t kLeastReaderDepth = 16;  // the newest sample of each server of a session
+std::string channel_partition(const Participant::Parts& parts, const std::string& channel) {
+  return channel.empty() ? parts.partition : parts.partition + "/" + channel;
+}
+
+dds::Publisher* publisher_of(Participant::Parts& parts, const std::string& channel) {
+  dds::Publisher*& publisher = parts.publishers[channel];
+  if (publisher == nullptr) {
+    dds::PublisherQos qos;
+    qos.partition().push_back(channel_partition(parts, channel).c_str());
+    publisher = parts.participant->create_publisher(qos);
+  }
+  return publisher;
+}
 
 }  // namespace
 
 struct SampleWriter::Core {
+  struct Channel {
+    dds::Publisher* publisher = nullptr;
+    dds::DataWriter* writer = nullptr;
+  };
   const Peers* peers = nullptr;
-  dds::Publisher* publisher = nullptr;
-  dds::DataWriter* writer = nullptr;
+  std::vector<Channel> channels;  // one, when the topic has none by name
   std::uint32_t max_bytes = 0;
 };
 
@@ -94,36 +111,44 @@ SampleWriter::SampleWriter(Participant& participant, const TopicQos& topic) : co
   qos.durability().kind = topic.reliable ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.reliability().max_blocking_time = duration(0.1);
-  qos.reliable_writer_qos().times.heartbeatPeriod = duration(kHeartbeat_s);
-  qos.reliable_writer_qos().times.nackResponseDelay = duration(0);
-  qos.reliable_writer_qos().times.nackSupressionDuration = duration(0);
-  *core_ = {&parts.peers, parts.publisher, parts.publisher->create_datawriter(topic_of(parts, topic), qos),
-            topic.max_bytes};
-  if (core_->writer == nullptr) throw std::runtime_error(std::string("DDS refuses to write ") + topic.name);
+  qos.reliable_writer_qos().times.heartbeatPeriod = duration(topic.repair.heartbeat_s);
+  qos.reliable_writer_qos().times.nackResponseDelay = duration(topic.repair.nack_response_s);
+  qos.reliable_writer_qos().times.nackSupressionDuration = duration(topic.repair.nack_suppression_s);
+  qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
+  *core_ = {&parts.peers, {}, topic.max_bytes};
+  std::vector<std::string> names(topic.channels.begin(), topic.channels.end());
+  if (names.empty()) names = {""};
+  for (const std::string& name : names) {
+    dds::Publisher* publisher = publisher_of(parts, name);
+    dds::DataWriter* writer = publisher ? publisher->create_datawriter(topic_of(parts, topic), qos) : nullptr;
+    if (writer == nullptr) throw std::runtime_error(std::string("DDS refuses to write ") + topic.name);
+    core_->channels.push_back({publisher, writer});
+  }
 }
 
 SampleWriter::~SampleWriter() {
-  if (core_) core_->publisher->delete_datawriter(core_->writer);
+  if (!core_) return;
+  for (const Core::Channel& channel : core_->channels) channel.publisher->delete_datawriter(channel.writer);
 }
 
 SampleWriter::SampleWriter(SampleWriter&&) noexcept = default;
 
-bool SampleWriter::write(const Bytes& bytes) {
-  return bytes.size() <= core_->max_bytes && core_->writer->write(const_cast<Bytes*>(&bytes));
+bool SampleWriter::write(const Bytes& bytes, std::size_t channel) {
+  return bytes.size() <= core_->max_bytes && core_->channels[channel].writer->write(const_cast<Bytes*>(&bytes));
 }
 
-std::uint32_t SampleWriter::readers() const {
+std::uint32_t SampleWriter::readers(std::size_t channel) const {
   dds::PublicationMatchedStatus status;
-  core_->writer->get_publication_matched_status(status);
+  core_->channels[channel].writer->get_publication_matched_status(status);
   return static_cast<std::uint32_t>(status.current_count);
 }
 
 std::uint32_t SampleWriter::lost_readers() const {
-  return core_->peers->lost_readers(core_->writer);
+  return core_->peers->lost_readers(core_->channels.front().writer);
 }
 
 bool SampleWriter::wait_for_acknowledgments(double timeout_s) {
-  return core_->writer->wait_for_acknowledgments(duration(timeout_s)) == ReturnCode_t::RETCODE_OK;
+  return core_->channels.front().writer->wait_for_acknowledgments(duration(timeout_s)) == ReturnCode_t::RETCODE_OK;
 }
 
 struct SampleReader::Core {
@@ -134,9 +159,9 @@ struct SampleReader::Core {
 SampleReader::SampleReader(Participant& participant, const TopicQos& topic) : core_(std::make_unique<Core>()) {
   Participant::Parts& parts = participant.parts();
   dds::DataReaderQos qos;
-  set_common(qos, topic, std::max(topic.depth, kLeastReaderDepth));
+  set_common(qos, topic, std::max(topic.depth, topic.reader_depth));
   qos.durability().kind = topic.late_joiners ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
-  qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(kHeartbeatResponse_s);
+  qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(topic.repair.response_s);
   *core_ = {parts.subscriber, parts.subscriber->create_datareader(topic_of(parts, topic), qos)};
   if (core_->reader == nullptr) throw std::runtime_error(std::string("DDS refuses to read ") + topic.name);
 }
@@ -150,7 +175,10 @@ SampleReader::SampleReader(SampleReader&&) noexcept = default;
 bool SampleReader::take(Bytes& bytes) {
   dds::SampleInfo info;
   while (core_->reader->take_next_sample(&bytes, &info) == ReturnCode_t::RETCODE_OK)
-    if (info.valid_data) return true;
+    if (info.valid_data) {
+      std::copy_n(rtps::GUID_t(info.publication_handle).guidPrefix.value, sender_.size(), sender_.begin());
+      return true;
+    }
   return false;
 }
 
@@ -158,6 +186,15 @@ std::uint32_t SampleReader::writers() const {
   dds::SubscriptionMatchedStatus status;
   core_->reader->get_subscription_matched_status(status);
   return static_cast<std::uint32_t>(status.current_count);
+}
+
+void Participant::hear(const std::vector<std::string>& channels) {
+  dds::SubscriberQos qos;
+  parts_->subscriber->get_qos(qos);
+  qos.partition().clear();
+  qos.partition().push_back(channel_partition(*parts_, "").c_str());
+  for (const std::string& channel : channels) qos.partition().push_back(channel_partition(*parts_, channel).c_str());
+  parts_->subscriber->set_qos(qos);
 }
 
 }  // namespace sectio

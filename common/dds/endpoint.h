@@ -24,8 +24,8 @@ class SampleWriter {
 
   // Synchronous: when it returns, best-effort samples are in the socket. False when the sample was refused: too large,
   // or by Fast DDS.
-  [[nodiscard]] bool write(const Bytes& bytes);
-  std::uint32_t readers() const;
+  [[nodiscard]] bool write(const Bytes& bytes, std::size_t channel = 0);
+  std::uint32_t readers(std::size_t channel = 0) const;
   std::uint32_t lost_readers() const;  // programs that fell silent without a word and have not come back
   // Until every matched reader has all samples that are still kept, or the time is over. True for the former.
   bool wait_for_acknowledgments(double timeout_s);
@@ -44,11 +44,13 @@ class SampleReader {
 
   // The next sample, oldest first; false when there is none. Never blocks.
   bool take(Bytes& bytes);
+  const ProgramId& sender() const { return sender_; }  // of the last one
   std::uint32_t writers() const;
 
  private:
   struct Core;
   std::unique_ptr<Core> core_;
+  ProgramId sender_{};
 };
 
 template <class Message>
@@ -56,7 +58,9 @@ class Writer : public SampleWriter {
  public:
   explicit Writer(Participant& participant) : SampleWriter(participant, qos_of<Message>()) {}
 
-  [[nodiscard]] bool write(const Message& message) { return SampleWriter::write(encode(message)); }
+  [[nodiscard]] bool write(const Message& message, std::size_t channel = 0) {
+    return SampleWriter::write(encode(message), channel);
+  }
 };
 
 template <class Message>

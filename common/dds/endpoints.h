@@ -7,12 +7,19 @@
 
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "common/core/log.h"
 #include "common/dds/endpoint.h"
+#include "common/messages/epoch_owners.h"
+#include "common/messages/inputs.h"
+#include "common/messages/session.h"
+#include "common/messages/topology.h"
 
 namespace sectio {
 
@@ -20,6 +27,13 @@ template <class... Messages>
 struct Reads {};
 template <class... Messages>
 struct Writes {};
+
+// A server writes it, and it says of which epoch it is. Requests say so, too: of whom they ask.
+template <class Message>
+concept FromServer = requires(const Message& message) {
+  message.epoch;
+}
+&&!std::is_same_v<Message, KeyframeRequest> && !std::is_same_v<Message, StepRequest>;
 
 template <class Reading, class Writing>
 class Endpoints;
@@ -31,14 +45,26 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   // Throws as Participant does.
   Endpoints(NetworkOptions options, std::string name)
       : options_(std::move(options)), name_(std::move(name)), now_(std::make_unique<Set>(options_, name_)) {}
+  Endpoints(const Endpoints&) = delete;
+  Endpoints& operator=(const Endpoints&) = delete;
 
+  // The next message, oldest first. Of a server's messages only those of a program that may speak for their epoch
+  // (epoch_owners.h), which the program knows when it reads SceneInfo, too; an end that comes before its scene waits.
   template <class Message>
   std::optional<Message> take() {
-    return std::get<Reader<Message>>(now_->readers).take();
+    if constexpr (kReadsScenes && FromServer<Message>)
+      return take_of_server<Message>();
+    else
+      return std::get<Reader<Message>>(now_->readers).take();
+  }
+  // The program that wrote the last one.
+  template <class Message>
+  const ProgramId& sender() const {
+    return std::get<Reader<Message>>(now_->readers).sender();
   }
   template <class Message>
-  [[nodiscard]] bool write(const Message& message) {
-    return writer<Message>().write(message);
+  [[nodiscard]] bool write(const Message& message, std::size_t channel = 0) {
+    return writer<Message>().write(message, channel);
   }
   template <class Message>
   Writer<Message>& writer() {
@@ -49,6 +75,12 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     return std::get<Writer<Message>>(now_->writers);
   }
   Participant& participant() { return now_->participant; }
+
+  // Participant::hear(), also after a sleep.
+  void hear(std::vector<std::string> channels) {
+    now_->participant.hear(channels);
+    channels_ = std::move(channels);
+  }
 
   // Whether any endpoint of another program has been found.
   bool met() const {
@@ -74,6 +106,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
       auto fresh = std::make_unique<Set>(options_, name_);
       damaged_before_ = damaged();
       former_ = std::exchange(now_, std::move(fresh));
+      if (channels_) now_->participant.hear(*channels_);
     } catch (const std::exception& error) {
       log_limited(LogLevel::warning, "renew",
                   std::string("was asleep, and can't join the session anew: ") + error.what());
@@ -84,6 +117,47 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   }
 
  private:
+  static constexpr bool kReadsScenes = (std::is_same_v<R, SceneInfo> || ...);
+  static constexpr std::size_t kMostWaiting = 16;
+  template <class Message>
+  using Waiting = std::vector<std::pair<ProgramId, Message>>;
+
+  template <class Message>
+  std::optional<Message> take_of_server() {
+    Reader<Message>& reader = std::get<Reader<Message>>(now_->readers);
+    constexpr bool kWaits = std::is_same_v<Message, SceneInfo> || std::is_same_v<Message, SessionEnd>;
+    if constexpr (kWaits)
+      if (auto message = take_waiting(std::get<Waiting<Message>>(waiting_))) return message;
+    while (auto message = reader.take()) {
+      if constexpr (std::is_same_v<Message, SceneInfo>) owners_.announce(message->epoch, reader.sender());
+      if (owners_.owns(message->epoch, reader.sender())) return message;
+      if (owners_.knows(message->epoch))
+        log_limited(
+            LogLevel::warning, "impostor",
+            std::string("a program that didn't begin the session speaks in its server's name, and is not heard: ") +
+                qos_of<Message>().name);
+      if constexpr (kWaits) {
+        auto& waiting = std::get<Waiting<Message>>(waiting_);
+        waiting.emplace_back(reader.sender(), std::move(*message));
+        if (waiting.size() > kMostWaiting) waiting.erase(waiting.begin());
+      }
+    }
+    return std::nullopt;
+  }
+
+  // The first message that may be heard by now, of those that came before their scene, or while another program spoke
+  // for their epoch.
+  template <class Message>
+  std::optional<Message> take_waiting(Waiting<Message>& waiting) {
+    for (auto at = waiting.begin(); at != waiting.end(); ++at) {
+      if (!owners_.owns(at->second.epoch, at->first)) continue;
+      Message message = std::move(at->second);
+      waiting.erase(at);
+      return message;
+    }
+    return std::nullopt;
+  }
+
   struct Set {
     Set(const NetworkOptions& options, const std::string& name)
         : participant(options, name), readers(Reader<R>(participant)...), writers(Writer<W>(participant)...) {}
@@ -97,6 +171,9 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   std::string name_;
   std::unique_ptr<Set> former_, now_;
   std::uint64_t damaged_before_ = 0;
+  EpochOwners owners_{[this](const ProgramId& program) { return now_->participant.is_there(program); }};
+  std::tuple<Waiting<SceneInfo>, Waiting<SessionEnd>> waiting_;
+  std::optional<std::vector<std::string>> channels_;
 };
 
 }  // namespace sectio

@@ -25,7 +25,10 @@ namespace rtps = eprosima::fastrtps::rtps;
 namespace {
 
 constexpr std::size_t kMaxSessionBytes = 64;
-constexpr std::uint32_t kParticipantsPerHost = 16;  // whose discovery ports are tried on each peer
+// The programs of a host whose discovery ports are tried: on this host, and on each peer. Two programs meet when one of
+// them finds the other, and each try is a packet on the link.
+constexpr std::uint32_t kProgramsOnHost = 64;
+constexpr std::uint32_t kProgramsTriedOffHost = 16;
 
 void check_address(const std::string& flag, const std::string& address) {
   in_addr parsed{};
@@ -70,9 +73,9 @@ void prepare_process() {
 
 // Fast DDS counts the participants of a process up and derives the discovery port from the count, which would leave the
 // range that peers try once a process (a test) has made many.
-std::int32_t next_participant_id() {
+std::int32_t next_participant_id(std::uint32_t range) {
   static std::atomic<std::uint32_t> count{0};
-  return static_cast<std::int32_t>(count++ % kParticipantsPerHost);
+  return static_cast<std::int32_t>(count++ % range);
 }
 
 dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& name) {
@@ -80,12 +83,13 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   qos.name(name.c_str());
   const std::string announcement = to_user_data({options.protocol, options.session});
   qos.user_data().data_vec({announcement.begin(), announcement.end()});
-  qos.wire_protocol().participant_id = next_participant_id();
+  const std::uint32_t tried = options.off_host() ? kProgramsTriedOffHost : kProgramsOnHost;
+  qos.wire_protocol().participant_id = next_participant_id(tried);
 
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->receiveBufferSize = kSocketBufferBytes;
   udp->sendBufferSize = kSocketBufferBytes;
-  udp->maxInitialPeersRange = kParticipantsPerHost;
+  udp->maxInitialPeersRange = tried;
   udp->interfaceWhiteList = options.interfaces;
   if (!options.off_host()) udp->interfaceWhiteList = {"127.0.0.1"};
   if (options.off_host()) udp->maxMessageSize = kMaxDatagramOffHostBytes;
@@ -95,8 +99,9 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   qos.transport().send_socket_buffer_size = kSocketBufferBytes;
 
   auto& builtin = qos.wire_protocol().builtin;
-  builtin.discovery_config.leaseDuration = duration(kParticipantLease_s);
-  builtin.discovery_config.leaseDuration_announcementperiod = duration(kAnnouncement_s);
+  const Lease& lease = options.off_host() ? kLeaseOffHost : kLeaseOnHost;
+  builtin.discovery_config.leaseDuration = duration(lease.duration_s);
+  builtin.discovery_config.leaseDuration_announcementperiod = duration(lease.announcement_s);
   builtin.discovery_config.initial_announcements.count = 10;
   builtin.discovery_config.initial_announcements.period = duration(0.05);
   std::vector<std::string> peers = options.peers;
@@ -132,7 +137,8 @@ std::string partition_of(const NetworkOptions& options) {
 
 Participant::Participant(const NetworkOptions& options, const std::string& name)
     : parts_(std::make_unique<Parts>(Announcement{options.protocol, options.session})),
-      sleep_watch_(kParticipantLease_s - 2 * kAnnouncement_s) {
+      sleep_watch_((options.off_host() ? kLeaseOffHost : kLeaseOnHost).duration_s -
+                   2 * (options.off_host() ? kLeaseOffHost : kLeaseOnHost).announcement_s) {
   check_network_options(options);
   prepare_process();
   auto* factory = dds::DomainParticipantFactory::get_instance();
@@ -141,14 +147,13 @@ Participant::Participant(const NetworkOptions& options, const std::string& name)
                                                     dds::StatusMask::publication_matched());
   if (parts_->participant == nullptr)
     throw InputError("--domain " + std::to_string(options.domain) + ": no DDS participant can be opened on it");
-  dds::PublisherQos publisher_qos;
-  publisher_qos.partition().push_back(partition_of(options).c_str());
-  parts_->publisher = parts_->participant->create_publisher(publisher_qos);
-  dds::SubscriberQos subscriber_qos;
-  subscriber_qos.partition().push_back(partition_of(options).c_str());
-  parts_->subscriber = parts_->participant->create_subscriber(subscriber_qos);
-  if (parts_->publisher == nullptr || parts_->subscriber == nullptr)
-    throw InputError("--session " + options.session + ": DDS refuses it");
+  parts_->partition = partition_of(options);
+  dds::SubscriberQos qos;
+  qos.partition().push_back(parts_->partition.c_str());
+  for (const char* channel : {kStateChannels.front(), kKeyframeChannels.front(), kDeltaChannels.front()})
+    qos.partition().push_back((parts_->partition + "/" + channel).c_str());
+  parts_->subscriber = parts_->participant->create_subscriber(qos);
+  if (parts_->subscriber == nullptr) throw InputError("--session " + options.session + ": DDS refuses it");
 }
 
 Participant::~Participant() {
@@ -159,6 +164,10 @@ Participant::~Participant() {
 
 bool Participant::off_host() const {
   return parts_->off_host;
+}
+
+bool Participant::is_there(const ProgramId& program) const {
+  return parts_->peers.is_there(program);
 }
 
 std::vector<Peer> Participant::peers() const {

@@ -9,6 +9,7 @@
 
 #include "common/core/sleep_watch.h"
 #include "common/dds/announcement.h"
+#include "common/messages/epoch_owners.h"
 #include "common/messages/protocol.h"
 
 namespace sectio {
@@ -53,9 +54,16 @@ class Participant {
   // The programs of this project in the domain, whatever their session. Any thread.
   std::vector<Peer> peers() const;
 
+  // Whether a program is in the domain and has not been dropped. Any thread.
+  bool is_there(const ProgramId& program) const;
+
   // The program slept until its lease had run out. The other programs have dropped it, and Fast DDS takes seconds to
   // make up for that, or never does. A new participant is there at once.
   bool overslept() const { return sleep_watch_.overslept(); }
+
+  // The readers of this participant hear these channels from now on, of the topics that have any (qos.h): the first of
+  // each topic until it is called. The thread that reads.
+  void hear(const std::vector<std::string>& channels);
 
   struct Parts;  // endpoint.cpp
   Parts& parts() { return *parts_; }

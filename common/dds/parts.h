@@ -5,6 +5,9 @@
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
+#include <map>
+#include <string>
+
 #include "common/dds/participant.h"
 #include "common/dds/peers.h"
 
@@ -15,7 +18,8 @@ struct Participant::Parts {
 
   Peers peers;
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
-  eprosima::fastdds::dds::Publisher* publisher = nullptr;
+  std::string partition;
+  std::map<std::string, eprosima::fastdds::dds::Publisher*> publishers;  // by channel
   eprosima::fastdds::dds::Subscriber* subscriber = nullptr;
   bool off_host = false;
 };

@@ -34,6 +34,13 @@ std::uint32_t Peers::lost_readers(const DataWriter* writer) const {
   return static_cast<std::uint32_t>(std::ranges::count_if(readers.gone, is_away));
 }
 
+bool Peers::is_there(const ProgramId& program) const {
+  Prefix prefix;
+  std::ranges::copy(program, prefix.value);
+  const std::lock_guard lock(mutex_);
+  return peers_.contains(prefix);
+}
+
 std::vector<Peer> Peers::known() const {
   const std::lock_guard lock(mutex_);
   std::vector<Peer> result;

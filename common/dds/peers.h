@@ -27,6 +27,8 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
   // participant of the same name.
   std::uint32_t lost_readers(const DataWriter* writer) const;
 
+  bool is_there(const ProgramId& program) const;
+
   // Programs of this project that are there now.
   std::vector<Peer> known() const;
 

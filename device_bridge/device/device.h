@@ -9,8 +9,8 @@ namespace sectio {
 struct DeviceLimits {
   double damping_n_s_per_m = 0.5;  // of the device itself when no hand holds it
   double largest_force_n = 10;
-  double slew_n_per_s = 5000;  // the fastest change of its force
-  double rate_hz = 1000;       // of the loop that drives it
+  double slew_n_per_s = 500;  // the fastest change of its force while the hand rests
+  double rate_hz = 1000;      // of the loop that drives it
 };
 
 // Used by the servo thread only; neither call allocates, locks or waits.

@@ -16,6 +16,7 @@
 #include "common/dds/endpoints.h"
 #include "common/messages/contact.h"
 #include "common/messages/session.h"
+#include "common/messages/speaker.h"
 #include "common/messages/tool.h"
 #include "device_bridge/net/strongest_contact.h"
 #include "device_bridge/servo/ring.h"
@@ -106,6 +107,7 @@ class Messenger {
 
   void take_scenes() {
     while (const auto scene = endpoints_.take<SceneInfo>()) {
+      strongest_.announce(*scene);
       if (packet_.tool_id < scene->tools.size()) continue;
       std::string tools;
       for (std::size_t i = 0; i < scene->tools.size(); ++i)
@@ -120,15 +122,15 @@ class Messenger {
     while (const auto contact = endpoints_.take<ContactMessage>())
       if (contact->model.tool_id == packet_.tool_id && strongest_.feel(steady_now_s(), *contact))
         handover_.newest.store(strongest_.model());
-    while (const auto end = endpoints_.take<SessionEnd>()) strongest_.end(end->epoch);
+    while (const auto end = endpoints_.take<SessionEnd>()) strongest_.end(steady_now_s(), end->epoch);
     if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
   }
 
-  // The source of wishes that started last, of several.
+  // The source of wishes that has begun, of several.
   void take_wishes() {
     while (const auto wish = endpoints_.take<ToolWish>()) {
-      if (wish->tool_id != packet_.tool_id ||
-          std::pair(wish->source, wish->sequence) <= std::pair(last_wish_.source, last_wish_.sequence))
+      if (wish->tool_id != packet_.tool_id || !wisher_.hears(wish->source, steady_now_s()) ||
+          (wish->source == last_wish_.source && wish->sequence <= last_wish_.sequence))
         continue;
       last_wish_ = *wish;
       handover_.wish.store(last_wish_);
@@ -140,6 +142,7 @@ class Messenger {
   ToolPacket packet_;
   StrongestContact strongest_;
   ToolWish last_wish_;
+  Speaker wisher_;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "common/messages/contact.h"
+#include "common/messages/session.h"
 
 namespace sectio {
 
@@ -15,11 +16,15 @@ class StrongestContact {
   static constexpr double kSilence_s =
       0.5;  // a server that is silent for longer has gone; models come every millisecond
 
-  // Takes over a model unless it is older than the last one of its server. True when the hand feels something new.
+  // Takes over a model unless it is older than the last one of its server, or of a server whose session another one has
+  // taken over (common/messages/epoch.h). True when the hand feels something new.
   bool feel(double now_s, const ContactMessage& contact);
   const ContactModel& model() const { return model_; }
 
-  void end(std::uint64_t epoch) { servers_[epoch].ended = true; }
+  // The bodies of a server. Another server that claims one of them isn't felt while this one speaks.
+  void announce(const SceneInfo& scene);
+
+  void end(double now_s, std::uint64_t epoch);
   // A server has ended its session, and no other server speaks any more.
   bool all_ended(double now_s) const;
 
@@ -29,7 +34,12 @@ class StrongestContact {
     double heard_s = -1e300;
     bool ended = false;
   };
-  std::map<std::uint64_t, Server> servers_;  // by epoch
+  bool is_rival(double now_s, std::uint64_t epoch) const;
+  bool is_ghost(std::uint64_t epoch) const;
+  void bury_before(std::uint64_t epoch);
+
+  std::map<std::uint64_t, Server> servers_;    // by epoch
+  std::map<std::uint64_t, SceneInfo> scenes_;  // likewise
   ContactModel model_;
 };
 

@@ -39,7 +39,8 @@ class ServoState {
   explicit ServoState(const ServoSpec& spec = {}) : spec_(spec), guard_(spec.guard) {}
 
   // `model`: the newest model if one has come since the last tick, else null. The tip is the origin of the tool's
-  // frame. A result that isn't finite becomes no force, and the model is forgotten.
+  // frame. A result that isn't finite becomes no force, and the model is forgotten. Whatever comes, the force on a
+  // hand at rest changes no faster than the device's slew; its own motion adds what the stiffest spring would.
   ServoRecord tick(double now_s, const Pose& pose_world, const ContactModel* model);
 
   // A tick at which nobody holds the instrument: the next pose goes on from no other one, which the hole in the
@@ -48,6 +49,7 @@ class ServoState {
 
  private:
   Vec3 filtered_velocity(double now_s, const Vec3& position_world_m);
+  double stiffest_n_per_m() const;
   ContactModel within_limits(ContactModel model) const;
 
   ServoSpec spec_;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "common/messages/epoch.h"
+
 namespace sectio {
 
 template <class Message>
@@ -22,7 +24,7 @@ void Gateway::feed(const SceneInfo& message) {
   copy_.announce(message);
   std::erase_if(newest_, [&](const auto& each) { return !copy_.knows(each.first.epoch); });
   post_all(LiveKind::scene, message);
-  if (message.epoch < tools_epoch_) return;
+  if (takes_over(tools_epoch_, message.epoch)) return;
   tools_epoch_ = message.epoch;
   std::vector<std::string> names;
   for (const ToolInfo& tool : message.tools) names.push_back(tool.name);
@@ -156,7 +158,8 @@ void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
 }
 
 void Gateway::send_keyframe(Client& client, const KeyframeRequest& request, double now_s) {
-  if (client.mailbox.holds_keyframe(request.epoch, request.body_id)) return;
+  // A socket is reliable and paces itself: the first request is answered with all chunks.
+  if (request.revision != kNoRevision || client.mailbox.holds_keyframe(request.epoch, request.body_id)) return;
   const std::vector<SharedBytes>& chunks = copy_.keyframe(request);
   if (chunks.empty()) return;
   const auto [sent_s, first] = client.keyframe_sent_s.try_emplace({request.epoch, request.body_id}, now_s);

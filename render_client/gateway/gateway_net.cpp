@@ -3,6 +3,7 @@
 #include "common/core/log.h"
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
+#include "common/messages/epoch.h"
 
 namespace sectio {
 
@@ -32,7 +33,7 @@ void GatewayNet::poll(Gateway& gateway) {
   w.endpoints.renew_after_sleep();
   while (const auto scene = w.endpoints.take<SceneInfo>()) {
     w.any_scene = true;
-    w.newest_epoch = std::max(w.newest_epoch, scene->epoch);
+    if (!takes_over(w.newest_epoch, scene->epoch)) w.newest_epoch = scene->epoch;
     gateway.feed(*scene);
   }
   if (!w.any_scene) return;  // the readers keep what comes before the scene
@@ -46,7 +47,7 @@ void GatewayNet::poll(Gateway& gateway) {
   w.pass_on<ServerStatus>(gateway);
   w.pass_on<ContactMessage>(gateway);
   while (const auto end = w.endpoints.take<SessionEnd>()) {
-    w.ended_epoch = std::max(w.ended_epoch, end->epoch);
+    if (!takes_over(w.ended_epoch, end->epoch)) w.ended_epoch = end->epoch;
     gateway.feed(*end);
   }
 }

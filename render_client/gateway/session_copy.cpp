@@ -1,10 +1,26 @@
 #include "render_client/gateway/session_copy.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "common/delta/keyframe.h"
+#include "common/messages/epoch.h"
 
 namespace sectio {
 
 void SessionCopy::announce(const SceneInfo& scene) {
+  const auto before =
+      std::ranges::find_if(servers_, [&](const auto& each) { return same_session(each.first, scene.epoch); });
+  if (before != servers_.end() && before->first > scene.epoch) return;  // a ghost
+  if (before != servers_.end() && before->first < scene.epoch) {
+    auto server = servers_.extract(before);
+    server.key() = scene.epoch;
+    server.mapped().replica.adopt(scene);
+    server.mapped().pull = {};
+    server.mapped().end.reset();
+    server.mapped().bodies.clear();  // their chunks name the server before
+    servers_.insert(std::move(server));
+  }
   const auto [at, is_new] = servers_.try_emplace(scene.epoch);
   Server& server = at->second;
   if (is_new)
@@ -29,7 +45,7 @@ void SessionCopy::feed(KeyframeChunk chunk) {
   const ReplicaBody& body = server.replica.bodies()[chunk.body_id];
   if (body.known() && chunk.revision <= body.mesh().revision()) return;
   const std::uint32_t body_id = chunk.body_id;
-  const auto bytes = server.assembler.add(std::move(chunk));
+  const auto bytes = server.pull.add(std::move(chunk));
   if (!bytes) return;
   server.replica.feed_keyframe(at->first, body_id, *bytes);
   server.replica.catch_up();
@@ -45,7 +61,7 @@ void SessionCopy::feed(const SessionEnd& end) {
 std::vector<KeyframeRequest> SessionCopy::take_requests(double now_s) {
   std::vector<KeyframeRequest> requests;
   for (auto& [epoch, server] : servers_) {
-    const auto some = server.replica.take_requests(now_s);
+    const auto some = keyframe_requests(server.replica, server.pull, now_s);
     requests.insert(requests.end(), some.begin(), some.end());
   }
   return requests;

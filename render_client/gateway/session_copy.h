@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/messages/chunks.h"
 #include "render_client/gateway/mailbox.h"
+#include "render_client/replica/keyframe_pull.h"
 #include "render_client/replica/replica.h"
 
 namespace sectio {
@@ -42,7 +42,7 @@ class SessionCopy {
   };
   struct Server {
     Replica replica;
-    KeyframeAssembler assembler;
+    KeyframePull pull;
     std::optional<SessionEnd> end;
     std::vector<Body> bodies;
   };

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <string>
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
+#include "render_client/net/link_meter.h"
 #include "render_client/replica/world.h"
 
 namespace sectio {
@@ -22,7 +24,7 @@ class ClientNet {
   static constexpr std::size_t kMaxEvents = 64;
 
   // Throws InputError for bad options.
-  explicit ClientNet(const NetworkOptions& options);
+  explicit ClientNet(const NetworkOptions& options, std::string name = "viewer");
   ~ClientNet();
 
   // Takes everything that has arrived since the last call, from every server of the session. A program that was asleep
@@ -35,6 +37,8 @@ class ClientNet {
 
  private:
   struct Wire;
+  void choose_channels(double now_s, const World& world, bool pulls);
+  void report(double now_s);
   template <class Message, class Use>
   void drain(const Use& use);
 
@@ -42,6 +46,19 @@ class ClientNet {
   std::unique_ptr<Wire> wire_;
   std::deque<SessionEvent> events_;
   std::uint64_t messages_ = 0;
+
+  std::string name_;
+  LinkMeter meter_;
+  const bool off_host_;
+  struct Channels {
+    std::size_t level = 0;  // of kStateRates_hz
+    bool keyframes = true, deltas = true;
+    bool operator==(const Channels&) const = default;
+  };
+  Channels channels_;         // that are heard
+  double joined_s_ = -1;      // when the scene was heard
+  double pulled_s_ = -1e300;  // when a keyframe was last wanted
+  double next_report_s_ = -1e300;
 };
 
 }  // namespace sectio

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sectio {
 
@@ -23,8 +24,34 @@ void Replica::extend(const SceneInfo& scene) {
   waiting_since_s_.reset();
 }
 
+void Replica::adopt(const SceneInfo& scene) {
+  if (scene.bodies.size() < bodies_.size() || scene.tools.size() != scene_->tools.size()) return reset(scene);
+  scene_->epoch = scene.epoch;
+  extend(scene);
+  headers_.clear();
+  waiting_since_s_.reset();
+  ended_ = false;
+  adopted_ = true;
+}
+
+// The last changes of the server before may be lost with it.
+void Replica::go_back_to(const StateHeader& header) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b].known() || bodies_[b].mesh().revision() <= header.bodies[b].revision) continue;
+    bodies_[b] = ReplicaBody();
+    recoveries_[b] = {};
+    drawn_step_.reset();
+  }
+}
+
+bool Replica::has_room() const {
+  std::size_t bytes = headers_.size() * largest_header_bytes_;
+  for (const ReplicaBody& body : bodies_) bytes += body.waiting_bytes();
+  return bytes < kMaxWaitingBytes;
+}
+
 void Replica::feed(DeltaMessage message) {
-  if (!is_of_this_server(message.epoch) || message.body_id >= bodies_.size()) return;
+  if (!is_of_this_server(message.epoch) || message.body_id >= bodies_.size() || !has_room()) return;
   bodies_[message.body_id].feed(std::move(message.delta), counts_);
 }
 
@@ -45,19 +72,23 @@ void Replica::feed(StateHeader header) {
   // A damaged step number would hide all steps that follow.
   const double expected_s = static_cast<double>(header.step) * scene_->step_s;
   if (std::abs(header.sim_time_s - expected_s) > scene_->step_s) return;
+  if (std::exchange(adopted_, false)) go_back_to(header);
   if (drawn_step_ && header.step <= *drawn_step_) return;
   const bool newest = headers_.empty() || header.step > headers_.rbegin()->first;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].expect(header.bodies[b], header.step);
     if (newest) recoveries_[b].wanted_revision = header.bodies[b].revision;
   }
+  std::size_t bytes = sizeof(StateHeader);
+  for (const BodyState& body : header.bodies) bytes += sizeof(BodyState) + body.pieces_sent.size();
+  largest_header_bytes_ = std::max(largest_header_bytes_, bytes);
   const std::uint64_t step = header.step;
   headers_.emplace(step, std::move(header));
-  if (headers_.size() > kMaxHeaders) headers_.erase(headers_.begin());
+  if (headers_.size() > kMaxHeaders || !has_room()) headers_.erase(headers_.begin());
 }
 
 void Replica::feed(StatePiece piece) {
-  if (!is_of_this_server(piece.epoch) || piece.body_id >= bodies_.size()) return;
+  if (!is_of_this_server(piece.epoch) || piece.body_id >= bodies_.size() || !has_room()) return;
   ReplicaBody& body = bodies_[piece.body_id];
   body.feed(std::move(piece));
 }
@@ -163,8 +194,11 @@ std::vector<KeyframeRequest> Replica::take_requests(double now_s) {
     if (!(at_once || late) || now_s < recovery.next_s) continue;
     recovery.next_s = now_s + recovery.interval_s;
     recovery.interval_s = std::min(2 * recovery.interval_s, kMaxRequestInterval_s);
-    requests.push_back(
-        {scene_->epoch, static_cast<std::uint32_t>(b), body.known() ? body.mesh().revision() : kNoRevision, 0});
+    KeyframeRequest request;
+    request.epoch = scene_->epoch;
+    request.body_id = static_cast<std::uint32_t>(b);
+    if (body.known()) request.known_revision = body.mesh().revision();
+    requests.push_back(request);
     ++counts_.requests;
   }
   return requests;

@@ -30,11 +30,15 @@ class Replica {
   static constexpr double kRequestInterval_s = 0.25;  // between requests for one body; doubles with each futile one
   static constexpr double kMaxRequestInterval_s = 4;
   static constexpr std::size_t kMaxHeaders = 64;
+  static constexpr std::size_t kMaxWaitingBytes = 64u << 20;  // of all messages that wait; more are dropped
 
   // Forgets everything and begins with this scene.
   void reset(const SceneInfo& scene);
   // Takes over a list of bodies that has grown by parts that came off. The bodies before them stay as they are.
   void extend(const SceneInfo& scene);
+  // Another server has taken this one's session over (common/messages/epoch.h): bodies, revisions and steps go on, and
+  // messages of the one before are ghosts. A body of which the new server doesn't know as much is begun anew.
+  void adopt(const SceneInfo& scene);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
   // Validated messages. Those of another epoch, and those about bodies that the scene doesn't have, are dropped.
@@ -53,6 +57,11 @@ class Replica {
   // Requests for keyframes that are due now; the caller fills in `client`.
   std::vector<KeyframeRequest> take_requests(double now_s);
 
+  // Whether the last call of take_requests() found that the body lacks a keyframe.
+  bool wants_keyframe(std::uint32_t body_id) const {
+    return body_id < recoveries_.size() && recoveries_[body_id].starved_since_s.has_value();
+  }
+
   // Applies everything at hand, drawn or not, and returns the versions that the bodies have reached: for the end of a
   // session.
   std::vector<BodyVersion> catch_up();
@@ -69,16 +78,20 @@ class Replica {
   };
 
   bool is_of_this_server(std::uint64_t epoch) const { return scene_ && scene_->epoch == epoch; }
+  bool has_room() const;
   bool reachable(const StateHeader& header) const;
   bool complete(const StateHeader& header) const;
   bool prepare(const StateHeader& header);
   void fill(const StateHeader& header, Frame& frame);
+  void go_back_to(const StateHeader& header);
 
   std::optional<SceneInfo> scene_;
   std::vector<ReplicaBody> bodies_;
   std::vector<Recovery> recoveries_;  // one a body
   bool ended_ = false;
+  bool adopted_ = false;                          // and no state of the new server has come yet
   std::map<std::uint64_t, StateHeader> headers_;  // newer than the last frame, by step
+  std::size_t largest_header_bytes_ = 0;          // so far
   std::optional<std::uint64_t> drawn_step_;
   std::optional<double> waiting_since_s_;  // since then a state newer than the last frame has been waiting
   ReplicaCounts counts_;

@@ -13,7 +13,7 @@ std::size_t edits(const TopologyDelta& delta) {
 // A state names a piece at most once a step, and a viewer looks several times a second.
 constexpr std::size_t kMaxExpectedSteps = 64;
 
-// Pieces of scalars for slots beyond those that the mesh has yet.
+// Pieces for slots beyond those that the mesh has yet.
 constexpr std::uint32_t kPiecesAhead = 64;
 
 }  // namespace
@@ -157,7 +157,9 @@ void ReplicaBody::follow(const TopologyDelta& delta) {
 }
 
 void ReplicaBody::expect(const BodyState& state, std::uint64_t step) {
-  for (std::uint32_t p = 0; p < piece_count(state.vertex_slots); ++p) {
+  // A body without a topology waits for all of its pieces anyway.
+  const std::uint32_t most = known_ ? piece_count(mesh_.vertex_slots()) + kPiecesAhead : 0;
+  for (std::uint32_t p = 0; p < std::min(most, piece_count(state.vertex_slots)); ++p) {
     if (!state.sent(p)) continue;
     std::vector<std::uint64_t>& steps = expected_[p];
     const auto at = std::lower_bound(steps.begin(), steps.end(), step);
@@ -230,6 +232,12 @@ void ReplicaBody::fill(BodyFrame& frame) const {
   }
   frame.positions_world_m = positions_world_m_;
   frame.scalars = scalars_.fields();
+}
+
+std::size_t ReplicaBody::waiting_bytes() const {
+  constexpr std::size_t kDeltaBytes = sizeof(TopologyDelta) + 64;
+  constexpr std::size_t kPieceBytes = sizeof(StatePiece) + 3 * 2 * kVerticesPerPiece + 64;
+  return deltas_.size() * kDeltaBytes + queued_edits_ * sizeof(VertexEdit) + pieces_.size() * kPieceBytes;
 }
 
 std::size_t ReplicaBody::bytes() const {

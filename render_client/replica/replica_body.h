@@ -64,6 +64,9 @@ class ReplicaBody {
   // The memory of topology and positions, without the messages that wait.
   std::size_t bytes() const;
 
+  // The memory of the messages that wait, to within a small factor.
+  std::size_t waiting_bytes() const;
+
   std::size_t queued_deltas() const { return deltas_.size(); }
   std::size_t queued_pieces() const { return pieces_.size(); }
 

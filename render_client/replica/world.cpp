@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/messages/epoch.h"
+
 namespace sectio {
 
 namespace {
@@ -39,12 +41,43 @@ World::Server* World::find(std::uint64_t epoch) const {
   return nullptr;
 }
 
+void World::adopt(Server& server, const SceneInfo& scene) {
+  server.former_epoch = server.epoch();
+  server.former_heard = false;
+  server.replica.adopt(scene);
+  server.pull = {};
+  server.end.reset();
+  server.heard = true;  // its silence begins now
+}
+
+// The server that has claimed the session says nothing.
+void World::give_back(Server& server, double now_s) {
+  if (server.former_heard && !server.end && server.is_silent(now_s)) {
+    SceneInfo scene = *server.replica.scene();
+    scene.epoch = server.former_epoch;
+    adopt(server, scene);
+  }
+}
+
+// True when the scene is that of a session that is known, in another term: it goes on, or the message is a ghost.
+bool World::hand_over(const SceneInfo& scene) {
+  for (const Servers* list : {&servers_, &claimants_})
+    for (const auto& server : *list) {
+      if (!same_session(server->epoch(), scene.epoch)) continue;
+      if (!takes_over(scene.epoch, server->epoch())) return true;
+      adopt(*server, scene);
+      return true;
+    }
+  return false;
+}
+
 void World::announce(const SceneInfo& scene) {
   if (Server* known = find(scene.epoch)) {
     known->replica.extend(scene);
     if (known->end) known->replica.feed(*known->end);  // it may have come before the bodies that it names
     return;
   }
+  if (hand_over(scene)) return;
   const bool taken =
       std::ranges::any_of(servers_, [&](const auto& server) { return collide(*server->replica.scene(), scene); });
   auto server = std::make_unique<Server>();
@@ -88,14 +121,17 @@ void World::feed(KeyframeChunk chunk) {
   if (body.known() && chunk.revision <= body.mesh().revision()) return;  // for another viewer
   const std::uint64_t epoch = chunk.epoch;
   const std::uint32_t body_id = chunk.body_id;
-  if (const auto bytes = server->assembler.add(std::move(chunk))) server->replica.feed_keyframe(epoch, body_id, *bytes);
+  if (const auto bytes = server->pull.add(std::move(chunk))) server->replica.feed_keyframe(epoch, body_id, *bytes);
 }
 
 void World::feed(StateHeader header) {
   if (Server* server = find(header.epoch)) {
     server->heard = true;
     server->replica.feed(std::move(header));
+    return;
   }
+  for (const auto& server : servers_)
+    if (server->former_epoch == header.epoch) server->former_heard = true;
 }
 
 void World::feed(StatePiece piece) {
@@ -151,6 +187,7 @@ bool World::frame(double now_s, Frame& frame) {
   for (const Servers* list : {&servers_, &claimants_})
     for (const auto& server : *list)
       if (std::exchange(server->heard, false)) server->heard_s = now_s;
+  for (const auto& server : servers_) give_back(*server, now_s);
   promote_claimants(now_s);
   for (const auto& server : servers_) {
     const bool is_new = server->replica.frame(now_s, server->frame);
@@ -191,7 +228,7 @@ std::vector<KeyframeRequest> World::take_requests(double now_s) {
   std::vector<KeyframeRequest> requests;
   for (const Servers* list : {&servers_, &claimants_})
     for (const auto& server : *list) {
-      const std::vector<KeyframeRequest> some = server->replica.take_requests(now_s);
+      const std::vector<KeyframeRequest> some = keyframe_requests(server->replica, server->pull, now_s);
       requests.insert(requests.end(), some.begin(), some.end());
     }
   return requests;
@@ -252,6 +289,16 @@ std::optional<SessionEnd> World::session_end() const {
     all.bodies.insert(all.bodies.end(), server->end->bodies.begin(), server->end->bodies.end());
   }
   return all;
+}
+
+bool World::knows_all_bodies() const {
+  return std::ranges::all_of(bodies(), [](const ReplicaBody* body) { return body->known(); });
+}
+
+std::size_t World::pulled_bytes() const {
+  std::size_t sum = 0;
+  for (const auto& server : servers_) sum += server->pull.bytes();
+  return sum;
 }
 
 ReplicaCounts World::counts() const {

@@ -5,6 +5,8 @@
 //    scene, takes that server's place once the newcomer can be drawn and the other server has ended or been silent for
 //    kSilence_s: until then the newcomer may be refused, or never begin. A server that lost its place gets it back in
 //    the same way.
+//  - A server that takes over the session of another (common/messages/epoch.h) has its place at once, and goes on with
+//    its bodies; when it falls silent while the former server still speaks, that one has it back.
 //  - Bodies stand in the order of the scene, those of one server together, parts that came off behind them.
 //  - A frame shows the newest state of every server; of one server it carries one step (replica.h). The first frame
 //    waits for a server for every body of the scene, but not longer than kGather_s.
@@ -20,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/messages/chunks.h"
+#include "render_client/replica/keyframe_pull.h"
 #include "render_client/replica/replica.h"
 
 namespace sectio {
@@ -63,18 +65,22 @@ class World {
   // The final versions of all bodies, once every server has announced its own.
   std::optional<SessionEnd> session_end() const;
 
+  bool knows_all_bodies() const;     // at some revision
+  std::size_t pulled_bytes() const;  // of keyframes that are coming
   ReplicaCounts counts() const;
   std::size_t bytes() const;  // of the topology and state of all bodies
 
  private:
   struct Server {
     Replica replica;
-    KeyframeAssembler assembler;
+    KeyframePull pull;
     Frame frame;
     bool drawn = false;
     bool heard = false;  // a state has come since the last frame
     double heard_s = -1e300;
     std::optional<SessionEnd> end;
+    std::uint64_t former_epoch = 0;  // of who had the session before
+    bool former_heard = false;       // and still sends states
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
     bool is_silent(double now_s) const { return now_s - heard_s > kSilence_s; }
@@ -82,6 +88,9 @@ class World {
   using Servers = std::vector<std::unique_ptr<Server>>;
 
   Server* find(std::uint64_t epoch) const;
+  bool hand_over(const SceneInfo& scene);
+  void adopt(Server& server, const SceneInfo& scene);
+  void give_back(Server& server, double now_s);
   void add_claimant(std::unique_ptr<Server> server);
   void show(std::unique_ptr<Server> server);
   void promote_claimants(double now_s);

@@ -50,8 +50,9 @@ BladeMotion BlockUnderBlade::motion(std::uint32_t tool, const Vec3& tip_world_m,
 CutPlan BlockUnderBlade::plan(std::span<const BladeMotion> motions) {
   std::vector<Entry> entries;
   for (const BladeMotion& m : motions)
-    if (!body_.cuts.stroke_of(m.edge_id)) entries.push_back({m.edge_id, nearest(m), Vec3::Constant(1.0 / 3)});
-  return body_.engines.cutting->plan(body_.shared(), body_.cuts, entries, motions);
+    if (!body_.engines.cutting->cut_point(body_.shared(), m.edge_id))
+      entries.push_back({m.edge_id, nearest(m), Vec3::Constant(1.0 / 3)});
+  return body_.engines.cutting->plan(body_.shared(), entries, motions);
 }
 
 CutPlan BlockUnderBlade::plan_to(double y_m, double z_m, bool lift) {

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,7 +10,7 @@
 
 namespace sectio::test {
 
-Process::Process(const std::string& program, const std::vector<std::string>& arguments) : name_(program) {
+Process::Process(const std::string& program, const std::vector<std::string>& arguments, int host) : name_(program) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
@@ -19,6 +20,7 @@ Process::Process(const std::string& program, const std::vector<std::string>& arg
   if (pid_ < 0) throw std::runtime_error("fork");
   if (pid_ == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (host >= 0 && setns(host, CLONE_NEWNET) != 0) _exit(126);
     dup2(ends[1], STDOUT_FILENO);
     dup2(ends[1], STDERR_FILENO);
     execv(argv[0], argv.data());

@@ -12,8 +12,9 @@ namespace sectio::test {
 
 class Process {
  public:
-  // Starts `program` with both of its outputs in one pipe. It dies with the test, whatever happens.
-  Process(const std::string& program, const std::vector<std::string>& arguments);
+  // Starts `program` with both of its outputs in one pipe, on a host of a VirtualNetwork if one is given. It dies with
+  // the test, whatever happens.
+  Process(const std::string& program, const std::vector<std::string>& arguments, int host = -1);
 
   ~Process();
   Process(const Process&) = delete;
@@ -32,6 +33,7 @@ class Process {
   std::optional<int> exit_code(std::chrono::seconds time = std::chrono::seconds(60));
 
   const std::string& name() const { return name_; }
+  pid_t id() const { return pid_; }
   const std::string& output() const { return output_; }
 
  private:

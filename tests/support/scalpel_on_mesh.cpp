@@ -19,11 +19,11 @@ void ScalpelOnMesh::enter(TriangleId triangle, const Vec3& bary, std::uint32_t e
   entries.push_back({edge_id, triangle, bary});
 }
 
-CutPlan ScalpelOnMesh::step(const std::vector<BladeMotion>& motions) {
-  CutPlan plan = plan_cut(mesh, view(), cuts, entries, over_all(motions), settings, loops_free_islands);
+SurfaceCutPlan ScalpelOnMesh::step(const std::vector<BladeMotion>& motions) {
+  SurfaceCutPlan plan = plan_cut(mesh, view(), cuts, entries, over_all(motions), settings, loops_free_islands);
   entries.clear();
   refused += plan.refused;
-  if (!accept(plan, mesh, cuts)) {
+  if (!accept(plan)) {
     ++rejected_deltas;
     return plan;
   }
@@ -32,7 +32,16 @@ CutPlan ScalpelOnMesh::step(const std::vector<BladeMotion>& motions) {
   return plan;
 }
 
-CutPlan ScalpelOnMesh::to(const Vec3& surface_point, const Vec3& up, double depth_m, bool lift) {
+bool ScalpelOnMesh::accept(const SurfaceCutPlan& plan) {
+  const bool fits = plan.delta.empty() || apply(plan.delta, mesh) == ApplyStatus::applied;
+  if (fits)
+    cuts = plan.after;
+  else
+    end_where_they_are(cuts);
+  return fits;
+}
+
+SurfaceCutPlan ScalpelOnMesh::to(const Vec3& surface_point, const Vec3& up, double depth_m, bool lift) {
   return step({{0, {{surface_point - depth_m * up, up, 1e9}}, lift}});
 }
 

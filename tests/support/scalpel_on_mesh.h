@@ -16,11 +16,11 @@ class ScalpelOnMesh : public MeshAtRest {
   // The instrument enters at a point of a triangle.
   void enter(TriangleId triangle, const Vec3& bary, std::uint32_t edge_id = 0);
 
-  CutPlan step(const std::vector<BladeMotion>& motions);
+  SurfaceCutPlan step(const std::vector<BladeMotion>& motions);
 
   // One tool, one pose: tip `depth_m` beneath `surface_point`, upright along `up`.
-  CutPlan to(const Vec3& surface_point, const Vec3& up, double depth_m, bool lift = false);
-  CutPlan lift() { return step({{0, {}, true}}); }
+  SurfaceCutPlan to(const Vec3& surface_point, const Vec3& up, double depth_m, bool lift = false);
+  SurfaceCutPlan lift() { return step({{0, {}, true}}); }
 
   const Stroke* stroke() const { return cuts.stroke_of(0); }
   bool going() const { return stroke() != nullptr; }
@@ -29,12 +29,15 @@ class ScalpelOnMesh : public MeshAtRest {
   std::string flaw() const;
   void expect_valid() const;
 
+  // Applies the delta and takes over the cuts of a plan. False when the delta does not fit: all strokes have ended.
+  bool accept(const SurfaceCutPlan& plan);
+
   // The motions with all triangles, any of which a blade may cross.
   std::vector<BladeMotion> over_all(std::vector<BladeMotion> motions) const;
 
   StrokeSettings settings;
   bool loops_free_islands = true;
-  BodyCuts cuts;
+  SurfaceCuts cuts;
   std::vector<Entry> entries;
   std::uint32_t refused = 0, rejected_deltas = 0, made = 0;
 

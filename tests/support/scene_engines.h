@@ -61,9 +61,8 @@ class Clay final : public DeformationEngine {
 class Pricking final : public CuttingEngine {
  public:
   CutTraits traits() const override { return {}; }
-  CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
-               std::span<const BladeMotion>) const override {
-    CutPlan plan(cuts);
+  CutPlan plan(const SharedBody& body, std::span<const Entry> entries, std::span<const BladeMotion>) const override {
+    CutPlan plan;
     MeshDraft draft(body.mesh, body.particles.view());
     for (const Entry& entry : entries) {
       const Triangle t = draft.triangle(entry.triangle);
@@ -74,7 +73,7 @@ class Pricking final : public CuttingEngine {
                                            Triangle{{t.v[1], t.v[2], prick}, t.surface},
                                            Triangle{{t.v[2], t.v[0], prick}, t.surface}};
       plan.outcomes.push_back({entry.edge_id, StrokeEnd::lifted});
-      if (!draft.replace({&entry.triangle, 1}, around)) return CutPlan(cuts);
+      if (!draft.replace({&entry.triangle, 1}, around)) return {};
     }
     plan.delta = draft.delta();
     plan.seeds = draft.seeds();

@@ -44,6 +44,18 @@ nlohmann::json SessionPrograms::json(const std::string& name) const {
   return nlohmann::json::parse(text);
 }
 
+std::string SessionPrograms::scene_with_young(const std::string& young_pa) {
+  std::ifstream file(kScene);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+  };
+  replace("young_pa: 5400", "young_pa: " + young_pa);
+  replace("../", SECTIO_SOURCE_DIR "/deploy/");
+  return text;
+}
+
 void SessionPrograms::expect_equal_at_the_end(Process& viewer) {
   EXPECT_EQ(viewer.exit_code(), 0) << viewer.output();
   EXPECT_NE(viewer.output().find("equals server: yes"), std::string::npos) << viewer.output();

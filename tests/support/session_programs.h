@@ -38,6 +38,8 @@ class SessionPrograms : public testing::Test {
   void write(const std::string& name, const std::string& text) const { std::ofstream(file(name)) << text; }
 
   static void expect_equal_at_the_end(Process& viewer);
+  // The text of kScene with another Young's modulus, for a file anywhere.
+  static std::string scene_with_young(const std::string& young_pa);
 
   NetworkOptions network = own_session();
   std::filesystem::path directory;

@@ -158,7 +158,9 @@ TEST(Validate, names_the_field_that_is_wrong) {
 }
 
 TEST(Text, names_every_field_and_shortens_long_sequences) {
-  EXPECT_EQ(to_text(some_request()), "epoch: 7, body_id: 1, known_revision: 5, client: 42");
+  EXPECT_EQ(to_text(some_request()),
+            "epoch: 7, body_id: 1, known_revision: 5, client: 42, revision: 6, "
+            "first_chunk: 32, chunks: 64");
   EXPECT_EQ(to_text(some_gravity()), "source: 7, gravity_world_m_per_s2: [3, 0, -9]");
   EXPECT_EQ(to_text(some_end()), "epoch: 7, step: 100, reason: 'duration', bodies: [{revision: 5, topology_hash: 99}]");
   KeyframeChunk chunk = some_chunk();

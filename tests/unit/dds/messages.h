@@ -3,6 +3,7 @@
 
 #include "common/messages/chunks.h"
 #include "common/messages/contact.h"
+#include "common/messages/inputs_fields.h"
 #include "common/messages/session.h"
 #include "common/messages/state.h"
 #include "common/messages/tool.h"
@@ -16,6 +17,16 @@ inline Pose some_pose() {
 
 inline ToolPacket some_packet() {
   return {77, 1, {{0, 5, 0.005, some_pose(), 0.1}, {0, 6, 0.006, some_pose(), 0.4}}};
+}
+
+inline StepInputs some_inputs() {
+  StepRecord first{8, 99, 98, {some_packet()}, {2}, true, true, Vec3(0, -3, -9), "reduced"}, second;
+  second.step = 9;
+  return {7, 7, {first, second}};
+}
+
+inline StepRequest some_step_request() {
+  return {7, 3, 42};
 }
 
 inline ToolWish some_wish() {
@@ -60,6 +71,7 @@ inline StateHeader some_header() {
   StateHeader header{7, 100, 0.1, 0.002, true, {{true, {some_pose(), 0.4}}}, {}};
   header.bodies = {{5, 400, {0b101}, {"wetness", "damage"}}};
   header.gravity_m_per_s2 = Vec3(3, 0, -9);
+  header.sent_s = 17.5;
   return header;
 }
 
@@ -72,7 +84,7 @@ inline ScalarPiece some_scalars() {
 }
 
 inline KeyframeRequest some_request() {
-  return {7, 1, 5, 42};
+  return {7, 1, 5, 42, 6, 32, 64};
 }
 
 inline GravityRequest some_gravity() {
@@ -100,8 +112,24 @@ inline SessionEvent some_event() {
   return {7, 100, 3, 1, 2, "cut ended"};
 }
 
+inline ViewerReport some_report() {
+  return {42, "screen", 20, 19.5, 0.1, 0.03};
+}
+
 inline ServerStatus some_status() {
-  return {7, 100, 0.1, 0.002, 1.3, 4, 1, 2, 3, {{5, 99}}, Vec3(3, 0, -9), {{0.1, 0.2, 0.3, 1.5, 1e-6, 1e-5, 9, true}}};
+  return {7,
+          100,
+          0.1,
+          0.002,
+          1.3,
+          4,
+          1,
+          2,
+          3,
+          {{5, 99}},
+          Vec3(3, 0, -9),
+          {{0.1, 0.2, 0.3, 1.5, 1e-6, 1e-5, 9, true}},
+          {some_report()}};
 }
 
 inline SessionEnd some_end() {
@@ -123,9 +151,12 @@ void for_each_message(const Use& use) {
   use(some_scene());
   use(some_event());
   use(some_status());
+  use(some_report());
   use(some_gravity());
   use(some_end());
+  use(some_inputs());
+  use(some_step_request());
 }
-constexpr int kMessages = 14;
+constexpr int kMessages = 17;
 
 }  // namespace sectio::test

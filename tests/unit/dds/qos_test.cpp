@@ -21,13 +21,14 @@ struct Expected {
 
 TEST(Qos, every_topic_travels_as_its_kind_needs) {
   const Expected table[] = {
-      {qos_of<ToolPacket>(), false, false, 32, 32},      {qos_of<ContactMessage>(), false, false, 1, 1},
-      {qos_of<StateHeader>(), false, false, 4, 64},      {qos_of<StatePiece>(), false, false, 1024, 8192},
-      {qos_of<DeltaMessage>(), true, true, 256, 4096},   {qos_of<KeyframeChunk>(), true, false, 256, 4096},
-      {qos_of<KeyframeRequest>(), true, true, 1, 256},   {qos_of<SceneInfo>(), true, true, 1, 1},
-      {qos_of<SessionEvent>(), true, true, 16, 1024},    {qos_of<SessionEnd>(), true, true, 1, 1},
-      {qos_of<ServerStatus>(), false, false, 1, 1},      {qos_of<GravityRequest>(), true, true, 1, 1},
-      {qos_of<ScalarPiece>(), false, false, 1024, 8192}, {qos_of<ToolWish>(), false, false, 1, 32}};
+      {qos_of<ToolPacket>(), false, false, 32, 32},     {qos_of<ContactMessage>(), false, false, 1, 1},
+      {qos_of<StateHeader>(), true, false, 4, 16},      {qos_of<StatePiece>(), true, false, 64, 256},
+      {qos_of<DeltaMessage>(), true, false, 256, 4096}, {qos_of<KeyframeChunk>(), true, false, 256, 4096},
+      {qos_of<KeyframeRequest>(), true, true, 1, 256},  {qos_of<SceneInfo>(), true, true, 1, 1},
+      {qos_of<SessionEvent>(), true, true, 16, 1024},   {qos_of<SessionEnd>(), true, true, 1, 1},
+      {qos_of<ServerStatus>(), false, false, 1, 1},     {qos_of<GravityRequest>(), true, true, 1, 1},
+      {qos_of<ScalarPiece>(), true, false, 64, 256},    {qos_of<ToolWish>(), false, false, 1, 32},
+      {qos_of<ViewerReport>(), false, false, 1, 16}};
   for (const Expected& row : table) {
     EXPECT_EQ(row.actual.reliable, row.reliable) << row.actual.name;
     EXPECT_EQ(row.actual.late_joiners, row.late_joiners) << row.actual.name;
@@ -39,8 +40,9 @@ TEST(Qos, every_topic_travels_as_its_kind_needs) {
 // A reader learns of a lost sample from the next heartbeat; its answer and the repeated sample follow.
 TEST(Qos, the_periods_allow_a_repair_within_two_frames_of_a_display) {
   constexpr double kFrame_s = 1.0 / 60;
-  EXPECT_LT(kHeartbeat_s + kHeartbeatResponse_s, 2 * kFrame_s);
-  EXPECT_LT(kAnnouncement_s, kParticipantLease_s / 2) << "one lost announcement must not end a lease";
+  EXPECT_LT(kStream.heartbeat_s + kStream.response_s + kStream.nack_response_s, 2 * kFrame_s);
+  for (const Lease& lease : {kLeaseOnHost, kLeaseOffHost})
+    EXPECT_LT(lease.announcement_s, lease.duration_s / 2) << "one lost announcement must not end a lease";
 }
 
 TEST(Qos, a_datagram_fits_into_one_frame_of_ethernet) {

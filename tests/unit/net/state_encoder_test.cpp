@@ -48,7 +48,7 @@ TEST(StateEncoder, at_rest_only_whose_turn_it_is_is_sent_and_everybodys_comes_wi
   const std::vector<Vec3f> positions = line();
   encoder.encode(snapshot_of(0, positions));
   std::vector<int> sent(piece_count(kSlots));
-  for (std::uint32_t frame = 1; frame <= StateEncoder::kFramesPerRefresh; ++frame) {
+  for (std::uint32_t frame = 1; frame <= StateEncoder::Fineness{}.frames_per_refresh; ++frame) {
     encoder.encode(snapshot_of(frame, positions));
     EXPECT_LE(encoder.pieces().size(), 1u);
     for (const StatePiece& piece : encoder.pieces()) {

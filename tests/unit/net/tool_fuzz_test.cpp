@@ -31,7 +31,7 @@ void survive(std::uint32_t seed, Survived& survived) {
     input.samples.clear();
     if (const auto valid = decode<ToolPacket>(bytes)) {
       survived.damaged_ones += damage;
-      deduplicator.accept(*valid, input.samples);
+      deduplicator.accept(*valid, static_cast<double>(i) * 0.001, input.samples);
     }
     ASSERT_LE(input.samples.size(), 64u);
     op.step(input);

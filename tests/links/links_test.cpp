@@ -1,0 +1,69 @@
+// Whole sessions behind bad links. Where the machine lets nobody make network namespaces, one line says so.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/support/linked_session.h"
+
+namespace sectio::test {
+namespace {
+
+class Links : public testing::Test {
+ protected:
+  void SetUp() override {
+    try {
+      VirtualNetwork({{}, {}});
+    } catch (const std::exception& error) {
+      GTEST_SKIP() << "needs network namespaces: " << error.what();
+    }
+  }
+  SessionFigures session(LinkedSession s) {
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    const auto directory =
+        std::filesystem::path(testing::TempDir()) / ("sectio_" + name + "_" + std::to_string(getpid()));
+    const SessionFigures figures = run(s, directory);
+    std::error_code ignored;
+    std::filesystem::remove_all(directory, ignored);
+    EXPECT_EQ(figures.trouble, "");
+    return figures;
+  }
+};
+
+constexpr double kMbit = 1e6;
+
+HostLinks behind(double mbit_per_s) {
+  return {.down = {.rate_bit_per_s = mbit_per_s * kMbit}};
+}
+
+// The margins are wide, for machines that have more to do; link_chart prints the figures.
+TEST_F(Links, D_4_a_viewer_behind_lost_and_delayed_packets_sees_the_session_and_ends_with_the_servers_hash) {
+  const SessionFigures figures = session({.viewers = {{.down = {.delay_s = 0.005, .jitter_s = 0.002, .loss = 0.05}}}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 40);
+}
+
+TEST_F(Links, D_4_states_that_others_have_overtaken_are_drawn) {
+  const SessionFigures figures =
+      session({.viewers = {{.down = {.delay_s = 0.025, .jitter_s = 0.010, .reorders = true}}}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 60) << "a best-effort reader draws 34";
+}
+
+TEST_F(Links, D_10_a_viewer_behind_a_thin_link_is_given_what_fits) {
+  const SessionFigures figures = session({.viewers = {behind(5)}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 15);
+  EXPECT_LT(figures.offered.bytes, 40'000'000u) << "repeats of what waits in a queue were 400 MB";
+}
+
+TEST_F(Links, D_10_a_slow_viewer_takes_nothing_from_the_others_and_from_the_hand) {
+  const SessionFigures figures =
+      session({.server = {.up = {.rate_bit_per_s = 100 * kMbit}}, .viewers = {behind(5), {}, {}}});
+  for (const ViewerFigures& viewer : figures.viewers) EXPECT_EQ(viewer.equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 5);
+  EXPECT_GT(figures.viewers[1].states, 70);
+  EXPECT_GT(figures.viewers[2].states, 70);
+  EXPECT_LT(figures.model_age_median_s, 0.02);
+}
+
+}  // namespace
+}  // namespace sectio::test

@@ -1,0 +1,31 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "common/dds/participant.h"
+
+namespace sectio {
+namespace {
+
+TEST(Participants, D_9_forty_programs_of_one_host_find_each_other) {
+  constexpr std::size_t kPrograms = 40;
+  NetworkOptions options;
+  options.domain = 1 + static_cast<std::uint32_t>(getpid()) % 100;
+  options.session = "many-" + std::to_string(getpid());
+  std::vector<std::unique_ptr<Participant>> programs;
+  for (std::size_t i = 0; i < kPrograms; ++i)
+    programs.push_back(std::make_unique<Participant>(options, "program " + std::to_string(i)));
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  for (const auto& program : programs) {
+    while (program->peers().size() < kPrograms - 1 && std::chrono::steady_clock::now() < give_up)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_GE(program->peers().size(), kPrograms - 1);
+  }
+}
+
+}  // namespace
+}  // namespace sectio
