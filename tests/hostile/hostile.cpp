@@ -1,0 +1,214 @@
+// A program that takes part in a session and means ill. It knows the wire, writes valid messages under its own name,
+// and forges no packets of others.
+// usage: hostile ATTACK SESSION DOMAIN
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "common/dds/endpoint.h"
+#include "common/messages/codec.h"
+#include "common/messages/contact.h"
+#include "common/messages/session.h"
+#include "common/messages/state.h"
+#include "common/messages/tool.h"
+#include "common/messages/topology.h"
+#include "tests/support/damage.h"
+
+namespace sectio::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+
+void wait(double s) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(s));
+}
+
+class Hostile {
+ public:
+  explicit Hostile(const NetworkOptions& network) : participant_(network, "render_client 1") {
+    scene_ = first<SceneInfo>();
+    header_ = first<StateHeader>();
+    contact_ = first<ContactMessage>();
+  }
+
+  // Twenty packets of a bridge that was started at the end of time.
+  void tool_packets() {
+    Writer<ToolPacket> out(participant_);
+    meet(out);
+    for (std::uint64_t i = 1; i <= 20; ++i) {
+      const Pose away{Vec3(1, 1, 1), Eigen::Quaterniond::Identity()};
+      write(out, ToolPacket{kMost, 0, {{0, i, 0.001 * static_cast<double>(i), away}}});
+      wait(0.001);
+    }
+  }
+
+  // One scene of a server that was there before all others, one of the server that comes after this one, and one of our
+  // server with other bodies.
+  void scenes() {
+    Writer<SceneInfo> out(participant_);
+    meet(out);
+    for (const std::uint64_t epoch : {std::uint64_t{1}, scene_.epoch + 1, scene_.epoch}) {
+      SceneInfo scene = scene_;
+      scene.epoch = epoch;
+      if (epoch == scene_.epoch) scene.bodies.push_back({"another"});
+      write(out, scene);
+      wait(0.2);
+    }
+  }
+
+  void session_end() {
+    Writer<SessionEnd> out(participant_);
+    meet(out);
+    write(out, SessionEnd{scene_.epoch, header_.step, "over", std::vector<BodyVersion>(scene_.bodies.size())});
+    wait(0.2);
+  }
+
+  void state_headers() {
+    Writer<StateHeader> out(participant_);
+    meet(out);
+    for (std::uint64_t i = 1; i <= 5; ++i) {
+      StateHeader header = header_;
+      header.step += 1'000'000 * i;
+      header.sim_time_s = static_cast<double>(header.step) * scene_.step_s;
+      write(out, header);
+      wait(0.02);
+    }
+  }
+
+  // A thousand a second, of ten newtons: in the server's name, in that of the one that comes after it, and in our own.
+  void contact_models() {
+    Writer<ContactMessage> out(participant_);
+    Writer<SceneInfo> scenes(participant_);
+    meet(out);
+    for (const std::uint64_t epoch : {scene_.epoch, scene_.epoch + 1, std::uint64_t{4096}}) {
+      SceneInfo scene = scene_;
+      scene.epoch = epoch;
+      write(scenes, scene);
+      for (std::uint64_t i = 0; i < 500; ++i) {
+        ContactMessage contact = contact_;
+        contact.epoch = epoch;
+        contact.model.sequence = kMost / 2 + i;
+        contact.model.state = ContactState::penetration;
+        contact.model.force_world_n = Vec3(0, 0, 10);
+        contact.model.stiffness_n_per_m = 0;
+        contact.model.yield_n = kNeverYieldsN;
+        contact.model.valid_radius_m = 10;
+        contact.model.time_to_live_s = 1e6;
+        contact.model.tool_time_s += 0.001 * static_cast<double>(i);
+        write(out, contact);
+        wait(0.001);
+      }
+    }
+  }
+
+  // A scene of many bodies, and of each body one chunk of a keyframe, one state and one change that are as large as can
+  // be.
+  void large_messages() {
+    Writer<SceneInfo> scenes(participant_);
+    Writer<KeyframeChunk> chunks(participant_);
+    Writer<StateHeader> headers(participant_);
+    meet(chunks);
+    SceneInfo scene = scene_;
+    scene.epoch = 4096;
+    scene.bodies.resize(kMaxBodies, {"x"});
+    write(scenes, scene);
+    wait(0.3);
+    for (std::uint32_t b = 0; b < kMaxBodies; ++b) {
+      write(chunks, KeyframeChunk{4096, b, 5, kMaxKeyframeBytes, 0, kMaxChunks, Bytes(1024, 1)});
+      wait(0.001);
+    }
+    StateHeader header = header_;
+    header.epoch = 4096;
+    header.bodies.resize(kMaxBodies);
+    for (BodyState& body : header.bodies) {
+      body.vertex_slots = 192 * 8 * 4000;
+      body.pieces_sent.assign(4000, 0xff);
+    }
+    for (int i = 1; i <= 60; ++i) {
+      header.step += 1;
+      header.sim_time_s = static_cast<double>(header.step) * scene_.step_s;
+      write(headers, header);
+      wait(0.01);
+    }
+  }
+
+  // All that comes by, damaged and said once more.
+  void damaged_packets() {
+    Reader<ToolPacket> packets(participant_);
+    Reader<ContactMessage> contacts(participant_);
+    SampleWriter tools(participant_, qos_of<ToolPacket>()), models(participant_, qos_of<ContactMessage>());
+    std::mt19937 random(5);
+    Bytes bytes;
+    for (const Clock::time_point end = Clock::now() + std::chrono::seconds(1); Clock::now() < end; wait(0.001)) {
+      while (packets.SampleReader::take(bytes)) repeat(tools, bytes, random);
+      while (contacts.SampleReader::take(bytes)) repeat(models, bytes, random);
+    }
+  }
+
+ private:
+  template <class Message>
+  Message first() {
+    Reader<Message> reader(participant_);
+    for (const Clock::time_point end = Clock::now() + std::chrono::seconds(30); Clock::now() < end; wait(0.005))
+      if (auto message = reader.take()) return *message;
+    throw std::runtime_error(std::string("nothing on ") + qos_of<Message>().name);
+  }
+  template <class Message>
+  void meet(const Writer<Message>& writer) {
+    for (const Clock::time_point end = Clock::now() + std::chrono::seconds(10);
+         writer.readers() == 0 && Clock::now() < end;)
+      wait(0.005);
+  }
+  template <class Message>
+  static void write(Writer<Message>& writer, const Message& message) {
+    if (!writer.write(message)) throw std::runtime_error(std::string("refused: ") + qos_of<Message>().name);
+  }
+  static void repeat(SampleWriter& writer, const Bytes& bytes, std::mt19937& random) {
+    (void)writer.write(bytes);  // that of whom it is, as it came
+    for (int i = 0; i < 3; ++i) (void)writer.write(damaged(bytes, random));
+  }
+
+  Participant participant_;
+  SceneInfo scene_;
+  StateHeader header_;
+  ContactMessage contact_;
+};
+
+int attack(const std::string& name, const NetworkOptions& network) {
+  const std::map<std::string, void (Hostile::*)()> attacks{
+      {"tool_packets", &Hostile::tool_packets},      {"scenes", &Hostile::scenes},
+      {"session_end", &Hostile::session_end},        {"state_headers", &Hostile::state_headers},
+      {"contact_models", &Hostile::contact_models},  {"large_messages", &Hostile::large_messages},
+      {"damaged_packets", &Hostile::damaged_packets}};
+  const auto known = attacks.find(name);
+  if (known == attacks.end()) throw std::runtime_error("no such attack: " + name);
+  Hostile hostile(network);
+  (hostile.*known->second)();
+  return 0;
+}
+
+}  // namespace
+}  // namespace sectio::test
+
+int main(int argc, char** argv) {
+  try {
+    if (argc != 4) throw std::runtime_error("usage: hostile ATTACK SESSION DOMAIN");
+    sectio::NetworkOptions network;
+    network.session = argv[2];
+    network.domain = static_cast<std::uint32_t>(std::stoul(argv[3]));
+    return sectio::test::attack(argv[1], network);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "hostile: %s\n", error.what());
+    return 1;
+  }
+}

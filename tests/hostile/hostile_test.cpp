@@ -1,0 +1,89 @@
+// A session goes on as if nobody had spoken, whatever a program that means ill says: the server cuts what the hand
+// cuts, every viewer ends with the server's hash, and the hand feels no push.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "common/math/types.h"
+#include "tests/support/session_programs.h"
+
+namespace sectio::test {
+namespace {
+
+constexpr double kMostSlew_n_per_s = 500 + 700 * 0.05;  // and the hand's own way through the stiffest spring
+
+struct Tick {
+  double time_s = 0;
+  Vec3 force_n = Vec3::Zero();
+  double age_s = 0;
+  bool silent = false;
+};
+
+class Hostile : public SessionPrograms, public testing::WithParamInterface<const char*> {
+ protected:
+  std::vector<Tick> ticks() const {
+    std::ifstream log(file("force.csv"));
+    std::string line, cell;
+    std::getline(log, line);
+    std::vector<Tick> all;
+    while (std::getline(log, line)) {
+      std::istringstream cells(line);
+      std::vector<std::string> row;
+      while (std::getline(cells, cell, ',')) row.push_back(cell);
+      if (row.size() < 15) continue;
+      const auto number = [&](std::size_t i) { return std::stod(row[i]); };
+      all.push_back({number(0), Vec3(number(9), number(10), number(11)), number(12), number(14) != 0});
+    }
+    return all;
+  }
+  static std::size_t peak_bytes(const Process& process) {
+    std::ifstream status("/proc/" + std::to_string(process.id()) + "/status");
+    std::string word;
+    while (status >> word)
+      if (word == "VmHWM:") return status >> word, std::stoull(word) * 1024;
+    return 0;
+  }
+};
+
+TEST_P(Hostile, a_session_goes_on_as_if_nobody_had_spoken) {
+  auto sim = server({"--steps", "6000", "--export", file("out")});
+  auto screen = viewer("screen", {"--no-pictures"});
+  auto hand =
+      program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--log", file("force.csv")}));
+  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  const auto hostile = program("hostile", {GetParam(), network.session, std::to_string(network.domain)});
+  EXPECT_EQ(hostile->exit_code(), 0) << hostile->output();
+  EXPECT_LT(peak_bytes(*screen), std::size_t{400} << 20);
+  EXPECT_LT(peak_bytes(*sim), std::size_t{400} << 20);
+
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+  EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  const nlohmann::json report = json("out/report.json");
+  EXPECT_EQ(report["run"]["steps"], 6000);
+  EXPECT_EQ(report["run"]["events"]["penetrated"], 1) << "nobody else moved the scalpel";
+  EXPECT_EQ(report["outcome"]["incisions"], 1);
+  EXPECT_GT(json("screen.json")["states_drawn"], 60);
+
+  const std::vector<Tick> felt = ticks();
+  ASSERT_GT(felt.size(), 3000u);
+  double steepest_n_per_s = 0, most_n = 0;
+  for (std::size_t i = 1; i < felt.size(); ++i) {
+    const double dt_s = std::max(1e-3, felt[i].time_s - felt[i - 1].time_s);
+    steepest_n_per_s = std::max(steepest_n_per_s, (felt[i].force_n - felt[i - 1].force_n).norm() / dt_s);
+    most_n = std::max(most_n, felt[i].force_n.norm());
+  }
+  EXPECT_LE(steepest_n_per_s, kMostSlew_n_per_s);
+  EXPECT_LT(most_n, 9.5) << "the tissue alone pushes with less";
+  const auto silent = std::count_if(felt.begin(), felt.end(), [](const Tick& tick) { return tick.silent; });
+  EXPECT_LT(silent, static_cast<long>(felt.size() / 10)) << "the hand was not lost";
+}
+
+INSTANTIATE_TEST_SUITE_P(Attacks, Hostile,
+                         testing::Values("tool_packets", "scenes", "session_end", "state_headers", "contact_models",
+                                         "large_messages", "damaged_packets"),
+                         [](const auto& attack) { return std::string(attack.param); });
+
+}  // namespace
+}  // namespace sectio::test
