@@ -41,6 +41,7 @@ const StepOutput& Simulation::step(const StepInput& input) {
   watch(world, context);
   interact(world, context);
   collide(world, context);
+  guard(world, context);
   feel(world, context);
   report(world, context);
   return output;

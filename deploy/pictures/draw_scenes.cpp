@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
+#include <functional>
+#include <map>
+#include <span>
+#include <vector>
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
@@ -10,8 +14,7 @@
 #include "render_client/draw/canvas.h"
 #include "render_client/output/png.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/choose_model.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 
 namespace sectio {
@@ -23,6 +26,7 @@ struct Options {
   std::string out, size = "600x500", field;
   std::vector<std::string> moments;
   int samples = 4, columns = 0;
+  double close_up_m = 0;
   bool wireframe = false, stereo = false;
   int width_px = 0, height_px = 0;
 };
@@ -30,6 +34,7 @@ struct Options {
 struct Moment {
   std::string scene_file;
   double time_s = 0;
+  int place = 0;  // in the picture
 };
 
 Moment parse_moment(const std::string& text) {
@@ -59,18 +64,38 @@ Frame whole_frame_of(const Scene& scene, Simulation& simulation) {
   return frame;
 }
 
-Image draw(const Moment& moment, const Options& options, Canvas& canvas) {
-  const Scene scene = planned(load_scene(moment.scene_file, standard_traits()));
-  Simulation simulation(fill_volumes(scene));
+// The same view from near: the middle of the walls that cuts have made is in the middle of the picture.
+void come_near(Frame& frame, double distance_m) {
+  Box3 walls;
+  for (const BodyFrame& body : frame.bodies)
+    for (const Triangle& t : body.triangles)
+      if (t.alive() && t.surface == Surface::wall)
+        for (const VertexId v : t.v) walls.extend(body.positions_world_m[v].cast<double>());
+  if (walls.isEmpty()) return;
+  Camera& camera = frame.camera;
+  const Vec3 back = (camera.eye_world_m - camera.target_world_m).normalized();
+  camera.target_world_m = walls.center();
+  camera.eye_world_m = walls.center() + distance_m * back;
+}
+
+// Simulates a scene once and draws its moments, which ascend in time.
+void draw(std::span<const Moment> moments, const Options& options, const std::function<void(int, const Image&)>& done) {
+  const Scene scene = prepared(load_scene(moments.front().scene_file, standard_traits()));
+  Simulation simulation(scene);
   StepInput input;
-  for (std::uint64_t k = 1; static_cast<double>(k) * scene.step_s <= moment.time_s + 1e-9; ++k) {
-    input.samples = samples_of_traces(scene, k);
-    simulation.step(input);
+  std::uint64_t k = 1;
+  for (const Moment& moment : moments) {
+    for (; static_cast<double>(k) * scene.step_s <= moment.time_s + 1e-9; ++k) {
+      input.samples = samples_of_traces(scene, k);
+      simulation.step(input);
+    }
+    const auto canvas = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
+    DrawOptions draw{.wireframe = options.wireframe, .overlay = !options.field.empty(), .field = options.field};
+    if (options.stereo) draw.stereo = Stereo{};
+    Frame frame = whole_frame_of(scene, simulation);
+    if (options.close_up_m > 0) come_near(frame, options.close_up_m);
+    done(moment.place, FramePainter(*canvas).draw_frame(frame, draw));
   }
-  FramePainter painter(canvas);
-  DrawOptions draw{.wireframe = options.wireframe, .overlay = !options.field.empty(), .field = options.field};
-  if (options.stereo) draw.stereo = Stereo{};
-  return painter.draw_frame(whole_frame_of(scene, simulation), draw);
 }
 
 int run(int argc, char** argv) {
@@ -83,6 +108,8 @@ int run(int argc, char** argv) {
   arguments.option("--samples", options.samples, "samples per pixel: 1 or 4");
   arguments.toggle("--stereo", options.stereo, "one picture for each eye, side by side, each of --size");
   arguments.option("--show-field", options.field, "scalar field of the vertices to show in colours, with its legend");
+  arguments.option("--close-up", options.close_up_m,
+                   "distance in m from which to look at the cuts; 0: the scene's view");
   arguments.toggle("--wireframe", options.wireframe, "draw the edges of triangles");
   if (!arguments.parse(argc, argv)) return 0;
   char rest = 0;
@@ -98,10 +125,17 @@ int run(int argc, char** argv) {
   const int columns = options.columns == 0 ? n : std::min(n, options.columns), rows = (n + columns - 1) / columns;
   const int across_px = options.width_px * (options.stereo ? 2 : 1) + kGap_px, down_px = options.height_px + kGap_px;
   Image picture(columns * across_px - kGap_px, rows * down_px - kGap_px, {255, 255, 255, 255});
+  std::map<std::string, std::vector<Moment>> by_scene;
   for (int i = 0; i < n; ++i) {
-    const auto canvas = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
-    paste(picture, draw(parse_moment(options.moments[static_cast<std::size_t>(i)]), options, *canvas),
-          i % columns * across_px, i / columns * down_px);
+    Moment moment = parse_moment(options.moments[static_cast<std::size_t>(i)]);
+    moment.place = i;
+    by_scene[moment.scene_file].push_back(moment);
+  }
+  for (auto& [file, moments] : by_scene) {
+    std::ranges::stable_sort(moments, {}, &Moment::time_s);
+    draw(moments, options, [&](int place, const Image& image) {
+      paste(picture, image, place % columns * across_px, place / columns * down_px);
+    });
   }
   write_png(options.out, picture);
   return 0;

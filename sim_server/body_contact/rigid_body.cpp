@@ -79,6 +79,12 @@ void RigidBody::shift(const Vec3& by_m, const Vec3& turn_rad) {
   if (!turn_rad.isZero(0)) turn_to(turned(pose_.orientation, turn_rad, 1));
 }
 
+void RigidBody::rest_at(const Pose& pose_world) {
+  pose_.position_m = pose_world.position_m;
+  turn_to(pose_world.orientation);
+  set_velocity(Vec3::Zero(), Vec3::Zero());
+}
+
 void RigidBody::rest(bool supported, double radius_m, double step_s) {
   const double fastest = velocity_m_per_s().norm() + radius_m * angular_velocity_rad_per_s().norm();
   still_s_ = supported && fastest < kStillM_per_s ? still_s_ + step_s : 0;

@@ -34,6 +34,8 @@ class RigidBody {
   void move(double step_s);
   // Moves the body without giving it a velocity.
   void shift(const Vec3& by_m, const Vec3& turn_rad);
+  // Puts the body to a pose, without motion.
+  void rest_at(const Pose& pose_world);
 
   // A body that is slower than a threshold at its rim for a while falls asleep: it doesn't move and costs nothing.
   bool asleep() const { return asleep_; }

@@ -86,6 +86,7 @@ void RigidMotion::append_contacts(std::uint32_t number, std::vector<BodyContact>
 }
 
 void RigidMotion::react(std::size_t constraint, const Vec3& impulse_on_tool_n_s) {
+  if (!impulse_on_tool_n_s.allFinite()) return;  // the body is mended at the end of the step
   reactions_[constraint].force_on_tool_n = impulse_on_tool_n_s / settings_.step_s;
   reactions_[constraint].active = !impulse_on_tool_n_s.isZero(0);
 }
@@ -96,8 +97,17 @@ void RigidMotion::move(const SharedBody& self, bool supported) {
   if (is_finite()) place(self.particles);
 }
 
+void RigidMotion::restore(const SharedBody& self, const DeformationState* state) {
+  if (state && !state->frames_world.empty())
+    body.rest_at(state->frames_world[0]);
+  else
+    body.rest_at(is_finite() ? body.pose_world() : pose_at_release());
+  place(self.particles);
+}
+
 bool RigidMotion::is_finite() const {
-  return body.pose_world().position_m.allFinite() && body.pose_world().orientation.coeffs().allFinite();
+  return sectio::is_finite(body.pose_world()) && body.momentum_kg_m_per_s().allFinite() &&
+         body.angular_momentum_kg_m2_per_s().allFinite();
 }
 
 void RigidMotion::place(ParticleState& particles) const {

@@ -54,6 +54,9 @@ class RigidMotion final : public DeformationEngine {
   double energy_j(const SharedBody& self) const override;
   double largest_stable_step_s() const override { return std::numeric_limits<double>::infinity(); }
   VertexId first_bad_vertex() const override { return is_finite() ? kNone : 0; }
+  // The pose. Without one the body stays where it is, and has the shape of its release.
+  void save(DeformationState& state) const override { state.frames_world.assign(1, body.pose_world()); }
+  void restore(const SharedBody& self, const DeformationState* state) override;
   RigidMotion* rigid() override { return this; }
 
   double radius_m() const { return radius_m_; }  // of a ball around the mass centre that contains the body
@@ -62,6 +65,7 @@ class RigidMotion final : public DeformationEngine {
 
  private:
   bool is_finite() const;
+  Pose pose_at_release() const { return {centre_at_release_world_m_, Eigen::Quaterniond::Identity()}; }
   void place(ParticleState& particles) const;
 
   RigidSettings settings_;

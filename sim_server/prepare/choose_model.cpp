@@ -172,7 +172,10 @@ bool is_stable(const Scene& scene, double step_s) {
 
 PlannedScene plan_scene(Scene scene, bool anew) {
   if (std::ranges::none_of(scene.bodies, is_auto)) return {std::move(scene), {}};
-  const planning::Calibration calibration = calibration_of_this_machine(anew);
+  return plan_scene(std::move(scene), calibration_of_this_machine(anew));
+}
+
+PlannedScene plan_scene(Scene scene, const planning::Calibration& speed) {
   std::vector<planning::PlanInput> inputs;
   for (BodySpec& body : scene.bodies) {
     try {
@@ -186,7 +189,7 @@ PlannedScene plan_scene(Scene scene, bool anew) {
   std::optional<Choice> best;
   for (const double step_s : steps_s) {
     if (scene.step_is_free && !is_stable(scene, step_s)) continue;
-    Choice choice = choose(scene, inputs, step_s, calibration);
+    Choice choice = choose(scene, inputs, step_s, speed);
     if (!best || choice.worst < best->worst) {
       best = std::move(choice);
       scene.step_s = step_s;

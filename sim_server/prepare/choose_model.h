@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "sim_server/planning/plan.h"
 #include "sim_server/scene/scene.h"
 
 namespace sectio {
@@ -15,6 +16,9 @@ struct PlannedScene {
 // When a body is auto, measures this machine or reads an earlier measurement (prepare/machine_speed.h), and builds the
 // chosen body to see its true size and step. `anew`: measures again. Throws InputError that names scene and body.
 PlannedScene plan_scene(Scene scene, bool anew = false);
+
+// The same on a machine of this speed: nothing is measured, so that equal scenes get equal plans.
+PlannedScene plan_scene(Scene scene, const planning::Calibration& speed);
 
 // The scene of plan_scene(); its tables go to the log.
 Scene planned(Scene scene);

@@ -124,6 +124,7 @@ struct ToolSpec {
   ToolGeometry geometry;
   double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
   std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
+  double largest_force_n = 20;                        // that its hand may feel
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };

@@ -45,6 +45,7 @@ ToolSpec read_tool(KeyReader& map) {
       "geometry", [&](KeyReader& part) { read_geometry(part, tool.geometry); }, "Its corner points, in its own frame.");
   map.number("intensity", tool.intensity, above_to(0, 10),
              "For a cautery hook only: length of the virtual tip over that of its geometry.");
+  map.number("largest_force_n", tool.largest_force_n, above_to(0, 1000), "The largest force that its hand may feel.");
   read_grip(map, instrument, tool);
   const std::string flaw = instrument.flaw(tool.geometry);
   map.check(flaw.empty(), "geometry: " + flaw);

@@ -4,6 +4,7 @@
 
 #include "sim_server/collision/surface_tree.h"
 #include "sim_server/deformation/surface_springs.h"
+#include "sim_server/surface/cutting/surface_cutting.h"
 
 namespace sectio {
 namespace {

@@ -93,19 +93,19 @@ Pose BladeTracks::frame_around(const Tissue& tissue, const Blade& blade, const P
   return is_enough ? match_shape(around, otherwise_world) : otherwise_world;
 }
 
-void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const Stroke& at, const BladeMotion* motion) {
+void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const BladeInTissue& at,
+                        const BladeMotion* motion) {
   BladeTrack track;
   track.next_cut_m = tissue.metres(tissue.settings.next_cut_edges());
-  for (const VertexId slot : at.touched) track.vertices_near.push_back(tissue.volume.surface.vertex_of(slot));
+  for (const VertexId slot : at.v) track.vertices_near.push_back(tissue.volume.surface.vertex_of(slot));
   track.vertices_near = without_front(track.vertices_near);
   if (motion && !motion->path.empty()) {
     Blade blade = motion->path.front();
     track.frame_world = frame_around(tissue, blade, motion->frame_world, track.vertices_near);
     Vec3 undeformed = Vec3::Zero();
     for (std::size_t i = 0; i < 3; ++i)
-      undeformed +=
-          at.bary[static_cast<int>(i)] * track.frame_world.to_world(tissue.body.mesh.rest_body_m(at.touched[i]));
-    const Vec3 pressed_in = position_of(surface, at) - undeformed;
+      undeformed += at.bary[static_cast<int>(i)] * track.frame_world.to_world(tissue.body.mesh.rest_body_m(at.v[i]));
+    const Vec3 pressed_in = at.position_world_m(surface) - undeformed;
     blade.tip_world_m -= pressed_in;
     track.add_edge(blade);
     track.open_to = track.edges.back();

@@ -1,6 +1,7 @@
 // The tracks of blades in a volume, in its shape at rest.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -8,7 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "sim_server/surface/cutting/plan_cut.h"
+#include "sim_server/surface/cutting/cut_plan.h"
+#include "sim_server/surface/cutting/mesh_draft.h"
 #include "sim_server/volume/front_settings.h"
 #include "sim_server/volume/volume.h"
 #include "sim_server/volume/volume_front.h"
@@ -18,6 +20,18 @@ namespace sectio {
 // The sharp edge of a blade, in the shape at rest.
 struct BladeEdge {
   Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
+};
+
+// A blade in the tissue, and where it goes through the surface.
+struct BladeInTissue {
+  std::uint32_t edge_id = 0;
+  std::array<VertexId, 3> v{kNone, kNone, kNone};
+  Vec3 bary{1, 0, 0};
+  std::optional<Blade> blade;  // the last pose at which it cut
+
+  Vec3 position_world_m(const MeshDraft& surface) const {
+    return bary[0] * surface.position(v[0]) + bary[1] * surface.position(v[1]) + bary[2] * surface.position(v[2]);
+  }
 };
 
 // A volume in one step, and how blades cut it.
@@ -63,7 +77,7 @@ struct BladeTracks {
 
   // A track that begins at a point of the surface. Tissue that the blade has pressed in springs back over it: the track
   // begins where the blade would be without that.
-  void begin(const Tissue& tissue, const MeshDraft& surface, const Stroke& at, const BladeMotion* motion);
+  void begin(const Tissue& tissue, const MeshDraft& surface, const BladeInTissue& at, const BladeMotion* motion);
   void extend(const Tissue& tissue, const BladeMotion& motion);
   // The open fronts stay open for good.
   void finalise_fronts();

@@ -3,39 +3,40 @@
 #include <algorithm>
 #include <utility>
 
+#include "sim_server/surface/cutting/surface_point.h"
+
 namespace sectio {
 namespace {
 
 constexpr double kSameM = 1e-9;
 
 // The blade goes through the surface where it did, moved on with it: the nearest of the triangles that it has swept.
-void move_on(const MeshDraft& now, const BladeMotion& motion, Stroke& stroke) {
+void move_on(const MeshDraft& now, const BladeMotion& motion, BladeInTissue& in_tissue) {
   if (motion.path.empty()) return;
   const Blade& blade = motion.path.back();
-  const Vec3 before = position_of(now, stroke);
+  const Vec3 before = in_tissue.position_world_m(now);
   const Vec3 at = blade.tip_world_m + (before - blade.tip_world_m).dot(blade.up_world) * blade.up_world;
-  stroke.blade = blade;
-  stroke.seen.depth_m = (at - blade.tip_world_m).dot(blade.up_world);
+  in_tissue.blade = blade;
   std::vector<TriangleId> skin;
   for (const TriangleId t : motion.active)
     if (now.triangle(t).alive() && now.triangle(t).surface == Surface::skin) skin.push_back(t);
   const SurfacePoint nearest = nearest_on(now, skin, at);
   if (nearest.triangle == kNone) return;
-  stroke.touched = now.triangle(nearest.triangle).v;
-  stroke.bary = nearest.bary;
+  in_tissue.v = now.triangle(nearest.triangle).v;
+  in_tissue.bary = nearest.bary;
 }
 
 // The triangle that the blade touches may have been divided or opened: the point moves to the nearest one in its place.
-void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& at_m, Stroke& stroke) {
-  const auto& [a, b, c] = stroke.touched;
-  if (after.find_triangle(a, b, c) != kNone && (position_of(after, stroke) - at_m).norm() < kSameM) return;
+void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& at_m, BladeInTissue& in_tissue) {
+  const auto& [a, b, c] = in_tissue.v;
+  if (after.find_triangle(a, b, c) != kNone && (in_tissue.position_world_m(after) - at_m).norm() < kSameM) return;
   std::vector<TriangleId> skin;
   for (const TriangleEdit& e : delta.triangles)
     if (e.triangle.alive() && e.triangle.surface == Surface::skin) skin.push_back(e.id);
   const SurfacePoint nearest = nearest_on(after, skin, at_m);
   if (nearest.triangle == kNone) return;
-  stroke.touched = after.triangle(nearest.triangle).v;
-  stroke.bary = nearest.bary;
+  in_tissue.v = after.triangle(nearest.triangle).v;
+  in_tissue.bary = nearest.bary;
 }
 
 // A blade that is taken out may have come through. A front that could not be made anew for long stays as it is.
@@ -51,27 +52,24 @@ void extend(BladeTracks& tracks, const Tissue& tissue, const BladeMotion& motion
   }
 }
 
-// The strokes of this step, those that end in it included; all tracks are extended.
-std::vector<Stroke> move_blades(const Tissue& tissue, std::vector<Stroke> strokes, std::span<const Entry> entries,
-                                std::span<const BladeMotion> motions, BladeTracks& tracks) {
+// The blades of this step, those that leave in it included; all tracks are extended.
+std::vector<BladeInTissue> move_blades(const Tissue& tissue, std::vector<BladeInTissue> blades,
+                                       std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                                       BladeTracks& tracks) {
   const MeshDraft now(tissue.body.mesh, tissue.body.particles.view());
   for (const auto& [edge_id, track] : tracks.by_edge)
-    if (std::ranges::find(strokes, edge_id, &Stroke::edge_id) == strokes.end() && track.has_front)
+    if (std::ranges::find(blades, edge_id, &BladeInTissue::edge_id) == blades.end() && track.has_front)
       tracks.finalise_fronts();
   for (const Entry& e : entries) {
-    Stroke s;
-    s.edge_id = e.edge_id;
-    s.touched = tissue.body.mesh.triangle(e.triangle).v;
-    s.bary = e.bary;
-    strokes.push_back(s);
-    tracks.begin(tissue, now, s, motion_of(motions, e.edge_id));
+    blades.push_back({e.edge_id, tissue.body.mesh.triangle(e.triangle).v, e.bary, {}});
+    tracks.begin(tissue, now, blades.back(), motion_of(motions, e.edge_id));
   }
-  for (Stroke& s : strokes)
-    if (const BladeMotion* motion = motion_of(motions, s.edge_id)) {
-      move_on(now, *motion, s);
+  for (BladeInTissue& b : blades)
+    if (const BladeMotion* motion = motion_of(motions, b.edge_id)) {
+      move_on(now, *motion, b);
       extend(tracks, tissue, *motion);
     }
-  return strokes;
+  return blades;
 }
 
 }  // namespace
@@ -90,24 +88,28 @@ VolumeCutting::VolumeCutting(std::shared_ptr<Volume> volume, const FrontSettings
   if (has_been_cut) state_.search.next = 0;
 }
 
-CutPlan VolumeCutting::plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
+CutPlan VolumeCutting::plan(const SharedBody& body, std::span<const Entry> entries,
                             std::span<const BladeMotion> motions) const {
-  CutPlan plan(cuts);
+  CutPlan plan;
   const Tissue tissue{*volume_, body, settings_};
   const auto ticket = std::make_shared<Ticket>(state_);
   BladeTracks& tracks = ticket->state.tracks;
   std::vector<BladeAtWork> at_work;
   bool is_due = false;
-  for (const Stroke& s : move_blades(tissue, cuts.strokes, entries, motions, tracks)) {
-    const BladeMotion* motion = motion_of(motions, s.edge_id);
-    is_due |= motion && tracks.by_edge[s.edge_id].is_due();
-    at_work.push_back({s.edge_id, motion && motion->lift});
-    if (at_work.back().is_lifted)
-      plan.outcomes.push_back({s.edge_id, StrokeEnd::lifted});
-    else
-      plan.strokes.push_back(s);
+  std::vector<BladeInTissue>& blades = ticket->state.blades;
+  blades = move_blades(tissue, std::move(blades), entries, motions, tracks);
+  for (const BladeInTissue& b : blades) {
+    const BladeMotion* motion = motion_of(motions, b.edge_id);
+    is_due |= motion && tracks.by_edge[b.edge_id].is_due();
+    at_work.push_back({b.edge_id, motion && motion->lift});
+  }
+  for (const BladeAtWork& a : at_work) {
+    if (!a.is_lifted) continue;
+    plan.outcomes.push_back({a.edge_id, StrokeEnd::lifted});
+    std::erase_if(blades, [&](const BladeInTissue& b) { return b.edge_id == a.edge_id; });
   }
   if (is_due) plan_cut(tissue, at_work, *ticket, plan);
+  for (const BladeInTissue& b : blades) plan.going_on.push_back(b.edge_id);
   plan.ticket = ticket;
   return plan;
 }
@@ -116,8 +118,9 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
                              CutPlan& plan) const {
   BladeTracks& tracks = ticket.state.tracks;
   MeshDraft surface(tissue.body.mesh, tissue.body.particles.view());
-  std::vector<Vec3> touched_m;
-  for (const Stroke& s : plan.strokes) touched_m.push_back(position_of(surface, s));
+  std::vector<BladeInTissue>& blades = ticket.state.blades;
+  std::vector<Vec3> enters_m;
+  for (const BladeInTissue& b : blades) enters_m.push_back(b.position_world_m(surface));
   VolumeCutPlanner planner(*volume_, tissue, tracks);
   ticket.cut = planner.plan(at_work, surface);
   if (!ticket.cut) {
@@ -131,11 +134,21 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
   ticket.state.search.next = 0;
   plan.delta = surface.delta();
   plan.seeds = surface.seeds();
-  for (std::size_t i = 0; i < plan.strokes.size(); ++i) find_again(surface, plan.delta, touched_m[i], plan.strokes[i]);
+  for (std::size_t i = 0; i < blades.size(); ++i) find_again(surface, plan.delta, enters_m[i], blades[i]);
   for (const auto& [edge_id, track] : tracks.by_edge)
     if (track.is_through &&
-        std::erase_if(plan.strokes, [id = edge_id](const Stroke& s) { return s.edge_id == id; }) > 0)
+        std::erase_if(blades, [id = edge_id](const BladeInTissue& b) { return b.edge_id == id; }) > 0)
       plan.outcomes.push_back({edge_id, StrokeEnd::lifted});
+}
+
+std::optional<CutPoint> VolumeCutting::cut_point(const SharedBody& body, std::uint32_t edge_id) const {
+  const auto blade = std::ranges::find(state_.blades, edge_id, &BladeInTissue::edge_id);
+  if (blade == state_.blades.end()) return std::nullopt;
+  CutPoint point;
+  point.point_world_m = blade->position_world_m(MeshDraft(body.mesh, body.particles.view()));
+  point.near = blade->v[0];
+  point.blade = blade->blade;
+  return point;
 }
 
 TidyPlan VolumeCutting::tidy(const SharedBody& body) const {
@@ -163,11 +176,15 @@ void VolumeCutting::accept(const SharedBody& body, const CutTicket& planned) {
   if (ticket.collapse) collapse(*volume_, body, *ticket.collapse);
 }
 
-void VolumeCutting::follow(const SharedBody&, const TopologyChange& change) {
+void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change) {
   std::vector<VertexId> gone;
   for (const VertexEdit& e : change.delta.vertices)
     if (!e.alive) gone.push_back(e.id);
-  if (!gone.empty()) remove_component(gone);
+  if (gone.empty()) return;
+  remove_component(gone);
+  std::erase_if(state_.blades, [&](const BladeInTissue& b) {
+    return std::ranges::any_of(b.v, [&](VertexId v) { return !body.mesh.vertex_alive(v); });
+  });
 }
 
 void VolumeCutting::remove_component(std::span<const VertexId> slots) {

@@ -29,10 +29,12 @@ class VolumeCutting final : public CuttingEngine {
   VolumeCutting(std::shared_ptr<Volume> volume, const FrontSettings& settings, bool has_been_cut);
 
   CutTraits traits() const override { return {.edge_cuts_anywhere = true, .cuts_inside = true}; }
-  CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
+  CutPlan plan(const SharedBody& body, std::span<const Entry> entries,
                std::span<const BladeMotion> motions) const override;
-  TidyPlan tidy(const SharedBody& body) const override;
   void accept(const SharedBody& body, const CutTicket& ticket) override;
+  void reject() override { state_.blades.clear(); }
+  TidyPlan tidy(const SharedBody& body) const override;
+  std::optional<CutPoint> cut_point(const SharedBody& body, std::uint32_t edge_id) const override;
   // A component has left.
   void follow(const SharedBody& body, const TopologyChange& change) override;
 
@@ -42,6 +44,7 @@ class VolumeCutting final : public CuttingEngine {
 
  private:
   struct State {
+    std::vector<BladeInTissue> blades;
     BladeTracks tracks;
     CollapseSearch search;
   };

@@ -80,16 +80,14 @@ TEST(Accuracy, A_12_an_edge_crack_opens_as_tadas) {
   EXPECT_GT(std::log2((1 - coarse) / (1 - fine)), 0.9);
 }
 
-// At least as close as conforming tetrahedra of the same spacing: where the cut lies on the faces of cells. Where it
-// goes through them, the cell that it ends in stays closed, and tetrahedra are closer.
-TEST(Accuracy, A_12_hexahedra_open_as_far_as_tetrahedra_on_the_faces_of_cells_only) {
+// At least as close as conforming tetrahedra of the same spacing, wherever the cut lies among the cells.
+TEST(Accuracy, A_12_hexahedra_open_as_far_as_tetrahedra) {
   for (const int cells : {4, 8}) {
     const auto missing = [&](const StaticModel& model, double shift) {
       return std::abs(1 - edge_crack_ratio(model, cells, shift, 0.3));
     };
     EXPECT_LT(missing(test::neo_hookean_lattice(), 0), missing(test::neo_hookean(), 0)) << cells;
-    EXPECT_GT(missing(test::neo_hookean_lattice(), 0.5), missing(test::neo_hookean(), 0.5)) << cells;
-    EXPECT_LT(missing(test::neo_hookean_lattice(), 0.5), 1.8 * missing(test::neo_hookean(), 0.5)) << cells;
+    EXPECT_LT(missing(test::neo_hookean_lattice(), 0.5), 1.05 * missing(test::neo_hookean(), 0.5)) << cells;
   }
 }
 
@@ -159,10 +157,10 @@ TEST(Accuracy, A_13_a_penny_opens_as_sneddons) {
   }
 }
 
-TEST(Accuracy, A_13_known_failure_through_cells_a_penny_is_almost_a_cell_smaller) {
+TEST(Accuracy, A_13_known_failure_through_cells_the_edge_of_a_penny_is_closed) {
   const Penny penny = penny_ratio(test::moving_hexahedra(), 4, 0.5, 0.3);
-  EXPECT_NEAR(penny.centre, 0.8, 0.05);
-  EXPECT_NEAR(penny.volume, 0.5, 0.05);
+  EXPECT_NEAR(penny.centre, 0.95, 0.05);
+  EXPECT_NEAR(penny.volume, 0.6, 0.05);
 }
 
 TEST(Accuracy, A_13_known_failure_springs_open_too_little) {

@@ -36,6 +36,10 @@ inline const std::vector<Room>& rooms() {
        "topology delta, apply, inverse, keyframe, journal",
        {"common/core/", "common/math/", "common/mesh/", "common/delta/"},
        {"Eigen/"}},
+      {"common/mcap/",
+       "records of sessions as MCAP files, which tools of others read: writer and reader, zstd",
+       {"common/core/", "common/delta/bytes.h", "common/mcap/"},
+       {}},
       {"common/material/",
        "the inside of a body: elastic constants, regions as functions of the rest point, their volumes",
        {"common/core/", "common/math/", "common/mesh/", "common/material/"},
@@ -103,8 +107,8 @@ inline const std::vector<Room>& rooms() {
        "",
        {"common/core/", "common/math/", "sim_server/engine/engine", "sim_server/engine/world_engine.h",
         "sim_server/scene/scene.h", "sim_server/collision/collision_engine.h",
-        "sim_server/surface/cutting/cutting_engine.h", "sim_server/deformation/deformation_engine.h",
-        "sim_server/components/splitting_engine.h"},
+        "sim_server/surface/cutting/cutting_engine.h", "sim_server/surface/cutting/cut_plan.h",
+        "sim_server/deformation/deformation_engine.h", "sim_server/components/splitting_engine.h"},
        {"Eigen/"}},
       {"sim_server/engine/",
        "the interface of engines, the table of engines by the model that a scene names",
@@ -196,10 +200,10 @@ inline const std::vector<Room>& rooms() {
        {"Eigen/", "nlohmann/"}},
 
       {"sim_server/session/",
-       "runs without a network, recorder, report, score of an exercise, replay",
+       "runs without a network, recorder, journal of inputs, report, score of an exercise, replay",
        {"common/core/", "common/math/", "common/mesh/", "common/material/", "common/delta/", "common/messages/",
-        "sim_server/session/", "sim_server/simulation.h", "sim_server/prepare/", "sim_server/scene/scene",
-        "sim_server/step/step_io.h"},
+        "common/mcap/", "sim_server/session/", "sim_server/simulation.h", "sim_server/prepare/",
+        "sim_server/scene/scene", "sim_server/step/step_io.h"},
        {"Eigen/", "nlohmann/"}},
       {"sim_server/trials/",
        "a scene played many times by hands that differ from its traces, and the rate at which it succeeds",
@@ -315,7 +319,7 @@ inline const Room* room_of(std::string_view path) {
 
 // Headers of the language and of the system: a single word, or below one of these folders.
 inline bool is_system_header(std::string_view header) {
-  for (const std::string_view folder : {"sys/", "arpa/", "netinet/", "linux/"})
+  for (const std::string_view folder : {"sys/", "arpa/", "netinet/", "linux/", "net/"})
     if (header.starts_with(folder)) return true;
   return header.find('/') == std::string_view::npos && header != "png.h" && header != "ft2build.h";
 }

@@ -89,7 +89,7 @@ void cut_step(benchmark::State& state) {
   double plan_s = 0;
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
     const double start_s = processor_time_s();
-    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), entries, motions);
     plan_s += processor_time_s() - start_s;
     if (!body.apply(cut_as_planned(plan)) || plan.refused) state.SkipWithError("a cut was refused");
     return processor_time_s() - start_s;
@@ -102,8 +102,9 @@ void plan_and_accept(benchmark::State& state) {
   Body body(pad.scene.bodies[0], pad.scene, 0, surface_spring_engines);
   draw(state, pad, body, [&](std::span<const Entry> entries, std::span<const BladeMotion> motions) {
     const double start_s = processor_time_s();
-    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, motions);
-    if (!accept(plan, body.mesh, body.cuts) || plan.refused) state.SkipWithError("a cut was refused");
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), entries, motions);
+    if (apply(plan.delta, body.mesh) != ApplyStatus::applied || plan.refused) state.SkipWithError("a cut was refused");
+    if (plan.ticket) body.engines.cutting->accept(body.shared(), *plan.ticket);
     const double took_s = processor_time_s() - start_s;
     body.particles.resize(body.mesh.vertex_slots());
     for (const auto& [v, s] : plan.seeds) body.particles.place(v, s.position_world_m, s.velocity_world_m_per_s);

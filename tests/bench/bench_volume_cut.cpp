@@ -76,7 +76,7 @@ class Notch {
     std::vector<Entry> entries;
     if (!begun_) entries.push_back({7, entry_, Vec3::Constant(1.0 / 3)});
     begun_ = true;
-    return body_->engines.cutting->plan(body_->shared(), body_->cuts, entries, std::array{motion});
+    return body_->engines.cutting->plan(body_->shared(), entries, std::array{motion});
   }
 
   double size_m_;

@@ -16,35 +16,6 @@ namespace {
 
 constexpr double kStep = 1e-3;  // of the scenes; explicit models divide it
 
-// The implicit driver with a step and a number of sweeps of its own.
-class Descent final : public VolumeModel {
- public:
-  Descent(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int sweeps)
-      : VolumeModel(material, settings),
-        solid_(mesh, material, settings, VolumeIntegrator::implicit_only),
-        sweeps_(sweeps) {}
-  void step(std::span<Vec4f> x, std::span<Vec4f> v, std::span<const PointConstraint> constraints,
-            std::span<Reaction> reactions) override {
-    solid_.implicit_step(x, v, settings_.step_s, sweeps_, constraints, reactions);
-  }
-  void change(const TetChange& change) override { solid_.change(change); }
-  const TetMesh& mesh() const override { return solid_.mesh(); }
-  void set_gravity(const Vec3& g) override {
-    VolumeModel::set_gravity(g);
-    solid_.set_gravity(g);
-  }
-  double mass_kg(VertexId v) const override { return solid_.mass_kg(v); }
-  double inverse_mass_per_kg(VertexId v) const override { return solid_.inverse_mass_per_kg(v); }
-  IntegratorDiagnostics diagnostics() const override { return solid_.diagnostics(); }
-  VertexId first_bad_vertex() const override { return solid_.first_bad_vertex(); }
-  double energy_j(std::span<const Vec4f> x, std::span<const Vec4f> v) const override { return solid_.energy_j(x, v); }
-  void elastic_forces_n(std::span<const Vec4f> x, std::span<Vec3> f) const { solid_.elastic_forces_n(x, f); }
-
- private:
-  TetSolid solid_;
-  int sweeps_;
-};
-
 std::string steps_text(double step_s, const std::string& with) {
   char text[60];
   std::snprintf(text, sizeof text, "%.3g ms%s%s", 1000 * step_s, with.empty() ? "" : " ", with.c_str());
@@ -76,7 +47,7 @@ Method neo_hookean() {
     return with_forces(std::make_unique<TetSolid>(m, t, s));
   });
 }
-// The simulator's own way with `driver: implicit`: as many sweeps as it takes, up to its own limit.
+// The simulator's own way with `driver: implicit`: as many iterations as it takes, up to its own limit.
 Method implicit_neo_hookean() {
   return on_tets("neo-Hookean tetra", "implicit", kStep, true, [](const Mesh& m, const Material& t, const Settings& s) {
     return with_forces(std::make_unique<TetSolid>(m, t, s, VolumeIntegrator::implicit_only));
@@ -121,10 +92,10 @@ Method lattice(const std::string& name, double offset) {
     return ChartModel{std::move(solid), nullptr, offset > 0, cells};
   });
 }
-Method descent(double step_s, int sweeps) {
-  return on_tets("neo-Hookean tetra", steps_text(step_s, std::to_string(sweeps) + " sweeps"), step_s, true,
-                 [sweeps](const Mesh& m, const Material& t, const Settings& s) {
-                   return with_forces(std::make_unique<Descent>(m, t, s, sweeps));
+Method implicit_at(double step_s) {
+  return on_tets("neo-Hookean tetra", steps_text(step_s, "implicit"), step_s, true,
+                 [](const Mesh& m, const Material& t, const Settings& s) {
+                   return with_forces(std::make_unique<TetSolid>(m, t, s, VolumeIntegrator::implicit_only));
                  });
 }
 
@@ -143,11 +114,10 @@ std::vector<Method> methods(bool quick) {
     }));
     all.push_back(lattice_in_a_scene());
   }
-  // Steps and sweeps; steps and iterations.
+  for (const double step_s : quick ? std::vector{0.0167} : std::vector{0.004, 0.0167, 0.0333})
+    all.push_back(implicit_at(step_s));
+  // Steps and iterations.
   using Drivers = std::vector<std::pair<double, int>>;
-  for (const auto& [step_s, sweeps] :
-       quick ? Drivers{{1e-3, 2}} : Drivers{{1e-3, 2}, {5e-4, 2}, {2.5e-4, 2}, {1e-3, 8}})
-    all.push_back(descent(step_s, sweeps));
   for (const auto& [step_s, n] : quick ? Drivers{{5e-4, 1}} : Drivers{{1e-3, 1}, {5e-4, 1}, {2.5e-4, 1}, {1e-3, 4}})
     all.push_back(on_tets("XPBD", steps_text(step_s, std::to_string(n) + " iterations"), step_s, false,
                           [n = n](const Mesh& m, const Material& t, const Settings& s) { return xpbd(m, t, s, n); }));

@@ -84,9 +84,8 @@ TEST(A_STYLE, A_STYLE_a_refused_cut_says_why) {
 class NoEntry final : public CuttingEngine {
  public:
   CutTraits traits() const override { return {}; }
-  CutPlan plan(const SharedBody&, const BodyCuts& cuts, std::span<const Entry> entries,
-               std::span<const BladeMotion>) const override {
-    CutPlan plan(cuts);
+  CutPlan plan(const SharedBody&, std::span<const Entry> entries, std::span<const BladeMotion>) const override {
+    CutPlan plan;
     for (const Entry& e : entries) plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, "no entry"});
     plan.refused = static_cast<std::uint32_t>(entries.size());
     return plan;

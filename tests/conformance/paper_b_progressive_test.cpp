@@ -219,12 +219,12 @@ TEST(B_PROG, a_delta_that_does_not_fit_leaves_the_mesh_alone) {
   PadUnderScalpel pad;
   come_to_cell(pad);
   const TriangleMesh before = pad.mesh;
-  CutPlan plan =
+  SurfaceCutPlan plan =
       plan_cut(pad.mesh, pad.view(), pad.cuts, {},
                pad.over_all({{0, {{pad.top(0.026, 0.015), Vec3::UnitZ(), 1e9}}, false}}), pad.settings, true);
   ASSERT_FALSE(plan.delta.empty());
   plan.delta.hash_after ^= 1;
-  EXPECT_FALSE(accept(plan, pad.mesh, pad.cuts));
+  EXPECT_FALSE(pad.accept(plan));
   EXPECT_TRUE(pad.mesh.same_database(before));
   EXPECT_FALSE(pad.going()) << "the stroke ends with what is open";
   EXPECT_EQ(pad.cuts.grooves.ends.size(), 2u);

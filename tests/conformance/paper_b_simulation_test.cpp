@@ -125,7 +125,7 @@ struct CutBody {
   }
   void apply_plan(const std::vector<Entry>& entries, BladeMotion motion) {
     for (TriangleId t = 0; t < body.mesh.triangle_slots(); ++t) motion.active.push_back(t);  // any may be crossed
-    const CutPlan plan = body.engines.cutting->plan(body.shared(), body.cuts, entries, std::array{motion});
+    const CutPlan plan = body.engines.cutting->plan(body.shared(), entries, std::array{motion});
     EXPECT_TRUE(body.apply(cut_as_planned(plan)));
   }
   Vec3 position(VertexId v) const { return body.particles.position_world_m[v].head<3>().cast<double>(); }

@@ -91,7 +91,9 @@ TEST_F(SceneEngines, the_journal_of_a_run_holds_the_scalars_and_replay_tells_the
     const std::vector<ScalarField> fields = simulation.scalars(s.body_id);
     EXPECT_NE(std::ranges::find(fields, s.field), fields.end()) << s.field.name;
   }
-  const std::string told = replay(file_.folder() + "/out/journal", file_.folder() + "/replayed");
+  std::string damage;
+  const std::string told = replay(file_.folder() + "/out/journal", file_.folder() + "/replayed", damage);
+  EXPECT_EQ(damage, "");
   EXPECT_NE(told.find("lower: temperature at step 700: 1.4 to 1.4, mean 1.4\n"), std::string::npos) << told;
   std::ifstream csv(file_.folder() + "/replayed/lower.temperature.csv");
   std::string head, first;

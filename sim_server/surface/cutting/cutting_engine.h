@@ -1,12 +1,13 @@
-// The interface of a cutting engine: it plans a step's cuts in one body.
+// The interface of a cutting engine: it plans a step's cuts in one body, and remembers the cuts that there are.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "sim_server/engine/engine.h"
-#include "sim_server/surface/cutting/plan_cut.h"
+#include "sim_server/surface/cutting/cut_plan.h"
 
 namespace sectio {
 
@@ -29,45 +30,27 @@ class CuttingEngine : public Engine {
  public:
   virtual CutTraits traits() const = 0;
 
-  // See plan_cut(). Changes nothing: the engine goes on with the plan when it has to accept() its ticket.
-  virtual CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
+  // Plans the cuts of a step. Changes nothing: the engine goes on with the plan when it has to accept() its ticket.
+  virtual CutPlan plan(const SharedBody& body, std::span<const Entry> entries,
                        std::span<const BladeMotion> motions) const = 0;
-
-  // The place where the line of a blade enters an open cut of the body. Such a blade is in the tissue, though it
-  // touches none.
-  virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const BodyCuts&, const Blade&) const { return {}; }
-
-  // Plans a small piece of work that can wait for a step in which no instrument is at the body. Like
-  // plan() it changes nothing.
-  virtual TidyPlan tidy(const SharedBody&) const { return {}; }
 
   // A plan has been accepted: its delta, unless that is empty, has been applied. Instead of follow(), which is for
   // changes that this engine has not planned.
   virtual void accept(const SharedBody&, const CutTicket&) {}
-};
+  // The delta of a plan did not fit the body, which is as before: all strokes end where they are.
+  virtual void reject() {}
 
-// Cuts surfaces in the style that the settings name.
-class SurfaceCutting final : public CuttingEngine {
- public:
-  SurfaceCutting(const StrokeSettings& settings, bool loops_free_islands)
-      : settings_(settings), loops_free_islands_(loops_free_islands) {}
+  // The place of an edge in the tissue; none: the edge is in no cut of this body.
+  virtual std::optional<CutPoint> cut_point(const SharedBody&, std::uint32_t /*edge_id*/) const { return {}; }
+  // The place where the line of a blade enters an open cut of the body. Such a blade is in the tissue, though it
+  // touches none.
+  virtual std::optional<InOpenCut> in_open_cut(const SharedBody&, const Blade&) const { return {}; }
+  // Does one of these triangles (ascending) belong to a subdivision that is temporary? That is no cut yet.
+  virtual bool is_temporary(std::span<const TriangleId> /*triangles*/) const { return false; }
 
-  CutTraits traits() const override {
-    return {settings_.style == CutStyle::templates, false, settings_.join_tolerance_m, settings_.min_step_m};
-  }
-  CutPlan plan(const SharedBody& body, const BodyCuts& cuts, std::span<const Entry> entries,
-               std::span<const BladeMotion> motions) const override {
-    return plan_cut(body.mesh, body.particles.view(), cuts, entries, motions, settings_, loops_free_islands_);
-  }
-  std::optional<InOpenCut> in_open_cut(const SharedBody& body, const BodyCuts& cuts,
-                                       const Blade& blade) const override {
-    return sectio::in_open_cut(body.mesh, body.particles.view(), cuts, blade);
-  }
-  void follow(const SharedBody&, const TopologyChange&) override {}  // all data is in BodyCuts
-
- private:
-  StrokeSettings settings_;
-  bool loops_free_islands_;
+  // Plans a small piece of work that can wait for a step in which no instrument is at the body. Like
+  // plan() it changes nothing.
+  virtual TidyPlan tidy(const SharedBody&) const { return {}; }
 };
 
 }  // namespace sectio

@@ -99,6 +99,12 @@ struct Grooves {
       return gone(f.top) || gone(f.bottom) || gone(f.before_left) || gone(f.before_right);
     });
   }
+  void forget_dead_of(const TopologyDelta& delta) {
+    std::vector<VertexId> dead;
+    for (const VertexEdit& e : delta.vertices)
+      if (!e.alive) dead.push_back(e.id);
+    forget(dead);
+  }
 
  private:
   std::vector<Rung>::const_iterator place_of(VertexId lip) const {

@@ -9,9 +9,14 @@
 
 namespace sectio {
 
-const Stroke* BodyCuts::stroke_of(std::uint32_t edge_id) const {
+const Stroke* SurfaceCuts::stroke_of(std::uint32_t edge_id) const {
   const auto it = std::find_if(strokes.begin(), strokes.end(), [&](const Stroke& s) { return s.edge_id == edge_id; });
   return it != strokes.end() ? &*it : nullptr;
+}
+
+bool all_wait(std::span<const Entry> entries, std::span<const BladeMotion> motions) {
+  return entries.empty() &&
+         std::ranges::all_of(motions, [](const BladeMotion& m) { return m.path.empty() && !m.lift; });
 }
 
 const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t edge_id) {
@@ -77,15 +82,16 @@ struct Refusal {
 // One try to advance all strokes of a body.
 class Attempt {
  public:
-  Attempt(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, const StrokeSettings& settings,
+  Attempt(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts, const StrokeSettings& settings,
           bool loops_free_islands, const std::map<std::uint32_t, Debt>& shares)
-      : plan(cuts),
-        now_(mesh, particles),
+      : now_(mesh, particles),
         draft_(now_),
         cuts_(cuts),
         settings_(settings),
         loops_free_islands_(loops_free_islands),
-        shares_(shares) {}
+        shares_(shares) {
+    plan.after.grooves = cuts.grooves;
+  }
 
   // Nothing: the plan is made. Else the stroke that there is no room for, and the draft is worth nothing.
   std::optional<Refusal> run(std::span<const Entry> entries, std::span<const BladeMotion> motions) {
@@ -97,22 +103,24 @@ class Attempt {
     for (Stroke& s : strokes) {
       if (const auto refusal = follow(s, motion_of(motions, s.edge_id))) return refusal;
       for (const auto& [left, right] : s.met)
-        if (const auto island = loops_free_islands_ ? free_island(draft_, plan.grooves, left, right) : std::nullopt) {
+        if (const auto island =
+                loops_free_islands_ ? free_island(draft_, plan.after.grooves, left, right) : std::nullopt) {
           plan.islands.push_back(*island);
-          find_bottoms_again(draft_, plan.grooves);
+          find_bottoms_again(draft_, plan.after.grooves);
         }
       s.met.clear();
     }
     if (nothing_moved(entries)) return std::nullopt;
-    for (Stroke& s : plan.strokes)
+    for (Stroke& s : plan.after.strokes)
       if (share_of(s) != Share::closed && !open_temporarily(draft_, s, settings_))
         return Refusal{s.edge_id, "the face that the blade is in can't be opened up to it"};
     plan.delta = draft_.delta();
     plan.seeds = draft_.seeds();
+    plan.after.grooves.forget_dead_of(plan.delta);
     return std::nullopt;
   }
 
-  CutPlan plan;
+  SurfaceCutPlan plan;
 
  private:
   Share share_of(const Stroke& s) const {
@@ -123,12 +131,12 @@ class Attempt {
   // Every blade waits: the mesh stays as it is, with the temporary subdivisions that it has.
   bool nothing_moved(std::span<const Entry> entries) {
     if (!entries.empty() || !plan.outcomes.empty() || !plan.islands.empty()) return false;
-    if (std::ranges::any_of(plan.strokes, [](const Stroke& s) { return s.has_moved; })) return false;
-    for (std::size_t i = 0; i < plan.strokes.size(); ++i) {
-      if (!plan.strokes[i].cuts()) continue;
-      const BladeSeen seen = plan.strokes[i].seen;
-      plan.strokes[i] = cuts_.strokes[i];
-      plan.strokes[i].seen = seen;
+    if (std::ranges::any_of(plan.after.strokes, [](const Stroke& s) { return s.has_moved; })) return false;
+    for (std::size_t i = 0; i < plan.after.strokes.size(); ++i) {
+      if (!plan.after.strokes[i].cuts()) continue;
+      const BladeSeen seen = plan.after.strokes[i].seen;
+      plan.after.strokes[i] = cuts_.strokes[i];
+      plan.after.strokes[i].seen = seen;
     }
     return true;
   }
@@ -155,7 +163,7 @@ class Attempt {
       for (const Blade& blade : motion->path) {
         near.resize(motion->active.size());
         draft_.append_edited(near);
-        end = advance(draft_, s, blade, near, plan.grooves, settings_);
+        end = advance(draft_, s, blade, near, plan.after.grooves, settings_);
         if (end == StrokeEnd::refused) return Refusal{s.edge_id, s.why_refused, s.seen.owed_m};
         s.seen.owed_m = 0;
         if (end == StrokeEnd::joined) plan.outcomes.push_back({s.edge_id, end});
@@ -164,7 +172,7 @@ class Attempt {
     }
     const bool is_lifted = end == StrokeEnd::lifted || (motion && motion->lift);
     if (!is_lifted && (!s.cuts() || share_of(s) < Share::ends)) {
-      plan.strokes.push_back(s);
+      plan.after.strokes.push_back(s);
       return std::nullopt;
     }
     if (is_lifted) plan.outcomes.push_back({s.edge_id, StrokeEnd::lifted});
@@ -172,53 +180,47 @@ class Attempt {
     if (is_lifted || refusal) return refusal;
     if (s.cuts()) stand_beside(draft_, s, s.cell.apex);
     s.seen.begins_anew = true;
-    plan.strokes.push_back(s);
+    plan.after.strokes.push_back(s);
     return std::nullopt;
   }
 
   std::optional<Refusal> end_cut(Stroke& s) {
     s.temporary_inverse.reset();
     if (share_of(s) == Share::closed) {
-      keep_what_is_open(s, plan.grooves);
+      keep_what_is_open(s, plan.after.grooves);
       return std::nullopt;
     }
-    if (!open_temporarily(draft_, s, settings_) || !finish(draft_, s, plan.grooves))
+    if (!open_temporarily(draft_, s, settings_) || !finish(draft_, s, plan.after.grooves))
       return Refusal{s.edge_id, "the end of the cut can't be closed"};
     return std::nullopt;
   }
 
   const MeshDraft now_;
   MeshDraft draft_;
-  const BodyCuts& cuts_;
+  const SurfaceCuts& cuts_;
   const StrokeSettings& settings_;
   const bool loops_free_islands_;
   const std::map<std::uint32_t, Debt>& shares_;
 };
 
-bool at_rest(const BladeMotion& motion) {
-  return motion.path.empty() && !motion.lift;
-}
-
-// All strokes end with what is open.
-CutPlan end_all(const BodyCuts& cuts, std::span<const Entry> entries, std::string_view why) {
-  CutPlan plan(cuts);
+SurfaceCutPlan refuse_all(const SurfaceCuts& cuts, std::span<const Entry> entries, std::string_view why) {
+  SurfaceCutPlan plan;
+  plan.after = cuts;
+  end_where_they_are(plan.after);
   plan.refused = 1;
-  for (Stroke s : cuts.strokes) {
-    keep_what_is_open(s, plan.grooves);
-    plan.outcomes.push_back({s.edge_id, StrokeEnd::refused, why});
-  }
+  for (const Stroke& s : cuts.strokes) plan.outcomes.push_back({s.edge_id, StrokeEnd::refused, why});
   for (const Entry& e : entries) plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, why});
   return plan;
 }
 
 }  // namespace
 
-CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts, std::span<const Entry> entries,
-                 std::span<const BladeMotion> motions, const StrokeSettings& settings, bool loops_free_islands) {
-  if (entries.empty() && std::ranges::all_of(motions, at_rest)) {
-    CutPlan unchanged(cuts);
-    unchanged.strokes = cuts.strokes;
-    unchanged.template_strokes = cuts.template_strokes;
+SurfaceCutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts,
+                        std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                        const StrokeSettings& settings, bool loops_free_islands) {
+  if (all_wait(entries, motions)) {
+    SurfaceCutPlan unchanged;
+    unchanged.after = cuts;
     return unchanged;
   }
   if (settings.style == CutStyle::templates)
@@ -233,7 +235,7 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
       attempt.plan.outcomes.insert(attempt.plan.outcomes.end(), refused.begin(), refused.end());
       return std::move(attempt.plan);
     }
-    if (refusal->why == kChangedBeneath) return end_all(cuts, entries, refusal->why);
+    if (refusal->why == kChangedBeneath) return refuse_all(cuts, entries, refusal->why);
     Debt& debt = shares[refusal->edge_id];
     if (debt.share == Share::moves)
       debt = {refusal->owed_m > kMostOwedM ? Share::ends : Share::stays, refusal->owed_m};
@@ -241,10 +243,10 @@ CutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCut
       debt.share = Share::closed;
     if (debt.share != Share::stays) refused.push_back({refusal->edge_id, StrokeEnd::refused, refusal->why});
   }
-  return end_all(cuts, entries, "there is no room for the cuts");
+  return refuse_all(cuts, entries, "there is no room for the cuts");
 }
 
-std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
+std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts,
                                      const Blade& blade) {
   Grooves grooves = cuts.grooves;
   for (const Stroke& s : cuts.strokes) add_temporary(s, grooves);
@@ -255,22 +257,11 @@ std::optional<InOpenCut> in_open_cut(const TriangleMesh& mesh, ParticleView part
   return InOpenCut{place->point_world_m, now.triangle_of_edge(place->lid.lip.from, place->lid.lip.to)};
 }
 
-bool accept(const CutPlan& plan, TriangleMesh& mesh, BodyCuts& cuts) {
-  if (!plan.delta.empty() && apply(plan.delta, mesh) != ApplyStatus::applied) {
-    for (Stroke& s : cuts.strokes) keep_what_is_open(s, cuts.grooves);
-    for (const TemplateStroke& s : cuts.template_strokes) keep_what_is_open(s, cuts.grooves);
-    cuts.strokes.clear();
-    cuts.template_strokes.clear();
-    return false;
-  }
-  cuts.grooves = plan.grooves;
-  cuts.strokes = plan.strokes;
-  cuts.template_strokes = plan.template_strokes;
-  std::vector<VertexId> dead;
-  for (const VertexEdit& e : plan.delta.vertices)
-    if (!e.alive) dead.push_back(e.id);
-  cuts.grooves.forget(dead);
-  return true;
+void end_where_they_are(SurfaceCuts& cuts) {
+  for (Stroke& s : cuts.strokes) keep_what_is_open(s, cuts.grooves);
+  for (const TemplateStroke& s : cuts.template_strokes) keep_what_is_open(s, cuts.grooves);
+  cuts.strokes.clear();
+  cuts.template_strokes.clear();
 }
 
 }  // namespace sectio

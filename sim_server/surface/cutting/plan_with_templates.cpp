@@ -107,10 +107,11 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
 
 }  // namespace
 
-CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const BodyCuts& cuts,
-                            std::span<const Entry> entries, std::span<const BladeMotion> motions,
-                            const StrokeSettings& settings) {
-  CutPlan plan(cuts);
+SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, const SurfaceCuts& cuts,
+                                   std::span<const Entry> entries, std::span<const BladeMotion> motions,
+                                   const StrokeSettings& settings) {
+  SurfaceCutPlan plan;
+  plan.after.grooves = cuts.grooves;
   const MeshDraft now(mesh, particles);
   MeshDraft draft = now;
   std::vector<TemplateStroke> strokes = cuts.template_strokes;
@@ -118,7 +119,7 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
     if (undo_temporary(draft, *it)) continue;
     for (const TemplateStroke& s : cuts.template_strokes) {
       plan.outcomes.push_back({s.edge_id, StrokeEnd::refused, kChangedBeneath});
-      keep_what_is_open(s, plan.grooves);
+      keep_what_is_open(s, plan.after.grooves);
     }
     for (const Entry& e : entries) plan.outcomes.push_back({e.edge_id, StrokeEnd::refused, kChangedBeneath});
     ++plan.refused;
@@ -139,22 +140,23 @@ CutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView particles, co
 
   for (TemplateStroke& s : strokes) {
     const BladeMotion* const motion = motion_of(motions, s.edge_id);
-    const StrokeEnd end = motion ? follow(draft, s, *motion, plan.grooves, settings) : StrokeEnd::going;
+    const StrokeEnd end = motion ? follow(draft, s, *motion, plan.after.grooves, settings) : StrokeEnd::going;
     if (end == StrokeEnd::going) {
-      plan.template_strokes.push_back(s);
+      plan.after.template_strokes.push_back(s);
       continue;
     }
     plan.refused += end == StrokeEnd::refused;
     plan.outcomes.push_back({s.edge_id, end, end == StrokeEnd::refused ? s.why_refused : std::string_view()});
     if (end != StrokeEnd::joined) open_temporarily(draft, s, template_settings(settings));
-    finish(draft, s, plan.grooves);
+    finish(draft, s, plan.after.grooves);
   }
-  for (std::size_t i = 0; i < plan.template_strokes.size(); ++i) {
-    open_temporarily(draft, plan.template_strokes[i], template_settings(settings));
-    plan.strokes.push_back(as_stroke(draft, plan.template_strokes[i]));
+  for (std::size_t i = 0; i < plan.after.template_strokes.size(); ++i) {
+    open_temporarily(draft, plan.after.template_strokes[i], template_settings(settings));
+    plan.after.strokes.push_back(as_stroke(draft, plan.after.template_strokes[i]));
   }
   plan.delta = draft.delta();
   plan.seeds = draft.seeds();
+  plan.after.grooves.forget_dead_of(plan.delta);
   return plan;
 }
 

@@ -76,20 +76,6 @@ Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke) {
   return (c[1].rest_body_m - c[0].rest_body_m).cross(c[2].rest_body_m - c[0].rest_body_m).stableNormalized();
 }
 
-SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m) {
-  SurfacePoint nearest;
-  double least = 1e300;
-  for (const TriangleId t : triangles) {
-    const auto& v = draft.triangle(t).v;
-    const ClosestPoint c =
-        closest_on_triangle(point_world_m, {draft.position(v[0]), draft.position(v[1]), draft.position(v[2])});
-    if (c.squared_distance >= least) continue;
-    least = c.squared_distance;
-    nearest = {t, c.bary};
-  }
-  return nearest;
-}
-
 bool undo_temporary(MeshDraft& draft, Stroke& stroke) {
   if (!stroke.temporary_inverse) return true;
   if (stroke.temporary_twin != kNone) {

@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "sim_server/surface/cutting/blade_place.h"
+#include "sim_server/surface/cutting/cut_plan.h"
+#include "sim_server/surface/cutting/surface_point.h"
 #include "sim_server/surface/cutting/templates.h"
 
 namespace sectio {
@@ -35,13 +37,6 @@ struct StrokeSettings {
   double min_depth_m = 3e-4;  // least depth of a groove
   double release_depth_m = -2e-4;  // the stroke ends when the depth of the tip is below this
   double join_tolerance_m = 2e-3;
-};
-
-enum class StrokeEnd : std::uint8_t {
-  going,    // nothing ended
-  lifted,   // the blade is out of the tissue, or through it
-  joined,   // ran into another cut, or into its own
-  refused,  // no valid subdivision
 };
 
 // A stroke's knowledge of its blade, whether or not there is a cut under way.
@@ -93,13 +88,6 @@ Vec3 position_of(const MeshDraft& draft, const Stroke& stroke);
 Vec3 rest_of(const MeshDraft& draft, const Stroke& stroke);
 // Unit normal of the surface there at rest, out of the tissue: a dent does not turn it. Zero when there is no cell.
 Vec3 rest_normal_of(const MeshDraft& draft, const Stroke& stroke);
-
-struct SurfacePoint {
-  TriangleId triangle = kNone;
-  Vec3 bary = Vec3::Zero();
-};
-// The point of the given triangles that is nearest to a point; kNone if there are no triangles.
-SurfacePoint nearest_on(const MeshDraft& draft, std::span<const TriangleId> triangles, const Vec3& point_world_m);
 
 // Undoes the temporary subdivision. False when the mesh has changed under it.
 bool undo_temporary(MeshDraft& draft, Stroke& stroke);

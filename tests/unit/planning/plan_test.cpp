@@ -2,21 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/calibration.h"
 #include "tests/support/shapes.h"
 
 namespace sectio::planning {
 namespace {
 
-// The calibration of some machine.
-Calibration calibration() {
-  Calibration c;
-  c.rate[0] = {5, 0, 0};
-  c.rate[1] = {7, 4, 0.25};
-  c.rate[2] = c.rate[3] = {10, 14, 0.28};
-  c.rate[4] = c.rate[5] = {11, 22, 0.46};
-  c.touched_vertex_ns = 5;
-  return c;
-}
+using test::calibration;
 
 PlanInput of_box(const Vec3& size_m, std::vector<BodyLoad> loads) {
   PlanInput in;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/delta/keyframe.h"
+#include "common/messages/epoch.h"
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/moving_world.h"
 
@@ -11,7 +12,8 @@ namespace {
 
 // A server with one of two bodies, and a wire that loses nothing.
 struct Share {
-  Share(std::uint64_t at_epoch, const std::string& body) : epoch(at_epoch), encoder(at_epoch, MovingWorld::kStep_s, 1) {
+  Share(std::uint64_t session, const std::string& body)
+      : epoch(first_epoch(session)), encoder(epoch, MovingWorld::kStep_s, 1) {
     scene = source.scene("theatre");
     scene.epoch = epoch;
     scene.world_bodies = {"liver", "kidney"};
@@ -37,6 +39,11 @@ struct Share {
     world.announce(scene);
     send_keyframe(world);
     send_step(world);
+  }
+  void become(std::uint64_t other_epoch) {
+    epoch = scene.epoch = other_epoch;
+    encoder = StateEncoder(epoch, MovingWorld::kStep_s, 1);
+    encoder.refresh(0);
   }
   SessionEnd end() const {
     return {epoch, source.steps(), "complete", {{source.mesh().revision(), source.mesh().hash()}}};
@@ -65,6 +72,38 @@ TEST(World, the_first_picture_waits_for_all_bodies_for_a_bounded_time) {
   EXPECT_FALSE(half.frame(0, frame));
   EXPECT_TRUE(half.frame(World::kGather_s + 0.1, frame));
   EXPECT_EQ(frame.bodies.size(), 1u);
+}
+
+// A server was halted, while another took its session over and fell silent in its turn.
+TEST(World, a_later_term_goes_on_with_the_bodies_at_once_and_gives_way_when_it_says_nothing) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney");
+  kidney.scene.world_bodies = {"kidney"};
+  kidney.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  const std::uint64_t first = kidney.epoch;
+  const std::size_t requests = world.take_requests(0).size();
+
+  kidney.become(first + 3);
+  world.announce(kidney.scene);
+  kidney.send_step(world);
+  ASSERT_TRUE(world.frame(0.01, frame)) << "without a keyframe";
+  EXPECT_EQ(frame.step, kidney.source.steps());
+  EXPECT_EQ(world.take_requests(0.01).size(), requests);
+  kidney.become(first);
+  kidney.send_step(world);
+  EXPECT_FALSE(world.frame(0.02, frame)) << "a ghost";
+  world.announce(kidney.scene);
+  EXPECT_FALSE(world.frame(0.03, frame)) << "it can announce itself as often as it likes";
+
+  kidney.send_step(world);
+  world.frame(0.02 + 2 * World::kSilence_s, frame);
+  kidney.send_keyframe(world);
+  kidney.send_step(world);
+  ASSERT_TRUE(world.frame(0.03 + 2 * World::kSilence_s, frame)) << "nobody else speaks";
+  EXPECT_EQ(frame.step, kidney.source.steps());
+  EXPECT_EQ(world.servers(), 1u);
 }
 
 TEST(World, a_server_takes_the_place_of_one_that_has_fallen_silent_when_it_can_be_drawn) {

@@ -51,9 +51,11 @@ VolumeMaterial material() {
   return material;
 }
 
-VolumeSettings settings(const TetMesh& mesh) {
+constexpr double kSomeMass_s = 4e-4;  // some vertices need mass for such a step, and all of them get it
+
+VolumeSettings settings(const TetMesh& mesh, double step_s = kSomeMass_s) {
   VolumeSettings settings;
-  settings.least_substep_s = 0.001;  // more than all rows allow: mass wherever it is needed
+  settings.step_s = settings.least_substep_s = step_s;
   settings.fixed = fixed(mesh.vertices_body_m);
   return settings;
 }
@@ -81,6 +83,8 @@ void expect_same(const Model& followed, const Model& made, std::uint32_t seed) {
     ASSERT_LT((f[v] - g[v]).norm(), 1e-5 * largest) << v;
   }
   EXPECT_NEAR(followed.diagnostics().added_mass_fraction, made.diagnostics().added_mass_fraction, 1e-9);
+  EXPECT_GT(made.diagnostics().added_mass_fraction, 0);
+  EXPECT_LT(made.diagnostics().added_mass_fraction, kMuchAddedMass);
   EXPECT_NEAR(followed.elastic_energy_j(x), made.elastic_energy_j(x), 1e-6 * made.elastic_energy_j(x));
 }
 
@@ -134,7 +138,7 @@ TEST_P(Changes, rows_are_those_of_a_model_made_anew) {
 TEST(Changes, a_body_that_is_cut_often_moves_like_one_made_anew) {
   Random random(77);
   TetTopology volume(block());
-  TetSolid solid(block(), {}, settings(block()));
+  TetSolid solid(block(), {}, settings(block(), 1e-3), VolumeIntegrator::implicit_only);
   bool compacted = false;
   for (int n = 0; n < 30; ++n) {
     cut(volume, random.sheet(), {});
@@ -146,13 +150,17 @@ TEST(Changes, a_body_that_is_cut_often_moves_like_one_made_anew) {
   EXPECT_TRUE(compacted);
   EXPECT_LE(solid.rows().overflow_row_count(), std::max(256u, solid.rows().row_count() / 10));
   const TetMesh mesh = volume.mesh();
-  TetSolid anew(mesh, {}, settings(mesh));
+  TetSolid anew(mesh, {}, settings(mesh, 1e-3), VolumeIntegrator::implicit_only);
   Points x = test::at_rest(mesh), v = test::still(x), y = x, w = v;
   for (int n = 0; n < 20; ++n) {
-    solid.implicit_step(x, v, 0.001, 60);
-    anew.implicit_step(y, w, 0.001, 60);
+    solid.step(x, v, {}, {});
+    anew.step(y, w, {}, {});
   }
-  for (std::size_t i = 0; i < x.size(); ++i) ASSERT_LT((x[i] - y[i]).head<3>().norm(), 2e-5f) << i;
+  const double fall_m = 0.5 * 9.81 * 0.02 * 0.02;
+  double sum_m2 = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum_m2 += double{(x[i] - y[i]).head<3>().squaredNorm()};
+  // A step may leave 2 % of the weight, which is much of that of a crumb.
+  EXPECT_LT(std::sqrt(sum_m2 / static_cast<double>(x.size())), 0.1 * fall_m);
 }
 
 // A vertex without tetrahedra has no row; the other rows are as if it had never existed.

@@ -218,8 +218,7 @@ TEST_P(VolumeCuts, a_cut_that_ends_at_another_is_a_t_junction) {
     motion.frame_world = block.body().spec.pose;
     std::vector<Entry> entries;
     if (x_m > 0.0349) entries.push_back({8, 0, Vec3::Constant(1.0 / 3)});
-    const CutPlan plan =
-        block.body().engines.cutting->plan(block.body().shared(), block.body().cuts, entries, std::array{motion});
+    const CutPlan plan = block.body().engines.cutting->plan(block.body().shared(), entries, std::array{motion});
     ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
     block.body().deform({}, {}, 0.001);
   }

@@ -1,0 +1,85 @@
+#include "sim_server/surface/cutting/surface_cutting.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace sectio {
+
+struct SurfaceCutting::Ticket final : CutTicket {
+  explicit Ticket(SurfaceCuts after_plan) : after(std::make_shared<const SurfaceCuts>(std::move(after_plan))) {}
+  std::shared_ptr<const SurfaceCuts> after;
+};
+
+CutPlan SurfaceCutting::plan(const SharedBody& body, std::span<const Entry> entries,
+                             std::span<const BladeMotion> motions) const {
+  if (all_wait(entries, motions)) {
+    CutPlan unchanged;
+    for (const Stroke& s : cuts_->strokes) unchanged.going_on.push_back(s.edge_id);
+    return unchanged;
+  }
+  SurfaceCutPlan planned =
+      plan_cut(body.mesh, body.particles.view(), *cuts_, entries, motions, settings_, loops_free_islands_);
+  for (const Stroke& s : planned.after.strokes) planned.going_on.push_back(s.edge_id);
+  planned.ticket = std::make_shared<Ticket>(std::move(planned.after));
+  return planned;
+}
+
+void SurfaceCutting::accept(const SharedBody&, const CutTicket& planned) {
+  cuts_ = static_cast<const Ticket&>(planned).after;  // only its own come back
+}
+
+void SurfaceCutting::reject() {
+  SurfaceCuts ended = *cuts_;
+  end_where_they_are(ended);
+  cuts_ = std::make_shared<const SurfaceCuts>(std::move(ended));
+}
+
+void SurfaceCutting::follow(const SharedBody& body, const TopologyChange& change) {
+  const TriangleMesh& mesh = body.mesh;
+  const auto is_gone = [&](VertexId v) { return v != kNone && (v >= mesh.vertex_slots() || !mesh.vertex_alive(v)); };
+  std::vector<VertexId> gone;
+  for (const VertexEdit& e : change.delta.vertices)
+    if (is_gone(e.id)) gone.push_back(e.id);
+  if (gone.empty()) return;
+  SurfaceCuts left = *cuts_;
+  left.grooves.forget(gone);
+  std::erase_if(left.strokes, [&](const Stroke& s) {
+    return is_gone(s.cell.apex) || is_gone(s.start) || is_gone(s.bottom) || is_gone(s.first) ||
+           is_gone(s.temporary_tip) || std::ranges::any_of(s.cell.rim, is_gone) ||
+           std::ranges::any_of(s.touched, is_gone);
+  });
+  std::erase_if(left.template_strokes, [&](const TemplateStroke& s) { return !left.stroke_of(s.edge_id); });
+  cuts_ = std::make_shared<const SurfaceCuts>(std::move(left));
+}
+
+std::optional<CutPoint> SurfaceCutting::cut_point(const SharedBody& body, std::uint32_t edge_id) const {
+  const Stroke* stroke = cuts_->stroke_of(edge_id);
+  if (!stroke) return std::nullopt;
+  const MeshDraft now(body.mesh, body.particles.view());
+  const bool is_known =
+      stroke->cuts() || now.find_triangle(stroke->touched[0], stroke->touched[1], stroke->touched[2]) != kNone;
+  CutPoint point;
+  point.cuts = stroke->cuts();
+  point.point_world_m = stroke->seen.at_world_m;
+  point.near = stroke->cuts() ? stroke->cell.apex : stroke->touched[0];
+  point.follows = stroke->temporary_tip != kNone ? stroke->temporary_tip : stroke->cell.apex;
+  point.blade = stroke->blade;
+  point.owed_m = stroke->seen.owed_m;
+  if (!is_known) return point;
+  if (!point.point_world_m) point.point_world_m = position_of(now, *stroke);
+  point.rest_body_m = rest_of(now, *stroke);
+  point.normal_body = rest_normal_of(now, *stroke);
+  return point;
+}
+
+bool SurfaceCutting::is_temporary(std::span<const TriangleId> triangles) const {
+  for (const Stroke& stroke : cuts_->strokes) {
+    if (!stroke.temporary_inverse) continue;
+    for (const TriangleEdit& e : stroke.temporary_inverse->triangles)
+      if (std::ranges::binary_search(triangles, e.id)) return true;
+  }
+  return false;
+}
+
+}  // namespace sectio

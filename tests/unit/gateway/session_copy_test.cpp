@@ -1,0 +1,52 @@
+// The gateway's copy of a session, when another server takes the session over.
+#include "render_client/gateway/session_copy.h"
+
+#include <gtest/gtest.h>
+
+#include "common/delta/keyframe.h"
+#include "common/messages/codec.h"
+#include "common/messages/epoch.h"
+#include "tests/support/moving_world.h"
+
+namespace sectio::test {
+namespace {
+
+TEST(SessionCopy, goes_on_with_the_bodies_of_a_later_term_and_hears_no_ghost) {
+  MovingWorld world;
+  SceneInfo scene = world.scene("theatre");
+  scene.epoch = first_epoch(5);
+  SessionCopy copy;
+  copy.announce(scene);
+  const auto send_keyframe = [&](std::uint64_t epoch) {
+    for (KeyframeChunk& chunk :
+         split_keyframe(epoch, 0, world.mesh().revision(), to_bytes(keyframe_of(world.mesh())), kChunkBytes))
+      copy.feed(std::move(chunk));
+  };
+  const auto send_cuts = [&](std::uint64_t epoch) {
+    for (const BodyDelta& delta : world.step(true).deltas) copy.feed(DeltaMessage{epoch, 0, delta.delta});
+  };
+  const auto revision_served = [&](std::uint64_t epoch) {
+    const auto& chunks = copy.keyframe({epoch, 0, kNoRevision, 0});
+    return chunks.empty() ? std::nullopt : std::optional(decode<KeyframeChunk>(*chunks.front()));
+  };
+  send_keyframe(scene.epoch);
+  send_cuts(scene.epoch);
+  ASSERT_TRUE(revision_served(scene.epoch));
+
+  const std::uint64_t before = scene.epoch;
+  scene.epoch += 2;
+  copy.announce(scene);
+  EXPECT_FALSE(copy.knows(before));
+  send_cuts(scene.epoch);
+  const auto served = revision_served(scene.epoch);
+  ASSERT_TRUE(served) << "without a keyframe of the new server";
+  EXPECT_EQ(served->epoch, scene.epoch);
+  EXPECT_EQ(served->revision, world.mesh().revision());
+  scene.epoch = before;
+  copy.announce(scene);
+  EXPECT_FALSE(copy.knows(before)) << "a ghost";
+  EXPECT_EQ(copy.scenes().size(), 1u);
+}
+
+}  // namespace
+}  // namespace sectio::test
