@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim_server/scene/region_reader.h"
+#include "sim_server/scene/tissues.h"
 
 namespace sectio {
 namespace {
@@ -170,6 +171,10 @@ BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
   const Allowed allowed = allowed_for(body.model, traits);
   map.part(
       "pose", [&](KeyReader& part) { read_pose(part, body.pose); }, "Where the mesh is placed.");
+  std::string tissue;
+  map.default_of("none").choice("tissue", tissue, tissue_names(),
+                                "Tissue whose measured constants, which docs/tissue.md lists, `material` begins with.");
+  if (!tissue.empty()) body.material = material_of(tissue);
   map.part(
       "material", [&](KeyReader& part) { read_material(part, body.material); }, "Constants of the tissue.");
   map.part(
