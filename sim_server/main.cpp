@@ -20,6 +20,11 @@ int main(int argc, char** argv) {
                     servers_command);
     program.command("status", "expectation and measurement of each body of a running session", status_command);
     program.command("tilt", "tilts the patient of a running session, at the rate that the scene allows", tilt_command);
+    program.command("pause", "halts a running session, until it goes on", pause_command);
+    program.command("go-on", "lets a paused session go on", go_on_command);
+    program.command("speed", "lets a running session run faster or slower than the clock", speed_command);
+    program.command("anew", "begins a running session anew; the try so far keeps its files", anew_command);
+    program.command("score", "the score of the exercise of a running session, so far", score_command);
     return program.run(argc, argv, run);
   });
 }

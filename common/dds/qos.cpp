@@ -41,7 +41,7 @@ constexpr std::array kTopics{
     TopicQos{"scene",             SECTIO_TYPE(SceneInfo),       kReliable,   kLateJoiners, 1,    2 * kMiB},
     TopicQos{"events",            SECTIO_TYPE(SessionEvent),    kReliable,   kLateJoiners, 256,  4 * kKiB},
     TopicQos{"server_status",     SECTIO_TYPE(ServerStatus),    kBestEffort, kNowOnly,     1,    64 * kKiB},
-    TopicQos{"gravity_requests",  SECTIO_TYPE(GravityRequest),  kReliable,   kLateJoiners, 1,    kKiB},
+    TopicQos{"session_orders",    SECTIO_TYPE(SessionOrder),    kReliable,   kLateJoiners, 16,   kKiB},
     TopicQos{"session_end",       SECTIO_TYPE(SessionEnd),      kReliable,   kLateJoiners, 1,    64 * kKiB},
     // For a standby, which asks for what it has missed.
     TopicQos{"step_inputs",       SECTIO_TYPE(StepInputs),      kReliable,   kNowOnly,     4096, kMiB},
@@ -64,7 +64,7 @@ template <> const TopicQos& qos_of<ViewerReport>() { return kTopics[9]; }
 template <> const TopicQos& qos_of<SceneInfo>() { return kTopics[10]; }
 template <> const TopicQos& qos_of<SessionEvent>() { return kTopics[11]; }
 template <> const TopicQos& qos_of<ServerStatus>() { return kTopics[12]; }
-template <> const TopicQos& qos_of<GravityRequest>() { return kTopics[13]; }
+template <> const TopicQos& qos_of<SessionOrder>() { return kTopics[13]; }
 template <> const TopicQos& qos_of<SessionEnd>() { return kTopics[14]; }
 template <> const TopicQos& qos_of<StepInputs>() { return kTopics[15]; }
 template <> const TopicQos& qos_of<StepRequest>() { return kTopics[16]; }

@@ -219,7 +219,7 @@ SECTIO_CODEC(SceneInfo);
 SECTIO_CODEC(SessionEvent);
 SECTIO_CODEC(ViewerReport);
 SECTIO_CODEC(ServerStatus);
-SECTIO_CODEC(GravityRequest);
+SECTIO_CODEC(SessionOrder);
 SECTIO_CODEC(SessionEnd);
 SECTIO_CODEC(ToolWish);
 SECTIO_CODEC(StepInputs);

@@ -20,8 +20,11 @@ constexpr std::uint64_t first_epoch(std::uint64_t beginning) {
 inline std::uint64_t new_epoch() {
   return first_epoch(microseconds_since_1970());
 }
+constexpr std::uint64_t beginning_of(std::uint64_t epoch) {
+  return epoch >> kTermBits;
+}
 constexpr bool same_session(std::uint64_t epoch, std::uint64_t other) {
-  return epoch >> kTermBits == other >> kTermBits;
+  return beginning_of(epoch) == beginning_of(other);
 }
 // The epoch of a server that takes the session over. Two that do so at once, without knowing of each other, have
 // different terms almost always; the later one stays.

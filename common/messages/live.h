@@ -12,8 +12,8 @@ namespace sectio {
 
 // The version stands in the subprotocol of the socket, with that of the wire. It goes up with every change of a message
 // of this file, or of the meaning of one.
-constexpr std::uint32_t kLiveVersion = 1;
-std::string live_protocol();  // "sectio-live-5.1": version 5 of the wire, version 1 of this
+constexpr std::uint32_t kLiveVersion = 2;
+std::string live_protocol();  // "sectio-live-6.2": version 6 of the wire, version 2 of this
 
 constexpr std::size_t kMaxPeople = 1024;
 constexpr std::size_t kMaxTokenBytes = 128;
@@ -41,7 +41,8 @@ struct ToolClaim {
 struct Person {
   std::uint32_t id = kNobody;
   std::string name;
-  bool may_write = false;
+  bool may_write = false;  // hold instruments
+  bool may_lead = false;   // give orders (SessionOrder)
   bool operator==(const Person&) const = default;
 };
 

@@ -24,10 +24,11 @@ void fields(Visitor& visit, M& message) {
 
 template <class Visitor, FieldsOf<Person> M>
 void fields(Visitor& visit, M& message) {
-  auto& [id, name, may_write] = message;
+  auto& [id, name, may_write, may_lead] = message;
   visit("id", id);
   visit("name", name, kName);
   visit("may_write", may_write);
+  visit("may_lead", may_lead);
 }
 
 template <class Visitor, FieldsOf<Roster> M>

@@ -28,6 +28,7 @@ enum class LiveKind : std::uint8_t {
   claim,
   wish,
   keyframe_request,
+  order,
 };
 
 constexpr std::size_t kLiveHeaderBytes = 5;

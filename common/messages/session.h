@@ -104,14 +104,28 @@ struct ServerStatus {
   Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
   std::vector<BodyCheck> checks;              // one a body
   std::vector<ViewerReport> viewer_reports;   // of the last seconds, the newest of each viewer
+  double speed = 1;                           // of simulated time, compared with the clock; 0: paused
 };
 
 constexpr double kMostGravity_m_per_s2 = 1000;
 
-// Gravity is to turn there.
-struct GravityRequest {
-  std::uint64_t source = 0;  // another one with every request
-  Vec3 gravity_m_per_s2 = Vec3::Zero();
+constexpr double kSlowest = 0.01, kFastest = 10;  // speed of a session
+
+enum class OrderKind : std::uint8_t {
+  tilt,   // gravity turns there: somebody tilts the patient
+  pause,  // no step is made
+  go_on,
+  set_speed,   // of simulated time, compared with the clock
+  begin_anew,  // bodies and score as they were at first; the try so far is kept
+  tell_score,  // of the exercise, so far
+};
+
+// An order of the person who leads a session, to all of its servers.
+struct SessionOrder {
+  std::uint64_t source = 0;  // another one with every order
+  OrderKind kind = OrderKind::tilt;
+  Vec3 gravity_m_per_s2 = Vec3::Zero();  // of tilt
+  double speed = 1;                      // of set_speed
 };
 
 struct SessionEnd {

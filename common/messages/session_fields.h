@@ -125,7 +125,7 @@ void fields(Visitor& visit, M& message) {
 template <class Visitor, FieldsOf<ServerStatus> M>
 void fields(Visitor& visit, M& message) {
   auto& [epoch, step, sim_time_s, step_wall_time_s, stability_margin, cuts_made, cuts_refused, samples_refused, viewers,
-         bodies, gravity_target_m_per_s2, checks, viewer_reports] = message;
+         bodies, gravity_target_m_per_s2, checks, viewer_reports, speed] = message;
   visit("epoch", epoch);
   visit("step", step);
   visit("sim_time_s", sim_time_s);
@@ -139,13 +139,16 @@ void fields(Visitor& visit, M& message) {
   visit("gravity_target_world_m_per_s2", gravity_target_m_per_s2, kGravity_m_per_s2);
   visit("checks", checks, at_most(kMaxBodies));
   visit("viewer_reports", viewer_reports, at_most(kMaxViewerReports));
+  visit("speed_1", speed, from_to(0, kFastest));
 }
 
-template <class Visitor, FieldsOf<GravityRequest> M>
+template <class Visitor, FieldsOf<SessionOrder> M>
 void fields(Visitor& visit, M& message) {
-  auto& [source, gravity_m_per_s2] = message;
+  auto& [source, kind, gravity_m_per_s2, speed] = message;
   visit("source", source);
+  visit("kind", kind, at_most(static_cast<double>(OrderKind::tell_score)));
   visit("gravity_world_m_per_s2", gravity_m_per_s2, kGravity_m_per_s2);
+  visit("speed_1", speed, from_to(kSlowest, kFastest));
 }
 
 template <class Visitor, FieldsOf<SessionEnd> M>

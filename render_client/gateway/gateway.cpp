@@ -117,6 +117,9 @@ bool Gateway::take_message(std::uint32_t client, const LiveFrameReader::Message&
     case LiveKind::wish:
       if (const auto wish = decode<ToolWish>(message.bytes)) return take_wish(client, *wish, now_s), true;
       return false;
+    case LiveKind::order:
+      if (const auto order = decode<SessionOrder>(message.bytes)) return take_order(client, *order), true;
+      return false;
     case LiveKind::keyframe_request:
       if (const auto request = decode<KeyframeRequest>(message.bytes))
         return send_keyframe(clients_.at(client), *request, now_s), true;
@@ -155,6 +158,17 @@ void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
   wish.held = true;
   wishes_.push_back(wish);
   ++counts_.wishes;
+}
+
+void Gateway::take_order(std::uint32_t client, SessionOrder order) {
+  if (!roles_.may_lead(client)) {
+    ++counts_.refused_orders;
+    notify(client, "this session is led by somebody else");
+    return;
+  }
+  order.source = source_ + ++order_count_;
+  orders_.push_back(order);
+  ++counts_.orders;
 }
 
 void Gateway::send_keyframe(Client& client, const KeyframeRequest& request, double now_s) {
@@ -204,6 +218,10 @@ std::vector<ToolWish> Gateway::take_wishes() {
   return std::exchange(wishes_, {});
 }
 
+std::vector<SessionOrder> Gateway::take_orders() {
+  return std::exchange(orders_, {});
+}
+
 std::string Gateway::metrics() const {
   std::uint64_t replaced = replaced_before_, dropped = dropped_before_;
   for (const auto& [id, client] : clients_) {
@@ -222,6 +240,8 @@ std::string Gateway::metrics() const {
   add("refused_garbage_total", "counter", counts_.refused_garbage);
   add("refused_not_holder_total", "counter", counts_.refused_not_holder);
   add("refused_claims_total", "counter", counts_.refused_claims);
+  add("orders_total", "counter", counts_.orders);
+  add("refused_orders_total", "counter", counts_.refused_orders);
   add("refused_tokens_total", "counter", counts_.refused_tokens);
   add("keyframes_total", "counter", counts_.keyframes);
   add("states_replaced_total", "counter", replaced);

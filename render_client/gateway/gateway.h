@@ -3,7 +3,7 @@
 // One thread.
 //
 //   session ── scene, deltas, states, events, contacts ──▶ a mailbox a client ──▶ page
-//   page ── hello, claims, wishes, requests for keyframes ──▶ roles, limits ──▶ bridges
+//   page ── hello, claims, wishes, orders, requests for keyframes ──▶ roles, limits ──▶ bridges, servers
 #pragma once
 
 #include <cstdint>
@@ -36,6 +36,8 @@ struct GatewayCounts {
   std::uint64_t refused_garbage = 0;     // frames that are no messages
   std::uint64_t refused_not_holder = 0;  // wishes for an instrument that another one holds, or nobody
   std::uint64_t refused_claims = 0;
+  std::uint64_t orders = 0;  // passed on
+  std::uint64_t refused_orders = 0;
   std::uint64_t refused_tokens = 0;
   std::uint64_t keyframes = 0;
 };
@@ -47,8 +49,8 @@ class Gateway {
   static constexpr std::size_t kEventsKept = 16;         // for those who come later
   static constexpr double kKeyframeInterval_s = 0.2;     // of one body for one client
 
-  Gateway(std::string token, const GatewayLimits& limits, std::uint64_t source)
-      : limits_(limits), source_(source), roles_(std::move(token)) {}
+  Gateway(Roles::Tokens tokens, const GatewayLimits& limits, std::uint64_t source)
+      : limits_(limits), source_(source), roles_(std::move(tokens)) {}
 
   // Validated messages of the session.
   void feed(const SceneInfo& message);
@@ -76,6 +78,7 @@ class Gateway {
 
   // For the session, since the last call.
   std::vector<ToolWish> take_wishes();
+  std::vector<SessionOrder> take_orders();
   std::vector<KeyframeRequest> take_requests(double now_s) { return copy_.take_requests(now_s); }
 
   // For Prometheus: a line a number.
@@ -104,6 +107,7 @@ class Gateway {
   void take_hello(std::uint32_t client, const Hello& hello);
   void take_claim(std::uint32_t client, const ToolClaim& claim, double now_s);
   void take_wish(std::uint32_t client, ToolWish wish, double now_s);
+  void take_order(std::uint32_t client, SessionOrder order);
   void send_keyframe(Client& client, const KeyframeRequest& request, double now_s);
 
   GatewayLimits limits_;
@@ -117,6 +121,8 @@ class Gateway {
   std::map<Subject, SharedBytes> newest_;
   std::deque<SharedBytes> events_;
   std::vector<ToolWish> wishes_;
+  std::vector<SessionOrder> orders_;
+  std::uint64_t order_count_ = 0;
   GatewayCounts counts_;
   std::uint64_t replaced_before_ = 0, dropped_before_ = 0;  // of clients that have left
 };

@@ -12,7 +12,7 @@ struct GatewayNet::Wire {
 
   Endpoints<Reads<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, SessionEvent,
                   ServerStatus, ContactMessage, SessionEnd>,
-            Writes<KeyframeRequest, ToolWish>>
+            Writes<KeyframeRequest, ToolWish, SessionOrder>>
       endpoints;
   std::uint64_t client = microseconds_since_1970();
   std::uint64_t newest_epoch = 0, ended_epoch = 0;
@@ -59,6 +59,8 @@ void GatewayNet::send(Gateway& gateway, double now_s) {
   }
   for (const ToolWish& wish : gateway.take_wishes())
     if (!wire_->endpoints.write(wish)) log_limited(LogLevel::warning, "wish", "DDS refused a wish");
+  for (const SessionOrder& order : gateway.take_orders())
+    if (!wire_->endpoints.write(order)) log_limited(LogLevel::warning, "order", "DDS refused an order");
 }
 
 bool GatewayNet::connected() const {

@@ -20,7 +20,7 @@ struct Options {
   NetworkOptions network;
   WebServerOptions web;
   GatewayLimits limits;
-  std::string token;
+  std::string token, lead_token;
   std::uint32_t max_clients = 64;
 };
 
@@ -31,6 +31,8 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--address", o.web.address, "IPv4 address to listen on; 0.0.0.0: all of this host");
   arguments.option("--port", o.web.port, "port to listen on; 0: any that is free");
   arguments.option("--token", o.token, "what a person must know to hold an instrument; empty: a new one");
+  arguments.option("--lead-token", o.lead_token,
+                   "what a person must know to pause, tilt and begin anew; empty: who may hold an instrument may lead");
   arguments.option("--max-clients", o.max_clients, "browsers at a time; further ones are refused");
   if (!arguments.parse(argc, argv)) return false;
   if (o.web.port < 0 || o.web.port > 65535)
@@ -38,9 +40,10 @@ bool parse(int argc, char** argv, Options& o) {
   if (o.max_clients < 1 || o.max_clients > kMaxPeople)
     throw InputError("--max-clients: expected 1 to " + std::to_string(kMaxPeople) + ", got " +
                      std::to_string(o.max_clients));
-  if (o.token.size() > kMaxTokenBytes || o.token.find_first_of("#/?& ") != std::string::npos)
-    throw InputError("--token: expected at most " + std::to_string(kMaxTokenBytes) +
-                     " characters without #/?& or blanks");
+  for (const auto& [flag, token] : {std::pair("--token", o.token), std::pair("--lead-token", o.lead_token)})
+    if (token.size() > kMaxTokenBytes || token.find_first_of("#/?& ") != std::string::npos)
+      throw InputError(std::string(flag) + ": expected at most " + std::to_string(kMaxTokenBytes) +
+                       " characters without #/?& or blanks");
   check_network_options(o.network);
   return true;
 }
@@ -66,7 +69,7 @@ int run(Options& o) {
   o.web.protocol = live_protocol();
   o.web.max_message_bytes = Gateway::kMaxMessageBytes;
   if (!find_session(o.network, kForEver_s, [] { return stop_requested != 0; })) return 1;
-  Gateway gateway(o.token, o.limits, microseconds_since_1970());
+  Gateway gateway({o.token, o.lead_token}, o.limits, microseconds_since_1970());
   GatewayNet net(o.network);
   std::map<std::uint64_t, std::uint32_t> client_of;  // by socket
   double stop_s = kForEver_s;

@@ -12,7 +12,7 @@ void Roles::set_tools(const std::vector<std::string>& names) {
 
 std::uint32_t Roles::enter() {
   const std::uint32_t id = ++last_id_;
-  people_[id] = {id, "guest " + std::to_string(id), false};
+  people_[id] = {id, "guest " + std::to_string(id)};
   changed_ = true;
   return id;
 }
@@ -27,9 +27,15 @@ void Roles::leave(std::uint32_t person) {
 bool Roles::hello(std::uint32_t person, const Hello& hello) {
   Person& p = people_.at(person);
   p.name = hello.name;
-  p.may_write = hello.token == token_;
+  p.may_lead = hello.token == (tokens_.lead.empty() ? tokens_.hold : tokens_.lead);
+  p.may_write = p.may_lead || hello.token == tokens_.hold;
   changed_ = true;
   return p.may_write || hello.token.empty();
+}
+
+bool Roles::may_lead(std::uint32_t person) const {
+  const auto at = people_.find(person);
+  return at != people_.end() && at->second.may_lead;
 }
 
 std::string Roles::act(std::uint32_t person, const ToolClaim& claim, double now_s) {
@@ -51,7 +57,9 @@ std::string Roles::act(std::uint32_t person, const ToolClaim& claim, double now_
       give(claim.tool_id, person, now_s);
       return "";
     case ClaimAction::give: {
-      if (!is_own) return "the " + tool.name + " isn't yours to give";
+      if (!is_own && !may_lead(person)) return "the " + tool.name + " isn't yours to give";
+      if (!is_own && tool.person != kNobody)
+        notices_.emplace_back(tool.person, name_of(person) + " has taken the " + tool.name + " from you");
       const auto to = people_.find(claim.person);
       if (to == people_.end()) return "the " + tool.name + " can't be given to somebody who isn't here";
       if (!to->second.may_write) return to->second.name + " only watches and can't hold the " + tool.name;

@@ -16,8 +16,12 @@ class Roles {
  public:
   static constexpr double kHandSilence_s = 3;  // after which an instrument is taken from a hand that says nothing
 
-  // `token`: what a person must know to hold an instrument; empty: nothing.
-  explicit Roles(std::string token) : token_(std::move(token)) {}
+  // What a person must know to hold an instrument, and to lead the session; empty: nothing, and whoever may hold an
+  // instrument leads.
+  struct Tokens {
+    std::string hold, lead;
+  };
+  explicit Roles(Tokens tokens) : tokens_(std::move(tokens)) {}
 
   // The scene's instruments; those that are there already keep their holders.
   void set_tools(const std::vector<std::string>& names);
@@ -25,7 +29,7 @@ class Roles {
   // A person comes, as an observer until hello(), and leaves; what they held is free then.
   std::uint32_t enter();
   void leave(std::uint32_t person);
-  // False for a token that is neither empty nor the right one: then the person watches.
+  // False for a token that is neither empty nor a right one: then the person watches.
   bool hello(std::uint32_t person, const Hello& hello);
 
   // The reason why not, in a line for the person; empty when it is done.
@@ -33,6 +37,7 @@ class Roles {
 
   // A wish of a person for an instrument came in. False: it isn't theirs.
   bool heard(std::uint32_t person, std::uint32_t tool_id, double now_s);
+  bool may_lead(std::uint32_t person) const;
   // Takes instruments from hands that have been silent for kHandSilence_s.
   void tick(double now_s);
 
@@ -59,7 +64,7 @@ class Roles {
   void give(std::uint32_t tool_id, std::uint32_t person, double now_s);
   void set_free(std::uint32_t tool_id);
 
-  std::string token_;
+  Tokens tokens_;
   std::map<std::uint32_t, Person> people_;
   std::vector<Holding> tools_;
   std::uint32_t last_id_ = kNobody;

@@ -52,6 +52,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       });
     case LiveKind::status:
       return with<ServerStatus>(message, [&](const ServerStatus& status) {
+        heard_s_ = now_s;
         status_ = status;
         versions_[status.epoch] = status.bodies;
       });
@@ -113,6 +114,10 @@ void LiveSession::add_line(const std::string& text) {
 
 void LiveSession::claim(const ToolClaim& claim) {
   send(LiveKind::claim, claim);
+}
+
+void LiveSession::order(const SessionOrder& order) {
+  send(LiveKind::order, order);
 }
 
 void LiveSession::wish(std::uint32_t tool_id, const JointPose& pose_world) {

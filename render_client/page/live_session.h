@@ -30,6 +30,7 @@ class LiveSession {
   bool frame(double now_s, Frame& frame);
 
   void claim(const ToolClaim& claim);
+  void order(const SessionOrder& order);
   void wish(std::uint32_t tool_id, const JointPose& pose_world);
   // Messages to be sent, since the last call.
   std::vector<std::uint8_t> take_outgoing();
@@ -40,7 +41,7 @@ class LiveSession {
   const World& world() const { return world_; }
   const std::optional<ServerStatus>& status() const { return status_; }
   double force_n(std::uint32_t tool_id, double now_s) const;
-  // Since the last state; nothing before the first one.
+  // Since the last word of the server; nothing before the first one.
   std::optional<double> silent_s(double now_s) const;
   // Events and notices, for a person, newest last; each has a number, so that a reader knows which are new.
   const std::deque<std::pair<std::uint64_t, std::string>>& lines() const { return lines_; }

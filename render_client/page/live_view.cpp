@@ -82,7 +82,16 @@ std::string LiveView::describe(double now_s) const {
   const Roster& roster = session.roster();
   json.key("you").value(roster.you).key("people").open('[');
   for (const Person& p : roster.people)
-    json.open('{').key("id").value(p.id).key("name").value(p.name).key("may_write").value(p.may_write).close('}');
+    json.open('{')
+        .key("id")
+        .value(p.id)
+        .key("name")
+        .value(p.name)
+        .key("may_write")
+        .value(p.may_write)
+        .key("may_lead")
+        .value(p.may_lead)
+        .close('}');
   json.close(']').key("tools").open('[');
   const SceneInfo* scene = session.world().scene();
   for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
@@ -116,7 +125,12 @@ std::string LiveView::describe(double now_s) const {
     json.open('{').key("number").value(number).key("text").value(text).close('}');
   json.close(']');
   if (const auto& status = session.status())
-    json.key("cuts").value(status->cuts_made).key("refused").value(status->cuts_refused);
+    json.key("cuts")
+        .value(status->cuts_made)
+        .key("refused")
+        .value(status->cuts_refused)
+        .key("speed")
+        .value(status->speed);
   const std::optional<JointPose> wish = hand_.wish();
   json.key("held");
   if (held_)

@@ -17,5 +17,10 @@ Arguments::Action traces_command(Arguments& arguments);
 Arguments::Action servers_command(Arguments& arguments);
 Arguments::Action status_command(Arguments& arguments);
 Arguments::Action tilt_command(Arguments& arguments);
+Arguments::Action pause_command(Arguments& arguments);
+Arguments::Action go_on_command(Arguments& arguments);
+Arguments::Action speed_command(Arguments& arguments);
+Arguments::Action anew_command(Arguments& arguments);
+Arguments::Action score_command(Arguments& arguments);
 
 }  // namespace sectio

@@ -1,12 +1,20 @@
+// Orders to the servers of a running session.
 #include <cstdio>
 
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/commands.h"
-#include "sim_server/net/tilt.h"
+#include "sim_server/net/order.h"
 
 namespace sectio {
 namespace {
+
+struct OrderFlags {
+  NetworkOptions network;
+  SessionOrder order;
+  std::string gravity;
+  double patience_s = 5;
+};
 
 Vec3 gravity_of(const std::string& text) {
   Vec3 gravity;
@@ -17,24 +25,52 @@ Vec3 gravity_of(const std::string& text) {
   return gravity;
 }
 
+std::shared_ptr<OrderFlags> order_flags(Arguments& arguments, OrderKind kind) {
+  auto flags = std::make_shared<OrderFlags>();
+  flags->order.kind = kind;
+  add_network_arguments(arguments, flags->network, "session; empty: the only one of the domain");
+  arguments.option("--patience-s", flags->patience_s, "how long to wait for an answer of the servers");
+  return flags;
+}
+
+Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags, const std::string& name) {
+  return [flags, name] {
+    if (!flags->gravity.empty()) flags->order.gravity_m_per_s2 = gravity_of(flags->gravity);
+    check_network_options(flags->network);
+    give_order(flags->network, flags->order, name, flags->patience_s);
+    return 0;
+  };
+}
+
 }  // namespace
 
 Arguments::Action tilt_command(Arguments& arguments) {
-  struct Flags {
-    NetworkOptions network;
-    std::string gravity;
-    double patience_s = 5;
-  };
-  const auto flags = std::make_shared<Flags>();
+  const auto flags = order_flags(arguments, OrderKind::tilt);
   arguments.option("--gravity", flags->gravity, "where to: x,y,z in m/s2", Need::required);
-  add_network_arguments(arguments, flags->network, "session; empty: the only one of the domain");
-  arguments.option("--patience-s", flags->patience_s, "how long to wait for an answer of the servers");
-  return [flags] {
-    const Vec3 gravity = gravity_of(flags->gravity);
-    check_network_options(flags->network);
-    request_gravity(flags->network, gravity, flags->patience_s);
-    return 0;
-  };
+  return giving(flags, "tilt");
+}
+
+Arguments::Action pause_command(Arguments& arguments) {
+  return giving(order_flags(arguments, OrderKind::pause), "pause");
+}
+
+Arguments::Action go_on_command(Arguments& arguments) {
+  return giving(order_flags(arguments, OrderKind::go_on), "go-on");
+}
+
+Arguments::Action speed_command(Arguments& arguments) {
+  const auto flags = order_flags(arguments, OrderKind::set_speed);
+  arguments.option("--factor", flags->order.speed, "of simulated time, compared with the clock: 0.01 to 10",
+                   Need::required);
+  return giving(flags, "speed");
+}
+
+Arguments::Action anew_command(Arguments& arguments) {
+  return giving(order_flags(arguments, OrderKind::begin_anew), "anew");
+}
+
+Arguments::Action score_command(Arguments& arguments) {
+  return giving(order_flags(arguments, OrderKind::tell_score), "score");
 }
 
 }  // namespace sectio

@@ -9,7 +9,7 @@ namespace sectio {
 
 namespace {
 
-constexpr std::size_t kGravitySources = 64;
+constexpr std::size_t kOrderSources = 64;
 
 std::uint64_t hash_of(const ProgramId& program) {
   std::uint64_t hash = 0;
@@ -50,15 +50,15 @@ std::vector<std::uint32_t> Intake::take_silent_tools() {
   return deduplicator_.take_silent(steady_now_s());
 }
 
-std::optional<Vec3> Intake::take_gravity() {
-  std::optional<Vec3> gravity;
-  while (const auto request = endpoints_.take<GravityRequest>()) {
-    if (std::ranges::find(gravity_sources_, request->source) != gravity_sources_.end()) continue;
-    gravity_sources_.push_back(request->source);
-    if (gravity_sources_.size() > kGravitySources) gravity_sources_.pop_front();
-    gravity = request->gravity_m_per_s2;
+std::vector<SessionOrder> Intake::take_orders() {
+  std::vector<SessionOrder> orders;
+  while (const auto order = endpoints_.take<SessionOrder>()) {
+    if (std::ranges::find(order_sources_, order->source) != order_sources_.end()) continue;
+    order_sources_.push_back(order->source);
+    if (order_sources_.size() > kOrderSources) order_sources_.pop_front();
+    orders.push_back(*order);
   }
-  return gravity;
+  return orders;
 }
 
 }  // namespace sectio

@@ -1,10 +1,9 @@
-// Everything that a running session takes in: poses of instruments, their silence, and requests to turn gravity. The
-// simulation's thread only; nothing blocks.
+// Everything that a running session takes in: poses of instruments, their silence, and orders. The simulation's thread
+// only; nothing blocks.
 #pragma once
 
 #include <cstdint>
 #include <deque>
-#include <optional>
 #include <vector>
 
 #include "sim_server/net/sample_deduplicator.h"
@@ -25,8 +24,8 @@ class Intake {
   // The tools for which nobody has spoken for SampleDeduplicator::kSilence_s, each once a silence.
   std::vector<std::uint32_t> take_silent_tools();
 
-  // The newest gravity that somebody asked for since the last call.
-  std::optional<Vec3> take_gravity();
+  // The orders that came since the last call, each once.
+  std::vector<SessionOrder> take_orders();
 
   // Packets of unknown tools, and of a bridge while another one moves its tool.
   std::uint64_t samples_refused() const { return refused_ + deduplicator_.refused(); }
@@ -38,7 +37,7 @@ class Intake {
   std::vector<Speaker> programs_;  // by tool: the program that moves it
   std::vector<SpeedLimit> limits_;
   std::uint64_t refused_ = 0;
-  std::deque<std::uint64_t> gravity_sources_;  // the last ones: a request may be delivered twice
+  std::deque<std::uint64_t> order_sources_;  // the last ones: an order may be delivered twice
 };
 
 }  // namespace sectio

@@ -40,6 +40,10 @@ class LiveServer {
   void take_over();
 
   void lead();
+  void obey(const SessionOrder& order);
+  void wait_in_pause();
+  void begin_anew();
+  void tell(EventKind kind, const std::string& text);
   bool take_input();
   bool take_past_input();
   void run_unseen();
@@ -58,7 +62,7 @@ class LiveServer {
   std::unique_ptr<ServerNet> net_;
 
   StepInput input_;
-  std::set<std::uint32_t> silent_;  // tools, while following
+  std::set<std::uint32_t> silent_;  // tools, while following or paused
   struct Recent {
     std::uint64_t step;
     std::vector<BodyDelta> deltas;
@@ -67,6 +71,9 @@ class LiveServer {
   std::deque<Recent> recent_;  // steps, while following, whose outputs viewers may not have got
   WorldView world_;
   Progress progress_;
+  double speed_;
+  bool paused_ = false;
+  int tries_ = 1;
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;

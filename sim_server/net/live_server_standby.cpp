@@ -50,7 +50,11 @@ void LiveServer::keep_news() {
   if (input_.samples.size() > kMostSamplesKept)
     input_.samples.erase(input_.samples.begin(), input_.samples.end() - kMostSamplesKept);
   for (const std::uint32_t tool : net_->take_silent_tools()) silent_.insert(tool);
-  if (const auto gravity = net_->take_gravity()) input_.gravity_m_per_s2 = gravity;
+  for (const SessionOrder& order : net_->take_orders()) {
+    if (order.kind == OrderKind::tilt) input_.gravity_m_per_s2 = order.gravity_m_per_s2;
+    if (order.kind == OrderKind::pause || order.kind == OrderKind::go_on) paused_ = order.kind == OrderKind::pause;
+    if (order.kind == OrderKind::set_speed) speed_ = order.speed;
+  }
 }
 
 void LiveServer::follow_step(const StepRecord& record) {
@@ -82,8 +86,13 @@ void LiveServer::take_over() {
   if (static_cast<double>(lost) * scene_.step_s > kMostLost_s)
     throw std::runtime_error("the server died before this standby had caught up: " + std::to_string(lost) +
                              " steps are missing; its own journal has them (--resume)");
-  Succession succession{
-      next_term(*server.epoch()), scene_info_now(scene_, run_->simulation()), meshes_of(run_->simulation()), {}, {}};
+  Succession succession{next_term(*server.epoch()),
+                        scene_info_now(scene_, run_->simulation()),
+                        meshes_of(run_->simulation()),
+                        {},
+                        {},
+                        run_->inputs(),
+                        record_.get()};
   for (const Recent& step : recent_) {
     succession.last_deltas.insert(succession.last_deltas.end(), step.deltas.begin(), step.deltas.end());
     succession.last_events.insert(succession.last_events.end(), step.events.begin(), step.events.end());

@@ -1,9 +1,10 @@
-#include "sim_server/net/tilt.h"
+#include "sim_server/net/order.h"
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <cstdio>
 #include <map>
+#include <optional>
 #include <thread>
 
 #include "common/core/error.h"
@@ -11,8 +12,10 @@
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
 #include "common/dds/find_session.h"
+#include "common/messages/epoch.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/validate.h"
+#include "sim_server/step/step_io.h"
 
 namespace sectio {
 
@@ -20,34 +23,75 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kTiltPollPeriod = std::chrono::milliseconds(20);
+constexpr auto kOrderPollPeriod = std::chrono::milliseconds(20);
+
+// A server as it speaks after the order.
+struct Answer {
+  ServerStatus status;
+  bool told = false;  // it has said an event of the kind that answers this order
+};
+
+// The event that answers an order that no status shows.
+std::optional<EventKind> answering_event(OrderKind kind) {
+  if (kind == OrderKind::set_speed) return EventKind::speed_set;
+  if (kind == OrderKind::begin_anew) return EventKind::begun_anew;
+  if (kind == OrderKind::tell_score) return EventKind::score_told;
+  return std::nullopt;
+}
+
+bool obeys(const SessionOrder& order, const Answer& answer) {
+  switch (order.kind) {
+    case OrderKind::tilt:
+      return answer.status.gravity_target_m_per_s2 == order.gravity_m_per_s2;
+    case OrderKind::pause:
+      return answer.status.speed == 0;
+    case OrderKind::go_on:
+      return answer.status.speed > 0;
+    case OrderKind::set_speed:
+    case OrderKind::begin_anew:
+    case OrderKind::tell_score:
+      return answer.told;
+  }
+  return false;
+}
 
 }  // namespace
 
-void request_gravity(NetworkOptions network, const Vec3& gravity_m_per_s2, double patience_s) {
-  const GravityRequest request{microseconds_since_1970(), gravity_m_per_s2};
-  if (!first_flaw(request).empty())
-    throw InputError("--gravity: expected at most " + std::to_string(std::lround(kMostGravity_m_per_s2)) + " m/s2");
+void give_order(NetworkOptions network, SessionOrder order, const std::string& name, double patience_s) {
+  order.source = microseconds_since_1970();
+  if (const std::string flaw = first_flaw(order); !flaw.empty()) throw InputError(name + ": " + flaw);
   find_session(network, patience_s, [] { return false; });
-  Endpoints<Reads<ServerStatus>, Writes<GravityRequest>> endpoints(network, "sim_server tilt");
-  if (!endpoints.write(request)) throw InputError("tilt: DDS refused to send the request");
-
-  std::map<std::uint64_t, bool> servers;  // by epoch: does it turn there?
+  Endpoints<Reads<ServerStatus, SessionEvent>, Writes<SessionOrder>> endpoints(network, "sim_server " + name);
+  const std::optional<EventKind> answer_kind = answering_event(order.kind);
+  std::map<std::uint64_t, Answer> servers;  // by the beginning of their session
   const auto until =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
+  // Events are kept for late joiners: answers to earlier orders must have come before this one goes out.
+  const auto listen = [&](bool ordered) {
+    while (const auto status = endpoints.take<ServerStatus>()) servers[beginning_of(status->epoch)].status = *status;
+    while (const auto event = endpoints.take<SessionEvent>()) {
+      if (!ordered || !answer_kind || event->kind != static_cast<std::uint8_t>(*answer_kind)) continue;
+      servers[beginning_of(event->epoch)].told = true;
+      std::printf("%s\n", event->text.c_str());
+    }
+  };
+  while (servers.empty() && Clock::now() < until) {
+    listen(false);
+    std::this_thread::sleep_for(kOrderPollPeriod);
+  }
+  if (servers.empty()) throw InputError("session '" + network.session + "': no server was heard");
+  if (!endpoints.write(order)) throw InputError(name + ": DDS refused to send the order");
   while (Clock::now() < until) {
-    while (const auto status = endpoints.take<ServerStatus>())
-      servers[status->epoch] = status->gravity_target_m_per_s2 == gravity_m_per_s2;
-    const auto turning =
-        static_cast<std::uint32_t>(std::ranges::count_if(servers, [](const auto& server) { return server.second; }));
-    if (turning > 0 && turning == servers.size() && turning >= endpoints.writer<GravityRequest>().readers()) {
-      log_info("gravity turns, says " + std::to_string(turning) + (turning == 1 ? " server" : " servers"));
+    listen(true);
+    const auto obeying = static_cast<std::uint32_t>(
+        std::ranges::count_if(servers, [&](const auto& server) { return obeys(order, server.second); }));
+    if (obeying == servers.size() && obeying >= endpoints.writer<SessionOrder>().readers()) {
+      log_info(name + ": " + std::to_string(obeying) + (obeying == 1 ? " server obeys" : " servers obey"));
       return;
     }
-    std::this_thread::sleep_for(kTiltPollPeriod);
+    std::this_thread::sleep_for(kOrderPollPeriod);
   }
-  throw InputError("session '" + network.session +
-                   "': " + (servers.empty() ? "no server was heard" : "a server did not turn gravity"));
+  throw InputError("session '" + network.session + "': a server did not obey: " + name);
 }
 
 }  // namespace sectio

@@ -1,13 +1,17 @@
-// Asks the servers of a session to turn gravity: `sim_server tilt`. Viewers don't write that topic.
+// Gives an order to the servers of a session: `sim_server tilt`, `pause`, `go-on`, `speed`, `anew`, `score`. Viewers don't
+// write that topic.
 #pragma once
 
+#include <string>
+
 #include "common/dds/participant.h"
-#include "common/math/types.h"
+#include "common/messages/session.h"
 
 namespace sectio {
 
-// Returns when every server that speaks has said that it turns gravity there. Throws InputError when no server says so
-// within the time, or one of several doesn't.
-void request_gravity(NetworkOptions network, const Vec3& gravity_m_per_s2, double patience_s);
+// Returns when every server that speaks has said that it obeys; `name`: the command, for messages. The lines that the
+// servers say of it go to the standard output. Throws InputError when no server does within the time, or one of several
+// doesn't, and when the order is out of bounds.
+void give_order(NetworkOptions network, SessionOrder order, const std::string& name, double patience_s);
 
 }  // namespace sectio

@@ -162,6 +162,7 @@ void Publisher::send_status(const Outbox& batch) {
   status.samples_refused = batch.samples_refused;
   status.viewers = endpoints_.writer<SessionEvent>().readers();
   status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
+  status.speed = batch.speed;
   status.bodies = versions();
   status.checks = batch.report.checks;
   for (const auto& [client, report] : reports_) status.viewer_reports.push_back(report.report);

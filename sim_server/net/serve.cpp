@@ -88,6 +88,7 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
       filled_(fill_volumes(scene)),
       steps_(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress_(steps_),
+      speed_(options.speed),
       planner_(!options.play_traces),
       stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {
   const std::uint64_t last_step =
@@ -132,7 +133,8 @@ void LiveServer::go_on() {
     std::this_thread::sleep_for(kStartPollPeriod);
   }
   const Simulation& now = run_->simulation();
-  net_->take_over({next_term(*last_epoch_), scene_info_now(scene_, now), meshes_of(now), {}, {}});
+  net_->take_over(
+      {next_term(*last_epoch_), scene_info_now(scene_, now), meshes_of(now), {}, {}, run_->inputs(), record_.get()});
 }
 
 // Waits for viewers, tools and other servers.
@@ -159,8 +161,14 @@ void LiveServer::wait_for_peers() {
 
 void LiveServer::lead() {
   due_ = Clock::now();
+  net_->set_speed(paused_ ? 0 : speed_);
   while (has_more_steps()) {
     yield_to_another_server(*net_, options_);
+    for (const SessionOrder& order : net_->take_orders()) obey(order);
+    if (paused_) {
+      wait_in_pause();
+      continue;
+    }
     const double next_s = static_cast<double>(run_->steps() + 1) * scene_.step_s;
     if (const double waited_s = wait_for_the_slowest(*net_, next_s); waited_s > 0) {
       cost_.waited_for_servers_s += waited_s;
@@ -170,9 +178,70 @@ void LiveServer::lead() {
     const auto start = Clock::now();
     run_step();
     if (planner_.now() == Budget::slowed) due_ = start;  // the session runs slower, not in bursts
-    due_ += steady_duration(scene_.step_s / options_.speed);
+    due_ += steady_duration(scene_.step_s / speed_);
     std::this_thread::sleep_until(due_);
   }
+}
+
+void LiveServer::tell(EventKind kind, const std::string& text) {
+  log_info(text);
+  net_->tell({run_->steps(), kind, 0, 0, text.substr(0, kMaxEventTextBytes)});
+}
+
+void LiveServer::obey(const SessionOrder& order) {
+  char text[64];
+  switch (order.kind) {
+    case OrderKind::tilt:
+      input_.gravity_m_per_s2 = order.gravity_m_per_s2;
+      return;
+    case OrderKind::pause:
+      if (!std::exchange(paused_, true)) tell(EventKind::paused, "paused");
+      break;
+    case OrderKind::go_on:
+      if (std::exchange(paused_, false)) tell(EventKind::went_on, "the session goes on");
+      break;
+    case OrderKind::set_speed:
+      speed_ = order.speed;
+      std::snprintf(text, sizeof text, "the session runs at %.3g times the clock", speed_);
+      tell(EventKind::speed_set, text);
+      break;
+    case OrderKind::begin_anew:
+      return begin_anew();
+    case OrderKind::tell_score:
+      for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
+      return;
+  }
+  due_ = Clock::now();
+  net_->set_speed(paused_ ? 0 : speed_);
+}
+
+// Poses that come meanwhile are not part of the session; that a hand has fallen silent is.
+void LiveServer::wait_in_pause() {
+  net_->take_samples(input_.samples);
+  input_.samples.clear();
+  for (const std::uint32_t tool : net_->take_silent_tools()) silent_.insert(tool);
+  std::this_thread::sleep_for(kStartPollPeriod);
+  due_ = Clock::now();
+}
+
+// The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server that
+// takes the session over: bodies of another term are asked for anew.
+void LiveServer::begin_anew() {
+  for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
+  run_->recorder().finish();
+  const std::string directory =
+      options_.directory.empty() ? "" : options_.directory + "/try_" + std::to_string(++tries_);
+  auto fresh = std::make_unique<SessionRun>(filled_, directory);
+  if (record_) fresh->recorder().warn(options_.record + ": ends where the session was begun anew");
+  if (past_) past_ = std::make_unique<InputLogReader>(options_.play);
+  const Simulation& now = fresh->simulation();
+  net_->take_over(
+      {next_term(net_->epoch()), scene_info_now(scene_, now), meshes_of(now), {}, {}, fresh->inputs(), nullptr});
+  run_ = std::move(fresh);
+  input_ = {};
+  due_ = Clock::now();
+  net_->set_speed(paused_ ? 0 : speed_);
+  tell(EventKind::begun_anew, "the session begins anew");
 }
 
 // The steps of a journal that come before the ones to be seen.
@@ -214,7 +283,6 @@ bool LiveServer::take_input() {
   input_.withdrawn = net_->take_silent_tools();
   input_.withdrawn.insert(input_.withdrawn.end(), silent_.begin(), silent_.end());
   silent_.clear();
-  if (const auto gravity = net_->take_gravity()) input_.gravity_m_per_s2 = gravity;
   return true;
 }
 

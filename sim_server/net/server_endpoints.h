@@ -12,7 +12,7 @@
 namespace sectio {
 
 using ServerEndpoints =
-    Endpoints<Reads<ToolPacket, GravityRequest,          // Intake
+    Endpoints<Reads<ToolPacket, SessionOrder,            // Intake
                     KeyframeRequest, ViewerReport,       // Publisher
                     SceneInfo, StateHeader, SessionEnd,  // OtherServers
                     StepRequest, StepInputs>,            // InputFeed, Follower

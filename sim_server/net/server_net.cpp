@@ -104,7 +104,7 @@ struct ServerNet::State {
   void run();
   void send(Outbox& batch);
 
-  const ServerNetOptions options;
+  ServerNetOptions options;
   std::uint64_t epoch;
   ServerEndpoints endpoints;
   OtherServers others;
@@ -173,8 +173,12 @@ std::vector<std::uint32_t> ServerNet::take_silent_tools() {
   return state_->intake.take_silent_tools();
 }
 
-std::optional<Vec3> ServerNet::take_gravity() {
-  return state_->intake.take_gravity();
+std::vector<SessionOrder> ServerNet::take_orders() {
+  return state_->intake.take_orders();
+}
+
+void ServerNet::set_speed(double speed) {
+  state_->handover.put([&](Outbox& outbox) { outbox.speed = speed; });
 }
 
 Follower& ServerNet::follower() {
@@ -189,6 +193,8 @@ void ServerNet::take_over(Succession succession) {
   if (succession.scene.world_bodies.empty())
     for (const BodyInfo& body : s.body_infos) succession.scene.world_bodies.push_back(body.name);
   s.body_infos = succession.scene.bodies;
+  s.options.inputs = succession.inputs;
+  s.options.record = succession.record;
   s.lead(succession.scene, std::move(succession.meshes));
   s.publisher->repeat(succession.last_deltas, succession.last_events);
   s.begin();

@@ -30,6 +30,8 @@ struct Succession {
   std::vector<TriangleMesh> meshes;
   std::vector<BodyDelta> last_deltas;  // which viewers may not have got
   std::vector<Event> last_events;
+  InputLog* inputs = nullptr;       // ServerNetOptions::inputs, from now on
+  SessionRecord* record = nullptr;  // likewise
 };
 
 struct ServerNetOptions {
@@ -57,10 +59,12 @@ class ServerNet {
   // The tools for which nobody speaks any more, each once a silence. Simulation's thread, after take_samples().
   std::vector<std::uint32_t> take_silent_tools();
 
-  // The gravity that somebody asks for, once a request. Simulation's thread; never blocks.
-  std::optional<Vec3> take_gravity();
+  // Orders, each once. Simulation's thread; never blocks.
+  std::vector<SessionOrder> take_orders();
+  // The speed that the status tells from now on: 0 while paused. Simulation's thread.
+  void set_speed(double speed);
 
-  // A standby becomes the server of its session. Simulation's thread.
+  // A standby becomes the server of its session, or its server begins it anew. Simulation's thread.
   void take_over(Succession succession);
   Follower& follower();
 

@@ -27,12 +27,20 @@ std::string number(double x, bool known) {
   return known ? text : "       -";
 }
 
+std::string pace_of(double speed) {
+  if (speed == 0) return "paused";
+  if (speed == 1) return "in real time";
+  char text[40];
+  std::snprintf(text, sizeof text, "at %.3g times the clock", speed);
+  return text;
+}
+
 std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
   char line[256];
   std::snprintf(line, sizeof line,
-                "%.1f s simulated, a step takes %.3g ms of %.3g, %u viewers\n%-20s %8s %8s %8s %8s %8s %8s %8s\n",
-                status.sim_time_s, 1e3 * status.step_wall_time_s, 1e3 * scene.step_s, status.viewers, "body", "error",
-                "cost", "measured", "margin", "residual", "energy", "implicit");
+                "%.1f s simulated, %s, a step takes %.3g ms of %.3g, %u viewers\n%-20s %8s %8s %8s %8s %8s %8s %8s\n",
+                status.sim_time_s, pace_of(status.speed).c_str(), 1e3 * status.step_wall_time_s, 1e3 * scene.step_s,
+                status.viewers, "body", "error", "cost", "measured", "margin", "residual", "energy", "implicit");
   std::string text = line;
   for (std::size_t b = 0; b < status.checks.size(); ++b) {
     const BodyCheck& c = status.checks[b];

@@ -141,6 +141,11 @@ std::vector<std::string> Recorder::take_faults() {
   return std::exchange(state_->faults, {});
 }
 
+std::vector<std::string> Recorder::score_lines() const {
+  if (!state_->score) return {"this scene has no exercise: nothing is scored"};
+  return to_lines(state_->score->finish());
+}
+
 void Recorder::add_publish(double time_s) {
   state_->figures.publish_times_s.push_back(static_cast<float>(time_s));
 }

@@ -26,6 +26,8 @@ class Recorder {
   void warn(const std::string& text);
   // Warnings about files that could not be written, since the last call.
   std::vector<std::string> take_faults();
+  // The score of the exercise so far, for a person; a line that says so when the scene has none.
+  std::vector<std::string> score_lines() const;
   // Live sessions only: the time that publishing took after a step.
   void add_publish(double time_s);
   void set(const SyncCost& cost);

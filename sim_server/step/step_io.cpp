@@ -24,6 +24,16 @@ const char* to_string(EventKind kind) {
       return "driver_taken_over";
     case EventKind::driver_handed_back:
       return "driver_handed_back";
+    case EventKind::paused:
+      return "paused";
+    case EventKind::went_on:
+      return "went on";
+    case EventKind::speed_set:
+      return "speed set";
+    case EventKind::begun_anew:
+      return "begun anew";
+    case EventKind::score_told:
+      return "score told";
     case EventKind::gravity_turned:
       return "gravity turned";
     case EventKind::body_frozen:

@@ -64,6 +64,11 @@ enum class EventKind : std::uint8_t {
   body_thawed,           // a frozen body is free again
   mass_added,            // more than 5 % of a body's mass has been added for stability
   force_capped,          // the reaction on an instrument was beyond what its hand may feel
+  paused,                // by an order, like those that follow; the text is for a person
+  went_on,
+  speed_set,
+  begun_anew,            // bodies are as they were at first
+  score_told,
 };
 const char* to_string(EventKind kind);
 

@@ -39,7 +39,7 @@ std::vector<Input> seeds() {
   add(test::some_scene());
   add(test::some_event());
   add(test::some_status());
-  add(test::some_gravity());
+  add(test::some_order());
   add(test::some_end());
   add(test::some_report());
   add(test::some_inputs());

@@ -86,7 +86,7 @@ void take(Viewer& viewer, std::uint8_t kind, std::span<const std::uint8_t> bytes
     case 11:
       return read<ServerStatus>(bytes, nothing);
     case 12:
-      return read<GravityRequest>(bytes, nothing);
+      return read<SessionOrder>(bytes, nothing);
     case 13:
       return read<SessionEnd>(bytes, feed);
     case 14:

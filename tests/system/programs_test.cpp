@@ -79,7 +79,7 @@ TEST_F(Programs, C_EXP_3_a_running_session_is_tilted_and_its_journal_knows) {
   const auto tilt = program("sim_server", {"tilt", "--gravity", "4,0,-9", "--domain", std::to_string(network.domain),
                                            "--session", network.session, "--patience-s", "60"});
   EXPECT_EQ(tilt->exit_code(), 0) << tilt->output();
-  EXPECT_NE(tilt->output().find("gravity turns, says 1 server"), std::string::npos) << tilt->output();
+  EXPECT_NE(tilt->output().find("tilt: 1 server obeys"), std::string::npos) << tilt->output();
   server->send(SIGINT);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
   EXPECT_EQ(json("out/report.json")["run"]["events"]["gravity turned"], 1);

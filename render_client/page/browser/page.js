@@ -7,6 +7,8 @@ const RETRY_MS = 1000;      // after a connection was lost
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // before the page says so
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
+const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5 };
+const GRAVITY_M_PER_S2 = 9.81;
 
 const byId = (id) => document.getElementById(id);
 const canvas = byId('canvas');
@@ -123,6 +125,12 @@ function buttons_of(tool, index, me) {
           ...others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)))];
 }
 
+function order(kind, { tilt_deg = 0, speed = 1 } = {}) {
+  const tilt = tilt_deg * Math.PI / 180;
+  call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed);
+  flush();
+}
+
 // A list is made anew only when something in it has changed: a button must live from press to release.
 function show_list(id, key, make) {
   const list = byId(id);
@@ -139,7 +147,10 @@ function show() {
   byId('warning').textContent = window.sectio.connected ? silent : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
   byId('session').textContent = state.session || 'waiting for a session';
-  byId('time').textContent = state.session ? state.time_s.toFixed(2) + ' s' + (state.ended ? ', ended' : '') : '';
+  const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed}`;
+  byId('time').textContent = state.session ? state.time_s.toFixed(2) + ' s' + pace : '';
+  byId('orders').hidden = !me?.may_lead || state.ended;
+  byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
   show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder]), state.people, state.you]), () =>
     state.tools.map((tool, i) => {
@@ -259,6 +270,11 @@ async function begin() {
   byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
   byId('home').onclick = () => call('reset_camera');
+  byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
+  byId('anew').onclick = () => order('begin_anew');
+  byId('score').onclick = () => order('tell_score');
+  byId('speed').onchange = () => order('set_speed', { speed: Number(byId('speed').value) });
+  byId('tilt').onchange = () => order('tilt', { tilt_deg: Number(byId('tilt').value) });
   window.onresize = () => call('resize', ...pixel_size());
   // Pictures stop where nobody sees them; the replica and the hand go on.
   setInterval(() => { if (performance.now() - last_tick_ms > KEEP_ALIVE_MS) tick(false); }, KEEP_ALIVE_MS);

@@ -58,7 +58,7 @@ TEST(Codec, leaves_out_no_field_of_any_message) {
   EXPECT_EQ(received(some_status())->checks, some_status().checks);
   EXPECT_EQ(received(some_status())->bodies, some_status().bodies);
   EXPECT_EQ(received(some_end())->reason, some_end().reason);
-  EXPECT_EQ(received(some_gravity())->gravity_m_per_s2, some_gravity().gravity_m_per_s2);
+  EXPECT_EQ(received(some_order())->gravity_m_per_s2, some_order().gravity_m_per_s2);
   EXPECT_EQ(received(some_packet())->samples[1].opening_rad, 0.4);
   EXPECT_EQ(received(some_scene())->bodies[0].regions[0].parts[1].radius_b_m, 0.001);
   EXPECT_EQ(received(some_scene())->floor_z_m, some_scene().floor_z_m);
@@ -143,8 +143,10 @@ TEST(Codec, refuses_scenes_that_can_not_be_shown) {
   EXPECT_TRUE(refused([](SceneInfo& s) { s.step_s = 0; }));
   EXPECT_TRUE(refused([](SceneInfo& s) { s.camera.field_of_view_deg = kNan; }));
   EXPECT_TRUE(refused([](SceneInfo& s) { s.bodies[0].regions[0].parts.clear(); }));
-  EXPECT_TRUE(is_refused(some_gravity(), [](GravityRequest& g) { g.gravity_m_per_s2.z() = -2000; }));
-  EXPECT_TRUE(is_refused(some_gravity(), [](GravityRequest& g) { g.gravity_m_per_s2.y() = kNan; }));
+  EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.gravity_m_per_s2.z() = -2000; }));
+  EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.gravity_m_per_s2.y() = kNan; }));
+  EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.speed = 0; }));
+  EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.kind = static_cast<OrderKind>(77); }));
 }
 
 TEST(Validate, names_the_field_that_is_wrong) {
@@ -161,7 +163,7 @@ TEST(Text, names_every_field_and_shortens_long_sequences) {
   EXPECT_EQ(to_text(some_request()),
             "epoch: 7, body_id: 1, known_revision: 5, client: 42, revision: 6, "
             "first_chunk: 32, chunks: 64");
-  EXPECT_EQ(to_text(some_gravity()), "source: 7, gravity_world_m_per_s2: [3, 0, -9]");
+  EXPECT_EQ(to_text(some_order()), "source: 7, kind: 3, gravity_world_m_per_s2: [3, 0, -9], speed_1: 0.5");
   EXPECT_EQ(to_text(some_end()), "epoch: 7, step: 100, reason: 'duration', bodies: [{revision: 5, topology_hash: 99}]");
   KeyframeChunk chunk = some_chunk();
   chunk.bytes.assign(1000, 1);

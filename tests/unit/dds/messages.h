@@ -87,8 +87,8 @@ inline KeyframeRequest some_request() {
   return {7, 1, 5, 42, 6, 32, 64};
 }
 
-inline GravityRequest some_gravity() {
-  return {7, Vec3(3, 0, -9)};
+inline SessionOrder some_order() {
+  return {7, OrderKind::set_speed, Vec3(3, 0, -9), 0.5};
 }
 
 inline SceneInfo some_scene() {
@@ -152,7 +152,7 @@ void for_each_message(const Use& use) {
   use(some_event());
   use(some_status());
   use(some_report());
-  use(some_gravity());
+  use(some_order());
   use(some_end());
   use(some_inputs());
   use(some_step_request());

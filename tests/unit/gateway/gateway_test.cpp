@@ -17,7 +17,7 @@ std::vector<std::uint8_t> frame_of(LiveKind kind, const std::vector<std::uint8_t
 }
 
 struct GatewayTest : testing::Test {
-  Gateway gateway{"secret", {.max_clients = 4}, 7};
+  Gateway gateway{{"secret", ""}, {.max_clients = 4}, 7};
   double now_s = 100;
 
   void SetUp() override {
@@ -117,6 +117,18 @@ TEST_F(GatewayTest, counts_wishes_that_are_faster_than_hands) {
   EXPECT_EQ(gateway.counts().wishes_too_fast, 0u);
   for (int i = 0; i < 10; ++i, now_s += 0.02) wish(ada, 2.0 * i);  // 100 m/s
   EXPECT_GE(gateway.counts().wishes_too_fast, 9u);
+}
+
+TEST_F(GatewayTest, passes_orders_of_who_leads_on_and_no_others) {
+  const std::uint32_t ada = enter("Ada"), eve = *gateway.connect();
+  EXPECT_TRUE(say(ada, LiveKind::order, SessionOrder{0, OrderKind::pause}));
+  EXPECT_TRUE(say(ada, LiveKind::order, SessionOrder{0, OrderKind::go_on}));
+  EXPECT_TRUE(say(eve, LiveKind::order, SessionOrder{0, OrderKind::begin_anew}));
+  const std::vector<SessionOrder> orders = gateway.take_orders();
+  ASSERT_EQ(orders.size(), 2u);
+  EXPECT_EQ(orders[0].kind, OrderKind::pause);
+  EXPECT_NE(orders[0].source, orders[1].source) << "servers take each once";
+  EXPECT_EQ(gateway.counts().refused_orders, 1u);
 }
 
 TEST_F(GatewayTest, survives_garbage_and_ends_the_connection_of_who_goes_on_with_it) {

@@ -6,7 +6,7 @@ namespace sectio {
 namespace {
 
 struct Theatre : testing::Test {
-  Roles roles{"secret"};
+  Roles roles{{"secret", ""}};
   std::uint32_t ada = roles.enter(), ben = roles.enter(), eve = roles.enter();
 
   void SetUp() override {
@@ -81,6 +81,22 @@ TEST_F(Theatre, who_leaves_leaves_everything_behind) {
   EXPECT_EQ(roles.holder(0), kNobody);
   EXPECT_EQ(roles.roster_for(ben).people.size(), 2u);
   EXPECT_EQ(act(ben, ClaimAction::claim), "");
+}
+
+TEST(Roles, who_knows_the_leading_token_leads_and_gives_what_others_hold) {
+  Roles roles{{"theatre", "professor"}};
+  const std::uint32_t ada = roles.enter(), ben = roles.enter(), eve = roles.enter();
+  roles.set_tools({"scalpel"});
+  EXPECT_TRUE(roles.hello(ada, {"Ada", "professor"}));
+  EXPECT_TRUE(roles.hello(ben, {"Ben", "theatre"}));
+  EXPECT_TRUE(roles.hello(eve, {"Eve", ""}));
+  EXPECT_TRUE(roles.may_lead(ada));
+  EXPECT_FALSE(roles.may_lead(ben) || roles.may_lead(eve) || roles.may_lead(99));
+  EXPECT_EQ(roles.act(ada, {0, ClaimAction::give, ben}, 0), "");
+  EXPECT_EQ(roles.holder(0), ben);
+  EXPECT_NE(roles.act(ben, {0, ClaimAction::give, eve}, 0), "");
+  EXPECT_EQ(roles.act(ada, {0, ClaimAction::give, ada}, 0), "");
+  EXPECT_EQ(roles.holder(0), ada);
 }
 
 }  // namespace

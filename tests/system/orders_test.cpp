@@ -1,0 +1,82 @@
+// Orders of the person who leads a session: pause, another speed, begin anew, tell the score.
+#include "common/core/error.h"
+#include "tests/support/session_programs.h"
+
+namespace sectio {
+namespace {
+
+using test::Flags;
+using test::Process;
+
+class Orders : public test::SessionPrograms {
+ protected:
+  std::unique_ptr<Process> ask(const std::string& command, Flags more = {}) const {
+    more.insert(more.begin(), {command, "--domain", std::to_string(network.domain), "--session", network.session,
+                               "--patience-s", "60"});
+    return program("sim_server", more);
+  }
+  void give(const std::string& command, const Flags& more = {}) const {
+    const auto order = ask(command, more);
+    EXPECT_EQ(order->exit_code(), 0) << order->output();
+    EXPECT_NE(order->output().find(command + ": 1 server obeys"), std::string::npos) << order->output();
+  }
+  std::string status() const {
+    const auto asked = ask("status");
+    EXPECT_EQ(asked->exit_code(), 0) << asked->output();
+    return asked->output();
+  }
+  static std::string time_of(const std::string& status) { return status.substr(0, status.find(" s simulated")); }
+};
+
+TEST_F(Orders, a_paused_session_stands_still_serves_a_late_viewer_and_goes_on_at_the_speed_that_it_is_told) {
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--endless"}));
+  ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
+  give("pause");
+  const std::string paused = status();
+  EXPECT_NE(paused.find("s simulated, paused"), std::string::npos) << paused;
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(screen->wait_for("session '" + network.session + "'")) << screen->output();
+  EXPECT_EQ(time_of(status()), time_of(paused));
+  give("speed", {"--factor", "4"});
+  give("go-on");
+  EXPECT_NE(status().find("at 4 times the clock"), std::string::npos);
+  EXPECT_NE(time_of(status()), time_of(paused));
+  server->send(SIGINT);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  expect_equal_at_the_end(*screen);
+}
+
+TEST_F(Orders, a_session_that_is_begun_anew_ends_like_the_first_and_keeps_the_first_try) {
+  const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("whole")});
+  EXPECT_EQ(offline->exit_code(), 0) << offline->output();
+  const auto server =
+      program("sim_server",
+              in_session({"--scene", kScene, "--play-traces", "--wait-for-viewers", "1", "--export", file("out")}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  const auto cuts = [&] {
+    const std::string said = server->output().substr(0, server->output().rfind(" cuts"));
+    return said.empty() ? 0 : std::stoi(said.substr(said.find_last_not_of("0123456789") + 1));
+  };
+  do ASSERT_TRUE(server->wait_for_next(" cuts")) << server->output();
+  while (cuts() == 0);
+  give("anew");
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_GT(json("out/report.json")["bodies"][0]["revision"], 0) << "the first try";
+  EXPECT_EQ(json("out/try_2/report.json")["bodies"][0]["topology_hash"],
+            json("whole/report.json")["bodies"][0]["topology_hash"]);
+}
+
+TEST_F(Orders, an_order_that_nobody_can_obey_is_refused_in_a_line) {
+  const auto fast = ask("speed", {"--factor", "1000"});
+  EXPECT_EQ(fast->exit_code(), kExitBadInput) << fast->output();
+  EXPECT_NE(fast->output().find("speed"), std::string::npos) << fast->output();
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--endless"}));
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  const auto score = ask("score");
+  EXPECT_EQ(score->exit_code(), 0) << score->output();
+  EXPECT_NE(score->output().find("no exercise"), std::string::npos) << score->output();
+}
+
+}  // namespace
+}  // namespace sectio
