@@ -41,6 +41,7 @@ void Gateway::feed(KeyframeChunk message) {
 }
 
 void Gateway::feed(const StateHeader& message) {
+  copy_.feed(message);
   post_all_newest({LiveKind::state_header, message.epoch}, message);
 }
 

@@ -3,7 +3,7 @@
 // One thread.
 //
 //   session ── scene, deltas, states, events, contacts ──▶ a mailbox a client ──▶ page
-//   page ── hello, claims, wishes, orders, requests for keyframes ──▶ roles, limits ──▶ bridges, servers
+//   page ── hello, claims, wishes, orders, keyframe requests ──▶ roles, limits ──▶ bridges, servers
 #pragma once
 
 #include <cstdint>

@@ -16,8 +16,8 @@ class Roles {
  public:
   static constexpr double kHandSilence_s = 3;  // after which an instrument is taken from a hand that says nothing
 
-  // What a person must know to hold an instrument, and to lead the session; empty: nothing, and whoever may hold an
-  // instrument leads.
+  // The words that a person must know to hold an instrument, and to lead the session. Empty: none, and whoever may hold
+  // an instrument leads.
   struct Tokens {
     std::string hold, lead;
   };

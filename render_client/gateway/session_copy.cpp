@@ -51,6 +51,10 @@ void SessionCopy::feed(KeyframeChunk chunk) {
   server.replica.catch_up();
 }
 
+void SessionCopy::feed(const StateHeader& header) {
+  if (const auto at = servers_.find(header.epoch); at != servers_.end()) at->second.replica.begin_term(header);
+}
+
 void SessionCopy::feed(const SessionEnd& end) {
   const auto at = servers_.find(end.epoch);
   if (at == servers_.end()) return;

@@ -22,6 +22,7 @@ class SessionCopy {
   void announce(const SceneInfo& scene);
   void feed(const DeltaMessage& message);
   void feed(KeyframeChunk chunk);
+  void feed(const StateHeader& header);  // for the revisions with which a later term begins
   void feed(const SessionEnd& end);
 
   // For the servers: what this copy lacks.

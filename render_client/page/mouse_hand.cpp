@@ -15,7 +15,8 @@ Vec3 across(const Vec3& v, const Vec3& normal) {
 
 }  // namespace
 
-// Skin that is seen from outside, and isn't far before or behind the plane through the last contact; else that plane.
+// Skin that is seen from outside, and isn't far before or behind the plane through the last contact; else that plane. A
+// hand that comes over a cut has none yet: it takes the wall's place, and the line of sight for a normal.
 std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const SurfaceShot& shot) const {
   std::optional<Contact> on_plane;
   if (contact_) {
@@ -26,6 +27,7 @@ std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const Su
   }
   const std::optional<Hit> hit = pick(ray, shot);
   const bool usable = hit && hit->surface == Surface::skin && hit->normal_world.dot(ray.along_world) < 0;
+  if (!usable && hit && !on_plane) return Contact{hit->point_world_m, -ray.along_world};
   if (!usable) return on_plane;
   if (pressed_ && on_plane && (hit->point_world_m - on_plane->point_world_m).norm() > kMostJump_m) return on_plane;
   return Contact{hit->point_world_m, hit->normal_world};

@@ -34,14 +34,22 @@ void Replica::adopt(const SceneInfo& scene) {
   adopted_ = true;
 }
 
-// The last changes of the server before may be lost with it.
+// The last changes of the server before may be lost with it, and all of them when the session begins anew.
 void Replica::go_back_to(const StateHeader& header) {
+  const bool anew = drawn_step_ && header.sim_time_s + kMostLost_s < static_cast<double>(*drawn_step_) * scene_->step_s;
+  if (anew) drawn_step_.reset();
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (!bodies_[b].known() || bodies_[b].mesh().revision() <= header.bodies[b].revision) continue;
+    const bool is_ahead = bodies_[b].known() && bodies_[b].mesh().revision() > header.bodies[b].revision;
+    if (!is_ahead && !anew) continue;
     bodies_[b] = ReplicaBody();
     recoveries_[b] = {};
     drawn_step_.reset();
   }
+}
+
+void Replica::begin_term(const StateHeader& header) {
+  if (!is_of_this_server(header.epoch) || header.bodies.size() != bodies_.size()) return;
+  if (std::exchange(adopted_, false)) go_back_to(header);
 }
 
 bool Replica::has_room() const {
@@ -72,7 +80,7 @@ void Replica::feed(StateHeader header) {
   // A damaged step number would hide all steps that follow.
   const double expected_s = static_cast<double>(header.step) * scene_->step_s;
   if (std::abs(header.sim_time_s - expected_s) > scene_->step_s) return;
-  if (std::exchange(adopted_, false)) go_back_to(header);
+  begin_term(header);
   if (drawn_step_ && header.step <= *drawn_step_) return;
   const bool newest = headers_.empty() || header.step > headers_.rbegin()->first;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {

@@ -29,6 +29,7 @@ class Replica {
   static constexpr double kPatience_s = 0.1;          // before a frame is patched, or a late delta counts as lost
   static constexpr double kRequestInterval_s = 0.25;  // between requests for one body; doubles with each futile one
   static constexpr double kMaxRequestInterval_s = 4;
+  static constexpr double kMostLost_s = 2;  // of a session that goes on; one that goes further back begins anew
   static constexpr std::size_t kMaxHeaders = 64;
   static constexpr std::size_t kMaxWaitingBytes = 64u << 20;  // of all messages that wait; more are dropped
 
@@ -39,6 +40,8 @@ class Replica {
   // Another server has taken this one's session over (common/messages/epoch.h): bodies, revisions and steps go on, and
   // messages of the one before are ghosts. A body of which the new server doesn't know as much is begun anew.
   void adopt(const SceneInfo& scene);
+  // The first state of the new server says so. feed(StateHeader) does this, too.
+  void begin_term(const StateHeader& header);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
   // Validated messages. Those of another epoch, and those about bodies that the scene doesn't have, are dropped.

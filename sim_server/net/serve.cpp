@@ -224,8 +224,8 @@ void LiveServer::wait_in_pause() {
   due_ = Clock::now();
 }
 
-// The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server that
-// takes the session over: bodies of another term are asked for anew.
+// The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
+// that takes the session over: bodies of another term are asked for anew.
 void LiveServer::begin_anew() {
   for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
   run_->recorder().finish();

@@ -92,11 +92,16 @@ class Page {
   }
   state() { return this.evaluate('window.sectio?.state'); }
   // Waits until `condition` holds for what the page knows.
-  until(what, condition, patience_ms) {
-    return until(what, async () => {
-      const state = await this.state();
-      return state && condition(state) ? state : null;
-    }, patience_ms);
+  async until(what, condition, patience_ms) {
+    let last = null;
+    try {
+      return await until(what, async () => {
+        last = await this.state();
+        return last && condition(last) ? last : null;
+      }, patience_ms);
+    } catch (error) {
+      throw new Error(`${error.message}; the page knows ${JSON.stringify(last)}`);
+    }
   }
 
   mouse(type, x, y, buttons = 0, more = {}) {

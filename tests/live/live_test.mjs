@@ -73,7 +73,7 @@ try {
     await ada.drag(places, 60, async () => {
       const { tools } = await ada.state();
       most_n = Math.max(most_n, tools[0].force_n);
-      path.push(tools[0].at_m);
+      if (tools[0].at_m) path.push(tools[0].at_m);
       if (pictures && path.length === 34) await ada.picture(join(pictures, 'live_cut.png'));
     });
     const { cuts } = await ada.until('a cut', (s) => s.cuts > 20);
@@ -167,6 +167,19 @@ try {
     await ada.until('the session to go on', (s) => s.step > step + 6000 && s.silent_s < 1 && equal(s));
     // Meanwhile the instrument was drawn out.
     await ada.until('the scalpel back in its hand', (s) => s.held === 0 && apart(s.tools[0].at_m, before_m) < 0.01);
+  });
+
+  await check('who leads pauses the session, lets it go on, and begins it anew', async () => {
+    await ada.click('Pause');
+    const paused = await ben.until('the pause', (s) => s.speed === 0);
+    await ben.until('a pause that lasts', (s) => s.silent_s < 0.1 && s.time_s - paused.time_s < 0.2);
+    assert.equal(await ben.evaluate(`document.getElementById('time').textContent.endsWith(', paused')`), true);
+    await ada.click('Go on');
+    await ben.until('the session to go on', (s) => s.speed === 1 && s.step > paused.step + 1000);
+    await ada.click('Begin anew');
+    for (const page of [ada, ben])
+      await page.until('the body as it was at first',
+        (s) => equal(s) && s.step < paused.step && s.bodies[0].revision < paused.bodies[0].revision);
   });
 
   await check('an instrument whose hand has gone is free, and is drawn out', async () => {

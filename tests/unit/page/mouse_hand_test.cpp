@@ -99,6 +99,13 @@ TEST_F(Mouse, goes_on_in_the_plane_of_the_last_contact_over_a_cut) {
   EXPECT_NEAR(hand.wish()->position_m.x(), 0.03, 2e-3);
 }
 
+TEST_F(Mouse, a_new_hand_over_a_cut_takes_the_place_of_its_wall) {
+  for (Triangle& triangle : frame.bodies[0].triangles) triangle.surface = Surface::wall;
+  move(0.02, 0.01, false);
+  ASSERT_TRUE(hand.wish());
+  EXPECT_NEAR(hand.wish()->position_m.x(), 0.02, 1e-3);
+}
+
 TEST_F(Mouse, the_sharp_edge_leads) {
   move(0, -0.03, false);
   move(0, -0.03, true);

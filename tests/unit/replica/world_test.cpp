@@ -106,6 +106,32 @@ TEST(World, a_later_term_goes_on_with_the_bodies_at_once_and_gives_way_when_it_s
   EXPECT_EQ(world.servers(), 1u);
 }
 
+// The server begins its session anew: steps and revisions go back to where they began.
+TEST(World, a_later_term_that_goes_far_back_is_drawn_from_its_own_keyframes) {
+  World world;
+  Frame frame;
+  Share kidney(1, "kidney");
+  kidney.scene.world_bodies = {"kidney"};
+  const MovingWorld fresh = kidney.source;
+  while (static_cast<double>(kidney.source.steps()) * MovingWorld::kStep_s < 2 * Replica::kMostLost_s)
+    kidney.source.step(true);
+  kidney.appear(world);
+  ASSERT_TRUE(world.frame(0, frame));
+  const std::uint64_t before = frame.step;
+
+  kidney.source = fresh;
+  kidney.become(kidney.epoch + 1);
+  world.announce(kidney.scene);
+  kidney.send_step(world);
+  EXPECT_FALSE(world.frame(0.01, frame));
+  EXPECT_FALSE(world.take_requests(0.01).empty());
+  kidney.send_keyframe(world);
+  kidney.send_step(world);
+  ASSERT_TRUE(world.frame(0.02, frame));
+  EXPECT_LT(frame.step, before);
+  EXPECT_EQ(frame.bodies[0].revision, kidney.source.mesh().revision());
+}
+
 TEST(World, a_server_takes_the_place_of_one_that_has_fallen_silent_when_it_can_be_drawn) {
   World world;
   Frame frame;
