@@ -67,7 +67,7 @@ enum class EventKind : std::uint8_t {
   paused,                // by an order, like those that follow; the text is for a person
   went_on,
   speed_set,
-  begun_anew,            // bodies are as they were at first
+  begun_anew,  // bodies are as they were at first
   score_told,
 };
 const char* to_string(EventKind kind);
