@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "common/core/arguments.h"
 #include "common/core/error.h"
@@ -21,6 +22,7 @@
 #include "render_client/output/png.h"
 #include "render_client/output/video.h"
 #include "render_client/view_record.h"
+#include "render_client/window/window.h"
 
 namespace sectio {
 namespace {
@@ -44,8 +46,9 @@ struct Options {
   double frames_per_s = 25;
   double field_of_view_deg = 0;
   double duration_s = 0;
-  int samples = 1;
-  bool wireframe = false, no_overlay = false, fit_camera = false, no_pictures = false, stereo = false;
+  int samples = 1, display = 0;
+  bool wireframe = false, no_overlay = false, fit_camera = false, no_pictures = false, stereo = false, window = false,
+       full_screen = false;
   Stereo eyes;
   int width_px = 0, height_px = 0;
   std::optional<Vec3> eye_world_m, target_world_m;
@@ -78,6 +81,9 @@ void check(Options& o) {
   if (o.field_of_view_deg != 0 && !(o.field_of_view_deg >= 1 && o.field_of_view_deg <= 170))
     throw InputError("--fov: expected 1 to 170 degrees, got " + std::to_string(o.field_of_view_deg));
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
+  if (o.window && o.no_pictures) throw InputError("--no-pictures: --window would have nothing to show");
+  if (!o.window && (o.full_screen || o.display != 0))
+    throw InputError(std::string(o.full_screen ? "--full-screen" : "--display") + ": only with --window");
   if (o.no_pictures && !(o.directory.empty() && o.video_file.empty() && o.sheet_file.empty()))
     throw InputError("--no-pictures: --out, --video and --contact-sheet would have nothing to write");
   o.eye_world_m = parse_point("--camera-eye", o.eye);
@@ -91,6 +97,9 @@ bool parse(int argc, char** argv, Options& o) {
       "Shows a session: holds a replica of its bodies and draws them. The last lines compare them with the server's.");
   add_network_arguments(arguments, o.network, "session to show; empty: the only one of the domain");
   arguments.option("--name", o.name, "name of this viewer in its last lines and in the report");
+  arguments.toggle("--window", o.window, "a window on this desktop, whose view the mouse turns");
+  arguments.toggle("--full-screen", o.full_screen, "the window covers its display");
+  arguments.option("--display", o.display, "display on which the window opens, from 0");
   arguments.option("--out", o.directory, "directory for the pictures (PNG); empty: none are written");
   arguments.option("--video", o.video_file, "file for a video (MP4)");
   arguments.option("--contact-sheet", o.sheet_file, "file for eight pictures of the session, side by side (PNG)");
@@ -133,7 +142,21 @@ class Screen {
     if (options.no_pictures) return;
     canvas_ = make_osmesa_canvas(options.width_px / (options.stereo ? 2 : 1), options.height_px, options.samples);
     painter_ = std::make_unique<FramePainter>(*canvas_);
+    if (!options.window) return;
+    window_ = std::make_unique<Window>(WindowOptions{"Sectio: " + options.name, options.width_px, options.height_px,
+                                                     options.display, options.full_screen});
+    log_info(Window::help());
   }
+
+  // The person at the window, if there is one. False: they have closed it.
+  bool listen() {
+    if (!window_) return true;
+    const WindowInput input = window_->input();
+    viewpoint_.apply(input);
+    keeps_picture_ = keeps_picture_ || input.keeps_picture;
+    return !input.closes;
+  }
+  bool halted() const { return viewpoint_.halted(); }
 
   // `missed`: the number of pictures before this one that came too late; a video shows this one in their place.
   void show(Frame& frame, int missed, double frames_per_s) {
@@ -141,13 +164,16 @@ class Screen {
     if (options_.eye_world_m) frame.camera.eye_world_m = *options_.eye_world_m;
     if (options_.target_world_m) frame.camera.target_world_m = *options_.target_world_m;
     if (options_.field_of_view_deg != 0) frame.camera.field_of_view_deg = options_.field_of_view_deg;
-    DrawOptions draw{.wireframe = options_.wireframe,
+    if (window_) viewpoint_.look(frame);
+    DrawOptions draw{.wireframe = options_.wireframe != viewpoint_.wireframe(),
                      .overlay = !options_.no_overlay,
                      .fit_camera = options_.fit_camera,
                      .frames_per_s = frames_per_s,
                      .field = options_.field};
     if (options_.stereo) draw.stereo = options_.eyes;
     const Image& image = painter_->draw_frame(frame, draw);
+    if (window_) window_->show(image);
+    if (std::exchange(keeps_picture_, false)) keep(image, frame.sim_time_s);
     if (pngs_) pngs_->write(image);
     if (!options_.sheet_file.empty()) shots_.offer(image, frame.sim_time_s);
     for (int i = 0; video_ && i <= missed; ++i)
@@ -164,7 +190,21 @@ class Screen {
   }
 
  private:
+  static void keep(const Image& image, double sim_time_s) {
+    char path[64];
+    std::snprintf(path, sizeof path, "sectio_%.3f_s.png", sim_time_s);
+    try {
+      write_png(path, image);
+      log_info(std::string("kept ") + path);
+    } catch (const InputError& error) {
+      log_error(error.what());
+    }
+  }
+
   const Options& options_;
+  std::unique_ptr<Window> window_;
+  Viewpoint viewpoint_;
+  bool keeps_picture_ = false;
   std::unique_ptr<Canvas> canvas_;
   std::unique_ptr<FramePainter> painter_;
   std::unique_ptr<PngSequence> pngs_;
@@ -219,7 +259,8 @@ int view(Options options) {
   if (!find_session(options.network, patience_s, [] { return stop_requested != 0; })) return 1;
   ClientNet net(options.network, options.name.substr(0, kMaxNameBytes));
   World world;
-  Frame frame;
+  Frame frame, halted;
+  bool was_halted = false;
   ViewRecord record;
   Ending ending(options.duration_s, now_s());
   bool connected = false, any = false;
@@ -240,8 +281,11 @@ int view(Options options) {
     any = any || is_new;
     const double begun_s = now_s();
     const int missed = static_cast<int>(std::clamp((begun_s - due_s) / interval_s, 0.0, kMaxRepeat_s / interval_s));
+    if (!screen.listen()) break;
     if (any) {
-      screen.show(frame, missed, record.pictures_per_s());
+      if (screen.halted() && !was_halted) halted = frame;
+      was_halted = screen.halted();
+      screen.show(was_halted ? halted : frame, missed, record.pictures_per_s());
       record.add(now_s(), now_s() - begun_s, frame, is_new);
     }
     due_s += (1 + missed) * interval_s;

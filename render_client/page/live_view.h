@@ -8,7 +8,7 @@
 #include "render_client/draw/draw_frame.h"
 #include "render_client/page/live_session.h"
 #include "render_client/page/mouse_hand.h"
-#include "render_client/page/orbit_camera.h"
+#include "render_client/draw/orbit_camera.h"
 
 namespace sectio {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "render_client/page/orbit_camera.h"
+#include "render_client/draw/orbit_camera.h"
 #include "render_client/replica/frame.h"
 
 namespace sectio {

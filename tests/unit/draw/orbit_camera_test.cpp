@@ -1,4 +1,4 @@
-#include "render_client/page/orbit_camera.h"
+#include "render_client/draw/orbit_camera.h"
 
 #include <gtest/gtest.h>
 

@@ -20,6 +20,7 @@ class OrbitCamera {
   void orbit(double right_rad, double up_rad);
   // Moves eye and target across the line of sight, in heights of the picture.
   void pan(double right, double up);
+  void move(const Vec3& by_world_m);
   // The distance to the target by this factor, within 2 cm to 5 m.
   void zoom(double factor);
 

@@ -1,4 +1,4 @@
-#include "render_client/page/orbit_camera.h"
+#include "render_client/draw/orbit_camera.h"
 
 #include <algorithm>
 #include <cmath>
@@ -46,9 +46,12 @@ void OrbitCamera::pan(double right, double up) {
   const double distance_m = (camera_.eye_world_m - camera_.target_world_m).norm();
   const double height_m = 2 * distance_m * tangent_of_half_angle(camera_);
   const Mat3 a = axes();
-  const Vec3 move = -height_m * (right * a.row(0) + up * a.row(1)).transpose();
-  camera_.eye_world_m += move;
-  camera_.target_world_m += move;
+  move(-height_m * (right * a.row(0) + up * a.row(1)).transpose());
+}
+
+void OrbitCamera::move(const Vec3& by_world_m) {
+  camera_.eye_world_m += by_world_m;
+  camera_.target_world_m += by_world_m;
 }
 
 void OrbitCamera::zoom(double factor) {

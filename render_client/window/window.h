@@ -1,0 +1,39 @@
+// A window on a desktop that shows pictures and tells what the person at it does. The thread that makes it uses it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "render_client/draw/image.h"
+#include "render_client/window/viewpoint.h"
+
+namespace sectio {
+
+struct WindowOptions {
+  std::string title = "Sectio";
+  int width_px = 1280, height_px = 720;
+  int display = 0;  // on which the window opens, from 0
+  bool full_screen = false;
+};
+
+class Window {
+ public:
+  // Throws InputError when there is no such display, or none at all.
+  explicit Window(const WindowOptions& options);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  WindowInput input();
+  // The picture gets as large as the window allows; the rest is black.
+  void show(const Image& image);
+
+  // The keys and buttons, in a line for a person.
+  static const char* help();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace sectio

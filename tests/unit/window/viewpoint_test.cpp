@@ -1,0 +1,57 @@
+#include "render_client/window/viewpoint.h"
+
+#include <gtest/gtest.h>
+
+namespace sectio {
+namespace {
+
+Frame frame_with_tool_at(const Vec3& place_world_m) {
+  Frame frame;
+  frame.camera = {Vec3(0, -0.3, 0.2), Vec3::Zero(), Vec3::UnitZ(), 40};
+  frame.tools.emplace_back().present = true;
+  frame.tools[0].pose_world.position_m = place_world_m;
+  return frame;
+}
+Camera seen(Viewpoint& view, Frame frame) {
+  view.look(frame);
+  return frame.camera;
+}
+
+TEST(Viewpoint, begins_with_the_scenes_view_and_finds_back_to_it) {
+  Viewpoint view;
+  const Frame frame = frame_with_tool_at(Vec3::Zero());
+  EXPECT_EQ(seen(view, frame).eye_world_m, frame.camera.eye_world_m);
+  view.apply({.turn_right_rad = 0.5, .nearer = 0.5});
+  const Vec3 eye = seen(view, frame).eye_world_m;
+  EXPECT_NEAR(eye.norm(), 0.5 * frame.camera.eye_world_m.norm(), 1e-9);
+  EXPECT_GT((eye.normalized() - frame.camera.eye_world_m.normalized()).norm(), 0.1);
+  view.apply({.home = true});
+  EXPECT_EQ(seen(view, frame).eye_world_m, frame.camera.eye_world_m);
+}
+
+TEST(Viewpoint, moves_with_the_instrument_that_it_follows_until_it_is_told_again) {
+  Viewpoint view;
+  seen(view, frame_with_tool_at(Vec3::Zero()));
+  view.apply({.follows = 0});
+  const Camera before = seen(view, frame_with_tool_at(Vec3::Zero()));
+  const Camera after = seen(view, frame_with_tool_at(Vec3(0.01, 0.02, 0)));
+  EXPECT_NEAR((after.eye_world_m - before.eye_world_m - Vec3(0.01, 0.02, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((after.target_world_m - before.target_world_m - Vec3(0.01, 0.02, 0)).norm(), 0, 1e-12);
+  view.apply({.follows = 0});
+  EXPECT_EQ(seen(view, frame_with_tool_at(Vec3(0.1, 0, 0))).eye_world_m, after.eye_world_m);
+  view.apply({.follows = 7});
+  EXPECT_EQ(seen(view, frame_with_tool_at(Vec3(0.2, 0, 0))).eye_world_m, after.eye_world_m) << "there is none";
+}
+
+TEST(Viewpoint, halts_and_goes_on) {
+  Viewpoint view;
+  EXPECT_FALSE(view.halted());
+  view.apply({.halts = true});
+  view.apply({});
+  EXPECT_TRUE(view.halted());
+  view.apply({.halts = true});
+  EXPECT_FALSE(view.halted());
+}
+
+}  // namespace
+}  // namespace sectio
