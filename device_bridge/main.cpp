@@ -146,7 +146,7 @@ int run(Options& o) {
   NetLink link(net);
   if (!device) device = std::make_unique<WishHand>(link, o.fastest_m_per_s);
   ServoLog log;
-  ServoState state({.device = device->limits()});
+  ServoState state(device->limits());
   std::atomic<bool> stop = false;
   std::atomic<bool> servo_done = false;
   ServoTiming timing;

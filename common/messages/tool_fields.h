@@ -43,26 +43,26 @@ void fields(Visitor& visit, M& message) {
 
 template <class Visitor, FieldsOf<ContactModel> M>
 void fields(Visitor& visit, M& message) {
-  auto& [tool_id, sequence, sim_time_s, tool_time_s, state, point_world_m, normal_world, velocity_world_m_per_s,
-         force_world_n, tip_world_m, stiffness_n_per_m, tangential_stiffness_n_per_m, damping_n_s_per_m, friction,
-         yield_n, valid_radius_m, time_to_live_s] = message;
+  auto& [tool_id, sequence, sim_time_s, tool_time_s, state, force_world_n, lever_world_m, point_world_m, normal_world,
+         velocity_world_m_per_s, stiffness_n_per_m, damping_n_s_per_m, mass_kg, soft_depth_m, side_stiffness_n_per_m,
+         friction, yield_n] = message;
   visit("tool_id", tool_id, below(kMaxTools));
   visit("sequence_number", sequence);
   visit("sim_time_s", sim_time_s);
   visit("tool_time_s", tool_time_s);
   visit("state", state, at_most(static_cast<double>(ContactState::penetration)));
+  visit("force_world_n", force_world_n);
+  visit("lever_world_m", lever_world_m, kPosition_m);
   visit("point_world_m", point_world_m, kPosition_m);
   visit("normal_world", normal_world);
   visit("velocity_world_m_per_s", velocity_world_m_per_s);
-  visit("force_world_n", force_world_n);
-  visit("tip_world_m", tip_world_m, kPosition_m);
   visit("stiffness_n_per_m", stiffness_n_per_m, kNotNegative);
-  visit("tangential_stiffness_n_per_m", tangential_stiffness_n_per_m, kNotNegative);
   visit("damping_n_s_per_m", damping_n_s_per_m, kNotNegative);
+  visit("mass_kg", mass_kg, kNotNegative);
+  visit("soft_depth_m", soft_depth_m, kNotNegative);
+  visit("side_stiffness_n_per_m", side_stiffness_n_per_m, kNotNegative);
   visit("friction_coefficient", friction, kNotNegative);
   visit("yield_n", yield_n, kNotNegative);
-  visit("valid_radius_m", valid_radius_m, kNotNegative);
-  visit("time_to_live_s", time_to_live_s, kNotNegative);
 }
 
 bool is_consistent(const ContactModel& model);  // its normal has length 1

@@ -8,6 +8,7 @@ namespace sectio {
 // Limits of a device, which bound all that its hand may feel, whatever a server sends.
 struct DeviceLimits {
   double damping_n_s_per_m = 0.5;  // of the device itself when no hand holds it
+  double mass_kg = 0.1;            // that a hand moves with it
   double largest_force_n = 10;
   double slew_n_per_s = 500;  // the fastest change of its force while the hand rests
   double rate_hz = 1000;      // of the loop that drives it
@@ -28,6 +29,8 @@ class Device {
 
   // The force on the hand from now on, until the next call.
   virtual void apply(const Vec3& force_world_n) = 0;
+  // Likewise the moment about the origin of the tool's frame, of a device that can turn the hand.
+  virtual void apply_moment(const Vec3& /*moment_world_n_m*/) {}
 
   // False while nobody holds the instrument: then it isn't shown to the server.
   virtual bool present() const { return true; }

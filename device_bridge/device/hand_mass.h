@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "common/math/types.h"
+#include "device_bridge/device/device.h"
 
 namespace sectio {
 
@@ -16,6 +17,10 @@ struct HandSpec {
   double tremor_m = 1e-4;               // rms of each axis, between 8 and 12 Hz; of a hand that is simulated
   std::uint64_t seed = 1;
 };
+
+inline DeviceLimits limits_of(const HandSpec& spec) {
+  return {.damping_n_s_per_m = spec.device_damping_n_s_per_m, .mass_kg = spec.device_mass_kg};
+}
 
 // No allocation, no lock; one thread.
 class HandMass {

@@ -19,7 +19,7 @@ class VirtualHand : public Device {
   // The person wants to follow `wish`; not empty. Starts at rest at its first pose.
   explicit VirtualHand(std::vector<TracePoint> wish, const HandSpec& spec = {});
 
-  DeviceLimits limits() const override { return {.damping_n_s_per_m = spec_.device_damping_n_s_per_m}; }
+  DeviceLimits limits() const override { return limits_of(spec_); }
   // Integrates up to now in steps of kStep_s. Orientation is the wish's own: only forces are felt, no torques.
   Pose pose_world(double now_s) override;
   double opening_rad(double now_s) const override { return point_at(wish_, now_s).opening_rad; }

@@ -38,7 +38,7 @@ class WishHand : public Device {
   WishHand(WishSource& source, double fastest_m_per_s, const HandSpec& spec = {})
       : source_(source), fastest_m_per_s_(fastest_m_per_s), spec_(spec) {}
 
-  DeviceLimits limits() const override { return {.damping_n_s_per_m = spec_.device_damping_n_s_per_m}; }
+  DeviceLimits limits() const override { return limits_of(spec_); }
   Pose pose_world(double now_s) override;
   double opening_rad(double) const override { return followed_.opening_rad; }
   void apply(const Vec3& force_world_n) override { mass_.apply(force_world_n); }

@@ -33,6 +33,7 @@ void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log
   record.sample.opening_rad = device.opening_rad(now_s);
   record.overruns = overruns;
   device.apply(record.force_world_n);
+  device.apply_moment(record.moment_world_n_m);
   link.publish(record.sample);
   if (!log.records.push(record)) log.dropped_records.fetch_add(1, std::memory_order_relaxed);
   log.newest.store(record);
@@ -56,6 +57,7 @@ void run_servo(Device& device, ServoLink& link, ServoState& state, ServoLog& log
     tick_once(device, link, state, log, now_s, overruns);
   }
   device.apply(Vec3::Zero());
+  device.apply_moment(Vec3::Zero());
 }
 
 bool request_real_time() {

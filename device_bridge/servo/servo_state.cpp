@@ -1,84 +1,52 @@
 #include "device_bridge/servo/servo_state.h"
 
-#include <algorithm>
-
 namespace sectio {
 namespace {
 
-constexpr double kShareOfBound = 0.7;
-
-Vec3 limited(const Vec3& force_n, double most_n) {
-  const double length_n = force_n.norm();
-  return length_n > most_n ? Vec3(force_n * (most_n / length_n)) : force_n;
-}
-
-// The tissue that a model tells of is where the hand was. A model of too long ago counts as silence, however promptly
-// it has come; one of a time that is still to come was never made from this hand's poses.
-bool is_timely(const ContactModel& model, double now_s) {
-  constexpr double kOldest_s = 0.25, kAhead_s = 0.001;
-  const double age_s = now_s - model.tool_time_s;
-  return age_s <= kOldest_s && age_s >= -kAhead_s;
-}
+// A tissue gives no energy that it has not been given since the touch. A hand that got so much more adds no damping of
+// its own, as far as the bounds are concerned, for so long.
+constexpr double kShaken_j = 0.001, kShaken_s = 10;
 
 }  // namespace
 
 ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const ContactModel* model) {
-  if (model != nullptr && is_timely(*model, now_s)) follower_.receive(within_limits(*model));
+  if (model != nullptr) follower_.receive(*model);
   const double dt = rested_ ? 0 : now_s - last_s_;
-  const double way_m = rested_ ? 0 : (pose_world.position_m - last_position_m_).norm();
-  const Vec3 velocity = filtered_velocity(now_s, pose_world.position_m);
+  const Vec3 way_m = rested_ ? Vec3(Vec3::Zero()) : Vec3(pose_world.position_m - last_position_m_);
+  rested_ = false;
+  last_s_ = now_s;
+  last_position_m_ = pose_world.position_m;
 
   ServoRecord record;
   record.sample = {++sequence_, now_s, pose_world, 0};
-  if (follower_.silent(now_s)) guard_ = PassivityGuard(spec_.guard);  // its return is a new beginning
-  const double most_n = spec_.device.largest_force_n;
-  const Vec3 modelled = limited(follower_.tick(pose_world.position_m, velocity, now_s), most_n);
-  const Vec3 guarded = guard_.tick(pose_world.position_m, velocity, dt, follower_.model(), modelled);
-  const bool finite = guarded.allFinite();
-  if (!finite) {
-    follower_ = {};
-    guard_ = PassivityGuard(spec_.guard);
+  Vec3 wanted_n = follower_.tick(now_s, pose_world.position_m, now_s >= is_shaken_until_s_);
+  if (!wanted_n.allFinite()) {
+    follower_ = ContactModelFollower(device_);
+    wanted_n.setZero();
   }
-  const Vec3 wanted = finite ? limited(guarded, most_n) : Vec3(Vec3::Zero());
-  const double most_change_n = spec_.device.slew_n_per_s * dt + stiffest_n_per_m() * way_m;
-  record.force_world_n = last_force_n_ + limited(wanted - last_force_n_, most_change_n);
-  last_force_n_ = record.force_world_n;
+  const double most_change_n =
+      device_.slew_n_per_s * dt + follower_.stiffest_n_per_m(device_.damping_n_s_per_m) * way_m.norm();
+  record.force_world_n =
+      last_force_n_ + limited(limited(wanted_n, device_.largest_force_n) - last_force_n_, most_change_n);
   if (const ContactModel* used = follower_.model()) {
     record.model_age_s = now_s - used->tool_time_s;
     record.state = used->state;
     record.server_silent = follower_.silent(now_s);
+    record.moment_world_n_m = used->lever_world_m.cross(record.force_world_n);
+    // Seen from the tissue: one that breathes may push.
+    given_j_ += 0.5 * (last_force_n_ + record.force_world_n).dot(way_m - dt * used->velocity_world_m_per_s);
+    if (given_j_ > kShaken_j) is_shaken_until_s_ = now_s + kShaken_s;
+    if (given_j_ > kShaken_j || record.force_world_n.isZero()) given_j_ = 0;
   }
+  last_force_n_ = record.force_world_n;
   return record;
-}
-
-// A sampled spring feeds no energy to the hand while its stiffness is below 2 b / T (Colgate & Schenkel 1997).
-double ServoState::stiffest_n_per_m() const {
-  return kShareOfBound * 2 * spec_.device.damping_n_s_per_m * spec_.device.rate_hz;
-}
-
-ContactModel ServoState::within_limits(ContactModel model) const {
-  model.stiffness_n_per_m = std::min(model.stiffness_n_per_m, stiffest_n_per_m());
-  model.tangential_stiffness_n_per_m = std::min(model.tangential_stiffness_n_per_m, stiffest_n_per_m());
-  return model;
 }
 
 void ServoState::rest() {
   const std::uint64_t sequence = sequence_ + 1;
-  *this = ServoState(spec_);
+  *this = ServoState(device_);
   sequence_ = sequence;
   rested_ = true;
-}
-
-Vec3 ServoState::filtered_velocity(double now_s, const Vec3& position_world_m) {
-  const double dt = now_s - last_s_;
-  if (!rested_ && dt > 0) {
-    const Vec3 raw = (position_world_m - last_position_m_) / dt;
-    velocity_m_per_s_ += (raw - velocity_m_per_s_) * (dt / (dt + spec_.velocity_filter_s));
-  }
-  rested_ = false;
-  last_s_ = now_s;
-  last_position_m_ = position_world_m;
-  return velocity_m_per_s_;
 }
 
 }  // namespace sectio

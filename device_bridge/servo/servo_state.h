@@ -3,10 +3,9 @@
 
 #include <cstdint>
 
-#include "common/math/contact_model.h"
 #include "common/math/types.h"
 #include "device_bridge/device/device.h"
-#include "device_bridge/servo/passivity_guard.h"
+#include "device_bridge/servo/contact_model_follower.h"
 
 namespace sectio {
 
@@ -22,21 +21,16 @@ struct PoseSample {
 struct ServoRecord {
   PoseSample sample;
   Vec3 force_world_n = Vec3::Zero();
-  double model_age_s = -1;  // now - the model's tool time; negative: no model yet
+  Vec3 moment_world_n_m = Vec3::Zero();  // about the origin of the tool's frame
+  double model_age_s = -1;               // now - the model's tool time; negative: no model yet
   ContactState state = ContactState::free;
   bool server_silent = false;  // the watchdog has the force
   std::uint64_t overruns = 0;  // ticks missed so far
 };
 
-struct ServoSpec {
-  DeviceLimits device = {};
-  double velocity_filter_s = 0.003;  // time constant of the velocity's low-pass
-  GuardSpec guard = {};
-};
-
 class ServoState {
  public:
-  explicit ServoState(const ServoSpec& spec = {}) : spec_(spec), guard_(spec.guard) {}
+  explicit ServoState(const DeviceLimits& device = {}) : device_(device), follower_(device) {}
 
   // `model`: the newest model if one has come since the last tick, else null. The tip is the origin of the tool's
   // frame. A result that isn't finite becomes no force, and the model is forgotten. Whatever comes, the force on a
@@ -48,19 +42,15 @@ class ServoState {
   void rest();
 
  private:
-  Vec3 filtered_velocity(double now_s, const Vec3& position_world_m);
-  double stiffest_n_per_m() const;
-  ContactModel within_limits(ContactModel model) const;
-
-  ServoSpec spec_;
+  DeviceLimits device_;
   ContactModelFollower follower_;
-  PassivityGuard guard_;
   std::uint64_t sequence_ = 0;
   bool rested_ = true;  // no tick before this one
   double last_s_ = 0;
   Vec3 last_position_m_ = Vec3::Zero();
-  Vec3 velocity_m_per_s_ = Vec3::Zero();
   Vec3 last_force_n_ = Vec3::Zero();
+  double given_j_ = 0;  // to the hand, since the touch
+  double is_shaken_until_s_ = 0;
 };
 
 }  // namespace sectio

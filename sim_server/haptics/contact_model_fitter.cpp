@@ -1,6 +1,8 @@
 #include "sim_server/haptics/contact_model_fitter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "common/core/error.h"
@@ -8,48 +10,63 @@
 namespace sectio {
 namespace {
 
-constexpr double kLeastOfPrior = 0.2;  // the stiffness stays within these multiples of the prior
-constexpr double kMostOfPrior = 3;
-// The weight of the previous estimate: that of a window in which the tip moves 5 um a step.
-constexpr double kMemory_m2 = 32 * 25e-12;
+constexpr double kSideways = 0.6;           // side stiffness over that along the normal
+constexpr double kVelocityFilter_s = 0.02;  // of the surface's velocity, which the bridge extrapolates
+constexpr double kForceFilter_s = 0.005;
+constexpr double kMean_s = 0.1;     // of running means: longer ones carry the approach into the fit
+constexpr double kMemory_s = 0.15;  // likewise
+constexpr double kSolve_s = 0.01;
+constexpr int kSweeps = 60;
+constexpr double kYieldRises_s = 0.004, kYieldFalls_s = 0.01;
+
+// The prior weighs as much as kPriorRows samples of a sine of 15 Hz and 20 um: a hand that rests teaches nothing.
+constexpr double kPriorRows = 150, kPriorWay_m = 2e-5, kPriorRate = 2 * std::numbers::pi * 15;
+
+double share(double dt_s, double filter_s) {
+  return dt_s / (dt_s + filter_s);
+}
 
 }  // namespace
 
-ContactModelFitter::ContactModelFitter(std::uint32_t tool_id, const FitterSpec& spec)
-    : tool_id_(tool_id), spec_(spec) {}
-
-ContactModel ContactModelFitter::fit(const ContactStep& step) {
-  SECTIO_ASSERT(step.reaction_world_n.allFinite() && step.tip_world_m.allFinite(), "a contact must be finite");
+const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
+  SECTIO_ASSERT(step.reaction_world_n.allFinite() && step.tip.position_m.allFinite(), "a contact must be finite");
+  const double dt = model_.sequence > 0 ? step.sim_time_s - model_.sim_time_s : 0;
   meet(step);
-  follow_surface(step);
-  if (step.state != ContactState::free) {
-    follow(step);
-    fit_stiffness();
+  place(step);
+  ++model_.sequence;
+  model_.sim_time_s = step.sim_time_s;
+  model_.tool_time_s = step.tip.time_s;
+  model_.state = step.state;
+  // The constraints of an instrument that cuts or holds come and go from step to step.
+  const bool is_smooth = step.state == ContactState::free || (step.state == ContactState::contact && !step.is_held);
+  model_.force_world_n += (is_smooth ? 1 : share(dt, kForceFilter_s)) * (step.reaction_world_n - model_.force_world_n);
+  model_.lever_world_m = step.lever_world_m;
+
+  const double pushes_n = step.normal_world.dot(step.reaction_world_n);
+  const bool presses = step.state == ContactState::contact && !step.is_held;
+  if (presses) {
+    const Dent dent = dent_of(model_, step.tip);
+    learn({dent.spring_m, dent.damper_m_per_s, dent.mass_m_per_s2 + tissue_.damping_per_s * dent.damper_m_per_s},
+          pushes_n, dt);
   }
-  touching_ = step.state != ContactState::free;
-  last_ = step;
+  touching_ = presses;
+  until_solved_s_ -= dt;
+  if (until_solved_s_ <= 0) solve();
 
-  ContactModel model;
-  model.tool_id = tool_id_;
-  model.sequence = ++sequence_;
-  model.sim_time_s = step.sim_time_s;
-  model.tool_time_s = step.tool_time_s;
-  model.state = step.state;
-  model.point_world_m = step.point_world_m;
-  model.normal_world = step.normal_world;
-  model.velocity_world_m_per_s = surface_velocity_m_per_s_;
-  model.stiffness_n_per_m = stiffness_n_per_m_;
-  model.tangential_stiffness_n_per_m = spec_.tangential_fraction * stiffness_n_per_m_;
-  model.friction = tissue_.friction;
-  model.yield_n = tissue_.yield_n;
-  model.valid_radius_m = spec_.valid_radius_m;
-  model.time_to_live_s = spec_.time_to_live_s;
-  if (!touching_) return free_model(model, step);
-
-  // Force and tip have passed the same filter, so they match each other; the tissue has since moved by v_p tau.
-  model.force_world_n = smooth_force_n_;
-  model.tip_world_m = smooth_tip_m_ + spec_.force_filter_s * surface_velocity_m_per_s_;
-  return model;
+  const bool is_known = step.state != ContactState::free || step.surface_known;
+  const bool in_tissue = step.state == ContactState::penetration;
+  model_.stiffness_n_per_m = is_known && !in_tissue ? theta_[0] : 0;
+  model_.mass_kg = is_known && !in_tissue ? theta_[2] : 0;
+  model_.damping_n_s_per_m = is_known && !in_tissue ? theta_[1] + tissue_.damping_per_s * theta_[2] : 0;
+  model_.side_stiffness_n_per_m = is_known ? kSideways * tissue_.stiffness_n_per_m : 0;
+  model_.friction = tissue_.friction;
+  if (!in_tissue) {
+    model_.yield_n = step.is_held ? kNeverYieldsN : tissue_.yield_n;
+  } else {
+    const double force_n = model_.force_world_n.norm(), before_n = std::min(model_.yield_n, force_n + 1);
+    model_.yield_n = before_n + share(dt, force_n > before_n ? kYieldRises_s : kYieldFalls_s) * (force_n - before_n);
+  }
+  return model_;
 }
 
 // Nothing that one body has taught is true of another. A tool that leaves a body for the air keeps what it knows.
@@ -57,57 +74,48 @@ void ContactModelFitter::meet(const ContactStep& step) {
   if (step.body_id == kNoBody) return;
   tissue_ = step.tissue;
   if (step.body_id == std::exchange(body_id_, step.body_id)) return;
-  stiffness_n_per_m_ = tissue_.stiffness_n_per_m;
-  window_ = {};
+  responses_.setZero();
+  forces_.setZero();
+  until_solved_s_ = 0;
   surface_known_ = touching_ = false;
 }
 
-void ContactModelFitter::follow_surface(const ContactStep& step) {
-  const double dt = step.sim_time_s - last_.sim_time_s;
-  const double share = surface_known_ ? dt / (dt + spec_.velocity_filter_s) : 1;
-  surface_velocity_m_per_s_ += share * (step.surface_velocity_world_m_per_s - surface_velocity_m_per_s_);
+void ContactModelFitter::place(const ContactStep& step) {
+  const double dt = step.sim_time_s - model_.sim_time_s;
+  model_.velocity_world_m_per_s += (surface_known_ ? share(dt, kVelocityFilter_s) : 1) *
+                                   (step.surface_velocity_world_m_per_s - model_.velocity_world_m_per_s);
   surface_known_ = step.surface_known;
+  model_.normal_world = step.normal_world;
+  double gap_m = step.gap_m;
+  // A force that comes before the plane does says where the plane is.
+  const double pushes_n = step.normal_world.dot(step.reaction_world_n);
+  if (step.state == ContactState::contact && (step.is_held || gap_m > 0))
+    gap_m = -std::max(0.0, pushes_n) / tissue_.stiffness_n_per_m - model_.soft_depth_m / 3;
+  model_.point_world_m = step.tip.position_m - gap_m * step.normal_world;
 }
 
-// Adds a step of a contact to the filters and to the window.
-void ContactModelFitter::follow(const ContactStep& step) {
+void ContactModelFitter::learn(const Vec3& response, double force_n, double dt_s) {
   if (!touching_) {
-    window_ = {};
-    smooth_force_n_ = step.reaction_world_n;
-    smooth_tip_m_ = step.tip_world_m;
-    return;
+    mean_response_ = response;
+    mean_force_n_ = force_n;
   }
-  const double dt = step.sim_time_s - last_.sim_time_s;
-  const double share = dt / (dt + spec_.force_filter_s);
-  smooth_force_n_ += share * (step.reaction_world_n - smooth_force_n_);
-  smooth_tip_m_ += share * (step.tip_world_m - smooth_tip_m_);
-
-  const Vec3 moved_m = step.tip_world_m - last_.tip_world_m - dt * surface_velocity_m_per_s_;
-  newest_ = (newest_ + 1) % kWindow;
-  window_[newest_] = {step.normal_world.dot(step.reaction_world_n - last_.reaction_world_n),
-                      step.normal_world.dot(moved_m)};
+  mean_response_ += share(dt_s, kMean_s) * (response - mean_response_);
+  mean_force_n_ += share(dt_s, kMean_s) * (force_n - mean_force_n_);
+  const Vec3 varies = response - mean_response_;
+  const double keeps = 1 - share(dt_s, kMemory_s), rows = dt_s / 0.001;
+  responses_ = keeps * responses_ + rows * varies * varies.transpose();
+  forces_ = keeps * forces_ + rows * (force_n - mean_force_n_) * varies;
 }
 
-// Least squares for df = -k dx over the window, regularised by the previous estimate, as a resting tip gives no data.
-void ContactModelFitter::fit_stiffness() {
-  double xx = kMemory_m2;
-  double xf = -kMemory_m2 * stiffness_n_per_m_;
-  for (const Change& change : window_) {
-    xx += change.distance_m * change.distance_m;
-    xf += change.distance_m * change.force_n;
-  }
-  const double prior = tissue_.stiffness_n_per_m;
-  stiffness_n_per_m_ = std::clamp(-xf / xx, kLeastOfPrior * prior, kMostOfPrior * prior);
-}
-
-// The model of a free tool: no force, and the plane of the surface if that is known.
-ContactModel ContactModelFitter::free_model(ContactModel model, const ContactStep& step) const {
-  model.tip_world_m = step.tip_world_m - step.gap_m * step.normal_world;
-  if (!step.surface_known) {
-    model.stiffness_n_per_m = 0;
-    model.tangential_stiffness_n_per_m = 0;
-  }
-  return model;
+// (G + P) theta = r + P theta_0 by coordinate descent with theta >= 0.
+void ContactModelFitter::solve() {
+  until_solved_s_ = kSolve_s;
+  const Vec3 scale(1, kPriorRate, kPriorRate * kPriorRate);
+  const Vec3 weight = kPriorRows * kPriorWay_m * kPriorWay_m * scale.cwiseProduct(scale);
+  const Eigen::Matrix3d a = responses_ + Eigen::Matrix3d(weight.asDiagonal());
+  const Vec3 b = forces_ + weight.cwiseProduct(Vec3(tissue_.stiffness_n_per_m, 0, 0));
+  for (int sweep = 0; sweep < kSweeps; ++sweep)
+    for (int i = 0; i < 3; ++i) theta_[i] = std::max(0.0, theta_[i] + (b[i] - a.row(i).dot(theta_)) / a(i, i));
 }
 
 }  // namespace sectio

@@ -10,42 +10,54 @@ namespace {
 // way of a quick hand, 0.4 m/s, in the time for which a contact model lives.
 constexpr double kFeelReachM = 0.02;
 
-// Adds up the forces of all edges; the deepest contact gives the place.
-void add_edge(const EdgeContact& contact, ContactStep& felt) {
+// Adds up the forces of all edges; the deepest contact gives the place, which is returned.
+void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
   felt.reaction_world_n += contact.force_on_tool_n();
   if (contact.state() <= felt.state) return;
   felt.state = contact.state();
   felt.surface_known = contact.surface_known();
   felt.body_id = contact.body_id();
-  felt.point_world_m = contact.point_world_m();
   felt.normal_world = contact.normal_world();
+  at_world_m = contact.point_world_m();
+  felt.lever_world_m = at_world_m - felt.tip.position_m;
 }
 
-// Tells what the tool touches or would: the body that an edge presses or cuts, or that jaws hold, else the nearest one.
-void add_surface(SimulatedWorld& world, std::uint32_t tool_id, ContactStep& felt) {
-  const Tool& tool = world.tools[tool_id];
+// Where the surface under a tool that touches it is at rest: its home, above which it was found before the touch, and
+// with which it has moved since.
+void place_dented(Body& body, const ToolSpec& spec, Tool& tool, const Vec3& at_world_m, double step_s,
+                  ContactStep& felt) {
+  felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, at_world_m);
+  if (!body.rigid()) tool.sag_m += step_s * felt.surface_velocity_world_m_per_s.dot(felt.normal_world);
+  if (const auto rest = rest_surface(body, at_world_m))
+    felt.gap_m = gap_m(spec, *tool.pose, rest->point_world_m, felt.normal_world) - tool.sag_m;
+}
+
+// Tells what the tool touches or would: the body that jaws hold, that an edge presses or cuts, else the nearest one.
+void add_surface(SimulatedWorld& world, std::uint32_t tool_id, Vec3 at_world_m, ContactStep& felt) {
+  Tool& tool = world.tools[tool_id];
   const ToolSpec& spec = world.scene.tools[tool_id];
-  TriangleId triangle = kNone;
   if (const auto held = tool.grasp.held_body(); held && felt.body_id == kNoBody) {
     felt.body_id = *held;  // its points follow the hand, not the tissue around
   } else if (felt.body_id != kNoBody) {
-    felt.surface_velocity_world_m_per_s = velocity_beyond_dent(*world.bodies[felt.body_id], felt.point_world_m);
+    place_dented(*world.bodies[felt.body_id], spec, tool, at_world_m, world.scene.step_s, felt);
   } else if (const auto near = nearest_surface(world.bodies, spec, *tool.pose, kFeelReachM)) {
     Body& body = *world.bodies[near->body_id];
     felt.body_id = near->body_id;
-    triangle = near->triangle;
+    at_world_m = near->point_world_m;
+    felt.normal_world = near->normal_world;
     if (felt.state == ContactState::free) {
       felt.surface_known = true;
-      felt.point_world_m = near->point_world_m;
-      felt.normal_world = near->normal_world;
       felt.gap_m = near->gap_m;
-      felt.surface_velocity_world_m_per_s = velocity_at(body, triangle, near->point_world_m);
+      felt.surface_velocity_world_m_per_s = velocity_at(body, near->triangle, at_world_m);
+      const auto rest = rest_surface(body, at_world_m);
+      tool.sag_m = rest ? near->normal_world.dot(at_world_m - rest->point_world_m) : 0;
     } else {  // a ball about the tip pushes it
-      felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, near->point_world_m);
+      if (const auto rest = rest_surface(body, at_world_m)) felt.normal_world = rest->normal_world;
+      place_dented(body, spec, tool, at_world_m, world.scene.step_s, felt);
+      felt.lever_world_m = at_world_m - felt.tip.position_m;
     }
   }
-  if (felt.body_id != kNoBody)
-    felt.tissue = felt_tissue(*world.bodies[felt.body_id], triangle, instrument_of(spec.kind), felt.state);
+  if (felt.body_id != kNoBody) felt.tissue = felt_tissue(*world.bodies[felt.body_id], at_world_m, spec, felt.state);
 }
 
 // The reaction as the hand may feel it; its first step beyond that is an event.
@@ -70,14 +82,15 @@ void feel(SimulatedWorld& world, StepContext& context) {
       context.emit(kind, body_id, t, std::string(text));
     if (!tool.pose) continue;
     ContactStep felt = tool.contact(context.output.sim_time_s);
+    Vec3 at_world_m = felt.tip.position_m;
     for (std::uint32_t b = 0; b < world.bodies.size(); ++b)
       for (std::uint32_t e = 0; e < world.edges.size(); ++e)
-        if (world.edges[e].tool_id == t) add_edge(world.contact(b, e), felt);
+        if (world.edges[e].tool_id == t) add_edge(world.contact(b, e), felt, at_world_m);
     if (tool.is_withdrawn) {  // nobody is there to feel it
       if (felt.state == ContactState::free) tool.pose.reset();
       continue;
     }
-    add_surface(world, t, felt);
+    add_surface(world, t, at_world_m, felt);
     cap_force(world, context, t, tool, felt);
     in_contact |= felt.state != ContactState::free;
     context.output.contacts.push_back(tool.fitter.fit(felt));

@@ -1,6 +1,8 @@
 #include "sim_server/world/surface_under_tool.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 namespace sectio {
@@ -9,6 +11,7 @@ namespace {
 // A flat punch of radius a moves the surface at a distance r by 2/pi asin(a/r) of its own way (Sneddon 1965): beyond
 // these 15 mm, a tip of 2 mm by less than a tenth.
 constexpr double kDentM = 0.015, kAroundM = 0.03;
+constexpr double kPointM = 0.0015;   // what a point presses as
 constexpr double kFlatM = 1e-6;      // a shortest way below this has no direction
 constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
 constexpr VertexId kLookedAt = 256;  // vertices of a body at most, evenly chosen: a fit of six numbers needs no more
@@ -78,16 +81,36 @@ Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
   return rigid_velocity(beyond.size() >= kEnough ? beyond : near).at(point_world_m);
 }
 
-FeltTissue felt_tissue(const Body& body, TriangleId triangle, const InstrumentKind& instrument, ContactState state) {
+std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m) {
+  const auto at = body.tree().closest(body.view(), near_world_m, kDentM);
+  if (!at) return std::nullopt;
+  const auto& v = body.mesh.triangle(at->triangle).v;
+  return RestSurface{body.home_world_m(v, at->bary),
+                     body.home_normal_world(MeshDraft(body.mesh, body.particle_view()), v, at->bary)};
+}
+
+double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_world_m, const Vec3& normal_world) {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const Corner& corner : corners_of(tool, pose))
+    least_m = std::min(least_m, normal_world.dot(corner.at_world_m - point_world_m) - corner.radius_m);
+  return least_m;
+}
+
+// Hertz's stiffness under a ball where its force goes over to a straight line: 2 E* sqrt(R d).
+FeltTissue felt_tissue(Body& body, const Vec3& near_world_m, const ToolSpec& tool, ContactState state) {
   const MaterialSpec& m = body.spec.material;
   FeltTissue tissue;
-  tissue.stiffness_n_per_m = 2 * m.young_pa / (1 - m.poisson * m.poisson) * m.foundation_radius_m;
-  if (triangle != kNone && vary_in_stiffness(body.spec.regions))
-    tissue.stiffness_n_per_m *=
-        stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(body.mesh.triangle(triangle).v[0]));
+  const double radius_m = tool.geometry.sphere_radius_m > 0 ? tool.geometry.sphere_radius_m : kPointM;
+  tissue.stiffness_n_per_m =
+      2 * m.young_pa / (1 - m.poisson * m.poisson) * std::sqrt(radius_m * ContactModel{}.soft_depth_m);
+  if (vary_in_stiffness(body.spec.regions))
+    if (const auto at = body.tree().closest(body.view(), near_world_m, kDentM))
+      tissue.stiffness_n_per_m *=
+          stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(body.mesh.triangle(at->triangle).v[0]));
+  tissue.damping_per_s = m.damping_per_s;
   tissue.friction = body.rigid() ? body.spec.splitting.friction : m.friction;
   const auto& threshold_n = body.spec.cutting.threshold_force_n;
-  if (instrument.tip_pierces && !body.rigid() && state != ContactState::penetration && threshold_n)
+  if (instrument_of(tool.kind).tip_pierces && !body.rigid() && state != ContactState::penetration && threshold_n)
     tissue.yield_n = std::min(*threshold_n, kNeverYieldsN);
   return tissue;
 }

@@ -25,13 +25,22 @@ struct SurfaceUnderTool {
 std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<Body>> bodies, const ToolSpec& tool,
                                                 const JointPose& pose, double reach_m);
 
+// The surface at rest, without the dents of instruments, at the triangle that is nearest to a point of the surface.
+struct RestSurface {
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal_world = Vec3::UnitZ();
+};
+std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m);
+// How far the corners of an instrument are outside of a plane; negative when one is beneath it.
+double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_world_m, const Vec3& normal_world);
+
 // The velocity of a point of the surface without the dent of an instrument there: of a rigid piece its own, else the
 // rigid motion of the surface around, which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
 Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m);
 // The same where nothing dents the surface. O(1).
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m);
 
-// The tissue of a body, for an instrument in this state, at a triangle; kNone: anywhere.
-FeltTissue felt_tissue(const Body& body, TriangleId triangle, const InstrumentKind& instrument, ContactState state);
+// The tissue of a body at a place, for an instrument in this state.
+FeltTissue felt_tissue(Body& body, const Vec3& near_world_m, const ToolSpec& tool, ContactState state);
 
 }  // namespace sectio

@@ -31,7 +31,10 @@ void Tool::take(const ToolSample& sample) {
   if (pose && !(same_source && sample.sequence == sequence + 1)) continuous = false;
   if (same_source && sample.tool_time_s > time_s)
     velocity_m_per_s = (sample.pose_world.position_m - pose->position_m) / (sample.tool_time_s - time_s);
-  if (!same_source) velocity_m_per_s.setZero();  // another source has another clock
+  if (same_source)
+    tip.go_on(sample.tool_time_s, sample.pose_world.position_m);
+  else  // another source has another clock
+    velocity_m_per_s.setZero(), tip = {sample.tool_time_s, sample.pose_world.position_m, Vec3::Zero(), Vec3::Zero()};
   pose = JointPose{sample.pose_world, sample.opening_rad};
   source = sample.source;
   sequence = sample.sequence;
@@ -47,13 +50,12 @@ ContactStep Tool::contact(double sim_time_s) const {
   step.reaction_world_n = grasp.force_on_tool_n();
   if (grasp.is_at_work()) {  // what it holds pulls as well as pushes
     step.state = ContactState::contact;
-    step.point_world_m = pose->position_m;
+    step.is_held = grasp.held_body().has_value();
     if (step.reaction_world_n.norm() > 0) step.normal_world = step.reaction_world_n.normalized();
   }
   step.sim_time_s = sim_time_s;
-  step.tool_time_s = time_s;
-  step.tip_world_m = pose->position_m;
-  step.tip_velocity_world_m_per_s = velocity_m_per_s;
+  step.tip = tip;
+  step.tip.position_m = pose->position_m;
   return step;
 }
 

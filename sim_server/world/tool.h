@@ -33,6 +33,8 @@ struct Tool {
   std::uint64_t source = 0;
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
+  TipMotion tip;     // its motion as the hand's side knows it, too
+  double sag_m = 0;  // of the surface under it: how far it is above its home, undented
 
   // The motion in this step.
   std::optional<JointPose> before;

@@ -253,7 +253,8 @@ TEST(B_FUT, B_FUT_1_the_server_says_a_force_that_a_hand_can_feel) {
     EXPECT_GT(force_n, before_n + 0.02) << "deeper is harder";
     EXPECT_LT(model.force_world_n.head<2>().norm(), 0.1 * force_n) << "along the normal";
     EXPECT_GT(model.stiffness_n_per_m, 10);
-    EXPECT_LT((model.tip_world_m - op.hand().position_m).norm(), 1e-4);
+    EXPECT_NEAR(dent_of(model, {model.tool_time_s, op.hand().position_m, Vec3::Zero(), Vec3::Zero()}).depth_m, depth_m,
+                7e-4);
     before_n = force_n;
   }
 }

@@ -102,8 +102,6 @@ class Hostile {
         contact.model.force_world_n = Vec3(0, 0, 10);
         contact.model.stiffness_n_per_m = 0;
         contact.model.yield_n = kNeverYieldsN;
-        contact.model.valid_radius_m = 10;
-        contact.model.time_to_live_s = 1e6;
         contact.model.tool_time_s += 0.001 * static_cast<double>(i);
         write(out, contact);
         wait(0.001);

@@ -41,18 +41,18 @@ inline ContactMessage some_contact() {
   model.sim_time_s = 1.5;
   model.tool_time_s = 1.4;
   model.state = ContactState::penetration;
-  model.point_world_m = Vec3(1, 2, 3);
   model.force_world_n = Vec3(0, 0, 2);
-  model.stiffness_n_per_m = 300;
-  model.friction = 0.3;
-  model.yield_n = 5;
+  model.lever_world_m = Vec3(0, 0.01, 0.02);
+  model.point_world_m = Vec3(1, 2, 3);
   model.normal_world = Vec3(0, 0.6, 0.8);
   model.velocity_world_m_per_s = Vec3(0.1, 0, 0);
-  model.tip_world_m = Vec3(1, 2, 2.9);
-  model.tangential_stiffness_n_per_m = 100;
+  model.stiffness_n_per_m = 300;
   model.damping_n_s_per_m = 1.5;
-  model.valid_radius_m = 0.01;
-  model.time_to_live_s = 0.06;
+  model.mass_kg = 0.01;
+  model.soft_depth_m = 0.002;
+  model.side_stiffness_n_per_m = 100;
+  model.friction = 0.3;
+  model.yield_n = 5;
   return message;
 }
 

@@ -46,20 +46,21 @@ class CountingDevice : public Device {
 ContactModel pushing() {
   ContactModel model;
   model.force_world_n = Vec3(0, 0, 1);
-  model.tip_world_m = Vec3(0, 0, -0.001);
+  model.state = ContactState::contact;
   model.stiffness_n_per_m = 200;
-  model.yield_n = 5;
-  model.valid_radius_m = 0.01;
   return model;
 }
 
-// A server that sent one model, and takes what comes.
+// A server that answers each sample.
 class TestLink : public ServoLink {
  public:
   TestLink() { samples.reserve(1000); }
   void publish(const PoseSample& sample) override {
     if (samples.size() < samples.capacity()) samples.push_back(sample);
     published.store(true);
+    ContactModel answer = pushing();
+    answer.tool_time_s = sample.tool_time_s;
+    models.store(answer);
   }
   bool latest_model(ContactModel& model) override { return models.load(model); }
 
@@ -85,7 +86,6 @@ struct Loop {
 TEST(ServoLoop, neither_allocates_nor_loses_a_tick) {
   CountingDevice device(100);
   Loop loop;
-  loop.link.models.store(pushing());
   loop.run(device);
 
   EXPECT_EQ(device.allocated, 0U);

@@ -1,0 +1,130 @@
+#include "device_bridge/servo/contact_model_follower.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+constexpr double kShareOfBound = 0.7, kShareOfDamping = 0.95;
+constexpr double kShareOfMass = 0.3;     // of the device's own
+constexpr double kWrongStiffness = 0.1;  // the part of a fitted stiffness that is taken to be wrong
+constexpr double kSideways = 1.5;        // nobody fits the stiffness there
+constexpr double kLongestFilter_s = 0.5;
+constexpr double kForgets_s = 0.01;     // a correction, where nothing touches
+constexpr double kLeastForce_n = 1e-3;  // smaller ones push in no direction
+
+double share(double dt_s, double filter_s) {
+  return dt_s / (dt_s + filter_s);
+}
+
+bool in_tissue(const ContactModel& model) {
+  return model.state == ContactState::penetration;
+}
+
+// The part of a force or way that the anchor has to do with.
+Vec3 sideways(const ContactModel& model, const Vec3& v) {
+  return in_tissue(model) ? v : Vec3(v - v.dot(model.normal_world) * model.normal_world);
+}
+
+}  // namespace
+
+double ContactModelFollower::stiffest_n_per_m(double damping_n_s_per_m) const {
+  return kShareOfBound * 2 * damping_n_s_per_m * device_.rate_hz;
+}
+
+const ContactModelFollower::Felt* ContactModelFollower::felt_at(double time_s) const {
+  const double nearest_s = 0.5 / device_.rate_hz;
+  for (std::size_t back = 1; back <= std::min(ticks_, kHistory); ++back) {
+    const Felt& felt = history_[(ticks_ - back) % kHistory];
+    if (felt.tip.time_s > time_s + nearest_s) continue;
+    return felt.tip.time_s > time_s - nearest_s ? &felt : nullptr;
+  }
+  return nullptr;
+}
+
+void ContactModelFollower::receive(const ContactModel& model) {
+  if (!felt_at(model.tool_time_s)) return;
+  next_ = model;
+  fresh_ = true;
+}
+
+void ContactModelFollower::adopt(bool is_held) {
+  fresh_ = false;
+  const Felt* then = felt_at(next_.tool_time_s);
+  if (!then) return;
+  const double damping = device_.damping_n_s_per_m + (is_held ? kHandDamping_n_s_per_m : 0);
+  const double half_period_s = 0.5 / device_.rate_hz, stiffest = stiffest_n_per_m(damping);
+  if (!has_model_ || in_tissue(model_) != in_tissue(next_)) anchor_m_ = then->tip.position_m;
+  const double before_n = force_n(model_, dent_of(model_, tip_));
+  model_ = next_;
+  has_model_ = true;
+  received_s_ = tip_.time_s;
+  double s = std::min(1.0, stiffest / std::max(stiffest, model_.stiffness_n_per_m));
+  s = std::min(s, kShareOfDamping * damping /
+                      std::max(1e-9, model_.stiffness_n_per_m * half_period_s + model_.damping_n_s_per_m));
+  s = std::min(s, kShareOfMass * device_.mass_kg / std::max(1e-9, model_.mass_kg));
+  model_.stiffness_n_per_m *= s;
+  model_.damping_n_s_per_m *= s;
+  model_.mass_kg *= s;
+  model_.side_stiffness_n_per_m = std::min(model_.side_stiffness_n_per_m, stiffest);
+  side_filter_s_ = kSideways * device_.mass_kg / damping;
+  filter_s_ = std::min(kLongestFilter_s, device_.mass_kg / damping * ((1 + kWrongStiffness) / s - 1));
+
+  const Vec3& f = model_.force_world_n;
+  correction_n_ += before_n - force_n(model_, dent_of(model_, tip_));  // another response is no other force
+  wrong_n_ = f.dot(model_.normal_world) - force_n(model_, dent_of(model_, then->tip));
+  side_wrong_n_ = sideways(model_, f) - sideways(model_, then->spring_n);
+}
+
+Vec3 ContactModelFollower::tick(double now_s, const Vec3& tip_world_m, bool is_held) {
+  const double dt = ticks_ > 0 ? std::max(0.0, now_s - tip_.time_s) : 0;
+  if (ticks_ == 0) tip_ = {now_s, tip_world_m, Vec3::Zero(), Vec3::Zero()};
+  tip_.go_on(now_s, tip_world_m);
+  if (fresh_) adopt(is_held);
+  Felt& felt = history_[ticks_++ % kHistory];
+  felt = {tip_, Vec3::Zero()};
+  if (!has_model_) return Vec3::Zero();
+  const Vec3 push_n = push(dt);
+  const Vec3 drag_n = drag(push_n, dt);
+  felt.spring_n = drag_n - side_correction_n_;
+  const double audible = std::clamp(1 - (now_s - received_s_ - kSilence_s) / kDecay_s, 0.0, 1.0);
+  return audible * limited(push_n + drag_n, model_.yield_n);
+}
+
+Vec3 ContactModelFollower::push(double dt_s) {
+  const Dent dent = dent_of(model_, tip_);
+  if (dent.depth_m <= 0 || in_tissue(model_)) {
+    correction_n_ *= std::exp(-dt_s / kForgets_s);
+    return Vec3::Zero();
+  }
+  correction_n_ += share(dt_s, filter_s_) * (wrong_n_ - correction_n_);
+  const double pushed_n = force_n(model_, dent) + correction_n_;
+  return pushed_n < 0 ? Vec3(Vec3::Zero()) : Vec3(pushed_n * model_.normal_world);  // no number stays none
+}
+
+// The anchor's spring and the correction together are bounded by friction, or by what the tissue bears.
+Vec3 ContactModelFollower::drag(const Vec3& push_n, double dt_s) {
+  const Vec3& f = model_.force_world_n;
+  const double k = model_.side_stiffness_n_per_m;
+  double most_n = model_.yield_n;
+  if (!in_tissue(model_)) {
+    // An edge that is pressed only sideways keeps its force.
+    const double pushed_n = f.dot(model_.normal_world), side_n = sideways(model_, f).norm();
+    const double lifted = pushed_n > kLeastForce_n ? std::min(1.0, push_n.norm() / pushed_n) : 1;
+    most_n = push_n.isZero() ? 0 : std::max(model_.friction * push_n.norm(), lifted * side_n);
+  }
+  anchor_m_ += dt_s * model_.velocity_world_m_per_s;
+  if (most_n <= 0 || k <= 0) {
+    anchor_m_ = tip_.position_m;
+    side_correction_n_.setZero();
+    return Vec3::Zero();
+  }
+  side_correction_n_ += share(dt_s, side_filter_s_) * (side_wrong_n_ - side_correction_n_);
+  const Vec3 wanted_n = sideways(model_, k * (anchor_m_ - tip_.position_m)) + side_correction_n_;
+  const Vec3 bounded_n = limited(wanted_n, most_n);
+  anchor_m_ += (bounded_n - wanted_n) / k;
+  return bounded_n;
+}
+
+}  // namespace sectio

@@ -1,0 +1,76 @@
+// The force on a hand from the newest contact model, at the rate of the device. With f the force that the model tells
+// for the hand's sample i, and Y the model's response to the hand's own motion,
+//
+//   F_n = max(0, Y(now) + w),   w follows n.f - Y(i) within tau        (a predictor: only a *change* within the delay
+//   tau = m_d / b (1.1 / s - 1),  s: what is left of Y within the device's bounds         can be wrong, not the force)
+//
+// Sideways, and all around a blade in tissue, the tissue is a spring from an anchor, which is dragged along where
+// friction or the tissue yields: passive by itself, and corrected slowly.
+//
+// A loop through a wire with any delay gives no energy while |k_true - s k| / tau stays below what the device's damping
+// b takes at the resonance of its mass m_d on the tissue, and a sampled response while k T/2 + c < b (Colgate &
+// Schenkel 1997). All of it is bounded by the device's figures, whatever a server sends.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "common/math/contact_model.h"
+#include "device_bridge/device/device.h"
+
+namespace sectio {
+
+inline Vec3 limited(const Vec3& v, double longest) {
+  const double length = v.norm();
+  return length > longest ? Vec3(v * (longest / length)) : v;
+}
+
+// Deterministic; one thread; no allocation, no lock.
+class ContactModelFollower {
+ public:
+  static constexpr double kDecay_s = 0.1;
+  static constexpr double kSilence_s = 0.1;
+  static constexpr double kHandDamping_n_s_per_m = 1;  // that every hand adds which holds a device: people have 2 to 5
+
+  explicit ContactModelFollower(const DeviceLimits& device) : device_(device) {}
+
+  // Takes the newest model, which takes effect with the next tick(), if it answers a sample that this hand had in the
+  // last kHistory ticks.
+  void receive(const ContactModel& model);
+
+  // Returns the force at this tick, zero before the first model. `now_s` must ascend. No model for kSilence_s: the
+  // force fades within kDecay_s (the watchdog). `is_held`: the hand's own damping counts.
+  Vec3 tick(double now_s, const Vec3& tip_world_m, bool is_held);
+
+  // The model in effect, within the device's bounds; null before the first one.
+  const ContactModel* model() const { return has_model_ ? &model_ : nullptr; }
+  const TipMotion& tip() const { return tip_; }
+  bool silent(double now_s) const { return has_model_ && now_s - received_s_ > kSilence_s; }
+  // A spring that is sampled gives no energy below 2 b / T.
+  double stiffest_n_per_m(double damping_n_s_per_m) const;
+
+ private:
+  static constexpr std::size_t kHistory = 256;
+  struct Felt {
+    TipMotion tip;
+    Vec3 spring_n = Vec3::Zero();  // of the anchor
+  };
+  const Felt* felt_at(double time_s) const;
+  void adopt(bool is_held);
+  Vec3 push(double dt_s);
+  Vec3 drag(const Vec3& push_n, double dt_s);
+
+  DeviceLimits device_;
+  ContactModel next_, model_;
+  bool fresh_ = false, has_model_ = false;
+  double received_s_ = 0;
+  TipMotion tip_;
+  std::array<Felt, kHistory> history_{};  // of the last ticks
+  std::size_t ticks_ = 0;
+  double filter_s_ = 0, side_filter_s_ = 0;  // tau
+  double wrong_n_ = 0, correction_n_ = 0;    // n.f - Y(i), and w
+  Vec3 side_wrong_n_ = Vec3::Zero(), side_correction_n_ = Vec3::Zero();
+  Vec3 anchor_m_ = Vec3::Zero();
+};
+
+}  // namespace sectio

@@ -1,0 +1,49 @@
+// How true the force at a hand is, and how quiet, with the simulation itself at the other end of the wire.
+#include <gtest/gtest.h>
+
+#include "tests/feel/felt_motions.h"
+
+namespace sectio::test {
+namespace {
+
+class FeltForce : public testing::TestWithParam<const char*> {
+ protected:
+  static Scene block(double young_pa) { return felt_block(GetParam(), young_pa); }
+};
+INSTANTIATE_TEST_SUITE_P(Models, FeltForce, testing::Values("surface_springs", "neo_hookean", "neo_hookean_lattice"),
+                         [](const auto& model) { return std::string(model.param); });
+
+TEST_P(FeltForce, is_true_to_sixty_hertz) {
+  for (const Sine& sine : kSines) {
+    const auto felt = felt_on_path(block(6e3), pressing(0.003, sine), kSinesFor_s, kWires);
+    EXPECT_LT(error_of(felt[0], kSettled_s).varying, 0.15) << sine.hz << " Hz, no delay";
+    EXPECT_LT(error_of(felt[1], kSettled_s).whole, 0.07) << sine.hz << " Hz, 25 ms";
+  }
+}
+
+// The plane is known before the touch.
+TEST_P(FeltForce, of_a_first_touch_is_not_late) {
+  const auto felt = felt_on_path(block(6e3), tap(0.003, 0.05), 0.6, kWires);
+  for (const auto& ticks : felt) EXPECT_LT(late_s(ticks, 0.002), 0.005);
+}
+
+TEST_P(FeltForce, is_quiet_in_a_hand_that_holds_still) {
+  for (const double young_pa : {1e3, 6e3, 6e4, 3e5}) {
+    for (const WireSpec& wire : kWires) {
+      const auto felt = felt_in_loop(block(young_pa), holding(young_pa > 1e5 ? 0.001 : 0.003), 3, wire, kFirmHand);
+      const FeltHold hold = hold_of(felt, 1.5);
+      EXPECT_LT(hold.ripple_n, 0.05) << young_pa << " Pa, " << wire.delay_s << " s";
+      EXPECT_LT(hold.power_w, 1e-3) << young_pa << " Pa, " << wire.delay_s << " s";
+    }
+  }
+}
+
+TEST(FeltForceControl, the_same_bits_again) {
+  const auto once = [] {
+    return felt_in_loop(felt_block("neo_hookean_lattice", 6e3), holding(0.003), 0.6, kWires[1], kFirmHand).back();
+  };
+  EXPECT_EQ(once().felt_n, once().felt_n);
+}
+
+}  // namespace
+}  // namespace sectio::test
