@@ -17,13 +17,10 @@ constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // along which tip and heel w
 
 }  // namespace
 
-// In the world, where the blade and the tissue are what they are; only the track is carried along. The sheet goes on
-// from all that the blade has cut, so that no lip is cut again because it has moved a little.
+// At rest, so that tissue that sags, springs or is inverted is cut as if it were still. The sheet goes on from all that
+// the blade has cut, so that no lip is cut again.
 TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
-  const auto in_world = [&](const BladeEdge& e) {
-    return BladeEdge{track.frame_world.to_world(e.tip_m), track.frame_world.to_world(e.heel_m)};
-  };
-  BladeEdge from = in_world(track.edges.front()), to = in_world(track.furthest(settings_));
+  BladeEdge from = track.edges.front(), to = track.furthest(settings_);
   const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
   const double overlap_m = tissue_.metres(settings_.overlap_edges), mean_edge_m = tissue_.volume.mean_edge_m;
   from = {from.tip_m - overlap_m * ahead, from.heel_m - overlap_m * ahead};
@@ -31,7 +28,7 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
   for (const VertexId v : track.vertices_near) {
-    const Vec3& x = topology_.vertex(v).position_world_m;
+    const Vec3& x = topology_.vertex(v).rest_body_m;
     if (std::abs(normal.dot(x - to.tip_m)) > mean_edge_m) continue;
     if (settings_.follows_blade() && distance_to_segment(x, to.tip_m, to.heel_m) > mean_edge_m) continue;
     begin.insert(begin.end(), topology_.star(v).begin(), topology_.star(v).end());
@@ -42,8 +39,10 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
   const BladeEdge &first = track.edges.front(), &last = track.edges.back();
   const double reach_m = tissue_.metres(settings_.joined_edges) +
                          std::max((last.tip_m - first.tip_m).norm(), (last.heel_m - first.heel_m).norm());
-  std::ranges::copy_if(track.cut, std::back_inserter(sheet.joined), [&](VertexId v) {
-    return distance_to_segment(topology_.vertex(v).rest_body_m, last.tip_m, last.heel_m) < reach_m;
+  std::ranges::copy_if(tracks_.slit.vertices(), std::back_inserter(sheet.joined), [&](VertexId v) {
+    const Vec3& x = topology_.vertex(v).rest_body_m;
+    return distance_to_segment(x, last.tip_m, last.heel_m) < reach_m &&
+           std::abs(normal.dot(x - to.tip_m)) < tissue_.metres(settings_.joined_beside_edges);
   });
   return cut(topology_, sheet, settings_.tets, begin);
 }
@@ -65,8 +64,7 @@ bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
     track.is_through = false;
     return false;
   }
-  track.cut.insert(track.cut.end(), outcome.on_sheet.begin(), outcome.on_sheet.end());
-  sort_unique(track.cut);
+  tracks_.slit.add_vertices(outcome.on_sheet);
   return true;
 }
 
@@ -100,10 +98,15 @@ bool BladeCut::run(std::span<const BladeAtWork> at_work) {
   bool any = false;
   for (auto& [edge_id, track] : tracks_.by_edge) {
     if (!track.is_due() || std::ranges::find(opened, edge_id) == opened.end()) continue;
-    track.open_to = track.furthest(settings_);
+    const BladeEdge before = std::exchange(track.open_to, track.furthest(settings_));
+    tracks_.slit.open(before, track.open_to);
     const BladeEdge &to = track.open_to, &begin = track.edges.front();
     const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
     track.forward = (ahead - ahead.dot(up) * up).stableNormalized();
+    if (track.is_through) {
+      const Vec3 beyond_m = tissue_.metres(settings_.thread_edges + settings_.overlap_edges) * track.forward;
+      tracks_.slit.open(to, {to.tip_m + beyond_m, to.heel_m + beyond_m});
+    }
     track.since_cut_m = 0;
     track.next_cut_m = tissue_.metres(settings_.next_cut_edges());
     any = true;

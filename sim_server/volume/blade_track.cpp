@@ -8,33 +8,10 @@
 #include "common/math/intersect.h"
 
 namespace sectio {
-namespace {
-
-// From a vertex to the one that is closest to the blade, from neighbour to neighbour.
-VertexId closest_to(const Tissue& tissue, const Blade& blade, VertexId from) {
-  const TetTopology& topology = tissue.volume.topology;
-  const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
-  const auto distance_m = [&](VertexId v) {
-    return distance_to_segment(tissue.state_of(v).position_world_m, blade.tip_world_m, heel_m);
-  };
-  double least_m = distance_m(from);
-  for (VertexId before = kNone; before != from;) {
-    before = from;
-    for (const std::uint32_t t : topology.star(before))
-      for (const VertexId v : topology.tetrahedra()[t])
-        if (const double m = distance_m(v); m < least_m) {
-          least_m = m;
-          from = v;
-        }
-  }
-  return from;
-}
-
-}  // namespace
-
-void BladeTrack::add_edge(const Blade& blade) {
-  edges.push_back({frame_world.to_local(blade.tip_world_m),
-                   frame_world.to_local(blade.tip_world_m + blade.length_m * blade.up_world)});
+void BladeTrack::restart() {
+  edges = {edges.back()};
+  open_to = edges.back();
+  forward = Vec3::Zero();
 }
 
 double BladeTrack::ahead_m(const FrontSettings& settings) const {
@@ -66,31 +43,12 @@ bool BladeTrack::has_left_front(const Tissue& tissue) const {
          -0.5 * forward.dot(tip + heel) > tissue.metres(tissue.settings.left_behind_edges);
 }
 
-// The frame of the tissue around a blade: its motion takes the track along. `near`: where the search begins; afterwards
-// the vertices around the blade.
-Pose BladeTracks::frame_around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
-                               std::vector<VertexId>& near) const {
-  const TetTopology& topology = tissue.volume.topology;
-  const double around_m = tissue.metres(tissue.settings.around_edges);
-  const Vec3 heel_m = blade.tip_world_m + blade.length_m * blade.up_world;
-  const std::vector<VertexId> begin = std::exchange(near, {});
-  tissue.volume.visited.begin(topology.vertex_count());
-  std::vector<MatchedPoint> around;
-  const auto visit = [&](VertexId v) {
-    if (!tissue.volume.visited.insert(v)) return;
-    const TetVertexState state = tissue.state_of(v);
-    if (distance_to_segment(state.position_world_m, blade.tip_world_m, heel_m) > around_m) return;
-    around.push_back({state.rest_body_m, state.position_world_m, 1});
-    near.push_back(v);
-  };
-  for (const VertexId v : begin) visit(v);
-  if (near.empty() && !begin.empty()) visit(closest_to(tissue, blade, begin.front()));
-  for (std::size_t k = 0; k < near.size(); ++k)
-    for (const std::uint32_t t : topology.star(near[k]))
-      for (const VertexId v : topology.tetrahedra()[t]) visit(v);
-  near = without_front(near.empty() ? begin : near);
-  const bool is_enough = around.size() >= tissue.settings.fewest_vertices_around;
-  return is_enough ? match_shape(around, otherwise_world) : otherwise_world;
+TissueAround BladeTracks::around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
+                                 BladeTrack& track) const {
+  TissueAround found(tissue, blade, otherwise_world, track.vertices_near);
+  track.vertices_near = without_front(found.vertices());
+  track.frame_world = found.frame_world();
+  return found;
 }
 
 void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const BladeInTissue& at,
@@ -101,13 +59,13 @@ void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const Bl
   track.vertices_near = without_front(track.vertices_near);
   if (motion && !motion->path.empty()) {
     Blade blade = motion->path.front();
-    track.frame_world = frame_around(tissue, blade, motion->frame_world, track.vertices_near);
+    const TissueAround around_blade = around(tissue, blade, motion->frame_world, track);
     Vec3 undeformed = Vec3::Zero();
     for (std::size_t i = 0; i < 3; ++i)
       undeformed += at.bary[static_cast<int>(i)] * track.frame_world.to_world(tissue.body.mesh.rest_body_m(at.v[i]));
     const Vec3 pressed_in = at.position_world_m(surface) - undeformed;
     blade.tip_world_m -= pressed_in;
-    track.add_edge(blade);
+    track.edges.push_back(around_blade.at_rest(blade));
     track.open_to = track.edges.back();
   }
   by_edge[at.edge_id] = std::move(track);
@@ -118,14 +76,13 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   BladeTrack& track = by_edge[motion.edge_id];
   for (const Blade& blade : motion.path) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
-    track.frame_world = frame_around(tissue, blade, last, track.vertices_near);
-    track.add_edge(blade);
+    const TissueAround around_blade = around(tissue, blade, last, track);
+    track.edges.push_back(around_blade.at_rest(blade));
+    if (!track.has_front && look_for_slit(tissue, around_blade, track)) track.restart();
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (track.has_left_front(tissue)) {
       finalise_fronts();
-      track.edges = {track.edges.back()};
-      track.open_to = track.edges.back();
-      track.forward = Vec3::Zero();
+      track.restart();
     }
     track.since_cut_m = track.ahead_m(settings);
   }
@@ -136,10 +93,17 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const double behind_m = tissue.metres(settings.follows_blade() ? settings.front_behind_edges : settings.behind_edges);
   const double reach_m = std::min(longest_m, std::max(0.0, track.since_cut_m) + behind_m);
   while (track.edges.size() > 2 && is_far(track.edges[1], reach_m)) track.edges.erase(track.edges.begin());
-  std::erase_if(track.cut, [&](VertexId v) {
-    const BladeEdge& now = track.edges.back();
-    return distance_to_segment(tissue.volume.topology.vertex(v).rest_body_m, now.tip_m, now.heel_m) > 2 * longest_m;
-  });
+}
+
+// To stay in a slit is easier than to come into it.
+bool BladeTracks::look_for_slit(const Tissue& tissue, const TissueAround& around_blade, BladeTrack& track) const {
+  const double beside_m =
+      tissue.metres(track.is_in_slit ? tissue.settings.slit_left_edges : tissue.settings.slit_edges);
+  const auto has_tissue = [&](const Vec3& at_m) { return around_blade.has_tissue(at_m); };
+  if (slit.empty()) return false;
+  const Slit::Parts parts = slit.parts(track.edges.back(), beside_m, has_tissue);
+  track.is_in_slit = parts.open_m > 0 && parts.uncut_m == 0;
+  return track.is_in_slit;
 }
 
 void BladeTracks::finalise_fronts() {
@@ -147,9 +111,8 @@ void BladeTracks::finalise_fronts() {
   front.reset();
   for (auto& [edge_id, track] : by_edge) {
     track.has_front = false;
-    track.cut.insert(track.cut.end(), track.front_vertices.begin(), track.front_vertices.end());
+    slit.add_vertices(track.front_vertices);
     track.front_vertices.clear();
-    sort_unique(track.cut);
   }
 }
 

@@ -11,16 +11,10 @@
 
 #include "sim_server/surface/cutting/cut_plan.h"
 #include "sim_server/surface/cutting/mesh_draft.h"
-#include "sim_server/volume/front_settings.h"
-#include "sim_server/volume/volume.h"
+#include "sim_server/volume/slit.h"
 #include "sim_server/volume/volume_front.h"
 
 namespace sectio {
-
-// The sharp edge of a blade, in the shape at rest.
-struct BladeEdge {
-  Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
-};
 
 // A blade in the tissue, and where it goes through the surface.
 struct BladeInTissue {
@@ -34,18 +28,7 @@ struct BladeInTissue {
   }
 };
 
-// A volume in one step, and how blades cut it.
-struct Tissue {
-  const Volume& volume;
-  const SharedBody& body;
-  const FrontSettings& settings;
-
-  double metres(double edges) const { return edges * volume.mean_edge_m; }
-  TetVertexState state_of(VertexId v) const { return volume.state_of(body, v); }
-};
-
-// The places of one edge since its cut began, as far back as a sheet reaches, and the vertices of its cut. Places are
-// carried to the shape at rest by the frame of the tissue that is around the blade at the time.
+// The places of one edge since its cut began or it left a slit, as far back as a sheet reaches.
 struct BladeTrack {
   std::vector<BladeEdge> edges;          // the newest last
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
@@ -53,15 +36,16 @@ struct BladeTrack {
   bool has_front = false;                // the tissue there is open for the time being
   bool tissue_ends = false;              // just ahead of the blade
   bool is_through = false;               // the tissue has been cut to its end
+  bool is_in_slit = false;               // that was open before the blade came
   Pose frame_world;                      // of the tissue around the blade
   double since_cut_m = 0;                // how far the blade has gone forward from `open_to`
   double next_cut_m = 0;                 // the next cut is tried when it has gone this far
-  std::vector<VertexId> cut;             // vertices of the cut
   std::vector<VertexId> front_vertices;  // vertices of the front
   std::vector<VertexId> vertices_near;   // around the blade; the next cut begins its search there
 
+  // The blade is where nothing is left to cut: the track goes on from here.
+  void restart();
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
-  void add_edge(const Blade& blade);
   // Across the edge, of the end that has gone further; negative: it has gone back.
   double ahead_m(const FrontSettings& settings) const;
   // Each end where it is, or where the tissue is open when it has gone back.
@@ -74,6 +58,7 @@ struct BladeTrack {
 struct BladeTracks {
   std::map<std::uint32_t, BladeTrack> by_edge;  // edge_id
   std::shared_ptr<const VolumeFront> front;     // nullptr: nothing is open for the time being
+  Slit slit;                                    // without the front's vertices
 
   // A track that begins at a point of the surface. Tissue that the blade has pressed in springs back over it: the track
   // begins where the blade would be without that.
@@ -86,13 +71,13 @@ struct BladeTracks {
   }
   template <class Pred>
   void forget_vertices(const Pred& is_gone) {
-    for (auto& [edge_id, track] : by_edge)
-      for (auto* list : {&track.cut, &track.vertices_near}) std::erase_if(*list, is_gone);
+    slit.forget_vertices(is_gone);
+    for (auto& [edge_id, track] : by_edge) std::erase_if(track.vertices_near, is_gone);
   }
 
  private:
-  Pose frame_around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
-                    std::vector<VertexId>& near) const;
+  bool look_for_slit(const Tissue& tissue, const TissueAround& around_blade, BladeTrack& track) const;
+  TissueAround around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world, BladeTrack& track) const;
 };
 
 }  // namespace sectio

@@ -19,17 +19,22 @@ struct FrontSettings {
   double patience_edges = 1.5;       // it goes this far in the hope of a cut that leaves no fragments
 
   // The sheet that it cuts along.
-  double overlap_edges = 0.25;      // the sheet begins this far behind the track
-  double lag_edges = 0.05;          // a front ends this far behind the blade, which touches what it cuts next
-  double thread_edges = 0.5;        // tissue ahead, this thin and with nothing behind it, is cut together with the rest
-  double joined_edges = 1.0;        // vertices of the cut this close to the sheet are on it
-  double longest_sheet_edges = 8;   // a sheet is flat, a track is not
-  double behind_edges = 2.0;        // without fronts a sheet reaches this far back, into what was cut in part
-  double front_behind_edges = 0.5;  // and with fronts, since the tissue is open so far
+  double overlap_edges = 0.25;  // the sheet begins this far behind the track
+  double lag_edges = 0.05;      // a front ends this far behind the blade, which touches what it cuts next
+  double thread_edges = 0.5;    // tissue ahead, this thin and with nothing behind it, is cut together with the rest
+  double joined_edges = 1.0;    // vertices of a slit this close to the blade are on the sheet
+  double joined_beside_edges = 0.5;  // if they are no further than this from its plane
+  double longest_sheet_edges = 8;    // a sheet is flat, a track is not
+  double behind_edges = 2.0;         // without fronts a sheet reaches this far back, into what was cut in part
+  double front_behind_edges = 0.5;   // and with fronts, since the tissue is open so far
 
   // A blade that has turned round leaves its front behind when it is further than this from it.
   double left_beside_edges = 0.3;
   double left_behind_edges = 1.0;
+
+  // A blade this close to a slit is in it, and stays in it.
+  double slit_edges = 0.25, slit_left_edges = 0.4;
+  double slit_closed_edges = 0.6;  // lips that have closed in on a blade lie over it by so much at most
 
   // The tissue around a blade, whose motion takes the track along.
   double around_edges = 2;
@@ -37,6 +42,7 @@ struct FrontSettings {
 
   // Bounds that a cut must keep.
   double least_fragment_cubic_edges = 0.06;  // volume; half of an element
+  double least_half_cubic_edges = 10;        // volume of a part that can lie against the blade that has cut it off
   double least_kept_area_ratio = 0.75;       // of the area that a front had opened, when it is made anew
   int pinch_rounds = 3;                      // edges are opened that opening others has pinched, this often
 

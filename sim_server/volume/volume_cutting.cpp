@@ -1,6 +1,7 @@
 #include "sim_server/volume/volume_cutting.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "sim_server/surface/cutting/surface_point.h"
@@ -84,7 +85,7 @@ struct VolumeCutting::Ticket final : CutTicket {
 };
 
 VolumeCutting::VolumeCutting(std::shared_ptr<Volume> volume, const FrontSettings& settings, bool has_been_cut)
-    : volume_(std::move(volume)), settings_(settings) {
+    : volume_(std::move(volume)), settings_(settings), has_come_apart_(has_been_cut) {
   if (has_been_cut) state_.search.next = 0;
 }
 
@@ -138,7 +139,7 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
   for (const auto& [edge_id, track] : tracks.by_edge)
     if (track.is_through &&
         std::erase_if(blades, [id = edge_id](const BladeInTissue& b) { return b.edge_id == id; }) > 0)
-      plan.outcomes.push_back({edge_id, StrokeEnd::lifted});
+      plan.outcomes.push_back({edge_id, StrokeEnd::through});
 }
 
 std::optional<CutPoint> VolumeCutting::cut_point(const SharedBody& body, std::uint32_t edge_id) const {
@@ -149,6 +150,16 @@ std::optional<CutPoint> VolumeCutting::cut_point(const SharedBody& body, std::ui
   point.near = blade->v[0];
   point.blade = blade->blade;
   return point;
+}
+
+double VolumeCutting::uncut_m(const SharedBody& body, const Blade& part, VertexId near) const {
+  const BladeTracks& tracks = state_.tracks;
+  if (has_come_apart_) return 0;
+  if (tracks.slit.empty()) return part.length_m;
+  const Tissue tissue{*volume_, body, settings_};
+  const TissueAround around(tissue, part, Pose{}, {volume_->surface.vertex_of(near)});
+  const auto is_tissue = [](const Vec3&) { return true; };
+  return tracks.slit.parts(around.at_rest(part), tissue.metres(settings_.slit_closed_edges), is_tissue).uncut_m;
 }
 
 TidyPlan VolumeCutting::tidy(const SharedBody& body) const {
@@ -189,7 +200,11 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
 
 void VolumeCutting::remove_component(std::span<const VertexId> slots) {
   state_.tracks.finalise_fronts();
-  const TetChange change = volume_->topology.remove(volume_->tetrahedra_of(slots));
+  const std::vector<std::uint32_t> tetrahedra = volume_->tetrahedra_of(slots);
+  double volume_m3 = 0;
+  for (const std::uint32_t t : tetrahedra) volume_m3 += volume_->topology.volume_m3(t);
+  has_come_apart_ |= volume_m3 > settings_.least_half_cubic_edges * std::pow(volume_->mean_edge_m, 3);
+  const TetChange change = volume_->topology.remove(tetrahedra);
   std::vector<VolumeDeformation::Slot> dead;
   for (const VertexId slot : slots) dead.push_back({slot, kNone});
   volume_->surface.accept({{}, {slots.begin(), slots.end()}});

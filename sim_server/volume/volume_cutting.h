@@ -35,6 +35,7 @@ class VolumeCutting final : public CuttingEngine {
   void reject() override { state_.blades.clear(); }
   TidyPlan tidy(const SharedBody& body) const override;
   std::optional<CutPoint> cut_point(const SharedBody& body, std::uint32_t edge_id) const override;
+  double uncut_m(const SharedBody& body, const Blade& part, VertexId near) const override;
   // A component has left.
   void follow(const SharedBody& body, const TopologyChange& change) override;
 
@@ -55,6 +56,7 @@ class VolumeCutting final : public CuttingEngine {
 
   std::shared_ptr<Volume> volume_;
   FrontSettings settings_;
+  bool has_come_apart_;  // its walls may lie against a blade that has nothing to cut there
   State state_;
 };
 

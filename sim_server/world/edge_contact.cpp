@@ -407,9 +407,10 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   ended_at_ = point_;
   cutting_force_n_.setZero();
   constraints_.clear();
-  if (end == StrokeEnd::lifted && !body_.cut_traits.edge_cuts_anywhere) return set_free();
+  const CutTraits& traits = body_.cut_traits;
+  if (end == StrokeEnd::lifted && (!traits.edge_cuts_anywhere || traits.cuts_inside)) return set_free();
   phase_ = Phase::spent;
-  if (end == StrokeEnd::lifted) events_.push_back({EventKind::cut_ended});
+  if (end == StrokeEnd::lifted || end == StrokeEnd::through) events_.push_back({EventKind::cut_ended});
 }
 
 void EdgeContact::let_go() {

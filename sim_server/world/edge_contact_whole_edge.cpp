@@ -61,8 +61,7 @@ bool EdgeContact::sharp_edge_is_in_slit() const {
 }
 
 // Surface that springs round an edge, or over a rim, leaves nothing that could press it: the blade would pass through
-// uncut tissue. In a body that has been cut the blade may be in a slit, with lips that have closed in on it: there it
-// has to press to break in.
+// uncut tissue. In a slit, whose lips may have closed in on the blade, there is nothing to break in to.
 std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& before) const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   if (!cuts_ || !body_.cut_traits.cuts_inside || !shape.sharp_side_tool) return {};
@@ -76,8 +75,12 @@ std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& b
     const double from = hits[i].entering ? hits[i].parameter : 0;
     const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
     if ((!hits[i].entering && i > 0) || (to - from) * edge.norm() < kLeastInsideM) continue;
-    const auto is_wall = [](const Triangle& t) { return t.alive() && t.surface == Surface::wall; };
-    return std::ranges::any_of(body_.mesh.triangles(), is_wall) ? std::nullopt : std::optional(hits[i]);
+    Blade part;
+    part.tip_world_m = tip + from * edge;
+    part.up_world = edge.normalized();
+    part.length_m = (to - from) * edge.norm();
+    const VertexId near = body_.mesh.triangle(hits[i].triangle).v[0];
+    if (body_.engines.cutting->uncut_m(body_.shared(), part, near) > kLeastInsideM) return hits[i];
   }
   return {};
 }

@@ -29,7 +29,7 @@ Place place(std::int64_t cubes) {
   Place p{TetTopology(mesh), {}, 0};
   const Vec3 at = Vec3::Constant(0.5 * n * kCell) + Vec3(0.3, 0.41, 0.37) * kCell;
   const Vec3 u = 2.5 * kCell * Vec3(1, 0.1, 0.2), w = 2.5 * kCell * Vec3(-0.1, 1, 0.3);
-  p.sheet.outline_world_m = {at - u - w, at + u - w, at + u + w, at - u + w};
+  p.sheet.outline_rest_m = {at - u - w, at + u - w, at + u + w, at - u + w};
   double closest = 1;
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t) {
     Vec3 middle = Vec3::Zero();

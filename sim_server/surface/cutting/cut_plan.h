@@ -57,7 +57,8 @@ struct InOpenCut {
 
 enum class StrokeEnd : std::uint8_t {
   going,    // nothing ended
-  lifted,   // the blade is out of the tissue, or through it
+  lifted,   // the blade is out of the tissue
+  through,  // there is no tissue ahead of the blade any more
   joined,   // ran into another cut, or into its own
   refused,  // no valid subdivision
 };

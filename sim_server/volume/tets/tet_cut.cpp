@@ -25,7 +25,7 @@ class SheetCut {
  public:
   SheetCut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings)
       : volume_(volume),
-        outline_(sheet.outline_world_m),
+        outline_(sheet.outline_rest_m),
         exact_(sheet.exact),
         lasting_(sheet.lasting),
         settings_(settings) {
@@ -56,7 +56,7 @@ class SheetCut {
     std::sort(on_sheet_.begin(), on_sheet_.end());
     if (exact_ != 0)
       std::erase_if(on_sheet_, [&](VertexId v) {  // elements extend beyond the sheet there
-        return !opened_.contains(v) && !joined_.contains(v) && !inside(volume_.vertex(v).position_world_m);
+        return !opened_.contains(v) && !joined_.contains(v) && !inside(volume_.vertex(v).rest_body_m);
       });
     outcome_.on_sheet = std::move(on_sheet_);
     outcome_.made = static_cast<std::uint32_t>(volume_.tetrahedra().size()) - tets_before_;
@@ -66,7 +66,7 @@ class SheetCut {
  private:
   // Signed distance from the plane; a point on the plane counts as above (simulation of simplicity).
   double height(VertexId v) const {
-    const double h = normal_.dot(volume_.vertex(v).position_world_m - centre_);
+    const double h = normal_.dot(volume_.vertex(v).rest_body_m - centre_);
     return h == 0 ? 1e-300 : h;
   }
   bool is_exact(std::size_t side) const { return (exact_ >> side & 1) != 0; }
@@ -137,8 +137,8 @@ class SheetCut {
       if ((h[i] > 0) == (h[j] > 0)) continue;
       const std::size_t a = c[i] < c[j] ? i : j, b = a == i ? j : i;
       const double along = h[a] / (h[a] - h[b]);
-      const Vec3& from = volume_.vertex(c[a]).position_world_m;
-      const Vec3 at = from + along * (volume_.vertex(c[b]).position_world_m - from);
+      const Vec3& from = volume_.vertex(c[a]).rest_body_m;
+      const Vec3 at = from + along * (volume_.vertex(c[b]).rest_body_m - from);
       for (std::size_t side = 0; side < outline_.size() && goes_on; ++side)
         if (const double inside_m2 = within(side, at); inside_m2 < 0) {
           crossed.beyond |= 1u << side;
@@ -163,8 +163,8 @@ class SheetCut {
     for (std::size_t n = 0; n < some_above; ++n)
       for (std::size_t m = 0; m < some_below; ++m) {
         const std::size_t i = above[n], j = n == 1 && some_below == 2 ? below[1 - m] : below[m];
-        const Vec3& from = volume_.vertex(c[i]).position_world_m;
-        polygon_.push_back(from + h[i] / (h[i] - h[j]) * (volume_.vertex(c[j]).position_world_m - from));
+        const Vec3& from = volume_.vertex(c[i]).rest_body_m;
+        polygon_.push_back(from + h[i] / (h[i] - h[j]) * (volume_.vertex(c[j]).rest_body_m - from));
       }
   }
 
@@ -227,7 +227,7 @@ class SheetCut {
   }
 
   double length_m(const Crossing& c) const {
-    return (volume_.vertex(c.b).position_world_m - volume_.vertex(c.a).position_world_m).norm();
+    return (volume_.vertex(c.b).rest_body_m - volume_.vertex(c.a).rest_body_m).norm();
   }
   void split() {
     for (const Crossing& c : crossings_) {
@@ -244,8 +244,8 @@ class SheetCut {
     crossings_.clear();
     for (const std::array<VertexId, 3>& face : entered_faces())
       for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}}) {
-        const double at_a = within(side, volume_.vertex(face[i]).position_world_m);
-        const double at_b = within(side, volume_.vertex(face[j]).position_world_m);
+        const double at_a = within(side, volume_.vertex(face[i]).rest_body_m);
+        const double at_b = within(side, volume_.vertex(face[j]).rest_body_m);
         if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
       }
     sort_unique(crossings_);
@@ -299,7 +299,7 @@ class SheetCut {
       const auto& [face, t] = faces[n];
       if (faces[n - 1].first != face || side_of(faces[n - 1].second) == side_of(t)) continue;
       polygon_.clear();
-      for (const VertexId v : face) polygon_.push_back(volume_.vertex(v).position_world_m);
+      for (const VertexId v : face) polygon_.push_back(volume_.vertex(v).rest_body_m);
       if (is_entered()) entered.push_back(face);
     }
     return entered;
@@ -333,7 +333,7 @@ class SheetCut {
   }
   Vec3 middle(const std::array<VertexId, 3>& face) const {
     Vec3 sum = Vec3::Zero();
-    for (const VertexId v : face) sum += volume_.vertex(v).position_world_m / 3;
+    for (const VertexId v : face) sum += volume_.vertex(v).rest_body_m / 3;
     return sum;
   }
   bool cut_between(std::uint32_t t, std::uint32_t u, const std::array<VertexId, 3>& face) const {

@@ -19,9 +19,9 @@
 
 namespace sectio {
 
-// A flat convex piece of the surface swept by a blade, in the world: its corners in cyclic order, three or more.
+// A flat convex piece of the surface swept by a blade, at rest: its corners in cyclic order, three or more.
 struct CutSheet {
-  std::vector<Vec3> outline_world_m;
+  std::vector<Vec3> outline_rest_m;
   // Vertices of the cut that this sheet continues; they count as on the sheet, wherever they are.
   std::vector<VertexId> joined = {};
   // Bit i stands for the side of the outline from corner i to the next. `exact`: at these sides the cut ends exactly,

@@ -219,7 +219,7 @@ TEST(TetCut, the_tip_of_the_opening_is_at_the_blade_to_what_snapping_allows) {
             const auto& [i, j, k] = kTetFaces[corner];
             for (const VertexId at : {c[i], c[j], c[k]}) {
               const Vec3& x = volume.vertex(at).rest_body_m;
-              if (std::abs(x.z() - swept(n).sheet().outline_world_m[0].z()) > most_m) continue;
+              if (std::abs(x.z() - swept(n).sheet().outline_rest_m[0].z()) > most_m) continue;
               front_m = std::max(front_m, x.x() - swept(n).edge_x_m(x.y()));
               EXPECT_GT(x.y(), swept(n).tip_y_m - 2 * most_m) << n;
             }
