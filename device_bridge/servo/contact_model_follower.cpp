@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kShareOfBound = 0.7, kShareOfDamping = 0.95;
 constexpr double kShareOfMass = 0.3;     // of the device's own
-constexpr double kWrongStiffness = 0.1;  // the part of a fitted stiffness that is taken to be wrong
+constexpr double kWrongStiffness = 0.2;  // the part of a fitted stiffness that is taken to be wrong
 constexpr double kSideways = 1.5;        // nobody fits the stiffness there
-constexpr double kLongestFilter_s = 0.5;
+constexpr double kShortestFilter_s = 0.002, kLongestFilter_s = 0.5;
 constexpr double kForgets_s = 0.01;     // a correction, where nothing touches
 constexpr double kLeastForce_n = 1e-3;  // smaller ones push in no direction
 
@@ -69,7 +69,10 @@ void ContactModelFollower::adopt(bool is_held) {
   model_.mass_kg *= s;
   model_.side_stiffness_n_per_m = std::min(model_.side_stiffness_n_per_m, stiffest);
   side_filter_s_ = kSideways * device_.mass_kg / damping;
-  filter_s_ = std::min(kLongestFilter_s, device_.mass_kg / damping * ((1 + kWrongStiffness) / s - 1));
+  const double resonance = std::sqrt(model_.stiffness_n_per_m / device_.mass_kg);
+  const double wrong = model_.stiffness_n_per_m * ((1 + kWrongStiffness) / s - 1) / std::max(1e-9, damping * resonance);
+  filter_s_ = wrong > 1 ? std::sqrt(wrong * wrong - 1) / resonance : 0;
+  filter_s_ = std::clamp(filter_s_, kShortestFilter_s, kLongestFilter_s);
 
   const Vec3& f = model_.force_world_n;
   correction_n_ += before_n - force_n(model_, dent_of(model_, tip_));  // another response is no other force

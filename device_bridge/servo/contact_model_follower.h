@@ -2,14 +2,15 @@
 // for the hand's sample i, and Y the model's response to the hand's own motion,
 //
 //   F_n = max(0, Y(now) + w),   w follows n.f - Y(i) within tau        (a predictor: only a *change* within the delay
-//   tau = m_d / b (1.1 / s - 1),  s: what is left of Y within the device's bounds         can be wrong, not the force)
+//                                                                       can be wrong, not the force)
 //
 // Sideways, and all around a blade in tissue, the tissue is a spring from an anchor, which is dragged along where
 // friction or the tissue yields: passive by itself, and corrected slowly.
 //
-// A loop through a wire with any delay gives no energy while |k_true - s k| / tau stays below what the device's damping
-// b takes at the resonance of its mass m_d on the tissue, and a sampled response while k T/2 + c < b (Colgate &
-// Schenkel 1997). All of it is bounded by the device's figures, whatever a server sends.
+// A sampled response gives no energy while k T/2 + c < b, the device's damping (Colgate & Schenkel 1997): Y is scaled
+// to that. A loop through a wire with any delay gives none while |dk / (1 + j w tau)| < b w at w = sqrt(k / m), the
+// resonance of the device's mass on the tissue, with dk the stiffness that Y lacks: tau follows from that. All of it is
+// bounded by the device's figures, whatever a server sends.
 #pragma once
 
 #include <array>

@@ -91,14 +91,16 @@ void write_motions(const std::string& file) {
     const char* tool;
   };
   std::ofstream out(file);
+  double from_s = 0;
   out << "motion,time_s,true,felt at 0 ms,felt at 25 ms\n";
   for (const Motion& m : {Motion{"tap", tap(0.003, 0.05), 0.5, "probe"},
                           {"slide", sliding(0.002, 0.02), 1.6, "probe"},
                           {"cut", cutting(0.02), 1.6, "scalpel"}}) {
     const auto felt = felt_on_path(felt_block("neo_hookean_lattice", 6e3, m.tool), m.path, m.duration_s, kWires);
     for (std::size_t i = 0; i < felt[0].size(); ++i)
-      out << m.name << ',' << felt[0][i].time_s << ',' << felt[0][i].truth_n.norm() << ',' << felt[0][i].felt_n.norm()
-          << ',' << felt[1][i].felt_n.norm() << '\n';
+      out << m.name << ',' << from_s + felt[0][i].time_s << ',' << felt[0][i].truth_n.norm() << ','
+          << felt[0][i].felt_n.norm() << ',' << felt[1][i].felt_n.norm() << '\n';
+    from_s += m.duration_s;
   }
   if (!out.flush()) throw InputError(file + ": can't be written");
 }
