@@ -12,16 +12,22 @@ namespace {
 // between slivers; beyond this value such an edge is rigid for every purpose, and only costs added mass.
 constexpr double kMaxShape = 25;
 
-double area_m2(const TriangleMesh& mesh, const Triangle& t) {
+Vec3 area_vector_m2(const TriangleMesh& mesh, const Triangle& t) {
   const Vec3& a = mesh.rest_body_m(t.v[0]);
-  return 0.5 * (mesh.rest_body_m(t.v[1]) - a).cross(mesh.rest_body_m(t.v[2]) - a).norm();
+  return 0.5 * (mesh.rest_body_m(t.v[1]) - a).cross(mesh.rest_body_m(t.v[2]) - a);
+}
+double area_m2(const TriangleMesh& mesh, const Triangle& t) {
+  return area_vector_m2(mesh, t).norm();
 }
 
 }  // namespace
 
 void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& membrane, SpringStar& star) {
   star.half_edges.clear();
+  star.spokes.clear();
   star.area_m2 = 0;
+  star.pull_n = star.outward_m2 = Vec3::Zero();
+  star.whole_skin = true;
   Mat3 stiffness = Mat3::Zero();
   for (const TriangleId t : mesh.fan(v)) {
     const Triangle& triangle = mesh.triangle(t);
@@ -39,12 +45,19 @@ void gather_star(const TriangleMesh& mesh, VertexId v, const MembraneConstants& 
     const double strain = membrane.pretension * skin_share;
     star.half_edges.push_back({to, static_cast<float>(k), static_cast<float>(k * (1 - strain) * std::sqrt(l2))});
     star.area_m2 += area / 3;
+    star.spokes.push_back({to, k * strain * edge, area_vector_m2(mesh, triangle)});
+    star.whole_skin = star.whole_skin && triangle.surface == Surface::skin;
     // K_ij = k [n n^T + (1 - l0/l)(I - n n^T)]
     stiffness += k * (strain * Mat3::Identity() + (1 - strain) / std::max(l2, 1e-30) * edge * edge.transpose());
     SECTIO_ASSERT(star.half_edges.size() <= mesh.triangle_slots(), "the walk around a vertex closes");
   }
   std::sort(star.half_edges.begin(), star.half_edges.end(),
             [](const HalfEdge& a, const HalfEdge& b) { return a.to < b.to; });
+  std::ranges::sort(star.spokes, {}, &SpringStar::Spoke::to);
+  for (const SpringStar::Spoke& spoke : star.spokes) {
+    star.pull_n += spoke.pull_n;
+    star.outward_m2 += spoke.area_m2;
+  }
   star.stiffness_n_per_m = largest_eigenvalue_bound(stiffness);
 }
 

@@ -15,9 +15,18 @@ struct MembraneConstants {
 };
 
 struct SpringStar {
+  // One for each edge, with the triangle that follows it around the vertex.
+  struct Spoke {
+    VertexId to;
+    Vec3 pull_n, area_m2;
+  };
   std::vector<HalfEdge> half_edges;  // ascending in HalfEdge::to, so that sums have one order whatever the history
+  std::vector<Spoke> spokes;         // likewise
   double area_m2 = 0;                // a third of the area of the triangles around the vertex, at rest
   double stiffness_n_per_m = 0;      // >= the largest eigenvalue of sum_j K_ij at rest, within 3.5 %
+  Vec3 outward_m2 = Vec3::Zero();    // the area around the vertex as a vector, at rest, in the body's frame
+  Vec3 pull_n = Vec3::Zero();        // of the springs on the vertex at rest
+  bool whole_skin = true;            // all triangles around the vertex are skin
 };
 
 // k_ij = E_2D (A_1 + A_2) / l_ij^2 over the two triangles at the edge (2-D Cauchy-Born; Van Gelder 1998). This fits

@@ -31,6 +31,7 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
   const double contact_modulus_pa = material.young_pa / (1 - material.poisson * material.poisson);
   foundation_pa_per_m_ = 2 * contact_modulus_pa / (std::numbers::pi * material.foundation_radius_m);
   area_density_kg_per_m2_ = material.density_kg_per_m3 * material.foundation_radius_m;
+  if (!settings_.given_gravity_m_per_s2) settings_.given_gravity_m_per_s2 = settings_.gravity_m_per_s2;
   components_.push_back({});
   components_.front().frame = body;
   forces_.reserve(256);
@@ -55,7 +56,8 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
 }
 
 void SurfaceSprings::resize(std::uint32_t vertex_slots) {
-  resize_slots<Vec3>(rest_body_m_, vertex_slots, Vec3::Zero());
+  for (auto* places : {&rest_body_m_, &home_body_m_, &lift_world_m_})
+    resize_slots<Vec3>(*places, vertex_slots, Vec3::Zero());
   for (auto* masses : {&physical_mass_, &added_mass_, &inverse_mass_}) resize_slots(*masses, vertex_slots, 0.0);
   for (auto* flags : {&fixed_, &cut_, &temporary_}) resize_slots<std::uint8_t>(*flags, vertex_slots, 0);
   for (auto* components : {&component_of_, &place_in_component_}) resize_slots(*components, vertex_slots, kNone);
@@ -124,7 +126,13 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   const double k_home = material_.home_springs ? foundation_pa_per_m_ * area_m2 * column_factor(mesh, v) : 0;
   const double stiffness = 2 * star_.stiffness_n_per_m + k_home;
   const double physical = area_density_kg_per_m2_ * area_m2;
-  rest_body_m_[v] = mesh.rest_body_m(v);
+  rest_body_m_[v] = home_body_m_[v] = mesh.rest_body_m(v);
+  lift_world_m_[v].setZero();
+  if (k_home > 0) {
+    const Vec3 outward = star_.outward_m2.stableNormalized();
+    if (star_.whole_skin) home_body_m_[v] -= star_.pull_n.dot(outward) / k_home * outward;
+    lift_world_m_[v] = -physical / k_home * given_gravity_m_per_s2();
+  }
   fixed_[v] = settings_.fixed && settings_.fixed(body_.to_world(rest_body_m_[v]));
   const double effective = physical + (scale_mass && !fixed_[v] ? added_mass_kg(physical, stiffness) : 0);
   physical_mass_[v] = physical;
@@ -135,7 +143,7 @@ void SurfaceSprings::set_row(const TriangleMesh& mesh, VertexId v) {
   omega2_.set(v, stiffness * inverse_mass_[v]);
 
   VertexRow row;
-  row.home_world_m = components_[component_of_[v]].frame.to_world(rest_body_m_[v]).cast<float>();
+  row.home_world_m = home_world_m(v);
   row.k_home = static_cast<float>(k_home);
   row.step_over_mass = static_cast<float>(part_s() * inverse_mass_[v]);
   row.gravity_share = static_cast<float>(physical * inverse_mass_[v]);
@@ -176,7 +184,8 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
   for (const VertexId v : touched) {
     if (alive(v)) set_row(mesh, v);
   }
-  while (parts_ < kMostParts && (refused_ || added_mass_kg_ > kMuchAddedMass * physical_mass_kg_)) divide();
+  while (parts_ < kMostParts && (refused_ || added_mass_kg_ > kMuchAddedMass * physical_mass_kg_))
+    divide();
   if (rows_.wants_compaction()) rows_.compact();
 }
 
@@ -219,6 +228,12 @@ void SurfaceSprings::move_to_component(VertexId v, std::uint32_t component) {
   components_[component].vertices.push_back(v);
 }
 
+Vec3f SurfaceSprings::home_world_m(VertexId v) const {
+  const Component& c = components_[component_of_[v]];
+  const Vec3 home = c.frame.to_world(home_body_m_[v]);
+  return (c.free ? home : Vec3(home + lift_world_m_[v])).cast<float>();
+}
+
 void SurfaceSprings::set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored) {
   if (vertices.empty()) return;
   SECTIO_ASSERT(std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) { return rows_.contains(v); }),
@@ -236,7 +251,7 @@ void SurfaceSprings::set_component(std::uint32_t component, std::span<const Vert
   c.free = free;
   for (const VertexId v : vertices) {
     move_to_component(v, component);
-    rows_.set_home(v, c.frame.to_world(rest_body_m_[v]).cast<float>());
+    rows_.set_home(v, home_world_m(v));
   }
   matched_.reserve(c.vertices.size());
 }

@@ -10,8 +10,13 @@
 //          radius a_ref (Winkler's bed), A_i a third of the area of the triangles around i, at rest
 //   m_i    rho A_i a_ref: the tissue that moves with the surface is about as deep as the punch is wide, which is the
 //          depth in which the displacement of a half-space decays
-// Gravity: home positions are the rest positions, so the body sags by rho g a_ref / K_w as a whole (0.14 mm for 6 kPa
-// and 8 mm) and keeps its volume. As nothing compensates this, a piece that falls or turns needs no other rule.
+// The shape that is given is at rest until it is cut: where the skin is whole, a vertex's home is lifted off its place
+// by the inward part of the pull of its springs over k_h. The lips of a cut have no such counterweight, and gape. (The
+// part along the skin averages out from vertex to vertex; at the small triangles around a cut it pulls away from the
+// cut, and to take it from them would close the cut by a fifth.) The homes of anchored tissue are also lifted by the
+// weight m g / k_h in the gravity in which the body was given; when gravity turns, the tissue follows the difference.
+// A piece that falls or turns carries no weight on its home springs, and the frame of its homes follows it: none of its
+// springs can push it as a whole.
 //
 // The step is divided in two or four when cuts need much added mass; the implicit driver takes the steps when they need
 // more than a body may have, or when a vertex gets too fast.
@@ -51,6 +56,7 @@ struct SurfaceSpringMaterial : ElasticMaterial {
 struct SurfaceSpringSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
+  std::optional<Vec3> given_gravity_m_per_s2 = {};  // in which the shape was given; empty: the one above
   // Vertices whose rest place it accepts never move; empty: none.
   std::function<bool(const Vec3& rest_world_m)> fixed = {};
   // The stiffness factor of the tissue at a rest point; empty: 1. A home spring stands for the column of tissue beneath
@@ -73,6 +79,7 @@ class SurfaceSprings final : public DeformationEngine {
     step(body.particles.position_world_m, body.particles.velocity_world_m_per_s, constraints, reactions);
   }
 
+  const Vec3& given_gravity_m_per_s2() const { return *settings_.given_gravity_m_per_s2; }
   void set_gravity(const Vec3& gravity_m_per_s2) override { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   // Call after a change of topology: recomputes the rows of `touched`, the vertices of all changed triangles before and
@@ -152,6 +159,7 @@ class SurfaceSprings final : public DeformationEngine {
   void remove_row(VertexId v);
   void forget_mass(VertexId v);
   void adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched);
+  Vec3f home_world_m(VertexId v) const;
   void move_to_component(VertexId v, std::uint32_t component);
   void follow_free_components(std::span<const Vec4f> position_world_m);
   void stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
@@ -175,6 +183,8 @@ class SurfaceSprings final : public DeformationEngine {
 
   SpringRows rows_;
   std::vector<Vec3> rest_body_m_;
+  std::vector<Vec3> home_body_m_;   // where the home springs pull
+  std::vector<Vec3> lift_world_m_;  // of the homes of anchored tissue, by its weight
   std::vector<double> physical_mass_;
   std::vector<double> added_mass_;
   std::vector<double> inverse_mass_;  // of the effective mass; 0 when fixed

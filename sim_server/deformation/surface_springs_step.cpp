@@ -71,10 +71,10 @@ void SurfaceSprings::follow_free_components(std::span<const Vec4f> position_worl
     if (!c.free || c.vertices.empty()) continue;
     matched_.clear();
     for (const VertexId v : c.vertices) {
-      matched_.push_back({rest_body_m_[v], position_world_m[v].head<3>().cast<double>(), physical_mass_[v]});
+      matched_.push_back({home_body_m_[v], position_world_m[v].head<3>().cast<double>(), physical_mass_[v]});
     }
     c.frame = match_shape(matched_, c.frame);
-    for (const VertexId v : c.vertices) rows_.set_home(v, c.frame.to_world(rest_body_m_[v]).cast<float>());
+    for (const VertexId v : c.vertices) rows_.set_home(v, home_world_m(v));
   }
 }
 

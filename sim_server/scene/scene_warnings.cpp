@@ -69,12 +69,12 @@ void check_material(const BodySpec& body, std::vector<std::string>& warnings) {
                                           m.density_kg_per_m3, kLightest_kg_per_m3));
 }
 
-// Surfaces are held by the springs to their shape at rest; volumes are not.
 void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::string>& warnings) {
-  if (body.tets.tetrahedra.empty()) return;
+  const bool is_volume = !body.tets.tetrahedra.empty();
   bool held = scene.floor_z_m.has_value() || scene.gravity_m_per_s2.norm() == 0;
   if (body.fixed)
-    for (const Vec3& p : body.tets.vertices_body_m) held = held || body.fixed->contains(body.pose.to_world(p));
+    for (const Vec3& p : is_volume ? body.tets.vertices_body_m : body.mesh.vertices_body_m)
+      held = held || body.fixed->contains(body.pose.to_world(p));
   if (!held)
     warnings.push_back(body.name +
                        ": nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor");

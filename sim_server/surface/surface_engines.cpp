@@ -40,14 +40,15 @@ StrokeSettings stroke_settings(const CuttingSpec& cutting) {
 
 std::unique_ptr<DeformationEngine> springs_of(const EngineSite& site) {
   const TriangleMesh& mesh = site.body.mesh;
-  auto springs = std::make_unique<SurfaceSprings>(mesh, site.frame_world, spring_material(site.spec.material),
-                                                  spring_settings(site.spec, site.scene));
-  if (!site.is_part) return springs;
+  SurfaceSpringSettings settings = spring_settings(site.spec, site.scene);
+  if (const auto* whole = site.parent ? dynamic_cast<SurfaceSprings*>(site.parent->deformation.get()) : nullptr)
+    settings.given_gravity_m_per_s2 = whole->given_gravity_m_per_s2();
+  auto springs =
+      std::make_unique<SurfaceSprings>(mesh, site.frame_world, spring_material(site.spec.material), settings);
   std::vector<VertexId> all(mesh.vertex_slots());
   std::iota(all.begin(), all.end(), VertexId{0});
-  springs->update(mesh, all);  // what a cut has left may need mass to be stable
-  if (site.spec.fixed) return springs;
-  springs->set_component(0, all, false);
+  if (site.is_part) springs->update(mesh, all);  // what a cut has left may need mass to be stable
+  springs->set_component(0, all, false);         // what nothing holds falls
   if (site.scene.floor_z_m) springs->set_bed(0, Vec3(0, 0, *site.scene.floor_z_m), Vec3::UnitZ());
   return springs;
 }

@@ -155,7 +155,7 @@ TEST(A_TOOL, A_TOOL_2_open_blades_only_push) {
 TEST(A_TOOL, A_TOOL_2_they_cut_where_the_blades_cross_as_they_close) {
   Snip snip("scissors");
   snip.hold(0.01, 0.001, -0.025, kOpen_rad);
-  snip.move(0.01, 0.001, 0.006);
+  snip.move(0.01, 0.001, 0.004);
   ASSERT_EQ(snip.op.walls(), 0u);
   snip.jaws(0.13);
   const auto half = walls_from_to_m(snip.op.mesh());
@@ -198,7 +198,7 @@ TEST(A_TOOL, A_TOOL_2_snips_from_the_rim_cut_a_sheet_through) {
       for (int i = 0; i <= 400; ++i) {
         StepInput input;
         const Eigen::Quaterniond towards_y(Eigen::AngleAxisd(1.54, Vec3::UnitZ()));
-        input.samples.push_back(op.sample(0, {{0.0055 + aside_m, tips_y_m, 0}, towards_y}));
+        input.samples.push_back(op.sample(0, {{0.0061 + aside_m, tips_y_m, 0}, towards_y}));
         input.samples.back().opening_rad = from_rad + (to_rad - from_rad) * i / 400;
         op.step(input);
       }

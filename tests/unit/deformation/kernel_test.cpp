@@ -21,12 +21,15 @@ void shake(Particles& p, std::mt19937& random, float length_m, float speed) {
 std::vector<Vec3> plain_velocities(const TriangleMesh& mesh, const Particles& p, const SurfaceSpringMaterial& m,
                                    const SurfaceSpringSettings& s) {
   std::vector<double> area(mesh.vertex_slots(), 0);
+  std::vector<Vec3> outward(mesh.vertex_slots(), Vec3::Zero()), pull(mesh.vertex_slots(), Vec3::Zero());
   std::map<std::pair<VertexId, VertexId>, double> edge_area;
   for (const Triangle& t : mesh.triangles()) {
     const Vec3 e = mesh.rest_body_m(t.v[1]) - mesh.rest_body_m(t.v[0]);
-    const double a = 0.5 * e.cross(mesh.rest_body_m(t.v[2]) - mesh.rest_body_m(t.v[0])).norm();
+    const Vec3 normal = 0.5 * e.cross(mesh.rest_body_m(t.v[2]) - mesh.rest_body_m(t.v[0]));
+    const double a = normal.norm();
     for (std::size_t i = 0; i < 3; ++i) {
       area[t.v[i]] += a / 3;
+      outward[t.v[i]] += normal;
       edge_area[std::minmax(t.v[i], t.v[(i + 1) % 3])] += a;
     }
   }
@@ -35,7 +38,9 @@ std::vector<Vec3> plain_velocities(const TriangleMesh& mesh, const Particles& p,
     const auto [i, j] = edge;
     const double l_rest = (mesh.rest_body_m(i) - mesh.rest_body_m(j)).norm();
     const double k = m.young_pa * m.skin_thickness_m * a / (l_rest * l_rest);
-    const Vec3 d = p.at(j) - p.at(i);
+    const Vec3 d_rest = mesh.rest_body_m(j) - mesh.rest_body_m(i), d = p.at(j) - p.at(i);
+    pull[i] += k * m.pretension * d_rest;
+    pull[j] -= k * m.pretension * d_rest;
     const Vec3 f = k * (1 - (1 - m.pretension) * l_rest / d.norm()) * d;
     force[i] += f;
     force[j] -= f;
@@ -45,7 +50,8 @@ std::vector<Vec3> plain_velocities(const TriangleMesh& mesh, const Particles& p,
   for (VertexId i = 0; i < mesh.vertex_slots(); ++i) {
     const double mass = m.density_kg_per_m3 * area[i] * m.foundation_radius_m;
     const Vec3 v = p.v[i].head<3>().cast<double>();
-    const Vec3 f = force[i] + k_w * area[i] * (mesh.rest_body_m(i) - p.at(i)) - m.damping_per_s * mass * v;
+    const Vec3 n = outward[i].normalized(), held = -pull[i].dot(n) * n - mass * s.gravity_m_per_s2;
+    const Vec3 f = force[i] + held + k_w * area[i] * (mesh.rest_body_m(i) - p.at(i)) - m.damping_per_s * mass * v;
     result.push_back(v + s.step_s * (f / mass + s.gravity_m_per_s2));
   }
   return result;

@@ -17,6 +17,7 @@ Scene good_scene() {
   for (int i = 0; i < 8; ++i) soup.vertices_body_m.push_back(0.1 * Vec3(i & 1, (i >> 1) & 1, (i >> 2) & 1));
   soup.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                     {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  scene.bodies[0].fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.06)};
   scene.world_bodies = {"cube"};
   scene.tools.emplace_back().name = "blade";
   scene.tools[0].trace = {{0, {Vec3(0, 0, 0.3), Eigen::Quaterniond::Identity()}, 0},
@@ -60,11 +61,13 @@ TEST(SceneWarnings, bodies_that_overlap) {
   EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "they touch";
 }
 
-TEST(SceneWarnings, a_volume_that_nothing_holds) {
+TEST(SceneWarnings, a_body_that_nothing_holds) {
   Scene scene = good_scene();
-  scene.bodies[0].tets = {scene.bodies[0].mesh.vertices_body_m, {{0, 1, 2, 4}}};
+  scene.bodies[0].fixed.reset();
   const Texts falls{"cube: nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor"};
-  EXPECT_EQ(scene_warnings(scene, 2), falls);
+  EXPECT_EQ(scene_warnings(scene, 2), falls) << "a surface";
+  scene.bodies[0].tets = {scene.bodies[0].mesh.vertices_body_m, {{0, 1, 2, 4}}};
+  EXPECT_EQ(scene_warnings(scene, 2), falls) << "a volume";
   scene.bodies[0].fixed = Box{Vec3(1, 1, 1), Vec3(2, 2, 2)};
   EXPECT_EQ(scene_warnings(scene, 2), falls) << "the box is somewhere else";
   scene.bodies[0].fixed = Box{Vec3(-1, -1, -0.01), Vec3(1, 1, 0.01)};
