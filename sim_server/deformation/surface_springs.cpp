@@ -11,7 +11,7 @@
 namespace sectio {
 namespace {
 
-constexpr int kMostParts = 4;  // of an explicit step
+constexpr int kMostDivision = 4;  // by cuts, of the parts that an explicit step had at rest
 
 constexpr int kColumnPoints = 8;  // sample points in the column of tissue beneath a vertex
 
@@ -53,6 +53,16 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
     component_of_[v] = 0;
     set_row(mesh, v);
   }
+  if (settings_.adapts) divide_at_rest();
+}
+
+// A fine surface needs parts of a step from the beginning, without any added mass.
+void SurfaceSprings::divide_at_rest() {
+  const double parts = std::ceil(settings_.step_s / largest_stable_step_s());
+  parts_ = parts_at_rest_ = static_cast<int>(std::clamp(parts, 1.0, double{kMostParts}));
+  if (parts_ == 1) return;
+  for (VertexId v = 0; v < physical_mass_.size(); ++v)
+    if (rows_.contains(v)) rows_.set_mass(v, static_cast<float>(part_s() * inverse_mass_[v]), 1);
 }
 
 void SurfaceSprings::resize(std::uint32_t vertex_slots) {
@@ -184,7 +194,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
   for (const VertexId v : touched) {
     if (alive(v)) set_row(mesh, v);
   }
-  while (parts_ < kMostParts && (refused_ || added_mass_kg_ > kMuchAddedMass * physical_mass_kg_))
+  while (parts_ < kMostDivision * parts_at_rest_ && (refused_ || added_mass_kg_ > kMuchAddedMass * physical_mass_kg_))
     divide();
   if (rows_.wants_compaction()) rows_.compact();
 }

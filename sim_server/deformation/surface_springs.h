@@ -18,8 +18,9 @@
 // A piece that falls or turns carries no weight on its home springs, and the frame of its homes follows it: none of its
 // springs can push it as a whole.
 //
-// The step is divided in two or four when cuts need much added mass; the implicit driver takes the steps when they need
-// more than a body may have, or when a vertex gets too fast.
+// The step is divided into as many equal parts as the surface needs at rest, and these in two or four when cuts need
+// much added mass; the implicit driver takes the steps when they need more than a body may have, or when a vertex gets
+// too fast.
 //
 // Components: (R, t) is the body's pose for an anchored component and found by shape matching for a free one.
 // Deterministic, one thread; an explicit step does not allocate.
@@ -62,12 +63,16 @@ struct SurfaceSpringSettings {
   // The stiffness factor of the tissue at a rest point; empty: 1. A home spring stands for the column of tissue beneath
   // its vertex, a_ref deep; sections of the column with different factors act as springs in series.
   std::function<double(const Vec3& rest_body_m)> stiffness_factor = {};
-  bool may_be_implicit = true;  // false: to measure the limit of the explicit driver
+  // False: neither parts at rest nor the implicit driver, to measure the limit of one explicit step.
+  bool adapts = true;
 };
 
 class SurfaceSprings final : public DeformationEngine {
  public:
-  // All vertices form component 0, which is anchored. Accepts any step; the caller compares largest_stable_step_s().
+  static constexpr int kMostParts = 32;  // of a step, at rest
+
+  // All vertices form component 0, which is anchored. Accepts any step; the caller compares largest_stable_step_s(),
+  // which is that of at most kMostParts parts.
   SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
                  const SurfaceSpringSettings& settings);
 
@@ -134,6 +139,7 @@ class SurfaceSprings final : public DeformationEngine {
   void restore(const SharedBody& body, const DeformationState* state) override;
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   const SpringRows& rows() const { return rows_; }
+  int parts() const { return parts_; }  // of an explicit step
 
   // Kinetic, elastic and gravitational energy, with the frames of the last step. O(n); for tests and reports.
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
@@ -167,6 +173,7 @@ class SurfaceSprings final : public DeformationEngine {
   double added_mass_kg(double physical_kg, double stiffness_n_per_m);
   double part_s() const { return settings_.step_s / parts_; }
   void divide();
+  void divide_at_rest();
   void explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                      std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
@@ -202,7 +209,7 @@ class SurfaceSprings final : public DeformationEngine {
   ImplicitDriver driver_;
   ConstraintSupports corners_;
   DividedConstraints divided_;
-  int parts_ = 1;         // of an explicit step
+  int parts_ = 1, parts_at_rest_ = 1;
   bool refused_ = false;  // mass, since it was last shared out
   std::uint64_t implicit_steps_ = 0;
   int stable_for_ = 0;  // steps that the implicit driver takes whatever the bound says

@@ -18,7 +18,7 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   SECTIO_ASSERT(position_world_m.size() == rest_body_m_.size(), "one position a vertex slot");
   const double h = settings_.step_s;
   follow_free_components(position_world_m);
-  was_implicit_ = settings_.may_be_implicit && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
+  was_implicit_ = settings_.adapts && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
   if (was_implicit_) return implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
 
   if (parts_ == 1) {

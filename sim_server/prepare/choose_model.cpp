@@ -7,6 +7,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
+#include "sim_server/deformation/surface_springs.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/deformation/tetra/volume_deformation.h"
@@ -26,6 +27,7 @@ using planning::Method;
 constexpr std::size_t kMoments = 150;  // of a trace that are looked at
 constexpr double kOnFloor_m = 1e-3;
 constexpr double kFreeSteps_s[] = {1e-3, 5e-4, 2.5e-4};
+constexpr const char* kNoStep = ": step_s: no step is short enough for the bodies with surface springs";
 
 bool is_auto(const BodySpec& body) {
   return body.model == "auto";
@@ -161,17 +163,26 @@ Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, doubl
   return choice;
 }
 
-// The step must also be stable for the surface springs of the other bodies.
+// Every model divides a step into as many parts as it needs, surface springs into no more than a few.
 bool is_stable(const Scene& scene, double step_s) {
   return std::ranges::all_of(scene.bodies, [&](const BodySpec& body) {
-    return body.model != "surface_springs" || surface_limit_s(body, scene) >= step_s;
+    return body.model != "surface_springs" || SurfaceSprings::kMostParts * surface_limit_s(body, scene) >= step_s;
   });
+}
+
+// The longest step that all bodies can take, where the scene leaves it to the program and no body waits for a plan.
+Scene with_step(Scene scene) {
+  if (!scene.step_is_free) return scene;
+  const auto longest = std::ranges::find_if(kFreeSteps_s, [&](double step_s) { return is_stable(scene, step_s); });
+  if (longest == std::end(kFreeSteps_s)) throw InputError(scene.file + kNoStep);
+  scene.step_s = *longest;
+  return scene;
 }
 
 }  // namespace
 
 PlannedScene plan_scene(Scene scene, bool anew) {
-  if (std::ranges::none_of(scene.bodies, is_auto)) return {std::move(scene), {}};
+  if (std::ranges::none_of(scene.bodies, is_auto)) return {with_step(std::move(scene)), {}};
   return plan_scene(std::move(scene), calibration_of_this_machine(anew));
 }
 
@@ -196,7 +207,7 @@ PlannedScene plan_scene(Scene scene, const planning::Calibration& speed) {
     }
     if (best->worst <= 1) break;
   }
-  if (!best) throw InputError(scene.file + ": step_s: no step is short enough for the bodies with surface springs");
+  if (!best) throw InputError(scene.file + kNoStep);
   PlannedScene planned{std::move(scene), {}};
   std::size_t n = 0;
   for (BodySpec& body : planned.scene.bodies) {

@@ -113,9 +113,11 @@ void read_expectations(KeyReader& map, Scene& scene) {
 
 void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
   map.required().name("session", scene.session, "Name of the session on the network.");
-  map.number_or("auto", scene.step_is_free, "step_s", scene.step_s, above_to(0, 0.1),
-                "Length of a step; a step beyond the stable one is refused with the largest that would do. auto: the "
-                "program chooses it with the models; it needs a body with model auto.");
+  map.number_or(
+      "auto", scene.step_is_free, "step_s", scene.step_s, above_to(0, 0.1),
+      "Length of a step. Models divide it into as many parts as they need; where the springs of a surface would "
+      "need more than 32, it is refused with the largest that would do. auto: the program chooses it, with "
+      "the models where these are auto.");
   map.number("duration_s", scene.duration_s, above_to(0, 86400), "Simulated time of a run.");
   read_gravity(map, scene);
   map.number("floor_z_m", scene.floor_z_m, between(-1000, 1000), "Height of the floor; without it there is none.");
@@ -138,8 +140,6 @@ void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
   map.part(
       "expect", [&](KeyReader& part) { read_expectations(part, scene); },
       "What the scene is about: a run for its whole duration must come to this; the report has all of these numbers.");
-  map.check("step_s", !scene.step_is_free || std::ranges::count(scene.bodies, "auto", &BodySpec::model) > 0,
-            "auto needs a body with model auto");
 }
 
 // At the value that names the file.

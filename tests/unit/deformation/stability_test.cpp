@@ -11,9 +11,16 @@ namespace {
 using test::MeshEditor;
 using test::Particles;
 
+// The longest stable explicit step.
+double limit_s(const TriangleMesh& mesh, const SurfaceSpringMaterial& material) {
+  SurfaceSpringSettings settings;
+  settings.adapts = false;
+  return SurfaceSprings(mesh, {}, material, settings).largest_stable_step_s();
+}
+
 bool stays_bounded(const TriangleMesh& mesh, const SurfaceSpringMaterial& material, double step_s) {
   SurfaceSpringSettings settings = test::no_gravity(step_s);
-  settings.may_be_implicit = false;
+  settings.adapts = false;
   SurfaceSprings springs(mesh, {}, material, settings);
   Particles p(mesh, {});
   std::mt19937 random(1);
@@ -30,7 +37,7 @@ TEST(StableStep, bound_holds_and_is_within_a_factor_of_two) {
       material.damping_per_s = damping;
       material.foundation_radius_m = radius;
       const TriangleMesh mesh = test::organ();
-      const double bound = SurfaceSprings(mesh, {}, material, test::no_gravity()).largest_stable_step_s();
+      const double bound = limit_s(mesh, material);
       for (const double rung : {0.5, 0.8, 0.95, 1.0}) {
         EXPECT_TRUE(stays_bounded(mesh, material, rung * bound)) << damping << " " << radius << " " << rung;
       }
@@ -43,9 +50,9 @@ TEST(StableStep, follows_the_inverse_root_of_youngs_modulus) {
   SurfaceSpringMaterial material;
   material.damping_per_s = 0;
   const TriangleMesh mesh = test::organ(2);
-  const double soft = SurfaceSprings(mesh, {}, material, {}).largest_stable_step_s();
+  const double soft = limit_s(mesh, material);
   material.young_pa *= 100;
-  EXPECT_NEAR(SurfaceSprings(mesh, {}, material, {}).largest_stable_step_s() / soft, 0.1, 1e-9);
+  EXPECT_NEAR(limit_s(mesh, material) / soft, 0.1, 1e-9);
 }
 
 TEST(StableStep, is_infinite_for_a_body_that_cannot_move_and_limited_by_damping_alone) {
@@ -87,7 +94,7 @@ TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
   MeshEditor editor(mesh);
   SurfaceSpringSettings settings;
   settings.given_gravity_m_per_s2 = Vec3::Zero();
-  settings.step_s = 0.9 * SurfaceSprings(mesh, {}, {}, settings).largest_stable_step_s();
+  settings.step_s = 0.9 * limit_s(mesh, {});
   SurfaceSprings springs(mesh, {}, {}, settings);
   Particles p(mesh, {});
   for (int n = 0; n < 60; ++n) {
@@ -100,8 +107,7 @@ TEST(MassScaling, keeps_the_step_after_slivers_are_cut) {
     EXPECT_GE(springs.largest_stable_step_s(), settings.step_s);
     p.run(springs, 20);
   }
-  const SurfaceSprings unscaled(mesh, {}, {}, settings);
-  EXPECT_LT(unscaled.largest_stable_step_s(), 0.5 * settings.step_s);
+  EXPECT_LT(limit_s(mesh, {}), 0.5 * settings.step_s);
   EXPECT_GT(springs.diagnostics().added_mass_fraction, 0);
   EXPECT_LT(springs.diagnostics().added_mass_fraction, 1.5);
   p.run(springs, 3000);
@@ -124,13 +130,42 @@ TEST(MassScaling, control_the_same_slivers_blow_up_without_it) {
   std::mt19937 random(7);
   TriangleMesh mesh = test::organ();
   MeshEditor editor(mesh);
-  const double step = 0.9 * SurfaceSprings(mesh, {}, {}, {}).largest_stable_step_s();
+  const double step = 0.9 * limit_s(mesh, {});
   for (int n = 0; n < 60; ++n) {
     const auto t = static_cast<TriangleId>(random() % mesh.triangle_slots());
     editor.split_edge(mesh, t, static_cast<int>(random() % 3), kEnd);
     mesh = editor.mesh();
   }
   EXPECT_FALSE(stays_bounded(mesh, {}, step));
+}
+
+// The same bits as steps of a part's length.
+TEST(FineSurface, divides_a_step_that_is_beyond_its_stable_one) {
+  const TriangleMesh mesh = test::organ();
+  SurfaceSpringMaterial stiff;
+  stiff.skin_thickness_m = 0.2;
+  SurfaceSpringSettings settings = test::no_gravity(0.001);
+  SurfaceSprings divided(mesh, {}, stiff, settings);
+  ASSERT_GT(divided.parts(), 1);
+  EXPECT_GE(divided.largest_stable_step_s(), settings.step_s);
+  EXPECT_EQ(divided.diagnostics().added_mass_fraction, 0);
+  settings.step_s /= divided.parts();
+  SurfaceSprings short_steps(mesh, {}, stiff, settings);
+  ASSERT_EQ(short_steps.parts(), 1);
+  std::mt19937 random(2);
+  Particles p(mesh, {});
+  std::uniform_real_distribution<float> unit(-0.1f, 0.1f);
+  for (Vec4f& v : p.v) v.head<3>() = Vec3f(unit(random), unit(random), unit(random));
+  Particles q = p;
+  p.run(divided, 50);
+  q.run(short_steps, 50 * divided.parts());
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) ASSERT_EQ(p.x[v], q.x[v]) << v;
+  EXPECT_EQ(divided.diagnostics().implicit_steps, 0u);
+
+  stiff.skin_thickness_m = 100;
+  const SurfaceSprings too_stiff(mesh, {}, stiff, test::no_gravity(0.001));
+  EXPECT_EQ(too_stiff.parts(), SurfaceSprings::kMostParts);
+  EXPECT_LT(too_stiff.largest_stable_step_s(), 0.001) << "a body refuses it";
 }
 
 }  // namespace

@@ -88,6 +88,28 @@ TEST_F(Plans, scene_without_auto_stays_as_it_is_and_auto_alone_is_no_model) {
   EXPECT_TRUE(text_of_cache().empty()) << "nothing was measured";
 }
 
+TEST_F(Plans, free_step_is_the_longest_that_models_without_auto_can_take) {
+  Scene scene = bar_scene();
+  scene.step_is_free = true;
+  scene.step_s = 2.5e-4;
+  for (const char* model : {"surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"}) {
+    for (const char* driver : {"automatic", "implicit"}) {
+      scene.bodies[0].model = model;
+      scene.bodies[0].volume.driver = driver;
+      scene.bodies[0].material.young_pa = 1e6;  // beyond a step of 1 ms in one part
+      const PlannedScene planned = plan_scene(scene);
+      EXPECT_EQ(planned.scene.step_s, 1e-3) << model;
+      EXPECT_NO_THROW(Simulation{fill_volumes(planned.scene)}.step({})) << model;
+    }
+  }
+  EXPECT_TRUE(text_of_cache().empty()) << "nothing was measured";
+  scene.bodies[0].model = "surface_springs";
+  scene.bodies[0].material.young_pa = 3e8;
+  EXPECT_LT(plan_scene(scene).scene.step_s, 1e-3);
+  scene.bodies[0].material.young_pa = 1e12;
+  EXPECT_THROW(plan_scene(scene), InputError);
+}
+
 TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
   Scene scene = bar_scene();
   scene.gravity_m_per_s2.setZero();
@@ -95,7 +117,7 @@ TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
   BodySpec stiff = scene.bodies[0];
   stiff.name = "stiff";
   stiff.model = "surface_springs";
-  stiff.material.young_pa = 300000;
+  stiff.material.young_pa = 3e8;
   scene.bodies.push_back(stiff);
   const PlannedScene planned = plan_scene(scene);
   EXPECT_LT(planned.scene.step_s, 1e-3);
