@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
     program.command("replay", "rebuilds the bodies of a session from its journal, with their hashes", replay_command);
     program.command("play", "a recorded session again, for viewers: simulated from its inputs", play_command);
     program.command("mesh", "fills a closed surface with tetrahedra and reports their quality", mesh_command);
+    program.command("organ", "makes a body and a scene around the triangles of any file", organ_command);
     program.command("plan", "the models that the bodies with model: auto get, and why", plan_command);
     program.command("gap", "how far pressing instruments are from the surface that they dent, offline", gap_command);
     program.command(

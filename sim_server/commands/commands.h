@@ -9,6 +9,7 @@ Arguments::Action run_command(Arguments& arguments);  // without a name: a sessi
 Arguments::Action replay_command(Arguments& arguments);
 Arguments::Action play_command(Arguments& arguments);
 Arguments::Action mesh_command(Arguments& arguments);
+Arguments::Action organ_command(Arguments& arguments);
 Arguments::Action plan_command(Arguments& arguments);
 Arguments::Action gap_command(Arguments& arguments);
 Arguments::Action schema_command(Arguments& arguments);

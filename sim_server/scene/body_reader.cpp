@@ -210,6 +210,15 @@ BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
       "mesh",
       [&](KeyReader& part) {
         read_file(part, body.mesh_file, body.mesh_unit_m, "A closed surface: OBJ, STL, PLY, glTF or GLB.");
+        std::string repair = "mend";
+        part.choice("repair", repair, {"mend", "wrap"},
+                    "mend: vertices are welded and triangles turned, a surface that is not closed is refused; wrap: a "
+                    "closed body is made around whatever triangles there are, of a file in any format.");
+        body.wrapped = repair == "wrap";
+        for (const char* key : {"part", "size_m"}) part.check(key, body.wrapped, "it is of repair: wrap");
+        part.text("part", body.mesh_part, "For wrap only: no parts but those in whose name this is found.");
+        part.default_of("for about 8000 triangles")
+            .number("size_m", body.mesh_size_m, above(0), "For wrap only: about the length of an edge.");
       },
       "Its surface; every body has one but those with volume.tets.");
   return body;

@@ -9,6 +9,7 @@
 #include "sim_server/scene/mesh_mend.h"
 #include "sim_server/scene/mesh_process.h"
 #include "sim_server/scene/self_intersection.h"
+#include "sim_server/wrap/wrap.h"
 
 namespace sectio {
 namespace {
@@ -52,6 +53,27 @@ std::string goes_through_itself(const SelfIntersections& found) {
 }
 
 }  // namespace
+
+ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRequest& request,
+                            const ImportLimits& limits) {
+  const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };
+  if (is_gltf(path) && unit_m != 1) refuse("glTF files are in metres: the unit must be m");
+  TriangleSoup given = read_mesh_file(path, limits, {.part = request.part, .any_format = true});
+  for (Vec3& p : given.vertices_body_m) p *= unit_m;
+  ImportedMesh mesh;
+  mesh.mended = mend(given);
+  try {
+    const Wrapped wrapped = wrap(given, request.size_m);
+    mesh.mended.push_back(to_string(wrapped));
+    mesh.soup = wrapped.soup;
+  } catch (const InputError& error) {
+    refuse(error.what());
+  }
+  mesh.report = check_soup(mesh.soup);
+  if (const SelfIntersections found = find_self_intersections(mesh.soup); !found.pairs.empty() || !found.complete)
+    refuse("wrapped, it " + goes_through_itself(found) + "; another size may help");
+  return mesh;
+}
 
 ImportedMesh import_mesh(const std::string& path, double unit_m, const ImportLimits& limits) {
   const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };

@@ -26,6 +26,17 @@ struct ImportedMesh {
   std::vector<std::string> mended;  // what had to be done to the file's triangles, for a person; often empty
 };
 
+// The part of a file that is wanted for a body that is wrapped around it (sim_server/wrap/wrap.h).
+struct WrapRequest {
+  std::string part;   // only parts in whose name this is found, whatever its case; empty: all
+  double size_m = 0;  // 0: for about 8000 triangles
+};
+
+// Like import_mesh(), from a file of any format that assimp reads, whose triangles may be open, doubled, crossing
+// themselves or in many parts. A result that crosses itself (walls thinner than the size) is refused.
+ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRequest& request,
+                            const ImportLimits& limits = {});
+
 // unit_m: the length in metres of the file's unit. glTF is in metres by its definition: then unit_m must be 1.
 // Throws InputError "FILE: reason, place". Any thread.
 ImportedMesh import_mesh(const std::string& path, double unit_m, const ImportLimits& limits = {});

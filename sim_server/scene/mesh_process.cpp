@@ -44,14 +44,18 @@ std::string reader_path() {
 
 class Reader {
  public:
-  Reader(const std::string& path, const ImportLimits& limits) {
+  Reader(const std::string& path, const ImportLimits& limits, const MeshChoice& choice) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
     pipe_.fd = ends[0];
     const Descriptor write_end{ends[1]};
-    const std::vector<std::string> words{reader_path(), path, std::to_string(limits.triangles),
+    const std::vector<std::string> words{reader_path(),
+                                         path,
+                                         std::to_string(limits.triangles),
                                          std::to_string(limits.memory_bytes),
-                                         std::to_string(static_cast<long>(std::ceil(limits.time_s)) + 1)};
+                                         std::to_string(static_cast<long>(std::ceil(limits.time_s)) + 1),
+                                         choice.any_format ? "any" : "known",
+                                         choice.part};
     child_.emplace(words, ChildOptions{.descriptors = {{write_end.fd, kMeshPipe}}});
   }
 
@@ -117,9 +121,9 @@ void check_file(const std::string& path, const ImportLimits& limits) {
 
 }  // namespace
 
-TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits) {
+TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits, const MeshChoice& choice) {
   check_file(path, limits);
-  Reader reader(path, limits);
+  Reader reader(path, limits, choice);
   PipeReader pipe(reader, path, limits);
 
   MeshPipeHeader header;

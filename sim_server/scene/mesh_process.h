@@ -22,6 +22,10 @@ constexpr int kMeshPipe = 3;
 
 // The triangles as they are in the file, in its unit: nothing is welded or checked but that numbers are finite and
 // corners name vertices. Throws InputError "FILE: reason". Any thread.
-TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits);
+struct MeshChoice {
+  std::string part = {};    // only nodes and meshes in whose name this is found, whatever its case; empty: all
+  bool any_format = false;  // that assimp knows
+};
+TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits, const MeshChoice& choice = {});
 
 }  // namespace sectio

@@ -1,4 +1,5 @@
-// mesh_reader FILE MAX_TRIANGLES MAX_MEMORY_BYTES MAX_CPU_S
+// mesh_reader FILE MAX_TRIANGLES MAX_MEMORY_BYTES MAX_CPU_S known|any PART
+// PART: only nodes and meshes in whose name it is found; empty: all.
 // The only program that links assimp. Run by read_mesh_file(), which takes the result from descriptor kMeshPipe; may
 // crash or be killed on damaged files, and nothing else is harmed.
 #include <signal.h>
@@ -18,6 +19,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "sim_server/scene/mesh_process.h"
 
@@ -83,18 +85,40 @@ void refuse_decimal_commas(const std::string& path, const std::string& extension
 
 class SoupWriter {
  public:
-  explicit SoupWriter(std::uint64_t max_triangles) : max_triangles_(max_triangles) {}
+  SoupWriter(std::uint64_t max_triangles, const std::string& part)
+      : max_triangles_(max_triangles), part_(lower_case(part)) {}
 
-  void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, int depth) {
+  void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, int depth, bool chosen = false) {
     if (depth > kMaxNodeDepth) throw std::runtime_error("nodes are nested too deeply");
     const aiMatrix4x4 to_scene = parent * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) add_mesh(*scene.mMeshes[node.mMeshes[i]], to_scene);
-    for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(scene, *node.mChildren[i], to_scene, depth + 1);
+    chosen = chosen || is_chosen(node.mName.C_Str());
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const aiMesh& mesh = *scene.mMeshes[node.mMeshes[i]];
+      if (chosen || is_chosen(mesh.mName.C_Str()))
+        add_mesh(mesh, to_scene);
+      else
+        others_.emplace_back(mesh.mName.length > 0 ? mesh.mName.C_Str() : node.mName.C_Str());
+    }
+    for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(scene, *node.mChildren[i], to_scene, depth + 1, chosen);
+  }
+
+  // Names of the parts that were not taken, for a person.
+  std::string others() const {
+    std::string text;
+    for (std::size_t i = 0; i < std::min<std::size_t>(others_.size(), 12); ++i)
+      text += (text.empty() ? "" : ", ") + others_[i];
+    return others_.size() > 12 ? text + ", ..." : text;
   }
 
   const TriangleSoup& soup() const { return soup_; }
 
  private:
+  static std::string lower_case(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  }
+  bool is_chosen(const std::string& name) const { return lower_case(name).find(part_) != std::string::npos; }
+
   void add_mesh(const aiMesh& mesh, const aiMatrix4x4& to_scene) {
     const auto offset = static_cast<VertexId>(soup_.vertices_body_m.size());
     const bool mirrored = to_scene.Determinant() < 0;
@@ -120,16 +144,19 @@ class SoupWriter {
   }
 
   std::uint64_t max_triangles_;
+  std::string part_;
+  std::vector<std::string> others_;
   TriangleSoup soup_;
 };
 
-TriangleSoup read(const std::string& path, std::uint64_t max_triangles) {
+TriangleSoup read(const std::string& path, std::uint64_t max_triangles, bool any_format, const std::string& part) {
   const std::string extension = extension_of(path);
   const std::array<std::string, 5> known{".obj", ".stl", ".ply", ".gltf", ".glb"};
-  if (std::find(known.begin(), known.end(), extension) == known.end()) {
+  const bool is_known = std::find(known.begin(), known.end(), extension) != known.end();
+  if (!is_known && !any_format) {
     throw std::runtime_error("unknown kind of file: expected .obj, .stl, .ply, .gltf or .glb");
   }
-  refuse_decimal_commas(path, extension);
+  if (is_known) refuse_decimal_commas(path, extension);
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
                                                           aiComponent_COLORS | aiComponent_TEXCOORDS |
@@ -142,8 +169,10 @@ TriangleSoup read(const std::string& path, std::uint64_t max_triangles) {
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw std::runtime_error(std::string("damaged file: ") + importer.GetErrorString());
   }
-  SoupWriter writer(max_triangles);
+  SoupWriter writer(max_triangles, part);
   writer.add_node(*scene, *scene->mRootNode, aiMatrix4x4(), 0);
+  if (writer.soup().triangles.empty() && !writer.others().empty())
+    throw std::runtime_error("no part with " + part + " in its name; there are " + writer.others());
   if (writer.soup().triangles.empty()) throw std::runtime_error("no triangle in the file");
   return writer.soup();
 }
@@ -171,10 +200,11 @@ void write_failure(std::string why) {
 }  // namespace sectio
 
 int main(int argc, char** argv) {
-  if (argc != 5) return 2;
+  if (argc != 7) return 2;
   try {
     sectio::limit_process(std::strtoull(argv[3], nullptr, 10), std::strtoull(argv[4], nullptr, 10));
-    sectio::write_soup(sectio::read(argv[1], std::strtoull(argv[2], nullptr, 10)));
+    sectio::write_soup(
+        sectio::read(argv[1], std::strtoull(argv[2], nullptr, 10), std::string(argv[5]) == "any", argv[6]));
   } catch (const std::bad_alloc&) {
     sectio::write_failure("damaged file, or one that needs more than the memory allowed");
   } catch (const std::exception& error) {

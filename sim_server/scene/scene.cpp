@@ -154,7 +154,10 @@ void name_place(const YamlValue& place, F read_file) {
 
 void import_surface(BodySpec& body, const YamlValue& file, const YamlValue& unit) {
   ImportedMesh mesh;
-  name_place(file, [&] { mesh = import_mesh(body.mesh_file, body.mesh_unit_m); });
+  name_place(file, [&] {
+    mesh = body.wrapped ? import_wrapped(body.mesh_file, body.mesh_unit_m, {body.mesh_part, body.mesh_size_m})
+                        : import_mesh(body.mesh_file, body.mesh_unit_m);
+  });
   body.mesh = std::move(mesh.soup);
   body.mesh_notes = std::move(mesh.mended);
   if (mesh.report.components > 1) body.mesh_notes.push_back(std::to_string(mesh.report.components) + " separate parts");

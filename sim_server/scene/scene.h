@@ -100,6 +100,9 @@ struct BodySpec {
   std::string server = "main";          // of those that share the session, the one that simulates it
   std::string mesh_file;                // resolved path
   double mesh_unit_m = 1;               // length of the file's unit
+  bool wrapped = false;                 // the mesh is a body around what the file holds
+  std::string mesh_part;                // wrapped: only parts in whose name this is found; empty: all
+  double mesh_size_m = 0;               // wrapped: about the length of an edge; 0: for about 8000 triangles
   TriangleSoup mesh;                    // in metres, body frame, checked
   std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
   Pose pose;

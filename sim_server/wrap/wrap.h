@@ -1,0 +1,29 @@
+// A watertight body around triangles that are no closed surface: open, doubled, crossing themselves, in many parts.
+#pragma once
+
+#include <string>
+
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+struct Wrapped {
+  TriangleSoup soup;      // closed, oriented, manifold, triangles about equilateral
+  double size_m = 0;      // length of its edges, about
+  double volume_m3 = 0;   // of soup
+  double furthest_m = 0;  // from soup to the triangles that were given: across holes it is as far as these are wide
+  double mean_far_m = 0;  // the mean of that
+  double least_angle_rad = 0;
+  std::size_t bubbles = 0;  // closed surfaces inside, or of less than a hundredth of the whole, that were left out
+};
+
+// The surface where the winding number of the given triangles is 1/2 (Jacobson 2013), found on a grid by tetrahedra
+// (Doi and Koide 1991), made of even triangles, and inflated or deflated to the volume that it had. Hollows are filled.
+// Triangles that hang together are turned to one side; closed ones outward, open ones so that they bulge outward.
+// size_m: about the length of an edge, below which nothing is kept; 0: for about 8000 triangles.
+// Throws InputError with the reason. Deterministic.
+Wrapped wrap(const TriangleSoup& given, double size_m = 0);
+
+std::string to_string(const Wrapped& wrapped);  // one line
+
+}  // namespace sectio

@@ -1,0 +1,123 @@
+// Files of anatomy as they come, through the command, to scenes that run.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+#include "common/mesh/check.h"
+#include "sim_server/commands/commands.h"
+#include "sim_server/engine/standard_traits.h"
+#include "sim_server/prepare/prepare.h"
+#include "sim_server/simulation.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+class OrganCommand : public testing::Test {
+ protected:
+  OrganCommand() : folder_(fs::path(testing::TempDir()) / "sectio_organ_command") { fs::create_directories(folder_); }
+  ~OrganCommand() override { fs::remove_all(folder_); }
+
+  int run(std::vector<std::string> words) const {
+    words.insert(words.begin(), "organ");
+    words.insert(words.end(), {"--out", (folder_ / "out").string()});
+    Arguments arguments("organ", "");
+    const Arguments::Action action = organ_command(arguments);
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    return arguments.run(static_cast<int>(argv.size()), argv.data(), action);
+  }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+  std::string refusal(const std::vector<std::string>& words) const {
+    try {
+      run(words);
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+      return text;
+    }
+    return "";
+  }
+
+  // Two boxes in centimetres by name, the second one without its lid.
+  std::string boxes() const {
+    std::string text;
+    for (int box = 0; box < 2; ++box) {
+      text += box == 0 ? "o Liver_left\n" : "o Stomach\n";
+      for (int i = 0; i < 8; ++i)
+        text += "v " + std::to_string(10 * (i & 1) + 20 * box) + " " + std::to_string(6 * (i >> 1 & 1)) + " " +
+                std::to_string(4 * (i >> 2)) + "\n";
+      const int n = 8 * box;
+      const int faces[5][4] = {{1, 3, 4, 2}, {1, 2, 6, 5}, {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+      for (const auto& f : faces) {
+        text += "f";
+        for (const int corner : f) text += " " + std::to_string(corner + n);
+        text += "\n";
+      }
+      if (box == 0) text += "f 5 6 8 7\n";
+    }
+    return write("boxes.obj", text);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(OrganCommand, chosen_part_becomes_a_scene_that_runs) {
+  ASSERT_EQ(run({boxes(), "--unit", "cm", "--part", "liver", "--size-mm", "5", "--tissue", "liver"}), 0);
+  const Scene scene = prepared(load_scene((folder_ / "out" / "scene.yaml").string(), standard_traits()));
+  ASSERT_EQ(scene.bodies.size(), 1u);
+  EXPECT_EQ(scene.bodies[0].material.young_pa, 5490);
+  EXPECT_TRUE(scene.bodies[0].mesh_notes.empty()) << "closed, and turned outward";
+  const SurfaceReport report = check_soup(scene.bodies[0].mesh);
+  EXPECT_TRUE(report.valid());
+  EXPECT_EQ(report.components, 1u);
+  EXPECT_NEAR(report.volume_m3 / (0.1 * 0.06 * 0.04), 1, 0.02);
+  Simulation simulation(scene);
+  for (int i = 0; i < 200; ++i) simulation.step({});
+  for (const Vec3f& x : simulation.positions_world_m(0)) ASSERT_LT(x.norm(), 0.1f);
+}
+
+TEST_F(OrganCommand, all_parts_are_taken_and_open_ones_closed) {
+  ASSERT_EQ(run({boxes(), "--unit", "cm", "--size-mm", "5"}), 0);
+  const Scene scene = load_scene((folder_ / "out" / "scene.yaml").string(), standard_traits());
+  EXPECT_EQ(check_soup(scene.bodies[0].mesh).components, 2u);
+}
+
+TEST_F(OrganCommand, bad_input_is_one_line) {
+  EXPECT_NE(refusal({boxes(), "--unit", "cm", "--part", "spleen"}).find("there are Liver_left, Stomach"),
+            std::string::npos);
+  EXPECT_NE(refusal({(folder_ / "none.obj").string()}).find("no such file"), std::string::npos);
+  EXPECT_NE(refusal({write("text.obj", "once upon a time\n")}), "");
+  EXPECT_NE(refusal({write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")}).find("enclose nothing"),
+            std::string::npos);
+  EXPECT_NE(refusal({boxes(), "--unit", "cm", "--size-mm", "0.01"}).find("too small"), std::string::npos);
+  EXPECT_NE(refusal({boxes(), "--tissue", "bone"}).find("expected one of brain"), std::string::npos);
+}
+
+TEST_F(OrganCommand, a_scene_wraps_its_mesh_itself) {
+  boxes();
+  const std::string scene =
+      "session: s\nbodies:\n  - name: b\n    fixed: {min_world_m: [-1, -1, -1], max_world_m: [1, 1, 0.001]}\n"
+      "    mesh: {file: boxes.obj, unit: cm, repair: wrap, part: stomach, size_m: 0.006}\n";
+  const Scene loaded = load_scene(write("s.yaml", scene), standard_traits());
+  EXPECT_TRUE(check_soup(loaded.bodies[0].mesh).valid());
+  ASSERT_FALSE(loaded.bodies[0].mesh_notes.empty());
+  EXPECT_NE(loaded.bodies[0].mesh_notes.back().find("wrapped: "), std::string::npos);
+  std::string mended = scene;
+  mended.replace(mended.find("repair: wrap, "), 14, "");
+  try {
+    load_scene(write("s.yaml", mended), standard_traits());
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("it is of repair: wrap"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace sectio
