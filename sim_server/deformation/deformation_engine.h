@@ -50,6 +50,9 @@ class DeformationEngine : public Engine {
   virtual double inverse_mass_per_kg(VertexId v) const {  // change of velocity per impulse of a contact
     return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
   }
+  // The mesh is too stiff beneath what is smaller than its elements: an instrument that presses has this depth of
+  // tissue in series, a layer of E* / layer_m (Pa/m).
+  virtual double layer_m() const { return 0; }
   virtual double energy_j(const SharedBody& body) const = 0;  // kinetic, elastic and gravitational; O(all)
   virtual double largest_stable_step_s() const = 0;
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite

@@ -4,8 +4,8 @@
 
 namespace sectio {
 
-// The constraints of a step that is taken in substeps. Each target moves evenly from the place of its point at the
-// start; the reaction is the mean over the substeps, and its work is the sum.
+// The constraints of a step that is taken in substeps. Each target that is not there yet moves evenly from the place of
+// its point at the start; the reaction is the mean over the substeps, and its work is the sum.
 class DividedConstraints {
  public:
   // Without supports, the corners of the constraints carry their points.

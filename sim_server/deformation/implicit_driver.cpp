@@ -32,6 +32,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles&
   const Vec3 fall_m = h * kept * motion.gravity_m_per_s2;
   const std::size_t count = particles.position_world_m.size();
   part_.assign(constraints.begin(), constraints.end());
+  taken_along_.resize(constraints.size());
   of_part_.resize(constraints.size());
   std::ranges::fill(reactions, Reaction{});
   inertial_.resize(count), now_.resize(count);
@@ -41,6 +42,11 @@ bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles&
     for (std::size_t c = 0; c < part_.size(); ++c)
       if (!constraints[c].unilateral)  // what presses stays where it will be
         part_[c].target_world_m = from_[c] + (n + 1.0) / parts * (constraints[c].target_world_m - from_[c]);
+    for (std::size_t c = 0; c < part_.size(); ++c) {
+      taken_along_[c] = h * part_[c].target_velocity_m_per_s;
+      for (const auto& [particle, weight] : supports.of(c))
+        taken_along_[c] += weight * particles.position_world_m[particle].head<3>().cast<double>();
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3 x = particles.position_world_m[i].head<3>().cast<double>();
       inertial_[i] = now_[i] = x;
@@ -52,7 +58,8 @@ bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles&
     if (smoother) smoother(h, inertial_, now_);
     // x = x0 + h v0 / (1 + alpha h) + h^2 / (1 + alpha h) (f / m + g)
     const NewtonStep::Problem problem{
-        std::sqrt(h * kept), particles.mass_kg, particles.inverse_mass_per_kg, inertial_, part_, &supports};
+        std::sqrt(h * kept), particles.mass_kg, particles.inverse_mass_per_kg, inertial_, part_,
+        &supports,           taken_along_};
     const NewtonOutcome outcome = newton_.solve(energy, problem, now_);
     products_ += outcome.products;
     residual_ = std::max(residual_, std::isfinite(outcome.residual) ? outcome.residual : HUGE_VAL);

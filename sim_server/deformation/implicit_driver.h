@@ -47,7 +47,7 @@ class ImplicitDriver {
   std::vector<Vec3> inertial_, now_;
   std::vector<Vec4f> start_position_, start_velocity_;
   std::vector<PointConstraint> part_;
-  std::vector<Vec3> from_;
+  std::vector<Vec3> from_, taken_along_;
   std::vector<Reaction> of_part_;
   double residual_ = 0, residual_m_ = 0;
   std::uint64_t not_met_ = 0;

@@ -21,21 +21,14 @@ double dot(std::span<const Vec4f> a, std::span<const Vec4f> b) {
   return sum;
 }
 
-// P: what a constraint may exert of a force on the tissue. Its slope is d P / d force.
-Vec3 allowed(const PointConstraint& c, const Vec3& force_n, Mat3& slope) {
-  slope.setIdentity();
-  if (c.unilateral) {
-    const double push_n = force_n.dot(c.normal);
-    if (push_n >= 0) return slope.setZero(), Vec3(Vec3::Zero());
-    if (c.sticks) return force_n;
-    slope = c.normal * c.normal.transpose();
-    return push_n * c.normal;
-  }
+// P of a largest force, and its slope.
+Vec3 at_most(double largest_n, const Vec3& force_n, const Mat3& space, Mat3& slope) {
   const double size_n = force_n.norm();
-  if (size_n <= c.largest_force_n) return force_n;
+  slope = space;
+  if (size_n <= largest_n) return force_n;
   const Vec3 along = force_n / size_n;
-  slope = c.largest_force_n / size_n * (Mat3::Identity() - along * along.transpose());
-  return c.largest_force_n * along;
+  slope = largest_n / size_n * (space - along * along.transpose());
+  return largest_n * along;
 }
 
 }  // namespace
@@ -46,20 +39,59 @@ Vec3 NewtonStep::at(const Problem& problem, std::size_t n, std::span<const Vec3>
   return point;
 }
 
-// A constraint's share is (|z|^2 - |z - P z|^2) / (2 k) with z = lambda + k (target - point): its gradient is - P z.
+// A constraint's share of phi is (|z|^2 - |z - P z|^2) / (2 k) with z = lambda + k (target - point): its gradient is
+// - P z. The push and the friction of one that presses have a share each.
+NewtonStep::Exerted NewtonStep::exerted(const Problem& problem, std::size_t n, std::span<const Vec3> x) const {
+  const PointConstraint& c = problem.constraints[n];
+  const Held& h = held_[n];
+  const double k = h.stiffness_n_per_m;
+  Exerted e;
+  if (k == 0) return e;
+  const Vec3 point = at(problem, n, x), z = h.force_n + k * (c.target_world_m - point);
+  const auto share_j = [](const Vec3& wanted, const Vec3& given, double stiffness) {
+    return (wanted.squaredNorm() - (wanted - given).squaredNorm()) / (2 * stiffness);
+  };
+  if (!c.unilateral || c.sticks) {
+    const bool lifts = c.unilateral && z.dot(c.normal) >= 0;
+    e.force_n = at_most(lifts ? 0 : c.largest_force_n, z, Mat3::Identity(), e.slope_n_per_m);
+    e.energy_j = share_j(z, e.force_n, k);
+    e.slope_n_per_m *= lifts ? 0 : k;
+    return e;
+  }
+  // The spring, and beyond what it gives way the point itself: the larger force of the two, whose energies are the same
+  // where they meet.
+  const Mat3 across = c.normal * c.normal.transpose();
+  const double wanted_n = -z.dot(c.normal), gives = 1 + c.compliance_m_per_n * k, most_n = k * c.gives_most_m;
+  const double spring_n = wanted_n / gives, stop_n = wanted_n - most_n;
+  if (spring_n > 0) {
+    const bool stops = stop_n > spring_n;
+    const double push_n = stops ? stop_n : spring_n;
+    e.force_n = -push_n * c.normal;
+    e.slope_n_per_m = (stops ? k : k / gives) * across;
+    e.energy_j = stops ? push_n * push_n / (2 * k) : push_n * push_n * gives / (2 * k);
+    if (stops && gives > 1) {  // at their meeting point, wanted (1 - 1 / gives) = most
+      const double meet_n = most_n / (gives - 1);
+      e.energy_j += meet_n * meet_n * (gives - 1) / (2 * k);
+    }
+  }
+  if (c.friction == 0) return e;
+  const Mat3 along = Mat3::Identity() - across;
+  const Vec3 rub = along * (k * (problem.taken_along_world_m[n] - point));
+  Mat3 slope;
+  const Vec3 rubbing = at_most(h.friction_n, rub, along, slope);
+  e.force_n += rubbing;
+  e.energy_j += share_j(rub, rubbing, k);
+  e.slope_n_per_m += k * slope;
+  return e;
+}
+
 double NewtonStep::objective_j(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x) {
   double inertia = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
     if (problem.inverse_mass_per_kg[i] > 0)
       inertia += (x[i] - problem.inertial_world_m[i]).squaredNorm() / problem.inverse_mass_per_kg[i];
   double sum = inertia / (2 * problem.step_s * problem.step_s) + energy.energy_j(x);
-  Mat3 slope;
-  for (std::size_t n = 0; n < held_.size(); ++n) {
-    const double k = held_[n].stiffness_n_per_m;
-    if (k == 0) continue;
-    const Vec3 z = held_[n].force_n + k * (problem.constraints[n].target_world_m - at(problem, n, x));
-    sum += (z.squaredNorm() - (z - allowed(problem.constraints[n], z, slope)).squaredNorm()) / (2 * k);
-  }
+  for (std::size_t n = 0; n < held_.size(); ++n) sum += exerted(problem, n, x).energy_j;
   return sum;
 }
 
@@ -67,12 +99,9 @@ double NewtonStep::forces(ElasticEnergy& energy, const Problem& problem, std::sp
   std::ranges::fill(force_, Vec3::Zero());
   energy.add_forces(x, force_);
   for (std::size_t n = 0; n < held_.size(); ++n) {
-    Held& h = held_[n];
-    if (h.stiffness_n_per_m == 0) continue;
-    const Vec3 z = h.force_n + h.stiffness_n_per_m * (problem.constraints[n].target_world_m - at(problem, n, x));
-    const Vec3 on_tissue_n = allowed(problem.constraints[n], z, h.slope_n_per_m);
-    h.slope_n_per_m *= h.stiffness_n_per_m;
-    for (const auto& [particle, weight] : problem.supports->of(n)) force_[particle] += weight * on_tissue_n;
+    const Exerted on_tissue = exerted(problem, n, x);
+    held_[n].slope_n_per_m = on_tissue.slope_n_per_m;
+    for (const auto& [particle, weight] : problem.supports->of(n)) force_[particle] += weight * on_tissue.force_n;
   }
   double sum = 0;
   const double per_s2 = 1 / (problem.step_s * problem.step_s);
@@ -94,17 +123,7 @@ void NewtonStep::linearise(ElasticEnergy& energy, const Problem& problem, std::s
     blocks_[i] = problem.inverse_mass_per_kg[i] > 0 ? Mat3(per_s2 / problem.inverse_mass_per_kg[i] * Mat3::Identity())
                                                     : Mat3(Mat3::Zero());
   energy.add_blocks(blocks_);
-  for (std::size_t n = 0; n < held_.size(); ++n) {
-    Held& h = held_[n];
-    const auto by = problem.supports->of(n);
-    if (h.stiffness_n_per_m == 0) {  // the first time: from the particles' own stiffness
-      double compliance = 0;
-      for (const auto& [particle, weight] : by)
-        if (problem.inverse_mass_per_kg[particle] > 0) compliance += 3 * weight * weight / blocks_[particle].trace();
-      if (!(compliance > 0)) continue;
-      h.stiffness_n_per_m = kPointOverOwn / compliance;
-    }
-  }
+  stiffen(problem);
   for (std::size_t n = 0; n < held_.size(); ++n)
     for (const auto& [particle, weight] : problem.supports->of(n))
       blocks_[particle] += weight * weight * held_[n].slope_n_per_m;
@@ -113,6 +132,28 @@ void NewtonStep::linearise(ElasticEnergy& energy, const Problem& problem, std::s
       inverse_[i].setZero();
     else
       inverse_[i] = blocks_[i].inverse().cast<float>();
+  }
+}
+
+void NewtonStep::bound_friction(const Problem& problem, std::span<const Vec3> x) {
+  for (std::size_t n = 0; n < held_.size(); ++n)
+    if (const PointConstraint& c = problem.constraints[n]; c.friction > 0)
+      held_[n].friction_n = c.friction * std::max(0.0, -exerted(problem, n, x).force_n.dot(c.normal));
+}
+
+// The stiffness of each point, once: from that of the particles that carry it, shared by the points that they carry.
+void NewtonStep::stiffen(const Problem& problem) {
+  if (held_.empty() || held_.front().stiffness_n_per_m > 0) return;
+  carries_.assign(blocks_.size(), 0);
+  for (std::size_t n = 0; n < held_.size(); ++n)
+    for (const auto& [particle, weight] : problem.supports->of(n)) carries_[particle] += std::abs(weight);
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    double compliance = 0, points = 0;
+    for (const auto& [particle, weight] : problem.supports->of(n)) {
+      if (problem.inverse_mass_per_kg[particle] > 0) compliance += 3 * weight * weight / blocks_[particle].trace();
+      points += std::abs(weight) * carries_[particle];
+    }
+    if (compliance > 0) held_[n].stiffness_n_per_m = kPointOverOwn / (compliance * std::max(1.0, points));
   }
 }
 
@@ -180,6 +221,7 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
   if (!(weight_n > 0)) return outcome.met = true, outcome;  // nothing can move
   bool linearised = false;
   if (!held_.empty()) linearise(energy, problem, x), linearised = true;
+  bound_friction(problem, x);
   double left_n = forces(energy, problem, x);
   for (; outcome.iterations < kMostIterations && std::isfinite(left_n); ++outcome.iterations) {
     if (left_n <= (outcome.iterations == 0 ? kRests : kTolerance) * weight_n) break;
@@ -198,12 +240,8 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
     for (std::size_t i = 0; i < x.size(); ++i)
       outcome.last_move_m = std::max(outcome.last_move_m, (tried_[i] - x[i]).norm());
     std::ranges::copy(tried_, x.begin());
-    Mat3 slope;
-    for (std::size_t n = 0; n < held_.size(); ++n) {
-      Held& h = held_[n];
-      const Vec3 z = h.force_n + h.stiffness_n_per_m * (problem.constraints[n].target_world_m - at(problem, n, x));
-      h.force_n = allowed(problem.constraints[n], z, slope);
-    }
+    for (std::size_t n = 0; n < held_.size(); ++n) held_[n].force_n = exerted(problem, n, x).force_n;
+    bound_friction(problem, x);
     left_n = forces(energy, problem, x);
   }
   outcome.residual = left_n / weight_n;
@@ -211,7 +249,7 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
   return outcome;
 }
 
-void NewtonStep::finish(const Problem& problem, double step_s, std::span<Vec4f> velocity_m_per_s,
+void NewtonStep::finish(const Problem& problem, double step_s, std::span<const Vec4f> velocity_m_per_s,
                         std::span<Reaction> reactions) const {
   SECTIO_ASSERT(reactions.size() == held_.size(), "one reaction a constraint");
   for (std::size_t n = 0; n < held_.size(); ++n) {
@@ -220,8 +258,6 @@ void NewtonStep::finish(const Problem& problem, double step_s, std::span<Vec4f> 
       velocity += weight * velocity_m_per_s[particle].head<3>().cast<double>();
     const Vec3& force = held_[n].force_n;
     reactions[n] = {-force, !force.isZero(0), step_s * force.dot(velocity)};
-    if (!problem.constraints[n].stops || !reactions[n].active) continue;
-    for (const auto& [particle, weight] : problem.supports->of(n)) velocity_m_per_s[particle].setZero();
   }
 }
 

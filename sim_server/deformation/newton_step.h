@@ -7,7 +7,9 @@
 // where a model knows how. The step is halved while phi grows. Points are constraints by multipliers (method of
 // Hestenes and Powell): a point has a force lambda and a stiffness k well above that of the particles that carry it;
 // after an iteration lambda <- P(lambda + k (target - point)), where P is what the constraint may exert: pushes only, a
-// largest force.
+// largest force. A push through a spring of compliance a is P((lambda + k (target - point)) / (1 + a k)). Friction
+// holds a point to where the instrument takes it along, by no more than the coefficient times the push
+// where the iteration begins.
 //
 // The outcome says by force how far the state is from equilibrium. Positions are in double precision, products with K
 // in single. Deterministic, one thread.
@@ -52,21 +54,32 @@ class NewtonStep {
     std::span<const Vec3> inertial_world_m;                // y
     std::span<const PointConstraint> constraints;
     const ConstraintSupports* supports = nullptr;  // the particles that carry the points
+    std::span<const Vec3> taken_along_world_m;     // where the instrument of each constraint would take its point
   };
 
   // Begins at the positions given and leaves the best ones found there.
   NewtonOutcome solve(ElasticEnergy& energy, const Problem& problem, std::span<Vec3> position_world_m);
   // The reactions of the constraints in the last solution, and the work of each on a point that moves with these
-  // velocities. A constraint that stops its particles sets their velocities to zero.
-  void finish(const Problem& problem, double step_s, std::span<Vec4f> velocity_m_per_s,
+  // velocities.
+  void finish(const Problem& problem, double step_s, std::span<const Vec4f> velocity_m_per_s,
               std::span<Reaction> reactions) const;
 
  private:
   struct Held {
     Vec3 force_n = Vec3::Zero();   // lambda, on the tissue
     double stiffness_n_per_m = 0;  // k
+    double friction_n = 0;         // at most
     Mat3 slope_n_per_m = Mat3::Zero();
   };
+  // The force of a constraint on the tissue, its slope, and its share of phi.
+  struct Exerted {
+    Vec3 force_n = Vec3::Zero();
+    Mat3 slope_n_per_m = Mat3::Zero();
+    double energy_j = 0;
+  };
+  Exerted exerted(const Problem& problem, std::size_t constraint, std::span<const Vec3> x) const;
+  void stiffen(const Problem& problem);
+  void bound_friction(const Problem& problem, std::span<const Vec3> x);
   double objective_j(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
   double forces(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);  // returns |r|
   void linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
@@ -75,6 +88,7 @@ class NewtonStep {
   Vec3 at(const Problem& problem, std::size_t constraint, std::span<const Vec3> x) const;
 
   std::vector<Held> held_;
+  std::vector<double> carries_;  // by particle: the points that it carries, by weight
   std::vector<Vec3> force_, tried_;
   std::vector<Mat3> blocks_;
   std::vector<Eigen::Matrix3f> inverse_;

@@ -7,7 +7,8 @@
 namespace sectio {
 namespace {
 
-constexpr int kSweeps = 8;  // enough for the few constraints of a step, which share at most a triangle
+constexpr int kSweeps = 8;
+constexpr double kConverged = 1e-2;  // of samples that rub: a sweep that changes no impulse by this share is the last
 
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
 Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_mass, double step_s,
@@ -29,6 +30,26 @@ Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<const Vec4
   Vec3 sum = Vec3::Zero();
   for (const auto& [particle, weight] : by) sum += weight * what[particle].head<3>().cast<double>();
   return sum;
+}
+
+// The same for a sample with a spring in series, or with friction. The sum of impulses may push along the inward normal
+// but not pull. Over h, an impulse J moves the point by h J / m, and the spring gives way by a J / h, as far as it can.
+// Friction is what stops the point against the instrument, but no more than its coefficient times the push.
+Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const Vec3& velocity, double point_mass,
+                       double step_s, const Vec3& so_far) {
+  const double given = -so_far.dot(c.normal), a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
+  const double depth = (point - c.target_world_m).dot(c.normal);
+  const double total =
+      std::max({0.0, given + (depth - a * given) / (moves + a), given + (depth - c.gives_most_m) / moves});
+  const Vec3 slip = velocity - c.target_velocity_m_per_s;
+  Vec3 along = so_far + given * c.normal - point_mass * (slip - slip.dot(c.normal) * c.normal);
+  const double size = along.norm(), most = c.friction * total;
+  if (size > most) along *= most / size;
+  return along - total * c.normal - so_far;
+}
+
+bool is_sample(const PointConstraint& c) {
+  return c.friction > 0 || c.compliance_m_per_n > 0;
 }
 
 }  // namespace
@@ -56,14 +77,21 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
              std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions) {
   SECTIO_ASSERT(reactions.size() == constraints.size(), "one reaction a constraint");
   std::fill(reactions.begin(), reactions.end(), Reaction{});
+  const bool samples = std::ranges::any_of(constraints, is_sample);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double largest = 0, largest_change = 0;
     for (std::size_t n = 0; n < constraints.size(); ++n) {
       const auto by = supports.of(n);
       double inverse = 0;
       for (const auto& [particle, weight] : by) inverse += weight * weight * inverse_mass[particle];
       if (!(inverse > 0)) continue;
       const Vec3 so_far = -step_s * reactions[n].force_on_tool_n;
-      const Vec3 impulse = missing_impulse(constraints[n], carried(by, position_world_m), 1 / inverse, step_s, so_far);
+      const PointConstraint& c = constraints[n];
+      const Vec3 point = carried(by, position_world_m);
+      if (is_sample(c) && so_far.isZero(0) && (point - c.target_world_m).dot(c.normal) <= 0) continue;
+      const Vec3 impulse = is_sample(c)
+                               ? missing_of_sample(c, point, carried(by, velocity_m_per_s), 1 / inverse, step_s, so_far)
+                               : missing_impulse(c, point, 1 / inverse, step_s, so_far);
       if (impulse.isZero(0)) continue;
       for (const auto& [particle, weight] : by) {
         const Vec3 dv = weight * inverse_mass[particle] * impulse;
@@ -72,13 +100,13 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
       }
       reactions[n].force_on_tool_n -= impulse / step_s;
       reactions[n].active = true;
+      largest = std::max(largest, reactions[n].force_on_tool_n.squaredNorm());
+      largest_change = std::max(largest_change, impulse.squaredNorm() / (step_s * step_s));
     }
+    if (samples && largest_change <= kConverged * kConverged * largest) break;
   }
-  for (std::size_t n = 0; n < constraints.size(); ++n) {
+  for (std::size_t n = 0; n < constraints.size(); ++n)
     reactions[n].work_j = -step_s * reactions[n].force_on_tool_n.dot(carried(supports.of(n), velocity_m_per_s));
-    if (!constraints[n].stops || !reactions[n].active) continue;
-    for (const auto& [particle, weight] : supports.of(n)) velocity_m_per_s[particle].setZero();
-  }
 }
 
 void project(std::span<const PointConstraint> constraints, std::span<const double> inverse_mass, double step_s,

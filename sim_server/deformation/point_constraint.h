@@ -17,18 +17,20 @@ namespace sectio {
 // Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
 // A two-sided constraint puts the point at target_world_m after the step, or as near as its largest force allows. A
 // unilateral one keeps the point from lying further out along `normal` (unit, out of the tissue) than the target; it
-// constrains only motion along the normal and never pulls. A constraint that sticks holds the point at the target as
-// long as the tissue presses against it; one that stops leaves the particles that it moved without velocity.
+// never pulls. It may have a spring in series, and friction, by which it takes the point along with the instrument. A
+// constraint that sticks holds the point at the target as long as the tissue presses against it.
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
   Vec3 point_world_m = Vec3::Zero();  // of a body that moves as a whole: the point itself, when no vertices are named
   Vec3 target_world_m = Vec3::Zero();
-  Vec3 target_velocity_m_per_s = Vec3::Zero();  // of an instrument that presses: a rigid part rubs against it
+  Vec3 target_velocity_m_per_s = Vec3::Zero();  // of an instrument that presses, and which tissue rubs against
   bool unilateral = false;
   bool sticks = false;
-  bool stops = false;
   double largest_force_n = std::numeric_limits<double>::infinity();  // of a two-sided one
+  // of a unilateral one that does not stick: the spring between point and target, and by how much it gives way at most
+  double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
+  double friction = 0;  // of the same: Coulomb's coefficient
   Vec3 normal = Vec3::UnitZ();
   std::uint32_t source = 0;  // whose it is; its reaction is for the same
 };
@@ -71,8 +73,8 @@ class ConstraintSupports {
 };
 void corners_of(std::span<const PointConstraint> constraints, ConstraintSupports& supports);
 
-// Projected Gauss-Seidel over the constraints in their order, kSweeps sweeps; one inverse mass a particle, 0 for a
-// fixed one. Writes positions, velocities (+ dx / h) and one reaction a constraint. No allocation.
+// Projected Gauss-Seidel over the constraints in their order; one inverse mass a particle, 0 for a fixed one. Writes
+// positions, velocities (+ dx / h) and one reaction a constraint. Allocates nothing after the first steps.
 void project(std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
              std::span<const double> inverse_mass, double step_s, std::span<Vec4f> position_world_m,
              std::span<Vec4f> velocity_m_per_s, std::span<Reaction> reactions);

@@ -13,6 +13,10 @@ namespace {
 
 constexpr int kMostDivision = 4;  // by cuts, of the parts that an explicit step had at rest
 
+// The depth of the layer over the spacing of the vertices. A surface that is held out of a ball everywhere lies around
+// it like a polyhedron, further in than the ball; with this layer, balls on layers feel the same force on all meshes.
+constexpr double kLayer = 0.5;
+
 constexpr int kColumnPoints = 8;  // sample points in the column of tissue beneath a vertex
 
 // The margin beyond the bound at rest that a row gets after a cut. Instruments fold the surface near cuts, and folding
@@ -44,7 +48,9 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
     degrees[v] = static_cast<std::uint32_t>(star_.half_edges.size());
     area_m2 += star_.area_m2;
   }
-  least_area_m2_ = kLeastAreaShare * area_m2 / std::max(1u, mesh.vertex_count());
+  const double mean_m2 = area_m2 / std::max(1u, mesh.vertex_count());
+  least_area_m2_ = kLeastAreaShare * mean_m2;
+  layer_m_ = kLayer * std::sqrt(mean_m2);
   rows_.layout(degrees);
   omega2_.set(with_room(mesh.vertex_slots()), 0);
   resize(mesh.vertex_slots());

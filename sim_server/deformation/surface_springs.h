@@ -130,6 +130,7 @@ class SurfaceSprings final : public DeformationEngine {
     return d;
   }
 
+  double layer_m() const override { return layer_m_; }
   double mass_kg(VertexId v) const override { return physical_mass_[v]; }  // without added mass
   double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
   bool fixed(VertexId v) const override { return fixed_[v] != 0; }
@@ -187,6 +188,7 @@ class SurfaceSprings final : public DeformationEngine {
   double foundation_pa_per_m_ = 0;  // K_w
   double area_density_kg_per_m2_ = 0;
   double least_area_m2_ = 0;
+  double layer_m_ = 0;  // before cuts have made small triangles
 
   SpringRows rows_;
   std::vector<Vec3> rest_body_m_;

@@ -20,6 +20,7 @@ InstrumentKind probe() {
   p.name = "probe";
   // A is the middle of the round end, CD the side of the rod.
   p.geometry = {Vec3::Zero(), Vec3(0, 0, 0.05), Vec3(0.0015, 0, 0.0015), Vec3(0.0015, 0, 0.05)};
+  p.geometry.sphere_radius_m = 0.0015;
   p.shape = shape;
   p.decide = probe_decide;
   p.flaw = corners_flaw;

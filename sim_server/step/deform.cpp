@@ -64,14 +64,12 @@ void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions) {
   for (std::uint32_t e = 0; e < world.edges.size(); ++e) {
     if (!world.tool_of(e).pose) continue;
-    Reaction sum;
-    for (std::size_t i = 0; i < constraints.size(); ++i) {
-      if (constraints[i].source != e) continue;
-      sum.force_on_tool_n += reactions[i].force_on_tool_n;
-      sum.active |= reactions[i].active;
-    }
+    const auto from = std::ranges::lower_bound(constraints, e, {}, &PointConstraint::source);
+    const auto to = std::ranges::upper_bound(constraints, e, {}, &PointConstraint::source);
     EdgeContact& contact = world.contact(body_id, e);
-    contact.deformed(sum, world.scene.step_s);
+    contact.deformed(
+        reactions.subspan(static_cast<std::size_t>(from - constraints.begin()), static_cast<std::size_t>(to - from)),
+        world.scene.step_s);
     for (const auto& [kind, text] : contact.take_events()) {
       context.emit(kind, body_id, world.edges[e].tool_id, std::string(text));
       context.output.publish_now |= kind == EventKind::contact_began;

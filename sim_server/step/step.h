@@ -50,8 +50,8 @@ void for_each_body(SimulatedWorld& world, StepContext& context, const Stage& sta
 // No instrument touches the body, and nothing has changed it in this step.
 bool is_idle(SimulatedWorld& world, const StepContext& context, std::uint32_t body_id);
 
-// Gives each edge of an instrument the sum of the reactions of its constraints, each pair of jaws and each engine
-// between bodies one reaction a constraint. An edge without a constraint gets a reaction of zero.
+// Gives each edge of an instrument, each pair of jaws and each engine between bodies one reaction a constraint.
+// Constraints are in the order of their sources. An edge without a constraint gets no reaction.
 void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint32_t body_id,
                           std::span<const PointConstraint> constraints, std::span<const Reaction> reactions);
 

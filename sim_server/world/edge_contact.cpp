@@ -106,6 +106,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
   opening_before_rad_ = before ? before->opening_rad : pose_.opening_rad;
   if (phase_ == Phase::through && is_clear_of_body()) phase_ = Phase::free, tracker_.reset();
+  if (is_round()) return approach_round(before && continuous ? *before : pose_);
   const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
   if (looks && !near_body(before, poses)) {
     tracker_.reset();
@@ -421,6 +422,10 @@ void EdgeContact::let_go() {
 
 void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
   if (cause == Cause::indented) return;  // contacts are said on the surface without temporary elements
+  if (is_round() && phase_ == Phase::pressing) {
+    constraints_.clear();
+    return approach_round(pose_);
+  }
   tracker_.topology_changed(body_.view(), changed);
   if (cause == Cause::cut) return;  // planned() says what became of the strokes
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
@@ -438,7 +443,12 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
   }
 }
 
-void EdgeContact::deformed(const Reaction& reaction, double step_s) {
+void EdgeContact::deformed(std::span<const Reaction> reactions, double step_s) {
+  Reaction reaction;
+  for (const Reaction& r : reactions) {
+    reaction.force_on_tool_n += r.force_on_tool_n;
+    reaction.active |= r.active;
+  }
   if (phase_ == Phase::cutting) {
     const Vec3 target_n = instrument_.drag * cutting_force_n_;
     smooth_cutting_n_ += std::min(1.0, step_s / kForceFilterS) * (target_n - smooth_cutting_n_);
@@ -450,6 +460,7 @@ void EdgeContact::deformed(const Reaction& reaction, double step_s) {
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));
   smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
+  if (is_round()) return round_deformed(reactions);
   const PointConstraint& c = constraints_.front();
   point_.setZero();
   for (std::size_t i = 0; i < 3; ++i)
@@ -476,6 +487,7 @@ double EdgeContact::penetration_m() {
   if (phase_ != Phase::pressing) return 0;
   const Vec3 contact = contact_world_m();
   if (body_.contact_by_templates()) return beneath_temporary_m(contact);
+  if (is_round()) return std::max(0.0, std::ranges::max(samples_, {}, &SurfaceSample::depth_m).depth_m);
   slide_to(contact);
   const Corners c = body_.view().corners(triangle_);
   const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];

@@ -11,6 +11,7 @@
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/step/step_io.h"
 #include "sim_server/world/body.h"
+#include "sim_server/world/surface_samples.h"
 
 namespace sectio {
 
@@ -42,8 +43,8 @@ class EdgeContact {
   void hold_particles(std::span<const HeldParticle> held);
   // The constraints on the surface in this step; none while free or cutting.
   std::span<const PointConstraint> constraints() const { return constraints_; }
-  // Called after the step, with the reaction of all constraints together.
-  void deformed(const Reaction& reaction, double step_s);
+  // Called after the step, with one reaction a constraint, or none.
+  void deformed(std::span<const Reaction> reactions, double step_s);
 
   ContactState state() const;
   const Vec3& force_on_tool_n() const { return force_n_; }
@@ -76,6 +77,13 @@ class EdgeContact {
   bool touches() const { return phase_ != Phase::free && phase_ != Phase::through; }
   // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
   bool is_blunt() const;
+  // A blunt instrument with a radius: edge_contact_round.cpp.
+  bool is_round() const;
+  std::vector<MovingCapsule> round_parts(const JointPose& before) const;
+  void approach_round(const JointPose& before);
+  void hold_samples();
+  void stand_at(const SurfaceSample& sample);
+  void round_deformed(std::span<const Reaction> reactions);
   bool is_pushed_through(const Vec3& tip_world_m) const;
   void slip_off();
   bool is_clear_of_body() const;
@@ -140,6 +148,7 @@ class EdgeContact {
   Vec3 bary_ = Vec3::Zero();
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();
   std::vector<PointConstraint> constraints_;
+  std::vector<SurfaceSample> samples_;  // that a round instrument holds: one a constraint
   std::vector<ContactPoint> contact_points_;
   std::optional<Entry> entry_;
   Vec3 force_n_ = Vec3::Zero();

@@ -13,7 +13,6 @@ constexpr double kBetweenJawsM = 0.0015;  // a piece whose surface is this close
 constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold a piece
 constexpr double kFastestM_per_s = 1;     // that tissue follows the hand; no surgeon's is faster
 constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
-constexpr double kBeforeBallM = 0.0005;   // vertices this close to the ball may run into it in a step
 
 Vec3 position_of(const Body& body, VertexId v) {
   return body.particles.position_world_m[v].head<3>().cast<double>();
@@ -152,7 +151,6 @@ Vec3 Grasp::lag_m(std::span<const std::unique_ptr<Body>> bodies) const {
 void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>> bodies) {
   pose_ = pose;
   force_on_tool_n_.setZero();
-  pushes_ = false;
   if (!(instrument_.grip_below_rad > 0)) return;
   const bool was_open = std::exchange(open_, pose.opening_rad >= instrument_.grip_below_rad);
   if (open_) let_go("opened");
@@ -168,9 +166,9 @@ void Grasp::follow(const JointPose& pose, std::span<const std::unique_ptr<Body>>
   if (lag_m(bodies).norm() > radius_m_) let_go("slipped");
 }
 
-void Grasp::append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
+void Grasp::append(const Body& body, double step_s, std::vector<PointConstraint>& constraints) const {
   const auto held = std::ranges::find(held_, body.id, &Held::body_id);
-  if (held == held_.end()) return push_out(body, constraints);
+  if (held == held_.end()) return;
   for (const Point& p : held->points) constraints.push_back(constraint_of(p, body, step_s));
 }
 
@@ -184,23 +182,8 @@ PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double st
   return c;
 }
 
-void Grasp::push_out(Body& body, std::vector<PointConstraint>& constraints) const {
-  const double radius_m = geometry_.sphere_radius_m;
-  if (!(radius_m > 0) || body.rigid()) return;  // it would push a piece away from the jaws
-  const Vec3 centre = pose_.to_world(geometry_.a_tool_m);
-  for (const VertexId v : vertices_near(body, centre, radius_m + kBeforeBallM)) {
-    const Vec3 from = position_of(body, v) - centre;
-    const Vec3 out = from.isZero(0) ? Vec3(-Vec3::UnitZ()) : Vec3(from.normalized());
-    PointConstraint c = hold(v, centre + radius_m * out);
-    c.unilateral = c.sticks = c.stops = true;
-    c.normal = -out;
-    constraints.push_back(c);
-  }
-}
-
 void Grasp::felt(const Reaction& reaction) {
   force_on_tool_n_ += reaction.force_on_tool_n;
-  pushes_ |= reaction.active;
 }
 
 void Grasp::follow(std::uint32_t body_id, const TopologyDelta& delta) {

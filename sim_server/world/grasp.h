@@ -1,5 +1,5 @@
-// The grasp of one instrument's tips (paper C, 3.1). A ball about the tips pushes vertices out to its surface and stops
-// them there. Jaws that close hold a loose piece, or the points of tissue, in a slightly larger sphere. Held points
+// The grasp of one instrument's tips (paper C, 3.1). Jaws that close hold a loose piece, or the points of tissue, in a
+// sphere that is a little larger than the ball about the tips, which pushes tissue while they are open. Held points
 // follow the hand by a force with a cap, and not faster than hands move, so that no motion brings more energy than the
 // cap times the path of the tissue. Points that are pulled further than the sphere's radius slip out.
 #pragma once
@@ -32,7 +32,7 @@ class Grasp {
   // The instrument is gone: it holds nothing, and its jaws must open before they close on something again.
   void withdraw();
   // Appends the constraints on the points of a body in this step.
-  void append(Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
+  void append(const Body& body, double step_s, std::vector<PointConstraint>& constraints) const;
   // Takes the reaction of one of these constraints.
   void felt(const Reaction& reaction);
 
@@ -43,8 +43,7 @@ class Grasp {
 
   bool holds(std::uint32_t body_id) const;
   std::optional<std::uint32_t> held_body() const;  // the one that was grasped first
-  // Does the instrument hold or push anything?
-  bool is_at_work() const { return !held_.empty() || pushes_; }
+  bool holds_something() const { return !held_.empty(); }
   const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // of this step
   std::vector<GraspEvent> take_events();                            // since the last call
 
@@ -65,7 +64,6 @@ class Grasp {
   static Vec3 place_of(const Point& point, const Body& body);
   PointConstraint constraint_of(const Point& point, const Body& body, double step_s) const;
   std::vector<Point> points_of_jaws(const Body& piece, double share) const;
-  void push_out(Body& body, std::vector<PointConstraint>& constraints) const;
   Vec3 lag_m(std::span<const std::unique_ptr<Body>> bodies) const;
   void share_out();
   void let_go(std::string_view why);
@@ -76,7 +74,6 @@ class Grasp {
   JointPose pose_;
   bool open_ = false;  // since when there is a pose
   std::vector<Held> held_;
-  bool pushes_ = false;
   Vec3 force_on_tool_n_ = Vec3::Zero();
   std::vector<GraspEvent> events_;
 };

@@ -23,6 +23,7 @@ Scene pressed_scene(std::size_t probes = 1, const char* style = "templates") {
     scene.tools[i].name = "probe" + std::to_string(i);
     scene.tools[i].kind = "probe";
     scene.tools[i].geometry = instrument_of("probe").geometry;
+    scene.tools[i].geometry.sphere_radius_m = 0;  // the paper's instruments are lines
   }
   return scene;
 }

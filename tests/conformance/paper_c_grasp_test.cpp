@@ -156,7 +156,7 @@ TEST_P(Grasp, C_CON_4_jaws_that_close_on_nothing_or_on_what_is_fixed_hold_nothin
   EXPECT_EQ(op.count(EventKind::grasped), 0u);
 }
 
-TEST_P(Grasp, C_CON_3_a_ball_pushes_vertices_out_and_stops_them) {
+TEST_P(Grasp, C_CON_3_a_ball_pushes_the_surface_out_and_holds_it) {
   Scene scene = block_with_forceps(GetParam());
   scene.tools[0] = tool_of("ball", "probe");
   scene.tools[0].geometry.sphere_radius_m = 0.008;
@@ -168,17 +168,18 @@ TEST_P(Grasp, C_CON_3_a_ball_pushes_vertices_out_and_stops_them) {
     for (const Vec3& x : positions_of(op)) deepest = std::max(deepest, 0.008 - (x - op.hand().position_m).norm());
     return deepest;
   };
+  const double layer_m = 0.0005;  // of the tissue that the mesh does not resolve
   op.move(Vec3(0, 0, kBlockTop_m + 0.004), 0.02);
-  EXPECT_LT(deepest_m(), 2e-5);
+  EXPECT_LT(deepest_m(), layer_m);
   for (int n = 0; n < 300; ++n) op.step({{0, op.hand()}});
-  EXPECT_LT(deepest_m(), 2e-5);
+  EXPECT_LT(deepest_m(), layer_m);
   EXPECT_EQ(op.state(), ContactState::contact);
   EXPECT_GT(op.force_n().z(), 0.005);
-  // At once, far in: pushed out within a step and still there.
+  // At once, far in: pushed out within a few steps and still there.
   const double energy_j = op.simulation.energy_j();
   op.place(Vec3(0, 0, kBlockTop_m + 0.001));
-  EXPECT_LT(deepest_m(), 2e-5);
   for (int n = 0; n < 100; ++n) op.step({{0, op.hand()}});
+  EXPECT_LT(deepest_m(), 2 * layer_m);
   EXPECT_LT(op.simulation.energy_j(), energy_j + 0.1);
   EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
 }

@@ -29,6 +29,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
             std::span<const PointConstraint> constraints, std::span<Reaction> reactions) override;
 
   const TetMesh& mesh() const override { return body_.mesh(); }
+  double cell_m() const override { return lattice_->grid.cell_m; }
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
   // Each vertex of the surface counts as if it had its own share of its nodes' masses. So impulses on many vertices,
   // each computed as if it were alone, together never make a node faster than the object that hit it.

@@ -1,6 +1,7 @@
 #include "sim_server/deformation/tetra/volume_deformation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/core/error.h"
@@ -9,6 +10,16 @@
 namespace sectio {
 namespace {
 
+// The edge of the regular tetrahedron whose volume is the mean.
+double edge_of_mean_m(const TetMesh& mesh) {
+  double volume_m3 = 0;
+  std::size_t count = 0;
+  for (const Tetrahedron& t : mesh.tetrahedra)
+    if (t[0] != kNone) volume_m3 += tet_volume_m3(mesh, t), ++count;
+  return count == 0 ? 0 : std::cbrt(6 * std::sqrt(2.0) * volume_m3 / static_cast<double>(count));
+}
+
+constexpr double kLayer = 1.0 / 12;     // of the size of the elements: balls on blocks of all sizes need it
 constexpr double kFloorReach_m = 1e-4;  // vertices higher up are stopped after the step in which they fall through
 
 }  // namespace
@@ -25,6 +36,7 @@ VolumeDeformation::VolumeDeformation(std::unique_ptr<VolumeModel> model, std::ve
     position_[v].head<3>() = body.to_world(rest[v]).cast<float>();
     anchors_ += is_anchor(v);
   }
+  layer_m_ = kLayer * (model_->cell_m() > 0 ? model_->cell_m() : edge_of_mean_m(model_->mesh()));
   give_room(position_, velocity_, slots_of_, vertex_of_);
 }
 

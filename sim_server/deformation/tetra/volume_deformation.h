@@ -39,6 +39,7 @@ class VolumeDeformation final : public DeformationEngine {
   double inverse_mass_per_kg(VertexId v) const override {
     return vertex_of_[v] == kNone ? 0 : model_->inverse_mass_per_kg(vertex_of_[v]);
   }
+  double layer_m() const override { return layer_m_; }
   double energy_j(const SharedBody& body) const override;
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   IntegratorDiagnostics diagnostics() const override { return model_->diagnostics(); }
@@ -81,6 +82,7 @@ class VolumeDeformation final : public DeformationEngine {
   std::vector<VertexId> shared_slots_;  // slots bound to a vertex that another slot had before; ascending
   std::vector<std::uint8_t> slots_of_;  // by vertex: number of slots
   std::optional<VolumeFloor> floor_;
+  double layer_m_ = 0;  // before cuts have made small elements
   std::size_t anchors_ = 0;
   Pose frame_, first_frame_;
   std::vector<Vec4f> position_, velocity_;

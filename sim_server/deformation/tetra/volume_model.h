@@ -53,6 +53,7 @@ class VolumeModel {
   virtual const TetMesh& mesh() const = 0;                           // including numbers that are no longer in use
   virtual double mass_kg(VertexId v) const = 0;                      // of the tissue, without added mass
   virtual double inverse_mass_per_kg(VertexId v) const = 0;          // of the effective mass; 0 when fixed
+  virtual double cell_m() const { return 0; }                        // of a lattice; 0: its elements are the mesh's
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite

@@ -155,7 +155,7 @@ TEST_F(Feel, the_surface_is_known_before_the_touch_and_beside_the_body) {
 }
 
 // The bridge evaluates the newest model that has come, 25 ms old.
-TEST_F(Feel, a_first_touch_is_felt_within_a_step_whatever_the_delay) {
+TEST_F(Feel, a_first_touch_is_felt_within_two_steps_whatever_the_delay) {
   for (const char* model : {"surface_springs", "neo_hookean"}) {
     Operation operation(
         scene(with(kTwoBlocks, "    material: {young_pa: 3000", "    model: " + std::string(model) + "\n")));
@@ -172,7 +172,7 @@ TEST_F(Feel, a_first_touch_is_felt_within_a_step_whatever_the_delay) {
     }
     ASSERT_GE(touched, 0) << model;
     ASSERT_GE(felt, 0) << model;
-    EXPECT_LE(std::abs(felt - touched), 1) << model;
+    EXPECT_LE(std::abs(felt - touched), 2) << model;
   }
 }
 

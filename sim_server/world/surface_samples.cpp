@@ -1,0 +1,134 @@
+#include "sim_server/world/surface_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+constexpr double kSpacing = 0.5;     // between samples, and of a way that pushes, over the radius
+constexpr int kMostAlong = 24;       // samples along an edge
+constexpr double kFarthestM = 0.02;  // a longer motion in a step is no push: the instrument has jumped
+constexpr double kLooks = 0.2;       // cosine to the way to the axis from which on a face looks at it
+constexpr double kPierced = 0.5;     // cosine to the axis from which on a face can have been pierced
+
+Vec3 nearest_on_axis(const Capsule& c, const Vec3& p) {
+  const Vec3 axis = c.to_world_m - c.from_world_m;
+  const double length2 = axis.squaredNorm();
+  if (length2 == 0) return c.from_world_m;
+  return c.from_world_m + std::clamp((p - c.from_world_m).dot(axis) / length2, 0.0, 1.0) * axis;
+}
+
+Capsule between(const MovingCapsule& c, double share) {
+  return {c.before.from_world_m + share * (c.after.from_world_m - c.before.from_world_m),
+          c.before.to_world_m + share * (c.after.to_world_m - c.before.to_world_m), c.after.back_world,
+          c.after.radius_m};
+}
+
+// Where a capsule holds a point of the surface: by the nearest point of its own, or ahead of its tip.
+struct Hold {
+  double depth_m = -1e9;
+  Vec3 target_m = Vec3::Zero(), normal = Vec3::UnitZ();
+};
+Hold hold_by(const Capsule& c, double tip_radius_m, const Vec3& at, const Vec3& outwards) {
+  const Vec3 axis = nearest_on_axis(c, at), out = axis - at;
+  const double distance = out.norm();
+  if (outwards.dot(out) > kLooks * distance)
+    return {c.radius_m - distance, axis - c.radius_m / distance * out, out / distance};
+  const Vec3 from_tip = at - c.from_world_m;
+  const double back_m = from_tip.dot(c.back_world);
+  const Vec3 aside = from_tip - back_m * c.back_world;
+  const double ahead_m = std::sqrt(std::max(0.0, tip_radius_m * tip_radius_m - aside.squaredNorm()));
+  if (outwards.dot(c.back_world) < kPierced || aside.norm() >= c.radius_m || std::abs(back_m) > kFarthestM) return {};
+  const Vec3 normal = (ahead_m * c.back_world - aside) / tip_radius_m, target = c.from_world_m - tip_radius_m * normal;
+  return {(at - target).dot(normal), target, normal};
+}
+
+struct Sampler {
+  std::span<const MovingCapsule> capsules;
+  double tip_radius_m = 0;
+  int ways = 1;  // into which the motion is divided
+
+  // Pushes the sample ahead of each way of the motion; false when it is out of reach at the end.
+  bool push(SurfaceSample& s, const Vec3& outwards) const {
+    Vec3 at = s.point_world_m;
+    for (int way = 1; way <= ways; ++way) {
+      Hold deepest;
+      for (const MovingCapsule& moving : capsules) {
+        const Capsule c = way == ways ? moving.after : between(moving, static_cast<double>(way) / ways);
+        const Hold hold = hold_by(c, tip_radius_m, at, outwards);
+        if (hold.depth_m > deepest.depth_m) deepest = hold;
+      }
+      if (way == ways && deepest.depth_m > -kBeforeCapsuleM) {
+        s.target_world_m = deepest.target_m;
+        s.normal_world = deepest.normal;
+        s.depth_m = (s.point_world_m - s.target_world_m).dot(s.normal_world);
+        return true;
+      }
+      if (deepest.depth_m > 0) at = deepest.target_m;
+    }
+    return false;
+  }
+
+  void sample(const SurfaceView& view, TriangleId t, int along, std::vector<SurfaceSample>& out) const {
+    const Corners c = view.corners(t);
+    const auto& v = view.mesh.triangle(t).v;
+    const Vec3 a = view.mesh.rest_body_m(v[0]);
+    const double area_m2 =
+        0.5 * (view.mesh.rest_body_m(v[1]) - a).cross(view.mesh.rest_body_m(v[2]) - a).norm() / (along * along);
+    const Vec3 outwards = (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+    for (int i = 0; i < along; ++i)
+      for (int j = 0; i + j < along; ++j)
+        for (const double third : {1.0 / 3, 2.0 / 3}) {  // a triangle that points up, and one that points down
+          if (third > 0.5 && i + j + 2 > along) continue;
+          SurfaceSample s;
+          s.bary.y() = (i + third) / along;
+          s.bary.z() = (j + third) / along;
+          s.bary.x() = 1 - s.bary.y() - s.bary.z();
+          s.point_world_m = s.bary.x() * c[0] + s.bary.y() * c[1] + s.bary.z() * c[2];
+          if (!push(s, outwards)) continue;
+          s.triangle = t;
+          s.area_rest_m2 = area_m2;
+          out.push_back(s);
+        }
+  }
+};
+
+}  // namespace
+
+std::vector<SurfaceSample> samples_at(const SurfaceView& view, const CollisionEngine& tree,
+                                      std::span<const MovingCapsule> capsules) {
+  double widest_m = 0, way_m = 0;
+  for (const MovingCapsule& c : capsules) {
+    widest_m = std::max(widest_m, c.after.radius_m);
+    way_m = std::max({way_m, (c.after.from_world_m - c.before.from_world_m).norm(),
+                      (c.after.to_world_m - c.before.to_world_m).norm()});
+  }
+  Sampler sampler{capsules, widest_m};
+  std::vector<Vec3> ends;
+  std::vector<std::array<std::size_t, 2>> segments;
+  for (const MovingCapsule& c : capsules) {
+    segments.push_back({ends.size(), ends.size() + 1});
+    ends.insert(ends.end(), {c.after.from_world_m, c.after.to_world_m});
+  }
+  double reach_m = widest_m + kBeforeCapsuleM;
+  if (way_m > kSpacing * widest_m && way_m <= kFarthestM) {
+    sampler.ways = static_cast<int>(std::ceil(way_m / (kSpacing * widest_m)));
+    reach_m += way_m;
+  }
+  std::vector<TriangleId> near;
+  tree.near_segments(view, ends, segments, reach_m, near);
+  std::vector<SurfaceSample> samples;
+  for (const TriangleId t : near) {
+    const auto& v = view.mesh.triangle(t).v;
+    double longest_m = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      longest_m = std::max(longest_m, (view.mesh.rest_body_m(v[i]) - view.mesh.rest_body_m(v[(i + 1) % 3])).norm());
+    const double along = std::ceil(longest_m / (kSpacing * widest_m));
+    sampler.sample(view, t, static_cast<int>(std::clamp(along, 1.0, double{kMostAlong})), samples);
+  }
+  return samples;
+}
+
+}  // namespace sectio
