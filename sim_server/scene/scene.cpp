@@ -88,17 +88,36 @@ void read_process(KeyReader& map, Scene& scene, const EngineTraits& traits) {
   add(scene.processes, std::move(process), map);
 }
 
+LineSpec read_line(KeyReader& map, const Regions& regions) {
+  LineSpec line;
+  std::string name;
+  map.required().text("region", name, "Name of a region of the body, whose tubes are the line, end to end.");
+  map.number("depth_m", line.depth_m, above_to(0, 0.1), "How deep the cut should be.");
+  map.number("within_m", line.within_m, above_to(0, 0.1), "A cut that is as near as this follows the line.");
+  const auto region = std::ranges::find(regions, name, &Region::name);
+  map.check("region", region != regions.end(), "the body has no region " + name);
+  if (region == regions.end()) return line;
+  for (const RegionPart& part : region->parts)
+    if (part.form == RegionForm::tube) line.points_body_m.insert(line.points_body_m.end(), {part.a_m, part.b_m});
+  map.check("region", !line.points_body_m.empty(), name + " has no tubes");
+  return line;
+}
+
 ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) {
   ExerciseSpec exercise;
-  map.required().text("body", exercise.body, "Name of a body with a region that is marked.");
+  map.required().text("body", exercise.body, "Name of the body to work on.");
   const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
   map.check("body", body != bodies.end(), "there is no body " + exercise.body);
-  if (body != bodies.end())
-    map.check("body", std::ranges::any_of(body->regions, &Region::marked),
-              exercise.body + " has no region that is marked");
-  map.required().part(
+  static const Regions kNone;
+  const Regions& regions = body == bodies.end() ? kNone : body->regions;
+  map.part(
       "bin", [&](KeyReader& part) { exercise.bin = read_box(part); },
-      "A box; a part that lies in it as a whole is in the bin.");
+      "A box for the marked tissue of the body; a part that lies in it as a whole is in the bin.");
+  map.part(
+      "line", [&](KeyReader& part) { exercise.line = read_line(part, regions); }, "A line on the body to cut along.");
+  if (exercise.bin && body != bodies.end())
+    map.check("body", std::ranges::any_of(regions, &Region::marked), exercise.body + " has no region that is marked");
+  map.check("body", exercise.bin || exercise.line, "there is neither a bin nor a line");
   return exercise;
 }
 
@@ -136,7 +155,7 @@ void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
         "Processes in bodies or between them, such as bleeding.");
   map.part(
       "exercise", [&](KeyReader& part) { scene.exercise = read_exercise(part, scene.bodies); },
-      "Marked tissue is to be removed from a body and put into a bin; the report has the score.");
+      "Marked tissue is to be removed from a body and put into a bin, or a line to be cut; the report has the score.");
   map.part(
       "expect", [&](KeyReader& part) { read_expectations(part, scene); },
       "What the scene is about: a run for its whole duration must come to this; the report has all of these numbers.");

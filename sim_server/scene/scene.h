@@ -140,10 +140,18 @@ struct ProcessSpec {
   Options options;                  // the kind's own keys
 };
 
-// Marked tissue is to be removed from a body and put into a bin: see run_score.h.
+// A line on a body to cut along: the axes of the tubes of a region, end to end.
+struct LineSpec {
+  std::vector<Vec3> points_body_m;  // two a tube
+  double depth_m = 0.005;           // that the cut should have
+  double within_m = 0.002;          // of the line
+};
+
+// Marked tissue is to be removed from a body and put into a bin, or a line to be cut: see session/exercise_score.h.
 struct ExerciseSpec {
   std::string body;
-  Box bin;  // what lies in it as a whole is in the bin
+  std::optional<Box> bin;  // a part that lies in it as a whole is in the bin
+  std::optional<LineSpec> line;
 };
 
 // From at_s on, gravity turns there.

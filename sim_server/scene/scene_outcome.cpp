@@ -30,7 +30,13 @@ const std::vector<Measure>& measures() {
       {"marked_in_bin_fraction", "With an exercise: the share of the marked tissue that is in the bin.",
        &Outcome::marked_in_bin_fraction, kFraction, true},
       {"healthy_lost_ml", "With an exercise: the tissue that came off beside what is marked.",
-       &Outcome::healthy_lost_ml, kCount, true}};
+       &Outcome::healthy_lost_ml, kCount, true},
+      {"line_cut_fraction",
+       "With a line to cut: the share of it that was cut, near enough and half as deep as it should be.",
+       &Outcome::line_cut_fraction, kFraction, true},
+      {"line_deviation_m", "With a line to cut: how far beside it the cut is (root mean square).",
+       &Outcome::line_deviation_m, kCount, true},
+      {"line_depth_m", "With a line to cut: the mean depth of the cut.", &Outcome::line_depth_m, kCount, true}};
   return table;
 }
 

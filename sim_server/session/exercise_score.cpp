@@ -8,7 +8,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kWhole = 0.999;  // of a volume that is measured on a grid
+constexpr double kLinePitch_m = 0.001;  // of the points at which a line is looked at
+constexpr double kWhole = 0.999;        // of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
   char text[160];
@@ -17,6 +18,57 @@ std::string line(const char* format, double a, double b) {
 }
 
 }  // namespace
+
+LineWatch::LineWatch(const LineSpec& line, const Pose& body_pose_world, double step_s)
+    : depth_wanted_m_(line.depth_m), within_m_(line.within_m), step_s_(step_s) {
+  for (std::size_t i = 0; i + 1 < line.points_body_m.size(); i += 2) {
+    const Vec3 from = body_pose_world.to_world(line.points_body_m[i]);
+    const Vec3 along = body_pose_world.to_world(line.points_body_m[i + 1]) - from;
+    const int count = std::max(1, static_cast<int>(std::lround(along.norm() / kLinePitch_m)));
+    for (int n = 0; n < count; ++n) points_world_m_.push_back(from + (n + 0.5) / count * along);
+  }
+  cut_.assign(points_world_m_.size(), false);
+}
+
+void LineWatch::add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m) {
+  double least_m = HUGE_VAL, depth_m = 0;
+  for (std::size_t i = 0; i < points_world_m_.size(); ++i) {
+    const Vec3 to_point = points_world_m_[i] - tip_world_m;
+    const double above_m = std::max(0.0, to_point.dot(shaft_world));
+    const double beside_m = (to_point - above_m * shaft_world).norm();
+    if (beside_m < within_m_ && above_m > 0.5 * depth_wanted_m_) cut_[i] = true;
+    if (beside_m >= least_m) continue;
+    least_m = beside_m;
+    depth_m = above_m;
+  }
+  way_m_ += way_m;
+  square_m3_ += way_m * least_m * least_m;
+  most_m_ = std::max(most_m_, least_m);
+  depth_way_m2_ += way_m * depth_m;
+  if (least_m > within_m_) astray_m_ += way_m;
+  // Two low-passes, one behind the other, follow a steady motion with a lag; twice the first less the second doesn't lag.
+  const double share = 1 - std::exp(-2 * M_PI * kTremor_hz * step_s_);
+  if (!slow_world_m_) slow_world_m_ = slower_world_m_ = tip_world_m;
+  *slow_world_m_ += share * (tip_world_m - *slow_world_m_);
+  *slower_world_m_ += share * (*slow_world_m_ - *slower_world_m_);
+  tremor_square_m2_ += (tip_world_m - 2 * *slow_world_m_ + *slower_world_m_).squaredNorm();
+  ++samples_;
+}
+
+LineScore LineWatch::finish() const {
+  LineScore score;
+  score.length_m = kLinePitch_m * static_cast<double>(points_world_m_.size());
+  score.cut_fraction =
+      static_cast<double>(std::ranges::count(cut_, true)) / static_cast<double>(std::max<std::size_t>(1, cut_.size()));
+  score.most_deviation_m = most_m_;
+  score.astray_m = astray_m_;
+  if (way_m_ > 0) {
+    score.deviation_m = std::sqrt(square_m3_ / way_m_);
+    score.depth_m = depth_way_m2_ / way_m_;
+  }
+  if (samples_ > 0) score.tremor_m = std::sqrt(tremor_square_m2_ / static_cast<double>(samples_));
+  return score;
+}
 
 std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh,
                                        std::span<const Vec3f> positions_world_m, const Box& bin) {
@@ -50,13 +102,15 @@ ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
     healthy_m3_ += piece.healthy_m3;
   }
   for (const ToolSpec& tool : scene.tools) instruments_.push_back({tool.name});
+  if (scene.exercise->line && !family_.empty())
+    line_.emplace(*scene.exercise->line, scene.bodies[family_[0]].pose, scene.step_s);
 }
 
 std::vector<TissuePiece> ExerciseScore::pieces() const {
   std::vector<TissuePiece> all;
   for (const std::uint32_t b : family_) {
-    auto of_body =
-        tissue_pieces(simulation_.body(b), simulation_.mesh(b), simulation_.positions_world_m(b), scene_.exercise->bin);
+    auto of_body = tissue_pieces(simulation_.body(b), simulation_.mesh(b), simulation_.positions_world_m(b),
+                                 scene_.exercise->bin.value_or(Box{}));
     all.insert(all.end(), of_body.begin(), of_body.end());
   }
   return all;
@@ -69,8 +123,13 @@ void ExerciseScore::add(const StepOutput& output) {
     const auto& pose = simulation_.tool_pose_world(i);
     if (!pose) continue;
     const Vec3 tip = pose->to_world(scene_.tools[i].geometry.a_tool_m);
-    if (tips_[i]) instruments_[i].path_m += (tip - *tips_[i]).norm();
+    const double way_m = tips_[i] ? (tip - *tips_[i]).norm() : 0;
+    instruments_[i].path_m += way_m;
     tips_[i] = tip;
+    const bool cuts = std::ranges::any_of(output.contacts, [&](const ContactModel& contact) {
+      return contact.tool_id == i && contact.state == ContactState::penetration;
+    });
+    if (line_ && cuts) line_->add(tip, pose->orientation * Vec3::UnitZ(), way_m);
   }
   for (const ContactModel& contact : output.contacts) {
     if (contact.state == ContactState::free) continue;
@@ -100,6 +159,7 @@ Score ExerciseScore::finish() const {
     if (piece->in_bin) score.marked_in_bin_m3 += piece->marked_m3;
     score.removed.push_back(*piece);
   }
+  if (line_) score.line = line_->finish();
   score.in_bin =
       score.marked_removed_m3 > (1 - kWhole) * marked_m3_ && score.marked_in_bin_m3 >= kWhole * score.marked_removed_m3;
   score.time_s = first_touch_s_ ? last_touch_s_ - *first_touch_s_ : 0;
@@ -113,10 +173,20 @@ std::vector<std::string> to_lines(const Score& score) {
   constexpr double kMl = 1e6;
   const double share = score.marked_m3 > 0 ? score.marked_removed_m3 / score.marked_m3 : 0;
   std::vector<std::string> lines;
-  lines.push_back(line("marked tissue removed   %8.3f ml  (%.1f %%)", kMl * score.marked_removed_m3, 100 * share));
-  lines.push_back(line("healthy tissue lost     %8.3f ml", kMl * score.healthy_lost_m3, 0));
-  lines.push_back(std::string("in the bin              ") + (score.in_bin ? "yes" : "no") +
-                  line(", %.3f ml of what is marked", kMl * score.marked_in_bin_m3, 0));
+  if (score.line) {
+    const LineScore& l = *score.line;
+    lines.push_back(line("line cut                %8.1f %% of %.0f mm", 100 * l.cut_fraction, 1e3 * l.length_m));
+    lines.push_back(
+        line("beside the line         %8.2f mm rms, %.2f mm at most", 1e3 * l.deviation_m, 1e3 * l.most_deviation_m));
+    lines.push_back(line("depth                   %8.2f mm   astray %.1f mm", 1e3 * l.depth_m, 1e3 * l.astray_m));
+    lines.push_back(line("tremor                  %8.3f mm rms", 1e3 * l.tremor_m, 0));
+  }
+  if (score.marked_m3 > 0) {
+    lines.push_back(line("marked tissue removed   %8.3f ml  (%.1f %%)", kMl * score.marked_removed_m3, 100 * share));
+    lines.push_back(line("healthy tissue lost     %8.3f ml", kMl * score.healthy_lost_m3, 0));
+    lines.push_back(std::string("in the bin              ") + (score.in_bin ? "yes" : "no") +
+                    line(", %.3f ml of what is marked", kMl * score.marked_in_bin_m3, 0));
+  }
   lines.push_back(line("time                    %8.1f s   largest force %.2f N", score.time_s, score.largest_force_n));
   for (const InstrumentUse& use : score.instruments)
     lines.push_back(line("path %8.3f m   largest force %.2f N   ", use.path_m, use.largest_force_n) + use.name);

@@ -34,8 +34,20 @@ struct InstrumentUse {
   double contact_time_s = 0;
 };
 
+// A cut along a line. The blade's place is where its shaft passes nearest to the line; from there it is deep.
+struct LineScore {
+  double length_m = 0;
+  double cut_fraction = 0;  // of the line: near enough, and half as deep as it should be
+  double deviation_m = 0;   // root mean square, over the way that was cut
+  double most_deviation_m = 0;
+  double depth_m = 0;   // mean
+  double astray_m = 0;  // of the way that was cut further off than is near enough
+  double tremor_m = 0;  // root mean square of the tip's motion above kTremor_hz
+};
+
 struct Score {
   std::string body;
+  std::optional<LineScore> line;
   double marked_m3 = 0;          // at the beginning
   double marked_removed_m3 = 0;  // of it, no longer part of the organ
   double marked_in_bin_m3 = 0;
@@ -45,6 +57,27 @@ struct Score {
   double largest_force_n = 0;
   std::vector<TissuePiece> removed;
   std::vector<InstrumentUse> instruments;
+};
+
+// Follows blades along the line of an exercise.
+class LineWatch {
+ public:
+  static constexpr double kTremor_hz = 6;
+
+  LineWatch() = default;
+  LineWatch(const LineSpec& line, const Pose& body_pose_world, double step_s);
+  // A blade that is in the tissue: its tip, and which way its shaft goes; `way_m`: of the tip since the last step.
+  void add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m);
+  LineScore finish() const;
+
+ private:
+  double depth_wanted_m_ = 0, within_m_ = 0, step_s_ = 0;
+  std::vector<Vec3> points_world_m_;  // a millimetre apart
+  std::vector<bool> cut_;
+  double way_m_ = 0, square_m3_ = 0, most_m_ = 0, depth_way_m2_ = 0, astray_m_ = 0;
+  std::optional<Vec3> slow_world_m_, slower_world_m_;  // the tip without its tremor
+  double tremor_square_m2_ = 0;
+  std::size_t samples_ = 0;
 };
 
 class ExerciseScore {
@@ -64,6 +97,7 @@ class ExerciseScore {
   std::vector<std::uint32_t> family_;  // the organ and what came off it, by body_id
   double marked_m3_ = 0, healthy_m3_ = 0;
   std::vector<InstrumentUse> instruments_;
+  std::optional<LineWatch> line_;
   std::vector<std::optional<Vec3>> tips_;
   std::optional<double> first_touch_s_;
   double last_touch_s_ = 0;

@@ -114,6 +114,11 @@ Json exercise_report(const Score& score) {
   exercise["marked_in_bin_m3"] = score.marked_in_bin_m3;
   exercise["in_bin"] = score.in_bin;
   exercise["healthy_lost_m3"] = score.healthy_lost_m3;
+  if (score.line)
+    exercise["line"] = {{"length_m", score.line->length_m},       {"cut_fraction", score.line->cut_fraction},
+                        {"deviation_m", score.line->deviation_m}, {"most_deviation_m", score.line->most_deviation_m},
+                        {"depth_m", score.line->depth_m},         {"astray_m", score.line->astray_m},
+                        {"tremor_m", score.line->tremor_m}};
   exercise["time_s"] = score.time_s;
   exercise["largest_force_n"] = score.largest_force_n;
   exercise["removed"] = Json::array();

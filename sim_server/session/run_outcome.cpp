@@ -73,6 +73,10 @@ void add_score(const Score& score, Outcome& outcome) {
     outcome.marked_in_bin_fraction = score.marked_in_bin_m3 / score.marked_m3;
   }
   outcome.healthy_lost_ml = kMlPerM3 * score.healthy_lost_m3;
+  if (!score.line) return;
+  outcome.line_cut_fraction = score.line->cut_fraction;
+  outcome.line_deviation_m = score.line->deviation_m;
+  outcome.line_depth_m = score.line->depth_m;
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ namespace {
 TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
   const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_kidney.yaml", standard_traits());
   Scene other = scene;
-  other.exercise->bin.min_world_m.x() += 0.1;
-  other.exercise->bin.max_world_m.x() += 0.1;
+  other.exercise->bin->min_world_m.x() += 0.1;
+  other.exercise->bin->max_world_m.x() += 0.1;
   Simulation simulation(fill_volumes(scene));
   ExerciseScore hit(scene, simulation), miss(other, simulation);
   StepInput input;

@@ -34,7 +34,7 @@ TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
   Scene scene = load_scene(kPaperBox, standard_traits());
   // Beside it a score: of two marked balls one is all in the corner, the knife goes through the other's middle.
   scene.bodies[0].regions = {ball("in", Vec3(0.035, 0.035, 0), 0.004), ball("across", Vec3(0.025, 0.025, 0), 0.007)};
-  scene.exercise = ExerciseSpec{"box", Box{Vec3(0.03, 0.03, -0.01), Vec3(0.1, 0.1, 0.1)}};
+  scene.exercise = ExerciseSpec{"box", Box{Vec3(0.03, 0.03, -0.01), Vec3(0.1, 0.1, 0.1)}, {}};
   Simulation simulation(fill_volumes(scene));
   ExerciseScore score(scene, simulation);
   const double whole_m3 = check(simulation.mesh(0)).volume_m3;

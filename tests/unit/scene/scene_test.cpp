@@ -137,7 +137,7 @@ TEST_F(SceneFile, an_exercise_names_a_body_with_marked_tissue_and_a_bin) {
   const Scene scene = load(with("body: cube, " + bin, "marked: true, "));
   ASSERT_TRUE(scene.exercise.has_value());
   EXPECT_EQ(scene.exercise->body, "cube");
-  EXPECT_EQ(scene.exercise->bin.max_world_m, Vec3(1, 1, 1));
+  EXPECT_EQ(scene.exercise->bin->max_world_m, Vec3(1, 1, 1));
   EXPECT_FALSE(load(kScene).exercise.has_value());
   for (const auto& [exercise, marked] : {std::pair<std::string, std::string>("body: sphere, " + bin, "marked: true, "),
                                          {"body: cube, " + bin, ""},

@@ -31,7 +31,7 @@ Scene two_halves() {
   ball.marked = true;
   ball.parts = {{RegionForm::ellipsoid, Vec3::Zero(), Vec3::Constant(kBall_m), 0, 0, Eigen::Quaterniond::Identity()}};
   organ.regions = {ball};
-  scene.exercise = ExerciseSpec{"organ", Box{Vec3(-0.001, -1, -1), Vec3(1, 1, 1)}};
+  scene.exercise = ExerciseSpec{"organ", Box{Vec3(-0.001, -1, -1), Vec3(1, 1, 1)}, {}};
   scene.tools.resize(2);
   scene.tools[0].name = "moves";
   scene.tools[1].name = "waits";
@@ -54,7 +54,7 @@ TEST(C_EXP, C_EXP_1_half_of_a_marked_ball_is_removed_with_the_healthy_tissue_aro
 TEST(C_EXP, C_EXP_1_what_is_not_in_the_bin_as_a_whole_is_not_in_the_bin) {
   Scene scene = two_halves();
   const Simulation simulation(fill_volumes(scene));
-  scene.exercise->bin.max_world_m.x() = 0.029;
+  scene.exercise->bin->max_world_m.x() = 0.029;
   const Score score = ExerciseScore(scene, simulation).finish();
   EXPECT_FALSE(score.in_bin);
   EXPECT_EQ(score.marked_in_bin_m3, 0);
@@ -94,6 +94,45 @@ TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   const std::vector<std::string> lines = to_lines(result);
   EXPECT_EQ(lines[0], "marked tissue removed      2.118 ml  (50.5 %)");
   EXPECT_EQ(lines.size(), 6u);
+}
+
+// A line of 100 mm along x, and a blade whose shaft is upright.
+struct AlongALine : testing::Test {
+  LineSpec line{{Vec3(0, 0, 0), Vec3(0.1, 0, 0)}, 0.005, 0.002};
+  LineWatch watch{line, Pose{Vec3(0, 0, 0.02)}, 1e-3};
+
+  // From x = 0 on at 50 mm/s.
+  LineScore draw(double to_m, double beside_m, double depth_m, double tremor_m = 0) {
+    constexpr double kWay_m = 5e-5;
+    for (int i = 0; i * kWay_m < to_m; ++i)
+      watch.add(
+          Vec3(i * kWay_m, beside_m + tremor_m * std::sqrt(2) * std::sin(2 * M_PI * 10 * i * 1e-3), 0.02 - depth_m),
+          Vec3::UnitZ(), kWay_m);
+    return watch.finish();
+  }
+};
+
+TEST_F(AlongALine, half_of_it_that_is_cut_beside_and_too_shallow_is_scored_so) {
+  const LineScore score = draw(0.05, 0.001, 0.004);
+  EXPECT_NEAR(score.length_m, 0.1, 1e-9);
+  EXPECT_NEAR(score.cut_fraction, 0.51, 0.02);
+  EXPECT_NEAR(score.deviation_m, 0.001, 1e-4);
+  EXPECT_NEAR(score.depth_m, 0.004, 1e-9);
+  EXPECT_EQ(score.astray_m, 0);
+  EXPECT_LT(score.tremor_m, 1e-4);
+}
+
+TEST_F(AlongALine, a_scratch_or_a_cut_elsewhere_is_none_of_it) {
+  EXPECT_EQ(draw(0.1, 0, 0.001).cut_fraction, 0) << "less than half as deep as it should be";
+  const LineScore score = draw(0.1, 0.004, 0.005);
+  EXPECT_EQ(score.cut_fraction, 0);
+  EXPECT_NEAR(score.astray_m, 0.1, 1e-3);
+}
+
+TEST_F(AlongALine, a_trembling_hand_is_told_how_much) {
+  const LineScore score = draw(0.1, 0, 0.005, 3e-4);
+  EXPECT_NEAR(score.tremor_m, 3e-4, 1.5e-4);
+  EXPECT_NEAR(score.deviation_m, 4e-4, 2e-4);
 }
 
 }  // namespace
