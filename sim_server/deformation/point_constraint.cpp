@@ -8,6 +8,7 @@ namespace sectio {
 namespace {
 
 constexpr int kSweeps = 8;
+constexpr double kFastest_m_per_s = 1;  // that an instrument drives a sample ahead of itself: a jump takes some steps
 constexpr double kConverged = 1e-2;  // of samples that rub: a sweep that changes no impulse by this share is the last
 
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
@@ -33,14 +34,15 @@ Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<const Vec4
 }
 
 // The same for a sample with a spring in series, or with friction. The sum of impulses may push along the inward normal
-// but not pull. Over h, an impulse J moves the point by h J / m, and the spring gives way by a J / h, as far as it can.
+// but not pull. Over h, an impulse J moves the point by h J / m, and the spring gives way by a J / h, as far as it can:
+// beyond, the point is driven ahead, at a bounded speed.
 // Friction is what stops the point against the instrument, but no more than its coefficient times the push.
 Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const Vec3& velocity, double point_mass,
                        double step_s, const Vec3& so_far) {
   const double given = -so_far.dot(c.normal), a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
   const double depth = (point - c.target_world_m).dot(c.normal);
-  const double total =
-      std::max({0.0, given + (depth - a * given) / (moves + a), given + (depth - c.gives_most_m) / moves});
+  const double driven = std::min(depth - c.gives_most_m, std::max(0.0, kFastest_m_per_s * step_s - moves * given));
+  const double total = std::max({0.0, given + (depth - a * given) / (moves + a), given + driven / moves});
   const Vec3 slip = velocity - c.target_velocity_m_per_s;
   Vec3 along = so_far + given * c.normal - point_mass * (slip - slip.dot(c.normal) * c.normal);
   const double size = along.norm(), most = c.friction * total;

@@ -46,7 +46,7 @@ void LineWatch::add(const Vec3& tip_world_m, const Vec3& shaft_world, double way
   most_m_ = std::max(most_m_, least_m);
   depth_way_m2_ += way_m * depth_m;
   if (least_m > within_m_) astray_m_ += way_m;
-  // Two low-passes, one behind the other, follow a steady motion with a lag; twice the first less the second doesn't lag.
+  // Two low-passes, one behind the other, lag behind a steady motion; twice the first less the second doesn't.
   const double share = 1 - std::exp(-2 * M_PI * kTremor_hz * step_s_);
   if (!slow_world_m_) slow_world_m_ = slower_world_m_ = tip_world_m;
   *slow_world_m_ += share * (tip_world_m - *slow_world_m_);

@@ -22,7 +22,8 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
     for (std::size_t i = from; i < constraints.size(); ++i) constraints[i].source = source;
   };
   for (std::uint32_t e = 0; e < world.edges.size(); ++e) {
-    if (!world.tool_of(e).pose) continue;
+    // Jaws that hold the tissue don't push it away.
+    if (!world.tool_of(e).pose || world.tool_of(e).grasp.holds(b)) continue;
     const std::size_t from = constraints.size();
     const auto of_edge = world.contact(b, e).constraints();
     constraints.insert(constraints.end(), of_edge.begin(), of_edge.end());

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
-constexpr double kInM = 3e-4;            // this far beneath the lid of a groove a blade is in it
 constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr double kDeepDentM = 0.005;     // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;     // steps
@@ -236,22 +235,6 @@ void EdgeContact::enter_tissue(const SurfaceHit& hit) {
     entry_ = Entry{edge_id_, at.triangle, at.bary};
   }
   events_.push_back({EventKind::penetrated});
-}
-
-// A blade that comes between the lips of a cut is in the tissue, without a force.
-bool EdgeContact::enter_open_cut() {
-  const bool may_cut = cuts_ && (instrument_.tip_pierces || may_enter());
-  if (!may_cut || body_.rigid() || body_.cut_traits.edge_cuts_anywhere) return false;
-  const Blade blade = blade_at(pose_);
-  const auto cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
-  if (!cut || (cut->point_world_m - blade.tip_world_m).dot(blade.up_world) < kInM) return false;
-  const BladeLine line = line_of(blade);
-  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, cut->point_world_m))
-    if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return false;
-  if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
-  constraints_.clear();
-  break_in({edge_id_, cut->beside, Vec3::Constant(1.0 / 3)});
-  return true;
 }
 
 // The triangles that the line of a blade crosses.

