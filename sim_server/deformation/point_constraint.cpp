@@ -8,7 +8,7 @@ namespace sectio {
 namespace {
 
 constexpr int kSweeps = 8;
-// An instrument drives a sample ahead of itself as fast as it goes, and a little faster, so that a jump takes some steps.
+// An instrument drives a sample ahead of itself as fast as it goes, and a little faster: a jump takes some steps.
 constexpr double kFastest_m_per_s = 1, kFaster_m_per_s = 0.1;
 constexpr double kConverged = 1e-2;  // of samples that rub: a sweep that changes no impulse by this share is the last
 

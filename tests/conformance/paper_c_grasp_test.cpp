@@ -119,6 +119,7 @@ TEST_P(Grasp, C_CON_5_tissue_that_resists_more_than_the_cap_stays_behind_and_sli
   Operation op(scene);
   Gripper gripper(op, 0, kAbove);
   grasp(op, gripper);
+  op.rest(100);  // until the force of the jaws that closed is no longer felt
   double most_n = 0;
   op.after_each = [&](const StepOutput& out) {
     const bool holds = op.count(EventKind::grasped) > op.count(EventKind::released);
