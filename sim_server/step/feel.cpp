@@ -22,8 +22,8 @@ void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
   felt.lever_world_m = at_world_m - felt.tip.position_m;
 }
 
-// Where the surface under a tool that touches it is at rest: its home, above which it was found before the touch, and
-// with which it has moved since.
+// The place at rest of the surface under a tool that touches it: its home, above which it was found before the touch,
+// and with which it has moved since.
 void place_dented(Body& body, const ToolSpec& spec, Tool& tool, const Vec3& at_world_m, double step_s,
                   ContactStep& felt) {
   felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, at_world_m);

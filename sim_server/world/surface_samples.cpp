@@ -26,7 +26,7 @@ Capsule between(const MovingCapsule& c, double share) {
           c.after.radius_m};
 }
 
-// Where a capsule holds a point of the surface: by the nearest point of its own, or ahead of its tip.
+// A capsule holds a point of the surface by the nearest point of its own, or ahead of its tip.
 struct Hold {
   double depth_m = -1e9;
   Vec3 target_m = Vec3::Zero(), normal = Vec3::UnitZ();

@@ -178,7 +178,7 @@ class Remesher {
     return least;
   }
 
-  // Where that brings valences closer to six, or makes the smallest of poor angles larger.
+  // It flips only when that brings valences closer to six, or makes the smallest of poor angles larger.
   bool flip(VertexId a, VertexId b) {
     const Side left = side(a, b), right = side(b, a);
     if (left.triangle == kNone || right.triangle == kNone) return false;

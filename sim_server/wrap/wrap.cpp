@@ -156,7 +156,7 @@ class GridSurface {
     soup_.triangles.push_back(t);
   }
 
-  // Where the winding number is 1/2 on the edge between two corners: on the surface, or in a hole of it.
+  // The place on the edge between two corners at which the winding number is 1/2: on the surface, or in a hole of it.
   VertexId cut(std::size_t one, std::size_t other) {
     const auto [low, high] = std::minmax(one, other);
     const auto [in, out] = inside(one) ? std::pair(one, other) : std::pair(other, one);
