@@ -1,5 +1,6 @@
 // Files of anatomy as they come, through the command, to scenes that run.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -18,7 +19,9 @@ namespace fs = std::filesystem;
 
 class OrganCommand : public testing::Test {
  protected:
-  OrganCommand() : folder_(fs::path(testing::TempDir()) / "sectio_organ_command") { fs::create_directories(folder_); }
+  OrganCommand() : folder_(fs::path(testing::TempDir()) / ("sectio_organ_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
   ~OrganCommand() override { fs::remove_all(folder_); }
 
   int run(std::vector<std::string> words) const {
