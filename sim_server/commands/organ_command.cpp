@@ -66,11 +66,15 @@ std::string as_scene(const Vec3& sizes_m, const std::string& tissue) {
 // By the program for pictures, where it lies beside this one.
 void draw(const fs::path& folder) {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "draw_scenes";
-  if (!fs::exists(program)) return;
+  if (!fs::exists(program)) {
+    std::printf("picture: none, since %s is missing\n", program.c_str());
+    return;
+  }
   ChildProcess child(
       {program.string(), (folder / "organ.png").string(), "--scene", (folder / "scene.yaml").string() + "@0"});
   const auto ending = child.wait_for(kPictureLimit_s);
-  if (ending && ending->well) std::printf("picture: %s\n", (folder / "organ.png").c_str());
+  const bool drawn = ending && ending->well;
+  std::printf("picture: %s\n", drawn ? (folder / "organ.png").c_str() : "none, since drawing it failed");
 }
 
 int make_organ(const OrganFlags& flags) {

@@ -14,6 +14,8 @@
 namespace sectio {
 namespace {
 
+constexpr double kFillSizes = 2;  // radius of the ball that fills what can't be wrapped as it is, in edges
+
 bool is_gltf(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -62,16 +64,23 @@ ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRe
   for (Vec3& p : given.vertices_body_m) p *= unit_m;
   ImportedMesh mesh;
   mesh.mended = mend(given);
-  try {
-    const Wrapped wrapped = wrap(given, request.size_m);
-    mesh.mended.push_back(to_string(wrapped));
-    mesh.soup = wrapped.soup;
-  } catch (const InputError& error) {
-    refuse(error.what());
+  std::string why;
+  for (const double fill_sizes : {0.0, kFillSizes}) {
+    try {
+      const Wrapped wrapped = wrap(given, request.size_m, fill_sizes);
+      const SelfIntersections found = find_self_intersections(wrapped.soup);
+      if (!found.pairs.empty() || !found.complete)
+        throw InputError("wrapped, it " + goes_through_itself(found) + "; another size may help");
+      mesh.mended.push_back(to_string(wrapped));
+      if (fill_sizes > 0) mesh.mended.push_back("filled up, since as it is it can't be wrapped: " + why);
+      mesh.soup = wrapped.soup;
+      mesh.report = check_soup(mesh.soup);
+      return mesh;
+    } catch (const InputError& error) {
+      if (why.empty()) why = error.what();
+    }
   }
-  mesh.report = check_soup(mesh.soup);
-  if (const SelfIntersections found = find_self_intersections(mesh.soup); !found.pairs.empty() || !found.complete)
-    refuse("wrapped, it " + goes_through_itself(found) + "; another size may help");
+  refuse(why);
   return mesh;
 }
 

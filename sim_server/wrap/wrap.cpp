@@ -20,8 +20,10 @@ constexpr double kCell = 0.7;         // of the grid, in edges
 constexpr double kMostCorners = 2e7;  // of the grid
 constexpr double kLeastShare = 0.01;  // of the volume: smaller closed surfaces are bubbles
 constexpr double kLeastAngle_rad = 5 * M_PI / 180;
+constexpr double kLeastThickness = 0.25;  // of a body that was filled: volume by area, in edges
 constexpr int kSmoothings = 6;
-constexpr int kBisections = 6;  // of an edge of the grid
+constexpr int kBisections = 6;        // of an edge of the grid
+constexpr double kLayerCells = 1.75;  // so thick is the layer of balls that bound what is outside
 
 // Labels of triangles that share vertices, from 0.
 std::vector<std::uint32_t> parts_of(const TriangleSoup& soup, std::uint32_t& count) {
@@ -85,22 +87,28 @@ double volume_of(const TriangleSoup& soup) {
   return volume_of(soup, all);
 }
 
-// The surface between corners of a grid that are inside and outside.
+// The surface between corners of a grid that are inside and outside: where the winding number is 1/2 or, with a ball of
+// fill_m, where no ball of that radius gets to from far away without touching a triangle.
 class GridSurface {
  public:
-  GridSurface(const SurfaceField& field, const Box3& box, double cell_m) : field_(field), cell_m_(cell_m) {
-    origin_ = box.min() - 2.5 * cell_m * Vec3::Ones();
+  GridSurface(const SurfaceField& field, const Box3& box, double cell_m, double fill_m)
+      : field_(field), cell_m_(cell_m), fill_m_(fill_m) {
+    const double margin_cells = std::ceil(fill_m / cell_m) + 2.5;
+    origin_ = box.min() - margin_cells * cell_m * Vec3::Ones();
     double corners = 1;
     for (int i = 0; i < 3; ++i) {
-      count_[i] = static_cast<std::int64_t>(std::ceil(box.sizes()[i] / cell_m)) + 6;
+      count_[i] = static_cast<std::int64_t>(std::ceil(box.sizes()[i] / cell_m) + 2 * margin_cells) + 1;
       corners *= static_cast<double>(count_[i]);
     }
     if (corners > kMostCorners) throw InputError("the size is too small for a body this large");
   }
 
   TriangleSoup run() {
-    winding_.resize(static_cast<std::size_t>(count_[0] * count_[1] * count_[2]));
-    for (std::size_t n = 0; n < winding_.size(); ++n) winding_[n] = static_cast<float>(field_.winding(corner(n)));
+    level_.resize(static_cast<std::size_t>(count_[0] * count_[1] * count_[2]));
+    if (fill_m_ > 0)
+      roll_ball();
+    else
+      for (std::size_t n = 0; n < level_.size(); ++n) level_[n] = static_cast<float>(field_.winding(corner(n)) - 0.5);
     for (std::int64_t z = 0; z + 1 < count_[2]; ++z)
       for (std::int64_t y = 0; y + 1 < count_[1]; ++y)
         for (std::int64_t x = 0; x + 1 < count_[0]; ++x) cube(x, y, z);
@@ -117,7 +125,43 @@ class GridSurface {
                   static_cast<double>(i / count_[0] / count_[1]));
     return origin_ + cell_m_ * at;
   }
-  bool inside(std::size_t n) const { return winding_[n] > 0.5f; }
+  bool inside(std::size_t n) const { return level_[n] > 0; }
+
+  // The level is the distance to the nearest ball around a corner that a ball of fill_m reaches from far away, each as
+  // large as the triangles let it be (Portaneri 2022).
+  void roll_ball() {
+    std::vector<float> far_m(level_.size());
+    for (std::size_t n = 0; n < far_m.size(); ++n) far_m[n] = static_cast<float>(field_.distance(corner(n)));
+    std::ranges::fill(level_, static_cast<float>(cell_m_));
+    std::vector<std::size_t> reached{0};
+    level_[0] = -far_m[0];
+    for (std::size_t i = 0; i < reached.size(); ++i)
+      for_neighbours(reached[i], 1, [&](std::size_t n) {
+        if (level_[n] < 0 || far_m[n] <= fill_m_) return;
+        level_[n] = -far_m[n];
+        reached.push_back(n);
+      });
+    const auto layer_m = static_cast<float>(fill_m_ + kLayerCells * cell_m_);
+    for (const std::size_t from : reached) {
+      if (far_m[from] > layer_m) continue;
+      const Vec3 centre = corner(from);
+      for_neighbours(from, static_cast<std::int64_t>(std::ceil(far_m[from] / cell_m_)) + 1, [&](std::size_t n) {
+        level_[n] = std::min(level_[n], static_cast<float>((corner(n) - centre).norm()) - far_m[from]);
+      });
+    }
+  }
+  // Visits the corners at most so many steps away along each axis, and this one.
+  template <class Visit>
+  void for_neighbours(std::size_t n, std::int64_t steps, const Visit& visit) const {
+    const auto i = static_cast<std::int64_t>(n);
+    const std::array<std::int64_t, 3> at{i % count_[0], i / count_[0] % count_[1], i / count_[0] / count_[1]};
+    std::array<std::int64_t, 3> low{}, high{};
+    for (std::size_t k = 0; k < 3; ++k)
+      low[k] = std::max<std::int64_t>(0, at[k] - steps), high[k] = std::min(count_[k] - 1, at[k] + steps);
+    for (std::int64_t z = low[2]; z <= high[2]; ++z)
+      for (std::int64_t y = low[1]; y <= high[1]; ++y)
+        for (std::int64_t x = low[0]; x <= high[0]; ++x) visit(index(x, y, z));
+  }
 
   // Six tetrahedra along the diagonal, which fit those of the next cube.
   void cube(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -156,28 +200,34 @@ class GridSurface {
     soup_.triangles.push_back(t);
   }
 
-  // The place on the edge between two corners at which the winding number is 1/2: on the surface, or in a hole of it.
+  // The place on the edge between two corners at which the level is 0: on the surface, or in a hole of it.
   VertexId cut(std::size_t one, std::size_t other) {
     const auto [low, high] = std::minmax(one, other);
     const auto [in, out] = inside(one) ? std::pair(one, other) : std::pair(other, one);
-    const auto [found, is_new] = vertex_.try_emplace(low * winding_.size() + high, kNone);
+    const auto [found, is_new] = vertex_.try_emplace(low * level_.size() + high, kNone);
     if (!is_new) return found->second;
-    Vec3 p = corner(in), q = corner(out);
-    for (int step = 0; step < kBisections; ++step) {
-      const Vec3 middle = 0.5 * (p + q);
-      (field_.winding(middle) > 0.5 ? p : q) = middle;
-    }
     found->second = static_cast<VertexId>(soup_.vertices_body_m.size());
-    soup_.vertices_body_m.push_back(0.5 * (p + q));
+    soup_.vertices_body_m.push_back(place_between(in, out));
     on_grid_.push_back(0.5 * (corner(in) + corner(out)));
     return found->second;
   }
 
+  Vec3 place_between(std::size_t in, std::size_t out) const {
+    Vec3 p = corner(in), q = corner(out);
+    if (fill_m_ > 0) return p + std::clamp<double>(level_[in] / (level_[in] - level_[out]), 0.02, 0.98) * (q - p);
+    for (int step = 0; step < kBisections; ++step) {
+      const Vec3 middle = 0.5 * (p + q);
+      (field_.winding(middle) > 0.5 ? p : q) = middle;
+    }
+    return 0.5 * (p + q);
+  }
+
   const SurfaceField& field_;
   double cell_m_;
+  double fill_m_;
   Vec3 origin_;
   std::array<std::int64_t, 3> count_{};
-  std::vector<float> winding_;
+  std::vector<float> level_;  // of each corner; positive inside
   TriangleSoup soup_;
   std::vector<Vec3> on_grid_;  // vertices in the middle of their edges: triangles that surely have an area
   std::unordered_map<std::uint64_t, VertexId> vertex_;  // by edge; only looked up, never iterated
@@ -262,7 +312,7 @@ void measure(const SurfaceField& given, Wrapped& w) {
 
 }  // namespace
 
-Wrapped wrap(const TriangleSoup& given, double size_m) {
+Wrapped wrap(const TriangleSoup& given, double size_m, double fill_sizes) {
   TriangleSoup turned = given;
   turn_outward(turned);
   Box3 box;
@@ -275,9 +325,10 @@ Wrapped wrap(const TriangleSoup& given, double size_m) {
   w.size_m = size_m > 0 ? size_m : std::sqrt(std::min(area_m2(turned), largest_m2) / kTriangles / 0.433);
   if (w.size_m > 0.25 * box.diagonal().norm()) throw InputError("the size is too large for this body");
   const SurfaceField field(turned);
-  TriangleSoup surface = GridSurface(field, box, kCell * w.size_m).run();
+  TriangleSoup surface = GridSurface(field, box, kCell * w.size_m, fill_sizes * w.size_m).run();
   w.bubbles = drop_bubbles(surface);
-  if (surface.triangles.empty())
+  const bool only_walls = fill_sizes > 0 && volume_of(surface) < kLeastThickness * w.size_m * area_m2(surface);
+  if (surface.triangles.empty() || only_walls)
     throw InputError("its triangles enclose nothing: holes are too wide, or walls thinner than the size");
   const double volume_m3 = volume_of(surface);
   smooth(surface, kSmoothings);

@@ -21,8 +21,10 @@ struct Wrapped {
 // (Doi and Koide 1991), made of even triangles, and inflated or deflated to the volume that it had. Hollows are filled.
 // Triangles that hang together are turned to one side; closed ones outward, open ones so that they bulge outward.
 // size_m: about the length of an edge, below which nothing is kept; 0: for about 8000 triangles.
+// fill_sizes > 0: the body is whatever a ball of so many edges' radius does not reach from far away without touching a
+// triangle (Portaneri 2022): walls thinner than an edge become the outside of a solid body, and narrow holes close.
 // Throws InputError with the reason. Deterministic.
-Wrapped wrap(const TriangleSoup& given, double size_m = 0);
+Wrapped wrap(const TriangleSoup& given, double size_m = 0, double fill_sizes = 0);
 
 std::string to_string(const Wrapped& wrapped);  // one line
 

@@ -92,6 +92,43 @@ TEST_F(OrganCommand, all_parts_are_taken_and_open_ones_closed) {
   EXPECT_EQ(check_soup(scene.bodies[0].mesh).components, 2u);
 }
 
+TEST_F(OrganCommand, a_hollow_with_a_thin_wall_becomes_a_solid_body) {
+  // A case of 60 x 50 x 40 mm with walls of 0.4 mm and a hole of 6 mm in its lid: one closed surface that winds around
+  // its wall alone. For each corner and shell: eight corners of the case, then four of the hole.
+  std::string text;
+  for (int shell = 0; shell < 2; ++shell) {
+    const double in = 0.4 * shell;
+    const auto vertex = [&](double x, double y, double z) {
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+    };
+    for (int i = 0; i < 8; ++i) vertex(i & 1 ? 60 - in : in, i >> 1 & 1 ? 50 - in : in, i >> 2 & 1 ? 40 - in : in);
+    for (const auto& [x, y] : {std::pair(27, 22), {33, 22}, {33, 28}, {27, 28}}) vertex(x, y, 40 - in);
+  }
+  const auto face = [&](int a, int b, int c, int shell) {
+    if (shell == 1) std::swap(b, c);
+    for (const int v : {a, b, c}) text += (v == a ? "f " : " ") + std::to_string(v + 12 * shell);
+    text += "\n";
+  };
+  const int walls[5][4] = {{1, 3, 4, 2}, {1, 2, 6, 5}, {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+  const int lid[4] = {5, 6, 8, 7};  // around it, as the hole is
+  for (const int shell : {0, 1}) {
+    for (const auto& w : walls) face(w[0], w[1], w[2], shell), face(w[0], w[2], w[3], shell);
+    for (int i = 0; i < 4; ++i) {
+      const int j = (i + 1) % 4;
+      face(lid[i], lid[j], 9 + j, shell);
+      face(lid[i], 9 + j, 9 + i, shell);
+    }
+  }
+  for (int i = 0; i < 4; ++i) {
+    const int a = 9 + i, b = 9 + (i + 1) % 4;
+    face(a, b, b + 12, 0);
+    face(a, b + 12, a + 12, 0);
+  }
+  ASSERT_EQ(run({write("case.obj", text), "--unit", "mm", "--size-mm", "4"}), 0);
+  const Scene scene = load_scene((folder_ / "out" / "scene.yaml").string(), standard_traits());
+  EXPECT_NEAR(check_soup(scene.bodies[0].mesh).volume_m3 / (0.06 * 0.05 * 0.04), 1, 0.02);
+}
+
 TEST_F(OrganCommand, bad_input_is_one_line) {
   EXPECT_NE(refusal({boxes(), "--unit", "cm", "--part", "spleen"}).find("there are Liver_left, Stomach"),
             std::string::npos);

@@ -113,6 +113,25 @@ TEST(Wrap, edges_of_a_box_are_rounded_within_the_size) {
   EXPECT_LT(w.furthest_m, w.size_m);
 }
 
+TEST(Wrap, a_bottle_with_a_thin_wall_is_filled_up_to_its_mouth) {
+  TriangleSoup bottle = ball(), inside = ball(Vec3::Zero(), 0.0295);
+  turn(inside);
+  add(bottle, inside);
+  std::erase_if(bottle.triangles, [&](const auto& t) { return bottle.vertices_body_m[t[0]].z() > 0.029; });
+  for (const double size_m : {0.004, 0.003}) {
+    const Wrapped w = wrap(bottle, size_m, 0.012 / size_m);  // it sinks 2.8 mm into the mouth, which is 15 mm wide
+    expect_good(w, kBall_m3);
+    for (const Vec3& p : w.soup.vertices_body_m) ASSERT_LT(std::abs(p.norm() - 0.03), 0.0045);
+  }
+  EXPECT_THROW(wrap(bottle, 0.003, 1), InputError) << "a ball of 3 mm gets in";
+}
+
+TEST(Wrap, a_closed_body_is_the_same_by_either_way) {
+  const Wrapped by_winding = wrap(ball(), 0.003), by_ball = wrap(ball(), 0.003, 2);
+  EXPECT_NEAR(by_ball.volume_m3 / by_winding.volume_m3, 1, 0.005);
+  EXPECT_LT(by_ball.furthest_m, 0.25 * by_ball.size_m);
+}
+
 TEST(Wrap, the_same_input_gives_the_same_bits) {
   const Wrapped a = wrap(ball(), 0.004), b = wrap(ball(), 0.004);
   EXPECT_EQ(a.soup.triangles, b.soup.triangles);
@@ -124,6 +143,7 @@ TEST(Wrap, refuses_what_encloses_nothing) {
   sheet.vertices_body_m = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}};
   sheet.triangles = {{0, 1, 2}};
   EXPECT_THROW(wrap(sheet), InputError);
+  EXPECT_THROW(wrap(sheet, 0.004, 2), InputError);
   EXPECT_THROW(wrap({}), InputError);
   EXPECT_THROW(wrap(ball(), 1e-5), InputError) << "too small";
   EXPECT_THROW(wrap(ball(), 1), InputError) << "too large";
