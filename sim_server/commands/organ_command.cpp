@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -6,9 +8,13 @@
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/material/regions.h"
+#include "common/math/intersect.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/scene/mesh_import.h"
+#include "sim_server/scene/mesh_process.h"
 #include "sim_server/scene/tissues.h"
+#include "sim_server/wrap/fit_ellipsoids.h"
 
 namespace sectio {
 namespace {
@@ -17,9 +23,12 @@ namespace fs = std::filesystem;
 
 constexpr double kHeldShare = 0.15;  // of the height, from below
 constexpr double kPictureLimit_s = 60;
+constexpr std::size_t kMostShapes = 12;  // of a region
+constexpr std::array kColours{"[0.86, 0.78, 0.62]", "[0.35, 0.42, 0.68]", "[0.72, 0.16, 0.14]", "[0.55, 0.62, 0.35]"};
 
 struct OrganFlags {
   std::string in, out, unit = "m", part, tissue;
+  std::vector<std::string> inside;
   double size_mm = 0;
 };
 
@@ -27,12 +36,10 @@ void write_text(const fs::path& path, const std::string& text) {
   if (!(std::ofstream(path) << text)) throw InputError(path.string() + ": can't be written");
 }
 
-// With its middle at the origin.
-Vec3 centre(TriangleSoup& soup) {
-  Vec3 low = soup.vertices_body_m[0], high = low;
-  for (const Vec3& p : soup.vertices_body_m) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  for (Vec3& p : soup.vertices_body_m) p -= 0.5 * (low + high);
-  return high - low;
+Box3 box_of(const TriangleSoup& soup) {
+  Box3 box;
+  for (const Vec3& p : soup.vertices_body_m) box.extend(p);
+  return box;
 }
 
 std::string as_obj(const TriangleSoup& soup) {
@@ -49,7 +56,52 @@ std::string as_obj(const TriangleSoup& soup) {
   return text;
 }
 
-std::string as_scene(const Vec3& sizes_m, const std::string& tissue) {
+// Letters, digits and lines below for whatever a part is called.
+std::string region_name(const std::string& part) {
+  std::string name = part.find_first_not_of("0123456789") == std::string::npos ? "label_" + part : part;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return name.substr(0, 64);
+}
+
+std::string as_region(const std::string& part, std::size_t number, const EllipsoidFit& fit) {
+  std::string text = "      - name: " + region_name(part) + "\n        colour: " + kColours[number % kColours.size()] +
+                     "\n        shapes:\n";
+  char line[240];
+  for (const Ellipsoid& e : fit.ellipsoids) {
+    const Mat3 m = e.orientation.toRotationMatrix();  // about x, then y, then z
+    const double x = std::atan2(m(2, 1), m(2, 2)), z = std::atan2(m(1, 0), m(0, 0));
+    const double y = std::atan2(-m(2, 0), std::hypot(m(0, 0), m(1, 0)));
+    std::snprintf(
+        line, sizeof line,
+        "          - ellipsoid: {centre_body_m: [%.5g, %.5g, %.5g], radii_m: [%.4g, %.4g, %.4g], rotation_deg: "
+        "[%.2f, %.2f, %.2f]}\n",
+        e.centre_m.x(), e.centre_m.y(), e.centre_m.z(), e.radii_m.x(), e.radii_m.y(), e.radii_m.z(), x * 180 / M_PI,
+        y * 180 / M_PI, z * 180 / M_PI);
+    text += line;
+  }
+  return text;
+}
+
+// The parts of the file that are regions inside the body, about the same middle as the body.
+std::string as_regions(const OrganFlags& flags, double unit_m, const Vec3& middle_m) {
+  std::string text;
+  for (std::size_t i = 0; i < flags.inside.size(); ++i) {
+    const std::string& part = flags.inside[i];
+    TriangleSoup soup = read_mesh_file(flags.in, {}, {.part = part, .any_format = true});
+    for (Vec3& p : soup.vertices_body_m) p = unit_m * p - middle_m;
+    try {
+      const EllipsoidFit fit = fit_ellipsoids(soup, std::min(kMostShapes, kMaxRegionParts / flags.inside.size()));
+      std::printf("region %s: %.4g ml, overlap of %.0f %% with %zu ellipsoid%s\n", region_name(part).c_str(),
+                  1e6 * fit.volume_m3, 100 * fit.overlap, fit.ellipsoids.size(), fit.ellipsoids.size() == 1 ? "" : "s");
+      text += as_region(part, i, fit);
+    } catch (const InputError& error) {
+      throw InputError(flags.in + ": " + part + ": " + error.what());
+    }
+  }
+  return text.empty() ? text : "    regions:\n" + text;
+}
+
+std::string as_scene(const Vec3& sizes_m, const std::string& tissue, const std::string& regions) {
   const double far_m = 2.4 * sizes_m.norm();
   char text[900];
   std::snprintf(text, sizeof text,
@@ -60,7 +112,7 @@ std::string as_scene(const Vec3& sizes_m, const std::string& tissue) {
                 "    fixed: {min_world_m: [-5, -5, -5], max_world_m: [5, 5, %.5g]}\n",
                 -0.3 * far_m, -0.75 * far_m, 0.6 * far_m,
                 tissue.empty() ? "" : ("    tissue: " + tissue + "\n").c_str(), (kHeldShare - 0.5) * sizes_m.z());
-  return text;
+  return text + regions;
 }
 
 // By the program for pictures, where it lies beside this one.
@@ -86,15 +138,22 @@ int make_organ(const OrganFlags& flags) {
   }
   if (!(flags.size_mm >= 0)) throw InputError("--size-mm: expected > 0");
   const double unit_m = flags.unit == "m" ? 1 : flags.unit == "cm" ? 0.01 : 0.001;
-  ImportedMesh organ = import_wrapped(flags.in, unit_m, {flags.part, 0.001 * flags.size_mm});
+  if (flags.inside.size() > kMaxRegions)
+    throw InputError("--inside: at most " + std::to_string(kMaxRegions) + " parts");
+  std::string parts = flags.part;  // a region belongs to the body that it is in
+  if (!parts.empty())
+    for (const std::string& inside : flags.inside) parts += "," + inside;
+  ImportedMesh organ = import_wrapped(flags.in, unit_m, {parts, 0.001 * flags.size_mm});
   for (const std::string& note : organ.mended) std::printf("%s\n", note.c_str());
-  const Vec3 sizes_m = centre(organ.soup);
+  const Box3 box = box_of(organ.soup);
+  for (Vec3& p : organ.soup.vertices_body_m) p -= box.center();
+  const std::string regions = as_regions(flags, unit_m, box.center());
   std::error_code error;
   fs::create_directories(flags.out, error);
   if (error) throw InputError(flags.out + ": can't be made: " + error.message());
   const fs::path folder(flags.out);
   write_text(folder / "organ.obj", as_obj(organ.soup));
-  write_text(folder / "scene.yaml", as_scene(sizes_m, flags.tissue));
+  write_text(folder / "scene.yaml", as_scene(box.sizes(), flags.tissue, regions));
   std::printf("mesh: %s\nscene: %s\n", (folder / "organ.obj").c_str(), (folder / "scene.yaml").c_str());
   draw(folder);
   return 0;
@@ -105,9 +164,13 @@ int make_organ(const OrganFlags& flags) {
 // A file of anatomy, as it comes, to a body: mesh, a scene that runs, and a picture.
 Arguments::Action organ_command(Arguments& arguments) {
   const auto flags = std::make_shared<OrganFlags>();
-  arguments.option("IN", flags->in, "triangles in any format that assimp reads", Need::required);
+  arguments.option("IN", flags->in, "triangles in any format that assimp reads, or labels in a NIfTI image",
+                   Need::required);
   arguments.option("--out", flags->out, "directory for organ.obj, scene.yaml and organ.png", Need::required);
-  arguments.option("--part", flags->part, "only parts in whose name this is found; empty: all");
+  arguments.option(
+      "--part", flags->part,
+      "only parts in whose name one of these, apart by commas, is found, or labels of an image; empty: all");
+  arguments.option("--inside", flags->inside, "a part or label that is a region inside; may be repeated");
   arguments.option("--size-mm", flags->size_mm, "about the length of an edge; 0: for about 8000 triangles");
   arguments.choice("--unit", flags->unit, {"m", "cm", "mm"}, "length of IN's unit");
   arguments.option("--tissue", flags->tissue, "tissue of the scene's body");

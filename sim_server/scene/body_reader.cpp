@@ -216,7 +216,10 @@ BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
                     "closed body is made around whatever triangles there are, of a file in any format.");
         body.wrapped = repair == "wrap";
         for (const char* key : {"part", "size_m"}) part.check(key, body.wrapped, "it is of repair: wrap");
-        part.text("part", body.mesh_part, "For wrap only: no parts but those in whose name this is found.");
+        part.text("part", body.mesh_part,
+                  "For wrap only: no parts but those in whose name one of these words, apart by commas, is found; of a "
+                  "NIfTI image, "
+                  "voxels with one of these labels.");
         part.default_of("for about 8000 triangles")
             .number("size_m", body.mesh_size_m, above(0), "For wrap only: about the length of an edge.");
       },

@@ -16,10 +16,15 @@ namespace {
 
 constexpr double kFillSizes = 2;  // radius of the ball that fills what can't be wrapped as it is, in edges
 
-bool is_gltf(const std::string& path) {
+// Files that say their unit themselves.
+void check_unit(const std::string& path, double unit_m) {
   std::string extension = std::filesystem::path(path).extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension == ".gltf" || extension == ".glb";
+  const bool is_gltf = extension == ".gltf" || extension == ".glb";
+  const bool is_nifti = extension == ".nii" || path.ends_with(".nii.gz");
+  if (unit_m == 1 || !(is_gltf || is_nifti)) return;
+  throw InputError(path + (is_gltf ? ": glTF files are in metres" : ": NIfTI files say their unit") +
+                   ": the unit must be m");
 }
 
 std::string not_a_surface(const SurfaceReport& report) {
@@ -59,7 +64,7 @@ std::string goes_through_itself(const SelfIntersections& found) {
 ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRequest& request,
                             const ImportLimits& limits) {
   const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };
-  if (is_gltf(path) && unit_m != 1) refuse("glTF files are in metres: the unit must be m");
+  check_unit(path, unit_m);
   TriangleSoup given = read_mesh_file(path, limits, {.part = request.part, .any_format = true});
   for (Vec3& p : given.vertices_body_m) p *= unit_m;
   ImportedMesh mesh;
@@ -86,7 +91,7 @@ ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRe
 
 ImportedMesh import_mesh(const std::string& path, double unit_m, const ImportLimits& limits) {
   const auto refuse = [&](const std::string& why) { throw InputError(path + ": " + why); };
-  if (is_gltf(path) && unit_m != 1) refuse("glTF files are in metres: the unit must be m");
+  check_unit(path, unit_m);
 
   ImportedMesh mesh;
   mesh.soup = read_mesh_file(path, limits);

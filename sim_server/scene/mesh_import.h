@@ -28,12 +28,13 @@ struct ImportedMesh {
 
 // The part of a file that is wanted for a body that is wrapped around it (sim_server/wrap/wrap.h).
 struct WrapRequest {
-  std::string part;   // only parts in whose name this is found, whatever its case; empty: all
+  std::string part;   // as in MeshChoice (mesh_process.h)
   double size_m = 0;  // 0: for about 8000 triangles
 };
 
 // Like import_mesh(), from a file of any format that assimp reads, whose triangles may be open, doubled, crossing
-// themselves or in many parts. A result that crosses itself (walls thinner than the size) is refused.
+// themselves or in many parts, or from labels in a NIfTI image, whose unit must be m, too. Where walls are thinner than
+// the size, the body is filled up, and a note says so.
 ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRequest& request,
                             const ImportLimits& limits = {});
 

@@ -23,8 +23,10 @@ constexpr int kMeshPipe = 3;
 // The triangles as they are in the file, in its unit: nothing is welded or checked but that numbers are finite and
 // corners name vertices. Throws InputError "FILE: reason". Any thread.
 struct MeshChoice {
-  std::string part = {};    // only nodes and meshes in whose name this is found, whatever its case; empty: all
-  bool any_format = false;  // that assimp knows
+  // Only nodes and meshes in whose name one of these, apart by commas, is found, whatever its case; of a NIfTI image,
+  // only voxels with one of these labels. Empty: all.
+  std::string part = {};
+  bool any_format = false;  // that assimp knows, and NIfTI
 };
 TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits, const MeshChoice& choice = {});
 

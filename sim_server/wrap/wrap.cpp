@@ -45,8 +45,10 @@ std::vector<std::uint32_t> parts_of(const TriangleSoup& soup, std::uint32_t& cou
   return of;
 }
 
-// Turns each part outward, seen from its own middle.
-void turn_outward(TriangleSoup& soup) {
+}  // namespace
+
+// Each part is seen from its own middle.
+TriangleSoup turned_outward(TriangleSoup soup) {
   std::uint32_t count = 0;
   const std::vector<std::uint32_t> part = parts_of(soup, count);
   std::vector<Vec3> middle(count, Vec3::Zero());
@@ -63,7 +65,10 @@ void turn_outward(TriangleSoup& soup) {
   }
   for (std::size_t t = 0; t < part.size(); ++t)
     if (volume[part[t]] < 0) std::swap(soup.triangles[t][1], soup.triangles[t][2]);
+  return soup;
 }
+
+namespace {
 
 double area_m2(const TriangleSoup& soup) {
   double area = 0;
@@ -313,8 +318,7 @@ void measure(const SurfaceField& given, Wrapped& w) {
 }  // namespace
 
 Wrapped wrap(const TriangleSoup& given, double size_m, double fill_sizes) {
-  TriangleSoup turned = given;
-  turn_outward(turned);
+  const TriangleSoup turned = turned_outward(given);
   Box3 box;
   for (const Vec3& p : turned.vertices_body_m) box.extend(p);
   if (turned.triangles.empty() || !(box.diagonal().norm() > 0)) throw InputError("there is nothing to wrap");

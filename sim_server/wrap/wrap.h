@@ -28,4 +28,7 @@ Wrapped wrap(const TriangleSoup& given, double size_m = 0, double fill_sizes = 0
 
 std::string to_string(const Wrapped& wrapped);  // one line
 
+// With triangles that hang together turned to one side, as wrap() does.
+TriangleSoup turned_outward(TriangleSoup soup);
+
 }  // namespace sectio

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -127,6 +129,71 @@ TEST_F(OrganCommand, a_hollow_with_a_thin_wall_becomes_a_solid_body) {
   ASSERT_EQ(run({write("case.obj", text), "--unit", "mm", "--size-mm", "4"}), 0);
   const Scene scene = load_scene((folder_ / "out" / "scene.yaml").string(), standard_traits());
   EXPECT_NEAR(check_soup(scene.bodies[0].mesh).volume_m3 / (0.06 * 0.05 * 0.04), 1, 0.02);
+}
+
+// A NIfTI image of 60 x 50 x 40 voxels of 1, 1 and 1.5 mm, turned by a quarter about its third axis and moved: label 3
+// is a ball of 20 mm, label 8 a ball of 6 mm in it and at its side, label 5 a rod through the middle.
+constexpr int kVoxels[3] = {60, 50, 40};
+std::string nifti(float one_label) {
+  std::string bytes(352, '\0');
+  const auto put = [&](std::size_t at, auto value) { std::memcpy(&bytes[at], &value, sizeof value); };
+  put(0, std::int32_t{348});
+  put(40, std::int16_t{3});
+  for (std::size_t i = 0; i < 3; ++i) put(42 + 2 * i, static_cast<std::int16_t>(kVoxels[i]));
+  for (std::size_t i = 3; i < 7; ++i) put(42 + 2 * i, std::int16_t{1});
+  put(70, std::int16_t{16});  // float
+  put(72, std::int16_t{32});
+  for (std::size_t i = 0; i < 8; ++i) put(76 + 4 * i, i == 3 ? 1.5f : 1.0f);
+  put(108, 352.0f);
+  put(123, char{2});          // millimetres
+  put(254, std::int16_t{1});  // the matrix at 280 counts
+  const float matrix[12] = {0, -1, 0, 100, 1, 0, 0, -40, 0, 0, 1.5f, 7};
+  for (std::size_t i = 0; i < 12; ++i) put(280 + 4 * i, matrix[i]);
+  std::memcpy(&bytes[344], "n+1", 4);
+  for (int z = 0; z < kVoxels[2]; ++z)
+    for (int y = 0; y < kVoxels[1]; ++y)
+      for (int x = 0; x < kVoxels[0]; ++x) {
+        const double dx = x - 30, dy = y - 25, dz = 1.5 * (z - 20);
+        float label = std::hypot(dx, dy, dz) < 20 ? one_label : 0.0f;
+        if (label != 0 && std::hypot(dy, dz) < 3 && std::abs(dx) < 15) label = 5;
+        if (std::hypot(dx, dy - 12, dz) < 6) label = 8;
+        bytes.append(reinterpret_cast<const char*>(&label), 4);
+      }
+  return bytes;
+}
+
+TEST_F(OrganCommand, labels_of_an_image_are_a_body_with_regions_inside) {
+  ASSERT_EQ(run({write("ct.nii", nifti(3)), "--part", "3", "--inside", "8", "--inside", "5", "--size-mm", "4"}), 0);
+  const Scene scene = prepared(load_scene((folder_ / "out" / "scene.yaml").string(), standard_traits()));
+  EXPECT_NEAR(check_soup(scene.bodies[0].mesh).volume_m3 / (4.0 / 3 * M_PI * 8e-6), 1, 0.03);
+  const Regions& regions = scene.bodies[0].regions;
+  ASSERT_EQ(regions.size(), 2u);
+  EXPECT_EQ(regions[0].name, "label_8");
+  Simulation simulation(scene);
+  const double ball_m3 = simulation.region_volumes(0).region_m3[0];
+  EXPECT_NEAR(ball_m3 / (4.0 / 3 * M_PI * 2.16e-7), 1, 0.1);
+  // In the image's frame the ball lies at -x of the middle: the image's second axis points there.
+  EXPECT_EQ(region_at(regions, Vec3(-0.012, 0, 0)), 0u);
+  EXPECT_EQ(region_at(regions, Vec3(0.012, 0, 0)), kNoRegion);
+  EXPECT_EQ(region_at(regions, Vec3(0, 0.012, 0)), 1u) << "the rod lies along the image's first axis";
+  EXPECT_EQ(region_at(regions, Vec3(0, 0, 0.012)), kNoRegion);
+  for (int i = 0; i < 50; ++i) simulation.step({});
+}
+
+TEST_F(OrganCommand, a_bad_image_is_refused_in_one_line) {
+  const std::string good = write("ct.nii", nifti(3));
+  EXPECT_NE(refusal({good, "--part", "4"}).find("no label 4; there are 3, 5, 8"), std::string::npos);
+  EXPECT_NE(refusal({good, "--part", "liver"}).find("expected numbers of labels"), std::string::npos);
+  EXPECT_NE(refusal({good, "--part", "3", "--unit", "mm"}).find("the unit must be m"), std::string::npos);
+  EXPECT_NE(refusal({good, "--part", "3", "--inside", "9"}).find("no label 9"), std::string::npos);
+  EXPECT_NE(refusal({write("half.nii", nifti(3).substr(0, 50000))}), "");
+  ASSERT_EQ(std::system(("gzip -kf '" + good + "'").c_str()), 0);
+  std::ifstream packed(good + ".gz", std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(packed)), {});
+  EXPECT_EQ(run({good + ".gz", "--part", "3,5,8", "--size-mm", "4"}), 0);
+  EXPECT_NE(refusal({write("torn.nii.gz", bytes.substr(0, bytes.size() / 2))}).find("not whole"), std::string::npos);
+  EXPECT_NE(refusal({write("ct.nii", nifti(2.5f))}).find("are no labels"), std::string::npos);
+  EXPECT_NE(refusal({write("text.nii", "once upon a time\n")}), "");
 }
 
 TEST_F(OrganCommand, bad_input_is_one_line) {

@@ -1,7 +1,8 @@
 // mesh_reader FILE MAX_TRIANGLES MAX_MEMORY_BYTES MAX_CPU_S known|any PART
-// PART: only nodes and meshes in whose name it is found; empty: all.
-// The only program that links assimp. Run by read_mesh_file(), which takes the result from descriptor kMeshPipe; may
-// crash or be killed on damaged files, and nothing else is harmed.
+// PART: only nodes and meshes in whose name one of these words, apart by commas, is found; of an image, voxels with
+// one of these labels; empty: all.
+// The only program that links assimp and the reader of NIfTI. Run by read_mesh_file(), which takes the result from
+// descriptor kMeshPipe; may crash or be killed on damaged files, and nothing else is harmed.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -17,10 +18,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "sim_server/mesh_reader/labels.h"
 #include "sim_server/scene/mesh_process.h"
 
 namespace sectio {
@@ -85,8 +88,11 @@ void refuse_decimal_commas(const std::string& path, const std::string& extension
 
 class SoupWriter {
  public:
-  SoupWriter(std::uint64_t max_triangles, const std::string& part)
-      : max_triangles_(max_triangles), part_(lower_case(part)) {}
+  SoupWriter(std::uint64_t max_triangles, const std::string& part) : max_triangles_(max_triangles) {
+    std::istringstream words(lower_case(part));
+    for (std::string word; std::getline(words, word, ',');)
+      if (!word.empty()) parts_.push_back(word);
+  }
 
   void add_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, int depth, bool chosen = false) {
     if (depth > kMaxNodeDepth) throw std::runtime_error("nodes are nested too deeply");
@@ -117,7 +123,10 @@ class SoupWriter {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
   }
-  bool is_chosen(const std::string& name) const { return lower_case(name).find(part_) != std::string::npos; }
+  bool is_chosen(const std::string& name) const {
+    const auto has = [&](const std::string& part) { return lower_case(name).find(part) != std::string::npos; };
+    return parts_.empty() || std::ranges::any_of(parts_, has);
+  }
 
   void add_mesh(const aiMesh& mesh, const aiMatrix4x4& to_scene) {
     const auto offset = static_cast<VertexId>(soup_.vertices_body_m.size());
@@ -144,13 +153,14 @@ class SoupWriter {
   }
 
   std::uint64_t max_triangles_;
-  std::string part_;
+  std::vector<std::string> parts_;  // empty: all
   std::vector<std::string> others_;
   TriangleSoup soup_;
 };
 
 TriangleSoup read(const std::string& path, std::uint64_t max_triangles, bool any_format, const std::string& part) {
   const std::string extension = extension_of(path);
+  if (any_format && (extension == ".nii" || path.ends_with(".nii.gz"))) return label_surface(path, part, max_triangles);
   const std::array<std::string, 5> known{".obj", ".stl", ".ply", ".gltf", ".glb"};
   const bool is_known = std::find(known.begin(), known.end(), extension) != known.end();
   if (!is_known && !any_format) {
