@@ -91,7 +91,8 @@ class Planner {
   std::string why_not(Method method) const {
     const bool surface = !traits_of(method).needs_volume;
     if (const std::string& why = surface ? in_.no_surface : in_.no_volume; !why.empty()) return why;
-    if (surface && in_.step_s > in_.surface_limit_s) return "the step is larger than its stable step";
+    if (surface && in_.step_s > in_.most_surface_parts * in_.surface_limit_s)
+      return "the step needs more parts than it can be divided into";
     for (const BodyLoad& l : in_.loads) {
       if (surface && l.what.load == Load::opening && l.depth_of_tissue > kShallow)
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
@@ -114,6 +115,7 @@ class Planner {
     if (!traits_of(method).needs_volume) {
       c.cell_m = in_.shape.edge_m;
       c.elements = c.vertices = static_cast<double>(in_.shape.vertices);
+      c.substeps = static_cast<int>(std::ceil(in_.step_s / in_.surface_limit_s));
       add(c);
       return;
     }

@@ -37,7 +37,8 @@ struct PlanInput {
   std::vector<BodyLoad> loads;
   bool has_tools = false;
   double step_s = 0.001;
-  double surface_limit_s = 0;         // the largest stable step of surface springs on this surface
+  double surface_limit_s = 0;         // the largest stable part of a step of surface springs on this surface
+  int most_surface_parts = 1;         // of a step of surface springs
   std::string no_surface, no_volume;  // why the scene rules out models without or with an inside; empty: it doesn't
   double given_tetrahedra = 0;        // number of tetrahedra in the scene's own file; 0: there is none
 };

@@ -93,6 +93,8 @@ planning::Built built(const BodySpec& body, const Scene& scene, const Candidate&
   const Body made(one.bodies[0], one, 0, standard_engines().model(one.bodies[0].model).make);
   planning::Built b;
   b.surface_vertices = b.vertices = b.elements = made.mesh.vertex_count();
+  if (const auto* springs = dynamic_cast<const SurfaceSprings*>(made.engines.deformation.get()))
+    b.substeps = springs->parts();
   const auto* engine = dynamic_cast<const VolumeDeformation*>(made.engines.deformation.get());
   if (!engine) return b;
   b.vertices = static_cast<double>(engine->model().mesh().vertices_body_m.size());
@@ -135,7 +137,8 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene) {
   BodySpec with_surface = body;
   with_surface.mesh = std::move(surface);
   in.loads = planning::loads_on(with_surface.mesh, in.shape, situation_of(with_surface, scene));
-  if (in.no_surface.empty()) in.surface_limit_s = surface_limit_s(body, scene);
+  if (in.no_surface.empty())
+    in.surface_limit_s = surface_limit_s(body, scene), in.most_surface_parts = SurfaceSprings::kMostParts;
   if (!in.no_surface.empty() && !in.no_volume.empty())
     throw InputError("no model does both: " + in.no_surface + ", and " + in.no_volume);
   return in;

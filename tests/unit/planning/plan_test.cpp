@@ -207,7 +207,19 @@ TEST(Plan, keeps_to_what_the_scene_rules_out) {
   EXPECT_NE(plan(in, calibration()).chosen.method, Method::surface_springs);
   in.no_surface.clear();
   in.surface_limit_s = 0.0005;
-  EXPECT_EQ(why_not(plan(in, calibration()), Method::surface_springs), "the step is larger than its stable step");
+  EXPECT_EQ(why_not(plan(in, calibration()), Method::surface_springs),
+            "the step needs more parts than it can be divided into");
+}
+
+TEST(Plan, divides_the_step_of_a_fine_surface) {
+  PlanInput in = of_box({0.08, 0.08, 0.04}, {});
+  const double whole = plan(in, calibration()).chosen.cpu;
+  in.surface_limit_s = in.step_s / 3.5;
+  in.most_surface_parts = 32;
+  const Candidate divided = plan(in, calibration()).chosen;
+  EXPECT_EQ(divided.method, Method::surface_springs);
+  EXPECT_EQ(divided.substeps, 4);
+  EXPECT_NEAR(divided.cpu / whole, 4, 1e-9);
 }
 
 }  // namespace
