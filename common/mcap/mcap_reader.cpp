@@ -43,14 +43,19 @@ McapReader::McapReader(const std::string& path) : file_(path, std::ios::binary |
 }
 
 std::optional<McapReader::Message> McapReader::next(const std::string& topic) {
+  std::optional<Message> message = next();
+  while (message && message->topic != topic) message = next();
+  return message;
+}
+
+std::optional<McapReader::Message> McapReader::next() {
   while (!broken_) {
     while (const std::optional<Record> record = next_in_chunk()) {
       if (!take(*record)) {
         broken_ = true;
         break;
       }
-      if (message_ && message_->topic == topic) return std::exchange(message_, std::nullopt);
-      message_.reset();
+      if (message_) return std::exchange(message_, std::nullopt);
     }
     if (broken_ || finished_ || !read_more()) break;
   }

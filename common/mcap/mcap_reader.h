@@ -25,7 +25,8 @@ class McapReader {
   // Throws InputError "PATH: why" when it is no MCAP file.
   explicit McapReader(const std::string& path);
 
-  // The next message of a topic; nothing at the end and where the file is damaged.
+  // The next message, or the next one of a topic; nothing at the end and where the file is damaged.
+  std::optional<Message> next();
   std::optional<Message> next(const std::string& topic);
   // The metadata that stand before the messages read so far, by name.
   const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }

@@ -31,15 +31,13 @@ struct Descriptor {
   }
 };
 
-// mesh_reader lies beside the program that runs.
+// mesh_reader lies beside the program that runs, or, when that is installed, among what no person calls.
 std::string reader_path() {
   std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  const fs::path reader = self.parent_path() / "mesh_reader";
-  if (error || ::access(reader.c_str(), X_OK) != 0) {
-    throw std::runtime_error("program mesh_reader not found beside " + self.string());
-  }
-  return reader.string();
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  for (const fs::path& reader : {folder / "mesh_reader", folder.parent_path() / "libexec/sectio/mesh_reader"})
+    if (!error && ::access(reader.c_str(), X_OK) == 0) return reader.string();
+  throw std::runtime_error("program mesh_reader not found beside " + folder.string());
 }
 
 class Reader {

@@ -1,0 +1,140 @@
+// Programs as they are installed on a compute node, a program of somebody else that is built with the library, and a
+// session under the care of systemd.
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/support/session_programs.h"
+
+namespace sectio {
+namespace {
+
+using test::Flags;
+using test::Process;
+
+class Package : public test::SessionPrograms {
+ protected:
+  std::string at(const std::string& path) const { return file("usr/" + path); }
+
+  // Programs alone, or the library, too.
+  void install(const std::string& component) const {
+    Process cmake("/usr/bin/cmake", {"--install", SECTIO_BUILD_DIR, "--prefix", file("usr"), "--component", component});
+    ASSERT_EQ(cmake.exit_code(), 0) << cmake.output();
+  }
+  static std::unique_ptr<Process> shell(const std::string& script, const Flags& words = {}) {
+    Flags arguments{"-c", script, "bash"};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    return std::make_unique<Process>("/bin/bash", arguments);
+  }
+};
+
+TEST_F(Package, runs_where_it_is_installed_with_its_manual_and_completion) {
+  install("programs");
+  Process server(at("bin/sim_server"),
+                 {"--scene", at("share/sectio/scenes/bar_volume_cut.yaml"), "--offline", "--steps", "20"});
+  EXPECT_EQ(server.exit_code(), 0) << server.output();
+  const auto manual = shell("man --warnings -P cat -l \"$1\" 2>&1 >/dev/null; MANWIDTH=80 man -P cat -l \"$1\"",
+                            {at("share/man/man1/sim_server-play.1")});
+  EXPECT_EQ(manual->exit_code(), 0) << manual->output();
+  EXPECT_EQ(manual->output().find("SIM_SERVER-PLAY(1)"), 0u) << manual->output();  // after no warning
+  EXPECT_NE(manual->output().find("--from-s"), std::string::npos) << manual->output();
+  const auto completed = shell(
+      "PATH=$1/bin:$PATH; source \"$1\"/share/bash-completion/completions/sim_server\n"
+      "asked() { COMP_WORDS=(\"$@\") COMP_CWORD=$(($# - 1)); _sectio; echo \"[${COMPREPLY[*]}]\"; }\n"
+      "asked sim_server pl; asked sim_server play --fr; asked sim_server --log-level w",
+      {file("usr")});
+  EXPECT_EQ(completed->exit_code(), 0) << completed->output();
+  EXPECT_NE(completed->output().find("[play plan]"), std::string::npos) << completed->output();
+  EXPECT_NE(completed->output().find("[--from-s]"), std::string::npos) << completed->output();
+  EXPECT_NE(completed->output().find("[warning]"), std::string::npos) << completed->output();
+}
+
+TEST_F(Package, lets_a_program_of_somebody_else_follow_the_bodies_of_a_record) {
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--steps", "1500",
+                                                        "--record", file("a.mcap"), "--export", file("out")}));
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  install("development");
+  const auto built = shell(
+      "cmake -S \"$1\" -B \"$2\" -DCMAKE_PREFIX_PATH=\"$3\" -DCMAKE_BUILD_TYPE=Release && "
+      "cmake --build \"$2\"",
+      {SECTIO_SOURCE_DIR "/tests/package/consumer", file("consumer"), file("usr")});
+  ASSERT_EQ(built->exit_code(std::chrono::seconds(240)), 0) << built->output();
+  Process consumer(file("consumer/consumer"), {file("a.mcap")});
+  EXPECT_EQ(consumer.exit_code(), 0) << consumer.output();
+  const nlohmann::json body = json("out/report.json")["bodies"][0];
+  EXPECT_GT(body["revision"], 0);
+  EXPECT_EQ(consumer.output(), "liver " + body["topology_hash"].get<std::string>().substr(0, 16) + "\n");
+}
+
+TEST_F(Package, has_units_that_systemd_understands) {
+  if (std::system("command -v systemd-analyze >/dev/null") != 0) GTEST_SKIP() << "no systemd-analyze on this machine";
+  install("programs");
+  // systemd looks for programs where the system has its own.
+  const auto verified = shell(
+      "for unit in server standby; do\n"
+      "  sed \"s|^ExecStart=|&$1/bin/|\" \"$1/lib/systemd/system/sectio-$unit@.service\" "
+      ">\"$1/sectio-$unit@liver.service\"\n"
+      "  systemd-analyze verify --man=no --recursive-errors=no \"$1/sectio-$unit@liver.service\" || exit 1\ndone",
+      {file("usr")});
+  EXPECT_EQ(verified->exit_code(), 0) << verified->output();
+  EXPECT_EQ(verified->output().find("sectio"), std::string::npos) << verified->output();
+}
+
+// By hand, as systemd does it: the program of the unit again after each end.
+class Service : public Package {
+ protected:
+  void SetUp() override {
+    install("programs");
+    std::filesystem::create_directories(file("etc"));
+    write("etc/liver_incision.flags",
+          "--domain " + std::to_string(network.domain) + " --session " + network.session + " --play-traces\n");
+  }
+  std::unique_ptr<Process> service(const std::string& role) const {
+    return shell(
+        "SECTIO_ETC=$1/etc STATE_DIRECTORY=$1/var/$2 && export SECTIO_ETC STATE_DIRECTORY && "
+        "mkdir -p \"$STATE_DIRECTORY\" && exec \"$1/usr/bin/sectio_session\" \"$2\" liver_incision",
+        {directory.string(), role});
+  }
+  std::string hash_after_replay(const std::string& inputs) const {
+    const auto again = program("sim_server", {"replay", file(inputs)});
+    EXPECT_EQ(again->exit_code(), 0) << again->output();
+    return again->output();
+  }
+};
+
+TEST_F(Service, that_is_killed_goes_on_where_it_was_and_begins_anew_after_its_end) {
+  auto server = service("server");
+  ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("the session goes on after step ")) << server->output();
+  ASSERT_TRUE(server->wait_for_next(" cuts")) << server->output();
+  server->send(SIGTERM);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_NE(hash_after_replay("var/server/1/inputs").find("liver: revision"), std::string::npos);
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  server->send(SIGTERM);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_TRUE(std::filesystem::exists(file("var/server/2/inputs")));
+}
+
+TEST_F(Service, whose_standby_has_followed_it_stands_by_in_its_turn) {
+  auto server = service("server");
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  const auto standby = service("standby");
+  ASSERT_TRUE(standby->wait_for("it has caught up")) << standby->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  ASSERT_TRUE(standby->wait_for("this one goes on after step")) << standby->output();
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("it has caught up")) << server->output();
+  standby->send(SIGKILL);
+  ASSERT_TRUE(standby->exit_code());
+  ASSERT_TRUE(server->wait_for("this one goes on after step")) << server->output();
+  server->send(SIGTERM);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+}
+
+}  // namespace
+}  // namespace sectio
