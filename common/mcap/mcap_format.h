@@ -1,6 +1,8 @@
 // The records of MCAP files that this project writes or reads (https://mcap.dev/spec).
 #pragma once
 
+#include <zlib.h>
+
 #include <array>
 #include <cstdint>
 #include <span>
@@ -25,19 +27,9 @@ enum class McapOp : std::uint8_t {
   data_end = 15,
 };
 
-// The checksum of a chunk's records before they are compressed: CRC-32 of IEEE 802.3, as zlib has it.
+// The checksum of a chunk's records before they are compressed.
 inline std::uint32_t mcap_crc(std::span<const std::uint8_t> bytes) {
-  static const std::array<std::uint32_t, 256> table = [] {
-    std::array<std::uint32_t, 256> rests{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      rests[i] = i;
-      for (int bit = 0; bit < 8; ++bit) rests[i] = rests[i] >> 1 ^ (rests[i] & 1 ? 0xedb88320u : 0);
-    }
-    return rests;
-  }();
-  std::uint32_t crc = 0xffffffffu;
-  for (const std::uint8_t byte : bytes) crc = crc >> 8 ^ table[(crc ^ byte) & 0xff];
-  return ~crc;
+  return static_cast<std::uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
 }
 
 }  // namespace sectio
