@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/mesh/check.h"
+#include "common/mesh/obj_text.h"
 #include "deploy/meshes/paper_box.h"
 #include "deploy/meshes/shapes.h"
 
@@ -164,20 +165,6 @@ double least_angle_deg(const TriangleSoup& soup) {
   return std::acos(greatest_cosine) * 180 / M_PI;
 }
 
-std::string obj(const TriangleSoup& soup, const std::string& name) {
-  std::string text = "# " + name + ", made by make_meshes; unit: m\n";
-  char line[96];
-  for (const Vec3& p : soup.vertices_body_m) {
-    std::snprintf(line, sizeof line, "v %.7f %.7f %.7f\n", p.x(), p.y(), p.z());
-    text += line;
-  }
-  for (const Corners& t : soup.triangles) {
-    std::snprintf(line, sizeof line, "f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
-    text += line;
-  }
-  return text;
-}
-
 TriangleSoup organ(const ImplicitShape& shape, int frequency, int rounds) {
   TriangleSoup soup = geodesic_sphere(frequency);  // 20 frequency^2 triangles
   Relaxation relaxation(soup, shape);
@@ -227,7 +214,7 @@ std::string described(const char* name, const TriangleSoup& soup) {
   std::printf("%s: %u triangles, %.0f x %.0f x %.0f mm, %.4f L, least angle %.1f deg%s%s\n", name, report.triangles,
               size_mm.x(), size_mm.y(), size_mm.z(), 1000 * report.volume_m3, least_angle_deg(soup),
               report.valid() ? "" : ", BROKEN: ", report.first_defect.c_str());
-  return report.valid() ? obj(soup, name) : "";
+  return report.valid() ? obj_text(soup, std::string(name) + ", made by make_meshes; unit: m") : "";
 }
 
 std::string described(const char* name, const TetMesh& mesh) {

@@ -10,6 +10,7 @@
 #include "common/core/error.h"
 #include "common/material/regions.h"
 #include "common/math/intersect.h"
+#include "common/mesh/obj_text.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/scene/mesh_import.h"
 #include "sim_server/scene/mesh_process.h"
@@ -40,20 +41,6 @@ Box3 box_of(const TriangleSoup& soup) {
   Box3 box;
   for (const Vec3& p : soup.vertices_body_m) box.extend(p);
   return box;
-}
-
-std::string as_obj(const TriangleSoup& soup) {
-  std::string text = "# metres\n";
-  char line[96];
-  for (const Vec3& p : soup.vertices_body_m) {
-    std::snprintf(line, sizeof line, "v %.7g %.7g %.7g\n", p.x(), p.y(), p.z());
-    text += line;
-  }
-  for (const auto& t : soup.triangles) {
-    std::snprintf(line, sizeof line, "f %u %u %u\n", t[0] + 1, t[1] + 1, t[2] + 1);
-    text += line;
-  }
-  return text;
 }
 
 // Letters, digits and lines below for whatever a part is called.
@@ -152,7 +139,7 @@ int make_organ(const OrganFlags& flags) {
   fs::create_directories(flags.out, error);
   if (error) throw InputError(flags.out + ": can't be made: " + error.message());
   const fs::path folder(flags.out);
-  write_text(folder / "organ.obj", as_obj(organ.soup));
+  write_text(folder / "organ.obj", obj_text(organ.soup, "unit: m"));
   write_text(folder / "scene.yaml", as_scene(box.sizes(), flags.tissue, regions));
   std::printf("mesh: %s\nscene: %s\n", (folder / "organ.obj").c_str(), (folder / "scene.yaml").c_str());
   draw(folder);

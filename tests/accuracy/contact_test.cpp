@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim_server/deformation/surface_springs.h"
+#include "tests/support/ball_on_block.h"
 #include "tests/support/contact_reference.h"
 #include "tests/support/gripper.h"
 #include "tests/support/moving_body.h"
@@ -25,25 +26,17 @@ struct Pressed {
 };
 double ball_force_ratio(const Pressed& p) {
   const double radius_m = 0.01, depth_m = 0.002, side_m = 0.048, height_m = 0.016;
-  Scene scene;
-  scene.file = "block";
-  scene.step_s = p.step_s;
-  scene.gravity_m_per_s2.setZero();
-  BodySpec block;
-  block.name = "block";
-  block.model = p.model;
-  block.mesh = test::box(p.across, p.across, p.across / 3, Vec3(side_m, side_m, height_m));
-  block.pose.position_m = Vec3(-side_m / 2, -side_m / 2, 0);
-  block.material.young_pa = 10000;
-  block.material.poisson = p.poisson;
-  block.material.damping_per_s = 150;
-  block.material.foundation_radius_m = std::sqrt(radius_m * depth_m);  // of the contact
-  block.volume.tetrahedra = p.tetrahedra;
-  block.volume.cell_m = p.cell_m;
-  block.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 1e-6)};
-  scene.bodies.push_back(block);
-  scene.tools.push_back(test::tool_of("ball", "probe"));
-  scene.tools[0].geometry.sphere_radius_m = radius_m;
+  Scene scene = test::ball_on_block({.model = p.model,
+                                     .size_m = Vec3(side_m, side_m, height_m),
+                                     .squares = {p.across, p.across, p.across / 3},
+                                     .young_pa = 10000,
+                                     .poisson = p.poisson,
+                                     .radius_m = radius_m,
+                                     .depth_m = depth_m,
+                                     .step_s = p.step_s,
+                                     .tetrahedra = p.tetrahedra,
+                                     .cell_m = p.cell_m});
+  scene.bodies[0].material.damping_per_s = 150;
   test::Operation op(scene);
   op.place(Vec3(0, 0, height_m + radius_m + 0.001));
   op.move(Vec3(0, 0, height_m + radius_m - depth_m), 0.05);

@@ -98,7 +98,7 @@ TEST(Accuracy, A_12_known_failure_springs_open_too_little) {
 
 // A crack of the form of a penny in the middle of a block five times as wide, under every model's own driver: the
 // volume between its faces over Sneddon's 16 (1 - nu^2) s a^3 / 3 E, and the opening at the centre over 8 (1 - nu^2) s
-// a / (pi E). Where faces of the mesh are cut, the crack is as large as these are: a is of its area.
+// a / (pi E). When faces of the mesh are cut, the crack is as large as these are: a is of its area.
 struct Penny {
   double volume, centre;
 };

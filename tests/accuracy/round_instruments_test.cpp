@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/support/ball_on_block.h"
 #include "tests/support/contact_reference.h"
 #include "tests/support/gripper.h"
 #include "tests/support/raw_reactions.h"
@@ -26,27 +27,18 @@ constexpr double kYoung_pa = 6000, kPoisson = 0.45, kRadius_m = 0.004, kDepth_m 
 const Vec3 kBed_m(0.06, 0.04, 0.03);
 
 Scene bed_under_ball(const Bed& bed) {
-  Scene scene;
-  scene.file = "bed";
-  scene.step_s = bed.step_s;
-  scene.gravity_m_per_s2.setZero();
-  BodySpec block;
-  block.name = "bed";
-  block.model = bed.model;
   const auto squares = [&](int axis) { return static_cast<int>(std::lround(kBed_m[axis] / bed.square_m)); };
-  block.mesh = test::box(squares(0), squares(1), squares(2), kBed_m);
-  block.pose.position_m = Vec3(-kBed_m.x() / 2, -kBed_m.y() / 2, 0);
-  block.material.young_pa = kYoung_pa;
-  block.material.poisson = kPoisson;
-  block.material.foundation_radius_m = std::sqrt(kRadius_m * kDepth_m);
-  block.volume.tetrahedra = bed.tetrahedra;
-  block.volume.cell_m = bed.cell_m;
-  block.volume.driver = bed.driver;
-  block.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 1e-6)};
-  scene.bodies.push_back(block);
-  scene.tools.push_back(test::tool_of("ball", "probe"));
-  scene.tools[0].geometry.sphere_radius_m = kRadius_m;
-  return scene;
+  return test::ball_on_block({bed.model,
+                              kBed_m,
+                              {squares(0), squares(1), squares(2)},
+                              kYoung_pa,
+                              kPoisson,
+                              kRadius_m,
+                              kDepth_m,
+                              bed.step_s,
+                              bed.tetrahedra,
+                              bed.cell_m,
+                              bed.driver});
 }
 
 // The ball, its lowest point so deep.

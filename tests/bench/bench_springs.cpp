@@ -3,18 +3,16 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/deformation/spring_kernel.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "tests/bench/best_times.h"
+#include "tests/unit/deformation/shapes.h"
 
 namespace {
 
@@ -23,32 +21,9 @@ using namespace sectio;
 // An icosahedron, each triangle split in four until there are enough: closed, any size, and numbered as meshes from
 // files are: neighbours are often, but not always, near in memory.
 TriangleMesh organ_of(std::int64_t triangles) {
-  const double g = 0.5 * (1 + std::sqrt(5.0));
-  TriangleSoup soup;
-  soup.vertices_body_m = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-                          {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  soup.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
-  while (static_cast<std::int64_t>(soup.triangles.size()) < triangles) {
-    std::map<std::pair<VertexId, VertexId>, VertexId> middles;
-    const auto middle = [&](VertexId a, VertexId b) {
-      const auto [at, is_new] =
-          middles.try_emplace(std::minmax(a, b), static_cast<VertexId>(soup.vertices_body_m.size()));
-      if (is_new) {
-        soup.vertices_body_m.push_back((soup.vertices_body_m[a] + soup.vertices_body_m[b]).normalized());
-      }
-      return at->second;
-    };
-    std::vector<std::array<VertexId, 3>> finer;
-    for (const auto& [a, b, c] : soup.triangles) {
-      const VertexId ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-    }
-    soup.triangles = finer;
-  }
-  for (Vec3& v : soup.vertices_body_m) v = v.normalized().cwiseProduct(Vec3(0.09, 0.06, 0.05));
-  return TriangleMesh(soup);
+  int levels = 0;
+  for (std::int64_t n = 20; n < triangles; n *= 4) ++levels;
+  return TriangleMesh(test::ellipsoid({0.09, 0.06, 0.05}, levels));
 }
 
 struct Particle {
