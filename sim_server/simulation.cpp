@@ -82,7 +82,7 @@ const RigidBody* Simulation::rigid_body(std::uint32_t body_id) const {
 std::size_t Simulation::copy_bytes(std::uint32_t body_id) const {
   return state_->world.bodies[body_id]->bytes();
 }
-std::span<const Vec3f> Simulation::positions_world_m(std::uint32_t body_id) const {
+PositionsView Simulation::positions_world_m(std::uint32_t body_id) const {
   return state_->world.bodies[body_id]->positions_world_m();
 }
 std::vector<ScalarField> Simulation::scalars(std::uint32_t body_id) const {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/material/region_volumes.h"
+#include "common/math/positions_view.h"
 #include "common/mesh/scalar_field.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/step/step_io.h"
@@ -50,7 +51,7 @@ class Simulation {
   // Memory of a body's topology and state, without the engines' own data.
   std::size_t copy_bytes(std::uint32_t body_id) const;
   // One entry a vertex slot of the mesh; entries of dead slots are stale but finite.
-  std::span<const Vec3f> positions_world_m(std::uint32_t body_id) const;
+  PositionsView positions_world_m(std::uint32_t body_id) const;
   // The scalar fields that the engines of a body publish now: at most kMaxScalars, with one value a vertex slot each.
   std::vector<ScalarField> scalars(std::uint32_t body_id) const;
   // Kinetic, elastic and gravitational, of all bodies; heights count from the origin. O(all), for tests and reports.

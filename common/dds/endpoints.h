@@ -48,7 +48,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   Endpoints(const Endpoints&) = delete;
   Endpoints& operator=(const Endpoints&) = delete;
 
-  // The next message, oldest first. Of a server's messages only those of a program that may speak for their epoch
+  // The next message, oldest first. A server's messages come from a program that may speak for their epoch alone
   // (epoch_owners.h), which the program knows when it reads SceneInfo, too; an end that comes before its scene waits.
   template <class Message>
   std::optional<Message> take() {

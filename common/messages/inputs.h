@@ -12,7 +12,7 @@ namespace sectio {
 constexpr std::size_t kMaxRecordsPerMessage = 4096;
 constexpr std::size_t kMaxPacketsPerStep = 4096;
 
-// All that one step of a simulation is told, and hashes of what it is told to.
+// Everything that one step of a simulation gets, and hashes of the bodies that get it.
 struct StepRecord {
   std::uint64_t step = 0;               // from 1
   std::uint64_t hash_before = 0;        // of the topology of all bodies before the step

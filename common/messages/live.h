@@ -19,7 +19,7 @@ constexpr std::size_t kMaxPeople = 1024;
 constexpr std::size_t kMaxTokenBytes = 128;
 constexpr std::uint32_t kNobody = 0;
 
-// The first message of a page. Who doesn't know the token watches.
+// The first message of a page. A person without the token watches.
 struct Hello {
   std::string name;
   std::string token;  // empty: to watch

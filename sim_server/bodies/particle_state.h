@@ -50,33 +50,4 @@ inline ParticleState particles_at_rest(std::span<const Vec3> rest_body_m, const 
   return state;
 }
 
-// The positions as tight triples, which viewers need; copied only on demand.
-class CompactPositions {
- public:
-  // Call whenever the state may have changed.
-  void invalidate() { stale_ = true; }
-  // May replace invalidate() when only this entry has changed or is new: O(1).
-  void changed(const ParticleState& state, std::size_t v) {
-    if (stale_) return;
-    resize_slots<Vec3f>(copy_, state.size(), Vec3f::Zero());
-    copy_[v] = state.position_world_m[v].head<3>();
-  }
-
-  // The result is valid until the next call that follows an invalidate().
-  std::span<const Vec3f> of(const ParticleState& state) {
-    if (stale_ || copy_.size() != state.size()) {
-      resize_slots<Vec3f>(copy_, state.size(), Vec3f::Zero());
-      for (std::size_t v = 0; v < copy_.size(); ++v) copy_[v] = state.position_world_m[v].head<3>();
-      stale_ = false;
-    }
-    return copy_;
-  }
-
-  std::size_t bytes() const { return copy_.capacity() * sizeof(Vec3f); }
-
- private:
-  std::vector<Vec3f> copy_;
-  bool stale_ = true;
-};
-
 }  // namespace sectio

@@ -33,7 +33,7 @@ void reduce_to_manifold(std::vector<BodyContact>& contacts, std::size_t from) {
 
 }  // namespace
 
-void find_floor_contacts(std::span<const Vec3f> points_world_m, double floor_z_m, double reach_m, std::uint32_t body,
+void find_floor_contacts(PositionsView points_world_m, double floor_z_m, double reach_m, std::uint32_t body,
                          std::vector<BodyContact>& contacts) {
   const std::size_t from = contacts.size();
   for (std::size_t v = 0; v < points_world_m.size(); ++v) {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
+#include "common/math/positions_view.h"
 #include "sim_server/body_contact/body_contact.h"
 
 namespace sectio {
@@ -13,7 +13,7 @@ namespace sectio {
 // the deepest one, and those that meet the plane first when the body tilts a little, by three angles in eight
 // directions. No other point can reach the plane before these: on an uneven face the body rocks on the points that
 // support it, and comes to rest. O(points).
-void find_floor_contacts(std::span<const Vec3f> points_world_m, double floor_z_m, double reach_m, std::uint32_t body,
+void find_floor_contacts(PositionsView points_world_m, double floor_z_m, double reach_m, std::uint32_t body,
                          std::vector<BodyContact>& contacts);
 
 }  // namespace sectio

@@ -8,9 +8,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kHeldFollows = 0.5;     // of the way to where a held point should be, in one step
-constexpr double kToolSpeedM_per_s = 1;  // at which a piece gives way to an instrument
-constexpr double kLargestForceN = 1e6;   // of a constraint that names none
+constexpr double kHeldFollows = 0.5;    // of the way to where a held point should be, in one step
+constexpr double kLargestForceN = 1e6;  // of a constraint that names none
 
 Vec3 point_of(const PointConstraint& constraint, const ParticleView& now) {
   if (constraint.v[0] == kNone) return constraint.point_world_m;
@@ -31,7 +30,7 @@ BodyContact contact_of(const PointConstraint& constraint, const ParticleView& no
   c.normal_world = -constraint.normal;
   c.depth_m = (c.point_world_m - constraint.target_world_m).dot(constraint.normal);
   c.surface_velocity_m_per_s = constraint.target_velocity_m_per_s;
-  c.largest_speed_m_per_s = kToolSpeedM_per_s;
+  c.largest_speed_m_per_s = kFastestHand_m_per_s;
   c.friction = friction;
   return c;
 }

@@ -57,6 +57,9 @@ class RigidMotion final : public DeformationEngine {
   // The pose. Without one the body stays where it is, and has the shape of its release.
   void save(DeformationState& state) const override { state.frames_world.assign(1, body.pose_world()); }
   void restore(const SharedBody& self, const DeformationState* state) override;
+  bool deforms() const override { return false; }
+  bool asleep() const override { return body.asleep(); }
+  void wake() override { body.wake(); }
   RigidMotion* rigid() override { return this; }
 
   double radius_m() const { return radius_m_; }  // of a ball around the mass centre that contains the body

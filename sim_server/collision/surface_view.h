@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/math/positions_view.h"
 #include "sim_server/collision/contact.h"
 
 namespace sectio {
@@ -12,7 +13,7 @@ namespace sectio {
 // The present surface; refers to the mesh, and is valid until the mesh or the positions change.
 struct SurfaceView {
   const TriangleMesh& mesh;
-  std::span<const Vec3f> positions_world_m;  // one a vertex slot
+  PositionsView positions_world_m;  // one a vertex slot
   std::uint32_t body = 0;
 
   bool alive(TriangleId t) const { return t < mesh.triangle_slots() && mesh.triangle(t).alive(); }

@@ -2,6 +2,7 @@
 
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/choose_model.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/input_log.h"
 
 namespace sectio {
@@ -10,7 +11,7 @@ Scene recorded_scene(const std::string& input_log) {
   const InputLogHeader header = InputLogReader(input_log).header();
   Scene scene = planned(load_scene(header.scene, standard_traits()));
   if (header.bodies.size() < scene.bodies.size()) keep_bodies(scene, header.bodies, input_log);
-  return scene;
+  return prepared(std::move(scene));
 }
 
 }  // namespace sectio

@@ -1,4 +1,4 @@
-// The scene of a journal of inputs, as its server had it.
+// The scene of a journal of inputs, prepared, as its server had it.
 #pragma once
 
 #include <string>

@@ -3,7 +3,6 @@
 #include "common/core/log.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/commands/recorded_scene.h"
-#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/replay.h"
 #include "sim_server/session/rerun.h"
 #include "sim_server/session/verdict.h"
@@ -14,8 +13,8 @@ namespace {
 // Runs the inputs of a session through the simulation again.
 int replay_inputs(const std::string& path) {
   InputLogReader reader(path);
-  const Scene filled = fill_volumes(recorded_scene(path));
-  Simulation simulation(filled);
+  const Scene scene = recorded_scene(path);
+  Simulation simulation(scene);
   bool same = false;
   std::fputs(rerun_report(reader, simulation, same).c_str(), stdout);
   return same ? 0 : kExitNotOk;

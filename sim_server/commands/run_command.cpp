@@ -8,6 +8,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/prepare/choose_model.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/input_log.h"
 #include "sim_server/session/offline_run.h"
 
@@ -43,8 +44,8 @@ Scene scene_to_run(const RunFlags& flags) {
   if (flags.resume.empty()) {
     if (flags.scene.empty()) throw InputError("--scene: required, or --resume");
     Scene scene = planned(load_scene(flags.scene, standard_traits()));
-    take_share(scene, flags);
-    return scene;
+    take_share(scene, flags);  // of the whole plan: the servers of a session have one step
+    return prepared(std::move(scene));
   }
   for (const auto& [flag, given] : {std::pair("--scene", !flags.scene.empty()),
                                     {"--bodies", !flags.bodies.empty()},

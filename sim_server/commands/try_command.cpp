@@ -5,7 +5,7 @@
 #include "common/core/log.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/choose_model.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/verdict.h"
 #include "sim_server/trials/trials.h"
 #include "sim_server/trials/write_scene.h"
@@ -52,7 +52,7 @@ int try_scene(Flags flags) {
   hand.shift_m = 1e-3 * flags.shift_mm;
   hand.tremor_m = 1e-3 * flags.tremor_mm;
   hand.back_m = 1e-3 * flags.back_mm;
-  const Scene scene = planned(load_scene(flags.scene, standard_traits()));
+  const Scene scene = prepared(load_scene(flags.scene, standard_traits()));
   if (std::ranges::all_of(scene.tools, [](const ToolSpec& tool) { return tool.trace.empty(); }))
     throw InputError(flags.scene + ": no tool has a trace");
   if (scene.expect.empty()) log_warning(flags.scene + ": says nothing under expect:, so a run that ends well is ok");

@@ -65,7 +65,13 @@ class DeformationEngine : public Engine {
   // The next steps are taken by the driver that is stable at any step, where there is one.
   virtual void use_stable_driver(int /*steps*/) {}
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
-  // The engine itself when it moves its body as a whole: contacts with other bodies push that body, not its particles.
+
+  // A body that doesn't deform moves as a whole and keeps its shape. Its engine knows what bears it, and puts it to
+  // sleep itself; a body that deforms sleeps when its particles are still.
+  virtual bool deforms() const { return true; }
+  virtual bool asleep() const { return false; }
+  virtual void wake() {}
+  // The engine itself when its body doesn't deform: contacts push that body, not its particles (step/collide).
   virtual RigidMotion* rigid() { return nullptr; }
 };
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSweeps = 8;
 // An instrument drives a sample ahead of itself as fast as it goes, and a little faster: a jump takes some steps.
-constexpr double kFastest_m_per_s = 1, kFaster_m_per_s = 0.1;
+constexpr double kFaster_m_per_s = 0.1;
 constexpr double kConverged = 1e-2;  // of samples that rub: a sweep that changes no impulse by this share is the last
 
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
@@ -42,7 +42,7 @@ Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const Vec3& 
                        double step_s, const Vec3& so_far) {
   const double given = -so_far.dot(c.normal), a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
   const double depth = (point - c.target_world_m).dot(c.normal);
-  const double speed_m_per_s = std::min(kFastest_m_per_s, c.target_velocity_m_per_s.norm() + kFaster_m_per_s);
+  const double speed_m_per_s = std::min(kFastestHand_m_per_s, c.target_velocity_m_per_s.norm() + kFaster_m_per_s);
   const double driven = std::min(depth - c.gives_most_m, std::max(0.0, speed_m_per_s * step_s - moves * given));
   const double total = std::max({0.0, given + (depth - a * given) / (moves + a), given + driven / moves});
   const Vec3 slip = velocity - c.target_velocity_m_per_s;

@@ -14,6 +14,8 @@
 
 namespace sectio {
 
+constexpr double kFastestHand_m_per_s = 1;  // that an instrument drives tissue at; no surgeon's hand is faster
+
 // Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
 // A two-sided constraint puts the point at target_world_m after the step, or as near as its largest force allows. A
 // unilateral one keeps the point from lying further out along `normal` (unit, out of the tissue) than the target; it

@@ -1,5 +1,5 @@
-// The energy of springs in rows (spring_rows.h), with their home springs, for the implicit driver. Of each spring's
-// Hessian only the positive part is kept: across a spring that is shorter than at rest it is 0.
+// The energy of springs in rows (spring_rows.h), with their home springs, for the implicit driver. Only the
+// positive part of each spring's Hessian is kept: across a spring that is shorter than at rest it is 0.
 #pragma once
 
 #include <vector>

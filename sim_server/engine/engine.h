@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/delta/topology_delta.h"
+#include "common/math/positions_view.h"
 #include "common/mesh/scalar_field.h"
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/bodies/particle_state.h"
@@ -23,9 +24,8 @@ struct SharedBody {
   std::uint32_t id = 0;
   const TriangleMesh& mesh;
   ParticleState& particles;
-  CompactPositions& compact;
 
-  std::span<const Vec3f> positions_world_m() const { return compact.of(particles); }
+  PositionsView positions_world_m() const { return particles.position_world_m; }
 };
 
 // A delta that has been applied, and the slots that matter to data kept beside the mesh: ascending, each once.

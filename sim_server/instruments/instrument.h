@@ -16,9 +16,9 @@
 namespace sectio {
 
 // Corner points of the instrument in its own frame (paper B, figure 3): A is the tip, AC the sharp edge, AB the axis of
-// the shaft, BD the top and CD the blunt front above the edge. Of a cautery hook, AC is the probe and CD the virtual
-// tip. Of scissors and forceps, A is the closed tips, B the end of the handles, C the pivot, and AD leads from the edge
-// to the back of the lower blade.
+// the shaft, BD the top and CD the blunt front above the edge. A cautery hook has AC as its probe and CD as its virtual
+// tip. In scissors and forceps A is the closed tips, B the end of the handles, C the pivot; AD leads from the edge to
+// the back of the lower blade.
 struct ToolGeometry {
   Vec3 a_tool_m = Vec3::Zero();
   Vec3 b_tool_m = Vec3(0, 0, 0.03);

@@ -23,7 +23,7 @@ bool stop_was_requested();
 
 class LiveServer {
  public:
-  // Both arguments outlive it.
+  // Both arguments outlive it; the scene is a prepared one.
   LiveServer(const Scene& scene, const ServeOptions& options);
   RunResult run();
 
@@ -40,6 +40,7 @@ class LiveServer {
   void take_over();
 
   void lead();
+  bool take(const SessionOrder& order);
   void obey(const SessionOrder& order);
   void wait_in_pause();
   void begin_anew();
@@ -53,7 +54,6 @@ class LiveServer {
 
   const Scene& scene_;
   const ServeOptions& options_;
-  const Scene filled_;
   const std::optional<std::uint64_t> steps_;
   std::optional<std::uint64_t> last_epoch_;  // of a session that goes on
   std::unique_ptr<SessionRun> run_;

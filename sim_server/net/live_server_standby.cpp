@@ -50,11 +50,7 @@ void LiveServer::keep_news() {
   if (input_.samples.size() > kMostSamplesKept)
     input_.samples.erase(input_.samples.begin(), input_.samples.end() - kMostSamplesKept);
   for (const std::uint32_t tool : net_->take_silent_tools()) silent_.insert(tool);
-  for (const SessionOrder& order : net_->take_orders()) {
-    if (order.kind == OrderKind::tilt) input_.gravity_m_per_s2 = order.gravity_m_per_s2;
-    if (order.kind == OrderKind::pause || order.kind == OrderKind::go_on) paused_ = order.kind == OrderKind::pause;
-    if (order.kind == OrderKind::set_speed) speed_ = order.speed;
-  }
+  for (const SessionOrder& order : net_->take_orders()) take(order);
 }
 
 void LiveServer::follow_step(const StepRecord& record) {

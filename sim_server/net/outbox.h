@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/math/positions_view.h"
 #include "common/mesh/triangle_mesh.h"
 #include "common/messages/inputs.h"
 #include "common/messages/session.h"
@@ -23,7 +24,7 @@ namespace sectio {
 struct WorldView {
   struct Body {
     const TriangleMesh* mesh = nullptr;
-    std::span<const Vec3f> positions_world_m;  // one entry a vertex slot
+    PositionsView positions_world_m;  // one entry a vertex slot
   };
   std::vector<Body> bodies;
   std::vector<std::optional<JointPose>> tool_poses_world;

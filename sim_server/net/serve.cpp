@@ -11,7 +11,6 @@
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
 #include "sim_server/net/live_server.h"
-#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/scene/scene_warnings.h"
 #include "sim_server/session/trace_player.h"
 
@@ -85,7 +84,6 @@ bool stop_was_requested() {
 LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
     : scene_(scene),
       options_(options),
-      filled_(fill_volumes(scene)),
       steps_(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress_(steps_),
       speed_(options.speed),
@@ -94,11 +92,11 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
   const std::uint64_t last_step =
       options.until_s < 0 ? ~std::uint64_t{0} : static_cast<std::uint64_t>(options.until_s / scene.step_s);
   run_ = options.resume.empty()
-             ? std::make_unique<SessionRun>(filled_, options.directory)
-             : SessionRun::resumed(filled_, {options.resume, last_step}, options.directory, last_epoch_);
+             ? std::make_unique<SessionRun>(scene_, options.directory)
+             : SessionRun::resumed(scene_, {options.resume, last_step}, options.directory, last_epoch_);
   if (!options.play.empty()) run_unseen();
   const double duration_s = steps_ ? std::max(scene.duration_s, static_cast<double>(*steps_) * scene.step_s) : HUGE_VAL;
-  for (const std::string& text : scene_warnings(filled_, duration_s)) run_->recorder().warn(text);
+  for (const std::string& text : scene_warnings(scene_, duration_s)) run_->recorder().warn(text);
   ServerNetOptions net_options;
   net_options.network = options.network;
   net_options.fastest_m_per_s = options.fastest_m_per_s;
@@ -188,20 +186,39 @@ void LiveServer::tell(EventKind kind, const std::string& text) {
   net_->tell({run_->steps(), kind, 0, 0, text.substr(0, kMaxEventTextBytes)});
 }
 
-void LiveServer::obey(const SessionOrder& order) {
-  char text[64];
+// Keeps what an order sets, also in a standby, which tells nobody. False when that was so before.
+bool LiveServer::take(const SessionOrder& order) {
   switch (order.kind) {
     case OrderKind::tilt:
       input_.gravity_m_per_s2 = order.gravity_m_per_s2;
-      return;
+      return true;
     case OrderKind::pause:
-      if (!std::exchange(paused_, true)) tell(EventKind::paused, "paused");
-      break;
+      return !std::exchange(paused_, true);
     case OrderKind::go_on:
-      if (std::exchange(paused_, false)) tell(EventKind::went_on, "the session goes on");
-      break;
+      return std::exchange(paused_, false);
     case OrderKind::set_speed:
       speed_ = order.speed;
+      return true;
+    case OrderKind::begin_anew:
+    case OrderKind::tell_score:
+      return true;  // a standby takes the server's steps, and has nothing to tell
+  }
+  return false;
+}
+
+void LiveServer::obey(const SessionOrder& order) {
+  const bool is_new = take(order);
+  char text[64];
+  switch (order.kind) {
+    case OrderKind::tilt:
+      return;
+    case OrderKind::pause:
+      if (is_new) tell(EventKind::paused, "paused");
+      break;
+    case OrderKind::go_on:
+      if (is_new) tell(EventKind::went_on, "the session goes on");
+      break;
+    case OrderKind::set_speed:
       std::snprintf(text, sizeof text, "the session runs at %.3g times the clock", speed_);
       tell(EventKind::speed_set, text);
       break;
@@ -231,7 +248,7 @@ void LiveServer::begin_anew() {
   run_->recorder().finish();
   const std::string directory =
       options_.directory.empty() ? "" : options_.directory + "/try_" + std::to_string(++tries_);
-  auto fresh = std::make_unique<SessionRun>(filled_, directory);
+  auto fresh = std::make_unique<SessionRun>(scene_, directory);
   if (record_) fresh->recorder().warn(options_.record + ": ends where the session was begun anew");
   if (past_) past_ = std::make_unique<InputLogReader>(options_.play);
   const Simulation& now = fresh->simulation();

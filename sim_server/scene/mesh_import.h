@@ -33,8 +33,8 @@ struct WrapRequest {
 };
 
 // Like import_mesh(), from a file of any format that assimp reads, whose triangles may be open, doubled, crossing
-// themselves or in many parts, or from labels in a NIfTI image, whose unit must be m, too. Where walls are thinner than
-// the size, the body is filled up, and a note says so.
+// themselves or in many parts, or from labels in a NIfTI image, whose unit must be m, too. A body with walls
+// thinner than the size is filled up, and a note says so.
 ImportedMesh import_wrapped(const std::string& path, double unit_m, const WrapRequest& request,
                             const ImportLimits& limits = {});
 

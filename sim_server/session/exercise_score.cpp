@@ -70,8 +70,8 @@ LineScore LineWatch::finish() const {
   return score;
 }
 
-std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh,
-                                       std::span<const Vec3f> positions_world_m, const Box& bin) {
+std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
+                                       const Box& bin) {
   const std::vector<std::uint32_t> component = component_of_triangle(mesh);
   std::map<std::uint32_t, std::vector<Triangle>> triangles;
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/material/region_volumes.h"
+#include "common/math/positions_view.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation.h"
 
@@ -24,8 +25,8 @@ struct TissuePiece {
 };
 
 // The pieces of one body.
-std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh,
-                                       std::span<const Vec3f> positions_world_m, const Box& bin);
+std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
+                                       const Box& bin);
 
 struct InstrumentUse {
   std::string name;

@@ -4,14 +4,13 @@
 #include <cinttypes>
 #include <cstdio>
 
-#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
 
 namespace sectio {
 
 std::string measure_gaps(const Scene& scene) {
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(scene);
   std::vector<std::vector<ContactGap>> gaps(scene.bodies.size());
   StepInput input;
   for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/scene/scene_warnings.h"
 #include "sim_server/session/progress.h"
 #include "sim_server/session/session_run.h"
@@ -13,11 +12,10 @@ namespace sectio {
 
 RunResult run_offline(const Scene& scene, std::uint64_t steps, const std::string& directory) {
   using Clock = std::chrono::steady_clock;
-  const Scene filled = fill_volumes(scene);
-  SessionRun run(filled, directory);
+  SessionRun run(scene, directory);
   const std::uint64_t last = steps_of(scene, steps);
   const double duration_s = std::max(scene.duration_s, static_cast<double>(last) * scene.step_s);
-  for (const std::string& text : scene_warnings(filled, duration_s)) run.recorder().warn(text);
+  for (const std::string& text : scene_warnings(scene, duration_s)) run.recorder().warn(text);
   Progress progress(last);
   StepInput input;
   for (std::uint64_t k = 1; k <= last; ++k) {

@@ -44,7 +44,7 @@ std::string obj_path(const std::string& directory, const std::string& body) {
   return directory + "/" + name + ".obj";
 }
 
-void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<const Vec3f> positions_world_m) {
+void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView positions_world_m) {
   std::ofstream file(path);
   std::vector<std::uint32_t> number(mesh.vertex_slots(), 0);
   std::uint32_t next = 1;
@@ -52,7 +52,7 @@ void write_obj(const std::string& path, const TriangleMesh& mesh, std::span<cons
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex_alive(v)) continue;
     number[v] = next++;
-    const Vec3f& x = positions_world_m[v];
+    const Vec3f x = positions_world_m[v];
     std::snprintf(line, sizeof line, "v %.9g %.9g %.9g\n", double(x[0]), double(x[1]), double(x[2]));
     file << line;
   }

@@ -19,7 +19,7 @@ struct Part {
   double middle_moved_m = 0, furthest_m = 0;
 };
 
-std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, std::span<const Vec3f> positions_world_m,
+std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
                            std::uint32_t family) {
   const std::vector<std::uint32_t> component = component_of_triangle(mesh);
   std::map<std::uint32_t, Part> parts;

@@ -16,7 +16,7 @@ namespace sectio {
 
 class SessionRun {
  public:
-  // `scene`: filled (prepare/fill_volumes.h), and outlives the run. With a directory: leaves there what Recorder does,
+  // `scene`: a prepared one, which outlives the run. With a directory: leaves there what Recorder does,
   // and the journal of inputs. Throws InputError when it can't be written.
   SessionRun(const Scene& scene, const std::string& directory);
 

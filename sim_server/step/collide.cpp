@@ -16,12 +16,24 @@ constexpr int kVelocitySweeps = 30, kDepthSweeps = 10;
 
 using Bodies = std::span<const std::unique_ptr<Body>>;
 
+// A body that moves as a whole.
+struct Whole {
+  Body& body;
+  RigidMotion& motion;
+};
+std::vector<Whole> wholes_of(Bodies bodies) {
+  std::vector<Whole> wholes;
+  for (const auto& body : bodies)
+    if (RigidMotion* motion = body->rigid(); motion && !body->frozen) wholes.push_back({*body, *motion});
+  return wholes;
+}
+
 // A part that came off and goes on deforming; its engine keeps it above the floor.
 bool is_loose(const Body& body, const Scene& scene) {
-  return !body.rigid() && body.id >= scene.bodies.size() && !body.spec.fixed;
+  return body.deforms() && body.id >= scene.bodies.size() && !body.spec.fixed;
 }
 bool moves(const Body& body, const Scene& scene) {
-  return (body.rigid() || is_loose(body, scene)) && !body.frozen && !body.asleep();
+  return (!body.deforms() || is_loose(body, scene)) && !body.frozen && !body.asleep();
 }
 
 Box3 box_around(Body& body, double margin_m) {
@@ -55,14 +67,6 @@ void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
   }
 }
 
-Vec3 velocity_of(const Body& body, const ContactSide& side, const Vec3& point_world_m) {
-  if (body.rigid()) return body.rigid()->body.velocity_at(point_world_m);
-  Vec3 velocity = Vec3::Zero();
-  for (std::size_t a = 0; a < side.v.size(); ++a)
-    if (side.v[a] != kNone) velocity += side.weights[static_cast<int>(a)] * body.particle_view().velocity(side.v[a]);
-  return velocity;
-}
-
 // A sleeping body can't be moved; it wakes when another bumps into it.
 void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>& contacts) {
   const std::size_t from = contacts.size();
@@ -70,7 +74,7 @@ void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>
   for (std::size_t i = from; i < contacts.size(); ++i) {
     BodyContact& c = contacts[i];
     if (!other.asleep()) return;
-    if (-velocity_of(body, c.one, c.point_world_m).dot(c.normal_world) > kWakingSpeedM_per_s)
+    if (-body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWakingSpeedM_per_s)
       other.wake();
     else
       c.other.body = kImmovable;
@@ -80,9 +84,10 @@ void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>
 // Contacts of a body that moves with the floor and with other bodies; two bodies that both move meet once.
 void find_contacts(Bodies bodies, Body& body, const Scene& scene, std::vector<BodyContact>& contacts) {
   const std::size_t from = contacts.size();
-  const double speed_m_per_s = body.rigid() ? body.rigid()->body.velocity_m_per_s().norm() : 0;
+  const RigidMotion* whole = body.rigid();
+  const double speed_m_per_s = whole ? whole->body.velocity_m_per_s().norm() : 0;
   const double reach_m = kReachM + 2 * scene.step_s * speed_m_per_s;
-  if (body.rigid() && scene.floor_z_m)
+  if (whole && scene.floor_z_m)
     find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
   for (const auto& other : bodies) {
     if (other->id == body.id || (moves(*other, scene) && other->id < body.id)) continue;
@@ -112,16 +117,17 @@ void keep_resting_loads(Body& body, std::span<const BodyContact> contacts, const
 }  // namespace
 
 void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, const Scene& scene) {
-  if (std::ranges::none_of(bodies, [&](const auto& b) { return b->rigid() || b->id >= scene.bodies.size(); })) return;
+  if (std::ranges::none_of(bodies, [&](const auto& b) { return !b->deforms() || b->id >= scene.bodies.size(); }))
+    return;
   wake_neighbours(bodies, disturbed);
   std::vector<BodyContact> contacts;
-  for (const auto& body : bodies)
-    if (body->rigid() && !body->frozen) body->rigid()->append_contacts(body->id, contacts);
+  const std::vector<Whole> wholes = wholes_of(bodies);
+  for (const Whole& whole : wholes) whole.motion.append_contacts(whole.body.id, contacts);
   const std::size_t of_instruments = contacts.size();
-  for (const auto& body : bodies)
-    if (body->rigid() && body->asleep()) apply_resting_loads(bodies, *body, scene.step_s);
-  for (const auto& body : bodies)
-    if (body->rigid() && !body->asleep() && !body->frozen) body->rigid()->push_by_gravity();
+  for (const Whole& whole : wholes)
+    if (whole.body.asleep()) apply_resting_loads(bodies, whole.body, scene.step_s);
+  for (const Whole& whole : wholes)
+    if (!whole.body.asleep()) whole.motion.push_by_gravity();
   for (const auto& body : bodies)
     if (moves(*body, scene)) find_contacts(bodies, *body, scene, contacts);
 
@@ -132,15 +138,16 @@ void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, cons
   solver.undo_depths(kDepthSweeps);
   for (const ParticleChange& p : solver.particle_changes())
     bodies[p.body]->nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
-  for (std::size_t i = 0, of_body = 0; i < of_instruments; ++i) {
-    of_body = i > 0 && contacts[i].one.body == contacts[i - 1].one.body ? of_body + 1 : 0;
-    bodies[contacts[i].one.body]->rigid()->react(of_body, solver.impulse_on_other_n_s(i));
-  }
+  std::size_t contact = 0;
+  for (const Whole& whole : wholes)
+    for (std::size_t i = 0; i < whole.motion.constraints().size(); ++i)
+      whole.motion.react(i, solver.impulse_on_other_n_s(contact++));
   const auto supported = supported_bodies(bodies.size(), contacts, of_instruments, solver);
-  for (const auto& body : bodies) {
-    if (!body->rigid() || !moves(*body, scene)) continue;
-    body->move_rigid(supported[body->id] != 0);
-    if (body->asleep()) keep_resting_loads(*body, contacts, solver);
+  for (const auto& [body, motion] : wholes) {
+    if (body.asleep()) continue;
+    motion.move(body.shared(), supported[body.id] != 0);
+    body.particles_moved();
+    if (body.asleep()) keep_resting_loads(body, contacts, solver);
   }
 }
 

@@ -45,12 +45,12 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
   }
   reactions.assign(constraints.size(), {});
   step.disturbed = constraints.size() > of_edges || !is_idle(world, context, b);
-  if (step.disturbed && !body.rigid()) body.wake();  // a rigid one wakes when it is pressed or held
-  const bool spared = context.input.spare_idle_bodies && !step.disturbed && !body.rigid();  // a rigid one costs nothing
+  if (step.disturbed && body.deforms()) body.wake();  // another wakes when it is pressed or held
+  const bool spared = context.input.spare_idle_bodies && !step.disturbed && body.deforms();
   if (!spared) body.deform(constraints, reactions, world.scene.step_s);
   make_finite(reactions);
   for (const Reaction& reaction : reactions) step.work_j += reaction.work_j;
-  if (!body.rigid()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
+  if (body.deforms()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
 }
 
 }  // namespace

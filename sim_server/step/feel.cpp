@@ -27,7 +27,7 @@ void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
 void place_dented(Body& body, const ToolSpec& spec, Tool& tool, const Vec3& at_world_m, double step_s,
                   ContactStep& felt) {
   felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, at_world_m);
-  if (!body.rigid()) tool.sag_m += step_s * felt.surface_velocity_world_m_per_s.dot(felt.normal_world);
+  if (body.deforms()) tool.sag_m += step_s * felt.surface_velocity_world_m_per_s.dot(felt.normal_world);
   if (const auto rest = rest_surface(body, at_world_m))
     felt.gap_m = gap_m(spec, *tool.pose, rest->point_world_m, felt.normal_world) - tool.sag_m;
 }

@@ -46,6 +46,7 @@ BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored)
   if (anchored) return spec;
   spec.fixed.reset();
   if (spec.splitting.free_parts == FreeParts::rigid) {  // it gives way before it can be cut
+    spec.material.friction = spec.splitting.friction;
     spec.cutting.threshold_force_n = std::numeric_limits<double>::infinity();
     spec.cutting.threshold_displacement_m.reset();
     spec.contact.style = "vertices";
@@ -66,7 +67,7 @@ std::unique_ptr<Body> make_body(Body& parent, Leaving& leaving, const BodySpec& 
 }
 
 void announce(const Body& part, std::uint32_t parent_id, StepContext& context) {
-  const char* kind = part.rigid() ? "rigid" : part.spec.fixed ? "anchored" : "deformable";
+  const char* kind = !part.deforms() ? "rigid" : part.spec.fixed ? "anchored" : "deformable";
   context.emit(EventKind::body_split, parent_id, 0, part.spec.name + ", " + kind);
   context.output.new_bodies.push_back({part.id, parent_id, part.spec.name});
   context.output.publish_now = true;

@@ -15,14 +15,13 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
-#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/session/offline_run.h"
 
 namespace sectio {
 namespace {
 
-// A run in a child writes a line for each reason into a file without a name. What it prints beside (an assertion, a
-// message of a library) goes there too, and is the reason when it ends by a signal.
+// A run in a child writes a line for each reason into a file without a name. Anything else that it prints (an
+// assertion, a message of a library) goes there too, and is the reason when it ends by a signal.
 struct Child {
   std::uint64_t seed = 0;
   std::FILE* said = nullptr;
@@ -111,8 +110,7 @@ class Nursery {
 
 std::vector<Trial> run_trials(const Scene& scene, const TrialsOptions& options,
                               const std::function<void(const Trial&)>& done) {
-  const Scene filled = fill_volumes(scene);
-  Nursery nursery(filled, options);
+  Nursery nursery(scene, options);
   std::vector<Trial> trials;
   for (std::uint32_t begun = 0; begun < options.runs || nursery.size() > 0;) {
     if (begun < options.runs && nursery.size() < options.processes) {

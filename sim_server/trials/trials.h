@@ -24,7 +24,7 @@ struct Trial {
   std::vector<std::string> reasons;  // as report.json has them; that it crashed, was refused or didn't end. Empty: ok
 };
 
-// In the order of their seeds. `done` is called after each run, as they end. The scene's models are chosen. Forks: the
+// In the order of their seeds. `done` is called after each run, as they end. The scene is a prepared one. Forks: the
 // calling process has one thread.
 std::vector<Trial> run_trials(const Scene& scene, const TrialsOptions& options,
                               const std::function<void(const Trial&)>& done);

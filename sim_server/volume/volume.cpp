@@ -83,9 +83,9 @@ void Volume::conserve_momentum(const SharedBody& body, const Momentum& before) {
   const Vec3 faster = missing_n_s / free_kg;
   for (const VertexId v : before.vertices) {
     if (!is_free(v)) continue;
-    deformation.nudge(v, faster);
-    for (const VertexId slot : surface.slots_of(v))
-      body.particles.velocity_world_m_per_s[slot].head<3>() += faster.cast<float>();
+    const auto slots = surface.slots_of(v);
+    if (slots.empty()) deformation.nudge_inside(v, faster);
+    for (const VertexId slot : slots) body.particles.velocity_world_m_per_s[slot].head<3>() += faster.cast<float>();
   }
 }
 

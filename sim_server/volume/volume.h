@@ -32,7 +32,7 @@ struct Volume {
 
   // The tetrahedra of the component whose surface has these slots, all of them. O(component).
   std::vector<std::uint32_t> tetrahedra_of(std::span<const VertexId> slots) const;
-  // That component, with its surface as it was after the last step. O(component).
+  // The component of these slots, with its surface as it was after the last step. O(component).
   VolumePart part(std::span<const VertexId> slots) const;
 
   // Masses go by volume, so a change of the topology moves mass between vertices. These keep the momentum.

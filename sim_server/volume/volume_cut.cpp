@@ -95,11 +95,9 @@ void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, con
   }
   volume.deformation.change(cut.change, position_world_m, velocity_m_per_s, slots);
   for (const auto& [v, state] : cut.placed) {
-    volume.deformation.place(v, state.position_world_m, state.velocity_m_per_s);
-    for (const VertexId slot : volume.surface.slots_of(v)) {
-      body.particles.place(slot, state.position_world_m, state.velocity_m_per_s);
-      body.compact.changed(body.particles, slot);
-    }
+    const auto at_surface = volume.surface.slots_of(v);
+    if (at_surface.empty()) volume.deformation.place_inside(v, state.position_world_m, state.velocity_m_per_s);
+    for (const VertexId slot : at_surface) body.particles.place(slot, state.position_world_m, state.velocity_m_per_s);
   }
   volume.conserve_momentum(body, cut.before);
 }

@@ -88,6 +88,14 @@ const CollisionEngine& Body::tree() {
   return *engines.collision;
 }
 
+Vec3 Body::velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const {
+  if (const RigidMotion* whole = rigid()) return whole->body.velocity_at(point_world_m);
+  Vec3 velocity = Vec3::Zero();
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (v[i] != kNone) velocity += weights[static_cast<int>(i)] * particle_view().velocity(v[i]);
+  return velocity;
+}
+
 Vec3 Body::home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const {
   Vec3 rest = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i)
@@ -169,10 +177,7 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
 }
 
 void Body::place(Seeds seeds) {
-  for (const auto& [v, state] : seeds) {
-    particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
-    compact_.changed(particles, v);
-  }
+  for (const auto& [v, state] : seeds) particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
 }
 
 // Releases an island, which is no part of the body any more: it lies on a bed, and nothing holds it.
@@ -195,19 +200,12 @@ ContactBody Body::contact_body() {
 }
 
 void Body::particles_moved() {
-  compact_.invalidate();
   tree_stale_ = true;
-}
-
-void Body::move_rigid(bool supported) {
-  rigid()->move(shared(), supported);
-  particles_moved();
 }
 
 void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
   particles.velocity_world_m_per_s[v].head<3>() += faster_by_m_per_s.cast<float>();
   particles.position_world_m[v].head<3>() += by_m.cast<float>();
-  compact_.changed(particles, v);
   tree_stale_ = true;
 }
 
@@ -216,11 +214,9 @@ void Body::deform(std::span<const PointConstraint> constraints, std::span<Reacti
   if (!asleep_) {
     recovery_.keep(shared(), *engines.deformation);
     engines.deformation->step(shared(), constraints, reactions);
-    compact_.invalidate();
   }
   for (const auto& process : engines.processes) process->step(shared(), step_s);
   if (asleep()) return;
-  compact_.invalidate();
   tree_stale_ = true;
   separate_lips(step_s);
 }
@@ -275,7 +271,7 @@ Body::Happenings Body::guard(bool touched, double step_s) {
 }
 
 void Body::watch_rest(const Scene& scene) {
-  if (frozen || asleep_ || rigid() || scene.sleep.after_s == 0) return;  // a rigid one rests on what bears it
+  if (frozen || asleep_ || !deforms() || scene.sleep.after_s == 0) return;
   if (std::ranges::any_of(engines.processes, [](const auto& process) { return process->moves_particles(); })) return;
   const double eye_to_body_m = bounds_world_m().exteriorDistance(scene.camera.eye_world_m);
   const double unseen_m = scene.sleep.unseen_px * pixel_rad(scene.camera) * eye_to_body_m;
@@ -287,7 +283,7 @@ void Body::watch_rest(const Scene& scene) {
 void Body::wake() {
   asleep_ = false;
   stillness_.begin_anew();
-  if (rigid()) rigid()->body.wake();
+  engines.deformation->wake();
 }
 
 }  // namespace sectio

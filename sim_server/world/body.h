@@ -36,12 +36,14 @@ class Body {
        std::span<const VertexId> vertex_from = {});
 
   const MakeEngines& make_engines() const { return make_; }  // of this body and of its parts
-  std::size_t bytes() const { return mesh.bytes() + particles.bytes() + compact_.bytes(); }
-  SharedBody shared() { return {id, mesh, particles, compact_}; }
-  SurfaceView view() { return {mesh, compact_.of(particles), id}; }
-  std::span<const Vec3f> positions_world_m() { return compact_.of(particles); }
+  std::size_t bytes() const { return mesh.bytes() + particles.bytes(); }
+  SharedBody shared() { return {id, mesh, particles}; }
+  SurfaceView view() { return {mesh, particles.position_world_m, id}; }
+  PositionsView positions_world_m() const { return particles.position_world_m; }
   ParticleView particle_view() const { return particles.view(); }
   ContactBody contact_body();
+  // The velocity of a point of the surface: the weighted mean of these vertices; kNone counts for nothing.
+  Vec3 velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const;
   Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
   double energy_j() { return engines.deformation->energy_j(shared()); }  // see there
   // The collision engine, with the current positions.
@@ -61,17 +63,16 @@ class Body {
   // the change does not fit the mesh: it is as before, and strokes have ended where they are. Called by commit() alone.
   std::optional<AppliedChange> apply(const Change& change);
 
-  // The motion of a body that moves as a whole; null when it deforms.
+  bool deforms() const { return engines.deformation->deforms(); }
+  // The motion of a body that doesn't deform, else null.
   RigidMotion* rigid() const { return engines.deformation->rigid(); }
-  // Moves a rigid body after its contacts, with instruments, too, have been solved; `supported`: something bears it.
-  void move_rigid(bool supported);
   // Brings what is derived from the particles up to date after something else has moved them.
   void particles_moved();
 
   // Deforms the body, steps its processes, and separates its lips; a body that sleeps only steps its processes.
   void deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s);
   // The body rests, and is not moved until it is woken.
-  bool asleep() const { return rigid() ? rigid()->body.asleep() : asleep_; }
+  bool asleep() const { return asleep_ || engines.deformation->asleep(); }
   void wake();
   // Called after deform() when nothing touches the body, which falls asleep when it has come to rest.
   void watch_rest(const Scene& scene);
@@ -106,7 +107,6 @@ class Body {
   void place(Seeds seeds);
   void free_islands(std::span<const Island> islands);
 
-  CompactPositions compact_;
   LipFinder lips_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;

@@ -21,7 +21,7 @@ constexpr int kLookAheadEvery = 8;  // steps
 
 bool EdgeContact::is_round() const {
   if (!(geometry_.sphere_radius_m > 0) || !is_blunt() || body_.contact_by_templates()) return false;
-  return !body_.rigid() || instrument_.grip_force_n == 0;  // a ball would push a piece away from the jaws
+  return body_.deforms() || instrument_.grip_force_n == 0;  // a ball would push a piece away from the jaws
 }
 
 // The ball about the tip; the shaft, when it has a thickness, is no thicker.
@@ -64,7 +64,7 @@ void EdgeContact::approach_round(const JointPose& before) {
   at_tip_ = true;
   contact_corners_ = {0, 0};
   stand_at(*deepest);
-  if (body_.rigid()) samples_ = {SurfaceSample(*deepest)};  // it meets a ball at one point
+  if (!body_.deforms()) samples_ = {SurfaceSample(*deepest)};  // it meets a ball at one point
   hold_samples();
 }
 

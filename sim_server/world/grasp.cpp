@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kBetweenJawsM = 0.0015;  // a piece whose surface is this close to the tips is between them
 constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold a piece
-constexpr double kFastestM_per_s = 1;     // that tissue follows the hand; no surgeon's is faster
 constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
 
 Vec3 position_of(const Body& body, VertexId v) {
@@ -59,7 +58,7 @@ void Grasp::let_go(std::string_view why) {
 }
 
 Vec3 Grasp::place_of(const Point& p, const Body& body) {
-  return p.vertex == kNone ? body.rigid()->body.pose_world().to_world(p.at_piece_m) : position_of(body, p.vertex);
+  return p.vertex == kNone ? body.frame_world(0).to_world(p.at_piece_m) : position_of(body, p.vertex);
 }
 
 // Three points about the tips, in the frame of the tool, and their present places in the frame of the piece.
@@ -70,7 +69,7 @@ std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share)
   for (const Vec3& jaw : {up, aside, Vec3(up.cross(aside))}) {
     Point p;
     p.at_tool_m = g.a_tool_m + kJawM * jaw;
-    p.at_piece_m = piece.rigid()->body.pose_world().to_local(pose_.to_world(p.at_tool_m));
+    p.at_piece_m = piece.frame_world(0).to_local(pose_.to_world(p.at_tool_m));
     p.share = share / 3;
     points.push_back(p);
   }
@@ -82,7 +81,7 @@ bool Grasp::hold_piece(std::span<const std::unique_ptr<Body>> bodies) {
   const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
   double nearest_m = kBetweenJawsM;
   for (const auto& body : bodies) {
-    if (!body->rigid() || body->frozen) continue;
+    if (body->deforms() || body->frozen) continue;
     const auto closest = body->tree().closest(body->view(), tips, kBetweenJawsM);
     const double distance_m = body->tree().inside(body->view(), tips) ? 0
                               : closest                               ? closest->distance_m
@@ -100,7 +99,7 @@ void Grasp::hold_tissue(std::span<const std::unique_ptr<Body>> bodies) {
   Body* body = nullptr;
   std::optional<ClosestSurfacePoint> nearest;
   for (const auto& b : bodies) {
-    if (b->rigid() || b->frozen) continue;
+    if (!b->deforms() || b->frozen) continue;
     const auto closest = b->tree().closest(b->view(), tips, radius_m_);
     if (!closest || (nearest && nearest->distance_m <= closest->distance_m)) continue;
     nearest = closest;
@@ -175,7 +174,7 @@ void Grasp::append(const Body& body, double step_s, std::vector<PointConstraint>
 // A rigid piece is held at points of its own, tissue by its vertices.
 PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double step_s) const {
   const Vec3 at = place_of(p, body), way = pose_.to_world(p.at_tool_m) - at;
-  const double furthest_m = kFastestM_per_s * step_s;
+  const double furthest_m = kFastestHand_m_per_s * step_s;
   PointConstraint c = hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way);
   c.point_world_m = at;
   c.largest_force_n = p.share * largest_force_n_;
@@ -212,7 +211,7 @@ void Grasp::part_left(std::uint32_t parent_id, const Body& part, std::span<const
     return true;
   });
   if (taken.points.empty()) return;
-  if (part.rigid()) taken.points = points_of_jaws(part, share);
+  if (!part.deforms()) taken.points = points_of_jaws(part, share);
   if (held->points.empty()) {
     events_.push_back({EventKind::released, parent_id, "what it holds came off"});
     held_.erase(held);

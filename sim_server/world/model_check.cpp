@@ -18,7 +18,7 @@ void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbe
   check_.cpu += share * (took_s / step_s - check_.cpu);
   check_.asleep = body.asleep();
   if (check_.asleep) known_ = false;
-  if (body.rigid() || body.frozen || check_.asleep) return;
+  if (!body.deforms() || body.frozen || check_.asleep) return;
   const DeformationEngine& deformation = *body.engines.deformation;
   const IntegratorDiagnostics diagnostics = deformation.diagnostics();
   check_.stability_margin = std::min(kMostMargin, diagnostics.stability_margin);

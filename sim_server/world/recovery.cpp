@@ -100,11 +100,11 @@ Recovery::Remedy Recovery::mend(const SharedBody& body, DeformationEngine& defor
 
 void Recovery::restore(const SharedBody& body, DeformationEngine& deformation, bool at_rest) {
   ParticleState& particles = body.particles;
-  const bool rigid = deformation.rigid() != nullptr;  // it keeps its shape anyway
-  const bool known =
-      (!at_rest || rigid) && good_.position_world_m.size() == particles.size() && revision_ == body.mesh.revision();
+  const bool keeps_shape = !deformation.deforms();  // and places the surface itself
+  const bool known = (!at_rest || keeps_shape) && good_.position_world_m.size() == particles.size() &&
+                     revision_ == body.mesh.revision();
   deformation.restore(body, known ? &good_.engine : nullptr);
-  if (rigid) return;
+  if (keeps_shape) return;
   std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
   for (VertexId v = 0; v < particles.size(); ++v) {
     if (known)

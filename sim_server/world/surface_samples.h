@@ -2,7 +2,7 @@
 // finer than the mesh. The triangles near a capsule carry a barycentric lattice of samples about half a radius apart. A
 // sample presses when the capsule has reached it and its face looks at the capsule's axis. A face that the axis has
 // pierced, because the instrument or the tissue moved far in a step, is pushed ahead of the tip; other faces are behind
-// the instrument and don't push. As samples keep their places in the material, an instrument that
+// the instrument and don't push. Since samples keep their places in the material, an instrument that
 // rests or slides has no foot that wanders over the mesh.
 #pragma once
 

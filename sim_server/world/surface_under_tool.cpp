@@ -59,15 +59,11 @@ std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<
 }
 
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m) {
-  if (body.rigid()) return body.rigid()->body.velocity_at(point_world_m);
   if (body.asleep() || body.frozen) return Vec3::Zero();
-  Vec3 sum = Vec3::Zero();
-  for (const VertexId v : body.mesh.triangle(triangle).v) sum += body.particle_view().velocity(v);
-  return sum / 3;
+  return body.velocity_at(body.mesh.triangle(triangle).v, Vec3::Constant(1.0 / 3), point_world_m);
 }
 
 Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
-  if (body.rigid()) return body.rigid()->body.velocity_at(point_world_m);
   if (body.asleep() || body.frozen) return Vec3::Zero();
   const ParticleView now = body.particle_view();
   std::vector<MovingPoint> near, beyond;
@@ -108,9 +104,9 @@ FeltTissue felt_tissue(Body& body, const Vec3& near_world_m, const ToolSpec& too
       tissue.stiffness_n_per_m *=
           stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(body.mesh.triangle(at->triangle).v[0]));
   tissue.damping_per_s = m.damping_per_s;
-  tissue.friction = body.rigid() ? body.spec.splitting.friction : m.friction;
+  tissue.friction = m.friction;
   const auto& threshold_n = body.spec.cutting.threshold_force_n;
-  if (instrument_of(tool.kind).tip_pierces && !body.rigid() && state != ContactState::penetration && threshold_n)
+  if (instrument_of(tool.kind).tip_pierces && state != ContactState::penetration && threshold_n)
     tissue.yield_n = std::min(*threshold_n, kNeverYieldsN);
   return tissue;
 }

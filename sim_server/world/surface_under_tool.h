@@ -34,8 +34,8 @@ std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m);
 // How far the corners of an instrument are outside of a plane; negative when one is beneath it.
 double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_world_m, const Vec3& normal_world);
 
-// The velocity of a point of the surface without the dent of an instrument there: of a rigid piece its own, else the
-// rigid motion of the surface around, which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
+// The velocity of a point of the surface without the dent of an instrument there: the rigid motion of the surface
+// around, which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
 Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m);
 // The same where nothing dents the surface. O(1).
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m);

@@ -21,7 +21,7 @@ struct EllipsoidFit {
 };
 
 // Points of a grid inside the surface, by its winding number, are divided into as many groups as are needed for an
-// overlap of 0.95, at most `most`; each group has the ellipsoid of its second moments. Of the groups, the one whose
+// overlap of 0.95, at most `most`; each group has the ellipsoid of its second moments. The group whose
 // ellipsoid fits worst is divided across its longest axis; the best division is kept. Triangles may be open or turned
 // either way, as for wrap(). Throws InputError when nothing is enclosed. Deterministic.
 EllipsoidFit fit_ellipsoids(const TriangleSoup& given, std::size_t most);

@@ -10,7 +10,7 @@
 
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
 #include "tests/bench/best_times.h"
@@ -27,7 +27,7 @@ const Scene& scene() {
 }
 
 void model(benchmark::State& state) {
-  const Simulation simulation(fill_volumes(scene()));
+  const Simulation simulation(prepared(scene()));
   const TetMesh& mesh = simulation.body(0).tets;
   VolumeMaterial material;
   material.young_pa = scene().bodies[0].material.young_pa;
@@ -49,7 +49,7 @@ void scene_of_paper(benchmark::State& state) {
   const std::uint64_t steps = steps_of(scene(), 0);
   for (auto _ : state) {
     state.PauseTiming();
-    Simulation simulation(fill_volumes(scene()));
+    Simulation simulation(prepared(scene()));
     StepInput input;
     state.ResumeTiming();
     for (std::uint64_t k = 1; k <= steps; ++k) {

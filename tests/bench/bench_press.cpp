@@ -12,7 +12,7 @@
 #include <array>
 #include <cstdio>
 
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
 #include "tests/bench/best_times.h"
 #include "tests/support/shapes.h"
@@ -48,7 +48,7 @@ template <class At>
 void run(benchmark::State& state, const char* style, const At& at, double sleep_after_s = 0) {
   Scene scene = organ(static_cast<int>(state.range(0)), style);
   scene.sleep.after_s = sleep_after_s;
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   std::uint64_t k = 0, deltas = 0;
   const auto step = [&] {
     const Vec3 p = at(k);

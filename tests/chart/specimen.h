@@ -29,7 +29,7 @@ struct Method {
 
 std::vector<Method> methods(bool quick);
 
-// The ball pushes those of these vertices out to its surface that are no further than `reach_m` from it.
+// The ball pushes the vertices that are no further than `reach_m` from its surface out to it.
 void add_contacts(const ChartScene& scene, double share, double reach_m, std::span<const VertexId> vertices,
                   std::span<const Vec4f> position_m, std::vector<PointConstraint>& constraints);
 

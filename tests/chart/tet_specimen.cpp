@@ -70,7 +70,7 @@ class TetSpecimen final : public Specimen {
   }
 
  private:
-  // On the vertices, of what holds them or presses them.
+  // The force on the vertices by all that holds or presses them.
   std::vector<Vec3> forces_n() const {
     std::vector<Vec3> force(x_.size(), Vec3::Zero());
     if (model_.forces) {
@@ -81,7 +81,7 @@ class TetSpecimen final : public Specimen {
     return force;
   }
 
-  // At rest it bears what the tissue pushes the vertices out with that touch it.
+  // At rest the ball bears the force by which the tissue pushes out the vertices that touch it.
   double force_on_ball_n() const {
     const std::vector<Vec3> force = forces_n();
     double sum = 0;

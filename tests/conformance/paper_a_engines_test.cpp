@@ -163,7 +163,7 @@ TEST(A_ARCH, A_ARCH_6_reduced_steps_leave_what_nobody_touches_as_it_is_and_go_on
   spare.overrun = "reduced: 80 ms behind";
   op.step(spare);
   EXPECT_EQ(op.count(EventKind::step_overrun), 1u);
-  const auto same = [](const std::vector<Vec3f>& before, std::span<const Vec3f> now) {
+  const auto same = [](const std::vector<Vec3f>& before, PositionsView now) {
     return std::equal(before.begin(), before.end(), now.begin(), now.end());
   };
   EXPECT_TRUE(same(second, op.simulation.positions_world_m(1)));

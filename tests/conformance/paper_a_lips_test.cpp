@@ -78,7 +78,7 @@ EngineTable engines(const double& squeeze_m_per_s2, bool with_lips) {
 }
 
 // How far the two lips of a cut along the x axis have passed each other: vertices of both sides that were at one place.
-double passed_through_m(const TriangleMesh& mesh, std::span<const Vec3f> positions) {
+double passed_through_m(const TriangleMesh& mesh, PositionsView positions) {
   std::map<std::array<double, 3>, std::array<double, 2>> places;  // at rest -> y now of the left and of the right lip
   double most_m = 0;
   int pairs = 0;

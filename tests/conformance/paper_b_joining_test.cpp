@@ -239,7 +239,7 @@ TEST(B_SUB, round_the_edge_of_the_body) {
   pad.expect_valid();
 }
 
-// Where two cuts have met: the place at rest that most vertices share.
+// The place where two cuts have met: the one at rest that most vertices share.
 Vec3 meeting_place(const PadUnderScalpel& pad) {
   Vec3 place = Vec3::Zero();
   std::size_t most = 0;

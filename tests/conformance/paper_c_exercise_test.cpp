@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/exercise_score.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
@@ -16,7 +16,7 @@ TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
   Scene other = scene;
   other.exercise->bin->min_world_m.x() += 0.1;
   other.exercise->bin->max_world_m.x() += 0.1;
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   ExerciseScore hit(scene, simulation), miss(other, simulation);
   StepInput input;
   for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {
@@ -41,7 +41,7 @@ TEST(C_EXP, C_EXP_1_a_tumour_cut_out_of_a_kidney_is_in_the_tray_or_misses_it) {
 // The same on a volume: a pole of tetrahedra, marked tissue and all, is cut off and becomes a rigid piece.
 TEST(C_EXP, C_EXP_1_the_pole_of_a_volume_is_cut_off_and_put_into_the_tray) {
   const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/tumour_pole.yaml", standard_traits());
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   ExerciseScore score(scene, simulation);
   StepInput input;
   for (std::uint64_t k = 1; k <= steps_of(scene, 0); ++k) {

@@ -5,7 +5,7 @@
 #include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 #include "tests/support/drawn_scene.h"
 
@@ -74,7 +74,7 @@ Count compare(const Frame& frame, const Image& image) {
 // A run of the scene with a knife that goes through.
 struct CutBar {
   CutBar(const std::string& name, std::uint64_t steps)
-      : scene(fill_volumes(bar_with_regions(name))), simulation(scene) {
+      : scene(prepared(bar_with_regions(name))), simulation(scene) {
     before = frame_of(scene, simulation);
     for (std::uint64_t k = 1; k <= steps; ++k) {
       StepInput input;

@@ -8,7 +8,7 @@
 #include "common/delta/journal.h"
 #include "sim_server/body_contact/rigid_body.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/recorder.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(All, Tilted,
                          testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(Tilted, C_EXP_3_the_tissue_follows) {
-  Simulation simulation(fill_volumes(standing_block(GetParam())));
+  Simulation simulation(prepared(standing_block(GetParam())));
   for (int n = 0; n < 600; ++n) simulation.step({});
   const Vec3 upright = middle_m(simulation);
   StepInput input;
@@ -84,7 +84,7 @@ TEST_P(Tilted, C_EXP_3_the_tissue_follows) {
 TEST_P(Tilted, C_EXP_3_by_plan_or_by_request_it_is_the_same) {
   Scene planned = standing_block(GetParam());
   planned.gravity_changes = {{0.05, kToTheSide}, {0.2, kDown}};
-  Simulation by_plan(fill_volumes(planned)), by_request(fill_volumes(standing_block(GetParam())));
+  Simulation by_plan(prepared(planned)), by_request(prepared(standing_block(GetParam())));
   for (int n = 1; n <= 300; ++n) {
     by_plan.step({});
     StepInput input;

@@ -7,7 +7,7 @@
 #include "common/mesh/check.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/exercise_score.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/volume/tets/tet_cut.h"
@@ -35,7 +35,7 @@ TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
   // Beside it a score: of two marked balls one is all in the corner, the knife goes through the other's middle.
   scene.bodies[0].regions = {ball("in", Vec3(0.035, 0.035, 0), 0.004), ball("across", Vec3(0.025, 0.025, 0), 0.007)};
   scene.exercise = ExerciseSpec{"box", Box{Vec3(0.03, 0.03, -0.01), Vec3(0.1, 0.1, 0.1)}, {}};
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   ExerciseScore score(scene, simulation);
   const double whole_m3 = check(simulation.mesh(0)).volume_m3;
   std::map<std::string, int> events;
@@ -74,7 +74,7 @@ TEST(C_CUT, C_CUT_8_the_corner_of_the_papers_box_is_cut_off_and_carried_away) {
 
 TEST(C_NUM, C_NUM_1_the_papers_box_has_the_papers_numbers) {
   Scene scene = load_scene(kPaperBox, standard_traits());
-  const Simulation simulation(fill_volumes(scene));
+  const Simulation simulation(prepared(scene));
   EXPECT_NE(simulation.body(0).mesh_notes[0].find("196 tetrahedra, 74 vertices"), std::string::npos);
   EXPECT_EQ(TetSprings(simulation.body(0).tets, {}, {}).springs().size(), 1167u);
 }
@@ -107,7 +107,7 @@ TEST(C_CON, C_CON_2_the_floor_keeps_the_fraction_of_velocity_that_friction_leave
   }
 }
 
-// The paper's own way: every vertex has the mass that it had at the beginning, and every spring that constant.
+// The paper's own way: every vertex keeps its first mass, and every spring its first constant.
 struct PapersWay {
   double mass_kg, edge_n_per_m, second_n_per_m;
 

@@ -4,7 +4,7 @@
 #include <deque>
 
 #include "common/math/hash.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
 
@@ -15,7 +15,7 @@ namespace {
 class Server {
  public:
   explicit Server(const Scene& scene)
-      : scene_(fill_volumes(scene)),
+      : scene_(prepared(scene)),
         simulation_(scene_),
         steps_(std::max(1, static_cast<int>(std::lround(kTick_s / scene_.step_s)))) {}
 

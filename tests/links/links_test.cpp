@@ -1,4 +1,4 @@
-// Whole sessions behind bad links. Where the machine lets nobody make network namespaces, one line says so.
+// Whole sessions behind bad links. On a machine that lets nobody make network namespaces, one line says so.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include "common/core/processor_time.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
 #include "tests/planning/planned_specimens.h"
@@ -49,7 +49,7 @@ double cost_of(Scene scene) {
   for (ToolSpec& tool : scene.tools)
     if (tool.kind != "probe") tool.trace = {tool.trace[0]};
   constexpr int kStretches = 8, kSteps = 25;
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   double least_s = 1e9;
   std::uint64_t step = 0;
   for (int n = 0; n < kStretches; ++n) {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
 #include "tests/planning/planned_specimens.h"
 #include "tests/support/calibration.h"
@@ -68,7 +68,7 @@ TEST_P(Estimate, is_within_a_factor_of_two) {
 // An organ hangs over from somewhere: how far its end sinks.
 double sunk_m(const Scene& scene) {
   constexpr double kEnd_m = 0.035;
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   const int steps = static_cast<int>(std::lround(scene.duration_s / scene.step_s));
   for (int i = 0; i < steps; ++i) simulation.step({});
   const TriangleMesh& mesh = simulation.mesh(0);

@@ -12,7 +12,7 @@
 
 #include "common/delta/journal.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/choose_model.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/offline_run.h"
 
 namespace sectio {
@@ -69,7 +69,7 @@ class Scenes : public testing::TestWithParam<std::string> {
 
   // The report without the times that steps took.
   ordered_json run(const std::string& name) const {
-    const Scene scene = planned(load_scene((kScenes / (GetParam() + ".yaml")).string(), standard_traits()));
+    const Scene scene = prepared(load_scene((kScenes / (GetParam() + ".yaml")).string(), standard_traits()));
     ordered_json report = ordered_json::parse(run_offline(scene, 0, (directory / name).string()).report);
     for (const char* time : {"step_time_total_s", "step_time_median_s", "step_time_p99_s", "processor_time_s"})
       report["run"].erase(time);

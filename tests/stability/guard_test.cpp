@@ -174,7 +174,7 @@ TEST(GuardOfPieces, mends_a_piece_and_stops_one_at_the_end_of_the_world) {
   const auto step = [&](const std::optional<Vec3>& velocity_m_per_s) {
     body.deform({}, {}, scene.step_s);
     if (velocity_m_per_s) body.rigid()->body.set_velocity(*velocity_m_per_s, Vec3::Zero());
-    if (!body.frozen) body.move_rigid(false);
+    if (!body.frozen) body.rigid()->move(body.shared(), false), body.particles_moved();
     return body.guard(false, scene.step_s);
   };
   ASSERT_TRUE(step(std::nullopt).empty());

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 
 namespace sectio::test {
 
@@ -26,7 +26,7 @@ Scene block_under_knife(const std::string& model, double collapse_ratio, const s
 }
 
 BlockUnderBlade::BlockUnderBlade(const std::string& model, double collapse_ratio, const std::string& style)
-    : scene_(fill_volumes(block_under_knife(model, collapse_ratio, style))),
+    : scene_(prepared(block_under_knife(model, collapse_ratio, style))),
       body_(scene_.bodies[0], scene_, 0, maker(model)) {}
 
 double BlockUnderBlade::walls_m2() const {

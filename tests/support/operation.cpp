@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/mesh/check.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 
 namespace sectio::test {
 
@@ -32,7 +32,7 @@ double organ_height_m(double x_m, double y_m) {
 }
 
 Operation::Operation(Scene s, const EngineTable& engines)
-    : scene(fill_volumes(std::move(s))), simulation(scene, engines), hands_(scene.tools.size()) {}
+    : scene(prepared(std::move(s))), simulation(scene, engines), hands_(scene.tools.size()) {}
 
 const StepOutput& Operation::step(const std::vector<std::pair<std::uint32_t, Pose>>& poses) {
   StepInput input;

@@ -45,6 +45,9 @@ class Telling final : public DeformationEngine {
   void restore(const SharedBody& body, const DeformationState* state) override { engine_->restore(body, state); }
   void use_stable_driver(int steps) override { engine_->use_stable_driver(steps); }
   IntegratorDiagnostics diagnostics() const override { return engine_->diagnostics(); }
+  bool deforms() const override { return engine_->deforms(); }
+  bool asleep() const override { return engine_->asleep(); }
+  void wake() override { engine_->wake(); }
   RigidMotion* rigid() override { return engine_->rigid(); }
 
  private:

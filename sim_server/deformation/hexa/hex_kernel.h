@@ -58,7 +58,7 @@ HexRows rows_of(const HexLattice& lattice, const HexMaterial& material);
 std::vector<double> effective_masses(const HexLattice& lattice);
 
 // Adds the cells' elastic forces to `force_n` ({x y z 0}, one a node). If `with_bound`, returns a bound on the
-// largest omega^2, 1/s^2, else 0. As mass and stiffness are both proportional to phi,
+// largest omega^2, 1/s^2, else 0. Since mass and stiffness are both proportional to phi,
 //   omega^2 <= max_e s_e 4 / (rho h^2) (mu + kappa |cof F|^2 + |kappa (J - 1) - mu| |F|)
 // holds in any state, whatever is cut and however small the fill of a cell. s_e is the material's stiffness factor
 // where cells are whole. In general, with g_ne the slope of node n's weight at the material's centroid,

@@ -1,6 +1,6 @@
 // The model neo_hookean_lattice: lattice hexahedra with virtual nodes (hex_lattice.h, hex_kernel.h), in which the
 // vertices of a mesh of tetrahedra are embedded. Two integrators (explicit_implicit_integrator.h): the bound of the
-// explicit one holds in any state, and cuts don't change it. Where deformation has stiffened the body, it takes up to
+// explicit one holds in any state, and cuts don't change it. A body that deformation has stiffened takes up to
 // four times as many substeps; beyond that, the implicit driver takes the step. Deterministic, one thread.
 #pragma once
 

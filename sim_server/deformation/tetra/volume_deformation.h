@@ -1,6 +1,8 @@
 // The deformation of a volume of tetrahedra. The rest of the simulation sees its surface only, in slots: each live slot
-// is bound to a vertex of the volume. Each step begins by reading the state of the surface, which contacts may have
-// changed.
+// is bound to a vertex of the volume.
+//
+// The body has the state of the vertices at the surface, which contacts and cuts change; this engine has the state of
+// those inside. A model moves both in one array, so each step begins by reading the surface and ends by writing it.
 #pragma once
 
 #include <memory>
@@ -56,16 +58,19 @@ class VolumeDeformation final : public DeformationEngine {
   };
   void change(const TetChange& change, std::span<const Vec4f> added_position_world_m,
               std::span<const Vec4f> added_velocity_m_per_s, std::span<const Slot> slots);
-  void place(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
+  // These are for vertices without a slot; the state of the others is the body's.
+  void place_inside(VertexId v, const Vec3& position_world_m, const Vec3& velocity_m_per_s) {
     position_[v].head<3>() = position_world_m.cast<float>();
     velocity_[v].head<3>() = velocity_m_per_s.cast<float>();
   }
-  void nudge(VertexId v, const Vec3& faster_by_m_per_s) { velocity_[v].head<3>() += faster_by_m_per_s.cast<float>(); }
+  void nudge_inside(VertexId v, const Vec3& faster_by_m_per_s) {
+    velocity_[v].head<3>() += faster_by_m_per_s.cast<float>();
+  }
   // Sets the state of all vertices, for a part that comes off another volume.
   void set_state(std::vector<Vec4f> position_world_m, std::vector<Vec4f> velocity_m_per_s);
 
   const VolumeModel& model() const { return *model_; }
-  // The state of all vertices after the last step; the body has the present state of those on the surface.
+  // The state of all vertices, those at the surface as they were after the last step.
   std::span<const Vec4f> position_world_m() const { return position_; }
   std::span<const Vec4f> velocity_m_per_s() const { return velocity_; }
 
@@ -85,8 +90,8 @@ class VolumeDeformation final : public DeformationEngine {
   double layer_m_ = 0;  // before cuts have made small elements
   std::size_t anchors_ = 0;
   Pose frame_, first_frame_;
-  std::vector<Vec4f> position_, velocity_;
-  VertexSet touched_;  // scratch
+  std::vector<Vec4f> position_, velocity_;  // by vertex; at the surface a step reads them from the body
+  VertexSet touched_;                       // scratch
   std::vector<MatchedPoint> matched_;
   std::vector<PointConstraint> constraints_;
   std::vector<Reaction> reactions_;

@@ -26,7 +26,7 @@ struct VolumeSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   std::vector<std::uint8_t> fixed;  // one a vertex; empty: none is fixed
-  // A step is taken in equal, stable substeps. Where a cut or a mesher has left small elements, vertices too light for
+  // A step is taken in equal, stable substeps. Vertices of small elements, which cuts and meshers leave, too light for
   // substeps of this length get added mass (selective mass scaling); gravity on them doesn't grow. 0: none does.
   double least_substep_s = 0;
 };

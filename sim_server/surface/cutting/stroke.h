@@ -4,9 +4,9 @@
 // follows the instrument by a temporary subdivision, which is undone before anything else is planned. When the
 // instrument leaves the cell, the cut through it becomes a straight line from entry to exit (figure 1).
 //
-// What a blade does depends on two places alone, both at rest: where the cut that it works on ends, and where the blade
-// is now (blade_place.h). In a groove it cuts nothing, whatever the direction and speed. Out of a groove over an end it
-// goes on from that end; elsewhere it branches off. Over the lip of another groove, or of its own, the cuts meet.
+// The action of a blade depends on two places alone, both at rest: the end of the cut that it works on, and the place
+// of the blade (blade_place.h). In a groove it cuts nothing, in any direction. Out of a groove over an end it goes
+// on from that end; elsewhere it branches off. Over the lip of another groove, or of its own, the cuts meet.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
+#include "common/math/positions_view.h"
 #include "sim_server/bodies/particle_state.h"
 #include "sim_server/bodies/touched_vertices.h"
 
@@ -34,33 +38,16 @@ TEST(ParticleState, keeps_what_it_has_when_it_grows) {
   EXPECT_EQ(state.position_world_m[99], Vec4f::Zero());
 }
 
-TEST(CompactPositions, copies_only_after_a_change) {
+TEST(PositionsView, sees_the_state_itself) {
   ParticleState state = particles_at_rest(tetrahedron().vertices_body_m, {});
-  CompactPositions compact;
-  EXPECT_EQ(compact.of(state)[3], Vec3f(0, 0, 1));
+  const PositionsView positions = state.position_world_m;
   state.place(3, Vec3(0, 0, 2));
-  EXPECT_EQ(compact.of(state)[3], Vec3f(0, 0, 1));
-  compact.invalidate();
-  EXPECT_EQ(compact.of(state)[3], Vec3f(0, 0, 2));
-  state.resize(9);
-  EXPECT_EQ(compact.of(state).size(), 9u);
-}
-
-TEST(CompactPositions, follows_single_changes_and_growth_without_a_new_copy) {
-  ParticleState state = particles_at_rest(std::vector<Vec3>{Vec3(1, 2, 3), Vec3(4, 5, 6)}, Pose{});
-  CompactPositions compact;
-  compact.of(state);
-  state.resize(3);
-  state.place(2, Vec3(7, 8, 9));
-  compact.changed(state, 2);
-  state.place(0, Vec3(-1, 0, 0));  // without invalidate() the copy doesn't change
-  state.place(1, Vec3(5, 5, 5));
-  compact.changed(state, 1);
-  const auto now = compact.of(state);
-  ASSERT_EQ(now.size(), 3u);
-  EXPECT_EQ(now[0], Vec3f(1, 2, 3));
-  EXPECT_EQ(now[1], Vec3f(5, 5, 5));
-  EXPECT_EQ(now[2], Vec3f(7, 8, 9));
+  ASSERT_EQ(positions.size(), 4u);
+  EXPECT_EQ(positions[3], Vec3f(0, 0, 2));
+  const std::vector<Vec3f> triples(positions.begin(), positions.end());
+  const PositionsView same = triples;
+  EXPECT_TRUE(std::equal(positions.begin(), positions.end(), same.begin(), same.end()));
+  EXPECT_EQ(PositionsView(std::vector<Vec3f>{}).size(), 0u);
 }
 
 TEST(TouchedVertices, are_the_corners_before_and_after) {

@@ -1,5 +1,5 @@
 // The score of an exercise against volumes that are known.
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/exercise_score.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ Scene two_halves() {
 
 TEST(C_EXP, C_EXP_1_half_of_a_marked_ball_is_removed_with_the_healthy_tissue_around_it) {
   const Scene scene = two_halves();
-  const Simulation simulation(fill_volumes(scene));
+  const Simulation simulation(prepared(scene));
   const Score score = ExerciseScore(scene, simulation).finish();
   EXPECT_NEAR(score.marked_m3, 2 * kHalfBall_m3, kGrid * kHalfBall_m3);
   EXPECT_NEAR(score.marked_removed_m3, kHalfBall_m3, kGrid * kHalfBall_m3);
@@ -53,7 +53,7 @@ TEST(C_EXP, C_EXP_1_half_of_a_marked_ball_is_removed_with_the_healthy_tissue_aro
 
 TEST(C_EXP, C_EXP_1_what_is_not_in_the_bin_as_a_whole_is_not_in_the_bin) {
   Scene scene = two_halves();
-  const Simulation simulation(fill_volumes(scene));
+  const Simulation simulation(prepared(scene));
   scene.exercise->bin->max_world_m.x() = 0.029;
   const Score score = ExerciseScore(scene, simulation).finish();
   EXPECT_FALSE(score.in_bin);
@@ -66,7 +66,7 @@ TEST(C_EXP, C_EXP_1_an_organ_that_nothing_holds_is_its_largest_piece) {
   scene.bodies[0].fixed.reset();
   for (std::size_t v = 0; v < scene.bodies[0].mesh.vertices_body_m.size() / 2; ++v)
     scene.bodies[0].mesh.vertices_body_m[v].x() *= 1.2;
-  const Simulation simulation(fill_volumes(scene));
+  const Simulation simulation(prepared(scene));
   const Score score = ExerciseScore(scene, simulation).finish();
   ASSERT_EQ(score.removed.size(), 1u);
   EXPECT_NEAR(score.removed[0].marked_m3 + score.removed[0].healthy_m3, 0.03 * 0.04 * 0.04, 1e-7);
@@ -75,7 +75,7 @@ TEST(C_EXP, C_EXP_1_an_organ_that_nothing_holds_is_its_largest_piece) {
 TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   Scene scene = two_halves();
   for (ToolSpec& tool : scene.tools) tool.kind = "probe", tool.geometry = instrument_of("probe").geometry;
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   ExerciseScore score(scene, simulation);
   StepInput input;
   // 40 mm down, 2 mm and the ball's 1.5 mm of them into the left block, and up again.

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/offline_run.h"
 #include "sim_server/simulation.h"
 #include "tests/support/block_scene.h"
@@ -34,7 +34,7 @@ Regions lump(double stiffness_factor) {
 }
 
 double felt_n(const Scene& scene) {
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   StepInput input;
   double force_n = 0;
   for (std::uint64_t n = 1; n <= 600; ++n) {
@@ -64,7 +64,7 @@ TEST_P(RegionsOf, the_report_says_how_much_there_is_of_each) {
   Scene scene = block_under_probe(GetParam());
   scene.bodies[0].regions = lump(1);
   scene.bodies[0].regions[0].marked = true;
-  const auto report = nlohmann::json::parse(run_offline(scene, 2, "").report);
+  const auto report = nlohmann::json::parse(run_offline(prepared(scene), 2, "").report);
   const double ball_m3 = 4 * M_PI / 3 * 0.018 * 0.018 * 0.014;
   EXPECT_NEAR(report["bodies"][0]["region_volumes_m3"]["lump"].get<double>(), ball_m3, 0.01 * ball_m3);
   EXPECT_EQ(report["bodies"][0]["marked_volume_m3"], report["bodies"][0]["region_volumes_m3"]["lump"]);

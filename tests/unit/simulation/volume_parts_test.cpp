@@ -5,7 +5,7 @@
 #include "common/math/trace.h"
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/simulation.h"
 #include "sim_server/volume/volume_cutting.h"
@@ -191,7 +191,7 @@ TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
 // The side through which the blade came is open, too, although the blade had pressed it in.
 TEST(VolumeParts, a_cut_begins_at_the_skin) {
   for (const std::string style : {"semi_progressive", "progressive"}) {
-    Scene scene = fill_volumes(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml", standard_traits()));
+    Scene scene = prepared(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_volume_cut.yaml", standard_traits()));
     scene.bodies[0].cutting.style = style;
     Operation op(scene);
     for (int n = 0; n < 1500; ++n) {
@@ -236,7 +236,7 @@ struct Opening {
   std::uint32_t steps = 0;
 };
 Opening opening_along(const std::string& style, double step_m) {
-  const Scene scene = fill_volumes(hanging_bar("neo_hookean", style, FreeParts::keep));
+  const Scene scene = prepared(hanging_bar("neo_hookean", style, FreeParts::keep));
   const double edge_m = mean_edge_m(scene.bodies[0].tets);
   const InstrumentShape shape = instrument_of("knife").shape(scene.tools[0].geometry, {});
   Operation op(scene);

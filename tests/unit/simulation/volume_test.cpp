@@ -1,5 +1,5 @@
 // Bodies that are volumes of tetrahedra, through the whole simulation.
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/volume/volume_engines.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ class VolumeModels : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(All, VolumeModels, testing::Values("tetra_springs", "neo_hookean", "neo_hookean_lattice"));
 
 TEST_P(VolumeModels, C_CON_1_fall_onto_the_floor_and_rest_there_whole) {
-  Simulation simulation(fill_volumes(block_on_table(GetParam())));
+  Simulation simulation(prepared(block_on_table(GetParam())));
   for (int n = 0; n < 600; ++n) simulation.step({});
   float lowest = 1;
   for (const Vec3f& x : simulation.positions_world_m(0)) lowest = std::min(lowest, x.z());
@@ -59,7 +59,7 @@ TEST_P(VolumeModels, a_probe_dents_them_feels_it_and_they_come_back) {
   scene.tools[0].name = "probe";
   scene.tools[0].kind = "probe";
   scene.tools[0].geometry = instrument_of("probe").geometry;
-  Simulation simulation(fill_volumes(scene));
+  Simulation simulation(prepared(scene));
   std::uint64_t n = 0;
   double force_n = 0;
   const auto move_tip = [&](double from_z_m, double to_z_m, int steps) {
@@ -93,18 +93,18 @@ TEST_P(VolumeModels, a_probe_dents_them_feels_it_and_they_come_back) {
 TEST(Volume, templates_are_refused_and_said_so) {
   Scene scene = block_on_table("neo_hookean");
   scene.bodies[0].cutting.style = "templates";
-  EXPECT_THROW(fill_volumes(scene), InputError);
+  EXPECT_THROW(prepared(scene), InputError);
 }
 
 TEST(Volume, tetrahedra_from_a_file_are_the_body) {
-  Scene scene = fill_volumes(block_on_table("neo_hookean"));
+  Scene scene = prepared(block_on_table("neo_hookean"));
   const TetMesh& tets = scene.bodies[0].tets;
   const std::string path = testing::TempDir() + "/sectio_volume_test.msh";
   write_tet_file(path, tets);
   Scene from_file = block_on_table("neo_hookean");
   from_file.bodies[0].mesh = {};
   from_file.bodies[0].volume.file = path;
-  const Simulation simulation(fill_volumes(from_file));
+  const Simulation simulation(prepared(from_file));
   EXPECT_EQ(simulation.mesh(0).vertex_count(), scene.bodies[0].mesh.vertices_body_m.size());
   EXPECT_NEAR(check(simulation.mesh(0)).volume_m3, check(tets).volume_m3, 1e-12);
 }
@@ -113,11 +113,11 @@ TEST(Volume, what_can_t_be_filled_is_refused_with_scene_and_body) {
   Scene scene = block_on_table("neo_hookean");
   scene.file = "a.yaml";
   scene.bodies[0].contact.style = "templates";
-  EXPECT_THROW(Simulation{fill_volumes(scene)}, InputError);
+  EXPECT_THROW(Simulation{prepared(scene)}, InputError);
   scene.bodies[0].contact.style = "vertices";
   scene.bodies[0].volume.file = "nothing.msh";
   try {
-    const Simulation simulation(fill_volumes(scene));
+    const Simulation simulation(prepared(scene));
     FAIL();
   } catch (const InputError& error) {
     EXPECT_EQ(std::string(error.what()), "a.yaml: body 'block': nothing.msh: no such file");

@@ -10,13 +10,14 @@
 
 #include "common/core/error.h"
 #include "sim_server/engine/standard_traits.h"
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/trials/write_scene.h"
 
 namespace sectio {
 namespace {
 
 Scene shipped(const char* name) {
-  Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/" + std::string(name), standard_traits());
+  Scene scene = prepared(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/" + std::string(name), standard_traits()));
   scene.duration_s = 0.01;
   scene.expect.clear();
   return scene;
