@@ -106,7 +106,7 @@ bool Gateway::receive(std::uint32_t client, std::span<const std::uint8_t> frame,
   return frame.size() <= kMaxMessageBytes && ++at->second.garbage < kMaxGarbage;
 }
 
-// False for what is no message of a page.
+// False for bytes that are no message of a page.
 bool Gateway::take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s) {
   switch (message.kind) {
     case LiveKind::hello:

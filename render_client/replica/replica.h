@@ -44,7 +44,7 @@ class Replica {
   void begin_term(const StateHeader& header);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
-  // Validated messages. Those of another epoch, and those about bodies that the scene doesn't have, are dropped.
+  // Validated messages. Messages of another epoch, or about bodies that the scene doesn't have, are dropped.
   void feed(DeltaMessage message);
   void feed_keyframe(std::uint64_t epoch, std::uint32_t body_id, std::span<const std::uint8_t> bytes);
   void feed(StateHeader header);

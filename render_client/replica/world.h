@@ -33,7 +33,7 @@ class World {
   static constexpr double kSilence_s = 0.5;       // states come sixty times a second
   static constexpr std::size_t kMaxServers = 64;  // shown; and as many claimants
 
-  // Validated messages. Those of a server that hasn't been announced are dropped.
+  // Validated messages. Messages of a server that hasn't been announced are dropped.
   void announce(const SceneInfo& scene);
   void feed(DeltaMessage message);
   void feed(KeyframeChunk chunk);
