@@ -101,6 +101,7 @@ class EdgeContact {
   void enter_tissue(const SurfaceHit& hit);
   void break_in(const Entry& at);
   bool enter_open_cut();
+  bool enter_from_above(const Entry& at);
   void ask_surface(const Blade& blade, std::vector<TriangleId>& crossed);
   void refuse_frozen(std::vector<BladeMotion>& motions);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);

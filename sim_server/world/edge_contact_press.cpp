@@ -132,25 +132,39 @@ void EdgeContact::slip_off() {
   smooth_force_n_ = 0;
 }
 
-// A blade that comes between the lips of a cut is in the tissue, without a force.
+// A blade that comes between the lips of a cut is in the tissue, without a force. So is one that presses a wall, where
+// it came in between the lips, and whose edge reaches up through the skin beyond the end of the cut.
 bool EdgeContact::enter_open_cut() {
   const bool may_cut = cuts_ && (instrument_.tip_pierces || may_enter());
   if (!may_cut || body_.rigid() || body_.cut_traits.edge_cuts_anywhere) return false;
+  const bool on_wall = phase_ == Phase::pressing && body_.mesh.triangle(triangle_).surface == Surface::wall;
   Blade blade = blade_at(pose_);
+  const auto is_in = [&](const Vec3& above_world_m) {
+    return (above_world_m - blade.tip_world_m).dot(blade.up_world) >= kInM;
+  };
+  const BladeLine line = line_of(blade);
+  const auto skin_above = [&](const Vec3& below_world_m) -> std::optional<SurfaceHit> {
+    for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, below_world_m))
+      if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return hit;
+    return {};
+  };
+  if (on_wall)
+    if (const auto skin = skin_above(line.tip_world_m); skin && is_in(skin->point_world_m))
+      return enter_from_above({edge_id_, skin->triangle, skin->bary});
   auto cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
   // A tip that has slid from the skin over the end of a groove presses the wall: the lid is a little aside.
-  if (phase_ == Phase::pressing && body_.mesh.triangle(triangle_).surface == Surface::wall)
-    for (int look = 0; !cut && look < kMostAside; ++look) {
-      blade.tip_world_m += kAsideM * body_.view().normal(triangle_);
-      cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
-    }
-  if (!cut || (cut->point_world_m - blade.tip_world_m).dot(blade.up_world) < kInM) return false;
-  const BladeLine line = line_of(blade);
-  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, cut->point_world_m))
-    if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return false;
+  for (int look = 0; on_wall && !cut && look < kMostAside; ++look) {
+    blade.tip_world_m += kAsideM * body_.view().normal(triangle_);
+    cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
+  }
+  if (!cut || !is_in(cut->point_world_m) || skin_above(cut->point_world_m)) return false;
+  return enter_from_above({edge_id_, cut->beside, Vec3::Constant(1.0 / 3)});
+}
+
+bool EdgeContact::enter_from_above(const Entry& at) {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
   constraints_.clear();
-  break_in({edge_id_, cut->beside, Vec3::Constant(1.0 / 3)});
+  break_in(at);
   return true;
 }
 
