@@ -121,7 +121,7 @@ bool VolumeCutPlanner::open_pinched_edges(const FrontRollback& rollback, TetChan
   const bool has_front = std::ranges::any_of(tracks_.by_edge, [](const auto& track) { return track.second.has_front; });
   if (!has_front) lasting_operations_ = topology_.mark();
   for (auto& [edge_id, track] : tracks_.by_edge) {
-    if (track.since_cut_m == 0 && has_front)
+    if (track.since_cut_m == 0 && track.has_front)
       track.front_vertices.insert(track.front_vertices.end(), made.begin(), made.end());
   }
   if (!has_front) tracks_.slit.add_vertices(made);
