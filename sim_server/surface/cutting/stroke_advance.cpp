@@ -92,6 +92,7 @@ class Advance {
 
   StrokeEnd on_skin(const BladePlace& place) {
     StrokeEnd end = StrokeEnd::going;
+    if (has_followed(place)) return end;
     for (int i = 0; i < kMostCutsMet; ++i) {
       if (!stroke_.cuts()) {
         const Start start = start_at(place);
@@ -142,6 +143,17 @@ class Advance {
     const Vec3 apex = draft_.rest(stroke_.cell.apex), way = place.rest_body_m - apex;
     return stroke_.seen.on_lid_body_m && (*stroke_.seen.on_lid_body_m - apex).norm() > kResumesM &&
            way.dot(stroke_.heading_body) < kAhead * way.norm();
+  }
+
+  // The cut is open up to the blade already, or beyond it. Tissue swings to and fro under a slow blade, and an end that is
+  // made anew at each swing drives it on.
+  bool has_followed(const BladePlace& place) const {
+    if (!stroke_.cuts() || !stroke_.temporary_inverse || !stroke_.blade) return false;
+    const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end,
+               cut = end - draft_.rest(stroke_.cell.apex);
+    const double far_m = way.norm(), step_m = settings_.min_step_m;
+    if (far_m < step_m) return (blade_.tip_world_m - stroke_.blade->tip_world_m).norm() < step_m;
+    return far_m < kNodeM && cut.norm() > step_m && way.dot(cut) < kAhead * far_m * cut.norm();
   }
 
   // The lid is over the last pieces of the cut itself.
