@@ -17,6 +17,7 @@ constexpr double kOvershootM = 2e-4;          // beyond a lip, so that the way l
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
 constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
 constexpr double kAlongLip = 0.94;            // cosine to a lip
+constexpr double kOwnWay = 0.5;               // of the way back at rest, the least that a blade has gone itself
 constexpr double kSameSheetM = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
 
 class Advance {
@@ -145,15 +146,16 @@ class Advance {
            way.dot(stroke_.heading_body) < kAhead * way.norm();
   }
 
-  // The cut is open up to the blade already, or beyond it. Tissue swings to and fro under a slow blade, and an end that is
-  // made anew at each swing drives it on.
+  // The cut is open up to the blade already, or beyond it and the blade has not gone back itself. Tissue swings to and
+  // fro under a slow blade, and an end that is made anew at each swing drives it on.
   bool has_followed(const BladePlace& place) const {
     if (!stroke_.cuts() || !stroke_.temporary_inverse || !stroke_.blade) return false;
-    const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end,
-               cut = end - draft_.rest(stroke_.cell.apex);
+    const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end;
+    const Vec3 cut = end - draft_.rest(stroke_.cell.apex);
     const double far_m = way.norm(), step_m = settings_.min_step_m;
-    if (far_m < step_m) return (blade_.tip_world_m - stroke_.blade->tip_world_m).norm() < step_m;
-    return far_m < kNodeM && cut.norm() > step_m && way.dot(cut) < kAhead * far_m * cut.norm();
+    const double went_m = (blade_.tip_world_m - stroke_.blade->tip_world_m).norm();
+    if (far_m < step_m) return went_m < step_m;
+    return far_m < kNodeM && went_m < kOwnWay * far_m && way.dot(cut) < kAhead * far_m * cut.norm();
   }
 
   // The lid is over the last pieces of the cut itself.
