@@ -47,7 +47,7 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
-constexpr double kCrumb = 0.5;  // of a mean tetrahedron: what comes off and is smaller is removed
+constexpr double kCrumb = 2;  // mean tetrahedra: what comes off and is smaller is debris, and is removed
 
 void make_volume(BodySpec& body) {
   if (body.contact.style == "templates")
