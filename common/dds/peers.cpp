@@ -53,10 +53,14 @@ void Peers::on_publication_matched(DataWriter* writer, const eprosima::fastdds::
   const Prefix reader = GUID_t(status.last_subscription_handle).guidPrefix;
   const std::lock_guard lock(mutex_);
   auto& [there, gone] = readers_[writer];
-  if (status.current_count_change > 0)
+  if (status.current_count_change > 0) {
     there.insert(reader);
-  else if (there.erase(reader) > 0 && peers_.contains(reader) && gone.size() < kMaxGone)
-    gone.insert(peers_.at(reader).name);
+    return;
+  }
+  const bool was_there = there.erase(reader) > 0;
+  const auto peer = peers_.find(reader);
+  if (was_there && peer != peers_.end() && peer->second.announcement && gone.size() < kMaxGone)
+    gone.insert(peer->second.name);
 }
 
 // Fast DDS calls this after it has matched or unmatched the endpoints of the peer.

@@ -23,8 +23,8 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
   // log.
   explicit Peers(const Announcement& own) : own_(own) {}
 
-  // Programs that read from the writer until they were dropped, and that don't read again, also not as a new
-  // participant of the same name.
+  // Programs of this project that read from the writer until they were dropped, and that don't read again, also not as
+  // a new participant of the same name.
   std::uint32_t lost_readers(const DataWriter* writer) const;
 
   bool is_there(const ProgramId& program) const;
