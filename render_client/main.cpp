@@ -41,7 +41,7 @@ constexpr double kMaxRepeat_s = 1;  // of video, for which a picture stands in f
 struct Options {
   NetworkOptions network;
   std::string name = "viewer";
-  std::string directory, video_file, sheet_file, report_file;
+  std::string directory, video_file, sheet_file, report_file, record_file;
   std::string size = "1280x720", eye, target, field;
   double frames_per_s = 25;
   double field_of_view_deg = 0;
@@ -103,6 +103,7 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--out", o.directory, "directory for the pictures (PNG); empty: none are written");
   arguments.option("--video", o.video_file, "file for a video (MP4)");
   arguments.option("--contact-sheet", o.sheet_file, "file for eight pictures of the session, side by side (PNG)");
+  arguments.option("--record", o.record_file, "file for all that is heard (MCAP), which `sim_server play` shows");
   arguments.option("--report", o.report_file, "file for the numbers of this viewer (JSON)");
   arguments.option("--fps", o.frames_per_s, "pictures per second");
   arguments.option("--size", o.size, "width x height in pixels");
@@ -254,10 +255,13 @@ int view(Options options) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
   write_report(options.report_file, "");  // a file that can't be written is refused now, not at the end
+  std::optional<HeardRecord> heard;
+  if (!options.record_file.empty()) heard.emplace(options.record_file, options.name);
   Screen screen(options);
   const double patience_s = options.duration_s > 0 ? options.duration_s : kForEver_s;
   if (!find_session(options.network, patience_s, [] { return stop_requested != 0; })) return 1;
   ClientNet net(options.network, options.name.substr(0, kMaxNameBytes));
+  if (heard) net.record(*heard);
   World world;
   Frame frame, halted;
   bool was_halted = false;
@@ -276,6 +280,7 @@ int view(Options options) {
     if (!connected && net.connected()) log_info("connected to a server");
     connected = connected || net.connected();
     const bool is_new = world.frame(now_s(), frame);
+    if (heard) heard->keep(world);
     record.add_sync(now_s() - sync_begun_s, world);
     if (is_new && !any) log_info("session '" + frame.session + "' on the screen");
     any = any || is_new;
@@ -295,6 +300,7 @@ int view(Options options) {
   screen.finish();
 
   const std::vector<BodyVersion> versions = world.catch_up();
+  if (heard) heard->keep(world);
   const std::vector<std::string> names = world.body_names();
   const std::optional<SessionEnd> end = world.session_end();
   write_report(options.report_file, record.json(options.name, world, net.counts(), versions, end));

@@ -83,9 +83,20 @@ bool McapReader::read_more() {
   } else if (!take({op, record_})) {
     return false;
   }
+  place_ = at_;
   at_ += kRecordHead + length;
   broken_ = false;
   return true;
+}
+
+void McapReader::go_to(std::uint64_t place) {
+  at_ = place;
+  file_.clear();
+  file_.seekg(static_cast<std::streamoff>(at_));
+  chunk_.clear();
+  in_chunk_ = 0;
+  message_.reset();
+  finished_ = broken_ = false;
 }
 
 bool McapReader::open_chunk(std::span<const std::uint8_t> content) {

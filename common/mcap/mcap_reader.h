@@ -28,6 +28,9 @@ class McapReader {
   // The next message, or the next one of a topic; nothing at the end and where the file is damaged.
   std::optional<Message> next();
   std::optional<Message> next(const std::string& topic);
+  // The place in the file of the last message, or of the chunk that it is in; and back to a place that has been read.
+  std::uint64_t place() const { return place_; }
+  void go_to(std::uint64_t place);
   // The metadata that stand before the messages read so far, by name.
   const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
   // The end of the part that has been read, and whether the file ends there as it should.
@@ -46,7 +49,7 @@ class McapReader {
   std::optional<Record> next_in_chunk();
 
   std::ifstream file_;
-  std::uint64_t size_ = 0, at_ = 0;
+  std::uint64_t size_ = 0, at_ = 0, place_ = 0;
   bool finished_ = false, broken_ = false;
   std::vector<std::uint8_t> record_;  // of the file, the one at hand
   std::vector<std::uint8_t> chunk_;   // unpacked

@@ -118,6 +118,7 @@ enum class OrderKind : std::uint8_t {
   set_speed,   // of simulated time, compared with the clock
   begin_anew,  // bodies and score as they were at first; the try so far is kept
   tell_score,  // of the exercise, so far
+  seek,        // what is played goes on from another time
 };
 
 // An order of the person who leads a session, to all of its servers.
@@ -126,6 +127,7 @@ struct SessionOrder {
   OrderKind kind = OrderKind::tilt;
   Vec3 gravity_m_per_s2 = Vec3::Zero();  // of tilt
   double speed = 1;                      // of set_speed
+  double sim_time_s = 0;                 // of seek
 };
 
 struct SessionEnd {

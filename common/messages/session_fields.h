@@ -144,11 +144,12 @@ void fields(Visitor& visit, M& message) {
 
 template <class Visitor, FieldsOf<SessionOrder> M>
 void fields(Visitor& visit, M& message) {
-  auto& [source, kind, gravity_m_per_s2, speed] = message;
+  auto& [source, kind, gravity_m_per_s2, speed, sim_time_s] = message;
   visit("source", source);
-  visit("kind", kind, at_most(static_cast<double>(OrderKind::tell_score)));
+  visit("kind", kind, at_most(static_cast<double>(OrderKind::seek)));
   visit("gravity_world_m_per_s2", gravity_m_per_s2, kGravity_m_per_s2);
   visit("speed_1", speed, from_to(kSlowest, kFastest));
+  visit("sim_time_s", sim_time_s, kNotNegative);
 }
 
 template <class Visitor, FieldsOf<SessionEnd> M>

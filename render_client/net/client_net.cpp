@@ -17,6 +17,8 @@ struct ClientNet::Wire {
       Reads<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, SessionEvent, SessionEnd>,
       Writes<KeyframeRequest, ViewerReport>>
       endpoints;
+  // For a record alone.
+  std::unique_ptr<Endpoints<Reads<ServerStatus>, Writes<>>> status = {};
 };
 
 namespace {
@@ -35,7 +37,8 @@ ClientNet::ClientNet(const NetworkOptions& options, std::string name)
       wire_(new Wire{{options, "render_client " + std::to_string(client_)}}),
       name_(std::move(name)),
       meter_(options.off_host() ? kFirstLevelOffHost : 0),
-      off_host_(options.off_host()) {}
+      off_host_(options.off_host()),
+      options_(options) {}
 
 ClientNet::~ClientNet() = default;
 
@@ -43,12 +46,14 @@ template <class Message, class Use>
 void ClientNet::drain(const Use& use) {
   while (auto message = wire_->endpoints.take<Message>()) {
     ++messages_;
+    if (record_) record_->hear(*message);
     use(std::move(*message));
   }
 }
 
 void ClientNet::poll(double now_s, World& world) {
   wire_->endpoints.renew_after_sleep();
+  if (wire_->status) wire_->status->renew_after_sleep();
   drain<SceneInfo>([&](const SceneInfo& scene) { world.announce(scene); });
   if (!world.scene()) return;  // the readers keep what comes before the scene
 
@@ -71,6 +76,7 @@ void ClientNet::poll(double now_s, World& world) {
     if (events_.size() > kMaxEvents) events_.pop_front();
   });
   drain<SessionEnd>([&](const SessionEnd& end) { world.feed(end); });
+  while (auto status = wire_->status ? wire_->status->take<ServerStatus>() : std::nullopt) record_->hear(*status);
   const std::vector<KeyframeRequest> requests = world.take_requests(now_s);
   choose_channels(now_s, world, !requests.empty());
   for (KeyframeRequest request : requests) {
@@ -108,6 +114,11 @@ void ClientNet::report(double now_s) {
   report.client = client_;
   report.name = name_;
   if (!wire_->endpoints.write(report)) log_limited(LogLevel::warning, "report", "DDS refused to send a report");
+}
+
+void ClientNet::record(HeardRecord& record) {
+  record_ = &record;
+  wire_->status = std::make_unique<Endpoints<Reads<ServerStatus>, Writes<>>>(options_, "render_client record");
 }
 
 bool ClientNet::connected() const {

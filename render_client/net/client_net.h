@@ -8,6 +8,7 @@
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
+#include "render_client/net/heard_record.h"
 #include "render_client/net/link_meter.h"
 #include "render_client/replica/world.h"
 
@@ -31,6 +32,9 @@ class ClientNet {
   // joins the session anew here; the world keeps what it has.
   void poll(double now_s, World& world);
 
+  // Everything that is heard from now on goes there, too; HeardRecord::keep() is for who draws. It outlives the net.
+  void record(HeardRecord& record);
+
   bool connected() const;
   const std::deque<SessionEvent>& events() const { return events_; }  // the newest kMaxEvents
   ClientNetCounts counts() const;
@@ -44,12 +48,14 @@ class ClientNet {
 
   std::uint64_t client_;  // tells viewers apart
   std::unique_ptr<Wire> wire_;
+  HeardRecord* record_ = nullptr;
   std::deque<SessionEvent> events_;
   std::uint64_t messages_ = 0;
 
   std::string name_;
   LinkMeter meter_;
   const bool off_host_;
+  const NetworkOptions options_;
   struct Channels {
     std::size_t level = 0;  // of kStateRates_hz
     bool keyframes = true, deltas = true;

@@ -23,5 +23,6 @@ Arguments::Action go_on_command(Arguments& arguments);
 Arguments::Action speed_command(Arguments& arguments);
 Arguments::Action anew_command(Arguments& arguments);
 Arguments::Action score_command(Arguments& arguments);
+Arguments::Action seek_command(Arguments& arguments);
 
 }  // namespace sectio

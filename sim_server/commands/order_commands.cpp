@@ -69,6 +69,13 @@ Arguments::Action anew_command(Arguments& arguments) {
   return giving(order_flags(arguments, OrderKind::begin_anew), "anew");
 }
 
+Arguments::Action seek_command(Arguments& arguments) {
+  const auto flags = order_flags(arguments, OrderKind::seek);
+  arguments.option("--to-s", flags->order.sim_time_s, "simulated time from which a record that is played is shown",
+                   Need::required);
+  return giving(flags, "seek");
+}
+
 Arguments::Action score_command(Arguments& arguments) {
   return giving(order_flags(arguments, OrderKind::tell_score), "score");
 }

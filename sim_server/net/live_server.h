@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "common/record/session_record.h"
 #include "sim_server/net/budget.h"
 #include "sim_server/net/serve.h"
-#include "sim_server/net/session_record.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/session/progress.h"
 #include "sim_server/session/session_run.h"
@@ -20,6 +20,7 @@ namespace sectio {
 
 // SIGINT or SIGTERM has come: the session ends in order.
 bool stop_was_requested();
+void catch_stop_signals();
 
 class LiveServer {
  public:
@@ -43,11 +44,11 @@ class LiveServer {
   bool take(const SessionOrder& order);
   void obey(const SessionOrder& order);
   void wait_in_pause();
-  void begin_anew();
+  void begin_anew(double from_s);
   void tell(EventKind kind, const std::string& text);
   bool take_input();
   bool take_past_input();
-  void run_unseen();
+  void run_unseen(double until_s);
   void run_step();
   RunResult finish();
   bool has_more_steps() const { return (!steps_ || run_->steps() < *steps_) && !stop_was_requested(); }

@@ -36,6 +36,7 @@ std::optional<EventKind> answering_event(OrderKind kind) {
   if (kind == OrderKind::set_speed) return EventKind::speed_set;
   if (kind == OrderKind::begin_anew) return EventKind::begun_anew;
   if (kind == OrderKind::tell_score) return EventKind::score_told;
+  if (kind == OrderKind::seek) return EventKind::sought;
   return std::nullopt;
 }
 
@@ -50,6 +51,7 @@ bool obeys(const SessionOrder& order, const Answer& answer) {
     case OrderKind::set_speed:
     case OrderKind::begin_anew:
     case OrderKind::tell_score:
+    case OrderKind::seek:
       return answer.told;
   }
   return false;

@@ -12,8 +12,9 @@ constexpr std::size_t kMaxEvents = 4096;
 void copy_state(const StepOutput& output, const WorldView& world, double step_wall_time_s, StateSnapshot& snapshot) {
   snapshot.step = output.step;
   snapshot.step_wall_time_s = step_wall_time_s;
-  snapshot.in_contact =
-      std::ranges::any_of(output.contacts, [](const ContactModel& model) { return model.state != ContactState::free; });
+  snapshot.in_contact = world.in_contact || std::ranges::any_of(output.contacts, [](const ContactModel& model) {
+                          return model.state != ContactState::free;
+                        });
   snapshot.gravity_m_per_s2 = output.gravity_m_per_s2;
   snapshot.bodies.resize(world.bodies.size());
   for (std::size_t b = 0; b < world.bodies.size(); ++b) {

@@ -28,6 +28,7 @@ struct WorldView {
   };
   std::vector<Body> bodies;
   std::vector<std::optional<JointPose>> tool_poses_world;
+  bool in_contact = false;  // any instrument; the contacts of a step say so, too
   // The numbers for each vertex that engines publish of a body. Asked only when a state is copied.
   std::function<std::vector<ScalarField>(std::uint32_t body_id)> scalars = {};
 };

@@ -5,8 +5,6 @@
 #include <utility>
 
 #include "common/core/wall_time.h"
-#include "common/delta/keyframe.h"
-#include "common/messages/chunks.h"
 
 namespace sectio {
 
@@ -14,7 +12,6 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kKeyframesKeptEvery_s = 10;  // simulated, in a record
 constexpr double kStatusInterval_s = 0.5;
 constexpr double kReportLife_s = 3;
 
@@ -50,12 +47,7 @@ void Publisher::announce() {
 void Publisher::keep_keyframes() {
   keyframes_kept_s_ = record_->time_s();
   record_->add(scene_);
-  for (std::uint32_t b = 0; b < shadows_.size(); ++b) {
-    const TriangleMesh& mesh = shadows_[b].mesh;
-    for (const KeyframeChunk& chunk :
-         split_keyframe(scene_.epoch, b, mesh.revision(), to_bytes(keyframe_of(mesh)), kChunkBytes))
-      record_->add(chunk);
-  }
+  for (std::uint32_t b = 0; b < shadows_.size(); ++b) record_->add_keyframe(scene_.epoch, b, shadows_[b].mesh);
 }
 
 void Publisher::send(Outbox& batch) {
@@ -72,6 +64,7 @@ void Publisher::send(Outbox& batch) {
   for (auto& [info, mesh] : batch.new_bodies) add_body(std::move(info), std::move(mesh));
   if (batch.meshes)
     for (std::size_t b = 0; b < shadows_.size(); ++b) shadows_[b] = {std::move((*batch.meshes)[b]), true};
+  if (record_ && (batch.meshes || !batch.new_bodies.empty())) keep_keyframes();
   for (const BodyDelta& delta : batch.deltas) send_delta(delta);
   if (batch.snapshot_fresh) {
     std::swap(last_snapshot_, batch.snapshot);

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "common/record/session_record.h"
 #include "sim_server/net/keyframe_server.h"
 #include "sim_server/net/outbox.h"
 #include "sim_server/net/server_endpoints.h"
-#include "sim_server/net/session_record.h"
 #include "sim_server/net/state_encoder.h"
 
 namespace sectio {

@@ -94,7 +94,7 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
   run_ = options.resume.empty()
              ? std::make_unique<SessionRun>(scene_, options.directory)
              : SessionRun::resumed(scene_, {options.resume, last_step}, options.directory, last_epoch_);
-  if (!options.play.empty()) run_unseen();
+  if (!options.play.empty()) run_unseen(options.from_s);
   const double duration_s = steps_ ? std::max(scene.duration_s, static_cast<double>(*steps_) * scene.step_s) : HUGE_VAL;
   for (const std::string& text : scene_warnings(scene_, duration_s)) run_->recorder().warn(text);
   ServerNetOptions net_options;
@@ -102,7 +102,10 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
   net_options.fastest_m_per_s = options.fastest_m_per_s;
   net_options.standby = options.standby || last_epoch_;
   net_options.inputs = run_->inputs();
-  if (!options.record.empty()) record_ = std::make_unique<SessionRecord>(options.record, run_->header());
+  if (!options.record.empty()) {
+    const std::map<std::string, std::string> metadata{{kRecordHeader, to_json(run_->header())}};
+    record_ = std::make_unique<SessionRecord>(options.record, metadata);
+  }
   net_options.record = record_.get();
   net_ = std::make_unique<ServerNet>(net_options, scene_info_now(scene_, run_->simulation()),
                                      meshes_of(run_->simulation()));
@@ -201,6 +204,7 @@ bool LiveServer::take(const SessionOrder& order) {
       return true;
     case OrderKind::begin_anew:
     case OrderKind::tell_score:
+    case OrderKind::seek:
       return true;  // a standby takes the server's steps, and has nothing to tell
   }
   return false;
@@ -223,7 +227,14 @@ void LiveServer::obey(const SessionOrder& order) {
       tell(EventKind::speed_set, text);
       break;
     case OrderKind::begin_anew:
-      return begin_anew();
+      begin_anew(0);
+      return tell(EventKind::begun_anew, "the session begins anew");
+    case OrderKind::seek:
+      if (!past_) return log_warning("seek: only what `sim_server play` shows goes to another time");
+      begin_anew(order.sim_time_s);
+      std::snprintf(text, sizeof text, "the session is shown from %.2f s",
+                    static_cast<double>(run_->steps()) * scene_.step_s);
+      return tell(EventKind::sought, text);
     case OrderKind::tell_score:
       for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
       return;
@@ -243,30 +254,29 @@ void LiveServer::wait_in_pause() {
 
 // The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
 // that takes the session over: bodies of another term are asked for anew.
-void LiveServer::begin_anew() {
+void LiveServer::begin_anew(double from_s) {
   for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
   run_->recorder().finish();
   const std::string directory =
       options_.directory.empty() ? "" : options_.directory + "/try_" + std::to_string(++tries_);
-  auto fresh = std::make_unique<SessionRun>(scene_, directory);
-  if (record_) fresh->recorder().warn(options_.record + ": ends where the session was begun anew");
-  if (past_) past_ = std::make_unique<InputLogReader>(options_.play);
-  const Simulation& now = fresh->simulation();
+  // The network reads the journal of the former run until it is told of this one.
+  const auto former = std::exchange(run_, std::make_unique<SessionRun>(scene_, directory));
+  if (record_) run_->recorder().warn(options_.record + ": ends where the session was begun anew");
+  if (past_) run_unseen(from_s);
+  const Simulation& now = run_->simulation();
   net_->take_over(
-      {next_term(net_->epoch()), scene_info_now(scene_, now), meshes_of(now), {}, {}, fresh->inputs(), nullptr});
-  run_ = std::move(fresh);
+      {next_term(net_->epoch()), scene_info_now(scene_, now), meshes_of(now), {}, {}, run_->inputs(), nullptr});
   input_ = {};
   due_ = Clock::now();
   net_->set_speed(paused_ ? 0 : speed_);
-  tell(EventKind::begun_anew, "the session begins anew");
 }
 
 // The steps of a journal that come before the ones to be seen.
-void LiveServer::run_unseen() {
+void LiveServer::run_unseen(double until_s) {
   past_ = std::make_unique<InputLogReader>(options_.play);
   if (past_->header().state_hash != state_hash_of(run_->simulation()))
     throw InputError(options_.play + ": the scene is not the one that it was made with");
-  while (static_cast<double>(run_->steps()) * scene_.step_s < options_.from_s && take_past_input()) {
+  while (static_cast<double>(run_->steps()) * scene_.step_s < until_s && take_past_input()) {
     run_->begin_step(0, input_);
     run_->end_step(run_->step(input_), 0);
   }
@@ -337,9 +347,13 @@ RunResult LiveServer::finish() {
   return run_->recorder().finish();
 }
 
-RunResult serve(const Scene& scene, const ServeOptions& options) {
+void catch_stop_signals() {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
+}
+
+RunResult serve(const Scene& scene, const ServeOptions& options) {
+  catch_stop_signals();
   return LiveServer(scene, options).run();
 }
 

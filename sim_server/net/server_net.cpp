@@ -206,6 +206,7 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
   const bool due = s.rhythm.is_due(output.publish_now);
   s.others.advance(output.sim_time_s);
   for (const NewBody& body : output.new_bodies) {
+    if (body.body_id < s.body_infos.size()) continue;
     s.body_infos.push_back(s.body_infos.at(body.parent_id));
     s.body_infos.back().name = body.name;
   }
@@ -215,6 +216,10 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     outbox.put(output, world, s.body_infos, step_wall_time_s, due);
     outbox.samples_refused = s.intake.samples_refused() + s.endpoints.damaged<ToolPacket>();
   });
+}
+
+void ServerNet::name_bodies(std::vector<BodyInfo> bodies) {
+  state_->body_infos = std::move(bodies);
 }
 
 void ServerNet::tell(const Event& event) {

@@ -15,10 +15,10 @@
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
+#include "common/record/session_record.h"
 #include "sim_server/net/follower.h"
 #include "sim_server/net/other_servers.h"
 #include "sim_server/net/outbox.h"
-#include "sim_server/net/session_record.h"
 #include "sim_server/session/input_log.h"
 
 namespace sectio {
@@ -72,6 +72,10 @@ class ServerNet {
   // state's rate, or at once with publish_now. The step's input goes to a standby.
   void publish(const StepOutput& output, const WorldView& world, double step_wall_time_s,
                std::optional<StepRecord> input = {});
+
+  // All bodies, those included that the next publish() tells of for the first time. Without it, parts look like the
+  // body that they came off. Simulation's thread.
+  void name_bodies(std::vector<BodyInfo> bodies);
 
   // Tells of an event that is none of the simulation's. Simulation's thread.
   void tell(const Event& event);

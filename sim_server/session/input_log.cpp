@@ -97,10 +97,10 @@ InputLogReader::InputLogReader(const std::string& path) : path_(path), file_(pat
 void InputLogReader::open_record() {
   record_ = std::make_unique<McapReader>(path_);
   pending_ = record_->next(kInputTopic);  // the metadata stand before it
-  const auto named = record_->metadata().find(kRecordMetadata);
-  const auto text = named == record_->metadata().end() ? std::nullopt : std::optional(named->second);
-  auto header = text && text->contains(kRecordHeader) ? header_from_json(text->at(kRecordHeader)) : std::nullopt;
-  if (!header) throw InputError(path_ + ": a record without the inputs of a session");
+  std::optional<InputLogHeader> header;
+  for (const auto& [name, values] : record_->metadata())
+    if (values.contains(kRecordHeader)) header = header_from_json(values.at(kRecordHeader));
+  if (!header) throw InputError(path_ + ": a record without the inputs of a session; `sim_server play` shows it");
   header_ = std::move(*header);
 }
 

@@ -24,8 +24,7 @@ struct InputLogHeader {
 
 std::string to_json(const InputLogHeader& header);
 
-// A record holds the header as metadata under this name and key, and the inputs on this topic.
-constexpr const char* kRecordMetadata = "sectio";
+// The record of a server has the header among its metadata, under this key, and the inputs on this topic.
 constexpr const char* kRecordHeader = "session";
 constexpr const char* kInputTopic = "step_inputs";
 

@@ -34,6 +34,8 @@ const char* to_string(EventKind kind) {
       return "begun anew";
     case EventKind::score_told:
       return "score told";
+    case EventKind::sought:
+      return "sought";
     case EventKind::gravity_turned:
       return "gravity turned";
     case EventKind::body_frozen:

@@ -69,6 +69,7 @@ enum class EventKind : std::uint8_t {
   speed_set,
   begun_anew,  // bodies are as they were at first
   score_told,
+  sought,  // what is played goes on from another time
 };
 const char* to_string(EventKind kind);
 

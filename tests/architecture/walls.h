@@ -53,6 +53,12 @@ inline const std::vector<Room>& rooms() {
        {"common/"},
        {"Eigen/", "fastdds/", "fastrtps/"}},
 
+      {"common/record/",
+       "the record of a session as messages with schemas",
+       {"common/core/", "common/mesh/", "common/delta/", "common/messages/", "common/mcap/", "common/dds/qos.h",
+        "common/record/"},
+       {"Eigen/"}},
+
       {"sim_server/instruments/",
        "a file for each kind of instrument: where its edges are, and which of them cut when",
        {"common/core/", "common/math/", "sim_server/instruments/"},

@@ -146,6 +146,7 @@ TEST(Codec, refuses_scenes_that_can_not_be_shown) {
   EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.gravity_m_per_s2.z() = -2000; }));
   EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.gravity_m_per_s2.y() = kNan; }));
   EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.speed = 0; }));
+  EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.sim_time_s = -1; }));
   EXPECT_TRUE(is_refused(some_order(), [](SessionOrder& g) { g.kind = static_cast<OrderKind>(77); }));
 }
 
@@ -163,7 +164,8 @@ TEST(Text, names_every_field_and_shortens_long_sequences) {
   EXPECT_EQ(to_text(some_request()),
             "epoch: 7, body_id: 1, known_revision: 5, client: 42, revision: 6, "
             "first_chunk: 32, chunks: 64");
-  EXPECT_EQ(to_text(some_order()), "source: 7, kind: 3, gravity_world_m_per_s2: [3, 0, -9], speed_1: 0.5");
+  EXPECT_EQ(to_text(some_order()),
+            "source: 7, kind: 3, gravity_world_m_per_s2: [3, 0, -9], speed_1: 0.5, sim_time_s: 0");
   EXPECT_EQ(to_text(some_end()), "epoch: 7, step: 100, reason: 'duration', bodies: [{revision: 5, topology_hash: 99}]");
   KeyframeChunk chunk = some_chunk();
   chunk.bytes.assign(1000, 1);

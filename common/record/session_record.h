@@ -1,23 +1,30 @@
-// The record of a session: one file (MCAP) with everything that its server has sent, and the inputs of its steps. Tools
-// of others read it by the schemas in it, which are idl/; `sim_server replay` and `play` run its inputs again.
+// The record of a session: one file (MCAP) with everything that a server has sent, or that a viewer has heard. Tools of
+// others read it by the schemas in it, which are idl/; `sim_server play` shows it.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "common/dds/qos.h"
 #include "common/mcap/mcap_writer.h"
+#include "common/mesh/triangle_mesh.h"
 #include "common/messages/codec.h"
-#include "sim_server/session/input_log.h"
 
 namespace sectio {
+
+// The metadata of every record have this name.
+constexpr const char* kRecordMetadata = "sectio";
+
+constexpr double kKeyframesKeptEvery_s = 10;  // simulated: all bodies, for who begins in the middle of a record
 
 class SessionRecord {
  public:
   // Throws InputError when the file can't be written.
-  SessionRecord(const std::string& path, const InputLogHeader& header);
+  SessionRecord(const std::string& path, const std::map<std::string, std::string>& metadata);
 
   // Messages that follow are of this simulated time, which ascends. One thread, here and below.
   void set_time(double sim_time_s) { time_ns_ = static_cast<std::uint64_t>(1e9 * sim_time_s); }
@@ -27,14 +34,14 @@ class SessionRecord {
   void add(const Message& message) {
     add(qos_of<Message>(), encode(message));
   }
+  void add(const TopicQos& topic, std::span<const std::uint8_t> bytes);
+  void add_keyframe(std::uint64_t epoch, std::uint32_t body_id, const TriangleMesh& mesh);
 
   // A word about why the record ends here, once; nothing while it goes on.
   std::optional<std::string> take_fault();
 
  private:
   static constexpr std::size_t kRecordChunkBytes = 1u << 18;  // written in a millisecond: the hand waits meanwhile
-
-  void add(const TopicQos& topic, const std::vector<std::uint8_t>& bytes);
 
   std::string path_;
   McapWriter writer_;

@@ -1,0 +1,157 @@
+#include "sim_server/net/play_record.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "common/messages/epoch.h"
+#include "sim_server/net/live_server.h"
+#include "sim_server/net/played_record.h"
+
+namespace sectio {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPeriod = std::chrono::milliseconds(2);
+constexpr double kMostBehind_s = 0.1;  // a clock that was halted goes on from there
+constexpr double kLeave_s = 5;         // how long the end is shown to viewers
+
+class RecordServer {
+ public:
+  explicit RecordServer(const ServeOptions& options) : options_(options), record_(options.play), speed_(options.speed) {
+    if (options_.network.session.empty()) options_.network.session = record_.world().scene().session;
+    record_.seek(options_.from_s);
+    ServerNetOptions net_options;
+    net_options.network = options_.network;
+    net_ = std::make_unique<ServerNet>(net_options, scene(), record_.world().meshes());
+    bodies_count_ = record_.world().meshes().size();
+    log_info("session '" + options_.network.session + "' on domain " + std::to_string(options_.network.domain));
+  }
+
+  int run() {
+    if (net_->viewers() < options_.wait_for_viewers) log_info("waiting for viewers");
+    while (!stop_was_requested() && net_->viewers() < options_.wait_for_viewers) listen();
+    log_info("the record is shown from " + seconds(record_.time_s()) + " to " + seconds(record_.end_s()));
+    net_->set_speed(speed_);
+    show(true);
+    Clock::time_point then = Clock::now();
+    bool goes_on = true;
+    while (goes_on && !stop_was_requested()) {
+      listen();
+      for (const SessionOrder& order : net_->take_orders()) obey(order);
+      const Clock::time_point now = Clock::now();
+      const double passed_s = std::chrono::duration<double>(now - then).count();
+      then = now;
+      if (paused_) continue;
+      goes_on = record_.advance(record_.time_s() + speed_ * std::min(passed_s, kMostBehind_s));
+      if (record_.world().has_new_state() || !goes_on) show(!goes_on);
+    }
+    net_->end_session(stop_was_requested() ? "stopped" : "complete");
+    net_->wait_for_viewers_to_leave(kLeave_s);
+    if (goes_on || !record_.world().differs_from_end()) return 0;
+    log_error(options_.play + ": its bodies are others than those that it ends with");
+    return kExitNotOk;
+  }
+
+ private:
+  static std::string seconds(double time_s) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2f s", time_s);
+    return text;
+  }
+
+  SceneInfo scene() {
+    SceneInfo scene = record_.world().scene();
+    scene.session = options_.network.session;
+    return scene;
+  }
+
+  void listen() {
+    std::this_thread::sleep_for(kPeriod);
+    std::vector<ToolSample> nobodys;
+    net_->take_samples(nobodys);
+    net_->take_silent_tools();
+    if (const auto body = net_->others().claimed_body())
+      throw InputError("session '" + options_.network.session + "': another server has the body '" + *body + "'");
+  }
+
+  void show(bool at_once) {
+    PlayedWorld& world = record_.world();
+    if (!world.can_be_shown()) return;
+    if (world.has_jumped()) begin_term();
+    StepOutput news = world.news();
+    news.publish_now = at_once;
+    // Bodies that were there at the beginning are no news.
+    std::erase_if(news.new_bodies, [&](const NewBody& body) { return body.body_id < bodies_count_; });
+    bodies_count_ += news.new_bodies.size();
+    net_->name_bodies(scene().bodies);
+    net_->publish(news, world.view(), 0);
+    world.forget_news();
+  }
+
+  // Viewers learn of another moment as of a session that is begun anew: by another term of the server.
+  void begin_term() {
+    PlayedWorld& world = record_.world();
+    bodies_count_ = world.meshes().size();
+    net_->take_over({next_term(net_->epoch()), scene(), world.meshes(), {}, {}, nullptr, nullptr});
+    net_->set_speed(paused_ ? 0 : speed_);
+    world.forget_deltas();
+  }
+
+  void tell(EventKind kind, const std::string& text) {
+    log_info(text);
+    net_->tell({record_.world().news().step, kind, 0, 0, text});
+  }
+
+  void go_to(double sim_time_s, EventKind kind, const std::string& text) {
+    record_.seek(sim_time_s);
+    begin_term();
+    show(true);
+    tell(kind, text + seconds(record_.time_s()));
+  }
+
+  void obey(const SessionOrder& order) {
+    char text[64];
+    switch (order.kind) {
+      case OrderKind::pause:
+        if (!std::exchange(paused_, true)) tell(EventKind::paused, "paused");
+        break;
+      case OrderKind::go_on:
+        if (std::exchange(paused_, false)) tell(EventKind::went_on, "the session goes on");
+        break;
+      case OrderKind::set_speed:
+        speed_ = order.speed;
+        std::snprintf(text, sizeof text, "the session runs at %.3g times the clock", speed_);
+        tell(EventKind::speed_set, text);
+        break;
+      case OrderKind::begin_anew:
+        return go_to(0, EventKind::begun_anew, "the record is shown from its beginning, at ");
+      case OrderKind::seek:
+        return go_to(order.sim_time_s, EventKind::sought, "the record is shown from ");
+      case OrderKind::tell_score:
+        return tell(EventKind::score_told, "a record has no score: sim_server replay simulates its inputs");
+      case OrderKind::tilt:
+        return log_warning("tilt: a record that is shown can't be tilted");
+    }
+    net_->set_speed(paused_ ? 0 : speed_);
+  }
+
+  ServeOptions options_;
+  PlayedRecord record_;
+  std::unique_ptr<ServerNet> net_;
+  std::size_t bodies_count_ = 0;  // that viewers have been told of
+  double speed_;
+  bool paused_ = false;
+};
+
+}  // namespace
+
+int play_record(ServeOptions options) {
+  catch_stop_signals();
+  return RecordServer(options).run();
+}
+
+}  // namespace sectio
