@@ -3,6 +3,7 @@
 // is exact in equilibrium, and the projection is stable at any step.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -44,6 +45,13 @@ inline PointConstraint hold(VertexId v, const Vec3& at_world_m) {
   constraint.w[0] = 1;
   constraint.target_world_m = at_world_m;
   return constraint;
+}
+
+// The same, but towards that place no faster than an instrument drives tissue.
+inline PointConstraint drag(VertexId v, const Vec3& from_world_m, const Vec3& to_world_m, double step_s) {
+  const Vec3 way = to_world_m - from_world_m;
+  const double furthest_m = kFastestHand_m_per_s * step_s;
+  return hold(v, from_world_m + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way);
 }
 
 struct Reaction {

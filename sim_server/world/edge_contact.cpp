@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
 constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
-constexpr double kStillM = 1e-4;         // a blade that holds the end of its cut by less than this does not drag it
 constexpr double kDeepDentM = 0.005;     // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;     // steps
 constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
@@ -37,11 +36,14 @@ const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
 
 }  // namespace
 
-EdgeContact::EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts)
+EdgeContact::EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts,
+                         double step_s)
     : edge_id_(edge_id),
       instrument_(instrument_of(tool.kind)),
       geometry_(tool.geometry),
       instrument_state_{tool.intensity, 0, edge},
+      largest_force_n_(tool.largest_force_n),
+      step_s_(step_s),
       cuts_(cuts),
       body_(body),
       threshold_(threshold_of(body.spec.cutting)) {}
@@ -339,8 +341,7 @@ void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> pos
       cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
     }
     if (!cut.cuts) break;
-    if (cut.follows != kNone && (at_surface - body_.particle_view().position(cut.follows)).norm() > kStillM)
-      constraints_.assign(1, hold(cut.follows, at_surface));
+    if (cut.follows != kNone) take_along(cut.follows, at_surface);
     break;
   }
   motions.push_back(std::move(motion));
@@ -410,7 +411,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
     return approach_round(pose_);
   }
   tracker_.topology_changed(body_.view(), changed);
-  if (cause == Cause::cut) return;  // planned() says what became of the strokes
+  if (cause == Cause::cut) return hold_end_again();  // planned() says what became of the strokes
   if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
   std::erase_if(constraints_, [&](const PointConstraint& c) {
     return std::ranges::any_of(

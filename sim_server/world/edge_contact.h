@@ -23,7 +23,7 @@ struct ContactEvent {
 class EdgeContact {
  public:
   // `edge_id`: the index by which cutting knows the edge. `cuts`: the body can be cut.
-  EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts);
+  EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts, double step_s);
 
   // Called before planning; follows the poses since the last step. No poses: the instrument rests.
   void approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous);
@@ -121,6 +121,8 @@ class EdgeContact {
 
   // A blade that is further than this from the end of its cut has left it.
   double left_behind_m() const { return 3 * body_.cut_traits.join_tolerance_m; }
+  void take_along(VertexId end, const Vec3& to_world_m);
+  void hold_end_again();
   void cut_along(const Vec3& travel, double length_in_tissue_m);
   void rest_in_groove();
   Blade blade_at(const JointPose& pose) const;
@@ -134,6 +136,7 @@ class EdgeContact {
   const InstrumentKind& instrument_;
   ToolGeometry geometry_;
   InstrumentState instrument_state_;
+  double largest_force_n_, step_s_;
   bool cuts_;
   Body& body_;
   RuptureThreshold threshold_;

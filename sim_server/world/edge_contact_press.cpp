@@ -1,4 +1,4 @@
-// Pressing with temporary elements, the gap between an instrument and the surface, and what is pushed right through.
+// An edge that presses, or holds the end of its cut: contact by temporary elements, gaps, and what is pushed through.
 #include <algorithm>
 
 #include "sim_server/surface/indentation/contact_places.h"
@@ -130,6 +130,24 @@ void EdgeContact::slip_off() {
   phase_ = Phase::through;
   force_n_.setZero();
   smooth_force_n_ = 0;
+}
+
+// A blade that doesn't cut takes the end of its cut along.
+void EdgeContact::take_along(VertexId end, const Vec3& to_world_m) {
+  const Vec3 at = body_.particle_view().position(end);
+  PointConstraint c = drag(end, at, to_world_m, step_s_);
+  c.largest_force_n = largest_force_n_;
+  constraints_.assign(1, c);
+}
+
+// A cut of another instrument may have made the end of this one anew.
+void EdgeContact::hold_end_again() {
+  if (phase_ != Phase::cutting || constraints_.empty()) return;
+  const auto cut = body_.engines.cutting->cut_point(body_.shared(), edge_id_);
+  if (cut && cut->follows != kNone)
+    constraints_.front().v[0] = cut->follows;
+  else
+    constraints_.clear();
 }
 
 // A blade that comes between the lips of a cut is in the tissue, without a force. So is one that presses a wall, where

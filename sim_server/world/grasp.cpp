@@ -173,9 +173,8 @@ void Grasp::append(const Body& body, double step_s, std::vector<PointConstraint>
 
 // A rigid piece is held at points of its own, tissue by its vertices.
 PointConstraint Grasp::constraint_of(const Point& p, const Body& body, double step_s) const {
-  const Vec3 at = place_of(p, body), way = pose_.to_world(p.at_tool_m) - at;
-  const double furthest_m = kFastestHand_m_per_s * step_s;
-  PointConstraint c = hold(p.vertex, at + std::min(1.0, furthest_m / std::max(way.norm(), furthest_m)) * way);
+  const Vec3 at = place_of(p, body);
+  PointConstraint c = drag(p.vertex, at, pose_.to_world(p.at_tool_m), step_s);
   c.point_world_m = at;
   c.largest_force_n = p.share * largest_force_n_;
   return c;
