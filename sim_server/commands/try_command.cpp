@@ -93,6 +93,8 @@ Arguments::Action try_command(Arguments& arguments) {
   arguments.option("--lifts", hand.lifts, "times that what cuts is lifted out of the tissue and put down again");
   arguments.option("--back-mm", flags->back_mm, "it is put down at most so far behind where it was lifted");
   arguments.option("--pauses", hand.pauses, "times that the hand stands still for a second");
+  arguments.option("--saws", hand.saws,
+                   "times that what cuts goes some millimetres back along its way and forth again");
   arguments.option("--at-least", flags->at_least, "exit code 3 when a smaller share of the runs is ok");
   arguments.option("--failures", flags->failures,
                    "directory: leaves SEED/scene.yaml, with its traces, for each run that was not ok");

@@ -16,10 +16,11 @@ constexpr int kTremorSines = 6;
 constexpr double kTremorLow_hz = 8, kTremorHigh_hz = 12;
 constexpr double kRise_s = 0.5, kAloft_s = 0.6;  // up; over to where it goes down
 constexpr double kPause_s = 1;
+constexpr double kLeastSaw_m = 0.003, kMostSaw_m = 0.008;
 constexpr double kLeastLift_m = 0.02, kClear_m = 0.005;  // at least; above all bodies
 
 // Each use of a seed has numbers of its own, so that one property of a hand leaves the others as they are.
-enum class Use : std::uint64_t { shift, turn, tremor, lift, back, pause };
+enum class Use : std::uint64_t { shift, turn, tremor, lift, back, pause, saw };
 
 class Random {
  public:
@@ -90,6 +91,14 @@ double fraction_of(std::uint32_t i, std::uint32_t n, Random& random) {
   return (i + random.between(0.3, 0.7)) / n;
 }
 
+// The time before at_s at which a trace was so far from where it is then.
+double time_behind(const Trace& trace, double at_s, double back_m) {
+  const Vec3 from = pose_at(trace, at_s).position_m;
+  double back_s = at_s;
+  while (back_s > trace.front().time_s && (pose_at(trace, back_s).position_m - from).norm() < back_m) back_s -= 0.001;
+  return back_s;
+}
+
 void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
   Random when(seed, Use::lift), behind(seed, Use::back);
   const double top_m = top_of(scene);
@@ -97,11 +106,7 @@ void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
     const Trace* lead = lead_of(scene);
     if (!lead) return;
     const double at_s = time_at_path(*lead, fraction_of(i, hand.lifts, when));
-    const double back_m = behind.between(0, hand.back_m);
-    double resume_s = at_s;
-    const Vec3 from = pose_at(*lead, at_s).position_m;
-    while (resume_s > lead->front().time_s && (pose_at(*lead, resume_s).position_m - from).norm() < back_m)
-      resume_s -= 0.001;
+    const double resume_s = time_behind(*lead, at_s, behind.between(0, hand.back_m));
     delay_all(scene, at_s, kLiftTakes_s + at_s - resume_s, [&](const ToolSpec& tool) {
       const double tip_m = pose_at(tool.trace, at_s).to_world(tool.geometry.a_tool_m).z();
       return lifted(tool.trace, at_s, std::max(kLeastLift_m, top_m + kClear_m - tip_m), resume_s);
@@ -116,6 +121,17 @@ void pause(Scene& scene, const Hand& hand, std::uint64_t seed) {
     if (!lead) return;
     const double at_s = time_at_path(*lead, fraction_of(i, hand.pauses, when));
     delay_all(scene, at_s, kPause_s, [&](const ToolSpec& tool) { return waiting(tool.trace, at_s, kPause_s); });
+  }
+}
+
+void saw(Scene& scene, const Hand& hand, std::uint64_t seed) {
+  Random how(seed, Use::saw);
+  for (std::uint32_t i = hand.saws; i-- > 0;) {
+    const Trace* lead = lead_of(scene);
+    if (!lead) return;
+    const double at_s = time_at_path(*lead, fraction_of(i, hand.saws, how));
+    const double back_s = time_behind(*lead, at_s, how.between(kLeastSaw_m, kMostSaw_m));
+    delay_all(scene, at_s, 2 * (at_s - back_s), [&](const ToolSpec& tool) { return sawing(tool.trace, at_s, back_s); });
   }
 }
 
@@ -144,6 +160,23 @@ Trace waiting(const Trace& trace, double at_s, double for_s) {
   for (const double time_s : {at_s, at_s + for_s}) result.push_back({time_s, here.pose_world, here.opening_rad});
   for (const TracePoint& p : trace)
     if (p.time_s > at_s) result.push_back({p.time_s + for_s, p.pose_world, p.opening_rad});
+  return result;
+}
+
+Trace sawing(const Trace& trace, double at_s, double back_s) {
+  const auto from = std::ranges::upper_bound(trace, back_s, {}, &TracePoint::time_s);
+  const auto to = std::ranges::lower_bound(trace, at_s, {}, &TracePoint::time_s);
+  Trace way(from, std::max(from, to));
+  way.insert(way.begin(), {back_s, pose_at(trace, back_s), point_at(trace, back_s).opening_rad});
+  way.push_back({at_s, pose_at(trace, at_s), point_at(trace, at_s).opening_rad});
+  const double takes_s = 2 * (at_s - back_s);
+  Trace result(trace.begin(), to);
+  for (std::size_t i = way.size(); i-- > 0;)
+    result.push_back({2 * at_s - way[i].time_s, way[i].pose_world, way[i].opening_rad});
+  for (std::size_t i = 1; i < way.size(); ++i)
+    result.push_back({way[i].time_s + takes_s, way[i].pose_world, way[i].opening_rad});
+  for (const TracePoint& p : trace)
+    if (p.time_s > at_s) result.push_back({p.time_s + takes_s, p.pose_world, p.opening_rad});
   return result;
 }
 
@@ -219,6 +252,7 @@ Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed) {
   for (GravityChange& change : scene.gravity_changes) change.at_s *= factor;
   scene.duration_s *= factor;
   pause(scene, hand, seed);
+  saw(scene, hand, seed);
   lift(scene, hand, seed);
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     ToolSpec& tool = scene.tools[i];
@@ -245,6 +279,7 @@ std::string to_text(const Hand& hand) {
   add("lifts %g", hand.lifts, 0);
   add("put down up to %g mm behind", 1e3 * hand.back_m, 0);
   add("pauses %g", hand.pauses, 0);
+  add("saws %g", hand.saws, 0);
   return text.empty() ? "exact" : text;
 }
 

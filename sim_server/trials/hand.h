@@ -21,6 +21,7 @@ struct Hand {
   std::uint32_t lifts = 0;   // of all instruments that cut, spread over their way
   double back_m = 0;         // behind where it was lifted, at most so far, an instrument is put down
   std::uint32_t pauses = 0;  // of a second
+  std::uint32_t saws = 0;    // times that instruments go back along their way and forth again, spread over it
 };
 
 // A rigid motion: about the pivot, then along.
@@ -36,6 +37,9 @@ Trace stretched(Trace trace, double factor);
 
 // Stands still at_s for so long.
 Trace waiting(const Trace& trace, double at_s, double for_s);
+
+// Goes back along its way to where it was at back_s, and forth again; then it goes on.
+Trace sawing(const Trace& trace, double at_s, double back_s);
 
 // Adds a motion of frequencies from 8 to 12 Hz (physiological tremor) whose distance from the trace has this root mean
 // square. Sampled every 5 ms.

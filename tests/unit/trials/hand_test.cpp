@@ -133,6 +133,17 @@ TEST(Hand, those_that_do_not_cut_wait_while_others_are_lifted) {
   EXPECT_LT((place(lifts.tools[0].trace, 5.6) - place(stroke(), 4)).norm(), 1e-9);
 }
 
+TEST(Hand, a_saw_goes_back_along_its_way_and_forth_again) {
+  const Trace trace = sawing(stroke(), 3, 2);
+  EXPECT_EQ(trace.back().time_s, stroke().back().time_s + 2);
+  for (const double t : {0.25, 0.5, 0.75}) {
+    EXPECT_LT((place(trace, 3 + t) - place(stroke(), 3 - t)).norm(), 1e-12) << t;
+    EXPECT_LT((place(trace, 4 + t) - place(stroke(), 2 + t)).norm(), 1e-12) << t;
+    EXPECT_LT((place(trace, 5 + t) - place(stroke(), 3 + t)).norm(), 1e-12) << t;
+  }
+  for (std::size_t i = 1; i < trace.size(); ++i) EXPECT_GT(trace[i].time_s, trace[i - 1].time_s);
+}
+
 TEST(Hand, in_words) {
   EXPECT_EQ(to_text({}), "exact");
   EXPECT_EQ(to_text({.shift_m = 0.001, .turn_deg = 3, .lifts = 1}), "shift 1 mm, turn 3 deg, lifts 1");
