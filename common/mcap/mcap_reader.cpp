@@ -13,6 +13,7 @@ namespace sectio {
 namespace {
 
 constexpr std::uint64_t kMostMcapRecordBytes = 1ull << 30;
+constexpr std::uint64_t kMostChunkBytes = 1ull << 26;  // unpacked: the largest message is a quarter of it
 constexpr std::size_t kRecordHead = 9;  // opcode, length
 
 // A text of a record; nothing when the record ends before it.
@@ -109,7 +110,7 @@ bool McapReader::open_chunk(std::span<const std::uint8_t> content) {
   const std::optional<std::string> compression = text_in(rest);
   if (!compression || rest.size() < 8) return false;
   ByteReader length(rest);
-  if (length.get<std::uint64_t>() != rest.size() - 8 || size > kMostMcapRecordBytes) return false;
+  if (length.get<std::uint64_t>() != rest.size() - 8 || size > kMostChunkBytes) return false;
   rest = rest.subspan(8);
   if (compression->empty()) {
     chunk_.assign(rest.begin(), rest.end());

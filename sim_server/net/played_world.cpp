@@ -1,6 +1,7 @@
 #include "sim_server/net/played_world.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/dds/qos.h"
 #include "common/delta/keyframe.h"
@@ -54,8 +55,8 @@ void PlayedWorld::take(KeyframeChunk chunk) {
   body->mesh = std::move(*mesh);
   body->is_known = true;
   make_room(*body);
-  // Pieces may have come before the keyframe, and hold until newer ones do.
   std::ranges::fill(body->changed_at, std::uint64_t{0});
+  for (const auto& [number, piece] : std::exchange(body->early, {})) place(*body, piece);
 }
 
 void PlayedWorld::take(const DeltaMessage& message) {
@@ -71,11 +72,10 @@ void PlayedWorld::take(const DeltaMessage& message) {
   news_.deltas.push_back({index, message.delta});
 }
 
-void PlayedWorld::make_room(Body& body, std::size_t least_slots) {
-  const std::size_t slots = body.is_known ? body.mesh.vertex_slots() : std::max(body.changed_at.size(), least_slots);
-  body.positions_world_m.resize(slots, Vec3f::Zero());
-  body.changed_at.resize(slots, 0);
-  body.is_placed.resize(slots, false);
+void PlayedWorld::make_room(Body& body) {
+  body.positions_world_m.resize(body.mesh.vertex_slots(), Vec3f::Zero());
+  body.changed_at.resize(body.mesh.vertex_slots(), 0);
+  body.is_placed.resize(body.mesh.vertex_slots(), false);
 }
 
 void PlayedWorld::take(const StateHeader& header) {
@@ -95,12 +95,18 @@ void PlayedWorld::take(const StatePiece& piece) {
   std::uint32_t index = 0;
   Body* body = find(piece.epoch, piece.body_id, index);
   if (body == nullptr) return;
-  const std::uint32_t first = piece.piece * kVerticesPerPiece;
-  if (!body->is_known) make_room(*body, first + piece.vertices());
-  for (std::uint32_t i = 0; i < piece.vertices() && first + i < body->positions_world_m.size(); ++i) {
-    if (body->changed_at[first + i] > piece.revision) continue;
-    body->positions_world_m[first + i] = piece.position_m(i);
-    body->is_placed[first + i] = true;
+  if (body->is_known)
+    place(*body, piece);
+  else
+    body->early.insert_or_assign(piece.piece, piece);
+}
+
+void PlayedWorld::place(Body& body, const StatePiece& piece) {
+  const std::size_t first = std::size_t{piece.piece} * kVerticesPerPiece;
+  for (std::uint32_t i = 0; i < piece.vertices() && first + i < body.positions_world_m.size(); ++i) {
+    if (body.changed_at[first + i] > piece.revision) continue;
+    body.positions_world_m[first + i] = piece.position_m(i);
+    body.is_placed[first + i] = true;
   }
 }
 

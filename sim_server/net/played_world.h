@@ -48,6 +48,7 @@ class PlayedWorld {
     BodyInfo info;
     TriangleMesh mesh;
     bool is_known = false;
+    std::map<std::uint32_t, StatePiece> early;  // pieces that came before the topology, the newest of each
     // One entry a vertex slot.
     std::vector<Vec3f> positions_world_m;
     std::vector<std::uint64_t> changed_at;  // revision of the slot's last change
@@ -69,7 +70,8 @@ class PlayedWorld {
   bool take_if(const McapReader::Message& message);
   // The body that a server means; null: it isn't known.
   Body* find(std::uint64_t epoch, std::uint32_t body_id, std::uint32_t& index);
-  static void make_room(Body& body, std::size_t least_slots = 0);
+  static void make_room(Body& body);
+  static void place(Body& body, const StatePiece& piece);
   static void place_all(Body& body);
 
   SceneInfo scene_;

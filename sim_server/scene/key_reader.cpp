@@ -165,7 +165,7 @@ void KeyReader::each(const std::string& key, const ReadPart& read_entry, const s
 }
 
 void KeyReader::options(std::vector<Owner> owners, Options& options) {
-  std::ranges::stable_partition(owners, &Owner::is_chosen);
+  std::stable_partition(owners.begin(), owners.end(), [](const Owner& owner) { return owner.is_chosen; });
   for (const Owner& owner : owners) {
     for (const Key& key : owner.keys) {
       if (describes())
