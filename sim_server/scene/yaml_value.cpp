@@ -1,5 +1,6 @@
 #include "sim_server/scene/yaml_value.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -204,19 +205,41 @@ YAML::Node find_node(const YAML::Node& in, std::string_view key) {
                     : YAML::Node(YAML::NodeType::Undefined);
 }
 
+// Hears a document, and keeps nothing of it.
+struct Listener : YAML::EventHandler {
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// Up to two: yaml-cpp finds documents without end in some damaged files.
+int count_documents(const std::string& text) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  Listener listener;
+  int count = 0;
+  while (count < 2 && parser.HandleNextDocument(listener)) ++count;
+  return count;
+}
+
 YAML::Node document_of(const std::string& path) {
   std::ifstream file(path);
   std::ostringstream content;
   if (!file || !(content << file.rdbuf())) throw InputError(path + ": can't be read, or is empty");
-  std::vector<YAML::Node> documents;
   try {
-    documents = YAML::LoadAll(content.str());
+    const int documents = count_documents(content.str());
+    if (documents != 1)
+      throw InputError(path + ": expected one document, got " + (documents == 0 ? "none" : "several"));
+    return YAML::Load(content.str());
   } catch (const YAML::Exception& error) {
     throw InputError(place(path, error.mark) + ": " + shortened(error.msg));
   }
-  if (documents.size() != 1)
-    throw InputError(path + ": expected one document, got " + std::to_string(documents.size()));
-  return documents[0];
 }
 
 }  // namespace
