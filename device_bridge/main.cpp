@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <thread>
 
@@ -27,36 +28,72 @@ struct Options {
   std::string device = "scripted";
   std::uint32_t tool_id = 0;
   NetworkOptions network;
-  std::string log_file;
+  std::string log_file, record_file;
   double duration_s = 0;
   double fastest_m_per_s = 5;
   bool wait_for_server = false;
 };
+
+struct DeviceKind {
+  std::string name, options, meaning;
+};
+
+const std::array kDevices{
+    DeviceKind{"scripted", "--trace", "exactly the trace; forces don't change it"},
+    DeviceKind{"virtual_hand", "--trace", "a simulated person who wants to follow the trace, and gives way to forces"},
+    DeviceKind{"wish", "--max-speed-m-per-s", "a person at a browser's page, by way of the gateway"},
+};
+
+// Returns false when it has printed the list that was asked for.
+bool list_devices() {
+  for (const DeviceKind& kind : kDevices)
+    std::printf("%-12s  %-19s  %s\n", kind.name.c_str(), kind.options.c_str(), kind.meaning.c_str());
+  return false;
+}
+
+// Two files of one program must not be the same one; the disk says whether they are.
+void check_files(const Options& o) {
+  const std::array files{std::pair("--trace", o.trace_file), std::pair("--log", o.log_file),
+                         std::pair("--record", o.record_file)};
+  for (std::size_t i = 0; i < files.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      std::error_code not_there;
+      if (files[i].second.empty() || files[k].second.empty()) continue;
+      if (files[i].second == files[k].second ||
+          std::filesystem::equivalent(files[i].second, files[k].second, not_there))
+        throw InputError(std::string(files[i].first) + ": " + files[i].second + " is the file of " + files[k].first);
+    }
+}
 
 bool parse(int argc, char** argv, Options& o) {
   Arguments arguments("device_bridge",
                       "Turns a hand-held instrument into tool poses and gives the hand its force, at 1 kHz.");
   arguments.option("--trace", o.trace_file,
                    "motion to play: CSV with time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz");
-  arguments.choice(
-      "--device", o.device, {"scripted", "virtual_hand", "wish"},
-      "scripted: exactly the trace; virtual_hand: a simulated person who wants to follow it and gives way; wish: a "
-      "person at a browser's page, by way of the gateway");
+  std::vector<std::string> names;
+  for (const DeviceKind& kind : kDevices) names.push_back(kind.name);
+  bool list = false;
+  arguments.choice("--device", o.device, names, "kind of device; see --list-devices");
+  arguments.toggle("--list-devices", list, "prints the kinds of devices, with their options, a line each");
   arguments.option("--max-speed-m-per-s", o.fastest_m_per_s, "wish: faster ones are followed at this speed");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
   add_network_arguments(arguments, o.network, "session to join; empty: the only one of the domain");
   arguments.option(
       "--log", o.log_file,
       "CSV file for pose, force, age of the model and overruns of every tick; it can be played as a trace");
+  arguments.option("--record", o.record_file,
+                   "CSV file for the poses of every tick, whatever device it is: a trace, which a scene can play");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: as long as the trace");
   arguments.toggle("--wait-for-server", o.wait_for_server, "begin the motion when a server listens");
   if (!arguments.parse(argc, argv)) return false;
+  if (list) return list_devices();
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
   if (o.device == "wish" && !o.trace_file.empty()) throw InputError("--trace: --device wish plays none");
   if (o.device != "wish" && o.trace_file.empty()) throw InputError("--trace: needed by --device " + o.device);
   if (!(o.fastest_m_per_s > 0 && o.fastest_m_per_s <= 100))
     throw InputError("--max-speed-m-per-s: expected more than 0, at most 100, got " +
                      std::to_string(o.fastest_m_per_s));
+  check_files(o);
   check_network_options(o.network);
   return true;
 }
@@ -137,7 +174,7 @@ int no_server(const NetworkOptions& network) {
 int run(Options& o) {
   const Signals signals;
   std::unique_ptr<Device> device = make_device(o);
-  RecordWriter writer(o.log_file);
+  RecordWriter writer(o.log_file, o.record_file);
   if (!find_session(o.network, kSessionPatience_s, [&] { return signals.wait(std::chrono::milliseconds(0)); }))
     return 1;
   BridgeNet net(o.network, o.tool_id);

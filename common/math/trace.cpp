@@ -109,6 +109,23 @@ std::vector<TracePoint> load_trace(const std::string& path) {
   return trace;
 }
 
+std::string trace_columns() {
+  std::string line;
+  for (const std::string_view column : kColumns) (line += column) += ',';
+  return line += kOpening;
+}
+
+void append_trace_point(std::string& line, const TracePoint& point) {
+  const Vec3& p = point.pose_world.position_m;
+  const Eigen::Quaterniond& q = point.pose_world.orientation;
+  for (const double value : {point.time_s, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), point.opening_rad}) {
+    std::array<char, 32> text;
+    line.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+    line += ',';
+  }
+  line.pop_back();
+}
+
 TracePoint point_at(std::span<const TracePoint> trace, double time_s) {
   SECTIO_ASSERT(!trace.empty(), "a pose needs at least one point");
   const auto after = std::upper_bound(trace.begin(), trace.end(), time_s,

@@ -25,6 +25,11 @@ struct TracePoint {
 // point. Throws InputError "FILE:LINE: COLUMN: what is wrong".
 std::vector<TracePoint> load_trace(const std::string& path);
 
+// The first line of such a file, with opening_rad, and a point as one of its lines, without ends of lines. load_trace()
+// reads the same numbers back.
+std::string trace_columns();
+void append_trace_point(std::string& line, const TracePoint& point);
+
 // The state of the instrument at a time, interpolated between neighbours; it rests at the first point before the trace
 // begins and at the last one after it ends. The trace must not be empty. O(log n).
 TracePoint point_at(std::span<const TracePoint> trace, double time_s);

@@ -2,17 +2,15 @@
 
 #include <array>
 #include <charconv>
-#include <stdexcept>
 
-#include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/math/trace.h"
 
 namespace sectio {
 namespace {
 
-constexpr const char* kHeader =
-    "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,opening_rad,force_x_world_n,force_y_world_n,force_z_world_n,"
-    "model_age_s,state,server_silent,overruns\n";
+constexpr const char* kLogColumns =
+    ",force_x_world_n,force_y_world_n,force_z_world_n,model_age_s,state,server_silent,overruns\n";
 
 const char* to_string(ContactState state) {
   switch (state) {
@@ -41,12 +39,8 @@ void append(std::string& line, const Vec3& v) {
 
 }  // namespace
 
-RecordWriter::RecordWriter(const std::string& path) : path_(path) {
-  if (path_.empty()) return;
-  out_.open(path_);
-  if (!out_) throw InputError("--log: " + path_ + ": can't be written");
-  out_ << kHeader;
-}
+RecordWriter::RecordWriter(const std::string& log_path, const std::string& trace_path)
+    : log_("--log", log_path, trace_columns() + kLogColumns), trace_("--record", trace_path, trace_columns() + '\n') {}
 
 void RecordWriter::drain(Ring<ServoRecord>& records) {
   for (ServoRecord record; records.pop(record);) {
@@ -59,20 +53,19 @@ void RecordWriter::drain(Ring<ServoRecord>& records) {
       log_info("the server is back");
     }
   }
+  log_.flush();
+  trace_.flush();
 }
 
 void RecordWriter::write(const ServoRecord& record) {
   ++written_;
-  if (path_.empty()) return;
   line_.clear();
-  append(line_, record.sample.tool_time_s);
+  append_trace_point(line_, {record.sample.tool_time_s, record.sample.pose_world, record.sample.opening_rad});
+  const std::size_t point = line_.size();
+  line_ += '\n';
+  trace_.append(line_);
+  line_.resize(point);
   line_ += ',';
-  append(line_, record.sample.pose_world.position_m);
-  const Eigen::Quaterniond& q = record.sample.pose_world.orientation;
-  for (const double part : {q.w(), q.x(), q.y(), q.z(), record.sample.opening_rad}) {
-    append(line_, part);
-    line_ += ',';
-  }
   append(line_, record.force_world_n);
   append(line_, record.model_age_s);
   line_ += ',';
@@ -80,13 +73,12 @@ void RecordWriter::write(const ServoRecord& record) {
   line_ += record.server_silent ? ",1," : ",0,";
   append(line_, record.overruns);
   line_ += '\n';
-  out_ << line_;
+  log_.append(line_);
 }
 
 void RecordWriter::finish() {
-  if (path_.empty()) return;
-  out_.flush();
-  if (!out_) throw std::runtime_error("--log: " + path_ + ": not all of it could be written");
+  log_.finish();
+  trace_.finish();
 }
 
 }  // namespace sectio

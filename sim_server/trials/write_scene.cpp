@@ -16,15 +16,9 @@ std::string exactly(double x) {
 }
 
 std::string trace_text(const std::vector<TracePoint>& trace) {
-  std::string text = "time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz,opening_rad\n";
-  for (const TracePoint& p : trace) {
-    const Vec3& x = p.pose_world.position_m;
-    const Eigen::Quaterniond& q = p.pose_world.orientation;
-    text += exactly(p.time_s);
-    for (const double value : {x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z(), p.opening_rad}) {
-      text += ',';
-      text += exactly(value);
-    }
+  std::string text = trace_columns() + '\n';
+  for (const TracePoint& point : trace) {
+    append_trace_point(text, point);
     text += '\n';
   }
   return text;

@@ -51,6 +51,20 @@ TEST_F(Trace, the_opening_of_a_joint_is_a_column_that_need_not_be) {
   EXPECT_EQ(load_trace(write(kHeader + "1,0,0,0,1,0,0,0\n"))[0].opening_rad, 0);
 }
 
+TEST_F(Trace, what_is_written_is_read_back_bit_for_bit) {
+  std::vector<TracePoint> trace;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::AngleAxisd turn(0.1 * i, Vec3(1, 2, 3).normalized());
+    trace.push_back({0.001 * i, {Vec3(1.0 / (3 + i), -1e-9 * i, 0.1), Eigen::Quaterniond(turn)}, 0.01 * i});
+  }
+  std::string text = trace_columns() + '\n';
+  for (const TracePoint& point : trace) {
+    append_trace_point(text, point);
+    text += '\n';
+  }
+  EXPECT_EQ(load_trace(write(text)), trace);
+}
+
 TEST_F(Trace, errors_name_file_line_and_column) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing"},

@@ -8,8 +8,6 @@
 #include <filesystem>
 #include <thread>
 
-#include "common/math/trace.h"
-#include "device_bridge/servo/record_writer.h"
 #include "tests/unit/servo/allocation_count.h"
 
 namespace sectio {
@@ -175,36 +173,6 @@ TEST(Ring, keeps_order_between_threads) {
   }
   producer.join();
   EXPECT_EQ(wrong, 0U);
-}
-
-TEST(RecordWriter, log_is_a_trace_again) {
-  const std::string path = testing::TempDir() + "servo_" + std::to_string(getpid()) + ".csv";
-  Ring<ServoRecord> records(8);
-  std::vector<TracePoint> expected;
-  for (int i = 0; i < 5; ++i) {
-    ServoRecord record;
-    record.sample.tool_time_s = i * 0.001;
-    record.sample.pose_world = {Vec3(0.1 * i, 1.0 / 3, -1e-9), Eigen::Quaterniond(0.6, 0, 0.8, 0)};
-    record.server_silent = i == 3;
-    records.push(record);
-    expected.push_back({record.sample.tool_time_s, record.sample.pose_world});
-  }
-  testing::internal::CaptureStderr();
-  RecordWriter writer(path);
-  writer.drain(records);
-  writer.finish();
-  const std::string said = testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find("back"), std::string::npos);
-  EXPECT_NE(said.find("silent"), std::string::npos);
-  EXPECT_EQ(said.find("silent"), said.rfind("silent")) << "once";
-  EXPECT_EQ(writer.written(), 5U);
-  const auto trace = load_trace(path);
-  ASSERT_EQ(trace.size(), 5U);
-  for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(trace[i].pose_world.position_m, expected[i].pose_world.position_m);
-    EXPECT_TRUE(trace[i].pose_world.orientation.isApprox(expected[i].pose_world.orientation, 1e-15));
-  }
-  std::filesystem::remove(path);
 }
 
 }  // namespace
