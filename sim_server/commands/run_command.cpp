@@ -66,9 +66,8 @@ int run_session(const RunFlags& flags) {
   if (!options.record.empty() && flags.offline) throw InputError("--record: of a session on the network");
   if (options.standby && (!flags.resume.empty() || flags.offline))
     throw InputError("--standby: it begins with the first step of another server");
-  if (!(options.fastest_m_per_s > 0 && options.fastest_m_per_s <= 100))
-    throw InputError("--max-speed-m-per-s: expected more than 0, at most 100, got " +
-                     std::to_string(options.fastest_m_per_s));
+  if (!(options.fastest_m_per_s >= 0 && options.fastest_m_per_s <= 100))
+    throw InputError("--max-speed-m-per-s: expected 0 to 100, got " + std::to_string(options.fastest_m_per_s));
   if (!options.network.session.empty()) scene.session = options.network.session;
   options.network.session = scene.session;
   const RunResult result = flags.offline ? run_offline(scene, options.steps, options.directory) : serve(scene, options);
@@ -101,7 +100,7 @@ Arguments::Action run_command(Arguments& arguments) {
   add_network_arguments(arguments, options.network, "name of the session; empty: the scene's");
   arguments.option("--wait-for-viewers", options.wait_for_viewers, "the clock starts when so many are there");
   arguments.option("--max-speed-m-per-s", options.fastest_m_per_s,
-                   "instruments that are moved faster are followed at this speed");
+                   "instruments that are moved faster are followed at this speed; 0: as the scene says");
   arguments.toggle("--wait-for-tools", options.wait_for_tools, "the clock starts when every tool has been heard of");
   arguments.toggle("--wait-for-bodies", options.wait_for_bodies,
                    "the clock starts when every body of the scene has a server");

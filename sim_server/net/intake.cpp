@@ -19,12 +19,14 @@ std::uint64_t hash_of(const ProgramId& program) {
 
 }  // namespace
 
-Intake::Intake(ServerEndpoints& endpoints, std::size_t tools, double fastest_m_per_s)
+Intake::Intake(ServerEndpoints& endpoints, std::size_t tools, std::span<const double> fastest_m_per_s)
     : endpoints_(endpoints),
       tools_(tools),
       deduplicator_(tools),
       programs_(tools),
-      limits_(tools, SpeedLimit(fastest_m_per_s)) {}
+      limits_(fastest_m_per_s.begin(), fastest_m_per_s.end()) {
+  limits_.resize(tools, SpeedLimit(SpeedLimit::kFastest_m_per_s));
+}
 
 void Intake::take_samples(std::vector<ToolSample>& samples) {
   while (const auto packet = endpoints_.take<ToolPacket>()) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <span>
 #include <vector>
 
 #include "sim_server/net/sample_deduplicator.h"
@@ -14,9 +15,9 @@ namespace sectio {
 
 class Intake {
  public:
-  // `tools`: the number of tools of the scene; none is followed faster than the limit. The endpoints outlive the
-  // intake.
-  Intake(ServerEndpoints& endpoints, std::size_t tools, double fastest_m_per_s);
+  // `tools`: the number of tools of the scene; none is followed faster than its limit, where it has one of its own. The
+  // endpoints outlive the intake.
+  Intake(ServerEndpoints& endpoints, std::size_t tools, std::span<const double> fastest_m_per_s);
 
   // Appends the samples that have arrived since the last call, each once, in order of sequence for each tool.
   void take_samples(std::vector<ToolSample>& samples);

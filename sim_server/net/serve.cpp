@@ -99,7 +99,9 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
   for (const std::string& text : scene_warnings(scene_, duration_s)) run_->recorder().warn(text);
   ServerNetOptions net_options;
   net_options.network = options.network;
-  net_options.fastest_m_per_s = options.fastest_m_per_s;
+  for (const ToolSpec& tool : scene_.tools)
+    net_options.fastest_m_per_s.push_back(options.fastest_m_per_s > 0 ? options.fastest_m_per_s
+                                                                      : tool.max_speed_m_per_s);
   net_options.standby = options.standby || last_epoch_;
   net_options.inputs = run_->inputs();
   if (!options.record.empty()) {

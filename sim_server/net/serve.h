@@ -25,7 +25,7 @@ struct ServeOptions {
   std::uint32_t wait_for_viewers = 0;  // the clock starts when so many are there
   bool wait_for_tools = false;         // and when every tool of the scene has sent a sample
   bool wait_for_bodies = false;        // and when every body of the scene has a server
-  double fastest_m_per_s = 5;          // of an instrument; faster poses are followed at this speed
+  double fastest_m_per_s = 0;          // of instruments, instead of what the scene says; 0: as it says
   bool play_traces = false;            // instruments follow the scene's own traces, step by step; bridges are not heard
   double stall_at_s = -1;              // for tests: the simulation stops once, at this simulated time ...
   double stall_s = 0;                  // ... for so long

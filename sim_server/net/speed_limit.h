@@ -7,6 +7,7 @@ namespace sectio {
 
 class SpeedLimit {
  public:
+  static constexpr double kFastest_m_per_s = 5;         // of an instrument of which nobody says more
   static constexpr double kFastestTurn_rad_per_s = 50;  // a tip that is 0.1 m away moves as fast as 5 m/s
   static constexpr double kSaved_s = 0.005;             // of a rest is made up for by the next motion
 

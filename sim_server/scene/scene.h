@@ -128,6 +128,7 @@ struct ToolSpec {
   double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
   std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   double largest_force_n = 20;                        // that its hand may feel
+  double max_speed_m_per_s = 5;                       // a faster hand is followed at this speed
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };

@@ -46,6 +46,9 @@ ToolSpec read_tool(KeyReader& map) {
   map.number("intensity", tool.intensity, above_to(0, 10),
              "For a cautery hook only: length of the virtual tip over that of its geometry.");
   map.number("largest_force_n", tool.largest_force_n, above_to(0, 1000), "The largest force that its hand may feel.");
+  map.number(
+      "max_speed_m_per_s", tool.max_speed_m_per_s, above_to(0, 100),
+      "A bridge that moves it faster is followed at this speed. The server's --max-speed-m-per-s goes before it.");
   read_grip(map, instrument, tool);
   const std::string flaw = instrument.flaw(tool.geometry);
   map.check(flaw.empty(), "geometry: " + flaw);

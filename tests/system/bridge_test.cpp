@@ -60,6 +60,23 @@ TEST_F(Bridge, what_a_hand_did_is_a_trace_that_a_scene_plays) {
   EXPECT_EQ(sim->exit_code(), 0) << sim->output();
 }
 
+// At 1 mm/s the blade doesn't come down to the liver in the time of the run.
+TEST_F(Bridge, an_instrument_is_no_faster_than_its_scene_says_unless_the_flag_says_else) {
+  write("scene.yaml", scene_with("    kind: scalpel", "    kind: scalpel\n    max_speed_m_per_s: 0.001"));
+  for (const bool flag : {false, true}) {
+    std::vector<std::string> flags{"--scene", file("scene.yaml"), "--wait-for-tools", "--steps",
+                                   "1800",    "--export",         file("out")};
+    if (flag) flags.insert(flags.end(), {"--max-speed-m-per-s", "5"});
+    const auto sim = program("sim_server", in_session(flags));
+    const auto hand = bridge();
+    EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+    EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+    EXPECT_EQ(json("out/report.json")["run"]["events"].value("penetrated", 0), flag ? 1 : 0);
+  }
+  const auto wrong = program("sim_server", {"--scene", kScene, "--max-speed-m-per-s", "-1"});
+  EXPECT_EQ(wrong->exit_code(), 2) << wrong->output();
+}
+
 TEST_F(Bridge, a_disk_that_is_full_stops_no_session) {
   auto sim = server({"--endless"}, 0);
   const auto hand =

@@ -41,6 +41,15 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
 }
 
+TEST_F(SceneFile, an_instrument_has_a_limit_of_its_speed) {
+  EXPECT_EQ(load(kScene).tools[0].max_speed_m_per_s, 5);
+  const Scene scene = load(with("kind: scalpel", "kind: scalpel, max_speed_m_per_s: 0.4"));
+  EXPECT_EQ(scene.tools[0].max_speed_m_per_s, 0.4);
+  EXPECT_EQ(scene.tools[1].max_speed_m_per_s, 5);
+  EXPECT_EQ(refusal("kind: scalpel", "kind: scalpel, max_speed_m_per_s: 0"),
+            "s.yaml:17: tools[0].max_speed_m_per_s: expected in (0, 100], got 0");
+}
+
 TEST_F(SceneFile, gravity_turns_by_a_plan) {
   std::string text = kScene;
   const std::string plan =
