@@ -263,6 +263,46 @@ TriangleSoup tray() {
   return soup;
 }
 
+// A round cord along the upper half of an ellipse in the plane y = 0, 70 mm wide and 30 mm high; its ends are flat.
+TriangleSoup arch(double radius_m, int along, int around) {
+  TriangleSoup soup;
+  std::vector<VertexId> ring, last;
+  const auto add = [&](const Vec3& p) {
+    soup.vertices_body_m.push_back(p);
+    return static_cast<VertexId>(soup.vertices_body_m.size() - 1);
+  };
+  for (int i = 0; i <= along; ++i) {
+    const double s = M_PI * i / along;
+    const Vec3 middle(-0.035 * std::cos(s), 0, 0.030 * std::sin(s));
+    const Vec3 ahead = Vec3(0.035 * std::sin(s), 0, 0.030 * std::cos(s)).normalized();
+    const Vec3 out = ahead.cross(Vec3::UnitY());
+    ring.clear();
+    for (int k = 0; k < around; ++k) {
+      const double turn = 2 * M_PI * (k + 0.5 * (i % 2)) / around;
+      ring.push_back(add(middle + radius_m * (std::cos(turn) * Vec3::UnitY() - std::sin(turn) * out)));
+    }
+    const auto at = [&](const std::vector<VertexId>& of, int k) {
+      return of[static_cast<std::size_t>((k + around) % around)];
+    };
+    if (i > 0)
+      for (int k = 0; k < around; ++k) {
+        const int shift = i % 2 == 0 ? 1 : 0;  // the ring before is half a vertex ahead
+        soup.triangles.push_back({at(last, k), at(ring, k + shift), at(last, k + 1)});
+        soup.triangles.push_back({at(ring, k), at(ring, k + 1), at(last, k + 1 - shift)});
+      }
+    if (i == 0 || i == along) {
+      const VertexId centre = add(middle);
+      for (int k = 0; k < around; ++k)
+        if (i == 0)
+          soup.triangles.push_back({centre, at(ring, k), at(ring, k + 1)});
+        else
+          soup.triangles.push_back({centre, at(ring, k + 1), at(ring, k)});
+    }
+    last = ring;
+  }
+  return soup;
+}
+
 const auto kRecipes = std::to_array<Recipe>({
     {"liver_2k", [](const char* name) { return described(name, organ(liver, 10, 400)); }},
     {"liver_10k", [](const char* name) { return described(name, organ(liver, 22, 1200)); }},
@@ -279,6 +319,8 @@ const auto kRecipes = std::to_array<Recipe>({
      [](const char* name) {
        return described(name, bar({32, 20, 2}, 0.0025));
      }},
+    {"vessel", [](const char* name) { return described(name, arch(0.005, 44, 12)); }},
+    {"nerve", [](const char* name) { return described(name, arch(0.0025, 80, 12)); }},
     {"tray", [](const char* name) { return described(name, tray()); }},
     {"paper_box", [](const char* name) { return described(name, paper_box()); }, ".msh"},
 });

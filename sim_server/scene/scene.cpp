@@ -115,6 +115,10 @@ ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) 
       "A box for the marked tissue of the body; a part that lies in it as a whole is in the bin.");
   map.part(
       "line", [&](KeyReader& part) { exercise.line = read_line(part, regions); }, "A line on the body to cut along.");
+  map.names("spare", exercise.spare, "Names of bodies that no instrument should touch.");
+  for (const std::string& name : exercise.spare)
+    map.check("spare", name != exercise.body && std::ranges::find(bodies, name, &BodySpec::name) != bodies.end(),
+              "there is no other body " + name);
   if (exercise.bin && body != bodies.end())
     map.check("body", std::ranges::any_of(regions, &Region::marked), exercise.body + " has no region that is marked");
   map.check("body", exercise.bin || exercise.line, "there is neither a bin nor a line");

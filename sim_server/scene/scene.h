@@ -148,11 +148,13 @@ struct LineSpec {
   double within_m = 0.002;          // of the line
 };
 
-// Marked tissue is to be removed from a body and put into a bin, or a line to be cut: see session/exercise_score.h.
+// Marked tissue is to be removed from a body and put into a bin, or a line to be cut, and other bodies are to be left
+// alone: see session/exercise_score.h.
 struct ExerciseSpec {
   std::string body;
   std::optional<Box> bin;  // a part that lies in it as a whole is in the bin
   std::optional<LineSpec> line;
+  std::vector<std::string> spare = {};  // names of bodies that no instrument should touch
 };
 
 // From at_s on, gravity turns there.

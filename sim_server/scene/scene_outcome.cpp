@@ -36,7 +36,9 @@ const std::vector<Measure>& measures() {
        &Outcome::line_cut_fraction, kFraction, true},
       {"line_deviation_m", "With a line to cut: how far beside it the cut is (root mean square).",
        &Outcome::line_deviation_m, kCount, true},
-      {"line_depth_m", "With a line to cut: the mean depth of the cut.", &Outcome::line_depth_m, kCount, true}};
+      {"line_depth_m", "With a line to cut: the mean depth of the cut.", &Outcome::line_depth_m, kCount, true},
+      {"spared_touches", "With an exercise: times that an instrument began to touch a body that it should spare.",
+       &Outcome::spared_touches, kCount, true}};
   return table;
 }
 

@@ -4,17 +4,31 @@
 #include <cstdio>
 
 #include "common/mesh/check.h"
+#include "sim_server/instruments/instrument.h"
 
 namespace sectio {
 namespace {
 
 constexpr double kLinePitch_m = 0.001;  // of the points at which a line is looked at
+constexpr double kResists_n = 1e-3;     // less: a blade that has gone through, or is drawn out
 constexpr double kWhole = 0.999;        // of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
   char text[160];
   std::snprintf(text, sizeof text, format, a, b);
   return text;
+}
+
+Vec3 edge_world_m(const ToolSpec& tool, const JointPose& pose) {
+  const InstrumentState state{.intensity = tool.intensity, .opening_rad = pose.opening_rad};
+  return pose.to_world(instrument_of(tool.kind).shape(tool.geometry, state).edge_tip_tool_m);
+}
+
+// The way to a place from where something was before, which it is from now on.
+double way_to(const Vec3& place_m, std::optional<Vec3>& before_m) {
+  const double way_m = before_m ? (place_m - *before_m).norm() : 0;
+  before_m = place_m;
+  return way_m;
 }
 
 }  // namespace
@@ -94,7 +108,7 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
 }
 
 ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
-    : scene_(scene), simulation_(simulation), tips_(scene.tools.size()) {
+    : scene_(scene), simulation_(simulation), tips_(scene.tools.size()), edges_(scene.tools.size()) {
   for (std::uint32_t b = 0; b < scene.bodies.size(); ++b)
     if (scene.bodies[b].name == scene.exercise->body) family_.push_back(b);
   for (const TissuePiece& piece : pieces()) {
@@ -102,6 +116,7 @@ ExerciseScore::ExerciseScore(const Scene& scene, const Simulation& simulation)
     healthy_m3_ += piece.healthy_m3;
   }
   for (const ToolSpec& tool : scene.tools) instruments_.push_back({tool.name});
+  if (!scene.exercise->spare.empty()) spared_touches_ = 0;
   if (scene.exercise->line && !family_.empty())
     line_.emplace(*scene.exercise->line, scene.bodies[family_[0]].pose, scene.step_s);
 }
@@ -122,15 +137,19 @@ void ExerciseScore::add(const StepOutput& output) {
   for (std::uint32_t i = 0; i < tips_.size(); ++i) {
     const auto& pose = simulation_.tool_pose_world(i);
     if (!pose) continue;
-    const Vec3 tip = pose->to_world(scene_.tools[i].geometry.a_tool_m);
-    const double way_m = tips_[i] ? (tip - *tips_[i]).norm() : 0;
-    instruments_[i].path_m += way_m;
-    tips_[i] = tip;
+    instruments_[i].path_m += way_to(pose->to_world(scene_.tools[i].geometry.a_tool_m), tips_[i]);
+    const Vec3 edge = edge_world_m(scene_.tools[i], *pose);
+    const double way_m = way_to(edge, edges_[i]);
     const bool cuts = std::ranges::any_of(output.contacts, [&](const ContactModel& contact) {
-      return contact.tool_id == i && contact.state == ContactState::penetration;
+      return contact.tool_id == i && contact.state == ContactState::penetration &&
+             contact.force_world_n.norm() > kResists_n;
     });
-    if (line_ && cuts) line_->add(tip, pose->orientation * Vec3::UnitZ(), way_m);
+    if (line_ && cuts) line_->add(edge, pose->orientation * Vec3::UnitZ(), way_m);
   }
+  for (const Event& event : output.events)
+    if (spared_touches_ && event.kind == EventKind::contact_began &&
+        std::ranges::find(scene_.exercise->spare, simulation_.body(event.body_id).name) != scene_.exercise->spare.end())
+      ++*spared_touches_;
   for (const ContactModel& contact : output.contacts) {
     if (contact.state == ContactState::free) continue;
     InstrumentUse& use = instruments_[contact.tool_id];
@@ -160,6 +179,8 @@ Score ExerciseScore::finish() const {
     score.removed.push_back(*piece);
   }
   if (line_) score.line = line_->finish();
+  score.spared_touches = spared_touches_;
+  score.has_bin = scene_.exercise->bin.has_value();
   score.in_bin =
       score.marked_removed_m3 > (1 - kWhole) * marked_m3_ && score.marked_in_bin_m3 >= kWhole * score.marked_removed_m3;
   score.time_s = first_touch_s_ ? last_touch_s_ - *first_touch_s_ : 0;
@@ -184,9 +205,13 @@ std::vector<std::string> to_lines(const Score& score) {
   if (score.marked_m3 > 0) {
     lines.push_back(line("marked tissue removed   %8.3f ml  (%.1f %%)", kMl * score.marked_removed_m3, 100 * share));
     lines.push_back(line("healthy tissue lost     %8.3f ml", kMl * score.healthy_lost_m3, 0));
+  }
+  if (score.has_bin) {
     lines.push_back(std::string("in the bin              ") + (score.in_bin ? "yes" : "no") +
                     line(", %.3f ml of what is marked", kMl * score.marked_in_bin_m3, 0));
   }
+  if (score.spared_touches)
+    lines.push_back(line("touched beside          %8.0f times", static_cast<double>(*score.spared_touches), 0));
   lines.push_back(line("time                    %8.1f s   largest force %.2f N", score.time_s, score.largest_force_n));
   for (const InstrumentUse& use : score.instruments)
     lines.push_back(line("path %8.3f m   largest force %.2f N   ", use.path_m, use.largest_force_n) + use.name);

@@ -35,7 +35,8 @@ struct InstrumentUse {
   double contact_time_s = 0;
 };
 
-// A cut along a line. The blade's place is where its shaft passes nearest to the line; from there it is deep.
+// A cut along a line. The blade's place is where a line from the lower end of its edge, along the tool's z axis, passes
+// nearest to the line on the body; from there it is deep. The edge of scissors is where their blades cross.
 struct LineScore {
   double length_m = 0;
   double cut_fraction = 0;  // of the line: near enough, and half as deep as it should be
@@ -49,10 +50,12 @@ struct LineScore {
 struct Score {
   std::string body;
   std::optional<LineScore> line;
-  double marked_m3 = 0;          // at the beginning
-  double marked_removed_m3 = 0;  // of it, no longer part of the organ
+  std::optional<std::size_t> spared_touches;  // times that an instrument began to touch a body that it should spare
+  double marked_m3 = 0;                       // at the beginning
+  double marked_removed_m3 = 0;               // of it, no longer part of the organ
   double marked_in_bin_m3 = 0;
   double healthy_lost_m3 = 0;
+  bool has_bin = false;
   bool in_bin = false;  // everything marked that has come off; false when nothing has
   double time_s = 0;    // from the first touch to the last
   double largest_force_n = 0;
@@ -67,7 +70,8 @@ class LineWatch {
 
   LineWatch() = default;
   LineWatch(const LineSpec& line, const Pose& body_pose_world, double step_s);
-  // A blade that is in the tissue: its tip, and which way its shaft goes; `way_m`: of the tip since the last step.
+  // A blade that is in the tissue: the end of its edge, and which way its shaft goes; `way_m`: of this end since the
+  // last step.
   void add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m);
   LineScore finish() const;
 
@@ -99,7 +103,8 @@ class ExerciseScore {
   double marked_m3_ = 0, healthy_m3_ = 0;
   std::vector<InstrumentUse> instruments_;
   std::optional<LineWatch> line_;
-  std::vector<std::optional<Vec3>> tips_;
+  std::vector<std::optional<Vec3>> tips_, edges_;  // by tool: A, and the lower end of what cuts
+  std::optional<std::size_t> spared_touches_;
   std::optional<double> first_touch_s_;
   double last_touch_s_ = 0;
 };

@@ -114,6 +114,7 @@ Json exercise_report(const Score& score) {
   exercise["marked_in_bin_m3"] = score.marked_in_bin_m3;
   exercise["in_bin"] = score.in_bin;
   exercise["healthy_lost_m3"] = score.healthy_lost_m3;
+  if (score.spared_touches) exercise["spared_touches"] = *score.spared_touches;
   if (score.line)
     exercise["line"] = {{"length_m", score.line->length_m},       {"cut_fraction", score.line->cut_fraction},
                         {"deviation_m", score.line->deviation_m}, {"most_deviation_m", score.line->most_deviation_m},

@@ -73,6 +73,7 @@ void add_score(const Score& score, Outcome& outcome) {
     outcome.marked_in_bin_fraction = score.marked_in_bin_m3 / score.marked_m3;
   }
   outcome.healthy_lost_ml = kMlPerM3 * score.healthy_lost_m3;
+  outcome.spared_touches = static_cast<double>(score.spared_touches.value_or(0));
   if (!score.line) return;
   outcome.line_cut_fraction = score.line->cut_fraction;
   outcome.line_deviation_m = score.line->deviation_m;

@@ -213,7 +213,7 @@ inline const std::vector<Room>& rooms() {
        "runs without a network, recorder, journal of inputs, report, score of an exercise, replay",
        {"common/core/", "common/math/", "common/mesh/", "common/material/", "common/delta/", "common/messages/",
         "common/mcap/", "sim_server/session/", "sim_server/simulation.h", "sim_server/scene/scene",
-        "sim_server/step/step_io.h"},
+        "sim_server/step/step_io.h", "sim_server/instruments/instrument.h"},
        {"Eigen/", "nlohmann/"}},
       {"sim_server/trials/",
        "a scene played many times by hands that differ from its traces, and the rate at which it succeeds",

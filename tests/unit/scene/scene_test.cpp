@@ -148,7 +148,10 @@ TEST_F(SceneFile, an_exercise_names_a_body_with_marked_tissue_and_a_bin) {
   EXPECT_EQ(scene.exercise->body, "cube");
   EXPECT_EQ(scene.exercise->bin->max_world_m, Vec3(1, 1, 1));
   EXPECT_FALSE(load(kScene).exercise.has_value());
+  EXPECT_TRUE(scene.exercise->spare.empty());
   for (const auto& [exercise, marked] : {std::pair<std::string, std::string>("body: sphere, " + bin, "marked: true, "),
+                                         {"body: cube, spare: [cube], " + bin, "marked: true, "},
+                                         {"body: cube, spare: [nerve], " + bin, "marked: true, "},
                                          {"body: cube, " + bin, ""},
                                          {"body: cube", "marked: true, "}})
     EXPECT_THROW(load(with(exercise, marked)), InputError);

@@ -96,6 +96,35 @@ TEST(C_EXP, C_EXP_1_instruments_have_paths_forces_and_times) {
   EXPECT_EQ(lines.size(), 6u);
 }
 
+// The probe comes down twice on the body that it should spare, and once on the organ.
+TEST(C_EXP, C_EXP_1_a_touch_of_what_is_to_be_spared_is_counted) {
+  Scene scene = two_halves();
+  BodySpec nerve;
+  nerve.name = "nerve";
+  nerve.mesh = test::box(6, 8, 8, Vec3(0.03, 0.04, 0.04));
+  nerve.pose.position_m = Vec3(0.1, -0.02, -0.02);
+  nerve.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.01)};
+  scene.bodies.push_back(nerve);
+  for (ToolSpec& tool : scene.tools) tool.kind = "probe", tool.geometry = instrument_of("probe").geometry;
+  for (const bool spared : {true, false}) {
+    if (spared) scene.exercise->spare = {"nerve"};
+    if (!spared) scene.exercise->spare.clear();
+    Simulation simulation(prepared(scene));
+    ExerciseScore score(scene, simulation);
+    StepInput input;
+    std::uint64_t k = 0;
+    for (const double x_m : {0.115, 0.115, -0.01})
+      for (int i = 0; i <= 800; ++i, ++k) {
+        const double down = 1e-4 * (i < 400 ? i : 800 - i);
+        input.samples = {{0, k + 1, 1e-3 * static_cast<double>(k), Pose{Vec3(x_m, 0.001, 0.058 - down)}, 0}};
+        score.add(simulation.step(input));
+      }
+    const Score result = score.finish();
+    EXPECT_EQ(result.spared_touches, spared ? std::optional<std::size_t>(2) : std::nullopt);
+    EXPECT_EQ(to_lines(result)[3].find("touched beside                 2 times") == 0, spared);
+  }
+}
+
 // A line of 100 mm along x, and a blade whose shaft is upright.
 struct AlongALine : testing::Test {
   LineSpec line{{Vec3(0, 0, 0), Vec3(0.1, 0, 0)}, 0.005, 0.002};
