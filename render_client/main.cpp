@@ -47,8 +47,8 @@ struct Options {
   double field_of_view_deg = 0;
   double duration_s = 0;
   int samples = 1, display = 0;
-  bool wireframe = false, no_overlay = false, fit_camera = false, no_pictures = false, stereo = false, window = false,
-       full_screen = false;
+  bool wireframe = false, section = false, no_overlay = false, fit_camera = false, no_pictures = false, stereo = false,
+       window = false, full_screen = false;
   Stereo eyes;
   int width_px = 0, height_px = 0;
   std::optional<Vec3> eye_world_m, target_world_m;
@@ -118,6 +118,7 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.toggle("--fit-camera", o.fit_camera, "move the camera so that all bodies are in the picture");
   arguments.option("--show-field", o.field, "scalar field of the vertices to show in colours, such as temperature");
   arguments.toggle("--wireframe", o.wireframe, "draw the edges of triangles");
+  arguments.toggle("--section", o.section, "leave out the tissue in front of the first view's target");
   arguments.toggle("--no-overlay", o.no_overlay, "leave the numbers out of the picture");
   arguments.toggle("--no-pictures", o.no_pictures, "follow the session without drawing");
   arguments.option("--duration-s", o.duration_s, "time to run in seconds; 0: until the session ends");
@@ -172,6 +173,8 @@ class Screen {
                      .frames_per_s = frames_per_s,
                      .field = options_.field};
     if (options_.stereo) draw.stereo = options_.eyes;
+    if (options_.section && !section_) section_ = section_at_target(frame.camera);
+    draw.section = window_ && viewpoint_.section() ? viewpoint_.section() : section_;
     const Image& image = painter_->draw_frame(frame, draw);
     if (window_) window_->show(image);
     if (std::exchange(keeps_picture_, false)) keep(image, frame.sim_time_s);
@@ -206,6 +209,7 @@ class Screen {
   std::unique_ptr<Window> window_;
   Viewpoint viewpoint_;
   bool keeps_picture_ = false;
+  std::optional<SectionPlane> section_;
   std::unique_ptr<Canvas> canvas_;
   std::unique_ptr<FramePainter> painter_;
   std::unique_ptr<PngSequence> pngs_;

@@ -27,7 +27,7 @@ struct Options {
   std::vector<std::string> moments;
   int samples = 4, columns = 0;
   double close_up_m = 0;
-  bool wireframe = false, stereo = false;
+  bool wireframe = false, section = false, stereo = false;
   int width_px = 0, height_px = 0;
 };
 
@@ -93,6 +93,7 @@ void draw(std::span<const Moment> moments, const Options& options, const std::fu
     DrawOptions draw{.wireframe = options.wireframe, .overlay = !options.field.empty(), .field = options.field};
     if (options.stereo) draw.stereo = Stereo{};
     Frame frame = whole_frame_of(scene, simulation);
+    if (options.section) draw.section = section_at_target(frame.camera);
     if (options.close_up_m > 0) come_near(frame, options.close_up_m);
     done(moment.place, FramePainter(*canvas).draw_frame(frame, draw));
   }
@@ -111,6 +112,7 @@ int run(int argc, char** argv) {
   arguments.option("--close-up", options.close_up_m,
                    "distance in m from which to look at the cuts; 0: the scene's view");
   arguments.toggle("--wireframe", options.wireframe, "draw the edges of triangles");
+  arguments.toggle("--section", options.section, "leave out the tissue in front of the view's target");
   if (!arguments.parse(argc, argv)) return 0;
   char rest = 0;
   if (std::sscanf(options.size.c_str(), "%dx%d%c", &options.width_px, &options.height_px, &rest) != 2 ||

@@ -56,6 +56,11 @@ Eigen::Matrix4f projection(const Camera& camera, double aspect) {
 
 // The eye is e to the right, so that the view moves by -e. A point at the convergence distance D, in the middle between
 // the eyes, is at (-e, 0, -D) for this eye and must appear at x = 0: m00 (-e) + m02 (-D) = 0.
+SectionPlane section_at_target(const Camera& camera) {
+  const Vec3 to_eye = camera.eye_world_m - camera.target_world_m;
+  return {camera.target_world_m, to_eye.norm() > 0 ? Vec3(to_eye.normalized()) : Vec3::UnitZ()};
+}
+
 EyeView eye_view(const Camera& camera, double aspect, const Stereo& stereo, int side) {
   const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
   const double convergence_m = stereo.convergence_m > 0 ? stereo.convergence_m : distance_m;

@@ -14,6 +14,14 @@ Eigen::Matrix4f view_from_world(const Camera& camera);
 // field_of_view_deg is vertical; near and far planes follow the distance from eye to target.
 Eigen::Matrix4f projection(const Camera& camera, double aspect);
 
+// A plane in the world; the tissue on the normal's side is left out of a picture.
+struct SectionPlane {
+  Vec3 point_world_m = Vec3::Zero();
+  Vec3 normal_world = Vec3::UnitZ();  // unit
+};
+// Through the camera's target, facing its eye.
+SectionPlane section_at_target(const Camera& camera);
+
 // Two eyes side by side that look in parallel, each through a frustum that is shifted so that both meet at the
 // convergence distance. A point at that distance has no disparity. No eye is turned inwards, so that the heights in
 // both pictures are the same.

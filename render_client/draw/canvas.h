@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -48,6 +49,9 @@ struct Material {
   Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0 to 1
   // Skin whose vertices are too far apart to carry the broad pattern looks it up for each pixel.
   bool pattern_per_pixel = false;
+  // A section through the mesh shows this colour, and the regions where its places were at rest.
+  Vec3f inside_colour = Vec3f::Constant(0.6f);
+  Eigen::Matrix4f rest_from_world = Eigen::Matrix4f::Identity();
 };
 
 // Throws a soft shadow on skin, walls and drapes: a cone between two spheres.
@@ -63,6 +67,9 @@ struct CanvasView {
   Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
   std::array<Occluder, 2> occluders;
   int occluder_count = 0;
+  // Skin, walls and scalar fields aren't drawn where n . p + d > 0 in the world; n is a unit vector. The plane is drawn
+  // instead, where it is inside a closed mesh.
+  std::optional<Eigen::Vector4f> section;
 };
 
 using MeshId = std::uint32_t;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include <Eigen/SVD>
+
 namespace sectio {
 
 namespace {
@@ -35,6 +37,35 @@ std::string format(const char* pattern, double value) {
 double tilt_of_deg(const Vec3& gravity_m_per_s2) {
   if (gravity_m_per_s2.norm() < 1e-9) return 0;
   return std::acos(std::clamp(-gravity_m_per_s2.normalized().z(), -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+// The rigid motion that brings a body back to rest as well as one can.
+Eigen::Matrix4f rest_from_world(const BodyFrame& body) {
+  Vec3 world_mean = Vec3::Zero(), rest_mean = Vec3::Zero();
+  double corners = 0;
+  const auto for_corners = [&](const auto& visit) {
+    for (const Triangle& t : body.triangles)
+      if (t.alive())
+        for (const VertexId v : t.v) visit(Vec3(body.positions_world_m[v].cast<double>()), body.rest_body_m[v]);
+  };
+  for_corners([&](const Vec3& world, const Vec3f& rest) {
+    world_mean += world;
+    rest_mean += rest.cast<double>();
+    ++corners;
+  });
+  if (corners == 0) return Eigen::Matrix4f::Identity();
+  world_mean /= corners;
+  rest_mean /= corners;
+  Mat3 covariance = Mat3::Zero();
+  for_corners([&](const Vec3& world, const Vec3f& rest) {
+    covariance += (rest.cast<double>() - rest_mean) * (world - world_mean).transpose();
+  });
+  const Eigen::JacobiSVD<Mat3> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double hand = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  Eigen::Matrix4d motion = Eigen::Matrix4d::Identity();
+  motion.topLeftCorner<3, 3>() = svd.matrixU() * Vec3(1, 1, hand).asDiagonal() * svd.matrixV().transpose();
+  motion.topRightCorner<3, 1>() = rest_mean - motion.topLeftCorner<3, 3>() * world_mean;
+  return motion.cast<float>();
 }
 
 const ScalarField* field_of(const BodyFrame& body, const std::string& name) {
@@ -150,23 +181,32 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
   return pair_;
 }
 
-void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, bool wireframe) {
+void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options) {
   const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   const IndexRange all{0, static_cast<std::uint32_t>(drawn.mesh.indices().size())};
+  Material material{Shading::scalar_field, body.skin_colour.cast<float>(), drawn.pattern_per_pixel,
+                    body.wall_colour.cast<float>()};
+  if (options.section) material.rest_from_world = rest_from_world(body);
   if (drawn.shows_field) {
-    canvas_.draw(drawn.canvas_mesh, all, {Shading::scalar_field}, in_world);
+    canvas_.draw(drawn.canvas_mesh, all, material, in_world);
   } else {
-    const Material skin{Shading::skin, body.skin_colour.cast<float>(), drawn.pattern_per_pixel};
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), skin, in_world);
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), {Shading::wall, body.wall_colour.cast<float>()}, in_world);
+    material.shading = Shading::skin;
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), material, in_world);
+    material.shading = Shading::wall;
+    material.colour = material.inside_colour;
+    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), material, in_world);
   }
-  if (wireframe) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
+  if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
 }
 
 Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
   CanvasView view;
   view.view_from_world = eye.view_from_world;
   view.projection = eye.projection;
+  if (options.section) {
+    const Vec3f normal = options.section->normal_world.cast<float>();
+    view.section = (Vec4f() << normal, -normal.dot(options.section->point_world_m.cast<float>())).finished();
+  }
   for (std::size_t i = 0; i < tools_.size() && view.occluder_count < 2; ++i) {
     if (!is_drawable(frame.tools[i])) continue;
     view.occluders[static_cast<std::size_t>(view.occluder_count++)] =
@@ -176,7 +216,7 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
   canvas_.begin(view);
   const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], options.wireframe);
+    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], options);
   }
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     if (!is_drawable(frame.tools[i])) continue;

@@ -22,7 +22,9 @@ struct DrawOptions {
   bool fit_camera = false;            // show all of all bodies, along the frame's own line of sight
   double frames_per_s = 0;            // for the overlay; 0: not shown
   std::optional<Stereo> stereo = {};  // the left eye's picture beside the right one's, each as large as the canvas
-  std::string field = {};             // bodies with a scalar field of this name show it in colours instead of tissue
+  // The tissue on one side of it is left out, and the edges of triangles are. Regions inside are shown as at rest.
+  std::optional<SectionPlane> section = {};
+  std::string field = {};  // bodies with a scalar field of this name show it in colours instead of tissue
 };
 
 class FramePainter {
@@ -58,7 +60,7 @@ class FramePainter {
 
   void update_bodies(const Frame& frame, const DrawOptions& options);
   void update_tools(const Frame& frame);
-  void draw_body(const DrawnBody& drawn, const BodyFrame& body, bool wireframe);
+  void draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options);
   Image& draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye);
   std::vector<std::string> overlay_lines(const Frame& frame, const DrawOptions& options) const;
 

@@ -24,6 +24,12 @@ namespace sectio {
 
 namespace {
 
+constexpr float kBehindAll = 0.999999f;  // of the depth, in front of the background
+
+bool is_tissue(Shading shading) {
+  return shading == Shading::skin || shading == Shading::wall || shading == Shading::scalar_field;
+}
+
 bool takes_shadows(Shading shading) {
   return shading == Shading::skin || shading == Shading::wall || shading == Shading::drape;
 }
@@ -66,6 +72,7 @@ class GlCanvas final : public Canvas {
   const Program& program(const ShaderVariant& variant);
   static void set_region_uniforms(const Program& program, const RegionTable& table);
   void set_occluder_uniforms(const Program& program) const;
+  void set_section_uniforms(const Program& program, const Material& material) const;
   Eigen::Vector2f half_size_px() const;
   void draw_elements(MeshId mesh, IndexRange range);
   void draw_lines(GpuMesh& mesh, IndexRange range);
@@ -241,6 +248,13 @@ void GlCanvas::set_occluder_uniforms(const Program& program) const {
   program.set("occluder_count", view_.occluder_count);
 }
 
+void GlCanvas::set_section_uniforms(const Program& program, const Material& material) const {
+  const Eigen::Matrix4f view_to_world = view_.view_from_world.inverse();
+  program.set("section", Vec4f(view_to_world.transpose() * *view_.section));
+  program.set("inside_colour", material.inside_colour);
+  program.set("rest_from_view", Eigen::Matrix4f(material.rest_from_world * view_to_world));
+}
+
 Eigen::Vector2f GlCanvas::half_size_px() const {
   return 0.5f * Eigen::Vector2f(static_cast<float>(image_.width_px), static_cast<float>(image_.height_px));
 }
@@ -295,7 +309,8 @@ void GlCanvas::draw(MeshId mesh, IndexRange range, const Material& material, con
   const ShaderVariant variant{.shading = shading,
                               .regions = m.region_cells != 0 && (shading == Shading::skin || shading == Shading::wall),
                               .shadows = view_.occluder_count > 0 && takes_shadows(shading),
-                              .pattern_per_pixel = shading == Shading::skin && material.pattern_per_pixel};
+                              .pattern_per_pixel = shading == Shading::skin && material.pattern_per_pixel,
+                              .section = view_.section && is_tissue(shading)};
   if (variant.regions) {
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_3D, m.region_cells);
@@ -309,12 +324,17 @@ void GlCanvas::draw(MeshId mesh, IndexRange range, const Material& material, con
   program.set("half_size_px", half_size_px());
   if (variant.regions) set_region_uniforms(program, m.regions);
   if (variant.shadows) set_occluder_uniforms(program);
-  if (shading == Shading::skin || shading == Shading::drape) {
+  if (variant.section) set_section_uniforms(program, material);
+  if ((shading == Shading::skin && !variant.section) || shading == Shading::drape) {
     glEnable(GL_CULL_FACE);
   } else {
     glDisable(GL_CULL_FACE);
   }
+  // A body on a drape sinks into it a little, and the back faces of a section must not be hidden there.
+  const bool goes_behind = view_.section && shading == Shading::drape;
+  if (goes_behind) glDepthRangef(kBehindAll, kBehindAll);
   draw_elements(mesh, range);
+  if (goes_behind) glDepthRangef(0.0f, 1.0f);
 }
 
 // The edges of the triangles of a range, each drawn once or twice, a little before the triangles themselves.

@@ -77,12 +77,13 @@ Program Program::link(std::initializer_list<unsigned> stages) {
 }
 
 Program Program::of_variant(const ShaderVariant& variant) {
-  return link(
-      {compile(GL_VERTEX_SHADER, {shaders::kVertex}),
-       compile(GL_FRAGMENT_SHADER,
-               {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
-                variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "", shaders::kLighting, shaders::kBackdrop,
-                variant.regions ? shaders::kRegions : "", fragment_source(variant.shading)})});
+  return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}),
+               compile(GL_FRAGMENT_SHADER,
+                       {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
+                        variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "",
+                        variant.section ? "#define SECTION\n" : "", shaders::kLighting, shaders::kBackdrop,
+                        variant.regions ? shaders::kRegions : "", variant.section ? shaders::kSection : "",
+                        fragment_source(variant.shading)})});
 }
 
 Program Program::of_background() {
@@ -115,6 +116,9 @@ void Program::set(const char* name, const Eigen::Vector2f& value) const {
 }
 void Program::set(const char* name, const Vec3f& value) const {
   glUniform3fv(location(name), 1, value.data());
+}
+void Program::set(const char* name, const Vec4f& value) const {
+  glUniform4fv(location(name), 1, value.data());
 }
 void Program::set(const char* name, const Eigen::Matrix4f& value) const {
   glUniformMatrix4fv(location(name), 1, GL_FALSE, value.data());

@@ -23,6 +23,7 @@ struct ShaderVariant {
   bool regions = false;            // of skin and walls
   bool shadows = false;            // of skin, walls and drapes
   bool pattern_per_pixel = false;  // of skin
+  bool section = false;            // of skin, walls and scalar fields
   auto operator<=>(const ShaderVariant&) const = default;
 };
 
@@ -40,6 +41,7 @@ class Program {
   void set(const char* name, int value) const;
   void set(const char* name, const Eigen::Vector2f& value) const;
   void set(const char* name, const Vec3f& value) const;
+  void set(const char* name, const Vec4f& value) const;
   void set(const char* name, const Eigen::Matrix4f& value) const;
   void set(const char* name, std::span<const Vec3f> values) const;
   void set(const char* name, std::span<const Vec4f> values) const;

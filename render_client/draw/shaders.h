@@ -1,6 +1,6 @@
 // GLSL 3.30, of which all but the wireframe is GLSL ES 3.00, too. A program is compiled for each shading, in variants
-// by the definitions REGIONS, SHADOWS and PATTERN_PER_PIXEL (gl_program.h): a software rasteriser runs both branches of
-// an `if`. All lighting is in view space, in linear light, with lamps fixed to the camera.
+// by the definitions REGIONS, SHADOWS, PATTERN_PER_PIXEL and SECTION (gl_program.h): a software rasteriser runs both
+// branches of an `if`. All lighting is in view space, in linear light, with lamps fixed to the camera.
 #pragma once
 
 namespace sectio::shaders {
@@ -131,9 +131,35 @@ float wet_shade() { return 1.0 - 0.35 * scalar; }
 float wet_gloss() { return 1.2 * scalar; }
 )";
 
+// Tissue in front of a plane isn't there. A back face that can be seen is seen through the plane: it looks like the
+// plane, with the regions of the body at rest. It keeps its own depth, so that front faces before it hide it.
+constexpr const char* kSection = R"(
+uniform vec4 section;
+uniform vec3 inside_colour;
+uniform mat4 rest_from_view;
+bool drawn_as_section() {
+  if (dot(section, vec4(p_view, 1.0)) > 0.0) discard;
+  float along = -section.w / min(dot(section.xyz, p_view), -1e-9);
+  if (gl_FrontFacing || along <= 0.0 || along >= 1.0) return false;
+  vec4 place = vec4(along * p_view, 1.0);
+  vec3 inside = (rest_from_view * place).xyz;
+  vec4 coarse = textureLod(noise, inside * 23.0 + 0.11, 0.0);
+  vec4 fine = textureLod(relief, inside * 79.0, 0.0);
+  vec3 albedo = inside_colour * inside_colour * (0.50 + 0.62 * coarse.r) * (0.66 + 0.60 * fine.a);
+#ifdef REGIONS
+  albedo = tissue_at(inside, albedo, smoothstep(0.30, 0.80, coarse.r), 0.68 + 0.54 * fine.a);
+#endif
+  emit(albedo * (0.45 + 0.6 * max(dot(section.xyz, kKey), 0.0) + 0.3 * max(dot(section.xyz, kFill), 0.0)));
+  return true;
+}
+)";
+
 // The broad pattern varies so slowly that fine meshes carry it on their vertices: a look-up costs as much as the light.
 constexpr const char* kSkin = R"(
 void main() {
+#ifdef SECTION
+  if (drawn_as_section()) return;
+#endif
   vec3 n = normalize(n_view);
 #ifdef PATTERN_PER_PIXEL
   vec4 broad = texture(noise, rest.xyz * 9.0 + 0.37);
@@ -157,6 +183,9 @@ void main() {
 // that gathers towards the bottom, where little light comes.
 constexpr const char* kWall = R"(
 void main() {
+#ifdef SECTION
+  if (drawn_as_section()) return;
+#endif
   vec3 n = normalize(n_view);
   if (!gl_FrontFacing) n = -n;
   float depth = rest.w;
@@ -184,6 +213,9 @@ void main() {
 constexpr const char* kScalarField = R"(
 uniform vec3 colour_stops[5];
 void main() {
+#ifdef SECTION
+  if (drawn_as_section()) return;
+#endif
   vec3 n = normalize(n_view);
   if (!gl_FrontFacing) n = -n;
   float at = 4.0 * clamp(scalar, 0.0, 1.0);

@@ -55,6 +55,19 @@ void LiveView::pan(double right, double up) {
   move_camera();
 }
 
+void LiveView::set_section(bool on, double nearer_m) {
+  if (!camera_) return;
+  if (!on) {
+    section_.reset();
+  } else if (!section_) {
+    section_ = section_at_target(camera_->camera());
+    section_nearer_m_ = 0;
+  }
+  if (section_) section_->point_world_m += (nearer_m - section_nearer_m_) * section_->normal_world;
+  section_nearer_m_ = nearer_m;
+  move_camera();
+}
+
 void LiveView::zoom(double factor) {
   if (!camera_) return;
   camera_->zoom(factor);

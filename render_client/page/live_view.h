@@ -6,9 +6,9 @@
 #include <string>
 
 #include "render_client/draw/draw_frame.h"
+#include "render_client/draw/orbit_camera.h"
 #include "render_client/page/live_session.h"
 #include "render_client/page/mouse_hand.h"
-#include "render_client/draw/orbit_camera.h"
 
 namespace sectio {
 
@@ -28,6 +28,9 @@ class LiveView {
   void pan(double right, double up);
   void zoom(double factor);
   void reset_camera();
+  // A plane through what the camera looks at, facing it and so much nearer; it stays where it is when the camera turns.
+  void set_section(bool on, double nearer_m);
+  const std::optional<SectionPlane>& section() const { return section_; }
   MouseHand& hand() { return hand_; }
   void set_aspect(double aspect) { aspect_ = aspect; }
 
@@ -44,6 +47,8 @@ class LiveView {
   std::optional<OrbitCamera> camera_;
   MouseHand hand_;
   std::optional<std::uint32_t> held_;
+  std::optional<SectionPlane> section_;
+  double section_nearer_m_ = 0;
   double aspect_ = 1;
   bool moved_ = false;
   double claimed_s_ = -1e300;

@@ -10,6 +10,8 @@ void Viewpoint::apply(const WindowInput& input) {
     followed_world_m_.reset();
   }
   if (!camera_) return;
+  if (input.section) section_ = section_ ? std::nullopt : std::optional(section_at_target(camera_->camera()));
+  if (section_) section_->point_world_m += input.section_nearer_m * section_->normal_world;
   if (input.home) camera_ = first_;
   camera_->orbit(input.turn_right_rad, input.turn_up_rad);
   camera_->pan(input.move_right, input.move_up);

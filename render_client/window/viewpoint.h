@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "render_client/draw/camera.h"
 #include "render_client/draw/orbit_camera.h"
 #include "render_client/replica/frame.h"
 
@@ -17,6 +18,8 @@ struct WindowInput {
   double nearer = 1;                            // the factor of the distance
   bool halts = false;                           // the picture, or lets it go on
   bool wireframe = false, full_screen = false;  // on or off
+  bool section = false;                         // on, facing the person, or off
+  double section_nearer_m = 0;                  // the plane moves towards where it faced
   bool home = false;                            // the scene's own view
   bool keeps_picture = false;
   bool closes = false;
@@ -31,6 +34,7 @@ class Viewpoint {
 
   bool halted() const { return halted_; }
   bool wireframe() const { return wireframe_; }
+  const std::optional<SectionPlane>& section() const { return section_; }
 
  private:
   std::optional<OrbitCamera> first_, camera_;
@@ -38,6 +42,7 @@ class Viewpoint {
   std::optional<Vec3> followed_world_m_;
   bool halted_ = false;
   bool wireframe_ = false;
+  std::optional<SectionPlane> section_;
 };
 
 }  // namespace sectio

@@ -11,7 +11,8 @@ namespace sectio {
 namespace {
 
 constexpr double kTurn_rad = 4;  // by a drag over the height of the window
-constexpr double kZoom = 0.12;   // of the logarithm of the distance, for a notch of the wheel
+constexpr double kSectionStep_m = 0.002;
+constexpr double kZoom = 0.12;  // of the logarithm of the distance, for a notch of the wheel
 
 }  // namespace
 
@@ -64,6 +65,9 @@ void Window::State::press(SDL_Keycode key, WindowInput& input) const {
   if (key >= SDLK_1 && key <= SDLK_9) input.follows = static_cast<std::size_t>(key - SDLK_1);
   if (key == SDLK_SPACE) input.halts = !input.halts;
   if (key == SDLK_w) input.wireframe = !input.wireframe;
+  if (key == SDLK_c) input.section = !input.section;
+  if (key == SDLK_PAGEUP) input.section_nearer_m -= kSectionStep_m;
+  if (key == SDLK_PAGEDOWN) input.section_nearer_m += kSectionStep_m;
   if (key == SDLK_f) input.full_screen = !input.full_screen;
   if (key == SDLK_p) input.keeps_picture = true;
   if (key == SDLK_HOME) input.home = true;
@@ -89,7 +93,9 @@ WindowInput Window::input() {
   WindowInput input;
   for (SDL_Event event; SDL_PollEvent(&event) != 0;) {
     if (event.type == SDL_QUIT) input.closes = true;
-    if (event.type == SDL_KEYDOWN && event.key.repeat == 0) state_->press(event.key.keysym.sym, input);
+    if (event.type == SDL_KEYDOWN &&
+        (event.key.repeat == 0 || event.key.keysym.sym == SDLK_PAGEUP || event.key.keysym.sym == SDLK_PAGEDOWN))
+      state_->press(event.key.keysym.sym, input);
     if (event.type == SDL_MOUSEWHEEL) input.nearer *= std::exp(-kZoom * event.wheel.y);
     if (event.type == SDL_MOUSEMOTION && event.motion.state != 0) state_->drag(event.motion, input);
   }
@@ -119,7 +125,8 @@ void Window::show(const Image& image) {
 const char* Window::help() {
   return "drag: turn; right button or Shift: move; wheel: nearer; 1 to 9: follow an instrument; Space: halt the "
          "picture; "
-         "W: wireframe; P: keep a picture; F: full screen; Home: first view; Escape: end";
+         "W: wireframe; C: section, which PageUp and PageDown move; P: keep a picture; F: full screen; Home: first "
+         "view; Escape: end";
 }
 
 }  // namespace sectio

@@ -20,7 +20,7 @@ until grep -q "on the screen" viewer.log; do sleep 0.05; done
 window=$(xdotool search --sync --name Sectio | head -n 1)
 xdotool windowfocus "$window"
 until compgen -G "sectio_*_s.png"; do xdotool key p; sleep 0.2; done
-xdotool mousemove 400 300 mousedown 1 mousemove 480 300 mouseup 1 key Escape
+xdotool mousemove 400 300 mousedown 1 mousemove 480 300 mouseup 1 key c key Next key c key Escape
 wait $viewer
 echo "ended with $?"
 )");

@@ -73,7 +73,7 @@ void page_receive(double now_s) {
 int page_tick(double now_s, int draws) {
   Page& p = page();
   if (!p.view.tick(now_s) || draws == 0) return 0;
-  p.painter->draw_frame(p.view.frame(), {.wireframe = p.view.wireframe, .overlay = false});
+  p.painter->draw_frame(p.view.frame(), {.wireframe = p.view.wireframe, .overlay = false, .section = p.view.section()});
   return 1;
 }
 
@@ -122,6 +122,9 @@ void page_zoom(double factor) {
 }
 void page_reset_camera() {
   page().view.reset_camera();
+}
+void page_section(int on, double nearer_m) {
+  page().view.set_section(on != 0, nearer_m);
 }
 void page_wireframe(int on) {
   page().view.wireframe = on != 0;

@@ -269,6 +269,9 @@ async function begin() {
   }
   byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
+  const section = () => call('section', byId('section').checked ? 1 : 0, Number(byId('section_place').value));
+  byId('section').onchange = section;
+  byId('section_place').oninput = section;
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
   byId('anew').onclick = () => order('begin_anew');

@@ -29,6 +29,21 @@ TEST(Viewpoint, begins_with_the_scenes_view_and_finds_back_to_it) {
   EXPECT_EQ(seen(view, frame).eye_world_m, frame.camera.eye_world_m);
 }
 
+TEST(Viewpoint, a_section_faces_the_person_who_asks_for_it_and_stays) {
+  Viewpoint view;
+  const Frame frame = frame_with_tool_at(Vec3::Zero());
+  seen(view, frame);
+  EXPECT_FALSE(view.section());
+  view.apply({.section = true});
+  ASSERT_TRUE(view.section());
+  EXPECT_LT((view.section()->normal_world - frame.camera.eye_world_m.normalized()).norm(), 1e-12);
+  EXPECT_EQ(view.section()->point_world_m, frame.camera.target_world_m);
+  view.apply({.turn_right_rad = 0.5, .section_nearer_m = 0.01});
+  EXPECT_LT((view.section()->point_world_m - 0.01 * frame.camera.eye_world_m.normalized()).norm(), 1e-12);
+  view.apply({.section = true});
+  EXPECT_FALSE(view.section());
+}
+
 TEST(Viewpoint, moves_with_the_instrument_that_it_follows_until_it_is_told_again) {
   Viewpoint view;
   seen(view, frame_with_tool_at(Vec3::Zero()));
