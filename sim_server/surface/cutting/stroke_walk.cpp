@@ -10,6 +10,7 @@ namespace {
 constexpr int kMaxCellsPerStep = 100000;
 constexpr double kSnapToRung = 0.25;     // a lip is crossed at a rung this close to it, as a ratio of the lip's length
 constexpr double kSnapToNodeM = 1.5e-3;  // at a place where cuts have met, if it is this close
+constexpr double kHeadingM = 2e-3;       // the last part of a cut, which says where it heads
 constexpr double kSameM = 1e-7;
 constexpr std::size_t kPointsBehind = 6;  // that a cut can't run into
 
@@ -312,10 +313,18 @@ class Walk {
     stroke_.cell.apex = next;
     ++stroke_.points;
     stroke_.length_m += way.norm();
-    stroke_.heading_body = way.stableNormalized();
+    stroke_.heading_body = heading_over_last_points(draft_.rest(next));
     stroke_.behind_body_m.push_back(draft_.rest(next));
     if (stroke_.behind_body_m.size() > kPointsBehind) stroke_.behind_body_m.erase(stroke_.behind_body_m.begin());
     return bottom_there != kNone ? join(next, bottom_there) : MayEnd{};
+  }
+
+  // A single point may have snapped aside, or a little back.
+  Vec3 heading_over_last_points(const Vec3& end_body_m) const {
+    Vec3 way = Vec3::Zero();
+    for (std::size_t i = stroke_.behind_body_m.size(); i-- > 0 && way.norm() < kHeadingM;)
+      way = end_body_m - stroke_.behind_body_m[i];
+    return way.stableNormalized();
   }
 
   // An opening needs a point between its ends.
