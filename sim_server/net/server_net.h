@@ -37,11 +37,11 @@ struct Succession {
 struct ServerNetOptions {
   NetworkOptions network;
   double state_rate_hz = 60;
-  std::uint64_t epoch = 0;              // 0: a new one (common/messages/epoch.h)
-  bool standby = false;                 // listens, and says nothing until take_over()
-  SessionRecord* record = nullptr;      // of everything that is sent; outlives the net
-  InputLog* inputs = nullptr;           // where a standby gets the steps that it has missed; outlives the net
-  std::vector<double> fastest_m_per_s;  // by tool; faster poses are followed at this speed; missing: at 5 m/s
+  std::uint64_t epoch = 0;                   // 0: a new one (common/messages/epoch.h)
+  bool standby = false;                      // listens, and says nothing until take_over()
+  SessionRecord* record = nullptr;           // of everything that is sent; outlives the net
+  InputLog* inputs = nullptr;                // where a standby gets the steps that it has missed; outlives the net
+  std::vector<double> fastest_m_per_s = {};  // by tool; faster poses are followed at this speed; missing: at 5 m/s
 };
 
 class ServerNet {
