@@ -54,10 +54,11 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
     const bool halt = i % 2 == 1;
     const std::string run = std::to_string(i);
     const auto first = one("first" + run, {"--play-traces", "--wait-for-viewers", "1"});
+    ASSERT_TRUE(first->wait_for("waiting for viewers")) << first->output();
     const auto second = one("second" + run, {"--play-traces", "--standby"});
     ASSERT_TRUE(second->wait_for("standing by")) << second->output();
     const auto screen = viewer("screen" + run, {"--no-pictures"});
-    ASSERT_TRUE(second->wait_for("step ")) << second->output();
+    ASSERT_TRUE(second->wait_for("step ")) << second->output() << first->output() << screen->output();
     let_pass(std::chrono::milliseconds(random() % 5000));
     first->send(halt ? SIGSTOP : SIGKILL);
     EXPECT_TRUE(second->wait_for("the server fell silent: this one goes on after step ")) << second->output();
