@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kMostMcapRecordBytes = 1ull << 30;
 constexpr std::uint64_t kMostChunkBytes = 1ull << 26;  // unpacked: the largest message is a quarter of it
-constexpr std::size_t kRecordHead = 9;  // opcode, length
+constexpr std::size_t kRecordHead = 9;                 // opcode, length
 
 // A text of a record; nothing when the record ends before it.
 std::optional<std::string> text_in(std::span<const std::uint8_t>& rest) {

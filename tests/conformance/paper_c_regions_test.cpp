@@ -73,8 +73,7 @@ Count compare(const Frame& frame, const Image& image) {
 
 // A run of the scene with a knife that goes through.
 struct CutBar {
-  CutBar(const std::string& name, std::uint64_t steps)
-      : scene(prepared(bar_with_regions(name))), simulation(scene) {
+  CutBar(const std::string& name, std::uint64_t steps) : scene(prepared(bar_with_regions(name))), simulation(scene) {
     before = frame_of(scene, simulation);
     for (std::uint64_t k = 1; k <= steps; ++k) {
       StepInput input;
