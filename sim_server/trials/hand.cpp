@@ -99,40 +99,38 @@ double time_behind(const Trace& trace, double at_s, double back_m) {
   return back_s;
 }
 
+// Does something n times along the lead's way, the last time first: that moves none of those before it.
+template <typename Act>
+void along_the_way(Scene& scene, std::uint32_t n, Random& when, const Act& act) {
+  for (std::uint32_t i = n; i-- > 0;)
+    if (const Trace* lead = lead_of(scene)) act(*lead, time_at_path(*lead, fraction_of(i, n, when)));
+}
+
 void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
   Random when(seed, Use::lift), behind(seed, Use::back);
   const double top_m = top_of(scene);
-  for (std::uint32_t i = hand.lifts; i-- > 0;) {  // from the last on: the times of the others stay
-    const Trace* lead = lead_of(scene);
-    if (!lead) return;
-    const double at_s = time_at_path(*lead, fraction_of(i, hand.lifts, when));
-    const double resume_s = time_behind(*lead, at_s, behind.between(0, hand.back_m));
+  along_the_way(scene, hand.lifts, when, [&](const Trace& lead, double at_s) {
+    const double resume_s = time_behind(lead, at_s, behind.between(0, hand.back_m));
     delay_all(scene, at_s, kLiftTakes_s + at_s - resume_s, [&](const ToolSpec& tool) {
       const double tip_m = pose_at(tool.trace, at_s).to_world(tool.geometry.a_tool_m).z();
       return lifted(tool.trace, at_s, std::max(kLeastLift_m, top_m + kClear_m - tip_m), resume_s);
     });
-  }
+  });
 }
 
 void pause(Scene& scene, const Hand& hand, std::uint64_t seed) {
   Random when(seed, Use::pause);
-  for (std::uint32_t i = hand.pauses; i-- > 0;) {
-    const Trace* lead = lead_of(scene);
-    if (!lead) return;
-    const double at_s = time_at_path(*lead, fraction_of(i, hand.pauses, when));
+  along_the_way(scene, hand.pauses, when, [&](const Trace&, double at_s) {
     delay_all(scene, at_s, kPause_s, [&](const ToolSpec& tool) { return waiting(tool.trace, at_s, kPause_s); });
-  }
+  });
 }
 
 void saw(Scene& scene, const Hand& hand, std::uint64_t seed) {
   Random how(seed, Use::saw);
-  for (std::uint32_t i = hand.saws; i-- > 0;) {
-    const Trace* lead = lead_of(scene);
-    if (!lead) return;
-    const double at_s = time_at_path(*lead, fraction_of(i, hand.saws, how));
-    const double back_s = time_behind(*lead, at_s, how.between(kLeastSaw_m, kMostSaw_m));
+  along_the_way(scene, hand.saws, how, [&](const Trace& lead, double at_s) {
+    const double back_s = time_behind(lead, at_s, how.between(kLeastSaw_m, kMostSaw_m));
     delay_all(scene, at_s, 2 * (at_s - back_s), [&](const ToolSpec& tool) { return sawing(tool.trace, at_s, back_s); });
-  }
+  });
 }
 
 }  // namespace
@@ -167,8 +165,13 @@ Trace sawing(const Trace& trace, double at_s, double back_s) {
   const auto from = std::ranges::upper_bound(trace, back_s, {}, &TracePoint::time_s);
   const auto to = std::ranges::lower_bound(trace, at_s, {}, &TracePoint::time_s);
   Trace way(from, std::max(from, to));
-  way.insert(way.begin(), {back_s, pose_at(trace, back_s), point_at(trace, back_s).opening_rad});
-  way.push_back({at_s, pose_at(trace, at_s), point_at(trace, at_s).opening_rad});
+  const auto at = [&](double time_s) {
+    TracePoint p = point_at(trace, time_s);
+    p.time_s = time_s;
+    return p;
+  };
+  way.insert(way.begin(), at(back_s));
+  way.push_back(at(at_s));
   const double takes_s = 2 * (at_s - back_s);
   Trace result(trace.begin(), to);
   for (std::size_t i = way.size(); i-- > 0;)
