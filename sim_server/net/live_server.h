@@ -11,6 +11,7 @@
 
 #include "common/record/session_record.h"
 #include "sim_server/net/budget.h"
+#include "sim_server/net/pace.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/session/progress.h"
@@ -41,10 +42,11 @@ class LiveServer {
   void take_over();
 
   void lead();
-  bool take(const SessionOrder& order);
+  std::optional<Pace::News> take(const SessionOrder& order);
   void obey(const SessionOrder& order);
   void wait_in_pause();
   void begin_anew(double from_s);
+  void go_back(double to_s);
   void tell(EventKind kind, const std::string& text);
   bool take_input();
   bool take_past_input();
@@ -72,8 +74,8 @@ class LiveServer {
   std::deque<Recent> recent_;  // steps, while following, whose outputs viewers may not have got
   WorldView world_;
   Progress progress_;
-  double speed_;
-  bool paused_ = false;
+  Pace pace_;
+  std::string directory_;  // of this try; empty: it leaves nothing behind
   int tries_ = 1;
   BudgetPlanner planner_;
   SyncCost cost_;

@@ -8,6 +8,7 @@
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
 #include "sim_server/net/live_server.h"
+#include "sim_server/net/pace.h"
 #include "sim_server/net/played_record.h"
 
 namespace sectio {
@@ -21,7 +22,7 @@ constexpr double kLeave_s = 5;         // how long the end is shown to viewers
 
 class RecordServer {
  public:
-  explicit RecordServer(const ServeOptions& options) : options_(options), record_(options.play), speed_(options.speed) {
+  explicit RecordServer(const ServeOptions& options) : options_(options), record_(options.play), pace_(options.speed) {
     if (options_.network.session.empty()) options_.network.session = record_.world().scene().session;
     record_.seek(options_.from_s);
     ServerNetOptions net_options;
@@ -35,7 +36,7 @@ class RecordServer {
     if (net_->viewers() < options_.wait_for_viewers) log_info("waiting for viewers");
     while (!stop_was_requested() && net_->viewers() < options_.wait_for_viewers) listen();
     log_info("the record is shown from " + seconds(record_.time_s()) + " to " + seconds(record_.end_s()));
-    net_->set_speed(speed_);
+    net_->set_speed(pace_.now());
     show(true);
     Clock::time_point then = Clock::now();
     bool goes_on = true;
@@ -45,8 +46,8 @@ class RecordServer {
       const Clock::time_point now = Clock::now();
       const double passed_s = std::chrono::duration<double>(now - then).count();
       then = now;
-      if (paused_) continue;
-      goes_on = record_.advance(record_.time_s() + speed_ * std::min(passed_s, kMostBehind_s));
+      if (pace_.is_paused()) continue;
+      goes_on = record_.advance(record_.time_s() + pace_.speed() * std::min(passed_s, kMostBehind_s));
       if (record_.world().has_new_state() || !goes_on) show(!goes_on);
     }
     net_->end_session(stop_was_requested() ? "stopped" : "complete");
@@ -97,7 +98,7 @@ class RecordServer {
     PlayedWorld& world = record_.world();
     bodies_count_ = world.meshes().size();
     net_->take_over({next_term(net_->epoch()), scene(), world.meshes(), {}, {}, nullptr, nullptr});
-    net_->set_speed(paused_ ? 0 : speed_);
+    net_->set_speed(pace_.now());
     world.forget_deltas();
   }
 
@@ -114,19 +115,13 @@ class RecordServer {
   }
 
   void obey(const SessionOrder& order) {
-    char text[64];
+    const auto news = pace_.take(order);
+    if (news) tell(news->kind, news->text);
     switch (order.kind) {
       case OrderKind::pause:
-        if (!std::exchange(paused_, true)) tell(EventKind::paused, "paused");
-        break;
       case OrderKind::go_on:
-        if (std::exchange(paused_, false)) tell(EventKind::went_on, "the session goes on");
-        break;
       case OrderKind::set_speed:
-        speed_ = order.speed;
-        std::snprintf(text, sizeof text, "the session runs at %.3g times the clock", speed_);
-        tell(EventKind::speed_set, text);
-        break;
+        return net_->set_speed(pace_.now());
       case OrderKind::begin_anew:
         return go_to(0, EventKind::begun_anew, "the record is shown from its beginning, at ");
       case OrderKind::seek:
@@ -136,15 +131,13 @@ class RecordServer {
       case OrderKind::tilt:
         return log_warning("tilt: a record that is shown can't be tilted");
     }
-    net_->set_speed(paused_ ? 0 : speed_);
   }
 
   ServeOptions options_;
   PlayedRecord record_;
   std::unique_ptr<ServerNet> net_;
   std::size_t bodies_count_ = 0;  // that viewers have been told of
-  double speed_;
-  bool paused_ = false;
+  Pace pace_;
 };
 
 }  // namespace

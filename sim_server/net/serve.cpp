@@ -86,7 +86,8 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
       options_(options),
       steps_(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress_(steps_),
-      speed_(options.speed),
+      pace_(options.speed),
+      directory_(options.directory),
       planner_(!options.play_traces),
       stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {
   const std::uint64_t last_step =
@@ -164,11 +165,11 @@ void LiveServer::wait_for_peers() {
 
 void LiveServer::lead() {
   due_ = Clock::now();
-  net_->set_speed(paused_ ? 0 : speed_);
+  net_->set_speed(pace_.now());
   while (has_more_steps()) {
     yield_to_another_server(*net_, options_);
     for (const SessionOrder& order : net_->take_orders()) obey(order);
-    if (paused_) {
+    if (pace_.is_paused()) {
       wait_in_pause();
       continue;
     }
@@ -181,7 +182,7 @@ void LiveServer::lead() {
     const auto start = Clock::now();
     run_step();
     if (planner_.now() == Budget::slowed) due_ = start;  // the session runs slower, not in bursts
-    due_ += steady_duration(scene_.step_s / speed_);
+    due_ += steady_duration(scene_.step_s / pace_.speed());
     std::this_thread::sleep_until(due_);
   }
 }
@@ -191,58 +192,49 @@ void LiveServer::tell(EventKind kind, const std::string& text) {
   net_->tell({run_->steps(), kind, 0, 0, text.substr(0, kMaxEventTextBytes)});
 }
 
-// Keeps what an order sets, also in a standby, which tells nobody. False when that was so before.
-bool LiveServer::take(const SessionOrder& order) {
-  switch (order.kind) {
-    case OrderKind::tilt:
-      input_.gravity_m_per_s2 = order.gravity_m_per_s2;
-      return true;
-    case OrderKind::pause:
-      return !std::exchange(paused_, true);
-    case OrderKind::go_on:
-      return std::exchange(paused_, false);
-    case OrderKind::set_speed:
-      speed_ = order.speed;
-      return true;
-    case OrderKind::begin_anew:
-    case OrderKind::tell_score:
-    case OrderKind::seek:
-      return true;  // a standby takes the server's steps, and has nothing to tell
-  }
-  return false;
+// Keeps what an order sets, also in a standby, which tells nobody.
+std::optional<Pace::News> LiveServer::take(const SessionOrder& order) {
+  if (order.kind == OrderKind::tilt) input_.gravity_m_per_s2 = order.gravity_m_per_s2;
+  return pace_.take(order);
 }
 
 void LiveServer::obey(const SessionOrder& order) {
-  const bool is_new = take(order);
-  char text[64];
+  if (const auto news = take(order)) tell(news->kind, news->text);
   switch (order.kind) {
     case OrderKind::tilt:
       return;
     case OrderKind::pause:
-      if (is_new) tell(EventKind::paused, "paused");
-      break;
     case OrderKind::go_on:
-      if (is_new) tell(EventKind::went_on, "the session goes on");
-      break;
     case OrderKind::set_speed:
-      std::snprintf(text, sizeof text, "the session runs at %.3g times the clock", speed_);
-      tell(EventKind::speed_set, text);
-      break;
+      due_ = Clock::now();
+      return net_->set_speed(pace_.now());
     case OrderKind::begin_anew:
       begin_anew(0);
       return tell(EventKind::begun_anew, "the session begins anew");
     case OrderKind::seek:
-      if (!past_) return log_warning("seek: only what `sim_server play` shows goes to another time");
-      begin_anew(order.sim_time_s);
-      std::snprintf(text, sizeof text, "the session is shown from %.2f s",
-                    static_cast<double>(run_->steps()) * scene_.step_s);
-      return tell(EventKind::sought, text);
+      return go_back(order.sim_time_s);
     case OrderKind::tell_score:
       for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
       return;
   }
-  due_ = Clock::now();
-  net_->set_speed(paused_ ? 0 : speed_);
+}
+
+// Another try from an earlier moment, or what is played from another one.
+void LiveServer::go_back(double to_s) {
+  const double now_s = static_cast<double>(run_->steps()) * scene_.step_s;
+  std::string why_not;
+  if (!past_ && !run_->inputs()) why_not = "the session keeps no inputs to go back by (--export)";
+  if (!past_ && to_s > now_s) why_not = "nobody knows what comes";
+  try {
+    if (why_not.empty()) begin_anew(to_s);
+  } catch (const InputError& error) {
+    why_not = error.what();
+  }
+  if (!why_not.empty()) return tell(EventKind::sought, "it stays where it is: " + why_not);
+  char text[64];
+  std::snprintf(text, sizeof text, "the session %s from %.2f s", past_ ? "is shown" : "goes on",
+                static_cast<double>(run_->steps()) * scene_.step_s);
+  tell(EventKind::sought, text);
 }
 
 // Poses that come meanwhile are not part of the session; that a hand has fallen silent is.
@@ -257,12 +249,23 @@ void LiveServer::wait_in_pause() {
 // The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
 // that takes the session over: bodies of another term are asked for anew.
 void LiveServer::begin_anew(double from_s) {
+  const std::string directory =
+      options_.directory.empty() ? "" : options_.directory + "/try_" + std::to_string(tries_ + 1);
+  std::unique_ptr<SessionRun> next;
+  if (past_ || from_s <= 0) {
+    next = std::make_unique<SessionRun>(scene_, directory);
+  } else {
+    const auto last_step = static_cast<std::uint64_t>(std::llround(from_s / scene_.step_s));
+    log_info("running " + std::to_string(last_step) + " steps again");
+    std::optional<std::uint64_t> former_epoch;
+    next = SessionRun::resumed(scene_, {directory_, last_step}, directory, former_epoch);
+  }
+  ++tries_;
+  directory_ = directory;
   for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
   run_->recorder().finish();
-  const std::string directory =
-      options_.directory.empty() ? "" : options_.directory + "/try_" + std::to_string(++tries_);
   // The network reads the journal of the former run until it is told of this one.
-  const auto former = std::exchange(run_, std::make_unique<SessionRun>(scene_, directory));
+  const auto former = std::exchange(run_, std::move(next));
   if (record_) run_->recorder().warn(options_.record + ": ends where the session was begun anew");
   if (past_) run_unseen(from_s);
   const Simulation& now = run_->simulation();
@@ -270,7 +273,7 @@ void LiveServer::begin_anew(double from_s) {
       {next_term(net_->epoch()), scene_info_now(scene_, now), meshes_of(now), {}, {}, run_->inputs(), nullptr});
   input_ = {};
   due_ = Clock::now();
-  net_->set_speed(paused_ ? 0 : speed_);
+  net_->set_speed(pace_.now());
 }
 
 // The steps of a journal that come before the ones to be seen.

@@ -67,6 +67,36 @@ TEST_F(Orders, a_session_that_is_begun_anew_ends_like_the_first_and_keeps_the_fi
             json("whole/report.json")["bodies"][0]["topology_hash"]);
 }
 
+// Steps that are run again are those of the first try, and the traces go on from there: the end is that of a session
+// in which nobody went back.
+TEST_F(Orders, a_session_that_goes_back_in_time_ends_as_if_it_had_not_and_keeps_both_tries) {
+  const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("whole")});
+  EXPECT_EQ(offline->exit_code(), 0) << offline->output();
+  const auto server =
+      program("sim_server",
+              in_session({"--scene", kScene, "--play-traces", "--wait-for-viewers", "1", "--export", file("out")}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  const auto steps = [&] {
+    const std::string& said = server->output();
+    const std::size_t at = said.rfind("step ");
+    return at == std::string::npos ? 0 : std::stoi(said.substr(at + 5));
+  };
+  do ASSERT_TRUE(server->wait_for_next("step ")) << server->output();
+  while (steps() < 1500);
+  const auto ahead = ask("seek", {"--to-s", "1000"});
+  EXPECT_EQ(ahead->exit_code(), 0) << ahead->output();
+  EXPECT_NE(ahead->output().find("it stays where it is: nobody knows what comes"), std::string::npos)
+      << ahead->output();
+  const auto back = ask("seek", {"--to-s", "1.2"});
+  EXPECT_EQ(back->exit_code(), 0) << back->output();
+  EXPECT_NE(back->output().find("the session goes on from 1.20 s"), std::string::npos) << back->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  const auto hash = [&](const char* report) { return json(report)["bodies"][0]["topology_hash"]; };
+  EXPECT_EQ(hash("out/try_2/report.json"), hash("whole/report.json"));
+  EXPECT_LT(json("out/report.json")["run"]["steps"], json("out/try_2/report.json")["run"]["steps"]);
+}
+
 TEST_F(Orders, an_order_that_nobody_can_obey_is_refused_in_a_line) {
   const auto fast = ask("speed", {"--factor", "1000"});
   EXPECT_EQ(fast->exit_code(), kExitBadInput) << fast->output();
