@@ -239,6 +239,14 @@ void EdgeContact::enter_tissue(const SurfaceHit& hit) {
   events_.push_back({EventKind::penetrated});
 }
 
+// Where the line of a blade enters the skin from its heel on.
+std::optional<SurfaceHit> EdgeContact::skin_entered(const Blade& blade) const {
+  const BladeLine line = line_of(blade);
+  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, line.tip_world_m))
+    if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return hit;
+  return {};
+}
+
 // The triangles that the line of a blade crosses.
 void EdgeContact::ask_surface(const Blade& blade, std::vector<TriangleId>& crossed) {
   const BladeLine line = line_of(blade);
@@ -314,14 +322,23 @@ void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> pos
     const InstrumentShape shape = shape_at(pose.opening_rad);
     const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
     const Blade blade = limited_blade(pose, point_);
-    const double height_m = height_m_at(point_, normal_, blade);
-    const Vec3 at_surface = blade.tip_world_m + height_m * blade.up_world;
-    const Vec3 step = at_surface - from;
-    const Crossings crossings = crossings_at(shape, pose, point_, normal_);
     const Vec3 travel = blade.tip_world_m - tip_before_;
-    const bool over_surface = correct_direction(shape, pose, step, normal_);
-    const bool in_world = correct_direction(shape, pose, travel, normal_);
-    const CutDecision leaf = instrument_.decide({crossings, over_surface || in_world, jaws});
+    Vec3 at_surface;
+    double height_m = 0;
+    Crossings crossings;
+    const auto decide = [&](const Vec3& at_world_m, const Vec3& normal) {
+      height_m = height_m_at(at_world_m, normal, blade);
+      at_surface = blade.tip_world_m + height_m * blade.up_world;
+      crossings = crossings_at(shape, pose, at_world_m, normal);
+      const bool over_surface = correct_direction(shape, pose, at_surface - from, normal);
+      const bool in_world = correct_direction(shape, pose, travel, normal);
+      return instrument_.decide({crossings, over_surface || in_world, jaws});
+    };
+    CutDecision leaf = decide(point_, normal_);
+    // Over a rim, the blade enters another face than the one with the end of its cut.
+    if (leaf == CutDecision::detect_again)
+      if (const auto skin = skin_entered(blade))
+        leaf = decide(skin->point_world_m, body_.view().normal(skin->triangle));
     if (leaf == CutDecision::cut) {
       motion.path.push_back(blade);
       ask_surface(blade, motion.active);

@@ -12,7 +12,8 @@ constexpr double kSnapToRung = 0.25;     // a lip is crossed at a rung this clos
 constexpr double kSnapToNodeM = 1.5e-3;  // at a place where cuts have met, if it is this close
 constexpr double kHeadingM = 2e-3;       // the last part of a cut, which says where it heads
 constexpr double kSameM = 1e-7;
-constexpr std::size_t kPointsBehind = 6;  // that a cut can't run into
+constexpr double kCosRim = 0.7, kCosFold = 0.9;  // between the normals of faces that meet in a rim, or lie back to back
+constexpr std::size_t kPointsBehind = 6;         // that a cut can't run into
 
 // The plane through two places and along the normal of the surface, all at rest, and progress in that plane.
 struct WalkPlane {
@@ -101,6 +102,13 @@ Vec3 normal_at_end(const MeshDraft& draft, const Stroke& stroke) {
   return rest_normal_of(draft, stroke);
 }
 
+// The normal along which a way is seen. On a way over a rim, either face alone would hide the part on the other.
+Vec3 across_rims(const Vec3& normal, const WalkTarget& target) {
+  const double cosine = normal.dot(target.normal_body);
+  if (target.normal_body.isZero() || cosine > kCosRim || cosine < -kCosFold) return normal;
+  return (normal + target.normal_body).normalized();
+}
+
 class Walk {
  public:
   Walk(MeshDraft& draft, Stroke& stroke, const Blade& blade, Grooves& grooves, const StrokeSettings& settings,
@@ -111,7 +119,7 @@ class Walk {
         grooves_(grooves),
         settings_(settings),
         target_(target),
-        plane_(sectio::rest_of(draft, stroke), target.rest_body_m, normal_at_end(draft, stroke)) {}
+        plane_(sectio::rest_of(draft, stroke), target.rest_body_m, across_rims(normal_at_end(draft, stroke), target)) {}
 
   WalkEnd run() {
     if (!stroke_.cuts() && !begin()) return refuse("the surface can't be divided where the cut begins");
@@ -184,7 +192,7 @@ class Walk {
     stroke_.length_m = 0;
     stroke_.heading_body.setZero();
     stroke_.behind_body_m = {draft_.rest(s)};
-    plane_ = WalkPlane(draft_.rest(s), target_.rest_body_m, normal_around(draft_, s));
+    plane_ = WalkPlane(draft_.rest(s), target_.rest_body_m, across_rims(normal_around(draft_, s), target_));
     stand_at(s);
     return enter_at(s);
   }
@@ -263,7 +271,7 @@ class Walk {
   MayEnd go_from_apex(Vec3& bary_in) {
     const VertexId apex = stroke_.cell.apex;
     if (std::exchange(goes_from_apex_, true)) return WalkEnd::waits;
-    plane_ = WalkPlane(draft_.rest(apex), target_.rest_body_m, normal_around(draft_, apex));
+    plane_ = WalkPlane(draft_.rest(apex), target_.rest_body_m, across_rims(normal_around(draft_, apex), target_));
     bary_in = Vec3::UnitX();
     if (enter_at(apex)) return std::nullopt;
     return WalkEnd::waits;
