@@ -112,6 +112,7 @@ class EdgeContact {
   bool sharp_edge_touches(const InstrumentShape& shape) const;
   bool sharp_edge_presses() const;
   bool sharp_edge_is_in_slit() const;
+  bool is_between_walls(const InstrumentShape& shape, const Vec3& at_world_m) const;
   // Where an edge that moves towards its sharp side has come in so far that it has broken in, whatever its force was.
   std::optional<SurfaceHit> sharp_edge_deep_inside(const JointPose& before) const;
   void begin_with_whole_edge(BladeMotion& motion);

@@ -48,9 +48,13 @@ bool EdgeContact::sharp_edge_presses() const {
 bool EdgeContact::sharp_edge_is_in_slit() const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.cut_traits.cuts_inside) return false;
+  return is_between_walls(shape, contact_world_m());
+}
+
+bool EdgeContact::is_between_walls(const InstrumentShape& shape, const Vec3& at) const {
   const Vec3 edge = shape.edge_heel_tool_m - shape.edge_tip_tool_m;
   const Vec3 aside = pose_.orientation * shape.sharp_side_tool->cross(edge).normalized();
-  const Vec3 at = contact_world_m(), reach = body_.cut_traits.join_tolerance_m * aside;
+  const Vec3 reach = body_.cut_traits.join_tolerance_m * aside;
   const std::vector<SurfaceHit> hits = body_.tree().hits(body_.view(), at - reach, at + reach);
   const auto is_wall = [&](bool entering) {
     return std::ranges::any_of(hits, [&](const SurfaceHit& hit) {
@@ -64,7 +68,7 @@ bool EdgeContact::sharp_edge_is_in_slit() const {
 // uncut tissue. In a slit, whose lips may have closed in on the blade, there is nothing to break in to.
 std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& before) const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
-  if (!cuts_ || !body_.cut_traits.cuts_inside || !shape.sharp_side_tool) return {};
+  if (!cuts_ || !body_.cut_traits.edge_cuts_anywhere || !shape.sharp_side_tool) return {};
   const Vec3 sharp_side = pose_.orientation * *shape.sharp_side_tool;
   const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m) - kDeepM * sharp_side;
   const Vec3 edge = pose_.orientation * (shape.edge_heel_tool_m - shape.edge_tip_tool_m);
@@ -75,6 +79,7 @@ std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& b
     const double from = hits[i].entering ? hits[i].parameter : 0;
     const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
     if ((!hits[i].entering && i > 0) || (to - from) * edge.norm() < kLeastInsideM) continue;
+    if (!body_.cut_traits.cuts_inside && is_between_walls(shape, tip + 0.5 * (from + to) * edge)) continue;
     Blade part;
     part.tip_world_m = tip + from * edge;
     part.up_world = edge.normalized();

@@ -14,6 +14,7 @@ namespace {
 constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
 constexpr double kOutBelowM = 1e-3;  // a tip that is out on the other side is this far out, at least
 constexpr double kBackwards = -0.2;  // cosine to a front: a blade that has drawn back further does not cut
+constexpr double kMostSlant = 2;     // of a front that is joined, in tolerances between its ends along the motion
 constexpr int kMostSteps = 64;       // into which one motion is divided
 
 // Does all of a triangle run along the plane, in the groove that the blade is in?
@@ -122,11 +123,12 @@ std::optional<CutFront> groove_ahead(const MeshDraft& draft, const TemplateStrok
     if (is_own(stroke, f) || !still_there(draft, f)) continue;
     const Vec3 top = draft.rest(f.top), bottom = draft.rest(f.bottom);
     const double ahead_m = sweep.in_plane(top).x(), bottom_ahead_m = sweep.in_plane(bottom).x();
-    if (ahead_m < from_m || bottom_ahead_m < from_m || std::max(ahead_m, bottom_ahead_m) > nearest_m) continue;
+    const auto [near_m, far_m] = std::minmax(ahead_m, bottom_ahead_m);
+    if (near_m < from_m || near_m > nearest_m || far_m > near_m + kMostSlant * tolerance_m) continue;
     if (std::max(std::abs(sweep.side(top)), std::abs(sweep.side(bottom))) > tolerance_m) continue;
     if (sweep.in_plane(top).y() < sweep.trail_height(ahead_m) || f.ahead_body.dot(sweep.ahead) >= 0) continue;
     nearest = f;
-    nearest_m = std::max(ahead_m, bottom_ahead_m);
+    nearest_m = near_m;
   }
   return nearest;
 }
