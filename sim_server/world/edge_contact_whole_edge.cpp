@@ -149,7 +149,10 @@ void EdgeContact::follow_with_whole_edge(const CutPoint& cut, std::span<const Jo
       }
       cut_along(travel, cut_length_m);
     } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
-      motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > body_.cut_traits.join_tolerance_m;
+      // Lips that swing away from a blade do not lift it.
+      const bool is_deep = (from - edge.tip_world_m).dot(edge.up_world) > kDeepM;
+      const double away_m = is_deep ? left_behind_m() : body_.cut_traits.join_tolerance_m;
+      motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > away_m;
       break;
     }
   }

@@ -70,14 +70,17 @@ TEST(A_STYLE, A_STYLE_a_refused_cut_says_why) {
     EXPECT_EQ(plan.outcomes[0].end, StrokeEnd::refused);
     EXPECT_EQ(plan.outcomes[0].why, kChangedBeneath);
   }
-  PadUnderScalpel back(with_templates());
-  back.enter_at(0.012, 0.0143);
-  for (double x = 0.012; x < 0.034; x += 0.0007) back.go(x, 0.0143);
-  std::string_view why;
-  for (double x = 0.034; x > 0.016 && why.empty(); x -= 0.0007)
-    for (const StrokeOutcome& o : back.go(x, 0.0143).outcomes) why = o.why;
-  EXPECT_EQ(why, "the blade goes back from where its cut has come to");
-  back.expect_valid();
+  // Back along its cut a blade cuts nothing; beside it, that is no cut that templates can make.
+  for (const double beside_m : {0.0, 0.004}) {
+    PadUnderScalpel back(with_templates());
+    back.enter_at(0.012, 0.0143);
+    for (double x = 0.012; x < 0.034; x += 0.0007) back.go(x, 0.0143);
+    std::string_view why;
+    for (double x = 0.034; x > 0.016 && why.empty(); x -= 0.0007)
+      for (const StrokeOutcome& o : back.go(x, 0.0143 + beside_m).outcomes) why = o.why;
+    EXPECT_EQ(why, beside_m > 0 ? "the blade goes back from where its cut has come to" : "");
+    back.expect_valid();
+  }
 }
 
 // Lets no blade in.

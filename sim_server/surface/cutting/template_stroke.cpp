@@ -253,8 +253,27 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
 
 }  // namespace
 
-TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade,
+namespace {
+
+// The blade is drawn out, or back along its cut: it leaves open what it has cut, and cuts nothing.
+bool draws_back(const TemplateStroke& stroke, const RestBlade& blade, double beside_m) {
+  if (!stroke.newest || !stroke.at_front) return false;
+  const Vec3 way = blade.tip_body_m - stroke.newest->tip_body_m;
+  const double rise_m = way.dot(stroke.newest->up_body);
+  const Vec3 along = way - rise_m * stroke.newest->up_body;
+  if (rise_m > along.norm()) return true;
+  if (stroke.fronts.empty()) return false;
+  const Vec3 &ahead = stroke.fronts.front().ahead_body, &up = stroke.newest->up_body;
+  const Vec3 from_front = blade.tip_body_m - stroke.at_front->tip_body_m;
+  const Vec3 level = from_front - from_front.dot(up) * up;
+  return along.dot(ahead) < 0 && (level - level.dot(ahead) * ahead).norm() < beside_m;
+}
+
+}  // namespace
+
+TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& now,
                           std::span<const TriangleId> active, Grooves& grooves, const TemplateSettings& settings) {
+  const RestBlade blade = draws_back(stroke, now, settings.join_tolerance_m) ? *stroke.newest : now;
   take_bottoms_to_tip(draft, stroke);
   stroke.faces.clear();
   if (!stroke.fronts.empty() && !grooves.has_front(stroke.fronts.front())) return TemplateStrokeEnd::joined;
