@@ -37,9 +37,9 @@ const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
   model_.sim_time_s = step.sim_time_s;
   model_.tool_time_s = step.tip.time_s;
   model_.state = step.state;
-  // The constraints of an instrument that cuts or holds come and go from step to step.
-  const bool is_smooth = step.state == ContactState::free || (step.state == ContactState::contact && !step.is_held);
-  model_.force_world_n += (is_smooth ? 1 : share(dt, kForceFilter_s)) * (step.reaction_world_n - model_.force_world_n);
+  // The constraints of jaws come and go from step to step.
+  model_.force_world_n +=
+      (step.is_held ? share(dt, kForceFilter_s) : 1) * (step.reaction_world_n - model_.force_world_n);
   model_.lever_world_m = step.lever_world_m;
 
   const double pushes_n = step.normal_world.dot(step.reaction_world_n);

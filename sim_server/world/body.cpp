@@ -128,6 +128,11 @@ void Body::express_in_rest_frame(std::span<const Entry> entries, BladeMotion& mo
   for (Blade& blade : motion.path) blade.up_body = to_body * blade.up_world;
 }
 
+SweptTissue& Body::swept_tissue() {
+  if (!swept_) swept_ = std::make_unique<SweptTissue>(mesh);
+  return *swept_;
+}
+
 double Body::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {
   const Vec3 down = tip_world_m - surface_world_m;
   const double depth_m = down.norm();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,6 +21,7 @@
 #include "sim_server/surface/indentation/contact_templates.h"
 #include "sim_server/world/change.h"
 #include "sim_server/world/recovery.h"
+#include "sim_server/world/swept_tissue.h"
 
 namespace sectio {
 
@@ -56,6 +58,8 @@ class Body {
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
   void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion);
+  // What blades have cut; made when it is first asked for, before the first cut.
+  SweptTissue& swept_tissue();
   // The largest depth that the tissue's thickness allows a groove from a point of the surface to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
 
@@ -108,6 +112,7 @@ class Body {
   void free_islands(std::span<const Island> islands);
 
   LipFinder lips_;
+  std::unique_ptr<SweptTissue> swept_;
   MakeEngines make_;  // for parts, too
   bool tree_stale_ = false;
   bool asleep_ = false;

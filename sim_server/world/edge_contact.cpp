@@ -97,6 +97,7 @@ void EdgeContact::set_free() {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
   if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended});
   phase_ = Phase::free;
+  front_.release();
   force_n_.setZero();
   smooth_force_n_ = 0;
 }
@@ -134,6 +135,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
 void EdgeContact::break_in(const Entry& at) {
   entry_ = at;
   phase_ = Phase::cutting;
+  front_.release();
   smooth_force_n_ = 0;
   constraints_.clear();
   events_.push_back({EventKind::penetrated});
@@ -230,6 +232,7 @@ void EdgeContact::slide_to(const Vec3& contact_world_m) {
 
 void EdgeContact::enter_tissue(const SurfaceHit& hit) {
   phase_ = Phase::cutting;
+  front_.release();
   entry_ = Entry{edge_id_, hit.triangle, hit.bary};
   if (body_.contact.inverse) {
     const SurfacePoint at =
@@ -287,6 +290,7 @@ void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& ent
 void EdgeContact::refuse_frozen(std::vector<BladeMotion>& motions) {
   if (body_.engines.cutting->cut_point(body_.shared(), edge_id_)) motions.push_back({edge_id_, {}, true});
   phase_ = Phase::spent;
+  front_.release();
   ended_at_ = point_;
   entry_.reset();
   constraints_.clear();
@@ -313,7 +317,6 @@ void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> pos
   if (cut.point_world_m) point_ = *cut.point_world_m;
   const Pose frame = body_.frame_world(cut.near);
   if (cut.normal_body.squaredNorm() > 0.5) normal_ = frame.orientation * cut.normal_body;
-  const Vec3 home = cut.rest_body_m ? frame.to_world(*cut.rest_body_m) : point_;
   BladeMotion motion{edge_id_, {}, false};
   const std::array resting{pose_};
   Vec3 from = point_;
@@ -339,11 +342,11 @@ void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> pos
     if (leaf == CutDecision::detect_again)
       if (const auto skin = skin_entered(blade))
         leaf = decide(skin->point_world_m, body_.view().normal(skin->triangle));
+    meet_front(shape, pose, frame, instrument_.only_closing && leaf != CutDecision::cut);
     if (leaf == CutDecision::cut) {
       motion.path.push_back(blade);
       ask_surface(blade, motion.active);
       from = at_surface;
-      if (cut.cuts) cut_along(travel, std::max(0.0, (home - blade.tip_world_m).dot(normal_)));
       tip_before_ = blade.tip_world_m;
       continue;
     }
@@ -364,12 +367,21 @@ void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> pos
   motions.push_back(std::move(motion));
 }
 
-// The work is the toughness times the area at rest, against the motion of the blade.
-void EdgeContact::cut_along(const Vec3& travel, double length_in_tissue_m) {
-  if (travel.norm() <= kNoTravelM) return;
-  const double force_n = body_.spec.material.toughness_j_per_m2 * length_in_tissue_m;
-  cutting_force_n_ = -force_n * travel.normalized();
-  cutting_work_j_ += force_n * travel.norm();  // of a cautery hook: the current does what the hand does not
+// Whether or not the mesh follows the edge in this step. Loose: open blades hold no tissue.
+void EdgeContact::meet_front(const InstrumentShape& shape, const JointPose& pose, const Pose& frame_world, bool loose) {
+  const EdgeAtRest edge{frame_world.to_local(pose.to_world(shape.edge_tip_tool_m)),
+                        frame_world.to_local(pose.to_world(shape.edge_heel_tool_m))};
+  if (loose || (edge.heel_m - edge.tip_m).norm() < kNoTravelM) {
+    front_.release();
+    cutting_force_n_.setZero();
+    return;
+  }
+  std::optional<Vec3> sharp_side;
+  if (shape.sharp_side_tool)
+    sharp_side = frame_world.orientation.conjugate() * (pose.orientation * *shape.sharp_side_tool);
+  front_.move(body_.swept_tissue(), edge, sharp_side, body_.spec.material.toughness_j_per_m2);
+  cutting_force_n_ = instrument_.drag * (frame_world.orientation * front_.force_n());
+  cutting_work_j_ += front_.work_j();  // of a cautery hook: the current does what the hand does not
 }
 
 // A new cut at the end of the old one would go along its walls.
@@ -391,6 +403,7 @@ void EdgeContact::rest_in_groove() {
   if (!hit->entering) return;
   entry_ = Entry{edge_id_, hit->triangle, hit->bary};
   phase_ = Phase::cutting;
+  front_.release();
 }
 
 void EdgeContact::planned(const CutPlan& plan, bool accepted) {
@@ -412,6 +425,7 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   const CutTraits& traits = body_.cut_traits;
   if (end == StrokeEnd::lifted && (!traits.edge_cuts_anywhere || traits.cuts_inside)) return set_free();
   phase_ = Phase::spent;
+  front_.release();
   if (end == StrokeEnd::lifted || end == StrokeEnd::through) events_.push_back({EventKind::cut_ended});
 }
 
@@ -438,6 +452,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
   if (phase_ == Phase::cutting && !entry_ && !body_.engines.cutting->cut_point(body_.shared(), edge_id_)) {
     ended_at_ = point_;
     phase_ = Phase::spent;
+    front_.release();
     cutting_force_n_.setZero();
     constraints_.clear();
     events_.push_back({EventKind::cut_ended});
@@ -451,12 +466,9 @@ void EdgeContact::deformed(std::span<const Reaction> reactions, double step_s) {
     reaction.active |= r.active;
   }
   if (phase_ == Phase::cutting) {
-    const Vec3 target_n = instrument_.drag * cutting_force_n_;
-    smooth_cutting_n_ += std::min(1.0, step_s / kForceFilterS) * (target_n - smooth_cutting_n_);
-    force_n_ = reaction.force_on_tool_n + smooth_cutting_n_;
+    force_n_ = reaction.force_on_tool_n + cutting_force_n_;
     return;
   }
-  smooth_cutting_n_.setZero();
   if (phase_ != Phase::pressing || constraints_.empty()) return force_n_.setZero(), void();
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));

@@ -10,6 +10,7 @@
 #include "sim_server/collision/front_tracker.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/step/step_io.h"
+#include "sim_server/world/blade_front.h"
 #include "sim_server/world/body.h"
 #include "sim_server/world/surface_samples.h"
 
@@ -61,7 +62,7 @@ class EdgeContact {
 
   // The events since the last call.
   std::vector<ContactEvent> take_events();
-  double cutting_work_j() const { return cutting_work_j_; }  // so far
+  double cutting_work_j() const { return cutting_work_j_; }  // of the hand against fronts, so far
 
  private:
   static constexpr double kNearM = 0.02;  // an instrument further from the body's box than this is not looked at
@@ -117,15 +118,14 @@ class EdgeContact {
   std::optional<SurfaceHit> sharp_edge_deep_inside(const JointPose& before) const;
   void begin_with_whole_edge(BladeMotion& motion);
   void follow_with_whole_edge(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
-  CutDecision decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws,
-                                double& cut_length_m);
+  CutDecision decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws);
   void sweep_over(const std::optional<Blade>& before, BladeMotion& motion);
 
   // A blade that is further than this from the end of its cut has left it.
   double left_behind_m() const { return 3 * body_.cut_traits.join_tolerance_m; }
   void take_along(VertexId end, const Vec3& to_world_m);
   void hold_end_again();
-  void cut_along(const Vec3& travel, double length_in_tissue_m);
+  void meet_front(const InstrumentShape& shape, const JointPose& pose, const Pose& frame_world, bool loose);
   void rest_in_groove();
   Blade blade_at(const JointPose& pose) const;
   Blade limited_blade(const JointPose& pose, const Vec3& surface_world_m) const;
@@ -159,7 +159,8 @@ class EdgeContact {
   std::optional<Entry> entry_;
   Vec3 force_n_ = Vec3::Zero();
   double cutting_work_j_ = 0;
-  Vec3 cutting_force_n_ = Vec3::Zero(), smooth_cutting_n_ = Vec3::Zero();
+  BladeFront front_;
+  Vec3 cutting_force_n_ = Vec3::Zero();
   Vec3 tip_before_ = Vec3::Zero();  // of the blade
   double smooth_force_n_ = 0;
   int deep_steps_ = 0;            // in which the instrument pressed deep

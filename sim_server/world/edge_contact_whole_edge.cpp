@@ -15,19 +15,6 @@ constexpr double kFarthestBackM = 0.03;  // from where a blade that breaks in si
 constexpr double kBackStepM = 0.00025;
 constexpr double kCosSharp = 0.5;  // the edge faces the surface within 60 degrees
 
-// The part of a segment that is inside the body, given its hits in order.
-double length_inside_m(const std::vector<SurfaceHit>& hits, double length_m) {
-  double inside = 0, from = 0;
-  bool is_inside = !hits.empty() && !hits.front().entering;
-  for (const SurfaceHit& hit : hits) {
-    if (is_inside && !hit.entering) inside += hit.parameter - from;
-    is_inside = hit.entering;
-    from = hit.parameter;
-  }
-  if (is_inside) inside += 1 - from;
-  return inside * length_m;
-}
-
 }  // namespace
 
 bool EdgeContact::sharp_edge_touches(const InstrumentShape& shape) const {
@@ -110,14 +97,13 @@ void EdgeContact::begin_with_whole_edge(BladeMotion& motion) {
 }
 
 CutDecision EdgeContact::decide_by_surface(const InstrumentShape& shape, const JointPose& pose,
-                                           bool is_correct_direction, Jaws jaws, double& cut_length_m) {
+                                           bool is_correct_direction, Jaws jaws) {
   const SurfaceView view = body_.view();
   const CollisionEngine& tree = body_.tree();
   const auto hits = [&](const Vec3& from_tool_m, const Vec3& to_tool_m) {
     return tree.hits(view, pose.to_world(from_tool_m), pose.to_world(to_tool_m));
   };
   const auto edge = hits(shape.edge_tip_tool_m, shape.edge_heel_tool_m);
-  cut_length_m = length_inside_m(edge, (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm());
   const Crossings crossings{!hits(shape.a_tool_m, shape.b_tool_m).empty(),
                             !hits(shape.a_tool_m, shape.c_tool_m).empty(),
                             !hits(shape.b_tool_m, shape.d_tool_m).empty(), !edge.empty()};
@@ -130,24 +116,25 @@ void EdgeContact::follow_with_whole_edge(const CutPoint& cut, std::span<const Jo
   BladeMotion motion{edge_id_, {}, false};
   Vec3 from = point_;
   double opening_rad = opening_before_rad_;
+  const Pose frame = body_.frame_world(cut.near);
+  if (poses.empty()) meet_front(shape_at(pose_.opening_rad), pose_, frame, instrument_.only_closing);
   for (const JointPose& pose : poses) {
     const InstrumentShape shape = shape_at(pose.opening_rad);
     const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
     const EdgeInWorld edge = edge_at(shape, pose);
     const Vec3 travel = edge.tip_world_m - std::exchange(tip_before_, edge.tip_world_m);
+    meet_front(shape, pose, frame, instrument_.only_closing && jaws != Jaws::closing);
     if (travel.norm() < kNoTravelM && jaws == Jaws::still) continue;
     const Vec3 at_surface = edge.tip_world_m + (from - edge.tip_world_m).dot(edge.up_world) * edge.up_world;
     const bool ahead = correct_direction(shape, pose, at_surface - from, edge.up_world);
-    double cut_length_m = 0;
-    const CutDecision leaf = decide_by_surface(
-        shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world), jaws, cut_length_m);
+    const CutDecision leaf =
+        decide_by_surface(shape, pose, ahead || correct_direction(shape, pose, travel, edge.up_world), jaws);
     if (leaf == CutDecision::cut || (leaf == CutDecision::detect_again && ahead)) {
       if (ahead || (leaf == CutDecision::cut && body_.cut_traits.cuts_inside)) {
         motion.path.push_back({edge.tip_world_m, edge.up_world, 1e9, Vec3::Zero(),
                                (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm()});
         from = at_surface;
       }
-      cut_along(travel, cut_length_m);
     } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
       // Lips that swing away from a blade do not lift it.
       const bool is_deep = (from - edge.tip_world_m).dot(edge.up_world) > kDeepM;

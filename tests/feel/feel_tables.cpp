@@ -83,6 +83,25 @@ void print_holds() {
   }
 }
 
+void print_blades() {
+  std::puts("A blade 8 mm deep that has cut 10 mm, held: ripple, N, energy to the hand, mJ/s, force, N");
+  for (const char* model : {"surface_springs", "neo_hookean_lattice"}) {
+    for (const double young_pa : {1e3, 6e3, 6e4, 3e5}) {
+      for (const bool trembles : {false, true}) {
+        std::printf("%-20s %3.0f kPa%s", model, young_pa / 1e3, trembles ? ", trembling" : "");
+        for (const WireSpec& wire : kWires) {
+          const auto felt = felt_in_loop(blade_block(model, young_pa), cutting_and_holding(), 4, wire,
+                                         trembles ? kTremblingHand : kFirmHand);
+          const FeltHold hold = hold_of(felt, 2.5);
+          std::printf(" | %.4f  %7.4f (%.3f)", hold.ripple_n, 1e3 * hold.power_w, felt.back().felt_n.norm());
+        }
+        std::puts("");
+        std::fflush(stdout);
+      }
+    }
+  }
+}
+
 void write_motions(const std::string& file) {
   struct Motion {
     const char* name;
@@ -110,7 +129,7 @@ int run(int argc, char** argv) {
   std::string motions;
   Arguments arguments("feel_tables",
                       "Prints how true and how quiet the force at a hand is, for wires of 0, 25, 50 ms.");
-  arguments.option("--table", tables, "sines, taps or holds; all when not given");
+  arguments.option("--table", tables, "sines, taps, holds or blades; all when not given");
   arguments.option("--motions", motions, "CSV file to write instead: a tap, a slide and a cut, felt and true");
   if (!arguments.parse(argc, argv)) return 0;
   if (!motions.empty()) return write_motions(motions), 0;
@@ -120,6 +139,7 @@ int run(int argc, char** argv) {
   if (wanted("sines")) print_sines();
   if (wanted("taps")) print_taps();
   if (wanted("holds")) print_holds();
+  if (wanted("blades")) print_blades();
   return 0;
 }
 

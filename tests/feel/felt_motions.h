@@ -19,6 +19,7 @@ constexpr double kSettled_s = 1.5, kSinesFor_s = 3.5;
 inline const std::vector<WireSpec> kWires{{0, 0}, {0.025, 0.02}, {0.05, 0.02}};
 
 inline const HandSpec kFirmHand{.tremor_m = 0};
+inline const HandSpec kTremblingHand{.tremor_m = 1e-4};
 inline const HandSpec kWeakHand{.hand_stiffness_n_per_m = 150, .hand_damping_n_s_per_m = 0.5, .tremor_m = 0};
 
 // The lowest point of the ball at a depth beneath the block's top.
@@ -64,6 +65,16 @@ inline Path cutting(double speed_m_per_s) {
     const double down = std::clamp(t / 0.4, 0.0, 1.0), along_m = std::clamp(speed_m_per_s * (t - 0.5), 0.0, 0.02);
     return Pose{Vec3(-0.01 + along_m, 0.002, kBlockTop_m + 0.002 - 0.01 * down), Eigen::Quaterniond::Identity()};
   };
+}
+
+// The same, for 10 mm; then the blade rests.
+inline Path cutting_and_holding() {
+  return [cut = cutting(0.02)](double t) { return cut(std::min(t, 1.0)); };
+}
+inline Scene blade_block(const std::string& model, double young_pa) {
+  Scene scene = felt_block(model, young_pa, "scalpel");
+  scene.bodies[0].cutting.threshold_force_n = 0.03;
+  return scene;
 }
 
 }  // namespace sectio::test

@@ -1,0 +1,69 @@
+#include "sim_server/world/blade_front.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+constexpr double kPartM = 1e-4;  // into which a motion is divided
+constexpr int kMostParts = 64;
+constexpr double kJumpsM = 0.02;    // in a step: that is no motion
+constexpr double kNowhereM = 1e-9;  // a shorter way has no direction
+
+}  // namespace
+
+void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
+                      double toughness_j_per_m2) {
+  work_j_ = 0;
+  const EdgeAtRest from = edge_.value_or(edge);
+  const double way_m = std::max((edge.tip_m - from.tip_m).norm(), (edge.heel_m - from.heel_m).norm());
+  if (way_m > kJumpsM) {
+    release();
+    edge_ = edge;
+    return;
+  }
+  edge_ = from;
+  const int parts = std::clamp(static_cast<int>(std::ceil(way_m / kPartM)), 1, kMostParts);
+  for (int i = 1; i <= parts; ++i) {
+    const double share = static_cast<double>(i) / parts;
+    const EdgeAtRest next{from.tip_m + share * (edge.tip_m - from.tip_m),
+                          from.heel_m + share * (edge.heel_m - from.heel_m)};
+    const Vec3 before_n = force_n_, step_m = next.at(middle_) - edge_->at(middle_);
+    stretched_m_ += step_m;
+    edge_ = next;
+    if (!advance(tissue, next, sharp_side, toughness_j_per_m2)) {
+      stretched_m_.setZero();
+      force_n_.setZero();
+      strength_n_ = 0;
+    }
+    work_j_ -= 0.5 * (before_n + force_n_).dot(step_m);
+  }
+}
+
+// False: nothing holds the edge here.
+bool BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
+                         double toughness_j_per_m2) {
+  const Vec3 along = edge.along();
+  const Vec3 across = sharp_side.value_or(stretched_m_);
+  const Vec3 ahead = across - across.dot(along) * along;
+  if (ahead.norm() < kNowhereM) return false;
+  ahead_ = ahead.normalized();
+  const double gone_m = stretched_m_.dot(ahead_), size_m = stretched_m_.norm();
+  if (gone_m <= kNowhereM) return false;
+  const EdgeAtRest anchor = edge.moved(-stretched_m_);
+  const SweptTissue::Front front = tissue.front(anchor, ahead_, way_);
+  if (front.length_m <= 0) return false;
+  middle_ = front.middle;
+  strength_n_ = toughness_j_per_m2 * front.length_m;
+  const double most_m = kYieldsM * gone_m / size_m;
+  if (size_m > most_m) {
+    const Vec3 yields_m = (1 - most_m / size_m) * stretched_m_;
+    area_m2_ += tissue.sweep(anchor, anchor.moved(yields_m), ahead_, way_);
+    stretched_m_ -= yields_m;
+  }
+  force_n_ = -strength_n_ / kYieldsM * stretched_m_;
+  return true;
+}
+
+}  // namespace sectio

@@ -1,0 +1,47 @@
+// The force on a blade in tissue. It sticks to the front of its cut like a spring, which yields at the toughness of the
+// tissue times the length of its edge at the front: with b from the front to the edge, n across the edge towards its
+// sharp side, and L that length,
+//
+//   F = -J L b / d,  |b| <= d (n.b) / |b|       d: kYieldsM
+//
+// Beyond that the front goes on along b, whose work is then J times the area that it cuts, exactly; an edge that is drawn
+// along itself cuts at less force (slice and push: Atkins et al. 2004). A blade that goes back leaves its front without
+// a force, and meets it again where it was (swept_tissue.h).
+#pragma once
+
+#include <optional>
+
+#include "sim_server/world/swept_tissue.h"
+
+namespace sectio {
+
+class BladeFront {
+ public:
+  static constexpr double kYieldsM = 5e-4;
+
+  // Nothing holds the blade any more; what has been cut stays so.
+  void release() { *this = {}; }
+  // The edge is here now. `sharp_side`: unit; none: it cuts in any direction.
+  void move(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
+            double toughness_j_per_m2);
+
+  // All in the frame of the body at rest.
+  const Vec3& force_n() const { return force_n_; }
+  const Vec3& ahead() const { return ahead_; }       // n
+  double strength_n() const { return strength_n_; }  // J L: the front yields here
+  double work_j() const { return work_j_; }          // of the hand, in the last move()
+  double new_area_m2() const { return area_m2_; }    // since release()
+
+ private:
+  bool advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
+               double toughness_j_per_m2);
+
+  std::optional<EdgeAtRest> edge_;
+  std::optional<SweptTissue::Way> way_;
+  Vec3 stretched_m_ = Vec3::Zero();  // b
+  Vec3 force_n_ = Vec3::Zero(), ahead_ = Vec3::Zero();
+  double middle_ = 0.5;  // of the edge in tissue
+  double strength_n_ = 0, work_j_ = 0, area_m2_ = 0;
+};
+
+}  // namespace sectio

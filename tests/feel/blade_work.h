@@ -1,0 +1,53 @@
+// The work that a hand does with a blade, leg by leg, in the real simulation: against the toughness of the tissue times
+// the area that is new.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/feel/felt_loop.h"
+
+namespace sectio::test {
+
+struct BladeTissue {
+  std::string name;  // for tables
+  std::string model;
+  std::string style = "progressive";
+  int squares = 2;        // of the surface, over 10 mm
+  double tetrahedra = 0;  // of volumes
+  double cell_m = 0;      // of lattices
+};
+
+// A straight way of the blade.
+struct BladeLeg {
+  std::string name;
+  Vec3 by_m = Vec3::Zero();
+  double new_area_m2 = 0;  // that its edge sweeps in tissue that is uncut
+  bool is_steady = false;  // the same length of the edge cuts all along, apart from the ends
+  double outside_m = 0;    // of its ends
+};
+
+struct BladeStroke {
+  std::string name;
+  std::string tool = "scalpel";
+  ToolGeometry geometry;
+  Vec3 from_m = Vec3::Zero();  // of the tip
+  std::vector<BladeLeg> legs;
+};
+
+constexpr double kToughness_j_per_m2 = 200;
+
+// In the block of felt_block(), whose top is z = kBlockTop_m. `long_m`: the way of the slide.
+BladeStroke slide_and_return(double deep_m, double long_m);  // down, along, back and forth in the slit, out, in, out
+BladeStroke plunge(double deep_m);                           // down, and out
+BladeStroke right_through();                                 // a long edge, from side to side
+
+struct LegWork {
+  BladeLeg leg;
+  double work_j = 0;                // of the hand, by the simulation's own force
+  double booked_j = 0;              // by instrument_work_j
+  double mean_n = 0, ripple_n = 0;  // of the size of the force, rms; of a steady leg without its ends
+};
+std::vector<LegWork> work_of(const BladeTissue& tissue, const BladeStroke& stroke, double speed_m_per_s);
+
+}  // namespace sectio::test
