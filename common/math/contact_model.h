@@ -25,14 +25,15 @@ struct ContactModel {
   // The surface at rest as a plane, also before the touch: the origin of the tool's frame is in it when the tool begins
   // to touch. It goes on with its velocity after that sample.
   Vec3 point_world_m = Vec3::Zero();
-  Vec3 normal_world = Vec3::UnitZ();  // unit, out of the tissue
+  // Unit, out of the tissue. Of a blade that is held by the front of its cut: against the direction in which it cuts.
+  Vec3 normal_world = Vec3::UnitZ();
   Vec3 velocity_world_m_per_s = Vec3::Zero();
   // The response to a dent: see Dent.
   double stiffness_n_per_m = 0;
   double damping_n_s_per_m = 0;
   double mass_kg = 0;
   double soft_depth_m = 0.0015;
-  double side_stiffness_n_per_m = 0;  // of the tissue sideways; around a blade that is in it, in all directions
+  double side_stiffness_n_per_m = 0;  // of the tissue sideways; of the front that holds a blade
   double friction = 0;                // Coulomb's coefficient
   double yield_n = kNeverYieldsN;     // the tissue breaks at this force
 };

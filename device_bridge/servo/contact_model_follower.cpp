@@ -92,7 +92,7 @@ Vec3 ContactModelFollower::tick(double now_s, const Vec3& tip_world_m, bool is_h
   const Vec3 drag_n = drag(push_n, dt);
   felt.spring_n = drag_n - side_correction_n_;
   const double audible = std::clamp(1 - (now_s - received_s_ - kSilence_s) / kDecay_s, 0.0, 1.0);
-  return audible * limited(push_n + drag_n, model_.yield_n);
+  return audible * (in_tissue(model_) ? drag_n : limited(push_n + drag_n, model_.yield_n));
 }
 
 Vec3 ContactModelFollower::push(double dt_s) {
@@ -106,17 +106,28 @@ Vec3 ContactModelFollower::push(double dt_s) {
   return pushed_n < 0 ? Vec3(Vec3::Zero()) : Vec3(pushed_n * model_.normal_world);  // no number stays none
 }
 
+// A force that the simulation has besides the front's is added slowly.
+Vec3 ContactModelFollower::hold_blade(double dt_s) {
+  const double k = model_.side_stiffness_n_per_m;
+  anchor_m_ += dt_s * model_.velocity_world_m_per_s;
+  const Vec3 stretched_m = tip_.position_m - anchor_m_;
+  const double ahead_m = -stretched_m.dot(model_.normal_world), size_m = stretched_m.norm();
+  const double most_m = k > 0 && ahead_m > 0 ? std::min(size_m, model_.yield_n / k * ahead_m / size_m) : 0;
+  anchor_m_ = tip_.position_m - (size_m > 0 ? most_m / size_m : 0) * stretched_m;
+  side_correction_n_ += share(dt_s, side_filter_s_) * (side_wrong_n_ - side_correction_n_);
+  return limited(k * (anchor_m_ - tip_.position_m) + side_correction_n_,
+                 std::max(model_.yield_n, model_.force_world_n.norm()));
+}
+
 // The anchor's spring and the correction together are bounded by friction, or by what the tissue bears.
 Vec3 ContactModelFollower::drag(const Vec3& push_n, double dt_s) {
+  if (in_tissue(model_)) return hold_blade(dt_s);
   const Vec3& f = model_.force_world_n;
   const double k = model_.side_stiffness_n_per_m;
-  double most_n = model_.yield_n;
-  if (!in_tissue(model_)) {
-    // An edge that is pressed only sideways keeps its force.
-    const double pushed_n = f.dot(model_.normal_world), side_n = sideways(model_, f).norm();
-    const double lifted = pushed_n > kLeastForce_n ? std::min(1.0, push_n.norm() / pushed_n) : 1;
-    most_n = push_n.isZero() ? 0 : std::max(model_.friction * push_n.norm(), lifted * side_n);
-  }
+  // An edge that is pressed only sideways keeps its force.
+  const double pushed_n = f.dot(model_.normal_world), side_n = sideways(model_, f).norm();
+  const double lifted = pushed_n > kLeastForce_n ? std::min(1.0, push_n.norm() / pushed_n) : 1;
+  const double most_n = push_n.isZero() ? 0 : std::max(model_.friction * push_n.norm(), lifted * side_n);
   anchor_m_ += dt_s * model_.velocity_world_m_per_s;
   if (most_n <= 0 || k <= 0) {
     anchor_m_ = tip_.position_m;

@@ -4,8 +4,9 @@
 //   F_n = max(0, Y(now) + w),   w follows n.f - Y(i) within tau        (a predictor: only a *change* within the delay
 //                                                                       can be wrong, not the force)
 //
-// Sideways, and all around a blade in tissue, the tissue is a spring from an anchor, which is dragged along where
-// friction or the tissue yields: passive by itself, and corrected slowly.
+// Sideways the tissue is a spring from an anchor, which is dragged along where friction yields. The front of a cut is a
+// spring, too, from which a blade can go back freely, and which yields where the blade goes on: as in the simulation
+// (sim_server/world/blade_front.h). Both are passive by themselves, and corrected slowly.
 //
 // A sampled response gives no energy while k T/2 + c < b, the device's damping (Colgate & Schenkel 1997): Y is scaled
 // to that. A loop through a wire with any delay gives none while |dk / (1 + j w tau)| < b w at w = sqrt(k / m), the
@@ -60,6 +61,7 @@ class ContactModelFollower {
   void adopt(bool is_held);
   Vec3 push(double dt_s);
   Vec3 drag(const Vec3& push_n, double dt_s);
+  Vec3 hold_blade(double dt_s);
 
   DeviceLimits device_;
   ContactModel next_, model_;

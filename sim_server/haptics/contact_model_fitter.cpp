@@ -60,7 +60,12 @@ const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
   model_.damping_n_s_per_m = is_known && !in_tissue ? theta_[1] + tissue_.damping_per_s * theta_[2] : 0;
   model_.side_stiffness_n_per_m = is_known ? kSideways * tissue_.stiffness_n_per_m : 0;
   model_.friction = tissue_.friction;
-  if (!in_tissue) {
+  const bool front_holds = in_tissue && step.front.strength_n > 0;
+  if (in_tissue) model_.side_stiffness_n_per_m = front_holds ? step.front.stiffness_n_per_m : 0;
+  if (front_holds) {
+    model_.normal_world = -step.front.ahead_world;
+    model_.yield_n = step.front.strength_n;
+  } else if (!in_tissue) {
     model_.yield_n = step.is_held ? kNeverYieldsN : tissue_.yield_n;
   } else {
     const double force_n = model_.force_world_n.norm(), before_n = std::min(model_.yield_n, force_n + 1);

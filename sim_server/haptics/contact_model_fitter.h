@@ -9,6 +9,13 @@
 
 namespace sectio {
 
+// The front of a cut that holds a blade.
+struct FeltFront {
+  double stiffness_n_per_m = 0;
+  double strength_n = 0;             // it yields here; 0: nothing holds the blade
+  Vec3 ahead_world = Vec3::UnitX();  // unit: where the blade cuts
+};
+
 // The tissue of one body where an instrument touches it, or would.
 struct FeltTissue {
   double stiffness_n_per_m = 40;   // expected before any force is known
@@ -32,6 +39,7 @@ struct ContactStep {
   bool is_held = false;             // the tool holds tissue, which pulls as well as pushes
   std::uint32_t body_id = kNoBody;  // whose surface
   FeltTissue tissue = {};
+  FeltFront front = {};
   double gap_m = 0;  // how far the tool is outside of the surface, along the normal; negative beneath it
   Vec3 normal_world = Vec3::UnitZ();  // unit, out of the tissue
   // The velocity of the undisturbed tissue there (breathing, or a moving body), not of the tool's dent.

@@ -18,6 +18,7 @@ void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
   felt.surface_known = contact.surface_known();
   felt.body_id = contact.body_id();
   felt.normal_world = contact.normal_world();
+  felt.front = contact.front();
   at_world_m = contact.point_world_m();
   felt.lever_world_m = at_world_m - felt.tip.position_m;
 }

@@ -32,38 +32,35 @@ void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::op
     const Vec3 before_n = force_n_, step_m = next.at(middle_) - edge_->at(middle_);
     stretched_m_ += step_m;
     edge_ = next;
-    if (!advance(tissue, next, sharp_side, toughness_j_per_m2)) {
-      stretched_m_.setZero();
-      force_n_.setZero();
-      strength_n_ = 0;
-    }
+    advance(tissue, next, sharp_side, toughness_j_per_m2);
     work_j_ -= 0.5 * (before_n + force_n_).dot(step_m);
   }
 }
 
-// False: nothing holds the edge here.
-bool BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
+void BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
                          double toughness_j_per_m2) {
+  force_n_.setZero();
+  strength_n_ = 0;
   const Vec3 along = edge.along();
   const Vec3 across = sharp_side.value_or(stretched_m_);
   const Vec3 ahead = across - across.dot(along) * along;
-  if (ahead.norm() < kNowhereM) return false;
+  if (ahead.norm() < kNowhereM) return;
   ahead_ = ahead.normalized();
-  const double gone_m = stretched_m_.dot(ahead_), size_m = stretched_m_.norm();
-  if (gone_m <= kNowhereM) return false;
+  if (stretched_m_.dot(ahead_) <= kNowhereM) stretched_m_.setZero();  // it goes back
   const EdgeAtRest anchor = edge.moved(-stretched_m_);
   const SweptTissue::Front front = tissue.front(anchor, ahead_, way_);
-  if (front.length_m <= 0) return false;
+  if (front.length_m <= 0) return stretched_m_.setZero(), void();
   middle_ = front.middle;
   strength_n_ = toughness_j_per_m2 * front.length_m;
-  const double most_m = kYieldsM * gone_m / size_m;
+  const double size_m = stretched_m_.norm();
+  if (!(size_m > 0)) return;
+  const double most_m = strength_n_ / stiffness_n_per_m() * stretched_m_.dot(ahead_) / size_m;
   if (size_m > most_m) {
     const Vec3 yields_m = (1 - most_m / size_m) * stretched_m_;
     area_m2_ += tissue.sweep(anchor, anchor.moved(yields_m), ahead_, way_);
     stretched_m_ -= yields_m;
   }
-  force_n_ = -strength_n_ / kYieldsM * stretched_m_;
-  return true;
+  force_n_ = -stiffness_n_per_m() * stretched_m_;
 }
 
 }  // namespace sectio

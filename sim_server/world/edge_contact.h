@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_server/collision/front_tracker.h"
+#include "sim_server/haptics/contact_model_fitter.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/step/step_io.h"
 #include "sim_server/world/blade_front.h"
@@ -49,6 +50,8 @@ class EdgeContact {
 
   ContactState state() const;
   const Vec3& force_on_tool_n() const { return force_n_; }
+  // That holds the blade, in the world.
+  FeltFront front() const;
   // The instrument's point on the surface, and the normal there; unknown while free.
   bool surface_known() const { return touches(); }
   const Vec3& point_world_m() const { return point_; }
@@ -160,6 +163,7 @@ class EdgeContact {
   Vec3 force_n_ = Vec3::Zero();
   double cutting_work_j_ = 0;
   BladeFront front_;
+  Eigen::Quaterniond front_frame_ = Eigen::Quaterniond::Identity();  // from rest to the world
   Vec3 cutting_force_n_ = Vec3::Zero();
   Vec3 tip_before_ = Vec3::Zero();  // of the blade
   double smooth_force_n_ = 0;

@@ -7,13 +7,13 @@
 namespace sectio {
 namespace {
 
-constexpr double kRowM = 1e-4;      // the height of a row
-constexpr double kNextPointM = 2e-4;    // between points of a way
-constexpr double kBesideM = 1e-3;   // an edge this far beside a way is in another cut, or cuts anew
-constexpr double kBeyondM = 2e-3;   // from the end of a way, likewise
-constexpr double kAtFrontM = 5e-5;  // an edge so near to the end of a cut stands at it
-constexpr double kUpright = 0.5;    // least cosine of an edge to the rows' direction
-constexpr double kNearM = 3e-3;     // of a way, which is looked at first: it may cross itself
+constexpr double kRowM = 1e-4;        // the height of a row
+constexpr double kNextPointM = 2e-4;  // between points of a way
+constexpr double kBesideM = 1e-3;     // an edge this far beside a way is in another cut, or cuts anew
+constexpr double kBeyondM = 2e-3;     // from the end of a way, likewise
+constexpr double kAtFrontM = 5e-5;    // an edge so near to the end of a cut stands at it
+constexpr double kUpright = 0.5;      // least cosine of an edge to the rows' direction
+constexpr double kNearM = 3e-3;       // of a way, which is looked at first: it may cross itself
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 std::vector<Vec4f> rest_of(const TriangleMesh& mesh) {

@@ -1,0 +1,72 @@
+// What a blade costs the hand that moves it: the toughness of the tissue times the area that is new, and nothing where
+// the tissue is cut already.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/feel/blade_work.h"
+#include "tests/feel/felt_motions.h"
+
+namespace sectio::test {
+namespace {
+
+class BladeWork : public testing::TestWithParam<BladeTissue> {
+ protected:
+  // Cutting costs the toughness, going back and forth nothing, and the simulation's books are the hand's.
+  static void check(const BladeStroke& stroke, double speed_m_per_s) {
+    double due_j = 0, cut_j = 0, done_j = 0, booked_j = 0;
+    const std::vector<LegWork> legs = work_of(GetParam(), stroke, speed_m_per_s);
+    for (const LegWork& leg : legs) {
+      due_j += kToughness_j_per_m2 * leg.leg.new_area_m2;
+      if (leg.leg.new_area_m2 > 0) cut_j += leg.work_j;
+      done_j += leg.work_j;
+      booked_j += leg.booked_j;
+      if (leg.leg.is_steady) EXPECT_LT(leg.ripple_n, 0.1 * leg.mean_n) << leg.leg.name;
+    }
+    const auto where = stroke.name + " at " + std::to_string(speed_m_per_s) + " m/s";
+    EXPECT_GT(cut_j, 0.8 * due_j) << where;
+    EXPECT_LT(cut_j, 1.2 * due_j) << where;
+    EXPECT_NEAR(booked_j, done_j, 0.1 * due_j) << where;
+    for (const LegWork& leg : legs)
+      if (leg.leg.new_area_m2 == 0) EXPECT_NEAR(leg.work_j, 0, 0.2 * due_j) << where << ", " << leg.leg.name;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Tissues, BladeWork,
+                         testing::Values(BladeTissue{"springs", "surface_springs"},
+                                         BladeTissue{"fine_springs", "surface_springs", "progressive", 4},
+                                         BladeTissue{"templates", "surface_springs", "templates"},
+                                         BladeTissue{"tetra_springs", "tetra_springs", "progressive", 2, 2000},
+                                         BladeTissue{"neo_hookean", "neo_hookean", "progressive", 2, 2000},
+                                         BladeTissue{"lattice", "neo_hookean_lattice", "progressive", 2, 2000, 0.005}),
+                         [](const auto& tissue) { return tissue.param.name; });
+
+TEST_P(BladeWork, is_toughness_times_new_area) {
+  check(slide_and_return(0.006, 0.016), 0.05);
+  check(slide_and_return(0.006, 0.016), 0.5);
+  check(plunge(0.012), 0.1);
+}
+
+TEST(BladeWorkThrough, of_a_knife_from_side_to_side) {
+  const std::vector<LegWork> legs = work_of({"", "neo_hookean", "progressive", 2, 2000}, right_through(), 0.2);
+  const double due_j = kToughness_j_per_m2 * legs[0].leg.new_area_m2;
+  EXPECT_GT(legs[0].work_j, 0.8 * due_j);
+  EXPECT_LT(legs[0].work_j, 1.2 * due_j);
+  EXPECT_LT(legs[0].ripple_n, 0.1 * legs[0].mean_n);
+}
+
+TEST(BladeHeld, is_quiet_behind_any_wire) {
+  for (const double young_pa : {1e3, 6e4}) {
+    for (const WireSpec& wire : kWires) {
+      const auto felt =
+          felt_in_loop(blade_block("surface_springs", young_pa), cutting_and_holding(), 3, wire, kFirmHand);
+      const FeltHold hold = hold_of(felt, 2);
+      EXPECT_LT(hold.ripple_n, 0.05) << young_pa << " Pa, " << wire.delay_s << " s";
+      EXPECT_LT(hold.power_w, 1e-3) << young_pa << " Pa, " << wire.delay_s << " s";
+      EXPECT_GT(felt.back().felt_n.norm(), 1) << "the front holds the blade";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sectio::test
