@@ -4,9 +4,9 @@
 //
 //   F = -J L b / d,  |b| <= d (n.b) / |b|,  d = max(kYieldsM, J L / kStiffest)
 //
-// Beyond that the front goes on along b, whose work is then J times the area that it cuts, exactly; an edge that is drawn
-// along itself cuts at less force (slice and push: Atkins et al. 2004). A blade that goes back leaves its front without
-// a force, and meets it again where it was (swept_tissue.h).
+// Beyond that the front goes on along b, whose work is then J times the area that it cuts, exactly; an edge that is
+// drawn along itself cuts at less force (slice and push: Atkins et al. 2004). A blade that goes back leaves its front
+// without a force, and meets it again where it was (swept_tissue.h).
 #pragma once
 
 #include <algorithm>

@@ -58,7 +58,7 @@ class Body {
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
   void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion);
-  // What blades have cut; made when it is first asked for, before the first cut.
+  // Swept by blades; made when it is first asked for, before the first cut.
   SweptTissue& swept_tissue();
   // The largest depth that the tissue's thickness allows a groove from a point of the surface to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);

@@ -1,6 +1,6 @@
 // The tissue that blades have cut in a body, in its shape at rest: what an edge has in front of itself there, and how
-// much of what it passes is new. A cut is a way across the edge, straight or curved; it has rows along the edge, and each
-// row the spans of the way that are cut. It does not depend on how finely the mesh is divided.
+// much of what it passes is new. A cut is a way across the edge, straight or curved; it has rows along the edge, and
+// each row the spans of the way that are cut. It does not depend on how finely the mesh is divided.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// What a blade costs the hand that moves it: the toughness of the tissue times the area that is new, and nothing where
-// the tissue is cut already.
+// A blade costs the hand that moves it the toughness of the tissue times the area that is new, and nothing where the
+// tissue is cut already.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -16,8 +16,7 @@ constexpr double kToughness_j_per_m2 = 200, kTop_m = 0.03, kStep_m = 3e-4;
 
 class BladeFrontTest : public testing::Test {
  protected:
-  // A block of 60 x 60 x 30 mm under an edge 40 mm long, whose tip goes along a path; `at(share)`: the edge. Returns the
-  // hand's work.
+  // An edge in a block of 60 x 60 x 30 mm goes along a path; `at(share)`: the edge. Returns the hand's work.
   double go(
       const std::function<EdgeAtRest(double)>& at, double length_m,
       const std::function<Vec3(double)>& sharp_side = [](double) { return Vec3(Vec3::UnitX()); }) {
