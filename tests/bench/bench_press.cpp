@@ -7,6 +7,8 @@
 //   rests      it presses with temporary elements, which stay
 //   slides     the same at 2 cm/s: particles follow, templates are exchanged from face to face
 //   churns     it jumps to another face in every step: all is undone and made anew
+//
+// The same on a block of tetrahedra, by moving vertices: a probe with a ball of 1.5 mm, and of 4 mm, rests, and slides.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -98,6 +100,55 @@ void churns(benchmark::State& state) {
   });
 }
 
+// The ball's lowest point in the middle of the block's top, at a depth; a ball of no radius is far away.
+void block(benchmark::State& state, double radius_m, double slides_m_per_s) {
+  Scene scene;
+  scene.gravity_m_per_s2 = Vec3::Zero();
+  BodySpec body;
+  body.name = "block";
+  body.model = "neo_hookean";
+  body.mesh = test::box(12, 8, 6, Vec3(0.06, 0.04, 0.03));
+  body.volume.tetrahedra = static_cast<double>(state.range(0));
+  body.material.young_pa = 6000;
+  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
+  scene.bodies.push_back(std::move(body));
+  scene.tools.resize(1);
+  scene.tools[0].kind = "probe";
+  scene.tools[0].geometry = instrument_of("probe").geometry;
+  scene.tools[0].geometry.sphere_radius_m = std::max(radius_m, 0.0015);
+  scene.sleep.after_s = 0;
+  Simulation simulation(prepared(scene));
+  std::uint64_t k = 0;
+  const auto step = [&] {
+    ++k;
+    const double time_s = 1e-3 * static_cast<double>(k), way_m = 0.01 * std::sin(slides_m_per_s / 0.01 * time_s);
+    const double depth_m = radius_m > 0 ? std::min(kDepth_m, -0.002 + 5e-5 * static_cast<double>(k)) : -0.1;
+    StepInput input;
+    const Vec3 tip(0.03 + way_m, 0.02, 0.03 + radius_m - depth_m);
+    input.samples.push_back({0, k, time_s, {tip, Eigen::Quaterniond::Identity()}});
+    benchmark::DoNotOptimize(simulation.step(input).step);
+  };
+  for (int i = 0; i < 300; ++i) step();
+  for (auto _ : state) step();
+}
+void block_alone(benchmark::State& state) {
+  block(state, 0, 0);
+}
+void ball_of_1_5_mm(benchmark::State& state) {
+  block(state, 0.0015, 0);
+}
+void ball_of_4_mm(benchmark::State& state) {
+  block(state, 0.004, 0);
+}
+void ball_of_4_mm_slides(benchmark::State& state) {
+  block(state, 0.004, 0.02);
+}
+#define VOLUMES ->Arg(6000)->Arg(24000)->Iterations(500)->Repetitions(3)->Unit(benchmark::kMicrosecond)
+BENCHMARK(block_alone) VOLUMES;
+BENCHMARK(ball_of_1_5_mm) VOLUMES;
+BENCHMARK(ball_of_4_mm) VOLUMES;
+BENCHMARK(ball_of_4_mm_slides) VOLUMES;
+
 #define SIZES ->Arg(3)->Arg(5)->Iterations(4000)->Repetitions(3)->Unit(benchmark::kMicrosecond)
 BENCHMARK(untouched) SIZES;
 BENCHMARK(asleep) SIZES;
@@ -107,6 +158,14 @@ BENCHMARK(slides) SIZES;
 BENCHMARK(churns) SIZES;
 
 void print_ratios(const bench::BestTimes& best) {
+  for (const std::string tetrahedra : {"6000", "24000"}) {
+    const auto base = best.find("block_alone/" + tetrahedra);
+    if (base == best.end()) continue;
+    for (const std::string name : {"ball_of_1_5_mm", "ball_of_4_mm", "ball_of_4_mm_slides"})
+      if (const auto t = best.find(name + "/" + tetrahedra); t != best.end())
+        std::fprintf(stderr, "%s: %.3g times as long as an untouched step of %s tetrahedra, %.0f us more\n",
+                     name.c_str(), t->second / base->second, tetrahedra.c_str(), t->second - base->second);
+  }
   for (const std::string levels : {"3", "5"}) {
     const auto of = [&](const std::string& name) { return best.find(name + "/" + levels); };
     const auto base = of("untouched");
