@@ -28,7 +28,7 @@ Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_m
   return -(total - given) * c.normal;
 }
 
-Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<const Vec4f> what) {
+inline Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<const Vec4f> what) {
   Vec3 sum = Vec3::Zero();
   for (const auto& [particle, weight] : by) sum += weight * what[particle].head<3>().cast<double>();
   return sum;
@@ -82,12 +82,15 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
   SECTIO_ASSERT(reactions.size() == constraints.size(), "one reaction a constraint");
   std::fill(reactions.begin(), reactions.end(), Reaction{});
   const bool samples = std::ranges::any_of(constraints, is_sample);
+  thread_local std::vector<double> inverse_of;
+  inverse_of.assign(constraints.size(), 0);
+  for (std::size_t n = 0; n < constraints.size(); ++n)
+    for (const auto& [particle, weight] : supports.of(n)) inverse_of[n] += weight * weight * inverse_mass[particle];
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double largest = 0, largest_change = 0;
     for (std::size_t n = 0; n < constraints.size(); ++n) {
       const auto by = supports.of(n);
-      double inverse = 0;
-      for (const auto& [particle, weight] : by) inverse += weight * weight * inverse_mass[particle];
+      const double inverse = inverse_of[n];
       if (!(inverse > 0)) continue;
       const Vec3 so_far = -step_s * reactions[n].force_on_tool_n;
       const PointConstraint& c = constraints[n];

@@ -11,7 +11,8 @@ namespace {
 // A flat punch of radius a moves the surface at a distance r by 2/pi asin(a/r) of its own way (Sneddon 1965): beyond
 // these 15 mm, a tip of 2 mm by less than a tenth.
 constexpr double kDentM = 0.015, kAroundM = 0.03;
-constexpr double kPointM = 0.0015;   // what a point presses as
+constexpr double kPointM = 0.0015;  // what a point presses as
+constexpr double kOnSurfaceM = 5e-4;
 constexpr double kFlatM = 1e-6;      // a shortest way below this has no direction
 constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
 constexpr VertexId kLookedAt = 256;  // vertices of a body at most, evenly chosen: a fit of six numbers needs no more
@@ -78,7 +79,8 @@ Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
 }
 
 std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m) {
-  const auto at = body.tree().closest(body.view(), near_world_m, kDentM);
+  auto at = body.tree().closest(body.view(), near_world_m, kOnSurfaceM);  // as mostly: this looks at little
+  if (!at) at = body.tree().closest(body.view(), near_world_m, kDentM);
   if (!at) return std::nullopt;
   const auto& v = body.mesh.triangle(at->triangle).v;
   return RestSurface{body.home_world_m(v, at->bary),
