@@ -5,7 +5,7 @@ namespace {
 
 // A tissue gives no energy that it has not been given since the touch. A hand that got so much more adds no damping of
 // its own, as far as the bounds are concerned, for so long.
-constexpr double kShaken_j = 0.001, kShaken_s = 10;
+constexpr double kShaken_j = 3e-4, kShaken_s = 10;
 
 }  // namespace
 
