@@ -21,7 +21,7 @@ Scene scene_of(const BladeTissue& tissue, const BladeStroke& stroke) {
   body.cutting.threshold_force_n = 0.03;
   body.material.toughness_j_per_m2 = kToughness_j_per_m2;
   if (tissue.tetrahedra > 0) body.volume.tetrahedra = tissue.tetrahedra;
-  if (tissue.cell_m > 0) body.options.values["cell_m"] = tissue.cell_m;
+  if (tissue.cell_m > 0) body.volume.cell_m = tissue.cell_m;
   scene.tools[0].geometry = stroke.geometry;
   return scene;
 }
@@ -108,7 +108,7 @@ BladeStroke right_through() {
           "knife",
           g,
           Vec3(-0.03 - 2 * kAside_m, 0.0017, -0.005),
-          {{"through", along, 0.06 * kBlockTop_m, true, 2 * kAside_m}}};
+          {{"through", along, 0.06 * kBlockTop_m, true, 2 * kAside_m + kEnds_m}}};
 }
 
 std::vector<LegWork> work_of(const BladeTissue& tissue, const BladeStroke& stroke, double speed_m_per_s) {

@@ -115,7 +115,9 @@ void write_motions(const std::string& file) {
   for (const Motion& m : {Motion{"tap", tap(0.003, 0.05), 0.5, "probe"},
                           {"slide", sliding(0.002, 0.02), 1.6, "probe"},
                           {"cut", cutting(0.02), 1.6, "scalpel"}}) {
-    const auto felt = felt_on_path(felt_block("neo_hookean_lattice", 6e3, m.tool), m.path, m.duration_s, kWires);
+    const bool cuts = m.tool == std::string("scalpel");
+    const Scene scene = cuts ? blade_block("neo_hookean_lattice", 6e3) : felt_block("neo_hookean_lattice", 6e3, m.tool);
+    const auto felt = felt_on_path(scene, m.path, m.duration_s, kWires);
     for (std::size_t i = 0; i < felt[0].size(); ++i)
       out << m.name << ',' << from_s + felt[0][i].time_s << ',' << felt[0][i].truth_n.norm() << ','
           << felt[0][i].felt_n.norm() << ',' << felt[1][i].felt_n.norm() << '\n';
