@@ -135,7 +135,20 @@ TEST(ContactModelFitter, a_blade_in_tissue_yields_at_the_force_that_it_has) {
   const ContactModel model = fitter.fit(step);
   EXPECT_NEAR(model.yield_n, 1, 1e-3);
   EXPECT_EQ(model.stiffness_n_per_m, 0);
-  EXPECT_GT(model.side_stiffness_n_per_m, 0);
+  EXPECT_EQ(model.side_stiffness_n_per_m, 0) << "nothing holds it";
+}
+
+TEST(ContactModelFitter, the_front_of_a_cut_is_told_as_it_is) {
+  ContactStep step;
+  step.body_id = 0;
+  step.state = ContactState::penetration;
+  step.reaction_world_n = Vec3(-1, 0, 0);
+  step.front = {1200, 1.6, Vec3::UnitX()};
+  const ContactModel model = ContactModelFitter(0).fit(step);
+  EXPECT_EQ(model.force_world_n, step.reaction_world_n);
+  EXPECT_EQ(model.side_stiffness_n_per_m, 1200);
+  EXPECT_EQ(model.yield_n, 1.6);
+  EXPECT_EQ(model.normal_world, Vec3(-Vec3::UnitX())) << "against the way of the blade";
 }
 
 TEST(ContactModelFitter, same_steps_same_bits) {
