@@ -13,9 +13,7 @@
 #include "common/core/log.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
-#include "device_bridge/device/scripted_device.h"
-#include "device_bridge/device/virtual_hand.h"
-#include "device_bridge/device/wish_hand.h"
+#include "device_bridge/drivers/device_table.h"
 #include "device_bridge/net/bridge_net.h"
 #include "device_bridge/servo/record_writer.h"
 #include "device_bridge/servo/servo_loop.h"
@@ -24,36 +22,23 @@ namespace sectio {
 namespace {
 
 struct Options {
-  std::string trace_file;
-  std::string device = "scripted";
+  DeviceRequest request;
   std::uint32_t tool_id = 0;
   NetworkOptions network;
   std::string log_file, record_file;
   double duration_s = 0;
-  double fastest_m_per_s = 5;
   bool wait_for_server = false;
-};
-
-struct DeviceKind {
-  std::string name, options, meaning;
-};
-
-const std::array kDevices{
-    DeviceKind{"scripted", "--trace", "exactly the trace; forces don't change it"},
-    DeviceKind{"virtual_hand", "--trace", "a simulated person who wants to follow the trace, and gives way to forces"},
-    DeviceKind{"wish", "--max-speed-m-per-s", "a person at a browser's page, by way of the gateway"},
 };
 
 // Returns false when it has printed the list that was asked for.
 bool list_devices() {
-  for (const DeviceKind& kind : kDevices)
-    std::printf("%-12s  %-19s  %s\n", kind.name.c_str(), kind.options.c_str(), kind.meaning.c_str());
+  for (const std::string& line : device_list()) std::printf("%s\n", line.c_str());
   return false;
 }
 
 // Two files of one program must not be the same one; the disk says whether they are.
 void check_files(const Options& o) {
-  const std::array files{std::pair("--trace", o.trace_file), std::pair("--log", o.log_file),
+  const std::array files{std::pair("--trace", o.request.trace_file), std::pair("--log", o.log_file),
                          std::pair("--record", o.record_file)};
   for (std::size_t i = 0; i < files.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
@@ -68,14 +53,13 @@ void check_files(const Options& o) {
 bool parse(int argc, char** argv, Options& o) {
   Arguments arguments("device_bridge",
                       "Turns a hand-held instrument into tool poses and gives the hand its force, at 1 kHz.");
-  arguments.option("--trace", o.trace_file,
+  arguments.option("--trace", o.request.trace_file,
                    "motion to play: CSV with time_s,x_world_m,y_world_m,z_world_m,qw,qx,qy,qz");
-  std::vector<std::string> names;
-  for (const DeviceKind& kind : kDevices) names.push_back(kind.name);
   bool list = false;
-  arguments.choice("--device", o.device, names, "kind of device; see --list-devices");
-  arguments.toggle("--list-devices", list, "prints the kinds of devices, with their options, a line each");
-  arguments.option("--max-speed-m-per-s", o.fastest_m_per_s, "wish: faster ones are followed at this speed");
+  arguments.option("--device", o.request.device, "NAME or NAME:KEY=VALUE,...: see --list-devices");
+  arguments.toggle("--list-devices", list, "prints the devices, their options, and which are here, a line each");
+  arguments.option("--max-speed-m-per-s", o.request.fastest_m_per_s,
+                   "of a wish, a pad or a mouse: what is faster is followed at this speed");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
   add_network_arguments(arguments, o.network, "session to join; empty: the only one of the domain");
   arguments.option(
@@ -88,22 +72,12 @@ bool parse(int argc, char** argv, Options& o) {
   if (!arguments.parse(argc, argv)) return false;
   if (list) return list_devices();
   if (o.duration_s < 0) throw InputError("--duration-s: expected >= 0, got " + std::to_string(o.duration_s));
-  if (o.device == "wish" && !o.trace_file.empty()) throw InputError("--trace: --device wish plays none");
-  if (o.device != "wish" && o.trace_file.empty()) throw InputError("--trace: needed by --device " + o.device);
-  if (!(o.fastest_m_per_s > 0 && o.fastest_m_per_s <= 100))
+  if (!(o.request.fastest_m_per_s > 0 && o.request.fastest_m_per_s <= 100))
     throw InputError("--max-speed-m-per-s: expected more than 0, at most 100, got " +
-                     std::to_string(o.fastest_m_per_s));
+                     std::to_string(o.request.fastest_m_per_s));
   check_files(o);
   check_network_options(o.network);
   return true;
-}
-
-// Null where the motion comes over the network.
-std::unique_ptr<Device> make_device(const Options& o) {
-  if (o.device == "wish") return nullptr;
-  std::vector<TracePoint> trace = load_trace(o.trace_file);
-  if (o.device == "virtual_hand") return std::make_unique<VirtualHand>(std::move(trace));
-  return std::make_unique<ScriptedDevice>(std::move(trace));
 }
 
 // SIGINT and SIGTERM are taken here and nowhere else: blocked before any thread is made, waited for by main.
@@ -166,6 +140,22 @@ bool wait_for_server(const BridgeNet& net, const Signals& signals) {
   return true;
 }
 
+// A device without a place of its own appears where the scene's camera looks. Returns nothing when a signal came first.
+std::unique_ptr<Device> finish_device(PreparedDevice& prepared, WishSource& wishes, const BridgeNet& net,
+                                      const Signals& signals) {
+  while (prepared.wants_scene() && !net.camera())
+    if (signals.wait(kPoll)) return nullptr;
+  return prepared.finish(wishes, net.camera());
+}
+
+// A line whenever the device is lost or is back; returns what it is now.
+DeviceStatus tell_status(const ServoLog& log, DeviceStatus told) {
+  const DeviceStatus now = log.device_status;
+  if (now != told && now == DeviceStatus::lost) log_warning("the device is lost: its instrument is let go");
+  if (now != told && now == DeviceStatus::ready) log_info("the device is back");
+  return now;
+}
+
 int no_server(const NetworkOptions& network) {
   log_error("no server of session '" + network.session + "' on domain " + std::to_string(network.domain) + " was met");
   return 1;
@@ -173,7 +163,7 @@ int no_server(const NetworkOptions& network) {
 
 int run(Options& o) {
   const Signals signals;
-  std::unique_ptr<Device> device = make_device(o);
+  PreparedDevice prepared = prepare_device(o.request);
   RecordWriter writer(o.log_file, o.record_file);
   if (!find_session(o.network, kSessionPatience_s, [&] { return signals.wait(std::chrono::milliseconds(0)); }))
     return 1;
@@ -181,7 +171,8 @@ int run(Options& o) {
   if (o.wait_for_server && !wait_for_server(net, signals)) return no_server(o.network);
 
   NetLink link(net);
-  if (!device) device = std::make_unique<WishHand>(link, o.fastest_m_per_s);
+  const std::unique_ptr<Device> device = finish_device(prepared, link, net, signals);
+  if (!device) return no_server(o.network);
   ServoLog log;
   ServoState state(device->limits());
   std::atomic<bool> stop = false;
@@ -205,6 +196,7 @@ int run(Options& o) {
     writer.drain(log.records);
   });
 
+  DeviceStatus status = DeviceStatus::ready;
   auto next_line = std::chrono::steady_clock::now() + kProgress;
   while (!servo_done) {
     if (signals.wait(kPoll)) {
@@ -217,6 +209,7 @@ int run(Options& o) {
       stop = true;
       break;
     }
+    status = tell_status(log, status);
     if (std::chrono::steady_clock::now() >= next_line) {
       log_progress(log, net);
       next_line += kProgress;
@@ -228,6 +221,10 @@ int run(Options& o) {
   log_info(std::to_string(writer.written()) + " ticks, " + std::to_string(net.packets_sent()) + " packets sent, " +
            std::to_string(log.dropped_records) + " records and " + std::to_string(net.samples_dropped()) +
            " samples dropped");
+  if (status == DeviceStatus::lost) {
+    log_error("--device " + o.request.device + ": the device was lost, and did not come back");
+    return 1;
+  }
   return net.met_a_server() ? 0 : no_server(o.network);
 }
 

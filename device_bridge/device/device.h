@@ -11,10 +11,23 @@ struct DeviceLimits {
   double mass_kg = 0.1;            // that a hand moves with it
   double largest_force_n = 10;
   double slew_n_per_s = 500;  // the fastest change of its force while the hand rests
-  double rate_hz = 1000;      // of the loop that drives it
+  double largest_moment_n_m = 1;
+  double rate_hz = 1000;  // of the loop that drives it
 };
 
-// Used by the servo thread only; neither call allocates, locks or waits.
+enum class DeviceStatus {
+  ready,
+  lost,  // nothing is heard of it; it may come back
+};
+
+// The two buttons that instruments have a use for, wherever a device has them.
+struct Buttons {
+  bool clutch = false;  // while it is down the device moves without its instrument
+  bool grip = false;    // closes jaws
+  bool operator==(const Buttons&) const = default;
+};
+
+// Used by the servo thread only; no call allocates, locks or waits.
 class Device {
  public:
   virtual ~Device() = default;
@@ -26,6 +39,7 @@ class Device {
 
   // Between the blades of an instrument with a joint, at the same time.
   virtual double opening_rad(double) const { return 0; }
+  virtual Buttons buttons() const { return {}; }
 
   // The force on the hand from now on, until the next call.
   virtual void apply(const Vec3& force_world_n) = 0;
@@ -34,6 +48,7 @@ class Device {
 
   // False while nobody holds the instrument: then it isn't shown to the server.
   virtual bool present() const { return true; }
+  virtual DeviceStatus status() const { return DeviceStatus::ready; }
 
   // True when there is nothing more to play; a real device never finishes.
   virtual bool finished(double now_s) const = 0;

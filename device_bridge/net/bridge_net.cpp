@@ -64,6 +64,8 @@ struct Handover {
   std::atomic<std::uint64_t> packets{0};
   std::atomic<bool> met{false};
   std::atomic<bool> ended{false};
+  Camera camera;  // of the first scene; never written again once there is one
+  std::atomic<bool> has_camera{false};
 };
 
 // The work of the network's thread. One thread.
@@ -108,6 +110,10 @@ class Messenger {
   void take_scenes() {
     while (const auto scene = endpoints_.take<SceneInfo>()) {
       strongest_.announce(*scene);
+      if (!handover_.has_camera) {
+        handover_.camera = scene->camera;
+        handover_.has_camera = true;
+      }
       if (packet_.tool_id < scene->tools.size()) continue;
       std::string tools;
       for (std::size_t i = 0; i < scene->tools.size(); ++i)
@@ -199,6 +205,11 @@ bool BridgeNet::met_a_server() const {
 
 bool BridgeNet::session_ended() const {
   return state_->handover.ended;
+}
+
+std::optional<Camera> BridgeNet::camera() const {
+  if (!state_->handover.has_camera) return std::nullopt;
+  return state_->handover.camera;
 }
 
 std::uint64_t BridgeNet::packets_sent() const {

@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "common/dds/participant.h"
+#include "common/math/camera.h"
 #include "common/math/contact_model.h"
 #include "common/messages/tool.h"
 #include "device_bridge/servo/servo_state.h"
@@ -32,6 +34,7 @@ class BridgeNet {
   std::uint32_t servers() const;  // that listen now
   bool met_a_server() const;      // at any time
   bool session_ended() const;
+  std::optional<Camera> camera() const;  // of the first scene that has come
 
   std::uint64_t packets_sent() const;
   std::uint64_t samples_dropped() const;

@@ -28,7 +28,12 @@ void tick_once(Device& device, ServoLink& link, ServoState& state, ServoLog& log
   ContactModel model;
   const bool fresh = link.latest_model(model);
   const Pose pose = device.pose_world(now_s);
-  if (!device.present()) return state.rest();
+  log.device_status.store(device.status(), std::memory_order_relaxed);
+  if (!device.present()) {
+    device.apply(Vec3::Zero());
+    device.apply_moment(Vec3::Zero());
+    return state.rest();
+  }
   ServoRecord record = state.tick(now_s, pose, fresh ? &model : nullptr);
   record.sample.opening_rad = device.opening_rad(now_s);
   record.overruns = overruns;

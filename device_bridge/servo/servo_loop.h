@@ -18,6 +18,7 @@ struct ServoLog {
   Ring<ServoRecord> records{16384};               // every tick, for the file
   LatestValue<ServoRecord> newest;                // for the progress line
   std::atomic<std::uint64_t> dropped_records{0};  // `records` was full: the disk is too slow
+  std::atomic<DeviceStatus> device_status{DeviceStatus::ready};
 };
 
 struct ServoTiming {

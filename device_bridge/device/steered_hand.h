@@ -1,0 +1,69 @@
+// The hand of somebody with a device that says where to go, not where to be: a pad, a space mouse, a mouse. Its steps
+// add up to a wish, along which the mass of WishHand is drawn. The wish never runs away from an instrument that tissue
+// holds up.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "device_bridge/device/wish_hand.h"
+#include "device_bridge/device/workspace.h"
+
+namespace sectio {
+
+// A step of the hand since the last one, in the axes of the device (workspace.h).
+struct Step {
+  Vec3 way_m = Vec3::Zero();
+  Vec3 turn_rad = Vec3::Zero();  // about the instrument's own axes: x where its edge is, z up its shaft
+  Buttons buttons;               // clutch: small steps
+};
+
+// Used by the servo thread only; no call allocates, locks or waits for another thread.
+class Steering {
+ public:
+  virtual ~Steering() = default;
+  // Nothing of a device that isn't there.
+  virtual std::optional<Step> step(double dt_s) = 0;
+};
+
+class SteeredHand : public Device {
+ public:
+  static constexpr double kLeash_m = 0.03;    // of the wish beyond the instrument
+  static constexpr double kSmallSteps = 0.2;  // while the clutch is down
+  static constexpr double kWidest_rad = 0.6;
+  static constexpr double kJaws_rad_per_s = 1.5;
+
+  SteeredHand(std::unique_ptr<Steering> steering, const Workspace& workspace, double fastest_m_per_s);
+
+  DeviceLimits limits() const override { return hand_.limits(); }
+  Pose pose_world(double now_s) override;
+  double opening_rad(double now_s) const override { return hand_.opening_rad(now_s); }
+  Buttons buttons() const override { return buttons_; }
+  void apply(const Vec3& force_world_n) override { hand_.apply(force_world_n); }
+  bool present() const override { return hand_.present(); }
+  DeviceStatus status() const override { return lost_ ? DeviceStatus::lost : DeviceStatus::ready; }
+  bool finished(double) const override { return false; }
+
+ private:
+  struct Wish : WishSource {
+    bool latest_wish(HandWish& wish) override {
+      if (fresh) wish = now;
+      return fresh;
+    }
+    HandWish now;
+    bool fresh = false;
+  };
+  void move(const Step& step, double dt_s);
+
+  std::unique_ptr<Steering> steering_;
+  double scale_;
+  Eigen::Quaterniond turn_;
+  Wish wish_;
+  HandWish home_;
+  WishHand hand_;
+  Buttons buttons_;
+  bool lost_ = false;
+  double last_s_ = 0;
+};
+
+}  // namespace sectio

@@ -1,0 +1,47 @@
+// The devices by name: what each one is, whether it is here, and how its options make one.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/math/camera.h"
+#include "device_bridge/device/held_device.h"
+#include "device_bridge/device/steered_hand.h"
+#include "device_bridge/device/wish_hand.h"
+
+namespace sectio {
+
+struct DeviceRequest {
+  std::string device = "scripted";  // NAME or NAME:KEY=VALUE,...
+  std::string trace_file;
+  double fastest_m_per_s = 5;  // of wishes and of devices that say where to go
+};
+
+// A device that has been opened, and lacks only what a session knows.
+class PreparedDevice {
+ public:
+  // Its options don't say where the instrument appears: the scene does.
+  bool wants_scene() const { return (handle || steering) && !(has_place && has_turn); }
+  // Once. Without a scene's camera the world's own axes serve.
+  std::unique_ptr<Device> finish(WishSource& wishes, const std::optional<Camera>& camera);
+
+  // One of them; none where the motion comes over the network.
+  std::unique_ptr<Device> whole;
+  std::unique_ptr<Handle> handle;
+  std::unique_ptr<Steering> steering;
+
+  Workspace workspace;
+  bool has_place = false, has_turn = false;
+  double most_force_n = 1e9;
+  double fastest_m_per_s = 5;
+};
+
+// Throws InputError, one clear line, for a name or an option that there isn't, and for a device that isn't here.
+PreparedDevice prepare_device(const DeviceRequest& request);
+
+// A line for each device: its name, its options, and what it is, with whether it is here.
+std::vector<std::string> device_list();
+
+}  // namespace sectio
