@@ -48,6 +48,8 @@ struct SceneInfo {
 // Do both claim a body? Then one of them is a ghost, or should never have been started.
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
+constexpr std::uint8_t kScoreTold = 26;  // EventKind::score_told: a line of the score
+
 struct SessionEvent {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;

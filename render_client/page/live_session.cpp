@@ -47,9 +47,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
     case LiveKind::scalar_piece:
       return with<ScalarPiece>(message, [&](ScalarPiece piece) { world_.feed(std::move(piece)); });
     case LiveKind::event:
-      return with<SessionEvent>(message, [&](const SessionEvent& event) {
-        if (!event.text.empty()) add_line(event.text);
-      });
+      return with<SessionEvent>(message, [&](const SessionEvent& event) { take(event); });
     case LiveKind::status:
       return with<ServerStatus>(message, [&](const ServerStatus& status) {
         heard_s_ = now_s;
@@ -73,6 +71,15 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
     default:
       ++damaged_;
   }
+}
+
+// The lines of a score come one behind the other, in one step.
+void LiveSession::take(const SessionEvent& event) {
+  if (event.text.empty()) return;
+  if (event.kind != kScoreTold) return add_line(event.text);
+  if (scored_at_ != std::pair(event.epoch, event.step)) score_.clear();
+  scored_at_ = {event.epoch, event.step};
+  if (score_.size() < kMostScoreLines) score_.push_back(event.text);
 }
 
 bool LiveSession::frame(double now_s, Frame& frame) {

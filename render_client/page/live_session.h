@@ -21,6 +21,7 @@ namespace sectio {
 class LiveSession {
  public:
   static constexpr std::size_t kMaxLines = 8;
+  static constexpr std::size_t kMostScoreLines = 64;
   static constexpr double kForceFades_s = 0.1;  // a contact that is as old is none any more
 
   // A new connection: the replica stays as it is, until the session says that it is out of date.
@@ -45,6 +46,8 @@ class LiveSession {
   std::optional<double> silent_s(double now_s) const;
   // Events and notices, for a person, newest last; each has a number, so that a reader knows which are new.
   const std::deque<std::pair<std::uint64_t, std::string>>& lines() const { return lines_; }
+  // The score that was told last, line by line.
+  const std::vector<std::string>& score() const { return score_; }
   std::uint64_t damaged() const { return damaged_; }
 
   // Tells for each body whether its hash was the server's when both were last at the same revision.
@@ -66,6 +69,7 @@ class LiveSession {
   void compare();
   void compare(std::uint64_t epoch, const std::vector<BodyVersion>& server);
   void add_line(const std::string& text);
+  void take(const SessionEvent& event);
   template <class Message>
   void send(LiveKind kind, const Message& message);
 
@@ -78,6 +82,8 @@ class LiveSession {
   std::optional<double> heard_s_;
   std::deque<std::pair<std::uint64_t, std::string>> lines_;
   std::uint64_t line_count_ = 0;
+  std::vector<std::string> score_;
+  std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step
   std::uint64_t wish_sequence_ = 0;
   std::uint64_t damaged_ = 0;
   std::vector<std::uint8_t> outgoing_;

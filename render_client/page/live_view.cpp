@@ -1,5 +1,7 @@
 #include "render_client/page/live_view.h"
 
+#include <set>
+
 #include "common/core/report_figures.h"
 #include "render_client/page/json_text.h"
 
@@ -18,9 +20,14 @@ bool LiveView::tick(double now_s) {
   if (fresh && !camera_) camera_ = OrbitCamera(frame_.camera);
   if (camera_) frame_.camera = camera_->camera();
   const std::optional<std::uint32_t> held = session.held_tool();
-  if (held != held_) hand_ = {};
+  if (held != held_) {
+    hand_ = {};
+    pad_ = {};
+    pad_leads_ = false;
+  }
   held_ = held;
   hand_.tick(now_s);
+  if (held_ && pad_leads_) pad_.tick(now_s, instrument(), camera_->camera());
   if (held_) hold(now_s);
   const bool draw = camera_ && (fresh || moved_);
   moved_ = false;
@@ -30,16 +37,29 @@ bool LiveView::tick(double now_s) {
 
 // Until the pointer has been over tissue there is nothing to wish, but the hand isn't silent.
 void LiveView::hold(double now_s) {
-  if (const auto pose = hand_.wish()) return session.wish(*held_, *pose);
+  if (const auto pose = wish()) return session.wish(*held_, *pose);
   if (now_s - claimed_s_ < kStillThere_s) return;
   claimed_s_ = now_s;
   session.claim({*held_, ClaimAction::claim});
+}
+
+std::optional<JointPose> LiveView::instrument() const {
+  if (!held_ || *held_ >= frame_.tools.size() || !frame_.tools[*held_].present) return std::nullopt;
+  return frame_.tools[*held_].pose_world;
+}
+
+void LiveView::push_pad(const PadState& state) {
+  if (!camera_ || !held_) return;
+  if (state.moves() && !pad_leads_) pad_ = {};
+  pad_leads_ = pad_leads_ || state.moves();
+  pad_.push(state);
 }
 
 void LiveView::point(double x, double y, bool pressed, bool closes) {
   if (!camera_ || !held_) return;
   const Ray ray = camera_->ray(x, y, aspect_);
   const Vec3 right = (camera_->ray(1, y, aspect_).along_world - camera_->ray(-1, y, aspect_).along_world).normalized();
+  pad_leads_ = false;
   hand_.point({ray, pressed, closes}, frame_, right);
 }
 
@@ -78,6 +98,17 @@ void LiveView::reset_camera() {
   if (!camera_ || !session.world().scene()) return;
   camera_ = OrbitCamera(session.world().scene()->camera);
   move_camera();
+}
+
+void LiveView::describe_score(JsonText& json) const {
+  json.key("score").open('[');
+  for (const std::string& line : session.score()) json.value(line);
+  json.close(']').key("fields").open('[');
+  std::set<std::string> names;
+  for (const BodyFrame& body : frame_.bodies)
+    for (const ScalarField& scalar : body.scalars) names.insert(scalar.name);
+  for (const std::string& name : names) json.value(name);
+  json.close(']');
 }
 
 std::string LiveView::describe(double now_s) const {
@@ -144,14 +175,16 @@ std::string LiveView::describe(double now_s) const {
         .value(status->cuts_refused)
         .key("speed")
         .value(status->speed);
-  const std::optional<JointPose> wish = hand_.wish();
+  describe_score(json);
+  const std::optional<JointPose> wanted = wish();
   json.key("held");
   if (held_)
     json.value(*held_);
   else
     json.null();
   json.key("depth_m").value(hand_.depth_m());
-  if (held_ && wish && camera_) describe_place(json, "wish", camera_->project(wish->position_m, aspect_));
+  json.key("pad").value(pad_leads_);
+  if (held_ && wanted && camera_) describe_place(json, "wish", camera_->project(wanted->position_m, aspect_));
   json.key("damaged").value(session.damaged());
   return json.close('}').text();
 }

@@ -9,6 +9,7 @@
 #include "render_client/draw/orbit_camera.h"
 #include "render_client/page/live_session.h"
 #include "render_client/page/mouse_hand.h"
+#include "render_client/page/pad_hand.h"
 
 namespace sectio {
 
@@ -16,6 +17,7 @@ class LiveView {
  public:
   LiveSession session;
   bool wireframe = false;
+  std::string field;  // the bodies show it in colours; empty: tissue
 
   // True when there is something new to draw. Sends the wish of a hand that holds an instrument.
   bool tick(double now_s);
@@ -24,6 +26,8 @@ class LiveView {
 
   // Places of the picture: -1 to 1, y up.
   void point(double x, double y, bool pressed, bool closes);
+  // A pad leads the instrument from when it is pushed until the pointer does.
+  void push_pad(const PadState& state);
   void orbit(double right_rad, double up_rad);
   void pan(double right, double up);
   void zoom(double factor);
@@ -32,6 +36,7 @@ class LiveView {
   void set_section(bool on, double nearer_m);
   const std::optional<SectionPlane>& section() const { return section_; }
   MouseHand& hand() { return hand_; }
+  void redraw() { move_camera(); }
   void set_aspect(double aspect) { aspect_ = aspect; }
 
   // For the script of the page, as JSON.
@@ -41,11 +46,16 @@ class LiveView {
   static constexpr double kStillThere_s = 0.5;
 
   void hold(double now_s);
+  void describe_score(class JsonText& json) const;
+  std::optional<JointPose> instrument() const;  // that is held, if it is drawn
+  std::optional<JointPose> wish() const { return pad_leads_ ? pad_.wish() : hand_.wish(); }
   void move_camera() { moved_ = true; }
 
   Frame frame_;
   std::optional<OrbitCamera> camera_;
   MouseHand hand_;
+  PadHand pad_;
+  bool pad_leads_ = false;
   std::optional<std::uint32_t> held_;
   std::optional<SectionPlane> section_;
   double section_nearer_m_ = 0;

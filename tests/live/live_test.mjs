@@ -173,7 +173,7 @@ try {
     await ada.click('Pause');
     const paused = await ben.until('the pause', (s) => s.speed === 0);
     await ben.until('a pause that lasts', (s) => s.silent_s < 0.1 && s.time_s - paused.time_s < 0.2);
-    assert.equal(await ben.evaluate(`document.getElementById('time').textContent.endsWith(', paused')`), true);
+    await until('the word', () => ben.evaluate(`document.getElementById('time').textContent.endsWith(', paused')`));
     await ada.click('Go on');
     await ben.until('the session to go on', (s) => s.speed === 1 && s.step > paused.step + 1000);
     await ada.click('Begin anew');

@@ -46,9 +46,9 @@ int page_begin(int width_px, int height_px) {
 }
 
 void page_resize(int width_px, int height_px) {
-  page().context->resize(width_px, height_px);
+  if (page().context) page().context->resize(width_px, height_px);
   page().view.set_aspect(static_cast<double>(width_px) / height_px);
-  page().view.zoom(1);  // the same view, drawn anew
+  page().view.redraw();
 }
 
 const char* page_protocol() {
@@ -72,8 +72,10 @@ void page_receive(double now_s) {
 // 1: a picture has been drawn.
 int page_tick(double now_s, int draws) {
   Page& p = page();
-  if (!p.view.tick(now_s) || draws == 0) return 0;
-  p.painter->draw_frame(p.view.frame(), {.wireframe = p.view.wireframe, .overlay = false, .section = p.view.section()});
+  if (!p.view.tick(now_s) || draws == 0 || !p.painter) return 0;
+  p.painter->draw_frame(
+      p.view.frame(),
+      {.wireframe = p.view.wireframe, .overlay = false, .section = p.view.section(), .field = p.view.field});
   return 1;
 }
 
@@ -128,7 +130,16 @@ void page_section(int on, double nearer_m) {
 }
 void page_wireframe(int on) {
   page().view.wireframe = on != 0;
-  page().view.zoom(1);
+  page().view.redraw();
+}
+void page_field(const char* name) {
+  page().view.field = name;
+  page().view.redraw();
+}
+
+// Shares of full speed, -1 to 1.
+void page_pad(double right, double away, double up, double roll, double pitch, int closes, int slow) {
+  page().view.push_pad({right, away, up, roll, pitch, closes != 0, slow != 0});
 }
 
 }  // extern "C"

@@ -76,6 +76,7 @@ function pixel_size() {
 let last_tick_ms = 0;
 function tick(draws) {
   last_tick_ms = performance.now();
+  push_pad();
   const drawn = call('tick', now(), draws ? 1 : 0);
   flush();
   if (!draws) return;
@@ -103,6 +104,20 @@ function mark() {
   const [wx, wy] = to_px(state.wish), [tx, ty] = to_px(tip);
   for (const [name, value] of [['cx', wx], ['cy', wy]]) byId('wish').setAttribute(name, value);
   for (const [name, value] of [['x1', tx], ['y1', ty], ['x2', wx], ['y2', wy]]) byId('pull').setAttribute(name, value);
+}
+
+// Without WebGL 2 the gateway's own pictures are shown, one as soon as the one before it has come.
+let no_webgl = '';
+function show_stills() {
+  no_webgl = 'this browser has no WebGL 2: the gateway draws';
+  const still = byId('still');
+  still.hidden = false;
+  canvas.hidden = true;
+  let count = 0;
+  const next = () => { still.src = `frame.jpg?${++count}`; };
+  still.onload = () => { window.sectio.stills = count; next(); };
+  still.onerror = () => setTimeout(next, RETRY_MS);
+  next();
 }
 
 // ---- what stands beside the picture ----
@@ -144,7 +159,7 @@ function show() {
   const me = state.people.find((p) => p.id === state.you);
   const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
   const silent = state.ended ? '' : state.silent_s > SILENT_S ? `server silent since ${Math.round(state.silent_s)} s` : '';
-  byId('warning').textContent = window.sectio.connected ? silent : refusal;
+  byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
   byId('session').textContent = state.session || 'waiting for a session';
   const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed}`;
@@ -174,9 +189,36 @@ function show() {
     item.append(element('span', 'equals server: ' + equal, { className: equal, title: b.hash }));
     return item;
   }));
+  show_list('score_lines', JSON.stringify(state.score), () => [document.createTextNode(state.score.join('\n'))]);
+  byId('score_of').hidden = state.score.length === 0;
+  show_fields();
   byId('cuts').textContent = state.cuts === undefined ? '' : `${state.cuts} cuts, ${state.refused} refused`;
   show_list('lines', JSON.stringify(state.lines.map((l) => l.number)), () =>
     state.lines.map((l) => element('li', l.text)).reverse());
+}
+
+// Scalars that engines publish for vertices, as wetness.
+function show_fields() {
+  const list = byId('field'), chosen = list.value;
+  show_list('field', JSON.stringify(state.fields), () =>
+    ['', ...state.fields].map((name) => element('option', name || 'tissue', { value: name })));
+  if (list.value !== chosen) list.value = state.fields.includes(chosen) ? chosen : '';
+}
+
+// ---- a pad ----
+
+const PAD_IDLE = 0.12;  // of a stick's way, which a thumb that rests may be off
+const beyond_idle = (share) =>
+  Math.abs(share) < PAD_IDLE ? 0 : (Math.sign(share) * (Math.abs(share) - PAD_IDLE)) / (1 - PAD_IDLE);
+
+// The buttons are those of the standard mapping: 0 is A, 4 and 5 are shoulders, 6 and 7 triggers.
+function push_pad() {
+  const pad = [...(navigator.getGamepads?.() ?? [])].find((p) => p?.connected);
+  if (!pad || !holds()) return;
+  const [x = 0, y = 0, roll = 0, pitch = 0] = pad.axes.map(beyond_idle);
+  const pressed = (i) => pad.buttons[i]?.value ?? 0;
+  call('pad', x, -y, pressed(6) - pressed(7), -roll, -pitch, pressed(0) > 0.5 || pressed(5) > 0.5 ? 1 : 0,
+    pressed(4) > 0.5 ? 1 : 0);
 }
 
 // ---- mouse, touch, keys ----
@@ -262,16 +304,13 @@ async function begin() {
   byId('name').value = sessionStorage.getItem('name') ?? '';
   program = await Sectio();
   const [width, height] = pixel_size();
-  if (!call('begin', width, height)) {
-    byId('warning').textContent = 'this browser has no WebGL 2: nothing can be drawn';
-    byId('warning').hidden = false;
-    return;
-  }
+  if (!call('begin', width, height)) show_stills();
   byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
   const section = () => call('section', byId('section').checked ? 1 : 0, Number(byId('section_place').value));
   byId('section').onchange = section;
   byId('section_place').oninput = section;
+  byId('field').onchange = () => program.ccall('page_field', null, ['string'], [byId('field').value]);
   byId('home').onclick = () => call('reset_camera');
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
   byId('anew').onclick = () => order('begin_anew');
