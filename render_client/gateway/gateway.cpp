@@ -73,17 +73,25 @@ void Gateway::feed(const SessionEnd& message) {
 }
 
 std::optional<std::uint32_t> Gateway::connect() {
-  if (clients_.size() >= limits_.max_clients) {
+  if (clients() >= limits_.max_clients) {
     ++counts_.clients_refused;
     return std::nullopt;
   }
   const std::uint32_t id = roles_.enter();
-  Mailbox& mailbox = clients_[id].mailbox;
+  welcome(clients_[id].mailbox);
+  return id;
+}
+
+std::uint32_t Gateway::connect_inside() {
+  welcome(clients_[kInside].mailbox);
+  return kInside;
+}
+
+void Gateway::welcome(Mailbox& mailbox) const {
   for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
   for (const auto& [subject, bytes] : newest_) mailbox.post_newest(subject, bytes);
   for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
-  return id;
 }
 
 void Gateway::disconnect(std::uint32_t client) {
@@ -92,7 +100,7 @@ void Gateway::disconnect(std::uint32_t client) {
   replaced_before_ += at->second.mailbox.replaced();
   dropped_before_ += at->second.mailbox.dropped();
   clients_.erase(at);
-  roles_.leave(client);
+  if (client != kInside) roles_.leave(client);
 }
 
 bool Gateway::receive(std::uint32_t client, std::span<const std::uint8_t> frame, double now_s) {
@@ -234,7 +242,7 @@ std::string Gateway::metrics() const {
     text +=
         "# TYPE sectio_gateway_" + name + " " + type + "\nsectio_gateway_" + name + " " + std::to_string(value) + "\n";
   };
-  add("clients", "gauge", clients_.size());
+  add("clients", "gauge", clients());
   add("clients_refused_total", "counter", counts_.clients_refused);
   add("wishes_total", "counter", counts_.wishes);
   add("wishes_too_fast_total", "counter", counts_.wishes_too_fast);

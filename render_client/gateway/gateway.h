@@ -66,6 +66,8 @@ class Gateway {
 
   // Clients. Nothing when there are too many.
   std::optional<std::uint32_t> connect();
+  // The gateway's own viewer, which is nobody that people see or that counts.
+  std::uint32_t connect_inside();
   void disconnect(std::uint32_t client);
   // Whatever a client has sent, as one frame. False: its connection has to end.
   bool receive(std::uint32_t client, std::span<const std::uint8_t> frame, double now_s);
@@ -84,9 +86,11 @@ class Gateway {
   // For Prometheus: a line a number.
   std::string metrics() const;
   const GatewayCounts& counts() const { return counts_; }
-  std::size_t clients() const { return clients_.size(); }
+  std::size_t clients() const { return clients_.size() - clients_.count(kInside); }
 
  private:
+  static constexpr std::uint32_t kInside = 0xffffffff;
+
   struct Client {
     Mailbox mailbox;
     std::size_t garbage = 0;
@@ -102,6 +106,7 @@ class Gateway {
   void post_all(LiveKind kind, const Message& message);
   template <class Message>
   void post_all_newest(const Subject& subject, const Message& message);
+  void welcome(Mailbox& mailbox) const;
   void notify(std::uint32_t client, const std::string& text);
   bool take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s);
   void take_hello(std::uint32_t client, const Hello& hello);

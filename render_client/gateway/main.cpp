@@ -12,6 +12,7 @@
 #include "common/dds/network_arguments.h"
 #include "render_client/gateway/gateway_net.h"
 #include "render_client/gateway/web_server.h"
+#include "render_client/stills/still_maker.h"
 
 namespace sectio {
 namespace {
@@ -61,6 +62,45 @@ volatile std::sig_atomic_t stop_requested = 0;
 constexpr double kForEver_s = 1e9;
 constexpr double kFarewell_s = 0.5;  // for the session's end to reach browsers
 
+// Draws for browsers that can't; from the first one that asks until a while after the last.
+class Stills {
+ public:
+  explicit Stills(Gateway& gateway) : gateway_(gateway) {}
+
+  std::uint64_t ask(double now_s) {
+    asked_s_ = now_s;
+    if (!maker_) {
+      maker_.emplace(kStillWidth_px, kStillHeight_px);
+      client_ = gateway_.connect_inside();
+    }
+    return maker_->ask();
+  }
+  std::shared_ptr<const std::string> picture(std::uint64_t number) const {
+    const std::shared_ptr<const Still> newest = maker_ ? maker_->newest() : nullptr;
+    if (!newest || newest->number < number) return nullptr;
+    return {newest, &newest->jpeg};
+  }
+  void tick(double now_s) {
+    if (!maker_) return;
+    std::vector<std::uint8_t> frame;
+    while (maker_->has_room() && gateway_.next_frame(client_, frame)) maker_->feed(std::move(frame));
+    const std::vector<std::uint8_t> answer = maker_->take_outgoing();
+    if (!answer.empty()) gateway_.receive(client_, answer, now_s);
+    if (now_s - asked_s_ < kNobodyAsks_s) return;
+    maker_.reset();
+    gateway_.disconnect(client_);
+  }
+
+ private:
+  static constexpr int kStillWidth_px = 960, kStillHeight_px = 540;
+  static constexpr double kNobodyAsks_s = 30;
+
+  Gateway& gateway_;
+  std::optional<StillMaker> maker_;
+  std::uint32_t client_ = 0;
+  double asked_s_ = 0;
+};
+
 int run(Options& o) {
   std::signal(SIGINT, [](int) { stop_requested = 1; });
   std::signal(SIGTERM, [](int) { stop_requested = 1; });
@@ -71,6 +111,7 @@ int run(Options& o) {
   if (!find_session(o.network, kForEver_s, [] { return stop_requested != 0; })) return 1;
   Gateway gateway({o.token, o.lead_token}, o.limits, microseconds_since_1970());
   GatewayNet net(o.network);
+  Stills stills(gateway);
   std::map<std::uint64_t, std::uint32_t> client_of;  // by socket
   double stop_s = kForEver_s;
   WebServer* server = nullptr;
@@ -101,10 +142,13 @@ int run(Options& o) {
     return gateway.metrics() + line("refused_versions", server->counts().versions_refused) +
            line("refused_long_messages", server->counts().messages_too_long);
   };
+  handlers.ask_picture = [&] { return stills.ask(steady_now_s()); };
+  handlers.picture = [&](std::uint64_t number) { return stills.picture(number); };
   handlers.tick = [&] {
     const double now_s = steady_now_s();
     net.poll(gateway);
     gateway.tick(now_s);
+    stills.tick(now_s);
     net.send(gateway, now_s);
     for (const auto& [socket, client] : client_of)
       if (gateway.has_mail(client)) server->wants_to_send(socket);

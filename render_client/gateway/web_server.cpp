@@ -19,6 +19,8 @@ namespace {
 constexpr int kTick_us = 4000;
 constexpr int kSendBufferBytes = 1 << 18;  // what a slow client gets late; the rest waits here, where the newest wins
 constexpr int kTooLong = 1009;
+constexpr std::size_t kMostWaiting = 64;  // for a picture
+constexpr int kPatience_s = 20;           // likewise
 constexpr std::size_t kHeaderBytes = 2048;
 
 struct PageFile {
@@ -57,7 +59,8 @@ struct WebServer::State {
   std::uint64_t last_id = 0;
   std::map<lws*, Socket> sockets;
   std::map<std::uint64_t, lws*> by_id;
-  std::map<lws*, std::string> bodies;  // of answers that are under way
+  std::map<lws*, std::string> bodies;     // of answers that are under way
+  std::map<lws*, std::uint64_t> waiting;  // for a picture with this number
   std::vector<std::uint8_t> frame, padded;
 
   ~State() {
@@ -68,8 +71,10 @@ struct WebServer::State {
   static void on_timer(lws_sorted_usec_list_t* timer);
 
   int serve_http(lws* wsi, const std::string& address);
-  int begin_text(lws* wsi, const std::string& text);
-  int send_text(lws* wsi);
+  int begin_body(lws* wsi, const char* type, const std::string& body);
+  int send_body(lws* wsi);
+  int wait_for_picture(lws* wsi);
+  int refuse(lws* wsi, unsigned status);
   int confirm_version(lws* wsi);
   int open(lws* wsi);
   void close(lws* wsi);
@@ -80,12 +85,16 @@ struct WebServer::State {
 void WebServer::State::on_timer(lws_sorted_usec_list_t* timer) {
   State& state = *reinterpret_cast<Tick*>(timer)->state;
   state.running = state.handlers.tick() && state.running;
+  for (const auto& [wsi, number] : state.waiting)
+    if (state.handlers.picture(number)) lws_callback_on_writable(wsi);
   lws_sul_schedule(state.context, 0, timer, on_timer, kTick_us);
 }
 
 int WebServer::State::serve_http(lws* wsi, const std::string& address) {
-  if (address == "/metrics") return begin_text(wsi, handlers.metrics());
-  if (address == "/version") return begin_text(wsi, options.protocol + "\n");
+  constexpr char kText[] = "text/plain; version=0.0.4";
+  if (address == "/metrics") return begin_body(wsi, kText, handlers.metrics());
+  if (address == "/version") return begin_body(wsi, kText, options.protocol + "\n");
+  if (address == "/frame.jpg") return wait_for_picture(wsi);
   for (const PageFile& file : kPageFiles) {
     if (address != file.address) continue;
     constexpr char kFresh[] = "Cache-Control: no-cache\r\n";
@@ -93,22 +102,42 @@ int WebServer::State::serve_http(lws* wsi, const std::string& address) {
     const int n = lws_serve_http_file(wsi, path.c_str(), file.type, kFresh, sizeof kFresh - 1);
     return n < 0 || (n > 0 && lws_http_transaction_completed(wsi)) ? -1 : 0;
   }
-  if (lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, nullptr)) return -1;
+  return refuse(wsi, HTTP_STATUS_NOT_FOUND);
+}
+
+int WebServer::State::refuse(lws* wsi, unsigned status) {
+  if (lws_return_http_status(wsi, status, nullptr)) return -1;
   return lws_http_transaction_completed(wsi) ? -1 : 0;
 }
 
-int WebServer::State::begin_text(lws* wsi, const std::string& text) {
+int WebServer::State::wait_for_picture(lws* wsi) {
+  if (waiting.size() >= kMostWaiting) return refuse(wsi, HTTP_STATUS_SERVICE_UNAVAILABLE);
+  waiting[wsi] = handlers.ask_picture();
+  lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kPatience_s);
+  return 0;
+}
+
+int WebServer::State::begin_body(lws* wsi, const char* type, const std::string& body) {
   std::array<unsigned char, LWS_PRE + kHeaderBytes> buffer;
   unsigned char *start = buffer.data() + LWS_PRE, *at = start, *end = buffer.data() + buffer.size();
-  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, "text/plain; version=0.0.4", text.size(), &at, end) ||
+  constexpr char kFresh[] = "no-store";
+  if (lws_add_http_common_headers(wsi, HTTP_STATUS_OK, type, body.size(), &at, end) ||
+      lws_add_http_header_by_token(wsi, WSI_TOKEN_HTTP_CACHE_CONTROL, reinterpret_cast<const unsigned char*>(kFresh),
+                                   sizeof kFresh - 1, &at, end) ||
       lws_finalize_write_http_header(wsi, start, &at, end))
     return -1;
-  bodies[wsi] = text;
+  bodies[wsi] = body;
   lws_callback_on_writable(wsi);
   return 0;
 }
 
-int WebServer::State::send_text(lws* wsi) {
+int WebServer::State::send_body(lws* wsi) {
+  if (const auto asked = waiting.find(wsi); asked != waiting.end()) {
+    const std::shared_ptr<const std::string> picture = handlers.picture(asked->second);
+    if (!picture) return 0;
+    waiting.erase(asked);
+    return begin_body(wsi, "image/jpeg", *picture);
+  }
   const auto body = bodies.find(wsi);
   if (body == bodies.end()) return 0;
   padded.assign(LWS_PRE, 0);
@@ -187,11 +216,12 @@ int WebServer::State::callback(lws* wsi, lws_callback_reasons reason, void*, voi
     case LWS_CALLBACK_HTTP:
       return state->serve_http(wsi, static_cast<const char*>(in));
     case LWS_CALLBACK_HTTP_WRITEABLE:
-      return state->send_text(wsi);
+      return state->send_body(wsi);
     case LWS_CALLBACK_HTTP_FILE_COMPLETION:
       return lws_http_transaction_completed(wsi) ? -1 : 0;
     case LWS_CALLBACK_CLOSED_HTTP:
       state->bodies.erase(wsi);
+      state->waiting.erase(wsi);
       return 0;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
       return state->confirm_version(wsi);

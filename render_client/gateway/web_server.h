@@ -1,5 +1,5 @@
-// HTTP and WebSocket on one port: the page's files, /metrics, /version, and the sockets of browsers. libwebsockets
-// stays inside web_server.cpp.
+// HTTP and WebSocket on one port: the page's files, /metrics, /version, /frame.jpg, and the sockets of browsers.
+// libwebsockets stays inside web_server.cpp.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,9 @@ struct WebServerHandlers {
   std::function<bool(std::uint64_t socket, const std::vector<std::uint8_t>& frame)> received;  // false: close it
   std::function<bool(std::uint64_t socket, std::vector<std::uint8_t>& frame)> next_frame;      // false: nothing to send
   std::function<std::string()> metrics;
-  std::function<bool()> tick;  // every 4 ms; false: run() returns
+  std::function<std::uint64_t()> ask_picture;  // returns the number of the picture that will answer
+  std::function<std::shared_ptr<const std::string>(std::uint64_t number)> picture;  // null: not yet
+  std::function<bool()> tick;                                                       // every 4 ms; false: run() returns
 };
 
 struct WebServerCounts {

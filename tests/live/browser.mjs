@@ -52,12 +52,17 @@ export class Browser {
   }
 
   // A page of its own context: nothing is shared with the other pages.
-  async open(url, width = 640, height = 300) {
+  // `before`: a script that runs before those of the page.
+  async open(url, { width = 640, height = 300, before = '' } = {}) {
     const { browserContextId } = await this.send('Target.createBrowserContext');
     const { targetId } = await this.send('Target.createTarget', { url: 'about:blank', browserContextId, width, height });
     const { sessionId } = await this.send('Target.attachToTarget', { targetId, flatten: true });
     const page = new Page(this, sessionId, targetId);
     await page.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: false });
+    if (before) {
+      await page.send('Page.enable');
+      await page.send('Page.addScriptToEvaluateOnNewDocument', { source: before });
+    }
     await page.send('Page.navigate', { url });
     return page;
   }

@@ -108,6 +108,96 @@ try {
     await ada.until('the scalpel under the mouse', (s) => s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
   });
 
+  await check('a pad leads the instrument, and the mouse takes over', async () => {
+    const before_m = (await ada.state()).tools[0].at_m;
+    await ada.evaluate(`(() => {
+      const buttons = Array.from({ length: 17 }, () => ({ pressed: false, value: 0 }));
+      window.pad = { connected: true, axes: [0.9, 0, 0, 0], buttons };
+      navigator.getGamepads = () => [window.pad];
+    })()`);
+    const led = await ada.until('the scalpel where the pad pushes it',
+      (s) => s.pad && s.tools[0].at_m[0] - before_m[0] > 0.01);
+    assert.ok(Math.abs(led.tools[0].at_m[1] - before_m[1]) < 0.01, 'to the right alone');
+    await ada.evaluate('window.pad.axes[0] = 0; window.pad.buttons[6] = { pressed: true, value: 1 }');
+    await ada.until('the scalpel higher', (s) => s.tools[0].at_m[2] - led.tools[0].at_m[2] > 0.01);
+    await ada.evaluate('navigator.getGamepads = () => []');
+    await ada.mouse('mouseMoved', 210, 150);
+    await ada.until('the mouse', (s) => !s.pad && s.wish && apart(s.wish, s.tools[0].tip) < 0.05);
+  });
+
+  await check('a section leaves tissue out, wires and colours show', async () => {
+    const tick = (id, on) => ada.evaluate(`(() => {
+      const box = document.getElementById('${id}');
+      box.checked = ${on};
+      box.onchange();
+    })()`);
+    const differs = async (than, what) => until(what, async () => {
+      const { some } = await ada.pixels();
+      return some.filter((v, i) => Math.abs(v - than.some[i]) > 25).length / some.length > 0.02;
+    });
+    const whole = await ada.pixels();
+    await tick('section', true);
+    await differs(whole, 'a section');
+    if (pictures) await ada.picture(join(pictures, 'live_section.png'));
+    const cut = await ada.pixels();
+    await tick('section', false);
+    await differs(cut, 'the whole body');
+    await tick('wireframe', true);
+    await differs(whole, 'edges of triangles');
+    await tick('wireframe', false);
+    assert.deepEqual(await ada.evaluate(`[...document.getElementById('field').options].map((o) => o.text)`),
+      ['tissue', ...(await ada.state()).fields]);
+  });
+
+  await check('the score is told to all', async () => {
+    await ada.click('Score');
+    const { score } = await ben.until('the score', (s) => s.score.length > 0);
+    await until('its lines', () => ben.evaluate(`!document.getElementById('score_of').hidden &&
+      document.getElementById('score_lines').textContent.startsWith(${JSON.stringify(score[0])})`));
+  });
+
+  await check('a wish is seen soon', async () => {
+    const delays_ms = await ada.evaluate(`new Promise((done) => {
+      const delays = [], start = 190;
+      let count = 0, asked = 0, from = null;
+      const at = () => window.sectio.state.tools[0].at_m;
+      const ask = () => {
+        const x = start + (++count % 2 ? 30 : 0);
+        from = at();
+        asked = performance.now();
+        document.getElementById('canvas').dispatchEvent(new PointerEvent('pointermove',
+          { clientX: x, clientY: 150, buttons: 0, pointerId: 1 }));
+      };
+      const look = () => {
+        if (asked && Math.hypot(...at().map((v, i) => v - from[i])) > 0.001) {
+          delays.push(performance.now() - asked);
+          asked = 0;
+          if (delays.length === 40) return done(delays);
+          setTimeout(ask, 400);
+        }
+        requestAnimationFrame(look);
+      };
+      ask();
+      look();
+    })`);
+    delays_ms.sort((a, b) => a - b);
+    const share = (q) => delays_ms[Math.min(delays_ms.length - 1, Math.floor(q * delays_ms.length))].toFixed(0);
+    console.log(`    from the mouse to a picture of an instrument that has moved 1 mm: median ${share(0.5)} ms, ` +
+      `99 % within ${share(0.99)} ms (drawn in software)`);
+  });
+
+  await check('a browser without WebGL shows what the gateway draws', async () => {
+    const { width, height } = await ben.evaluate(`fetch('frame.jpg').then((r) => r.blob()).then(createImageBitmap)
+      .then(({ width, height }) => ({ width, height }))`);
+    assert.deepEqual([width, height], [960, 540]);
+    const old = await browser.open(watching, { before: `HTMLCanvasElement.prototype.getContext = () => null` });
+    await until('the warning', async () => (await old.warning()) === 'this browser has no WebGL 2: the gateway draws');
+    await until('pictures, one after the other', () => old.evaluate('window.sectio.stills > 1'));
+    await old.until('who is here, all the same', (s) => s.people.length === 3);
+    await old.close();
+    await ada.until('that it has gone', (s) => s.people.length === 2);
+  });
+
   await check('who has no token watches, and is offered nothing', async () => {
     const eve = await browser.open(watching);
     const state = await eve.until('a replica', equal);
