@@ -18,7 +18,9 @@ class GatewayProgram : public test::SessionPrograms {
   void SetUp() override {
     for (const char* name : {"index.html", "page.css", "page.js", "sectio.js", "sectio.wasm"}) write(name, name);
   }
-  std::unique_ptr<Process> gateway() const { return program("gateway", in_session({"--page", directory.string()})); }
+  std::unique_ptr<Process> gateway() const {
+    return program("gateway", in_session({"--page", directory.string(), "--token", "theatre"}));
+  }
   static int port_of(Process& gateway) {
     EXPECT_TRUE(gateway.wait_for("/#")) << gateway.output();
     return std::stoi(gateway.output().substr(gateway.output().find("127.0.0.1:") + 10));
@@ -60,6 +62,36 @@ TEST_F(GatewayProgram, draws_for_those_who_can_not) {
   sim->send(SIGINT);
   EXPECT_EQ(sim->exit_code(), 0) << sim->output();
   EXPECT_EQ(web->exit_code(), 0) << web->output();
+}
+
+// A person whose browser wishes leads a probe onto the liver, and presses; what the hand did is a trace.
+TEST_F(GatewayProgram, what_a_person_at_a_page_did_is_a_trace_that_a_scene_plays) {
+  constexpr char kProbe[] = SECTIO_SOURCE_DIR "/deploy/scenes/probe_liver.yaml";
+  const auto sim = program("sim_server", in_session({"--scene", kProbe, "--endless"}));
+  const auto web = gateway();
+  const std::string port = std::to_string(port_of(*web));
+  const auto hand = program("device_bridge", in_session({"--device", "wish", "--record", file("hand.csv")}));
+  const auto person = program("watchers", {"--port", port, "--token", "theatre", "--wishes", "2"});
+  EXPECT_EQ(person->exit_code(), 0) << person->output();
+  EXPECT_NE(person->output().find("| a force that has changed by 20 mN | "), std::string::npos) << person->output();
+  const auto others = program("watchers", {"--port", port, "--watchers", "5", "--seconds", "1"});
+  EXPECT_EQ(others->exit_code(), 0) << others->output();
+  EXPECT_NE(others->output().find("| 5 | "), std::string::npos) << others->output();
+  for (Process* each : {hand.get(), sim.get()}) {
+    each->send(SIGINT);
+    EXPECT_EQ(each->exit_code(), 0) << each->output();
+  }
+  std::ifstream scene(kProbe);
+  std::string text{std::istreambuf_iterator<char>(scene), {}};
+  const std::size_t trace = text.find("trace: "), end = text.find_first_of("\n,}", trace);
+  text.replace(trace, end - trace, "trace: " + file("hand.csv"));
+  text.replace(text.find("duration_s: 4.8"), 15, "duration_s: 60");
+  for (std::size_t at = text.find("../"); at != std::string::npos; at = text.find("../", at))
+    text.replace(at, 3, SECTIO_SOURCE_DIR "/deploy/");
+  write("scene.yaml", text);
+  const auto played = program("sim_server", {"--scene", file("scene.yaml"), "--offline", "--export", file("played")});
+  EXPECT_EQ(played->exit_code(), 0) << played->output();
+  EXPECT_GT(json("played/report.json")["run"]["contact_time_s"], 0.5);
 }
 
 }  // namespace

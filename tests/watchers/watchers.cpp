@@ -24,7 +24,7 @@
 namespace sectio::watchers {
 namespace {
 
-constexpr double kPatience_s = 60;
+constexpr double kPatience_s = 60, kAskAgain_s = 0.3;
 
 struct Options {
   int port = 0;
@@ -62,6 +62,7 @@ double quantile(std::vector<double> values, double q) {
 }
 
 struct Watcher {
+  std::optional<SceneInfo> scene;
   std::size_t states = 0, keyframe_bytes = 0;
   std::uint64_t bytes = 0;
 };
@@ -70,17 +71,13 @@ void watch(const Options& o) {
   std::vector<Watcher> watchers(o.watchers);
   std::set<std::uint64_t> published;  // steps that anybody has heard of
   bool counts = false;
-  Sockets* all = nullptr;
   Sockets sockets(o.port, o.watchers, [&](std::size_t which, const std::vector<std::uint8_t>& frame) {
     Watcher& w = watchers[which];
     w.bytes += counts ? frame.size() : 0;
     LiveFrameReader reader(frame);
     while (const auto message = reader.next()) {
       if (message->kind == LiveKind::keyframe_chunk) w.keyframe_bytes += message->bytes.size();
-      if (message->kind == LiveKind::scene)
-        if (const auto scene = decode<SceneInfo>(message->bytes))
-          for (std::uint32_t body = 0; body < scene->bodies.size(); ++body)
-            all->send(which, framed(LiveKind::keyframe_request, KeyframeRequest{scene->epoch, body}));
+      if (message->kind == LiveKind::scene) w.scene = decode<SceneInfo>(message->bytes);
       if (message->kind != LiveKind::state_header || !counts) continue;
       const auto header = decode<StateHeader>(message->bytes);
       if (!header) continue;
@@ -88,10 +85,16 @@ void watch(const Options& o) {
       published.insert(header->step);
     }
   });
-  all = &sockets;
   const auto has_keyframe = [](const Watcher& w) { return w.keyframe_bytes > 0; };
+  double asked_s = 0;
   for (const double end_s = steady_now_s() + kPatience_s; !std::ranges::all_of(watchers, has_keyframe);) {
     sockets.run_once();
+    // The gateway may not have the bodies yet: a page asks again, too.
+    for (std::size_t i = 0; steady_now_s() - asked_s > kAskAgain_s && i < watchers.size(); ++i)
+      for (std::uint32_t body = 0; watchers[i].scene && body < watchers[i].scene->bodies.size(); ++body)
+        if (!has_keyframe(watchers[i]))
+          sockets.send(i, framed(LiveKind::keyframe_request, KeyframeRequest{watchers[i].scene->epoch, body}));
+    if (steady_now_s() - asked_s > kAskAgain_s) asked_s = steady_now_s();
     if (steady_now_s() > end_s) throw InputError("not all watchers have got a keyframe");
   }
   counts = true;
@@ -131,7 +134,7 @@ class Person {
     }
     while (force_n_ < 0.05) {
       wish_m_.z() -= 0.0005;
-      rest();
+      rest(kGoDown_s);
       if (wish_m_.z() < scene_->camera.target_world_m.z() - 0.1) throw InputError("the probe meets no tissue");
     }
     wish_m_.z() -= 0.002;
@@ -149,7 +152,7 @@ class Person {
   }
 
  private:
-  static constexpr double kRest_s = 0.3, kWish_s = 0.016;
+  static constexpr double kRest_s = 0.3, kGoDown_s = 0.03, kWish_s = 0.016;
 
   void hear(const std::vector<std::uint8_t>& frame) {
     LiveFrameReader reader(frame);
@@ -186,8 +189,8 @@ class Person {
     wait_wishing("an answer to a wish", condition);
     return steady_now_s() - begun_s;
   }
-  void rest() {
-    const double end_s = steady_now_s() + kRest_s;
+  void rest(double time_s = kRest_s) {
+    const double end_s = steady_now_s() + time_s;
     wait_wishing("rest", [&] { return steady_now_s() > end_s; });
   }
 
