@@ -1,10 +1,5 @@
 #include "device_bridge/drivers/device_table.h"
 
-#include <arpa/inet.h>
-#include <netdb.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +15,9 @@
 #include "device_bridge/drivers/library.h"
 #include "device_bridge/drivers/mouse.h"
 #include "device_bridge/drivers/open_haptics.h"
+#include "device_bridge/drivers/port_probe.h"
 #include "device_bridge/drivers/spacemouse.h"
+#include "device_bridge/drivers/tracker.h"
 
 namespace sectio {
 namespace {
@@ -130,15 +127,22 @@ void prepare_mouse(DeviceOptions& options, const DeviceRequest&, PreparedDevice&
   prepared.steering = open_mouse(spec);
 }
 
+void prepare_tracker(DeviceOptions& options, const DeviceRequest&, PreparedDevice& prepared) {
+  read_workspace(options, prepared);
+  TrackerSpec spec;
+  spec.host = options.text("host", spec.host);
+  spec.port = static_cast<int>(options.number("port", spec.port, 1, 65535));
+  spec.name = options.text("id", "");
+  options.check_keys();
+  prepared.handle = open_tracker(spec);
+  prepared.pushes = false;
+}
+
 std::string haply_here() {
-  const int probe = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(HaplySpec{}.port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const bool answers = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  close(probe);
-  return answers ? "its service answers" : "";
+  return listens_at(HaplySpec{}.host, HaplySpec{}.port) ? "its service answers" : "";
+}
+std::string tracker_here() {
+  return listens_at(TrackerSpec{}.host, TrackerSpec{}.port) ? "a server answers" : "";
 }
 
 std::string spacemouse_here() {
@@ -170,6 +174,7 @@ constexpr std::array kDevices{
                prepare_force_dimension},
     DeviceKind{"open_haptics", SECTIO_PLACE ", force_scale, max_force_n, library, id",
                "Touch and Phantom, by their maker's libHD; pushes the hand", open_haptics_here, prepare_open_haptics},
+    DeviceKind{"tracker", SECTIO_PLACE ", host, port, id", "a tracker, by OpenIGTLink", tracker_here, prepare_tracker},
     DeviceKind{"gamepad", SECTIO_PLACE ", speed_m_per_s, id", "sticks and triggers are speeds", gamepads_here,
                prepare_gamepad},
     DeviceKind{"spacemouse", SECTIO_PLACE ", speed_m_per_s, socket", "a space mouse, by spacenavd", spacemouse_here,
@@ -189,6 +194,7 @@ std::unique_ptr<Device> PreparedDevice::finish(WishSource& wishes, const std::op
     const Vec3 ahead = camera->target_world_m - camera->eye_world_m;  // away from the person who looks at the scene
     if (ahead.head<2>().norm() > 0.01 * ahead.norm()) workspace.turn_rad = std::atan2(-ahead.x(), ahead.y());
   }
+  if (handle && !pushes) return std::make_unique<TrackedHand>(std::move(handle), workspace, fastest_m_per_s);
   if (handle) return std::make_unique<HeldDevice>(std::move(handle), workspace, most_force_n);
   return std::make_unique<SteeredHand>(std::move(steering), workspace, fastest_m_per_s);
 }
@@ -215,7 +221,7 @@ std::vector<std::string> device_list() {
     std::array<char, 400> line;
     const std::string found = kind.here ? kind.here() : "";
     const std::string here = !kind.here ? "" : found.empty() ? "; not here" : "; here: " + found;
-    std::snprintf(line.data(), line.size(), "%-15s  %-71s  %s%s", kind.name, kind.options, kind.meaning, here.c_str());
+    std::snprintf(line.data(), line.size(), "%-15s  %-74s  %s%s", kind.name, kind.options, kind.meaning, here.c_str());
     lines.emplace_back(line.data());
   }
   return lines;

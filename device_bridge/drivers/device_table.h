@@ -9,6 +9,7 @@
 #include "common/math/camera.h"
 #include "device_bridge/device/held_device.h"
 #include "device_bridge/device/steered_hand.h"
+#include "device_bridge/device/tracked_hand.h"
 #include "device_bridge/device/wish_hand.h"
 
 namespace sectio {
@@ -30,6 +31,7 @@ class PreparedDevice {
   // One of them; none where the motion comes over the network.
   std::unique_ptr<Device> whole;
   std::unique_ptr<Handle> handle;
+  bool pushes = true;  // the handle can
   std::unique_ptr<Steering> steering;
 
   Workspace workspace;

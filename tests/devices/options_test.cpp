@@ -19,8 +19,8 @@ std::string refusal_of(const std::string& device, const std::string& trace = "")
 TEST(DeviceOptions, what_can_not_be_used_is_named) {
   const std::pair<const char*, const char*> cases[] = {
       {"wand",
-       "--device: expected one of scripted, virtual_hand, wish, haply, force_dimension, open_haptics, gamepad, "
-       "spacemouse, mouse, got 'wand'"},
+       "--device: expected one of scripted, virtual_hand, wish, haply, force_dimension, open_haptics, tracker, "
+       "gamepad, spacemouse, mouse, got 'wand'"},
       {"haply:", "--device haply: expected KEY=VALUE, got ''"},
       {"haply:port", "--device haply: expected KEY=VALUE, got 'port'"},
       {"haply:port=1,port=2", "--device haply: port: given twice"},
@@ -43,7 +43,7 @@ TEST(DeviceOptions, what_can_not_be_used_is_named) {
 
 TEST(DeviceOptions, the_list_has_a_line_for_each) {
   const std::vector<std::string> lines = device_list();
-  EXPECT_EQ(lines.size(), 9U);
+  EXPECT_EQ(lines.size(), 10U);
   for (const std::string& line : lines) EXPECT_EQ(line.find('\n'), std::string::npos);
 }
 

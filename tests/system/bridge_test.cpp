@@ -20,11 +20,11 @@ TEST_F(Bridge, lists_its_devices_and_says_which_there_are) {
   const auto list = program("device_bridge", {"--list-devices"});
   EXPECT_EQ(list->exit_code(), 0) << list->output();
   const std::string lines = list->output();
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 9) << lines;
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 10) << lines;
   const auto wand = program("device_bridge", {"--trace", kTrace, "--device", "wand"});
   EXPECT_NE(wand->exit_code(), 0);
   for (const std::string& name : std::vector<std::string>{"scripted", "virtual_hand", "wish", "haply", "force_dimension",
-                                                                  "open_haptics", "gamepad", "spacemouse", "mouse"}) {
+                                                                  "open_haptics", "tracker", "gamepad", "spacemouse", "mouse"}) {
     EXPECT_NE(("\n" + lines).find("\n" + name + " "), std::string::npos) << lines;
     EXPECT_NE(wand->output().find(name), std::string::npos) << wand->output();
   }

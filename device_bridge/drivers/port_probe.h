@@ -1,0 +1,10 @@
+// Does a program listen at a port?
+#pragma once
+
+#include <string>
+
+namespace sectio {
+
+bool listens_at(const std::string& host, int port);
+
+}  // namespace sectio
