@@ -42,7 +42,7 @@ struct Options {
   NetworkOptions network;
   std::string name = "viewer";
   std::string directory, video_file, sheet_file, report_file, record_file;
-  std::string size = "1280x720", eye, target, field;
+  std::string size = "1280x720", eye, target, field, canvas = "osmesa";
   double frames_per_s = 25;
   double field_of_view_deg = 0;
   double duration_s = 0;
@@ -107,6 +107,8 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--report", o.report_file, "file for the numbers of this viewer (JSON)");
   arguments.option("--fps", o.frames_per_s, "pictures per second");
   arguments.option("--size", o.size, "width x height in pixels");
+  arguments.choice("--canvas", o.canvas, {"osmesa", "egl"},
+                   "what draws: software, or EGL without a display, by a graphics card if it can");
   arguments.option("--samples", o.samples, "samples per pixel: 1 (live) or 4 (smooth edges)");
   arguments.option("--camera-eye", o.eye, "x,y,z in metres; empty: as the scene says");
   arguments.option("--camera-target", o.target, "x,y,z in metres; empty: as the scene says");
@@ -142,7 +144,8 @@ class Screen {
       video_ =
           std::make_unique<VideoWriter>(options.video_file, options.width_px, options.height_px, options.frames_per_s);
     if (options.no_pictures) return;
-    canvas_ = make_osmesa_canvas(options.width_px / (options.stereo ? 2 : 1), options.height_px, options.samples);
+    const auto make_canvas = options.canvas == "egl" ? make_egl_canvas : make_osmesa_canvas;
+    canvas_ = make_canvas(options.width_px / (options.stereo ? 2 : 1), options.height_px, options.samples);
     painter_ = std::make_unique<FramePainter>(*canvas_);
     if (!options.window) return;
     window_ = std::make_unique<Window>(WindowOptions{"Sectio: " + options.name, options.width_px, options.height_px,

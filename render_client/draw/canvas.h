@@ -106,4 +106,8 @@ class Canvas {
 // variable LP_NUM_THREADS says otherwise. Throws InputError when the canvas can't be made.
 std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samples_per_pixel = 1);
 
+// The same, by EGL without a display: by a graphics card with Mesa's driver, where there is one. A thread draws on
+// canvases of one kind at a time.
+std::unique_ptr<Canvas> make_egl_canvas(int width_px, int height_px, int samples_per_pixel = 1);
+
 }  // namespace sectio

@@ -393,7 +393,10 @@ Image& GlCanvas::finish() {
     glBlitFramebuffer(0, 0, image_.width_px, image_.height_px, 0, 0, image_.width_px, image_.height_px,
                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
   }
-  if (!image_.rgba.empty()) glFinish();
+  if (!image_.rgba.empty()) {
+    glFinish();
+    context_->finish();
+  }
   return image_;
 }
 

@@ -13,7 +13,12 @@ class GlContext {
   virtual void make_current() = 0;
   // The size of the context's own framebuffer; its pixels, too, where they lie in memory.
   virtual Image& picture() = 0;
+  // All has been drawn: brings the pixels into the picture, where they lie elsewhere.
+  virtual void finish() {}
 };
+
+// Throws InputError for what no canvas can be.
+void check_canvas(int width_px, int height_px, int samples_per_pixel);
 
 // samples_per_pixel: see make_osmesa_canvas(). The size of the picture may change between two of them.
 std::unique_ptr<Canvas> make_gl_canvas(std::unique_ptr<GlContext> context, int samples_per_pixel);

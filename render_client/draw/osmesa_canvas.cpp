@@ -64,7 +64,7 @@ class OsmesaContext final : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samples_per_pixel) {
+void check_canvas(int width_px, int height_px, int samples_per_pixel) {
   constexpr int kMaxSize_px = 16384;
   if (width_px < 1 || height_px < 1 || width_px > kMaxSize_px || height_px > kMaxSize_px) {
     throw InputError("picture size " + std::to_string(width_px) + " x " + std::to_string(height_px) +
@@ -73,6 +73,10 @@ std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samp
   if (samples_per_pixel != 1 && samples_per_pixel != 4) {
     throw InputError("samples per pixel: expected 1 or 4, got " + std::to_string(samples_per_pixel));
   }
+}
+
+std::unique_ptr<Canvas> make_osmesa_canvas(int width_px, int height_px, int samples_per_pixel) {
+  check_canvas(width_px, height_px, samples_per_pixel);
   return make_gl_canvas(std::make_unique<OsmesaContext>(width_px, height_px), samples_per_pixel);
 }
 
