@@ -32,8 +32,7 @@ ServoRecord ServoState::tick(double now_s, const Pose& pose_world, const Contact
     record.model_age_s = now_s - used->tool_time_s;
     record.state = used->state;
     record.server_silent = follower_.silent(now_s);
-    record.moment_world_n_m = 
-        limited(used->lever_world_m.cross(record.force_world_n), device_.largest_moment_n_m);
+    record.moment_world_n_m = limited(used->lever_world_m.cross(record.force_world_n), device_.largest_moment_n_m);
     // Seen from the tissue: one that breathes may push.
     given_j_ += 0.5 * (last_force_n_ + record.force_world_n).dot(way_m - dt * used->velocity_world_m_per_s);
     if (given_j_ > kShaken_j) is_shaken_until_s_ = now_s + kShaken_s;

@@ -23,8 +23,9 @@ TEST_F(Bridge, lists_its_devices_and_says_which_there_are) {
   EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 10) << lines;
   const auto wand = program("device_bridge", {"--trace", kTrace, "--device", "wand"});
   EXPECT_NE(wand->exit_code(), 0);
-  for (const std::string& name : std::vector<std::string>{"scripted", "virtual_hand", "wish", "haply", "force_dimension",
-                                                                  "open_haptics", "tracker", "gamepad", "spacemouse", "mouse"}) {
+  for (const std::string& name :
+       std::vector<std::string>{"scripted", "virtual_hand", "wish", "haply", "force_dimension", "open_haptics",
+                                "tracker", "gamepad", "spacemouse", "mouse"}) {
     EXPECT_NE(("\n" + lines).find("\n" + name + " "), std::string::npos) << lines;
     EXPECT_NE(wand->output().find(name), std::string::npos) << wand->output();
   }
