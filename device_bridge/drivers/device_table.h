@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/math/camera.h"
+#include "common/messages/tool.h"
 #include "device_bridge/device/held_device.h"
 #include "device_bridge/device/steered_hand.h"
 #include "device_bridge/device/tracked_hand.h"
@@ -17,7 +18,7 @@ namespace sectio {
 struct DeviceRequest {
   std::string device = "scripted";  // NAME or NAME:KEY=VALUE,...
   std::string trace_file;
-  double fastest_m_per_s = 5;  // of wishes and of devices that say where to go
+  double fastest_m_per_s = kUsualMaxSpeed_m_per_s;  // of wishes and of devices that say where to go
 };
 
 // A device that has been opened, and lacks only what a session knows.
@@ -37,7 +38,7 @@ class PreparedDevice {
   Workspace workspace;
   bool has_place = false, has_turn = false;
   double most_force_n = 1e9;
-  double fastest_m_per_s = 5;
+  double fastest_m_per_s = kUsualMaxSpeed_m_per_s;
 };
 
 // Throws InputError, one clear line, for a name or an option that there isn't, and for a device that isn't here.

@@ -26,7 +26,8 @@ namespace sectio {
 
 struct GatewayLimits {
   std::size_t max_clients = 64;
-  double max_speed_m_per_s = 5;  // of a wish; faster ones are passed on, counted, and followed at the limit
+  double max_speed_m_per_s =
+      kUsualMaxSpeed_m_per_s;  // of a wish; faster ones are passed on, counted, and followed at the limit
 };
 
 struct GatewayCounts {

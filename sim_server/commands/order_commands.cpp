@@ -71,7 +71,8 @@ Arguments::Action anew_command(Arguments& arguments) {
 
 Arguments::Action seek_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::seek);
-  arguments.option("--to-s", flags->order.sim_time_s, "simulated time from which a session goes on again, or a record that is played is shown",
+  arguments.option("--to-s", flags->order.sim_time_s,
+                   "simulated time from which a session goes on again, or a record that is played is shown",
                    Need::required);
   return giving(flags, "seek");
 }

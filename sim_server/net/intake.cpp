@@ -25,7 +25,7 @@ Intake::Intake(ServerEndpoints& endpoints, std::size_t tools, std::span<const do
       deduplicator_(tools),
       programs_(tools),
       limits_(fastest_m_per_s.begin(), fastest_m_per_s.end()) {
-  limits_.resize(tools, SpeedLimit(SpeedLimit::kFastest_m_per_s));
+  limits_.resize(tools, SpeedLimit());
 }
 
 void Intake::take_samples(std::vector<ToolSample>& samples) {

@@ -41,7 +41,7 @@ struct ServerNetOptions {
   bool standby = false;                      // listens, and says nothing until take_over()
   SessionRecord* record = nullptr;           // of everything that is sent; outlives the net
   InputLog* inputs = nullptr;                // where a standby gets the steps that it has missed; outlives the net
-  std::vector<double> fastest_m_per_s = {};  // by tool; faster poses are followed at this speed; missing: at 5 m/s
+  std::vector<double> fastest_m_per_s = {};  // by tool; faster poses are followed at this speed; missing: usual
 };
 
 class ServerNet {

@@ -7,11 +7,10 @@ namespace sectio {
 
 class SpeedLimit {
  public:
-  static constexpr double kFastest_m_per_s = 5;         // of an instrument of which nobody says more
   static constexpr double kFastestTurn_rad_per_s = 50;  // a tip that is 0.1 m away moves as fast as 5 m/s
   static constexpr double kSaved_s = 0.005;             // of a rest is made up for by the next motion
 
-  explicit SpeedLimit(double fastest_m_per_s) : fastest_m_per_s_(fastest_m_per_s) {}
+  explicit SpeedLimit(double fastest_m_per_s = kUsualMaxSpeed_m_per_s) : fastest_m_per_s_(fastest_m_per_s) {}
 
   // The pose that the instrument has, for the one that was asked for. `now_s` ascends; a new source begins anew.
   Pose follow(const ToolSample& sample, double now_s);

@@ -13,6 +13,7 @@
 #include "common/math/types.h"
 #include "common/mesh/tet_mesh.h"
 #include "common/mesh/triangle_mesh.h"
+#include "common/messages/tool.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/scene/engine_traits.h"
 #include "sim_server/scene/scene_outcome.h"
@@ -128,7 +129,7 @@ struct ToolSpec {
   double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
   std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
   double largest_force_n = 20;                        // that its hand may feel
-  double max_speed_m_per_s = 5;                       // a faster hand is followed at this speed
+  double max_speed_m_per_s = kUsualMaxSpeed_m_per_s;  // a faster hand is followed at this speed
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
 };

@@ -9,6 +9,8 @@ const std::vector<Measure>& measures() {
   static const std::vector<Measure> table = {
       {"incisions", "Cuts that don't meet; cuts that cross or go on from one another are one, both its sides together.",
        &Outcome::incisions, kCount},
+      {"cut_m", "The length of all cuts along the skin at rest, half of what their lips measure.", &Outcome::cut_m,
+       kCount},
       {"pieces_freed", "Pieces that no longer hang on what they were part of.", &Outcome::pieces_freed, kCount},
       {"freed_ml", "Volume of these pieces at rest.", &Outcome::freed_ml, kCount},
       {"removed_ml", "Volume at rest of fragments that were too small to be kept.", &Outcome::removed_ml, kCount},

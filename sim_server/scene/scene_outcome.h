@@ -13,7 +13,7 @@ namespace sectio {
 // off it; its largest part, by volume, is the body still, and the others are freed. An incision is a connected set of
 // walls; a freed piece took one of its own with it, which doesn't count.
 struct Outcome {
-  double incisions = 0, pieces_freed = 0;
+  double incisions = 0, cut_m = 0, pieces_freed = 0;
   double freed_ml = 0, removed_ml = 0;
   double freed_moved_m = 0, largest_displacement_m = 0;
   double refusals = 0, joins = 0, contacts = 0, grasps = 0;

@@ -67,6 +67,22 @@ std::size_t walls_of(const TriangleMesh& mesh) {
   return walls;
 }
 
+// Half the length of all lips at rest: a cut has two.
+double cut_m_of(const TriangleMesh& mesh) {
+  double lips_m = 0;
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+    const Triangle& wall = mesh.triangle(t);
+    if (!wall.alive() || wall.surface != Surface::wall) continue;
+    for (int i = 0; i < 3; ++i) {
+      const TriangleId next = mesh.neighbour(t, i);
+      if (next == kNone || mesh.triangle(next).surface != Surface::skin) continue;
+      const auto k = static_cast<std::size_t>(i);
+      lips_m += (mesh.rest_body_m(wall.v[(k + 1) % 3]) - mesh.rest_body_m(wall.v[k])).norm();
+    }
+  }
+  return 0.5 * lips_m;
+}
+
 void add_score(const Score& score, Outcome& outcome) {
   if (score.marked_m3 > 0) {
     outcome.marked_removed_fraction = score.marked_removed_m3 / score.marked_m3;
@@ -100,6 +116,7 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
   for (std::uint32_t b = 0; b < simulation_.body_count(); ++b) {
     const TriangleMesh& mesh = simulation_.mesh(b);
     walls += walls_of(mesh);
+    outcome.cut_m += cut_m_of(mesh);
     const auto of_body = parts_of(simulation_.body(b), mesh, simulation_.positions_world_m(b), family_of_[b]);
     parts.insert(parts.end(), of_body.begin(), of_body.end());
   }
