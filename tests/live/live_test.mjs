@@ -267,6 +267,9 @@ try {
     await until('the word', () => ben.evaluate(`document.getElementById('time').textContent.endsWith(', paused')`));
     await ada.click('Go on');
     await ben.until('the session to go on', (s) => s.speed === 1 && s.step > paused.step + 1000);
+    const there = await ben.until('time to go back by', (s) => s.time_s > 3);
+    await ada.click('10 s back');
+    await ben.until('the time before', (s) => equal(s) && s.time_s < there.time_s - 1);
     await ada.click('Begin anew');
     for (const page of [ada, ben])
       await page.until('the body as it was at first',

@@ -7,7 +7,8 @@ const RETRY_MS = 1000;      // after a connection was lost
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // before the page says so
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
-const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5 };
+const BACK_S = 10;  // the button that goes back in time
+const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5, seek: 6 };
 const GRAVITY_M_PER_S2 = 9.81;
 
 const byId = (id) => document.getElementById(id);
@@ -140,9 +141,9 @@ function buttons_of(tool, index, me) {
           ...others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)))];
 }
 
-function order(kind, { tilt_deg = 0, speed = 1 } = {}) {
+function order(kind, { tilt_deg = 0, speed = 1, to_s = 0 } = {}) {
   const tilt = tilt_deg * Math.PI / 180;
-  call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed);
+  call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed, to_s);
   flush();
 }
 
@@ -165,6 +166,8 @@ function show() {
   const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed}`;
   byId('time').textContent = state.session ? state.time_s.toFixed(2) + ' s' + pace : '';
   byId('orders').hidden = !me?.may_lead || state.ended;
+  const moment = byId('moment');
+  if (document.activeElement !== moment) moment.value = moment.max = Math.max(1, state.time_s);
   byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
   show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder]), state.people, state.you]), () =>
@@ -315,6 +318,8 @@ async function begin() {
   byId('pause').onclick = () => order(state?.speed === 0 ? 'go_on' : 'pause');
   byId('anew').onclick = () => order('begin_anew');
   byId('score').onclick = () => order('tell_score');
+  byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
+  byId('moment').onchange = () => { order('seek', { to_s: Number(byId('moment').value) }); byId('moment').blur(); };
   byId('speed').onchange = () => order('set_speed', { speed: Number(byId('speed').value) });
   byId('tilt').onchange = () => order('tilt', { tilt_deg: Number(byId('tilt').value) });
   window.onresize = () => call('resize', ...pixel_size());
