@@ -7,6 +7,7 @@
 
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -96,23 +97,25 @@ class Endpoints<Reads<R...>, Writes<W...>> {
 
   bool overslept() const { return now_->participant.overslept(); }
 
-  // Joins the session anew when the program has slept for longer than its lease; true when it has done so. The former
-  // participant stays until the new one has met somebody: if it left sooner, others would believe that the program has
-  // left. When no participant can be made, the next call tries again.
+  // Joins the session anew when the program has slept for longer than its lease; true when it has done so.
   bool renew_after_sleep() {
     if (former_ && met()) former_.reset();
-    if (!overslept()) return false;
+    return overslept() && renew("was asleep");
+  }
+
+  // Joins the session anew; true when it has done so. The former participant stays until the new one has met somebody:
+  // if it left sooner, others would believe that the program has left.
+  bool renew(const std::string& why) {
     try {
       auto fresh = std::make_unique<Set>(options_, name_);
       damaged_before_ = damaged();
       former_ = std::exchange(now_, std::move(fresh));
       if (channels_) now_->participant.hear(*channels_);
     } catch (const std::exception& error) {
-      log_limited(LogLevel::warning, "renew",
-                  std::string("was asleep, and can't join the session anew: ") + error.what());
+      log_limited(LogLevel::warning, "renew", why + ", and can't join the session anew: " + error.what());
       return false;
     }
-    log_info("was asleep: joining the session anew");
+    log_info(why + ": joining the session anew");
     return true;
   }
 
@@ -122,6 +125,16 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   template <class Message>
   using Waiting = std::vector<std::pair<ProgramId, Message>>;
 
+  // Several threads may read, a kind of message each.
+  template <class Call>
+  auto with_owners(const Call& call) {
+    const std::lock_guard lock(owners_mutex_);
+    return call();
+  }
+  bool owns(std::uint64_t epoch, const ProgramId& program) {
+    return with_owners([&] { return owners_.owns(epoch, program); });
+  }
+
   template <class Message>
   std::optional<Message> take_of_server() {
     Reader<Message>& reader = std::get<Reader<Message>>(now_->readers);
@@ -129,9 +142,10 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     if constexpr (kWaits)
       if (auto message = take_waiting(std::get<Waiting<Message>>(waiting_))) return message;
     while (auto message = reader.take()) {
-      if constexpr (std::is_same_v<Message, SceneInfo>) owners_.announce(message->epoch, reader.sender());
-      if (owners_.owns(message->epoch, reader.sender())) return message;
-      if (owners_.knows(message->epoch))
+      if constexpr (std::is_same_v<Message, SceneInfo>)
+        with_owners([&] { owners_.announce(message->epoch, reader.sender()); });
+      if (owns(message->epoch, reader.sender())) return message;
+      if (with_owners([&] { return owners_.knows(message->epoch); }))
         log_limited(
             LogLevel::warning, "impostor",
             std::string("a program that didn't begin the session speaks in its server's name, and is not heard: ") +
@@ -150,7 +164,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   template <class Message>
   std::optional<Message> take_waiting(Waiting<Message>& waiting) {
     for (auto at = waiting.begin(); at != waiting.end(); ++at) {
-      if (!owners_.owns(at->second.epoch, at->first)) continue;
+      if (!owns(at->second.epoch, at->first)) continue;
       Message message = std::move(at->second);
       waiting.erase(at);
       return message;
@@ -171,6 +185,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   std::string name_;
   std::unique_ptr<Set> former_, now_;
   std::uint64_t damaged_before_ = 0;
+  std::mutex owners_mutex_;
   EpochOwners owners_{[this](const ProgramId& program) { return now_->participant.is_there(program); }};
   std::tuple<Waiting<SceneInfo>, Waiting<SessionEnd>> waiting_;
   std::optional<std::vector<std::string>> channels_;

@@ -21,15 +21,17 @@ void Follower::listen(std::optional<std::uint64_t> leader) {
   const double passed_s = looked_ ? std::min(kLongestLook_s, Seconds(now - *looked_).count()) : 0;
   looked_ = now;
   if (heard_) silence_s_ += passed_s;
-  if (leader && (!epoch_ || takes_over(*leader, *epoch_))) {
+  if (!heard_) deaf_s_ += passed_s;
+  // While no server has been heard, any one will do: the one that was known may have died.
+  if (leader && leader != epoch_ && (!epoch_ || !heard_any_ || takes_over(*leader, *epoch_))) {
     epoch_ = leader;
     heard_ = false;
-    silence_s_ = 0;
+    silence_s_ = deaf_s_ = 0;
   }
   while (auto inputs = endpoints_.take<StepInputs>()) {
     if (!epoch_ || inputs->epoch != *epoch_) continue;
-    heard_ = true;
-    silence_s_ = 0;
+    heard_ = heard_any_ = true;
+    silence_s_ = deaf_s_ = 0;
     steps_sent_ = std::max(steps_sent_, inputs->newest_step);
     newest_step_ = std::max(newest_step_, inputs->newest_step);
     for (StepRecord& step : inputs->steps) {
@@ -38,6 +40,13 @@ void Follower::listen(std::optional<std::uint64_t> leader) {
     }
   }
   if (epoch_) ask(passed_s);
+}
+
+bool Follower::is_deaf() {
+  if (deaf_s_ < deaf_after_s_) return false;
+  deaf_s_ = 0;
+  deaf_after_s_ = std::min(2 * deaf_after_s_, kMostDeaf_s);
+  return true;
 }
 
 void Follower::ask(double passed_s) {

@@ -24,6 +24,7 @@ class Follower {
 
   // The epoch of the last server that was heard; nothing: none.
   std::optional<std::uint64_t> epoch() const { return epoch_; }
+  bool heard_any() const { return heard_any_; }
   // The server has been heard, and has been silent for so long since. Time in which this program did not look, as when
   // it was halted itself, doesn't count.
   double silence_s() const { return silence_s_; }
@@ -32,12 +33,15 @@ class Follower {
   std::uint64_t steps_taken() const { return next_step_ - 1; }
   // The server has sent all outputs of this step, and of those before it.
   std::uint64_t steps_sent() const { return steps_sent_; }
+  // Nothing of a server's inputs has come for a while. Once each time; the next one takes longer.
+  bool is_deaf();
   // Steps are missing, and the server doesn't have them: this standby came too late.
   bool is_lost() const { return futile_s_ > kPatience_s; }
 
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr double kPatience_s = 5;
+  static constexpr double kDeaf_s = 2, kMostDeaf_s = 30;
   void ask(double passed_s);
 
   ServerEndpoints& endpoints_;
@@ -45,8 +49,9 @@ class Follower {
   std::optional<std::uint64_t> epoch_;
   std::map<std::uint64_t, StepRecord> steps_;  // that wait for those before them
   std::uint64_t next_step_ = 1, newest_step_ = 0, steps_sent_ = 0;
-  bool heard_ = false;
-  double silence_s_ = 0, futile_s_ = 0;
+  bool heard_ = false;      // this server
+  bool heard_any_ = false;  // any server
+  double silence_s_ = 0, futile_s_ = 0, deaf_s_ = 0, deaf_after_s_ = kDeaf_s;
   std::uint64_t wanted_ = 0;
   std::optional<Clock::time_point> looked_;
   Clock::time_point asked_{};

@@ -37,6 +37,7 @@ class LiveServer {
 
   // The part of a standby: live_server_standby.cpp.
   bool follow();
+  void rejoin_if_servers_are_there();
   void follow_step(const StepRecord& record);
   void keep_news();
   void take_over();

@@ -36,12 +36,24 @@ bool LiveServer::follow() {
       in_step = true;
       log_info("it has caught up with the server at step " + std::to_string(run_->steps()));
     }
+    if (!server.heard_any() && server.epoch() && net_->others().has_ended(*server.epoch()))
+      throw std::runtime_error("the session ended before this standby had heard a step of it");
+    if (server.is_deaf()) rejoin_if_servers_are_there();
     if (server.is_lost())
       throw std::runtime_error("the server doesn't keep its inputs (--export): a standby must be there when it begins");
     if (steps == 0 && server.silence_s() > Follower::kTakeOver_s) return !net_->others().has_ended(*server.epoch());
     if (steps == 0) std::this_thread::sleep_for(kLookPeriod);
   }
   return false;
+}
+
+// Two programs that start in the same moment on a busy machine may know of each other in one direction alone, for good:
+// Fast DDS sends what it believes to be known to a peer never again. A new participant is known to both.
+void LiveServer::rejoin_if_servers_are_there() {
+  if (net_->knows_servers())
+    net_->rejoin("hears nothing of the server for which it stands by");
+  else
+    log_info("no server of the session is there yet");
 }
 
 // Poses and requests that the server may not have used when it dies.

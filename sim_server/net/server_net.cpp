@@ -1,5 +1,6 @@
 #include "sim_server/net/server_net.h"
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -97,8 +98,11 @@ struct ServerNet::State {
       endpoints.renew_after_sleep();
       return;
     }
+    rejoin("was asleep");
+  }
+  void rejoin(const std::string& why) {
     pause();
-    if (endpoints.renew_after_sleep() && publisher) publisher->announce();
+    if (endpoints.renew(why) && publisher) publisher->announce();
     begin();
   }
   void run();
@@ -179,6 +183,16 @@ std::vector<SessionOrder> ServerNet::take_orders() {
 
 void ServerNet::set_speed(double speed) {
   state_->handover.put([&](Outbox& outbox) { outbox.speed = speed; });
+}
+
+void ServerNet::rejoin(const std::string& why) {
+  state_->rejoin(why);
+}
+
+bool ServerNet::knows_servers() const {
+  return std::ranges::any_of(state_->endpoints.participant().peers(), [&](const Peer& peer) {
+    return peer.name == kServerName && peer.announcement->session == state_->options.network.session;
+  });
 }
 
 Follower& ServerNet::follower() {

@@ -4,6 +4,8 @@
 #include <sstream>
 #include <thread>
 
+#include "common/dds/endpoints.h"
+#include "common/messages/epoch.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
@@ -54,7 +56,6 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
     const bool halt = i % 2 == 1;
     const std::string run = std::to_string(i);
     const auto first = one("first" + run, {"--play-traces", "--wait-for-viewers", "1"});
-    ASSERT_TRUE(first->wait_for("waiting for viewers")) << first->output();
     const auto second = one("second" + run, {"--play-traces", "--standby"});
     ASSERT_TRUE(second->wait_for("standing by")) << second->output();
     const auto screen = viewer("screen" + run, {"--no-pictures"});
@@ -85,6 +86,44 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
   EXPECT_EQ(equal, deaths);
   EXPECT_EQ(same_hash, deaths);
   EXPECT_EQ(stood_down, halted);
+}
+
+// Fast DDS may leave two programs that know of each other in one direction alone. Here is a server that never sends
+// inputs: its standby joins the session anew, and ends when the server does.
+TEST_F(Standby, that_hears_no_inputs_joins_anew_and_does_not_outlive_the_session) {
+  Endpoints<Reads<>, Writes<SceneInfo, SessionEnd>> server(network, kServerName);
+  SceneInfo scene;
+  scene.epoch = new_epoch();
+  scene.session = network.session;
+  scene.world_bodies = {"liver"};
+  scene.bodies = {{"liver"}};
+  ASSERT_TRUE(server.write(scene));
+  const auto second = one("second", {"--standby"});
+  EXPECT_TRUE(second->wait_for("hears nothing of the server for which it stands by: joining the session anew"))
+      << second->output();
+  EXPECT_TRUE(server.write(SessionEnd{scene.epoch, 0, "complete", {{}}}));
+  EXPECT_EQ(second->exit_code(), 1) << second->output();
+  EXPECT_NE(second->output().find("the session ended before this standby had heard a step of it"), std::string::npos)
+      << second->output();
+}
+
+TEST_F(Standby, that_was_there_before_a_dead_server_stands_by_for_the_next_one) {
+  const auto second = one("second", {"--standby", "--play-traces"});
+  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  {
+    Endpoints<Reads<>, Writes<SceneInfo>> server(network, kServerName);
+    SceneInfo scene;
+    scene.epoch = new_epoch();
+    scene.session = network.session;
+    scene.world_bodies = {"liver"};
+    scene.bodies = {{"liver"}};
+    ASSERT_TRUE(server.write(scene));
+    EXPECT_TRUE(second->wait_for("joining the session anew")) << second->output();
+  }
+  const auto first = one("first", {"--play-traces", "--steps", "300"});
+  EXPECT_EQ(first->exit_code(), 0) << first->output();
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+  EXPECT_EQ(hash_of("second"), hash_of("first"));
 }
 
 // Two servers have an organ each; the one of the kidney dies, and its standby follows.
