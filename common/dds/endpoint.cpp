@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/error.h"
 #include "common/dds/parts.h"
 
 namespace sectio {
@@ -78,6 +79,14 @@ void set_common(Qos& qos, const TopicQos& topic, std::int32_t depth) {
   qos.data_sharing().off();
 }
 
+// With keys, DDS refuses what the permissions of this program don't hold.
+[[noreturn]] void refuse(const Participant::Parts& parts, const std::string& verb, const TopicQos& topic) {
+  if (parts.keys)
+    throw InputError("--keys " + parts.keys->directory() + ": " + parts.keys->identity() + " may not " + verb + ' ' +
+                     topic.name + " of this session");
+  throw std::runtime_error("DDS refuses to " + verb + ' ' + topic.name);
+}
+
 std::string channel_partition(const Participant::Parts& parts, const std::string& channel) {
   return channel.empty() ? parts.partition : parts.partition + "/" + channel;
 }
@@ -121,7 +130,7 @@ SampleWriter::SampleWriter(Participant& participant, const TopicQos& topic) : co
   for (const std::string& name : names) {
     dds::Publisher* publisher = publisher_of(parts, name);
     dds::DataWriter* writer = publisher ? publisher->create_datawriter(topic_of(parts, topic), qos) : nullptr;
-    if (writer == nullptr) throw std::runtime_error(std::string("DDS refuses to write ") + topic.name);
+    if (writer == nullptr) refuse(parts, "write", topic);
     core_->channels.push_back({publisher, writer});
   }
 }
@@ -163,7 +172,7 @@ SampleReader::SampleReader(Participant& participant, const TopicQos& topic) : co
   qos.durability().kind = topic.late_joiners ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   qos.reliable_reader_qos().times.heartbeatResponseDelay = duration(topic.repair.response_s);
   *core_ = {parts.subscriber, parts.subscriber->create_datareader(topic_of(parts, topic), qos)};
-  if (core_->reader == nullptr) throw std::runtime_error(std::string("DDS refuses to read ") + topic.name);
+  if (core_->reader == nullptr) refuse(parts, "read", topic);
 }
 
 SampleReader::~SampleReader() {

@@ -8,7 +8,7 @@
 
 namespace sectio {
 
-// --session, which `session_help` explains, --domain, --peer, --interface.
+// --session, which `session_help` explains, --domain, --peer, --interface, --keys, --insecure.
 void add_network_arguments(Arguments& arguments, NetworkOptions& options, const std::string& session_help);
 
 }  // namespace sectio

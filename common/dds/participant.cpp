@@ -5,6 +5,8 @@
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <ifaddrs.h>
+#include <netdb.h>
+#include <unistd.h>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
 
@@ -12,8 +14,10 @@
 #include <atomic>
 #include <cctype>
 #include <mutex>
+#include <regex>
 
 #include "common/core/error.h"
+#include "common/core/log.h"
 #include "common/dds/parts.h"
 #include "common/dds/qos.h"
 
@@ -26,14 +30,25 @@ namespace {
 
 constexpr std::size_t kMaxSessionBytes = 64;
 // The programs of a host whose discovery ports are tried: on this host, and on each peer. Two programs meet when one of
-// them finds the other, and each try is a packet on the link.
+// them finds the other, and each try is a packet on the link: off this host, a program beyond the first 16 meets those
+// of another host that are among its first 16.
 constexpr std::uint32_t kProgramsOnHost = 64;
 constexpr std::uint32_t kProgramsTriedOffHost = 16;
 
-void check_address(const std::string& flag, const std::string& address) {
+// The IPv4 address of a host that is given by its address or its name.
+std::string address_of_host(const std::string& host) {
   in_addr parsed{};
-  if (inet_pton(AF_INET, address.c_str(), &parsed) != 1)
-    throw InputError(flag + ": expected an IPv4 address, got " + address);
+  if (inet_pton(AF_INET, host.c_str(), &parsed) == 1) return host;
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_family = AF_INET;
+  hints.ai_socktype = SOCK_DGRAM;
+  const bool is_name = host.find_first_not_of("0123456789.") != std::string::npos;
+  if (!is_name || getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0 || found == nullptr)
+    throw InputError("--peer: expected an IPv4 address, or the name of a host that has one, got " + host);
+  char text[INET_ADDRSTRLEN] = {};
+  inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(found->ai_addr)->sin_addr, text, sizeof text);
+  freeaddrinfo(found);
+  return text;
 }
 
 // The IPv4 addresses of this machine's interfaces.
@@ -52,7 +67,9 @@ std::vector<std::string> own_addresses() {
 }
 
 void check_interface(const std::string& address) {
-  check_address("--interface", address);
+  in_addr parsed{};
+  if (inet_pton(AF_INET, address.c_str(), &parsed) != 1)
+    throw InputError("--interface: expected an IPv4 address, got " + address);
   const std::vector<std::string> addresses = own_addresses();
   if (addresses.empty() || std::ranges::find(addresses, address) != addresses.end()) return;
   std::string list;
@@ -68,23 +85,64 @@ void prepare_process() {
     settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
     eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
     dds::Log::SetVerbosity(dds::Log::Kind::Error);
+    // Keys, Peers and SampleWriter say in one line what Fast DDS says in several.
+    dds::Log::SetCategoryFilter(std::regex("^(?!SECURITY|DATA_WRITER|DATA_READER).*"));
   });
 }
 
-// Fast DDS counts the participants of a process up and derives the discovery port from the count, which would leave the
-// range that peers try once a process (a test) has made many.
-std::int32_t next_participant_id(std::uint32_t range) {
-  static std::atomic<std::uint32_t> count{0};
-  return static_cast<std::int32_t>(count++ % range);
+// Whether a program of this host could listen there.
+bool is_free(std::uint16_t udp_port) {
+  const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+  if (socket < 0) return true;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(udp_port);
+  const bool free = bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  close(socket);
+  return free;
 }
 
-dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& name) {
+// The first number, of those that others try, whose discovery port is free. Fast DDS would go on to a port at which
+// nobody looks for this program. A process counts up, so that its participants have different numbers in all domains.
+std::int32_t free_participant_id(const NetworkOptions& options) {
+  static std::atomic<std::uint32_t> count{0};
+  const std::uint32_t first = count++;
+  const rtps::PortParameters ports;
+  for (std::uint32_t i = 0; i < kProgramsOnHost; ++i) {
+    const std::uint32_t id = (first + i) % kProgramsOnHost;
+    const std::uint32_t port =
+        ports.portBase + ports.domainIDGain * options.domain + ports.offsetd1 + ports.participantIDGain * id;
+    if (port + 1 > UINT16_MAX || !is_free(static_cast<std::uint16_t>(port))) continue;
+    if (options.off_host() && id >= kProgramsTriedOffHost)
+      log_limited(LogLevel::warning, "many programs",
+                  "this is program " + std::to_string(id + 1) + " of domain " + std::to_string(options.domain) +
+                      " on this host: it meets only the first " + std::to_string(kProgramsTriedOffHost) +
+                      " programs of each other host");
+    return static_cast<std::int32_t>(id);
+  }
+  throw InputError("--domain " + std::to_string(options.domain) + ": " + std::to_string(kProgramsOnHost) +
+                   " programs of this host are on it, and no more can find each other");
+}
+
+void say_that_it_is_open(const NetworkOptions& options) {
+  std::string where;
+  for (const std::string& address : options.interfaces) where += (where.empty() ? "" : ", ") + address;
+  log_limited(LogLevel::warning, "open",
+              "OPEN SESSION (--insecure): whoever reaches " + (where.empty() ? "this machine" : where) + " on domain " +
+                  std::to_string(options.domain) + " sees all of it, moves instruments and gives orders");
+}
+
+dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const std::string& name,
+                                          const std::optional<Keys>& keys) {
   dds::DomainParticipantQos qos;
   qos.name(name.c_str());
+  if (keys)
+    for (const auto& [property, value] : keys->properties())
+      qos.properties().properties().emplace_back(property, value);
   const std::string announcement = to_user_data({options.protocol, options.session});
   qos.user_data().data_vec({announcement.begin(), announcement.end()});
   const std::uint32_t tried = options.off_host() ? kProgramsTriedOffHost : kProgramsOnHost;
-  qos.wire_protocol().participant_id = next_participant_id(tried);
+  qos.wire_protocol().participant_id = free_participant_id(options);
 
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->receiveBufferSize = kSocketBufferBytes;
@@ -92,7 +150,7 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   udp->maxInitialPeersRange = tried;
   udp->interfaceWhiteList = options.interfaces;
   if (!options.off_host()) udp->interfaceWhiteList = {"127.0.0.1"};
-  if (options.off_host()) udp->maxMessageSize = kMaxDatagramOffHostBytes;
+  if (options.off_host()) udp->maxMessageSize = keys ? kMaxDatagramWithKeysBytes : kMaxDatagramOffHostBytes;
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(udp);
   qos.transport().listen_socket_buffer_size = kSocketBufferBytes;
@@ -108,7 +166,7 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   if (peers.empty() && !options.off_host()) peers = {"127.0.0.1"};
   for (const std::string& address : peers) {
     rtps::Locator_t locator;
-    rtps::IPLocator::setIPv4(locator, address);
+    rtps::IPLocator::setIPv4(locator, address_of_host(address));
     builtin.initialPeersList.push_back(locator);
   }
   // An empty unicast locator in the list: listen on the well-known ports, but join no multicast group.
@@ -127,8 +185,11 @@ void check_network_options(const NetworkOptions& options) {
       options.session, [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.'; });
   if (options.session.size() > kMaxSessionBytes || !plain)
     throw InputError("--session: expected 1 to 64 letters, digits, - _ or ., got '" + options.session + "'");
-  for (const std::string& peer : options.peers) check_address("--peer", peer);
+  for (const std::string& peer : options.peers) address_of_host(peer);
   for (const std::string& interface : options.interfaces) check_interface(interface);
+  if (!Keys::of(options) && options.off_host() && !options.insecure)
+    throw InputError(std::string(options.interfaces.empty() ? "--peer" : "--interface") +
+                     ": what leaves this machine needs keys: --keys DIR (deploy/keys makes them), or --insecure");
 }
 
 std::string partition_of(const NetworkOptions& options) {
@@ -136,15 +197,19 @@ std::string partition_of(const NetworkOptions& options) {
 }
 
 Participant::Participant(const NetworkOptions& options, const std::string& name)
-    : parts_(std::make_unique<Parts>(Announcement{options.protocol, options.session})),
+    : parts_(std::make_unique<Parts>(Announcement{options.protocol, options.session}, Keys::of(options))),
       sleep_watch_((options.off_host() ? kLeaseOffHost : kLeaseOnHost).duration_s -
                    2 * (options.off_host() ? kLeaseOffHost : kLeaseOnHost).announcement_s) {
   check_network_options(options);
   prepare_process();
   auto* factory = dds::DomainParticipantFactory::get_instance();
   parts_->off_host = options.off_host();
-  parts_->participant = factory->create_participant(options.domain, participant_qos(options, name), &parts_->peers,
-                                                    dds::StatusMask::publication_matched());
+  if (options.off_host() && !parts_->keys) say_that_it_is_open(options);
+  parts_->participant = factory->create_participant(options.domain, participant_qos(options, name, parts_->keys),
+                                                    &parts_->peers, dds::StatusMask::publication_matched());
+  if (parts_->participant == nullptr && parts_->keys)
+    throw InputError("--keys " + parts_->keys->directory() +
+                     ": DDS refuses them: their permissions are expired, damaged" + " or signed by somebody else");
   if (parts_->participant == nullptr)
     throw InputError("--domain " + std::to_string(options.domain) + ": no DDS participant can be opened on it");
   parts_->partition = partition_of(options);
@@ -158,12 +223,19 @@ Participant::Participant(const NetworkOptions& options, const std::string& name)
 
 Participant::~Participant() {
   parts_->participant->set_listener(nullptr);
+  if (const std::vector<std::string> deaf = parts_->peers.deaf_to_our_keys(); !deaf.empty())
+    log_warning(deaf.front() + " never accepted the keys of " + parts_->keys->identity() +
+                ": it may know that they were revoked");
   parts_->participant->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(parts_->participant);
 }
 
 bool Participant::off_host() const {
   return parts_->off_host;
+}
+
+bool Participant::secured() const {
+  return parts_->keys.has_value();
 }
 
 bool Participant::is_there(const ProgramId& program) const {

@@ -20,15 +20,19 @@ constexpr const char* kServerName = "sim_server";
 struct NetworkOptions {
   std::uint32_t domain = 0;
   std::string session;  // sessions of one domain don't see each other; empty: find_session() fills it in
-  // For several machines: IPv4 addresses of the other hosts, and of the interfaces to use (none: all).
+  // For several machines: IPv4 addresses or names of the other hosts, addresses of the interfaces to use (none: all).
   std::vector<std::string> peers;
   std::vector<std::string> interfaces;
+  // A directory that deploy/keys has made; empty: the one of SECTIO_KEYS in the environment, if any (keys.h).
+  std::string keys = {};
+  bool insecure = false;                      // the session may leave this machine without keys
   std::uint32_t protocol = kProtocolVersion;  // another one in tests only
 
   bool off_host() const { return !peers.empty() || !interfaces.empty(); }
 };
 
-// Throws InputError, naming the flag, for options with which no participant can be made.
+// Throws InputError, naming the flag, for options with which no participant can be made: off this host, a session has
+// keys, unless somebody has said that it is to be open.
 void check_network_options(const NetworkOptions& options);
 
 // The partition of all endpoints of a session: "theatre/3" for version 3 of the wire. Endpoints in different partitions
@@ -50,8 +54,10 @@ class Participant {
   Participant& operator=(const Participant&) = delete;
 
   bool off_host() const;
+  bool secured() const;
 
-  // The programs of this project in the domain, whatever their session. Any thread.
+  // The programs of this project in the domain, whatever their session; with keys, those with good
+  // keys of their own. Any thread.
   std::vector<Peer> peers() const;
 
   // Whether a program is in the domain and has not been dropped. Any thread.

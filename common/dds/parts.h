@@ -8,14 +8,17 @@
 #include <map>
 #include <string>
 
+#include "common/dds/keys.h"
 #include "common/dds/participant.h"
 #include "common/dds/peers.h"
 
 namespace sectio {
 
 struct Participant::Parts {
-  explicit Parts(const Announcement& own) : peers(own) {}
+  Parts(const Announcement& own, std::optional<Keys> own_keys)
+      : keys(std::move(own_keys)), peers(own, keys ? keys->authority() : "") {}
 
+  std::optional<Keys> keys;
   Peers peers;
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
   std::string partition;

@@ -20,8 +20,10 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
   using DataWriter = eprosima::fastdds::dds::DataWriter;
 
   // `own`: what this participant announces. A program of its session that speaks another version gets a line in the
-  // log.
-  explicit Peers(const Announcement& own) : own_(own) {}
+  // log; so does one that has keys where this one has none, or no good ones where this one has.
+  // `authority`: of its keys; empty: it has none.
+  Peers(const Announcement& own, const std::string& authority)
+      : own_(own), secured_(!authority.empty()), authority_(authority) {}
 
   // Programs of this project that read from the writer until they were dropped, and that don't read again, also not as
   // a new participant of the same name.
@@ -29,13 +31,18 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
 
   bool is_there(const ProgramId& program) const;
 
-  // Programs of this project that are there now.
+  // Programs of this project that are there now, and have shown good keys where this one has keys.
   std::vector<Peer> known() const;
+
+  // Programs with keys that concern this one, of which none has accepted its keys.
+  std::vector<std::string> deaf_to_our_keys() const;
 
   void on_publication_matched(DataWriter* writer,
                               const eprosima::fastdds::dds::PublicationMatchedStatus& status) override;
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant*,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+  void onParticipantAuthentication(eprosima::fastdds::dds::DomainParticipant*,
+                                   eprosima::fastrtps::rtps::ParticipantAuthenticationInfo&& info) override;
 
  private:
   using Prefix = eprosima::fastrtps::rtps::GuidPrefix_t;
@@ -45,11 +52,19 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
   };
 
   void enter(const Prefix& prefix, Peer peer);
+  void forget(const Prefix& prefix);
+  void compare_security(const Prefix& prefix, const eprosima::fastrtps::rtps::IdentityToken& token);
+  bool concerns_us(const Peer& peer) const;
   void warn_of_another_protocol(const Peer& peer) const;
 
   const Announcement own_;
+  const bool secured_;
+  const std::string authority_;
   mutable std::mutex mutex_;
   std::map<Prefix, Peer> peers_;
+  // Programs with keys: what they claim to be, and those that have shown it. Programs that were refused, once each.
+  std::map<Prefix, std::string> claims_;
+  std::set<Prefix> authenticated_, refused_;
   std::map<const DataWriter*, Readers> readers_;
 };
 

@@ -53,6 +53,8 @@ constexpr Lease kLeaseOnHost{0.3, 2};
 constexpr Lease kLeaseOffHost{1, 5};
 constexpr std::uint32_t kSocketBufferBytes = 1u << 22;
 constexpr std::uint32_t kMaxDatagramOffHostBytes = 1400;  // a fragmented datagram dies with any of its fragments
+// The messages by which programs with keys get to know each other are never cut: certificate and permissions.
+constexpr std::uint32_t kMaxDatagramWithKeysBytes = 16000;
 
 // Defined for the messages of common/messages and for no other type.
 template <class Message>

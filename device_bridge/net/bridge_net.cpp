@@ -14,6 +14,7 @@
 #include "common/core/log.h"
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
+#include "common/dds/keys.h"
 #include "common/messages/contact.h"
 #include "common/messages/session.h"
 #include "common/messages/speaker.h"
@@ -135,6 +136,9 @@ class Messenger {
   // The source of wishes that has begun, of several.
   void take_wishes() {
     while (const auto wish = endpoints_.take<ToolWish>()) {
+      const std::optional<std::uint32_t> of_trainee =
+          endpoints_.participant().secured() ? instrument_of_trainee(endpoints_.sender<ToolWish>()) : std::nullopt;
+      if (of_trainee && *of_trainee != wish->tool_id) continue;
       if (wish->tool_id != packet_.tool_id || !wisher_.hears(wish->source, steady_now_s()) ||
           (wish->source == last_wish_.source && wish->sequence <= last_wish_.sequence))
         continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/core/wall_time.h"
+#include "common/dds/keys.h"
 #include "common/math/hash.h"
 
 namespace sectio {
@@ -28,8 +29,21 @@ Intake::Intake(ServerEndpoints& endpoints, std::size_t tools, std::span<const do
   limits_.resize(tools, SpeedLimit());
 }
 
+// With keys, a trainee moves one instrument and no other.
+bool Intake::may_move(const ProgramId& program, std::uint32_t tool_id) {
+  if (!endpoints_.participant().secured()) return true;
+  const std::optional<std::uint32_t> own = instrument_of_trainee(program);
+  if (!own || *own == tool_id) return true;
+  ++refused_;
+  log_limited(LogLevel::warning, "trainee",
+              "trainee-" + std::to_string(*own) + " moves tool " + std::to_string(tool_id) +
+                  ": it is not heard, because its keys are for tool " + std::to_string(*own));
+  return false;
+}
+
 void Intake::take_samples(std::vector<ToolSample>& samples) {
   while (const auto packet = endpoints_.take<ToolPacket>()) {
+    if (!may_move(endpoints_.sender<ToolPacket>(), packet->tool_id)) continue;
     const bool known = packet->tool_id < tools_;
     const double now_s = steady_now_s();
     const bool is_holder = !known || programs_[packet->tool_id].hears(hash_of(endpoints_.sender<ToolPacket>()), now_s);

@@ -32,6 +32,8 @@ class Intake {
   std::uint64_t samples_refused() const { return refused_ + deduplicator_.refused(); }
 
  private:
+  bool may_move(const ProgramId& program, std::uint32_t tool_id);
+
   ServerEndpoints& endpoints_;
   std::size_t tools_;
   SampleDeduplicator deduplicator_;

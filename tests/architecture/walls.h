@@ -49,9 +49,10 @@ inline const std::vector<Room>& rooms() {
        {"common/core/", "common/math/", "common/mesh/", "common/material/", "common/delta/", "common/messages/"},
        {"Eigen/"}},
       {"common/dds/",
-       "Fast DDS: participants, endpoints, quality of service",
+       "Fast DDS: participants, endpoints, quality of service, keys",
        {"common/"},
        {"Eigen/", "fastdds/", "fastrtps/"}},
+      {"common/dds/keys.cpp", "", {"common/"}, {"openssl/"}},
 
       {"common/record/",
        "the record of a session as messages with schemas",

@@ -21,8 +21,10 @@ std::vector<std::pair<std::string, LinkedSession>> cases() {
   LinkedSession shared{.server = {.up = {.rate_bit_per_s = 100 * kMbit}}, .viewers = {behind(5), free, free}};
   return {
       {"free", {.viewers = {free}}},
+      {"free, with keys", {.secured = true, .viewers = {free}}},
       {"12 Mbit/s", {.viewers = {behind(12)}}},
       {"5 Mbit/s", {.viewers = {behind(5)}}},
+      {"5 Mbit/s, with keys", {.secured = true, .viewers = {behind(5)}}},
       {"1 Mbit/s", {.viewers = {behind(1)}}},
       {"5 Mbit/s, hand and viewer behind one uplink",
        {.server = {.up = {.rate_bit_per_s = 5 * kMbit}}, .viewers = {free}}},

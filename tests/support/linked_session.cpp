@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <stdexcept>
 
 #include "common/core/report_figures.h"
 #include "tests/support/process.h"
@@ -23,7 +24,11 @@ constexpr std::chrono::seconds kPatience{90};
 class Run {
  public:
   Run(const LinkedSession& session, std::filesystem::path directory)
-      : session_(session), directory_(std::move(directory)), network_(hosts(session)) {}
+      : session_(session), directory_(std::move(directory)), network_(hosts(session)) {
+    if (!session.secured) return;
+    Process keys(SECTIO_SOURCE_DIR "/deploy/keys", {"make", keys_of(""), "server", "trainee-0", "observer"});
+    if (keys.exit_code() != 0) throw std::runtime_error(keys.output());
+  }
 
   SessionFigures go() {
     const std::string root = SECTIO_SOURCE_DIR "/deploy/";
@@ -67,12 +72,14 @@ class Run {
     return all;
   }
   std::unique_ptr<Process> start(std::size_t host, const std::string& program, Flags flags) {
-    const Flags network = network_.network_flags(host);
+    const std::string role = host == 0 ? "server" : host == 1 ? "trainee-0" : "observer";
+    const Flags network = network_.network_flags(host, session_.secured ? keys_of(role) : "");
     flags.insert(flags.end(), network.begin(), network.end());
     flags.insert(flags.end(), {"--session", "linked"});
     const std::string bin = session_.bin.empty() ? SECTIO_BIN_DIR : session_.bin;
     return std::make_unique<Process>(bin + "/" + program, flags, network_.host(host));
   }
+  std::string keys_of(const std::string& role) const { return (directory_ / "keys" / role).string(); }
   std::string log() const { return (directory_ / "force.csv").string(); }
   std::string report(std::size_t viewer) const { return (directory_ / (std::to_string(viewer) + ".json")).string(); }
 

@@ -13,6 +13,7 @@ namespace sectio::test {
 struct LinkedSession {
   std::string scene = "liver_incision";  // of deploy/scenes; its trace has the same name
   std::string bin = {};                  // the directory of the programs; empty: those of this build
+  bool secured = false;                  // with keys
   HostLinks server = {}, hand = {};
   std::vector<HostLinks> viewers = {};
   double late_s = 0;  // the last viewer joins so long after the session has begun

@@ -217,8 +217,12 @@ std::string VirtualNetwork::address(std::size_t index) const {
   return address_of(index);
 }
 
-std::vector<std::string> VirtualNetwork::network_flags(std::size_t index) const {
+std::vector<std::string> VirtualNetwork::network_flags(std::size_t index, const std::string& keys) const {
   std::vector<std::string> flags{"--interface", address_of(index)};
+  if (keys.empty())
+    flags.push_back("--insecure");
+  else
+    flags.insert(flags.end(), {"--keys", keys});
   for (std::size_t i = 0; i < switch_->ports.size(); ++i) flags.insert(flags.end(), {"--peer", address_of(i)});
   return flags;
 }

@@ -29,8 +29,9 @@ class VirtualNetwork {
   // The descriptor of a host's namespace, for setns(2).
   int host(std::size_t index) const;
   std::string address(std::size_t index) const;  // 10.77.0.1 and up
-  // "--interface ADDRESS --peer ADDRESS...": for a program on that host that is to meet those of all hosts.
-  std::vector<std::string> network_flags(std::size_t index) const;
+  // "--interface ADDRESS --peer ADDRESS...": for a program on that host that is to meet those of all hosts; with these
+  // keys, or else "--insecure".
+  std::vector<std::string> network_flags(std::size_t index, const std::string& keys = "") const;
 
   LinkTraffic up(std::size_t index) const;
   LinkTraffic down(std::size_t index) const;

@@ -190,6 +190,7 @@ TEST_F(Replication, in_packets_for_real_networks_all_ends_the_same) {
   NetworkOptions options = own_session();
   options.peers = {"127.0.0.1"};
   options.interfaces = {"127.0.0.1"};
+  options.insecure = true;
   open(options, 4);
   Viewer viewer(network);
   ASSERT_TRUE(run_until([&] {

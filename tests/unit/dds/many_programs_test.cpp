@@ -6,13 +6,14 @@
 #include <thread>
 #include <vector>
 
+#include "common/core/error.h"
 #include "common/dds/participant.h"
 
 namespace sectio {
 namespace {
 
-TEST(Participants, D_9_forty_programs_of_one_host_find_each_other) {
-  constexpr std::size_t kPrograms = 40;
+TEST(Participants, D_9_sixty_four_programs_of_one_host_find_each_other_and_one_more_is_refused) {
+  constexpr std::size_t kPrograms = 64;
   NetworkOptions options;
   options.domain = 1 + static_cast<std::uint32_t>(getpid()) % 100;
   options.session = "many-" + std::to_string(getpid());
@@ -24,6 +25,12 @@ TEST(Participants, D_9_forty_programs_of_one_host_find_each_other) {
     while (program->peers().size() < kPrograms - 1 && std::chrono::steady_clock::now() < give_up)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_GE(program->peers().size(), kPrograms - 1);
+  }
+  try {
+    const Participant one_more(options, "one more");
+    ADD_FAILURE() << "it would find nobody";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("64 programs of this host are on it"), std::string::npos) << error.what();
   }
 }
 

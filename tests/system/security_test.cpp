@@ -1,0 +1,126 @@
+// Keys (docs/security.md): a session of programs that have them is whole, and nobody else takes part.
+#include <filesystem>
+
+#include "common/core/error.h"
+#include "tests/support/session_programs.h"
+
+namespace sectio {
+namespace {
+
+using test::Flags;
+using test::Process;
+
+class Security : public test::SessionPrograms {
+ protected:
+  std::string run_keys(const Flags& flags) const {
+    Process keys(SECTIO_SOURCE_DIR "/deploy/keys", flags);
+    EXPECT_EQ(keys.exit_code(), 0) << keys.output();
+    return keys.output();
+  }
+  void SetUp() override {
+    run_keys({"make", file("keys"), "server", "standby", "instructor", "observer", "trainee-0", "trainee-1"});
+  }
+  Flags with_keys(const std::string& identity, Flags flags, const std::string& group = "keys") const {
+    flags.insert(flags.end(), {"--keys", file(group + "/" + identity)});
+    return in_session(flags);
+  }
+  std::unique_ptr<Process> endless_server() const {
+    auto server = program("sim_server", with_keys("server", {"--scene", kScene, "--endless"}));
+    EXPECT_TRUE(server->wait_for("the session begins")) << server->output();
+    return server;
+  }
+  static void expect_refused(Process& process, const std::string& why) {
+    EXPECT_EQ(process.exit_code(), kExitBadInput) << process.output();
+    EXPECT_NE(process.output().find(why), std::string::npos) << process.output();
+  }
+};
+
+TEST_F(Security, a_session_with_keys_is_whole) {
+  const auto server =
+      program("sim_server", with_keys("server", {"--scene", kScene, "--wait-for-tools", "--wait-for-viewers", "2"}));
+  const auto hand = program("device_bridge", with_keys("trainee-0", {"--trace", kTrace, "--wait-for-server"}));
+  const auto one = program("render_client", with_keys("observer", {"--no-pictures", "--name", "one"}));
+  const auto two = program("render_client", with_keys("instructor", {"--no-pictures", "--name", "two"}));
+  expect_equal_at_the_end(*one);
+  expect_equal_at_the_end(*two);
+  EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_EQ(server->output().find("cuts 0"), std::string::npos) << server->output();
+}
+
+TEST_F(Security, a_standby_with_keys_of_its_own_goes_on) {
+  const auto first =
+      program("sim_server", with_keys("server", {"--scene", kScene, "--play-traces", "--wait-for-viewers", "1"}));
+  const auto second = program("sim_server", with_keys("standby", {"--scene", kScene, "--play-traces", "--standby"}));
+  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  const auto screen = program("render_client", with_keys("observer", {"--no-pictures"}));
+  ASSERT_TRUE(second->wait_for("step ")) << second->output();
+  first->send(SIGKILL);
+  EXPECT_TRUE(second->wait_for("this one goes on after step ")) << second->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+}
+
+TEST_F(Security, a_program_without_keys_or_with_those_of_others_meets_nobody_and_both_sides_say_so) {
+  run_keys({"make", file("others"), "observer"});
+  const auto server = endless_server();
+  const auto open = program("render_client", in_session({"--no-pictures", "--duration-s", "3"}));
+  EXPECT_EQ(open->exit_code(), 1) << open->output();
+  EXPECT_NE(open->output().find("sim_server has keys, this program none (--keys)"), std::string::npos)
+      << open->output();
+  EXPECT_TRUE(server->wait_for(" has no keys, this program has")) << server->output();
+  const auto other = program("render_client", with_keys("observer", {"--no-pictures", "--duration-s", "3"}, "others"));
+  EXPECT_EQ(other->exit_code(), 1) << other->output();
+  EXPECT_NE(other->output().find("sim_server has keys of another authority"), std::string::npos) << other->output();
+  EXPECT_TRUE(server->wait_for(" has keys of another authority")) << server->output();
+}
+
+TEST_F(Security, an_observer_moves_nothing_and_orders_nothing) {
+  const auto server = endless_server();
+  expect_refused(*program("sim_server", with_keys("observer", {"pause"})), "observer may not write session_orders");
+  expect_refused(*program("sim_server", with_keys("trainee-0", {"pause"})), "trainee-0 may not write session_orders");
+  expect_refused(*program("device_bridge", with_keys("observer", {"--trace", kTrace})), "observer may not ");
+  const auto order = program("sim_server", with_keys("instructor", {"pause"}));
+  EXPECT_EQ(order->exit_code(), 0) << order->output();
+  EXPECT_TRUE(server->wait_for("paused")) << server->output();
+}
+
+TEST_F(Security, a_trainee_moves_no_instrument_but_the_own_one) {
+  const auto server = endless_server();
+  const auto hand =
+      program("device_bridge", with_keys("trainee-1", {"--trace", kTrace, "--duration-s", "2", "--wait-for-server"}));
+  EXPECT_TRUE(server->wait_for("trainee-1 moves tool 0: it is not heard, because its keys are for tool 1"))
+      << server->output();
+  EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+  EXPECT_EQ(hand->output().find("age of model: 1 ms"), std::string::npos) << hand->output();
+}
+
+TEST_F(Security, expired_and_revoked_keys_are_refused_with_one_line) {
+  run_keys({"make", file("keys"), "--until", "2024-02-03", "observer-old"});
+  run_keys({"make", file("keys"), "observer-lost"});
+  std::filesystem::copy(file("keys/observer-lost"), file("thief"));
+  run_keys({"revoke", file("keys"), "observer-lost"});
+  EXPECT_NE(run_keys({"list", file("keys")}).find("observer-lost"), std::string::npos);
+  expect_refused(*program("render_client", with_keys("observer-old", {"--no-pictures"})),
+                 "the keys of observer-old expired on 2024-02-03");
+  expect_refused(*program("render_client", with_keys("observer-lost", {"--no-pictures"})),
+                 "the keys of observer-lost were revoked");
+  const auto server = endless_server();
+  const auto thief =
+      program("render_client", in_session({"--no-pictures", "--duration-s", "3", "--keys", file("thief")}));
+  EXPECT_EQ(thief->exit_code(), 1) << thief->output();
+  EXPECT_TRUE(server->wait_for("with the keys of observer-lost: they are expired, revoked")) << server->output();
+}
+
+TEST_F(Security, what_leaves_the_machine_needs_keys_or_a_loud_word) {
+  const Flags off{"--no-pictures", "--interface", "127.0.0.1", "--duration-s", "1"};
+  expect_refused(*program("render_client", in_session(off)), "--interface: what leaves this machine needs keys");
+  Flags open = off;
+  open.push_back("--insecure");
+  const auto screen = program("render_client", in_session(open));
+  EXPECT_EQ(screen->exit_code(), 1) << screen->output();
+  EXPECT_NE(screen->output().find("OPEN SESSION (--insecure)"), std::string::npos) << screen->output();
+}
+
+}  // namespace
+}  // namespace sectio
