@@ -109,7 +109,11 @@ std::int32_t free_participant_id(const NetworkOptions& options) {
   const std::uint32_t first = count++;
   const rtps::PortParameters ports;
   for (std::uint32_t i = 0; i < kProgramsOnHost; ++i) {
-    const std::uint32_t id = (first + i) % kProgramsOnHost;
+    // Those that other hosts look for come first.
+    const bool looked_for = options.off_host() && i < kProgramsTriedOffHost;
+    const std::uint32_t id = looked_for           ? (first + i) % kProgramsTriedOffHost
+                             : options.off_host() ? i
+                                                  : (first + i) % kProgramsOnHost;
     const std::uint32_t port =
         ports.portBase + ports.domainIDGain * options.domain + ports.offsetd1 + ports.participantIDGain * id;
     if (port + 1 > UINT16_MAX || !is_free(static_cast<std::uint16_t>(port))) continue;
