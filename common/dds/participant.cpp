@@ -109,7 +109,7 @@ std::int32_t free_participant_id(const NetworkOptions& options) {
   const std::uint32_t first = count++;
   const rtps::PortParameters ports;
   for (std::uint32_t i = 0; i < kProgramsOnHost; ++i) {
-    // Those that other hosts look for come first.
+    // Numbers that other hosts look for come first.
     const bool looked_for = options.off_host() && i < kProgramsTriedOffHost;
     const std::uint32_t id = looked_for           ? (first + i) % kProgramsTriedOffHost
                              : options.off_host() ? i
