@@ -9,6 +9,9 @@
 
 namespace sectio {
 
+// A faster instrument is followed at this speed, unless its scene or somebody who starts a program says otherwise.
+constexpr double kUsualMaxSpeed_m_per_s = 5;
+
 struct TracePoint {
   double time_s = 0;
   Pose pose_world;

@@ -9,9 +9,6 @@
 
 namespace sectio {
 
-// A faster instrument is followed at this speed, unless its scene or somebody who starts a program says otherwise.
-constexpr double kUsualMaxSpeed_m_per_s = 5;
-
 // One pose of an instrument as its device measured it.
 struct ToolSample {
   std::uint32_t tool_id = 0;  // index into the scene's tools

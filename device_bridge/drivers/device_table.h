@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/math/camera.h"
-#include "common/messages/tool.h"
+#include "common/math/trace.h"
 #include "device_bridge/device/held_device.h"
 #include "device_bridge/device/steered_hand.h"
 #include "device_bridge/device/tracked_hand.h"

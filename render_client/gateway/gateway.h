@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "common/math/trace.h"
 #include "common/messages/contact.h"
 #include "common/messages/live.h"
 #include "common/messages/state.h"

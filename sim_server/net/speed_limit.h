@@ -1,6 +1,7 @@
 // Bounds the speed of an instrument, whatever its poses say: a faster one is followed at the limit. One instrument.
 #pragma once
 
+#include "common/math/trace.h"
 #include "common/messages/tool.h"
 
 namespace sectio {

@@ -13,7 +13,6 @@
 #include "common/math/types.h"
 #include "common/mesh/tet_mesh.h"
 #include "common/mesh/triangle_mesh.h"
-#include "common/messages/tool.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/scene/engine_traits.h"
 #include "sim_server/scene/scene_outcome.h"
