@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kMaxFaces = 200000;
 constexpr double kBeyondM = 1e-3;         // least distance of the tip beyond a cut that has come out below
+constexpr double kBulgeM = 3e-4;          // by which a groove reaches over its front
 constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are dropped
 
 double cross(const Vec2& a, const Vec2& b) {
@@ -119,10 +120,18 @@ class PathFinder {
       if (!trace(a.face, paths)) return std::nullopt;
     for (const TriangleId t : active)
       if (!trace(t, paths)) return std::nullopt;
+    if (!ends.fronts.empty()) std::erase_if(paths, [&](const SurfacePath& path) { return is_behind_front(path); });
     return paths;
   }
 
  private:
+  // What bulges over the front from the groove behind it begins and ends at the first pose. It is open already.
+  bool is_behind_front(const SurfacePath& path) const {
+    const auto at_first_pose = [](const PathPoint& p) { return p.ridge == kNone && p.rim == SweepRim::first_pose; };
+    return !path.closed && at_first_pose(path.points.front()) && at_first_pose(path.points.back()) &&
+           std::ranges::all_of(path.points, [&](const PathPoint& p) { return sweep_.ahead_of_first(p.at) < kBulgeM; });
+  }
+
   // An end of a front, at which a path begins or ends in a triangle of its fan.
   struct Anchor {
     VertexId vertex = kNone, ridge = kNone;
