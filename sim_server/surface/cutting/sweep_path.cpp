@@ -125,7 +125,7 @@ class PathFinder {
   }
 
  private:
-  // What bulges over the front from the groove behind it begins and ends at the first pose. It is open already.
+  // The groove behind a front may bulge over it: such a path begins and ends at the first pose, and is open already.
   bool is_behind_front(const SurfacePath& path) const {
     const auto at_first_pose = [](const PathPoint& p) { return p.ridge == kNone && p.rim == SweepRim::first_pose; };
     return !path.closed && at_first_pose(path.points.front()) && at_first_pose(path.points.back()) &&
