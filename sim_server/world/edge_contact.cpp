@@ -242,10 +242,9 @@ void EdgeContact::enter_tissue(const SurfaceHit& hit) {
   events_.push_back({EventKind::penetrated});
 }
 
-// Where the line of a blade enters the skin from its heel on.
-std::optional<SurfaceHit> EdgeContact::skin_entered(const Blade& blade) const {
-  const BladeLine line = line_of(blade);
-  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, line.tip_world_m))
+// The place at which the line of a blade first enters the skin, from its heel down to a point.
+std::optional<SurfaceHit> EdgeContact::skin_entered(const BladeLine& line, const Vec3& down_to_world_m) const {
+  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, down_to_world_m))
     if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return hit;
   return {};
 }
@@ -339,9 +338,11 @@ void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> pos
     };
     CutDecision leaf = decide(point_, normal_);
     // Over a rim, the blade enters another face than the one with the end of its cut.
-    if (leaf == CutDecision::detect_again)
-      if (const auto skin = skin_entered(blade))
+    if (leaf == CutDecision::detect_again) {
+      const BladeLine line = line_of(blade);
+      if (const auto skin = skin_entered(line, line.tip_world_m))
         leaf = decide(skin->point_world_m, body_.view().normal(skin->triangle));
+    }
     meet_front(shape, pose, frame, instrument_.only_closing && leaf != CutDecision::cut);
     if (leaf == CutDecision::cut) {
       motion.path.push_back(blade);

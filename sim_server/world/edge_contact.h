@@ -106,7 +106,7 @@ class EdgeContact {
   void break_in(const Entry& at);
   bool enter_open_cut();
   bool enter_from_above(const Entry& at);
-  std::optional<SurfaceHit> skin_entered(const Blade& blade) const;
+  std::optional<SurfaceHit> skin_entered(const BladeLine& line, const Vec3& down_to_world_m) const;
   void ask_surface(const Blade& blade, std::vector<TriangleId>& crossed);
   void refuse_frozen(std::vector<BladeMotion>& motions);
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);

@@ -161,13 +161,8 @@ bool EdgeContact::enter_open_cut() {
     return (above_world_m - blade.tip_world_m).dot(blade.up_world) >= kInM;
   };
   const BladeLine line = line_of(blade);
-  const auto skin_above = [&](const Vec3& below_world_m) -> std::optional<SurfaceHit> {
-    for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, below_world_m))
-      if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return hit;
-    return {};
-  };
   if (on_wall)
-    if (const auto skin = skin_above(line.tip_world_m); skin && is_in(skin->point_world_m))
+    if (const auto skin = skin_entered(line, line.tip_world_m); skin && is_in(skin->point_world_m))
       return enter_from_above({edge_id_, skin->triangle, skin->bary});
   auto cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
   // A tip that has slid from the skin over the end of a groove presses the wall: the lid is a little aside.
@@ -175,7 +170,7 @@ bool EdgeContact::enter_open_cut() {
     blade.tip_world_m += kAsideM * body_.view().normal(triangle_);
     cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
   }
-  if (!cut || !is_in(cut->point_world_m) || skin_above(cut->point_world_m)) return false;
+  if (!cut || !is_in(cut->point_world_m) || skin_entered(line, cut->point_world_m)) return false;
   return enter_from_above({edge_id_, cut->beside, Vec3::Constant(1.0 / 3)});
 }
 
