@@ -48,6 +48,7 @@ class LiveServer {
   void wait_in_pause();
   void begin_anew(double from_s);
   void go_back(double to_s);
+  std::string directory_of(int attempt) const;
   void tell(EventKind kind, const std::string& text);
   bool take_input();
   bool take_past_input();
@@ -76,7 +77,6 @@ class LiveServer {
   WorldView world_;
   Progress progress_;
   Pace pace_;
-  std::string directory_;  // of this try; empty: it leaves nothing behind
   int tries_ = 1;
   BudgetPlanner planner_;
   SyncCost cost_;

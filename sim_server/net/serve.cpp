@@ -87,7 +87,6 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
       steps_(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress_(steps_),
       pace_(options.speed),
-      directory_(options.directory),
       planner_(!options.play_traces),
       stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {
   const std::uint64_t last_step =
@@ -246,11 +245,16 @@ void LiveServer::wait_in_pause() {
   due_ = Clock::now();
 }
 
+// Empty: it leaves nothing behind.
+std::string LiveServer::directory_of(int attempt) const {
+  if (options_.directory.empty() || attempt == 1) return options_.directory;
+  return options_.directory + "/try_" + std::to_string(attempt);
+}
+
 // The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
 // that takes the session over: bodies of another term are asked for anew.
 void LiveServer::begin_anew(double from_s) {
-  const std::string directory =
-      options_.directory.empty() ? "" : options_.directory + "/try_" + std::to_string(tries_ + 1);
+  const std::string directory = directory_of(tries_ + 1);
   std::unique_ptr<SessionRun> next;
   if (past_ || from_s <= 0) {
     next = std::make_unique<SessionRun>(scene_, directory);
@@ -258,10 +262,9 @@ void LiveServer::begin_anew(double from_s) {
     const auto last_step = static_cast<std::uint64_t>(std::llround(from_s / scene_.step_s));
     log_info("running " + std::to_string(last_step) + " steps again");
     std::optional<std::uint64_t> former_epoch;
-    next = SessionRun::resumed(scene_, {directory_, last_step}, directory, former_epoch);
+    next = SessionRun::resumed(scene_, {directory_of(tries_), last_step}, directory, former_epoch);
   }
   ++tries_;
-  directory_ = directory;
   for (const std::string& line : run_->recorder().score_lines()) tell(EventKind::score_told, line);
   run_->recorder().finish();
   // The network reads the journal of the former run until it is told of this one.
