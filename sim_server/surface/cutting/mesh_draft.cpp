@@ -259,4 +259,9 @@ std::vector<std::pair<VertexId, VertexState>> MeshDraft::seeds() const {
   return result;
 }
 
+Vec3 rest_normal_of(const MeshDraft& draft, const std::array<VertexId, 3>& corners) {
+  const Vec3 a = draft.rest(corners[0]);
+  return (draft.rest(corners[1]) - a).cross(draft.rest(corners[2]) - a).stableNormalized();
+}
+
 }  // namespace sectio

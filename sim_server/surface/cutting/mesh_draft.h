@@ -107,4 +107,7 @@ class MeshDraft {
   std::map<TriangleId, Triangle> triangles_at_mark_;
 };
 
+// The unit normal of a triangle with these corners at rest, out of the tissue.
+Vec3 rest_normal_of(const MeshDraft& draft, const std::array<VertexId, 3>& corners);
+
 }  // namespace sectio

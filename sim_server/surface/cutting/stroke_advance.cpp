@@ -108,7 +108,8 @@ class Advance {
         if (!leave_cut()) return StrokeEnd::refused;
         continue;
       }
-      const WalkEnd walked = walk_to({place.rest_body_m, kNone, normal_at(place)});
+      const WalkEnd walked =
+          walk_to({place.rest_body_m, kNone, rest_normal_of(draft_, draft_.triangle(place.triangle).v)});
       if (walked == WalkEnd::refused) return StrokeEnd::refused;
       if (walked == WalkEnd::there) {
         stroke_.seen.on_lid_body_m.reset();
@@ -119,12 +120,6 @@ class Advance {
       end = StrokeEnd::joined;
     }
     return end;
-  }
-
-  Vec3 normal_at(const BladePlace& place) const {
-    const auto& v = draft_.triangle(place.triangle).v;
-    const Vec3 a = draft_.rest(v[0]);
-    return (draft_.rest(v[1]) - a).cross(draft_.rest(v[2]) - a).stableNormalized();
   }
 
   WalkEnd walk_to(const WalkTarget& target) {

@@ -15,11 +15,20 @@ constexpr double kSameM = 1e-7;
 constexpr double kCosRim = 0.7, kCosFold = 0.9;  // between the normals of faces that meet in a rim, or lie back to back
 constexpr std::size_t kPointsBehind = 6;         // that a cut can't run into
 
+// The normal along which a way is seen. On a way over a rim, either face alone would hide the part on the other.
+Vec3 across_rims(const Vec3& normal, const WalkTarget& target) {
+  const double cosine = normal.dot(target.normal_body);
+  if (target.normal_body.isZero() || cosine > kCosRim || cosine < -kCosFold) return normal;
+  return (normal + target.normal_body).normalized();
+}
+
 // The plane through two places and along the normal of the surface, all at rest, and progress in that plane.
 struct WalkPlane {
   Vec3 origin, ahead, left, to;
   double distance_m = 0;
 
+  WalkPlane(const Vec3& from, const WalkTarget& target, const Vec3& normal)
+      : WalkPlane(from, target.rest_body_m, across_rims(normal, target)) {}
   WalkPlane(const Vec3& from, const Vec3& target, const Vec3& normal) : origin(from), to(target) {
     const Vec3 way = to - from;
     ahead = way - way.dot(normal) * normal;
@@ -37,9 +46,6 @@ Places rest_of(const MeshDraft& draft, const std::array<VertexId, 3>& corners) {
 }
 Vec3 at(const Places& c, const Vec3& bary) {
   return bary[0] * c[0] + bary[1] * c[1] + bary[2] * c[2];
-}
-Vec3 normal_of(const Places& c) {
-  return (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
 }
 
 // The exit of the plane from a triangle that it entered: the one edge that it crosses from right to left.
@@ -93,20 +99,13 @@ Vec3 normal_around(const MeshDraft& draft, VertexId v) {
   Vec3 sum = Vec3::Zero();
   for (const TriangleId t : draft.fan(v))
     if (const Triangle triangle = draft.triangle(t); triangle.surface == Surface::skin)
-      sum += normal_of(rest_of(draft, triangle.v));
+      sum += rest_normal_of(draft, triangle.v);
   return sum.stableNormalized();
 }
 
 Vec3 normal_at_end(const MeshDraft& draft, const Stroke& stroke) {
   if (stroke.cuts() && (stroke.cell.rim.empty() || stroke.bary[0] == 1)) return normal_around(draft, stroke.cell.apex);
   return rest_normal_of(draft, stroke);
-}
-
-// The normal along which a way is seen. On a way over a rim, either face alone would hide the part on the other.
-Vec3 across_rims(const Vec3& normal, const WalkTarget& target) {
-  const double cosine = normal.dot(target.normal_body);
-  if (target.normal_body.isZero() || cosine > kCosRim || cosine < -kCosFold) return normal;
-  return (normal + target.normal_body).normalized();
 }
 
 class Walk {
@@ -119,7 +118,7 @@ class Walk {
         grooves_(grooves),
         settings_(settings),
         target_(target),
-        plane_(sectio::rest_of(draft, stroke), target.rest_body_m, across_rims(normal_at_end(draft, stroke), target)) {}
+        plane_(sectio::rest_of(draft, stroke), target, normal_at_end(draft, stroke)) {}
 
   WalkEnd run() {
     if (!stroke_.cuts() && !begin()) return refuse("the surface can't be divided where the cut begins");
@@ -192,7 +191,7 @@ class Walk {
     stroke_.length_m = 0;
     stroke_.heading_body.setZero();
     stroke_.behind_body_m = {draft_.rest(s)};
-    plane_ = WalkPlane(draft_.rest(s), target_.rest_body_m, across_rims(normal_around(draft_, s), target_));
+    plane_ = WalkPlane(draft_.rest(s), target_, normal_around(draft_, s));
     stand_at(s);
     return enter_at(s);
   }
@@ -271,7 +270,7 @@ class Walk {
   MayEnd go_from_apex(Vec3& bary_in) {
     const VertexId apex = stroke_.cell.apex;
     if (std::exchange(goes_from_apex_, true)) return WalkEnd::waits;
-    plane_ = WalkPlane(draft_.rest(apex), target_.rest_body_m, across_rims(normal_around(draft_, apex), target_));
+    plane_ = WalkPlane(draft_.rest(apex), target_, normal_around(draft_, apex));
     bary_in = Vec3::UnitX();
     if (enter_at(apex)) return std::nullopt;
     return WalkEnd::waits;

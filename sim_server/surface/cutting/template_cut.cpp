@@ -81,7 +81,7 @@ class Step {
           ActiveFace face;
           face.corners = f.corners;
           face.active_edges = f.active_edges;
-          face.angle = angle_class(sweep_.up, normal_of(f), settings_.right_angle_tolerance_rad);
+          face.angle = angle_class(sweep_.up, rest_normal_of(draft_, f.corners), settings_.right_angle_tolerance_rad);
           const bool tip_before = !path.closed && k == 0 && before.what == RimItem::What::tip_first;
           const bool tip_after = !path.closed && k + 1 == path.faces.size() && after.what == RimItem::What::tip_last;
           face.vertices_inside = tip_before + tip_after;
@@ -89,11 +89,6 @@ class Step {
           faces.push_back(face);
         }
       }
-  }
-
-  Vec3 normal_of(const PathFace& f) const {
-    const Vec3 a = draft_.rest(f.corners[0]);
-    return (draft_.rest(f.corners[1]) - a).cross(draft_.rest(f.corners[2]) - a).stableNormalized();
   }
 
   // Does a pair of bottom vertices hang under the point? Yes, if all its faces have sides and a bottom of their own.
@@ -212,7 +207,7 @@ class Step {
         if (frame.normal_body.isZero()) {
           frame.world_from_rest = world_from_rest(draft_, f.corners);
         }
-        frame.normal_body += normal_of(f);
+        frame.normal_body += rest_normal_of(draft_, f.corners);
       }
   }
 

@@ -251,10 +251,6 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
   return step.fronts.empty() ? Went::left_body : Went::on;
 }
 
-}  // namespace
-
-namespace {
-
 // The blade is drawn out, or back along its cut: it leaves open what it has cut, and cuts nothing.
 bool draws_back(const TemplateStroke& stroke, const RestBlade& blade, double beside_m) {
   if (!stroke.newest || !stroke.at_front) return false;
