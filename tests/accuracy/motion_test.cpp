@@ -6,6 +6,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/moving_body.h"
 #include "tests/support/shapes.h"
+#include "tests/support/volume_settings.h"
 
 namespace sectio {
 namespace {
@@ -19,12 +20,6 @@ INSTANTIATE_TEST_SUITE_P(models, Motion,
                          ::testing::Values(test::moving_springs(), test::moving_tetrahedra(), test::moving_hexahedra()),
                          [](const auto& at) { return std::string(at.param.name); });
 
-VolumeSettings weightless(double step_s) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  settings.gravity_m_per_s2.setZero();
-  return settings;
-}
 VolumeMaterial damped(double damping_per_s) {
   VolumeMaterial material;
   material.damping_per_s = damping_per_s;
@@ -48,7 +43,8 @@ Sum momentum(const MovingBody& body) {
 
 // Stretched by 5 % and spinning about its middle, in cubes of 25 mm.
 MovingBody spinning(const MovingModel& model, double step_s) {
-  MovingBody body = model.make(test::tet_box(4, 2, 2, Vec3(0.1, 0.05, 0.05)), 0.025, damped(0), weightless(step_s));
+  MovingBody body =
+      model.make(test::tet_box(4, 2, 2, Vec3(0.1, 0.05, 0.05)), 0.025, damped(0), test::weightless(step_s));
   for (VertexId i = 0; i < body.x.size(); ++i) {
     body.x[i].head<3>() = (1.05 * (body.mesh.vertices_body_m[i] - Vec3(0.05, 0.025, 0.025))).cast<float>();
     body.v[i].head<3>() = Vec3f(1, 2, 3).cross(body.x[i].head<3>());
@@ -124,7 +120,7 @@ Breathing breathing(const MovingModel& model, double damping_per_s, double step_
   for (Vec3& p : mesh.vertices_body_m) p = 0.05 * (cell ? Vec3(p - Vec3::Ones()) : p);
   for (Tetrahedron& t : mesh.tetrahedra)
     if (tet_volume_m3(mesh, t) < 0) std::swap(t[2], t[3]);
-  Breathing b{model.make(mesh, 0.1, damped(damping_per_s), weightless(step_s)), 0};
+  Breathing b{model.make(mesh, 0.1, damped(damping_per_s), test::weightless(step_s)), 0};
   // From the force at a small strain.
   Points at = b.body.parts.rest;
   const double radius = at[0].head<3>().cast<double>().norm(), mass = b.body.particles()[0].mass_kg;
@@ -216,7 +212,7 @@ TEST(Accuracy, A_21_the_implicit_driver_damps_by_half_the_step) {
   for (const double omega_h : {0.05, 0.1, 0.2}) {
     const double step_s = omega_h / omega;
     Breathing b = breathing(model, 0, step_s);
-    TetSolid solid(b.body.mesh, damped(0), weightless(step_s), VolumeIntegrator::implicit_only);
+    TetSolid solid(b.body.mesh, damped(0), test::weightless(step_s), VolumeIntegrator::implicit_only);
     const double before = solid.energy_j(b.body.x, b.body.v);
     const int steps = static_cast<int>(std::lround(2 * M_PI / omega_h));  // a period
     for (int n = 0; n < steps; ++n) solid.step(b.body.x, b.body.v, {}, {});

@@ -15,8 +15,6 @@
 namespace sectio::test {
 namespace {
 
-constexpr double kDepth_m = 0.004;
-
 // Original edges that cuts have opened or that groove walls cross, by the pairs of vertices that are on them at rest.
 using Edge = std::pair<VertexId, VertexId>;
 std::set<Edge> crossed_edges(const TriangleMesh& before, const TriangleMesh& after) {
@@ -34,8 +32,8 @@ std::set<Edge> crossed_edges(const TriangleMesh& before, const TriangleMesh& aft
 TEST(B_CD, B_CD_11_one_global_search_a_cut_while_motion_is_quasi_static) {
   Operation op(organ_scene());
   op.place({-0.02, 0.001, organ_height_m(-0.02, 0.001) + 0.004});
-  op.tip_to(-0.02, 0.001, kDepth_m, 0.05);
-  op.tip_to(0.02, 0.001, kDepth_m, 0.05);
+  op.tip_to(-0.02, 0.001, kStrokeDepth_m, 0.05);
+  op.tip_to(0.02, 0.001, kStrokeDepth_m, 0.05);
   EXPECT_GT(op.walls(), 40u);
   EXPECT_EQ(op.last.report.global_searches, 1u) << "only to find the first triangle";
   EXPECT_GT(op.last.report.local_searches, 0u);
@@ -49,10 +47,10 @@ Jump cut_with(double speed_m_per_s) {
   Operation op(organ_scene());
   const TriangleMesh before = op.mesh();
   op.place({-0.02, 0.001, organ_height_m(-0.02, 0.001) + 0.004});
-  op.tip_to(-0.02, 0.001, kDepth_m);
-  op.tip_to(-0.018, 0.001, kDepth_m);
+  op.tip_to(-0.02, 0.001, kStrokeDepth_m);
+  op.tip_to(-0.018, 0.001, kStrokeDepth_m);
   op.rest(100);
-  op.tip_to(0.02, 0.001, kDepth_m, speed_m_per_s);
+  op.tip_to(0.02, 0.001, kStrokeDepth_m, speed_m_per_s);
   op.expect_valid();
   op.rest(5);
   op.tip_to(0.02, 0.001, -0.01);
@@ -106,7 +104,7 @@ struct CutBody {
     const Vec3 start = centre(nearest);
     for (int i = 0; i < 40; ++i) {
       const double x = start.x() + 5e-4 * i;
-      const Vec3 tip(x, start.y(), organ_height_m(x, start.y()) - kDepth_m);
+      const Vec3 tip(x, start.y(), organ_height_m(x, start.y()) - kStrokeDepth_m);
       apply_plan(entries, {0, {{tip, Vec3::UnitZ(), 1e9}}, false});
       entries.clear();
     }
@@ -178,8 +176,8 @@ TEST(B_MSM, B_MSM_3_new_vertices_stay_at_home_and_come_back_to_it) {
 TEST(B_SUB, B_SUB_1_springs_move_the_pair_apart) {
   Operation op(organ_scene());
   op.place({-0.02, 0.001, organ_height_m(-0.02, 0.001) + 0.004});
-  op.tip_to(-0.02, 0.001, kDepth_m);
-  op.tip_to(0.02, 0.001, kDepth_m);
+  op.tip_to(-0.02, 0.001, kStrokeDepth_m);
+  op.tip_to(0.02, 0.001, kStrokeDepth_m);
   op.tip_to(0.022, 0.001, -0.01);
   op.rest(500);
   std::map<std::tuple<double, double, double>, std::vector<VertexId>> at;
@@ -273,7 +271,7 @@ TEST(B_FUT, B_FUT_4_a_loop_divides_a_body_that_goes_on_in_two_parts) {
   op.step({{0, pose(0, -0.004)}});
   for (int i = 0; i <= 400; ++i) op.step({{0, pose(0, -0.004 + 0.008 * i / 400)}});
   for (int i = 0; i <= 3000 && op.count(EventKind::joined) == 0; ++i)
-    op.step({{0, pose(i * 2.1 * M_PI / 3000, kDepth_m)}});
+    op.step({{0, pose(i * 2.1 * M_PI / 3000, kStrokeDepth_m)}});
   EXPECT_EQ(op.count(EventKind::joined), 1u);
   ASSERT_EQ(op.count(EventKind::island_freed), 1u);
   op.tip_to(0, 0, -0.02, 0.1);

@@ -8,8 +8,6 @@
 namespace sectio::test {
 namespace {
 
-constexpr double kDepth_m = 0.004;
-
 // With the tip above a point of the organ, then in it.
 void come_down(Operation& op, double x_m, double y_m, double depth_m) {
   op.place({x_m, y_m, organ_height_m(x_m, y_m) + 0.004});
@@ -35,8 +33,8 @@ struct TopologyWatch {
 // A scalpel in the organ, cutting towards +x along y = 1 mm.
 struct InTissue {
   explicit InTissue(const Scene& scene = organ_scene()) : op(scene) {
-    come_down(op, -0.02, 0.001, kDepth_m);
-    op.tip_to(-0.01, 0.001, kDepth_m);
+    come_down(op, -0.02, 0.001, kStrokeDepth_m);
+    op.tip_to(-0.01, 0.001, kStrokeDepth_m);
     EXPECT_EQ(op.state(), ContactState::penetration);
     EXPECT_GT(op.walls(), 8u);
   }
@@ -76,11 +74,11 @@ TEST(B_STATE, B_STATE_2_above_the_threshold_it_penetrates_and_may_cut) {
       pushed_n = std::max(pushed_n, out.contacts[0].force_world_n.norm());
     EXPECT_TRUE(out.deltas.empty() || out.contacts[0].state == ContactState::penetration);
   };
-  come_down(op, -0.02, 0.001, kDepth_m);
+  come_down(op, -0.02, 0.001, kStrokeDepth_m);
   EXPECT_EQ(op.state(), ContactState::penetration);
   EXPECT_EQ(op.count(EventKind::penetrated), 1u);
   EXPECT_NEAR(pushed_n, 0.1, 0.03) << "it gave way at its threshold";
-  op.tip_to(-0.01, 0.001, kDepth_m);
+  op.tip_to(-0.01, 0.001, kStrokeDepth_m);
   EXPECT_GT(op.walls(), 8u);
   op.expect_valid();
 }
@@ -102,7 +100,7 @@ TEST(B_STATE, B_STATE_3_lifting_ends_the_cut_and_its_last_point_stays) {
 TEST(B_CD, B_CD_2_forward_it_cuts) {
   InTissue in;
   const std::size_t walls = in.op.walls();
-  in.op.tip_to(0.015, 0.001, kDepth_m);
+  in.op.tip_to(0.015, 0.001, kStrokeDepth_m);
   EXPECT_GT(in.op.walls(), walls + 8);
   EXPECT_LT(in.op.force_n().x(), -0.2) << "the work of cutting is felt";
   EXPECT_EQ(in.op.last.report.cuts_refused, 0u);
@@ -112,7 +110,7 @@ TEST(B_CD, B_CD_3_backward_it_pushes_back_and_does_not_cut) {
   InTissue in;
   Operation& op = in.op;
   const TopologyWatch watch(op);
-  op.tip_to(-0.015, 0.001, kDepth_m);
+  op.tip_to(-0.015, 0.001, kStrokeDepth_m);
   EXPECT_GT(op.force_n().x(), 0.05) << "against the motion";
   EXPECT_EQ(op.state(), ContactState::penetration);
 }
@@ -122,7 +120,7 @@ TEST(B_CD, B_CD_9_sideways_it_is_held) {
     InTissue in;
     Operation& op = in.op;
     const TopologyWatch watch(op);
-    op.tip_to(-0.01, 0.001 + side * 0.003, kDepth_m);
+    op.tip_to(-0.01, 0.001 + side * 0.003, kStrokeDepth_m);
     EXPECT_LT(side * op.force_n().y(), -0.05) << "against the motion";
     EXPECT_LT(std::abs(op.force_n().x()), std::abs(op.force_n().y()));
   }
@@ -159,7 +157,7 @@ TEST(B_CD, B_CD_6_free_of_the_surface_it_looks_again) {
   EXPECT_EQ(op.state(), ContactState::free);
   const auto searches = op.last.report.local_searches + op.last.report.global_searches;
   op.tip_to(0.002, 0.001, -0.006);
-  op.tip_to(0.002, 0.001, kDepth_m);
+  op.tip_to(0.002, 0.001, kStrokeDepth_m);
   EXPECT_GT(op.last.report.local_searches + op.last.report.global_searches, searches);
   EXPECT_GE(op.count(EventKind::contact_began), 2u) << "and finds the surface";
   EXPECT_EQ(op.count(EventKind::penetrated), 2u);

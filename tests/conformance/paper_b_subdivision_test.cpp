@@ -7,8 +7,8 @@
 namespace sectio::test {
 namespace {
 
-constexpr double kDepth_m = 0.004;
-const Vec3 kDown = -kDepth_m * Vec3::UnitZ();
+constexpr double kPadDepth_m = 0.004;
+const Vec3 kDown = -kPadDepth_m * Vec3::UnitZ();
 
 // A cut along y = 14 mm through T1 ... T7: diagonals at x = 14, 24, 34 mm, cell borders at x = 20, 30, 40 mm.
 const std::vector<std::array<double, 2>> kSevenFaces{{0.012, 0.014}, {0.018, 0.014}, {0.022, 0.014}, {0.028, 0.014},
@@ -83,7 +83,7 @@ TEST(B_STATE, B_STATE_5_a_curved_path_in_a_triangle_becomes_straight) {
 class Opened : public testing::Test {
  protected:
   Opened() {
-    pad.draw({{0.012, 0.016}, {0.013, 0.015}, {0.0145, 0.0135}, {0.017, 0.011}}, kDepth_m);
+    pad.draw({{0.012, 0.016}, {0.013, 0.015}, {0.0145, 0.0135}, {0.017, 0.011}}, kPadDepth_m);
     a = pad.only_vertex_at(pad.top(0.010, 0.020));
     b = pad.only_vertex_at(pad.top(0.010, 0.010));
     c = pad.only_vertex_at(pad.top(0.020, 0.020));
@@ -125,7 +125,7 @@ class Midway : public testing::Test {
  protected:
   // In the face below the diagonal of cell 2, 1: in over A B (its diagonal) at (24, 14), out over A C at (30, 14).
   Midway() {
-    pad.draw(kSevenFaces, kDepth_m);
+    pad.draw(kSevenFaces, kPadDepth_m);
     faces = pad.skin().at({2, 1, false});
     a = pad.only_vertex_at(pad.top(0.030, 0.020));
     b = pad.only_vertex_at(pad.top(0.020, 0.010));

@@ -10,14 +10,14 @@
 namespace sectio::test {
 namespace {
 
-struct Storm {
+struct TemplateStorm {
   std::uint32_t strokes = 0, steps = 0, refused = 0, left = 0, joined = 0;
   std::uint32_t most_components = 1;
 };
 
 // A knife at a random triangle, upright to within some twenty degrees, that follows a curve; sometimes it enters
 // through the side, sometimes it goes right through.
-void stroke(KnifeOnMesh& knife, std::mt19937_64& random, double step_m, Storm& result) {
+void stroke(KnifeOnMesh& knife, std::mt19937_64& random, double step_m, TemplateStorm& result) {
   std::normal_distribution<double> gauss(0, 1);
   std::uniform_real_distribution<double> u(0, 1);
   std::uniform_int_distribution<TriangleId> any(0, knife.mesh.triangle_slots() - 1);
@@ -54,7 +54,7 @@ void stroke(KnifeOnMesh& knife, std::mt19937_64& random, double step_m, Storm& r
   ++result.strokes;
 }
 
-void storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double step_m, Storm& result) {
+void storm(const TriangleSoup& soup, std::uint64_t seed, int strokes, double step_m, TemplateStorm& result) {
   std::mt19937_64 random(seed);
   TemplateSettings settings;
   settings.min_step_m = 0.02 * step_m;
@@ -75,7 +75,7 @@ class RandomTemplateStrokes : public testing::TestWithParam<StrokeShape> {};
 INSTANTIATE_TEST_SUITE_P(On, RandomTemplateStrokes, testing::ValuesIn(stroke_shapes()), name_of);
 
 TEST_P(RandomTemplateStrokes, leave_a_closed_manifold) {
-  Storm sum;
+  TemplateStorm sum;
   for (std::uint64_t seed = 1; seed <= kStrokeSeeds; ++seed) {
     storm(GetParam().soup, seed, kStrokesPerSeed, GetParam().step_m, sum);
     if (testing::Test::HasFatalFailure()) return;
@@ -98,7 +98,7 @@ TEST_P(RandomTemplateStrokes, volume_is_accounted_for) {
   knife.applied = [&](const TopologyDelta& delta) { account.add(delta, knife.mesh); };
   const double whole_m3 = check(knife.mesh).volume_m3;
   std::mt19937_64 random(11);
-  Storm ignored;
+  TemplateStorm ignored;
   for (int k = 0; k < 12; ++k) {
     stroke(knife, random, step_m, ignored);
     ASSERT_TRUE(knife.valid());

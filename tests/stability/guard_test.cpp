@@ -16,7 +16,6 @@ namespace {
 using test::Operation;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kTop_m = 0.04;
 
 struct Harm {
   const char* name;
@@ -130,17 +129,17 @@ TEST_P(Guard, freezes_what_is_harmed_again_and_again_and_sets_it_free_when_it_is
   EXPECT_EQ(op.count(EventKind::body_recovered), 3u);
   EXPECT_EQ(op.count(EventKind::body_frozen), 1u);
   harm = nullptr;
-  op.place(Vec3(0, 0, kTop_m + 0.002));
-  op.move(Vec3(0, 0, kTop_m - 0.012), 0.05);
-  op.move(Vec3(0.015, 0, kTop_m - 0.012), 0.05);
+  op.place(Vec3(0, 0, test::kBlockTop_m + 0.002));
+  op.move(Vec3(0, 0, test::kBlockTop_m - 0.012), 0.05);
+  op.move(Vec3(0.015, 0, test::kBlockTop_m - 0.012), 0.05);
   EXPECT_EQ(op.last.report.cuts_made, 0u);
-  op.move(Vec3(0.015, 0, kTop_m + 0.03), 0.1);
+  op.move(Vec3(0.015, 0, test::kBlockTop_m + 0.03), 0.1);
   op.rest(1500);
   EXPECT_EQ(op.count(EventKind::body_thawed), 1u);
   EXPECT_EQ(op.count(EventKind::body_frozen), 1u);
-  op.place(Vec3(0, 0, kTop_m + 0.002));
-  op.move(Vec3(0, 0, kTop_m - 0.012), 0.05);
-  op.move(Vec3(0.015, 0, kTop_m - 0.012), 0.05);
+  op.place(Vec3(0, 0, test::kBlockTop_m + 0.002));
+  op.move(Vec3(0, 0, test::kBlockTop_m - 0.012), 0.05);
+  op.move(Vec3(0.015, 0, test::kBlockTop_m - 0.012), 0.05);
   EXPECT_GT(op.last.report.cuts_made, 0u);
   op.expect_valid();
 }
@@ -148,15 +147,15 @@ TEST_P(Guard, freezes_what_is_harmed_again_and_again_and_sets_it_free_when_it_is
 // A blade that is in a body when it freezes: the stroke ends, and says why.
 TEST_P(Guard, refuses_cuts_in_a_frozen_body) {
   Operation op(block_under_scalpel(GetParam()), with_injector(&harm));
-  op.place(Vec3(-0.01, 0, kTop_m + 0.002));
-  op.move(Vec3(-0.01, 0, kTop_m - 0.012), 0.05);
-  op.move(Vec3(0, 0, kTop_m - 0.012), 0.05);
+  op.place(Vec3(-0.01, 0, test::kBlockTop_m + 0.002));
+  op.move(Vec3(-0.01, 0, test::kBlockTop_m - 0.012), 0.05);
+  op.move(Vec3(0, 0, test::kBlockTop_m - 0.012), 0.05);
   ASSERT_GT(op.last.report.cuts_made, 0u);
   harm = &kHarms[0];
   op.rest(10);
   harm = nullptr;
   ASSERT_EQ(op.count(EventKind::body_frozen), 1u);
-  op.move(Vec3(0.01, 0, kTop_m - 0.012), 0.05);
+  op.move(Vec3(0.01, 0, test::kBlockTop_m - 0.012), 0.05);
   const auto refused = std::ranges::find(op.events, EventKind::cut_refused, &Event::kind);
   ASSERT_NE(refused, op.events.end());
   EXPECT_EQ(refused->text, "the body is frozen");

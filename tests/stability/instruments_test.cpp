@@ -18,15 +18,13 @@ INSTANTIATE_TEST_SUITE_P(All, Instruments,
                          testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice"),
                          [](const auto& model) { return model.param; });
 
-constexpr double kTop_m = 0.04;
-
 // A block of 60 x 60 x 40 mm that is held at its lower side, and a probe or scalpel above it.
 Scene block_under(const std::string& tool, const std::string& model) {
   Scene scene = test::block_scene(model);
   scene.file = "block";
   scene.floor_z_m.reset();
   BodySpec& body = scene.bodies[0];
-  body.mesh = test::box(8, 8, 5, Vec3(0.06, 0.06, kTop_m));
+  body.mesh = test::box(8, 8, 5, Vec3(0.06, 0.06, test::kBlockTop_m));
   body.volume.least_part_s = 1e-4;
   body.cutting.style = model == "surface_springs" ? body.cutting.style : "progressive";
   body.cutting.threshold_force_n = 0.1;
@@ -69,10 +67,10 @@ TEST_P(Instruments, S_8_speeds_from_1_cm_to_2_m_a_second) {
     op.rest(50);
     const double start_j = op.simulation.energy_j();
     Watch watch(op);
-    op.place(Vec3(0.001, 0.002, kTop_m + 0.002));
-    op.move(Vec3(0.001, 0.002, kTop_m - 0.015), speed_m_per_s);
-    op.move(Vec3(0.008, 0.002, kTop_m - 0.015), speed_m_per_s);
-    op.move(Vec3(0.008, 0.002, kTop_m + 0.03), std::max(0.1, speed_m_per_s));
+    op.place(Vec3(0.001, 0.002, test::kBlockTop_m + 0.002));
+    op.move(Vec3(0.001, 0.002, test::kBlockTop_m - 0.015), speed_m_per_s);
+    op.move(Vec3(0.008, 0.002, test::kBlockTop_m - 0.015), speed_m_per_s);
+    op.move(Vec3(0.008, 0.002, test::kBlockTop_m + 0.03), std::max(0.1, speed_m_per_s));
     op.rest(400);
     op.expect_valid();
     EXPECT_EQ(op.count(EventKind::body_frozen), 0u);
@@ -89,7 +87,7 @@ Vec3 path_m(double time_s) {
   const auto share = [&](double from_s, double to_s) {
     return std::clamp((time_s - from_s) / (to_s - from_s), 0.0, 1.0);
   };
-  return {0.001 + 0.004 * share(0.3, 0.5), 0.002, kTop_m + 0.002 - 0.008 * share(0, 0.25)};
+  return {0.001 + 0.004 * share(0.3, 0.5), 0.002, test::kBlockTop_m + 0.002 - 0.008 * share(0, 0.25)};
 }
 
 struct Arrival {

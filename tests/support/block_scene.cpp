@@ -11,7 +11,7 @@ Scene block_scene(const std::string& model) {
   BodySpec& body = scene.bodies[0];
   body.name = "block";
   body.model = model;
-  body.mesh = box(6, 6, 4, Vec3(0.06, 0.06, 0.04));
+  body.mesh = box(6, 6, 4, Vec3(0.06, 0.06, kBlockTop_m));
   body.pose.position_m = Vec3(-0.03, -0.03, 0);
   body.volume.tetrahedra = 800;
   return scene;

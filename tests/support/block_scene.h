@@ -5,6 +5,8 @@
 
 namespace sectio::test {
 
+constexpr double kBlockTop_m = 0.04;
+
 Scene block_scene(const std::string& model);
 
 }  // namespace sectio::test

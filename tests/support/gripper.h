@@ -3,11 +3,10 @@
 
 #include <string>
 
+#include "tests/support/block_scene.h"
 #include "tests/support/operation.h"
 
 namespace sectio::test {
-
-constexpr double kBlockTop_m = 0.04;
 
 ToolSpec tool_of(const std::string& name, const std::string& kind);
 

@@ -15,6 +15,8 @@ constexpr double kOrganTop_m = 0.03;
 // An ellipsoid of 120 x 120 x 60 mm and 1280 triangles, held from below, and a scalpel with its sharp side to +x.
 Scene organ_scene();
 
+constexpr double kStrokeDepth_m = 0.004;  // below the skin of the organ
+
 double organ_height_m(double x_m, double y_m);
 
 class Operation {

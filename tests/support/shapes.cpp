@@ -47,6 +47,11 @@ TriangleSoup ellipsoid(int levels, const Vec3& half_axes_m) {
   return soup;
 }
 
+TriangleSoup moved(TriangleSoup soup, const Vec3& by_m) {
+  for (Vec3& p : soup.vertices_body_m) p += by_m;
+  return soup;
+}
+
 TriangleSoup box(int nx, int ny, int nz, const Vec3& size_m) {
   TriangleSoup soup;
   std::map<std::array<int, 3>, VertexId> ids;

@@ -14,4 +14,6 @@ TriangleSoup box(int nx, int ny, int nz, const Vec3& size_m);
 // A torus around z: a surface of genus 1.
 TriangleSoup torus(int around, int across, double radius_m, double tube_m);
 
+TriangleSoup moved(TriangleSoup soup, const Vec3& by_m);
+
 }  // namespace sectio::test

@@ -9,47 +9,22 @@
 #include "common/core/error.h"
 #include "common/messages/epoch.h"
 #include "device_bridge/net/bridge_net.h"
-#include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/simulation.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/replica_viewer.h"
 #include "tests/support/scene_engines.h"
 
 namespace sectio {
 namespace {
 
+using test::kGiveUp;
 using test::MovingWorld;
 using test::own_session;
+using Viewer = test::ReplicaViewer;
 using Clock = std::chrono::steady_clock;
-
-constexpr std::chrono::seconds kGiveUp{30};
-
-double now_s() {
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
-
-// A render client without a renderer.
-struct Viewer {
-  explicit Viewer(const NetworkOptions& network) : net(network) {}
-
-  void look() {
-    net.poll(now_s(), replica);
-    if (replica.frame(now_s(), frame)) ++frames;
-  }
-  bool agrees_with(const TriangleMesh& mesh) {
-    look();
-    if (replica.bodies().empty() || !replica.bodies()[0]->known()) return false;
-    const BodyVersion version = replica.catch_up().at(0);
-    return version.revision == mesh.revision() && version.topology_hash == mesh.hash();
-  }
-
-  ClientNet net;
-  World replica;
-  Frame frame;
-  int frames = 0;
-};
 
 class Replication : public testing::Test {
  protected:
@@ -67,14 +42,10 @@ class Replication : public testing::Test {
 
   // Steps of the world until the condition holds; at the pace of a simulation.
   bool run_until(const std::function<bool()>& condition, bool cut = false) {
-    const auto end = Clock::now() + kGiveUp;
-    while (!condition()) {
-      if (Clock::now() > end) return false;
-      step(cut);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
+    return test::wait_until(condition, [&] { step(cut); });
   }
+
+  std::vector<BodyVersion> versions() const { return {test::version_of(world->mesh())}; }
 
   NetworkOptions network;
   std::uint64_t epoch = 1;
@@ -94,7 +65,7 @@ TEST_F(Replication, D_1_two_viewers_follow_and_end_with_the_servers_hash) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     a.look(), b.look();
   }
-  EXPECT_TRUE(run_until([&] { return a.agrees_with(world->mesh()) && b.agrees_with(world->mesh()); }));
+  EXPECT_TRUE(run_until([&] { return a.agrees_with(versions()) && b.agrees_with(versions()); }));
   EXPECT_GT(world->mesh().revision(), 150u);
   EXPECT_GT(a.frames, 20);
   EXPECT_EQ(a.net.counts().damaged, 0u);
@@ -105,12 +76,12 @@ TEST_F(Replication, D_2_a_viewer_that_joins_in_mid_cut_ends_with_the_servers_has
   open(own_session());
   for (int i = 0; i < 3000; ++i) step(i % 2 == 0);  // more deltas than a late joiner is given
   Viewer late(network);
-  ASSERT_TRUE(run_until([&] { return late.agrees_with(world->mesh()) && late.frames > 0; }, false));
+  ASSERT_TRUE(run_until([&] { return late.agrees_with(versions()) && late.frames > 0; }, false));
   for (int i = 0; i < 100; ++i) {
     step(true);
     late.look();
   }
-  EXPECT_TRUE(run_until([&] { return late.agrees_with(world->mesh()); }));
+  EXPECT_TRUE(run_until([&] { return late.agrees_with(versions()); }));
   EXPECT_GT(late.frame.bodies.at(0).revision, 1000u);
 }
 
@@ -119,9 +90,7 @@ TEST_F(Replication, D_2_a_viewer_that_joins_a_server_at_rest_sees_the_last_state
   for (int i = 0; i < 20; ++i) step(i % 2 == 0);
   const std::uint64_t last = world->steps();
   Viewer late(network);
-  const auto end = Clock::now() + kGiveUp;
-  while (late.frames == 0 && Clock::now() < end) late.look();
-  EXPECT_GT(late.frames, 0);
+  EXPECT_TRUE(test::wait_until([&] { return late.look(); }));
   EXPECT_LE(late.frame.step, last);
 }
 
@@ -137,8 +106,8 @@ TEST_F(Replication, a_viewer_that_sleeps_through_a_thousand_deltas_is_resynced_a
     awake.look();
     if (i % 20 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  EXPECT_TRUE(run_until([&] { return awake.agrees_with(world->mesh()); }));
-  EXPECT_TRUE(run_until([&] { return sleeper.agrees_with(world->mesh()); }));
+  EXPECT_TRUE(run_until([&] { return awake.agrees_with(versions()); }));
+  EXPECT_TRUE(run_until([&] { return sleeper.agrees_with(versions()); }));
   EXPECT_EQ(server->writes_refused(), 0u);
 }
 
@@ -159,16 +128,14 @@ TEST_F(Replication, A_ARCH_7_each_side_keeps_exactly_the_objects_of_the_scene) {
   scene.bodies.push_back({"kidney", Vec3(0.5, 0.1, 0.1), Vec3(0.6, 0.1, 0.1)});
   server = std::make_unique<ServerNet>(ServerNetOptions{network, 1000, first_epoch(++epoch)}, scene,
                                        std::vector{world->mesh(), world->mesh()});
-  const auto end = Clock::now() + kGiveUp;
-  while (viewer.frame.bodies.size() != 2 && Clock::now() < end) {
-    StepOutput output = world->step(false);
-    WorldView view = world->view();
-    view.bodies.push_back(view.bodies[0]);
-    server->publish(output, view, 0.001);
-    viewer.look();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  ASSERT_EQ(viewer.frame.bodies.size(), 2u);
+  ASSERT_TRUE(test::wait_until([&] { return viewer.frame.bodies.size() == 2; },
+                               [&] {
+                                 StepOutput output = world->step(false);
+                                 WorldView view = world->view();
+                                 view.bodies.push_back(view.bodies[0]);
+                                 server->publish(output, view, 0.001);
+                                 viewer.look();
+                               }));
   EXPECT_EQ(viewer.frame.bodies[1].name, "kidney");
   EXPECT_EQ(viewer.replica.bodies().size(), 2u);
 }
@@ -201,7 +168,7 @@ TEST_F(Replication, in_packets_for_real_networks_all_ends_the_same) {
     step(true);
     viewer.look();
   }
-  EXPECT_TRUE(run_until([&] { return viewer.agrees_with(world->mesh()); }));
+  EXPECT_TRUE(run_until([&] { return viewer.agrees_with(versions()); }));
   EXPECT_EQ(server->writes_refused(), 0u);
 }
 
@@ -217,16 +184,13 @@ TEST_F(Replication, the_end_names_final_versions_and_is_served_until_viewers_hav
   EXPECT_EQ(end.bodies.at(0), (BodyVersion{world->mesh().revision(), world->mesh().hash()}));
   EXPECT_FALSE(server->wait_for_viewers_to_leave(0));
 
-  const auto give_up = Clock::now() + kGiveUp;
-  while (Clock::now() < give_up && !(viewer->replica.session_end() && viewer->agrees_with(world->mesh())))
-    viewer->look();
-  ASSERT_TRUE(viewer->replica.session_end());
+  const auto knows_the_end = [&](Viewer& any) { return any.agrees_with(versions()) && any.replica.session_end(); };
+  ASSERT_TRUE(test::wait_until([&] { return knows_the_end(*viewer); }));
   EXPECT_EQ(viewer->replica.session_end()->bodies, end.bodies);
   EXPECT_EQ(viewer->replica.catch_up(), end.bodies);
   // A viewer that comes after the end still gets it.
   Viewer late(network);
-  while (Clock::now() < give_up && !(late.replica.session_end() && late.agrees_with(world->mesh()))) late.look();
-  EXPECT_TRUE(late.agrees_with(world->mesh()));
+  EXPECT_TRUE(test::wait_until([&] { return knows_the_end(late); }));
   viewer.reset();
   EXPECT_FALSE(server->wait_for_viewers_to_leave(0));  // the late one is still there
 }
@@ -274,7 +238,6 @@ TEST_F(Replication, numbers_for_each_vertex_reach_a_viewer_as_they_were_quantise
     for (ScalarField& field : published) field.values.resize(world->mesh().vertex_slots(), 1.5f);
     view.scalars = [&](std::uint32_t) { return published; };
     server->publish(output, view, 0.001);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
     viewer.look();
   };
   const auto agrees = [&] {
@@ -287,11 +250,7 @@ TEST_F(Replication, numbers_for_each_vertex_reach_a_viewer_as_they_were_quantise
     }
     return viewer.frame.bodies[0].revision == world->mesh().revision();
   };
-  const auto publish_until_equal = [&] {
-    const auto end = Clock::now() + kGiveUp;
-    while (!agrees() && Clock::now() < end) publish(false);
-    return agrees();
-  };
+  const auto publish_until_equal = [&] { return test::wait_until(agrees, [&] { publish(false); }); };
   EXPECT_TRUE(publish_until_equal()) << "without an engine that publishes there is no field";
 
   published = {{"wetness", 0, 1, {}}, {"temperature", 20, 90, {}}};
@@ -330,14 +289,13 @@ TEST(OwnEngines, a_scalar_that_an_engine_of_a_scene_publishes_reaches_a_viewer) 
       if (field.name == name && field.values.size() == simulation.mesh(1).vertex_slots()) return field.values[0];
     return -1.0f;
   };
-  const auto end = Clock::now() + kGiveUp;
-  while ((value("temperature") < 1 || value("wetness") < 1) && Clock::now() < end) {
-    const StepOutput& output = simulation.step({});
-    view_world(simulation, scene.tools.size(), view);
-    server.publish(output, view, 0.001);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    viewer.look();
-  }
+  EXPECT_TRUE(test::wait_until([&] { return value("temperature") >= 1 && value("wetness") >= 1; },
+                               [&] {
+                                 const StepOutput& output = simulation.step({});
+                                 view_world(simulation, scene.tools.size(), view);
+                                 server.publish(output, view, 0.001);
+                                 viewer.look();
+                               }));
   EXPECT_NEAR(value("temperature"), 1, 0.3) << "2 K/s";
   EXPECT_NEAR(value("wetness"), 1, 0.6) << "2 ml/s, up to 1.5";
   EXPECT_EQ(viewer.net.counts().damaged, 0u);

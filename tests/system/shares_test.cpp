@@ -8,20 +8,13 @@
 
 #include "common/messages/epoch.h"
 #include "device_bridge/net/strongest_contact.h"
-#include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/replica_viewer.h"
 
 namespace sectio::test {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kGiveUp{30};
-
-double now_s() {
-  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-}
 
 // One server of several, with one body.
 struct Share {
@@ -37,36 +30,19 @@ struct Share {
     const StepOutput output = world.step(cut);
     net->publish(output, world.view(), 0.001);
   }
-  BodyVersion version() const { return {world.mesh().revision(), world.mesh().hash()}; }
+  BodyVersion version() const { return version_of(world.mesh()); }
 
   MovingWorld world;
   std::unique_ptr<ServerNet> net;
 };
 
-struct Viewer {
-  explicit Viewer(const NetworkOptions& network) : net(network) {}
-  void look() {
-    net.poll(now_s(), world);
-    if (world.frame(now_s(), frame)) ++frames;
-  }
-
-  ClientNet net;
-  World world;
-  Frame frame;
-  int frames = 0;
-};
-
 class Shares : public testing::Test {
  protected:
   bool run_until(const std::function<bool()>& condition, bool cut = false) {
-    const auto end = Clock::now() + kGiveUp;
-    while (!condition()) {
-      if (Clock::now() > end) return false;
+    return wait_until(condition, [&] {
       for (Share* share : {liver.get(), kidney.get()})
         if (share) share->step(cut);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
+    });
   }
   std::vector<BodyVersion> versions() const { return {liver->version(), kidney->version()}; }
 
@@ -76,42 +52,42 @@ class Shares : public testing::Test {
 };
 
 TEST_F(Shares, A_ARCH_11_a_viewer_sees_one_world_of_two_servers_in_the_order_of_the_scene) {
-  Viewer viewer(network);
+  ReplicaViewer viewer(network);
   ASSERT_TRUE(run_until(
       [&] {
         viewer.look();
         return viewer.frames > 5;
       },
       true));
-  EXPECT_EQ(viewer.world.servers(), 2u);
-  EXPECT_EQ(viewer.world.body_names(), (std::vector<std::string>{"liver", "kidney"}));
+  EXPECT_EQ(viewer.replica.servers(), 2u);
+  EXPECT_EQ(viewer.replica.body_names(), (std::vector<std::string>{"liver", "kidney"}));
   ASSERT_EQ(viewer.frame.bodies.size(), 2u) << "no picture before all are there";
   EXPECT_EQ(viewer.frame.bodies[0].name, "liver");
   EXPECT_GT(viewer.frame.bodies[0].positions_world_m.size(), viewer.frame.bodies[1].positions_world_m.size());
   EXPECT_TRUE(run_until([&] {
     viewer.look();
-    return viewer.world.catch_up() == versions();
+    return viewer.replica.catch_up() == versions();
   }));
 
   // One who comes late gets the same; so does one who comes after the end.
-  Viewer late(network);
+  ReplicaViewer late(network);
   EXPECT_TRUE(run_until([&] {
     late.look();
-    return late.frames > 0 && late.world.catch_up() == versions();
+    return late.frames > 0 && late.replica.catch_up() == versions();
   }));
   liver->net->end_session("complete");
-  EXPECT_FALSE(viewer.world.session_end()) << "the other one goes on";
+  EXPECT_FALSE(viewer.replica.session_end()) << "the other one goes on";
   kidney->net->end_session("complete");
   EXPECT_TRUE(run_until([&] {
     late.look();
-    return late.world.session_end().has_value();
+    return late.replica.session_end().has_value();
   }));
-  EXPECT_EQ(late.world.session_end()->bodies, versions());
+  EXPECT_EQ(late.replica.session_end()->bodies, versions());
   EXPECT_EQ(viewer.net.counts().damaged, 0u);
 }
 
 TEST_F(Shares, A_ARCH_11_a_server_that_is_started_again_takes_its_own_place_only) {
-  Viewer viewer(network);
+  ReplicaViewer viewer(network);
   ASSERT_TRUE(run_until(
       [&] {
         viewer.look();
@@ -126,17 +102,17 @@ TEST_F(Shares, A_ARCH_11_a_server_that_is_started_again_takes_its_own_place_only
   }));
   EXPECT_TRUE(run_until([&] {
     viewer.look();
-    return viewer.world.catch_up() == versions();
+    return viewer.replica.catch_up() == versions();
   }));
-  EXPECT_EQ(viewer.world.servers(), 2u);
-  EXPECT_EQ(viewer.world.body_names(), (std::vector<std::string>{"liver", "kidney"}));
+  EXPECT_EQ(viewer.replica.servers(), 2u);
+  EXPECT_EQ(viewer.replica.body_names(), (std::vector<std::string>{"liver", "kidney"}));
 }
 
 TEST_F(Shares, servers_know_who_is_missing_and_the_later_one_of_two_with_a_body_gives_way) {
   EXPECT_TRUE(run_until(
       [&] { return kidney->net->others().missing_bodies().empty() && liver->net->others().missing_bodies().empty(); }));
   EXPECT_FALSE(kidney->net->others().claimed_body());
-  Viewer viewer(network);
+  ReplicaViewer viewer(network);
   ASSERT_TRUE(run_until([&] {
     viewer.look();
     return viewer.frames > 0;
@@ -157,7 +133,7 @@ TEST_F(Shares, servers_know_who_is_missing_and_the_later_one_of_two_with_a_body_
     viewer.look();
     return viewer.frames > before + 20;
   }));
-  EXPECT_EQ(viewer.world.catch_up().at(0).topology_hash, liver->version().topology_hash);
+  EXPECT_EQ(viewer.replica.catch_up().at(0).topology_hash, liver->version().topology_hash);
 }
 
 ContactMessage touched(std::uint64_t begun, std::uint64_t sequence, ContactState state, double force_n) {

@@ -1,64 +1,43 @@
 // A part comes off over DDS on loopback: viewers learn of the new body, and never see it twice or not at all.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <map>
-#include <thread>
 
-#include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
 #include "sim_server/net/world_view.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/loop_cut.h"
+#include "tests/support/replica_viewer.h"
 
 namespace sectio::test {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-constexpr std::chrono::seconds kGiveUp{30};
-
 using TrianglesByStep = std::map<std::uint64_t, std::size_t>;  // that the server had, of all bodies
 
-struct Viewer {
-  Viewer(const NetworkOptions& network, const TrianglesByStep& of_server) : net(network), expected(of_server) {}
+struct Viewer : ReplicaViewer {
+  Viewer(const NetworkOptions& network, const TrianglesByStep& of_server)
+      : ReplicaViewer(network), expected(of_server) {}
 
-  void look() {
-    const double now_s = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-    net.poll(now_s, replica);
+  void watch() {
+    const bool is_new = look();
     saw_split |= std::ranges::any_of(
         net.events(), [](const SessionEvent& e) { return e.kind == static_cast<std::uint8_t>(EventKind::body_split); });
-    if (!replica.frame(now_s, frame)) return;
+    if (!is_new) return;
     std::size_t triangles = 0;
     for (const BodyFrame& body : frame.bodies)
       triangles += static_cast<std::size_t>(std::ranges::count_if(body.triangles, &Triangle::alive));
     EXPECT_EQ(triangles, expected.at(frame.step)) << "of step " << frame.step;
   }
   bool agrees_with(const Simulation& simulation) {
-    look();
-    if (replica.bodies().size() != simulation.body_count()) return false;
-    if (frame.bodies.size() != simulation.body_count()) return false;
-    const std::vector<BodyVersion> versions = replica.catch_up();
-    for (std::uint32_t b = 0; b < versions.size(); ++b)
-      if (!replica.bodies()[b]->known() || versions[b].topology_hash != simulation.mesh(b).hash()) return false;
-    return true;
+    watch();
+    std::vector<BodyVersion> versions;
+    for (std::uint32_t b = 0; b < simulation.body_count(); ++b) versions.push_back(version_of(simulation.mesh(b)));
+    return frame.bodies.size() == versions.size() && knows(versions);
   }
 
-  ClientNet net;
   const TrianglesByStep& expected;
-  World replica;
-  Frame frame;
   bool saw_split = false;
 };
-
-template <class Condition>
-bool wait_until(const Condition& condition) {
-  const auto end = Clock::now() + kGiveUp;
-  while (!condition()) {
-    if (Clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
 
 TEST(SplitOverDds, viewers_get_the_new_body_with_the_step_that_took_it_from_its_parent) {
   const NetworkOptions network = own_session();
@@ -71,7 +50,7 @@ TEST(SplitOverDds, viewers_get_the_new_body_with_the_step_that_took_it_from_its_
     view_world(op.simulation, op.scene.tools.size(), world);
     for (const WorldView::Body& body : world.bodies) triangles[out.step] += body.mesh->triangle_count();
     server.publish(out, world, 0.001);
-    viewer.look();
+    viewer.watch();
   };
   ASSERT_TRUE(wait_until([&] { return server.viewers() > 0; }));  // no step before: the cut is the same every time
   op.after_each = publish;

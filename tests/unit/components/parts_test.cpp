@@ -22,11 +22,6 @@ TriangleMesh together(const std::vector<TriangleSoup>& soups) {
   return TriangleMesh(all);
 }
 
-TriangleSoup moved(TriangleSoup soup, const Vec3& by) {
-  for (Vec3& p : soup.vertices_body_m) p += by;
-  return soup;
-}
-
 TriangleId last_of(const TriangleMesh& mesh) {
   return mesh.triangle_slots() - 1;
 }

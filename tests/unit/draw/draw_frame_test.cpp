@@ -9,6 +9,7 @@
 
 #include "render_client/draw/camera.h"
 #include "tests/support/shapes.h"
+#include "tests/unit/draw/drawn.h"
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
@@ -16,19 +17,11 @@ namespace sectio {
 namespace {
 
 using test::difference;
+using test::drawn;
+using test::kHeight;
+using test::kWidth;
 using test::pixels_that_differ;
-
-constexpr int kWidth = 480, kHeight = 270;
-
-Canvas& shared_canvas() {
-  static const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(kWidth, kHeight);
-  return *canvas;
-}
-
-Image drawn(const Frame& frame, DrawOptions options = {.overlay = false}) {
-  FramePainter painter(shared_canvas());
-  return painter.draw_frame(frame, options);
-}
+using test::shared_canvas;
 
 // The place of a point of the world in the picture.
 std::pair<int, int> pixel_of(const Camera& camera, const Vec3& p_world_m) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kWidth_px = 322, kHeight_px = 181;
 
-Image drawn(std::unique_ptr<Canvas> canvas, bool wireframe) {
+Image drawn_on(std::unique_ptr<Canvas> canvas, bool wireframe) {
   FramePainter painter(*canvas);
   return painter.draw_frame(test::make_frame(), {.wireframe = wireframe, .overlay = false});
 }
@@ -19,8 +19,8 @@ Image drawn(std::unique_ptr<Canvas> canvas, bool wireframe) {
 TEST(EglCanvas, draws_the_picture_of_osmesa) {
   for (const int samples : {1, 4})
     for (const bool wireframe : {false, true}) {
-      const Image osmesa = drawn(make_osmesa_canvas(kWidth_px, kHeight_px, samples), wireframe);
-      const Image egl = drawn(make_egl_canvas(kWidth_px, kHeight_px, samples), wireframe);
+      const Image osmesa = drawn_on(make_osmesa_canvas(kWidth_px, kHeight_px, samples), wireframe);
+      const Image egl = drawn_on(make_egl_canvas(kWidth_px, kHeight_px, samples), wireframe);
       EXPECT_LE(test::pixels_that_differ(osmesa, egl, 8), kWidth_px * kHeight_px / 200) << samples;
       EXPECT_GT(test::pixels_that_differ(Image(kWidth_px, kHeight_px), egl, 8), kWidth_px * kHeight_px / 4);
     }

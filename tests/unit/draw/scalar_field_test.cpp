@@ -5,22 +5,15 @@
 
 #include "render_client/draw/colour_map.h"
 #include "render_client/draw/draw_frame.h"
+#include "tests/unit/draw/drawn.h"
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
 namespace sectio {
 namespace {
 
-constexpr int kWidth = 480, kHeight = 270;
-
-Image drawn(const Frame& frame, const DrawOptions& options = {.overlay = false}) {
-  static const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(kWidth, kHeight);
-  FramePainter painter(*canvas);
-  return painter.draw_frame(frame, options);
-}
-
 // From above, so that x runs from left to right through the middle row.
-Frame seen_from_above() {
+Frame seen_along_z() {
   Frame frame = test::make_frame({.opening_m = 0});
   frame.camera.eye_world_m = Vec3(0, -0.02, 0.3);
   frame.camera.target_world_m = Vec3::Zero();
@@ -37,53 +30,54 @@ ScalarField along_x(const BodyFrame& body, const char* name, float least, float 
 
 double mean_light(const Image& image, int x_from, int x_to) {
   double sum = 0;
-  for (int y = 0; y < kHeight; ++y)
+  for (int y = 0; y < test::kHeight; ++y)
     for (int x = x_from; x < x_to; ++x) sum += image.pixel(x, y)[0] + image.pixel(x, y)[1] + image.pixel(x, y)[2];
-  return sum / (3.0 * kHeight * (x_to - x_from));
+  return sum / (3.0 * test::kHeight * (x_to - x_from));
 }
 
 int bright_pixels(const Image& image) {
   int count = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) count += image.pixel(x, y)[2] > 200;
+  for (int y = 0; y < test::kHeight; ++y)
+    for (int x = 0; x < test::kWidth; ++x) count += image.pixel(x, y)[2] > 200;
   return count;
 }
 
 TEST(ScalarFields, wet_tissue_is_darker_and_shines) {
-  Frame frame = seen_from_above();
-  const Image dry = drawn(frame);
+  Frame frame = seen_along_z();
+  const Image dry = test::drawn(frame);
   frame.bodies[0].scalars = {{"wetness", 0, 1, std::vector<float>(frame.bodies[0].rest_body_m.size(), 0.0f)}};
-  EXPECT_EQ(test::pixels_that_differ(dry, drawn(frame), 0), 0) << "a wetness of 0 is dry";
+  EXPECT_EQ(test::pixels_that_differ(dry, test::drawn(frame), 0), 0) << "a wetness of 0 is dry";
   frame.bodies[0].scalars[0].values.assign(frame.bodies[0].rest_body_m.size(), 1.0f);
-  const Image wet = drawn(frame);
-  EXPECT_LT(mean_light(wet, 0, kWidth), mean_light(dry, 0, kWidth) - 1);
+  const Image wet = test::drawn(frame);
+  EXPECT_LT(mean_light(wet, 0, test::kWidth), mean_light(dry, 0, test::kWidth) - 1);
   EXPECT_GT(bright_pixels(wet), bright_pixels(dry) + 100);
 }
 
 TEST(ScalarFields, wetness_is_seen_where_it_is) {
-  Frame frame = seen_from_above();
-  const Image dry = drawn(frame);
+  Frame frame = seen_along_z();
+  const Image dry = test::drawn(frame);
   std::vector<float> left_half;
   for (const Vec3f& rest : frame.bodies[0].rest_body_m) left_half.push_back(rest.x() < -0.01f ? 1.0f : 0.0f);
   frame.bodies[0].scalars = {{"wetness", 0, 1, left_half}};
-  const Image wet = drawn(frame);
+  const Image wet = test::drawn(frame);
   int left = 0, right = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) (x < kWidth / 2 ? left : right) += test::difference(dry, wet, x, y) > 3;
+  for (int y = 0; y < test::kHeight; ++y)
+    for (int x = 0; x < test::kWidth; ++x)
+      (x < test::kWidth / 2 ? left : right) += test::difference(dry, wet, x, y) > 3;
   EXPECT_GT(left, 5000);
   EXPECT_EQ(right, 0);
 }
 
 TEST(ScalarFields, the_field_that_is_asked_for_is_shown_in_the_colours_of_its_range) {
-  Frame frame = seen_from_above();
+  Frame frame = seen_along_z();
   frame.bodies[0].scalars = {along_x(frame.bodies[0], "temperature", 36, 90)};
-  const Image image = drawn(frame, {.overlay = false, .field = "temperature"});
+  const Image image = test::drawn(frame, {.overlay = false, .field = "temperature"});
   // Light dims a colour and keeps its hue.
   const auto hue_at = [&](const Image& picture, double x_m) {
-    const Eigen::Vector4f clip = projection(frame.camera, static_cast<double>(kWidth) / kHeight) *
+    const Eigen::Vector4f clip = projection(frame.camera, static_cast<double>(test::kWidth) / test::kHeight) *
                                  view_from_world(frame.camera) * Eigen::Vector4f(static_cast<float>(x_m), 0, 0.03f, 1);
-    const int x = static_cast<int>((clip.x() / clip.w() + 1) / 2 * kWidth);
-    const int y = static_cast<int>((1 - clip.y() / clip.w()) / 2 * kHeight);
+    const int x = static_cast<int>((clip.x() / clip.w() + 1) / 2 * test::kWidth);
+    const int y = static_cast<int>((1 - clip.y() / clip.w()) / 2 * test::kHeight);
     const std::uint8_t* p = picture.pixel(x, y);
     return Vec3(Vec3(p[0], p[1], p[2]).normalized());
   };
@@ -95,17 +89,18 @@ TEST(ScalarFields, the_field_that_is_asked_for_is_shown_in_the_colours_of_its_ra
   for (Vec3f& p : frame.bodies[1].positions_world_m) p.z() -= 1;  // out of sight
   frame.bodies[1].scalars[0].most = 144;
   const Colour half = map_colour(0.25f);
-  const Image of_two = drawn(frame, {.overlay = false, .field = "temperature"});
+  const Image of_two = test::drawn(frame, {.overlay = false, .field = "temperature"});
   EXPECT_LT((hue_at(of_two, 0.0) - Vec3(half.r, half.g, half.b).normalized()).norm(), 0.06)
       << "bodies share one range, 36 to 144";
 }
 
 TEST(ScalarFields, a_field_that_no_body_has_changes_the_overlay_only) {
-  Frame frame = seen_from_above();
+  Frame frame = seen_along_z();
   frame.bodies[0].scalars = {along_x(frame.bodies[0], "temperature", 36, 90)};
-  const Image tissue = drawn(frame);
-  EXPECT_EQ(test::pixels_that_differ(tissue, drawn(frame, {.overlay = false, .field = "damage"}), 0), 0);
-  EXPECT_GT(test::pixels_that_differ(drawn(frame, {}), drawn(frame, {.field = "damage"}), 50), 100) << "it says so";
+  const Image tissue = test::drawn(frame);
+  EXPECT_EQ(test::pixels_that_differ(tissue, test::drawn(frame, {.overlay = false, .field = "damage"}), 0), 0);
+  EXPECT_GT(test::pixels_that_differ(test::drawn(frame, {}), test::drawn(frame, {.field = "damage"}), 50), 100)
+      << "it says so";
 }
 
 TEST(ScalarFields, a_legend_shows_the_colours_from_end_to_end) {
@@ -124,12 +119,12 @@ TEST(ScalarFields, a_legend_shows_the_colours_from_end_to_end) {
 }
 
 TEST(ScalarFields, values_beyond_the_range_are_clamped_and_missing_ones_are_the_least) {
-  Frame frame = seen_from_above();
+  Frame frame = seen_along_z();
   const std::size_t slots = frame.bodies[0].rest_body_m.size();
   const DrawOptions shown{.overlay = false, .field = "damage"};
   const auto with = [&](std::vector<float> values) {
     frame.bodies[0].scalars = {{"damage", 0, 1, std::move(values)}};
-    return drawn(frame, shown);
+    return test::drawn(frame, shown);
   };
   const Image least = with(std::vector<float>(slots, 0.0f)), most = with(std::vector<float>(slots, 1.0f));
   EXPECT_GT(test::pixels_that_differ(least, most, 30), 5000);

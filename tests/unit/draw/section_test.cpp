@@ -2,16 +2,15 @@
 #include <gtest/gtest.h>
 
 #include "render_client/draw/draw_frame.h"
+#include "tests/unit/draw/drawn.h"
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
 namespace sectio {
 namespace {
 
-Image drawn(const Frame& frame, const std::optional<SectionPlane>& section) {
-  static const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(480, 270);
-  FramePainter painter(*canvas);
-  return painter.draw_frame(frame, {.overlay = false, .section = section});
+Image cut_open(const Frame& frame, const SectionPlane& section) {
+  return test::drawn(frame, {.overlay = false, .section = section});
 }
 
 // How many pixels are rather blue.
@@ -27,30 +26,30 @@ TEST(Section, shows_the_region_inside_that_the_skin_hides) {
   Region& region = frame.bodies[0].regions.emplace_back();
   region.colour = region.grain_colour = Vec3(0, 0, 1);
   region.parts = {{RegionForm::ellipsoid, Vec3(0, 0, 0), Vec3::Constant(0.01)}};
-  EXPECT_EQ(blue_pixels(drawn(frame, {})), 0);
+  EXPECT_EQ(blue_pixels(test::drawn(frame)), 0);
   SectionPlane plane = section_at_target(frame.camera);
   plane.point_world_m.setZero();
-  const int in_the_middle = blue_pixels(drawn(frame, plane));
+  const int in_the_middle = blue_pixels(cut_open(frame, plane));
   EXPECT_GT(in_the_middle, 100);
   plane.point_world_m -= 0.012 * plane.normal_world;
-  EXPECT_EQ(blue_pixels(drawn(frame, plane)), 0) << "behind the region";
+  EXPECT_EQ(blue_pixels(cut_open(frame, plane)), 0) << "behind the region";
   // The whole body is carried away and turned, and so is the region in it.
   plane.point_world_m.setZero();
   const Eigen::AngleAxisf turn(0.7f, Vec3f(1, 2, 3).normalized());
   for (Vec3f& place : frame.bodies[0].positions_world_m) place = turn * place;
-  EXPECT_NEAR(blue_pixels(drawn(frame, plane)), in_the_middle, 0.1 * in_the_middle) << "a ball in the middle";
+  EXPECT_NEAR(blue_pixels(cut_open(frame, plane)), in_the_middle, 0.1 * in_the_middle) << "a ball in the middle";
 }
 
 TEST(Section, leaves_out_nothing_or_all) {
   Frame frame = test::make_frame();
-  const Image plain = drawn(frame, {});
+  const Image plain = test::drawn(frame);
   SectionPlane plane = section_at_target(frame.camera);
   plane.point_world_m += 0.1 * plane.normal_world;
-  EXPECT_EQ(test::pixels_that_differ(plain, drawn(frame, plane), 8), 0) << "in front of the body";
+  EXPECT_EQ(test::pixels_that_differ(plain, cut_open(frame, plane), 8), 0) << "in front of the body";
   plane.point_world_m -= 0.25 * plane.normal_world;
-  const Image without = drawn(frame, plane);
+  const Image without = cut_open(frame, plane);
   frame.bodies.clear();
-  EXPECT_EQ(test::pixels_that_differ(without, drawn(frame, {}), 0), 0) << "behind it";
+  EXPECT_EQ(test::pixels_that_differ(without, test::drawn(frame), 0), 0) << "behind it";
 }
 
 }  // namespace

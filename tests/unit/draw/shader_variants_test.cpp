@@ -4,24 +4,14 @@
 #include "render_client/draw/body_mesh.h"
 #include "render_client/draw/draw_frame.h"
 #include "render_client/draw/tissue_noise.h"
+#include "tests/unit/draw/drawn.h"
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
 namespace sectio {
 namespace {
 
-constexpr int kWidth = 480, kHeight = 270;
 constexpr test::OrganShape kFine{.rings = 80, .around = 160, .opening_m = 0};
-
-Canvas& shared_canvas() {
-  static const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(kWidth, kHeight);
-  return *canvas;
-}
-
-Image drawn(const Frame& frame) {
-  FramePainter painter(shared_canvas());
-  return painter.draw_frame(frame, {.overlay = false});
-}
 
 ToolFrame scalpel_behind_the_camera() {
   return test::make_scalpel_at(Vec3(0, 0, 5));
@@ -29,28 +19,28 @@ ToolFrame scalpel_behind_the_camera() {
 
 TEST(ShaderVariants, regions_that_no_pixel_shows_change_no_pixel) {
   Frame frame = test::make_frame(kFine);
-  const Image plain = drawn(frame);
+  const Image plain = test::drawn(frame);
   Region& region = frame.bodies[0].regions.emplace_back();
   region.colour = Vec3(0, 0, 1);
   region.parts = {{RegionForm::ellipsoid, Vec3(0, 0, 0), Vec3::Constant(0.01)}};
-  EXPECT_EQ(test::pixels_that_differ(plain, drawn(frame), 0), 0) << "the region lies deep inside";
+  EXPECT_EQ(test::pixels_that_differ(plain, test::drawn(frame), 0), 0) << "the region lies deep inside";
   region.parts[0].b_m = Vec3::Constant(0.06);
-  EXPECT_GT(test::pixels_that_differ(plain, drawn(frame), 30), 1000) << "the region reaches the skin";
+  EXPECT_GT(test::pixels_that_differ(plain, test::drawn(frame), 30), 1000) << "the region reaches the skin";
 }
 
 TEST(ShaderVariants, an_instrument_that_shades_nothing_changes_no_pixel) {
   Frame frame = test::make_frame();
   frame.floor_z_m = -0.04;
-  const Image plain = drawn(frame);
+  const Image plain = test::drawn(frame);
   frame.tools = {scalpel_behind_the_camera()};
-  EXPECT_EQ(test::pixels_that_differ(plain, drawn(frame), 0), 0) << "skin, walls and drape";
+  EXPECT_EQ(test::pixels_that_differ(plain, test::drawn(frame), 0), 0) << "skin, walls and drape";
   frame.tools[0].pose_world.position_m = Vec3(0, 0.02, 0.05);
-  EXPECT_GT(test::pixels_that_differ(plain, drawn(frame), 10), 400);
+  EXPECT_GT(test::pixels_that_differ(plain, test::drawn(frame), 10), 400);
 }
 
 // Skin of the organ, drawn with either way to the broad pattern.
 Image skin(const BodyFrame& body, bool pattern_per_pixel) {
-  Canvas& canvas = shared_canvas();
+  Canvas& canvas = test::shared_canvas();
   BodyMesh mesh;
   mesh.arrange(body);
   EXPECT_TRUE(mesh.move(body));
@@ -60,7 +50,7 @@ Image skin(const BodyFrame& body, bool pattern_per_pixel) {
   CanvasView view;
   const Camera camera = test::make_frame().camera;
   view.view_from_world = view_from_world(camera);
-  view.projection = projection(camera, static_cast<double>(kWidth) / kHeight);
+  view.projection = projection(camera, static_cast<double>(test::kWidth) / test::kHeight);
   canvas.begin(view);
   canvas.draw(id, mesh.skin(), {Shading::skin, body.skin_colour.cast<float>(), pattern_per_pixel},
               Eigen::Matrix4f::Identity());
@@ -76,7 +66,7 @@ TEST(ShaderVariants, vertices_of_a_fine_mesh_carry_the_broad_pattern) {
   ASSERT_FALSE(mesh.is_coarse());
   const Image per_pixel = skin(body, true), per_vertex = skin(body, false);
   EXPECT_LT(test::mean_difference(per_pixel, per_vertex), 0.5) << "levels of 255";
-  EXPECT_LT(test::pixels_that_differ(per_pixel, per_vertex, 8), kWidth * kHeight / 200);
+  EXPECT_LT(test::pixels_that_differ(per_pixel, per_vertex, 8), test::kWidth * test::kHeight / 200);
   EXPECT_LT(test::pixels_that_differ(per_pixel, per_vertex, 20), 1);
 }
 

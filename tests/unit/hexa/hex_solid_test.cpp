@@ -7,6 +7,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/pressed_block.h"
 #include "tests/support/tet_shapes.h"
+#include "tests/support/volume_settings.h"
 
 namespace sectio {
 namespace {
@@ -19,18 +20,6 @@ const Vec3 kSize(0.1, 0.05, 0.05);
 
 TetMesh block(int n = 4) {
   return test::tet_box(2 * n, n, n, kSize);
-}
-VolumeSettings weightless(double step_s) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  settings.gravity_m_per_s2.setZero();
-  return settings;
-}
-VolumeSettings held_at_end(const TetMesh& mesh, double step_s = 0.001) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.x() < 0.001);
-  return settings;
 }
 Points nodes_at_rest(const HexLattice& lattice) {
   Points x(lattice.nodes.size(), Vec4f::Zero());
@@ -104,7 +93,7 @@ double largest_omega2(const HexSolid& solid, const Points& x, int iterations = 1
 // dt_crit = 0.85 h / c_p of a bar; the bound that holds for one cell alone is 0.62 h / c_p.
 TEST(HexSolid, S_1_the_bound_is_one_and_close) {
   const TetMesh mesh = block();
-  const HexSolid solid = solid_of(mesh, 0.0125, weightless(0.001));
+  const HexSolid solid = solid_of(mesh, 0.0125, test::weightless(0.001));
   const Points x = nodes_at_rest(solid.lattice());
   const double mu = solid.material().shear_pa, p_wave = std::sqrt((solid.material().bulk_pa + mu) / 1060);
   const double critical = 2 / std::sqrt(largest_omega2(solid, x)) * p_wave / 0.0125;
@@ -113,14 +102,14 @@ TEST(HexSolid, S_1_the_bound_is_one_and_close) {
   EXPECT_NEAR(bound, 0.616, 0.002);
   // A single cell attains the bound.
   const TetMesh cube = test::tet_box(1, 1, 1, Vec3::Constant(0.0125));
-  const HexSolid one = solid_of(cube, 0.0125, weightless(0.001));
+  const HexSolid one = solid_of(cube, 0.0125, test::weightless(0.001));
   EXPECT_NEAR(largest_omega2(one, nodes_at_rest(one.lattice())) / omega2_at_rest(one.material(), 0.0125, 1), 1, 0.02);
 }
 
 TEST(HexSolid, the_watched_bound_is_above_the_truth_in_deformed_states) {
   const TetMesh mesh = block(2);
   for (const double poisson : {0.3, 0.45, 0.49}) {
-    const HexSolid solid = solid_of(mesh, 0.0125, weightless(0.001), poisson);
+    const HexSolid solid = solid_of(mesh, 0.0125, test::weightless(0.001), poisson);
     for (const double s : {0.4, 0.7, 1.0, 1.5, 2.2}) {
       Points x = nodes_at_rest(solid.lattice()), force(x.size(), Vec4f::Zero());
       for (Vec4f& p : x) p.head<3>() = Vec3f(static_cast<float>(s) * p.x(), p.y(), p.z() + 4 * p.x() * p.y());
@@ -136,7 +125,8 @@ TEST(HexSolid, the_stable_step_is_not_changed_by_cuts_nor_by_little_fill) {
   TetTopology volume(mesh);
   for (const double x : {0.03, 0.0337, 0.0376, 0.0624875}) cut(volume, {plane_at(x)}, {});
   cut(volume, {{Vec3(-1, 0.02, -1), Vec3(1, 0.021, -1), Vec3(1, 0.03, 1), Vec3(-1, 0.03, 1)}}, {});
-  const HexSolid whole(mesh, grid, {}, weightless(0.001)), pieces(volume.mesh(), grid, {}, weightless(0.001));
+  const HexSolid whole(mesh, grid, {}, test::weightless(0.001)),
+      pieces(volume.mesh(), grid, {}, test::weightless(0.001));
   double least = 1;
   for (const HexCell& cell : pieces.lattice().cells) least = std::min(least, cell.fill);
   EXPECT_LT(least, 2e-3);
@@ -146,21 +136,21 @@ TEST(HexSolid, the_stable_step_is_not_changed_by_cuts_nor_by_little_fill) {
             1.01 * omega2_at_rest(pieces.material(), 0.0125, 1));
   // The same for a lattice whose border cells are almost empty.
   const TetMesh slice = test::tet_box(2, 2, 2, Vec3(0.0251, 0.02501, 0.025));
-  const HexSolid thin = solid_of(slice, 0.0125, weightless(0.001));
+  const HexSolid thin = solid_of(slice, 0.0125, test::weightless(0.001));
   EXPECT_LT(largest_omega2(thin, nodes_at_rest(thin.lattice())), 1.01 * omega2_at_rest(thin.material(), 0.0125, 1));
 }
 
 TEST(HexSolid, a_cut_body_goes_on_as_it_was) {
   const TetMesh mesh = block();
   const Grid grid = grid_around(mesh, 0.0125);
-  HexSolid solid(mesh, grid, {}, held_at_end(mesh));
+  HexSolid solid(mesh, grid, {}, test::held_at_end(mesh, 0.001));
   Points x = at_rest(mesh), v = still(x);
   for (int n = 0; n < 120; ++n) solid.step(x, v, {}, {});
   TetTopology volume(mesh);
   cut(volume, {plane_at(0.043)}, {});
   const TetMesh halves = volume.mesh();
-  HexSolid after(halves, grid, {}, held_at_end(halves), VolumeIntegrator::automatic, &solid);
-  HexSolid followed(mesh, grid, {}, held_at_end(mesh), VolumeIntegrator::automatic, &solid);
+  HexSolid after(halves, grid, {}, test::held_at_end(halves, 0.001), VolumeIntegrator::automatic, &solid);
+  HexSolid followed(mesh, grid, {}, test::held_at_end(mesh, 0.001), VolumeIntegrator::automatic, &solid);
   followed.change(volume.change());
   EXPECT_EQ(followed.node_position_world_m().size(), after.node_position_world_m().size());
   EXPECT_NEAR(followed.energy_j({}, {}), after.energy_j({}, {}), 1e-9 * std::abs(after.energy_j({}, {})));
@@ -195,7 +185,7 @@ TEST(HexSolid, both_integrators_come_to_rest_in_the_same_place) {
   for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only}) {
     VolumeMaterial soft;
     soft.young_pa = 20000;
-    HexSolid solid(mesh, grid_around(mesh, 0.025), soft, held_at_end(mesh), driver);
+    HexSolid solid(mesh, grid_around(mesh, 0.025), soft, test::held_at_end(mesh, 0.001), driver);
     Points x = at_rest(mesh), v = still(x);
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
     EXPECT_EQ(solid.diagnostics().implicit_steps, 0u);
@@ -213,7 +203,7 @@ TEST(HexSolid, both_integrators_come_to_rest_in_the_same_place) {
 TEST(HexDescent, never_raises_the_objective_and_mends_what_is_inverted) {
   const TetMesh mesh = block(2);
   for (const double poisson : {0.3, 0.45, 0.49}) {
-    const HexSolid solid = solid_of(mesh, 0.0125, weightless(0.016), poisson);
+    const HexSolid solid = solid_of(mesh, 0.0125, test::weightless(0.016), poisson);
     const HexDescent descent(solid.lattice(), solid.material());
     std::vector<Vec3> y;
     for (std::uint32_t n = 0; n < solid.lattice().nodes.size(); ++n) y.push_back(solid.lattice().rest_m(n));
@@ -250,8 +240,8 @@ TEST(HexDescent, never_raises_the_objective_and_mends_what_is_inverted) {
 // The body is stretched until the substeps of the rest state are too long, and released.
 TEST(HexSolid, a_stretched_body_gets_more_parts) {
   const TetMesh mesh = block(3);
-  const double limit_s = solid_of(mesh, 0.05 / 3, weightless(1e-5)).explicit_limit_s();
-  HexSolid solid = solid_of(mesh, 0.05 / 3, weightless(1.999 * limit_s));
+  const double limit_s = solid_of(mesh, 0.05 / 3, test::weightless(1e-5)).explicit_limit_s();
+  HexSolid solid = solid_of(mesh, 0.05 / 3, test::weightless(1.999 * limit_s));
   EXPECT_EQ(solid.substeps(), 2);
   Points x = at_rest(mesh), v = still(x);
   int most_parts = 0;
@@ -276,7 +266,7 @@ TEST(HexSolid, a_stretched_body_gets_more_parts) {
 TEST(HexSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_back) {
   const TetMesh mesh = block(2);
   for (const Vec3f& scale : {Vec3f(5, 1, 5), Vec3f(1, 1, 0.05f)}) {
-    HexSolid solid = solid_of(mesh, 0.025, weightless(0.001), 0.49);
+    HexSolid solid = solid_of(mesh, 0.025, test::weightless(0.001), 0.49);
     Points x = at_rest(mesh), v = still(x);
     solid.step(x, v, {}, {});
     for (int n = 0; n < 40; ++n) {  // until the nodes follow
@@ -318,7 +308,7 @@ TEST(HexSolid, a_held_body_weighs_what_it_weighs) {
 // A change of a vertex's state from outside changes the nodes by the same momentum.
 TEST(HexSolid, a_push_on_vertices_arrives) {
   const TetMesh mesh = block(2);
-  HexSolid solid = solid_of(mesh, 0.017, weightless(0.0005));
+  HexSolid solid = solid_of(mesh, 0.017, test::weightless(0.0005));
   Points x = at_rest(mesh), v = still(x);
   solid.step(x, v, {}, {});
   Vec3 given = Vec3::Zero();
@@ -336,7 +326,7 @@ TEST(HexSolid, a_push_on_vertices_arrives) {
 
 TEST(HexSolid, a_turned_body_begins_where_it_is) {
   const TetMesh mesh = block(2);
-  HexSolid solid = solid_of(mesh, 0.017, weightless(0.001));
+  HexSolid solid = solid_of(mesh, 0.017, test::weightless(0.001));
   Pose pose;
   pose.position_m = Vec3(0.1, -0.2, 0.05);
   pose.orientation = Eigen::AngleAxisd(2.5, Vec3(1, 2, 3).normalized());

@@ -8,20 +8,15 @@
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "tests/support/tet_shapes.h"
+#include "tests/support/volume_settings.h"
 
 namespace sectio {
 namespace {
 
 using test::Points;
 
-TetMesh bar() {
+TetMesh coarse_bar() {
   return test::tet_box(8, 2, 2, Vec3(0.2, 0.05, 0.05));
-}
-VolumeSettings held_at_end(const TetMesh& mesh, double step_s) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.x() < 1e-9);
-  return settings;
 }
 VolumeMaterial material(double young_pa, double poisson = 0.4) {
   VolumeMaterial m;
@@ -58,14 +53,14 @@ std::vector<Vec3> shaken(std::vector<Vec3> x, double by_m) {
 }
 
 TEST(Implicit, products_are_differences_of_forces) {
-  const TetMesh mesh = bar();
-  TetSolid solid(mesh, material(1e5), held_at_end(mesh, 0.001));
+  const TetMesh mesh = coarse_bar();
+  TetSolid solid(mesh, material(1e5), test::held_at_end(mesh, 1e-9, 0.001));
   EXPECT_LT(error_of_product(solid.energy(), shaken(mesh.vertices_body_m, 1e-4), 1e-6), 1e-5);
-  HexSolid lattice(mesh, grid_around(mesh, 0.025), material(1e5), held_at_end(mesh, 0.001));
+  HexSolid lattice(mesh, grid_around(mesh, 0.025), material(1e5), test::held_at_end(mesh, 1e-9, 0.001));
   std::vector<Vec3> nodes;
   for (std::uint32_t n = 0; n < lattice.lattice().nodes.size(); ++n) nodes.push_back(lattice.lattice().rest_m(n));
   EXPECT_LT(error_of_product(lattice.energy(), shaken(nodes, 1e-4), 1e-6), 1e-5);
-  const TetSprings springs(mesh, material(1e5), held_at_end(mesh, 0.001));
+  const TetSprings springs(mesh, material(1e5), test::held_at_end(mesh, 1e-9, 0.001));
   SpringEnergy energy;
   energy.read(springs.rows(), static_cast<std::uint32_t>(mesh.vertices_body_m.size()));
   std::vector<Vec3> longer = mesh.vertices_body_m;
@@ -74,8 +69,8 @@ TEST(Implicit, products_are_differences_of_forces) {
 }
 
 TEST(Implicit, blocks_are_those_of_the_product) {
-  const TetMesh mesh = bar();
-  TetSolid solid(mesh, material(1e5), held_at_end(mesh, 0.001));
+  const TetMesh mesh = coarse_bar();
+  TetSolid solid(mesh, material(1e5), test::held_at_end(mesh, 1e-9, 0.001));
   const std::vector<Vec3> x = shaken(mesh.vertices_body_m, 1e-4);
   solid.energy().linearise(x);
   std::vector<Mat3> blocks(x.size(), Mat3::Zero());
@@ -96,7 +91,7 @@ double lowest_m(std::span<const Vec4f> x) {
 class Sag : public testing::TestWithParam<std::string> {
  protected:
   std::unique_ptr<VolumeModel> make(const TetMesh& mesh, double step_s) const {
-    const VolumeSettings settings = held_at_end(mesh, step_s);
+    const VolumeSettings settings = test::held_at_end(mesh, 1e-9, step_s);
     if (GetParam() == "solid")
       return std::make_unique<TetSolid>(mesh, material(1e5), settings, VolumeIntegrator::implicit_only);
     return std::make_unique<HexSolid>(mesh, grid_around(mesh, 0.025), material(1e5), settings,
@@ -106,7 +101,7 @@ class Sag : public testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(All, Sag, testing::Values("solid", "lattice"), [](const auto& p) { return p.param; });
 
 TEST_P(Sag, is_the_same_with_steps_of_1_and_100_ms_and_what_is_left_over_is_small) {
-  const TetMesh mesh = bar();
+  const TetMesh mesh = coarse_bar();
   double sag_m[2];
   for (const double step_s : {0.001, 0.1}) {
     const auto model = make(mesh, step_s);
@@ -124,7 +119,7 @@ TEST_P(Sag, is_the_same_with_steps_of_1_and_100_ms_and_what_is_left_over_is_smal
 
 // Flattened to 2 %, and scrambled by an edge: the shape at rest comes back.
 TEST_P(Sag, wrecks_return) {
-  const TetMesh mesh = bar();
+  const TetMesh mesh = coarse_bar();
   for (const double step_s : {0.001, 0.0167}) {
     for (const bool scrambled : {false, true}) {
       const auto model = make(mesh, step_s);
@@ -148,8 +143,8 @@ TEST_P(Sag, wrecks_return) {
 
 // A patch pressed in by 5 mm: where it should be, with the force that the elastic forces answer.
 TEST(Implicit, held_points_are_where_they_are_held) {
-  const TetMesh mesh = bar();
-  TetSolid solid(mesh, material(1e5), held_at_end(mesh, 0.001), VolumeIntegrator::implicit_only);
+  const TetMesh mesh = coarse_bar();
+  TetSolid solid(mesh, material(1e5), test::held_at_end(mesh, 1e-9, 0.001), VolumeIntegrator::implicit_only);
   solid.set_gravity(Vec3::Zero());
   Points x = test::at_rest(mesh), v = test::still(x);
   std::vector<PointConstraint> holds;

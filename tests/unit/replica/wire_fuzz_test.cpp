@@ -17,17 +17,17 @@ namespace {
 using test::damaged;
 using test::MovingWorld;
 
-constexpr std::uint64_t kEpoch = 7;
+constexpr std::uint64_t kWireEpoch = 7;
 constexpr std::uint32_t kSmallChunks = 600;
 
 class WireFuzz : public testing::Test {
  protected:
-  WireFuzz() : encoder(kEpoch, MovingWorld::kStep_s, 1) {
+  WireFuzz() : encoder(kWireEpoch, MovingWorld::kStep_s, 1) {
     SceneInfo scene = world.scene("fuzz");
-    scene.epoch = kEpoch;
+    scene.epoch = kWireEpoch;
     replica.reset(scene);
     hashes.insert(world.mesh().hash());
-    replica.feed_keyframe(kEpoch, 0, to_bytes(keyframe_of(world.mesh())));
+    replica.feed_keyframe(kWireEpoch, 0, to_bytes(keyframe_of(world.mesh())));
   }
 
   // The message as it arrives, if it does.
@@ -47,7 +47,7 @@ class WireFuzz : public testing::Test {
     for (const BodyDelta& body : output.deltas) {
       encoder.changed(0, body.delta);
       for (int copy = hostile ? 4 : 0; copy >= 0; --copy)
-        if (auto m = over_the_wire(DeltaMessage{kEpoch, 0, body.delta}, copy > 0)) replica.feed(std::move(*m));
+        if (auto m = over_the_wire(DeltaMessage{kWireEpoch, 0, body.delta}, copy > 0)) replica.feed(std::move(*m));
     }
     StateSnapshot snapshot;
     snapshot.step = output.step;
@@ -63,9 +63,9 @@ class WireFuzz : public testing::Test {
   // Feeds chunks in the way of ClientNet.
   void keyframe(bool hostile) {
     const std::vector<std::uint8_t> bytes = to_bytes(keyframe_of(world.mesh()));
-    for (const KeyframeChunk& chunk : split_keyframe(kEpoch, 0, world.mesh().revision(), bytes, kSmallChunks))
-      if (auto m = over_the_wire(chunk, hostile && chance(20)); m && m->epoch == kEpoch && m->body_id == 0)
-        if (const auto whole = assembler.add(std::move(*m))) replica.feed_keyframe(kEpoch, 0, *whole);
+    for (const KeyframeChunk& chunk : split_keyframe(kWireEpoch, 0, world.mesh().revision(), bytes, kSmallChunks))
+      if (auto m = over_the_wire(chunk, hostile && chance(20)); m && m->epoch == kWireEpoch && m->body_id == 0)
+        if (const auto whole = assembler.add(std::move(*m))) replica.feed_keyframe(kWireEpoch, 0, *whole);
     encoder.refresh(0);
   }
   void expect_sound() {

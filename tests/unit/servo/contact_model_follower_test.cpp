@@ -20,8 +20,8 @@ ContactModel pressed() {
 }
 
 // A hand at 1 kHz, and a server that answers each of its samples after a delay.
-struct Loop {
-  explicit Loop(const DeviceLimits& device = {}) : follower(device) {}
+struct Followed {
+  explicit Followed(const DeviceLimits& device = {}) : follower(device) {}
 
   Vec3 tick() {
     now_s += 0.001;
@@ -43,13 +43,13 @@ struct Loop {
 };
 
 TEST(ContactModelFollower, no_model_no_force) {
-  Loop loop;
+  Followed loop;
   EXPECT_EQ(loop.tick(), Vec3::Zero());
   EXPECT_EQ(loop.follower.model(), nullptr);
 }
 
 TEST(ContactModelFollower, force_is_the_servers_and_changes_with_the_hands_own_motion) {
-  Loop loop;
+  Followed loop;
   EXPECT_NEAR(loop.live(pressed(), 200).z(), 0.4, 1e-6);
   loop.tip.z() -= 0.001;
   EXPECT_NEAR(loop.tick().z(), 0.6, 1e-6);
@@ -60,7 +60,7 @@ TEST(ContactModelFollower, force_is_the_servers_and_changes_with_the_hands_own_m
 // The server's force is that of 25 ms ago, and its stiffness is wrong: a sine, prescribed.
 TEST(ContactModelFollower, only_the_change_within_the_delay_can_be_wrong) {
   for (const double stiffness : {200.0, 150.0}) {
-    Loop loop;
+    Followed loop;
     const auto depth_m = [](double t) { return 0.003 + 0.001 * std::sin(20 * t); };
     double error = 0, all = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -80,7 +80,7 @@ TEST(ContactModelFollower, only_the_change_within_the_delay_can_be_wrong) {
 }
 
 TEST(ContactModelFollower, another_response_is_no_other_force) {
-  Loop loop;
+  Followed loop;
   loop.live(pressed(), 200);
   for (const double stiffness : {400.0, 100.0}) {
     ContactModel other = pressed();
@@ -91,7 +91,7 @@ TEST(ContactModelFollower, another_response_is_no_other_force) {
 }
 
 TEST(ContactModelFollower, a_plane_that_is_known_is_met_without_waiting) {
-  Loop loop;
+  Followed loop;
   loop.tip.z() = 0.001;
   ContactModel near = pressed();
   near.state = ContactState::free;
@@ -102,7 +102,7 @@ TEST(ContactModelFollower, a_plane_that_is_known_is_met_without_waiting) {
 }
 
 TEST(ContactModelFollower, knows_its_own_samples_only) {
-  Loop loop;
+  Followed loop;
   loop.live(pressed(), 50);
   for (const double ago_s : {-0.01, 0.3, 0.5}) {
     ContactModel other = pressed();
@@ -122,7 +122,7 @@ TEST(ContactModelFollower, a_response_is_scaled_to_what_the_device_can_do) {
   stiff.mass_kg = 1;
   stiff.side_stiffness_n_per_m = 1e5;
   for (const DeviceLimits& device : {DeviceLimits{}, DeviceLimits{.damping_n_s_per_m = 0.2, .mass_kg = 0.05}}) {
-    Loop loop(device);
+    Followed loop(device);
     loop.live(stiff, 5);
     const ContactModel& m = *loop.follower.model();
     const double damping = device.damping_n_s_per_m + ContactModelFollower::kHandDamping_n_s_per_m;
@@ -137,7 +137,7 @@ TEST(ContactModelFollower, sticks_up_to_friction_and_is_dragged_along) {
   ContactModel m = pressed();
   m.side_stiffness_n_per_m = 100;
   m.friction = 0.5;  // slips at 0.2 N, 2 mm
-  Loop loop;
+  Followed loop;
   loop.live(m, 100);
   for (int i = 0; i < 50; ++i) {
     loop.tip.x() += 1e-4;
@@ -159,7 +159,7 @@ TEST(ContactModelFollower, sideways_force_does_not_hang_on_a_small_normal_one) {
   m.side_stiffness_n_per_m = 100;
   m.friction = 0.5;
   m.force_world_n = Vec3(1, 0, 5e-4);
-  Loop loop;
+  Followed loop;
   EXPECT_NEAR(loop.live(m, 2000).x(), 1, 1e-3);
 }
 
@@ -171,7 +171,7 @@ TEST(ContactModelFollower, a_blade_is_held_until_the_tissue_yields) {
   m.stiffness_n_per_m = 0;
   m.side_stiffness_n_per_m = 200;
   m.yield_n = 0.5;
-  Loop loop;
+  Followed loop;
   loop.live(m, 1000);
   double most_n = 0;
   for (int i = 0; i < 200; ++i) {
@@ -183,7 +183,7 @@ TEST(ContactModelFollower, a_blade_is_held_until_the_tissue_yields) {
 }
 
 TEST(ContactModelFollower, silence_ramps_the_force_to_zero_without_a_jump) {
-  Loop loop;
+  Followed loop;
   double before = loop.live(pressed(), 200).z(), largest_step_n = 0;
   int ticks = 0;
   for (; before > 0 && ticks < 1000; ++ticks) {

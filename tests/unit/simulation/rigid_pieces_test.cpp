@@ -9,11 +9,6 @@
 namespace sectio::test {
 namespace {
 
-TriangleSoup moved(TriangleSoup soup, const Vec3& by) {
-  for (Vec3& p : soup.vertices_body_m) p += by;
-  return soup;
-}
-
 // A step of bodies without instruments.
 void step_all(std::span<const std::unique_ptr<Body>> bodies, const Scene& scene,
               std::span<const std::uint8_t> disturbed = {}) {

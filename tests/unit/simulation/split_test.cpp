@@ -14,11 +14,6 @@
 namespace sectio::test {
 namespace {
 
-TriangleSoup moved(TriangleSoup soup, const Vec3& by) {
-  for (Vec3& p : soup.vertices_body_m) p += by;
-  return soup;
-}
-
 // The result of the stage of splitting for a body.
 struct Split {
   std::vector<TopologyDelta> deltas;

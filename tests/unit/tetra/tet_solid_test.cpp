@@ -6,6 +6,7 @@
 
 #include "tests/support/pressed_block.h"
 #include "tests/support/tet_shapes.h"
+#include "tests/support/volume_settings.h"
 
 namespace sectio {
 namespace {
@@ -19,19 +20,6 @@ TetMesh block(int n = 4) {
   test::jitter(mesh, 0.05 * 0.15 / n);
   return mesh;
 }
-// Fixes the end at x = 0.
-VolumeSettings held_at_end(const TetMesh& mesh, double step_s = 0.001) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(p.x() < 0.004);
-  return settings;
-}
-VolumeSettings weightless(double step_s) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  settings.gravity_m_per_s2.setZero();
-  return settings;
-}
 int inverted(const TetMesh& mesh, const Points& x) {
   int count = 0;
   const auto at = [&](VertexId v) -> Vec3 { return x[v].head<3>().cast<double>(); };
@@ -42,7 +30,7 @@ int inverted(const TetMesh& mesh, const Points& x) {
 TEST(TetKernel, registers_of_8_and_of_16_give_the_same_bits) {
   if (!has_avx512()) GTEST_SKIP() << "this processor has no AVX-512";
   const TetMesh mesh = block();
-  const TetSolid solid(mesh, {}, held_at_end(mesh));
+  const TetSolid solid(mesh, {}, test::held_at_end(mesh, 0.004));
   Points x = at_rest(mesh);
   for (Vec4f& p : x) p.x() += 3 * p.y() * p.z();
   Points a = x, b = x, va = still(x), vb = va;
@@ -69,7 +57,7 @@ TEST_P(Descent, never_raises_the_objective_and_mends_what_is_inverted) {
   VolumeMaterial material;
   material.poisson = GetParam();
   const double h = 0.016;
-  const TetSolid solid(mesh, material, weightless(h));
+  const TetSolid solid(mesh, material, test::weightless(h));
   const Points y = at_rest(mesh);
   for (const int kind : {0, 1, 2}) {
     Points x = y;
@@ -103,7 +91,7 @@ TEST(TetSolid, both_integrators_come_to_rest_in_the_same_place) {
   soft.young_pa = 20000;
   Points ends[2];
   for (const VolumeIntegrator driver : {VolumeIntegrator::automatic, VolumeIntegrator::implicit_only}) {
-    TetSolid solid(mesh, soft, held_at_end(mesh), driver);
+    TetSolid solid(mesh, soft, test::held_at_end(mesh, 0.004), driver);
     Points x = at_rest(mesh), v = still(x);
     for (int n = 0; n < 1500; ++n) solid.step(x, v, {}, {});
     EXPECT_EQ(solid.diagnostics().implicit_steps, 0u);
@@ -124,7 +112,7 @@ TEST(TetSolid, the_implicit_driver_takes_over_where_the_bound_says_so_and_hands_
   const TetMesh mesh = block(3);
   VolumeMaterial material;
   material.poisson = 0.49;
-  TetSolid solid(mesh, material, weightless(0.001));
+  TetSolid solid(mesh, material, test::weightless(0.001));
   Points x = at_rest(mesh), v = still(x);
   std::vector<PointConstraint> plates;
   std::vector<VertexId> pressed;
@@ -195,7 +183,7 @@ TEST(TetSolid, A_18_momentum_and_energy_of_a_spinning_stretched_body) {
   const TetMesh mesh = test::tet_box(4, 2, 2, Vec3(0.1, 0.05, 0.05));
   VolumeMaterial material;
   material.damping_per_s = 0;
-  TetSolid solid(mesh, material, weightless(0.0005));
+  TetSolid solid(mesh, material, test::weightless(0.0005));
   Points x = at_rest(mesh), v = still(x);
   for (std::size_t i = 0; i < x.size(); ++i) {
     x[i].head<3>() = (1.05 * (mesh.vertices_body_m[i] - Vec3(0.05, 0.025, 0.025))).cast<float>();
@@ -230,7 +218,7 @@ TEST(TetSolid, the_predicted_limit_is_the_limit) {
   const TetMesh mesh = block(2);
   VolumeMaterial material;
   material.damping_per_s = 0;
-  const TetSolid solid(mesh, material, weightless(1e-5));
+  const TetSolid solid(mesh, material, test::weightless(1e-5));
   const double limit = solid.explicit_limit_s() / 0.6;
   for (const double k : {0.95, 1.1}) {
     TetRows rows = solid.rows();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/support/tet_shapes.h"
+#include "tests/support/volume_settings.h"
 
 namespace sectio {
 namespace {
@@ -13,12 +14,6 @@ using test::at_rest;
 using test::Points;
 using test::still;
 
-VolumeSettings weightless(double step_s) {
-  VolumeSettings settings;
-  settings.step_s = step_s;
-  settings.gravity_m_per_s2.setZero();
-  return settings;
-}
 VolumeMaterial undamped() {
   VolumeMaterial material;
   material.damping_per_s = 0;
@@ -33,7 +28,7 @@ double kinetic_j(const TetSprings& model, const Points& v) {
 
 TEST(C_PHY, C_PHY_2_dampers_only_take_energy_and_leave_momentum) {
   const TetMesh mesh = test::tet_box(3, 3, 3, Vec3(0.06, 0.06, 0.06));
-  TetSprings model(mesh, undamped(), weightless(0.0005), {0.5, 0.002, true});
+  TetSprings model(mesh, undamped(), test::weightless(0.0005), {0.5, 0.002, true});
   Points x = at_rest(mesh), v = still(x);
   for (std::size_t i = 0; i < x.size(); ++i) v[i].x() = 0.3f * x[i].x() * (i % 2 == 0 ? 1.0f : 0.5f) + 0.02f;
   Vec3 before = Vec3::Zero(), after = Vec3::Zero();
@@ -55,7 +50,7 @@ TEST(C_PHY, C_PHY_2_dampers_only_take_energy_and_leave_momentum) {
 TEST(C_PHY, C_PHY_3_second_neighbours_have_constants_of_their_own_and_save_volume) {
   const TetMesh mesh = test::tet_box(4, 4, 4, Vec3(0.08, 0.08, 0.08));
   const auto volume_pressed = [&](double share) {
-    VolumeSettings settings = weightless(0.001);
+    VolumeSettings settings = test::weightless(0.001);
     TetSprings model(mesh, {}, settings, {share, 0, true});
     Points x = at_rest(mesh), v = still(x);
     std::vector<PointConstraint> plates;
@@ -94,7 +89,7 @@ TEST(C_PHY, C_PHY_4_A_21_verlet_is_of_second_order) {
   TetMesh mesh;
   mesh.vertices_body_m = {{0, 0, 0}, {0.05, 0, 0}, {0, 0.05, 0}, {0, 0, 0.05}};
   mesh.tetrahedra = {{0, 1, 2, 3}};
-  VolumeSettings settings = weightless(0.001);
+  VolumeSettings settings = test::weightless(0.001);
   settings.fixed = {0, 1, 1, 1};
   // One moving vertex on three springs at right angles: x(t) = a cos(omega t) for small a, along the axis x.
   const auto end_error = [&](double h, int steps) {
@@ -119,7 +114,7 @@ TEST(C_PHY, C_PHY_4_A_21_verlet_is_of_second_order) {
 
 TEST(C_PHY, C_PHY_5_drag_takes_what_it_should) {
   const TetMesh mesh = test::tet_box(2, 2, 2, Vec3(0.05, 0.05, 0.05));
-  TetSprings model(mesh, {}, weightless(0.001));
+  TetSprings model(mesh, {}, test::weightless(0.001));
   Points x = at_rest(mesh), v = still(x);
   for (Vec4f& u : v) u.y() = 0.5f;
   for (int n = 0; n < 100; ++n) model.step(x, v, {}, {});
@@ -152,7 +147,7 @@ TEST(TetSprings, the_tensile_test_at_load_makes_youngs_modulus_right_and_says_wh
 // A bar that is pulled at both ends in the dynamic model has the modulus of the linear tensile test.
 TEST(TetSprings, a_pulled_bar_has_the_modulus_asked_for) {
   const TetMesh mesh = test::tet_box(8, 3, 3, Vec3(0.16, 0.06, 0.06));
-  TetSprings model(mesh, {}, weightless(0.001));
+  TetSprings model(mesh, {}, test::weightless(0.001));
   Points x = at_rest(mesh), v = still(x);
   std::vector<PointConstraint> ends;
   for (VertexId i = 0; i < x.size(); ++i)

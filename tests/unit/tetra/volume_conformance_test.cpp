@@ -32,7 +32,7 @@ Points points(std::span<const Vec3> at) {
   return p;
 }
 
-TetMesh block() {
+TetMesh jittered_block() {
   TetMesh mesh = test::tet_box(4, 3, 3, Vec3(0.08, 0.06, 0.06));
   test::jitter(mesh, 0.003);
   return mesh;
@@ -74,7 +74,7 @@ Engine surface_engine() {
 
 // The lattice, on its nodes; cells at the border are partly empty.
 Engine lattice_engine(double poisson) {
-  const TetMesh mesh = block();
+  const TetMesh mesh = jittered_block();
   VolumeMaterial material;
   material.poisson = poisson;
   const auto solid = std::make_shared<HexSolid>(mesh, grid_around(mesh, 0.017), material, VolumeSettings{});
@@ -86,7 +86,7 @@ Engine lattice_engine(double poisson) {
 }
 
 std::vector<Engine> engines() {
-  const TetMesh mesh = block();
+  const TetMesh mesh = jittered_block();
   std::vector<Engine> all;
   for (const double poisson : {0.3, 0.45, 0.49}) {
     VolumeMaterial material;

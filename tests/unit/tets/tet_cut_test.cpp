@@ -12,7 +12,7 @@ namespace {
 
 const TetCutSettings kExact{0, false};
 
-TetMesh block(int n = 3) {
+TetMesh off_planes(int n = 3) {
   TetMesh mesh = test::tet_box(n, n, n, Vec3(0.06, 0.06, 0.06));
   for (Vec3& x : mesh.vertices_body_m) x += Vec3(0.0131, 0.0057, 0.0023);  // away from the planes of the cuts
   return mesh;
@@ -67,7 +67,7 @@ TEST(C_CUT, C_CUT_5_three_cut_edges_make_four_tetrahedra_and_four_make_six) {
 
 TEST(C_CUT, C_CUT_6_neighbours_match_and_a_cut_through_parts_at_the_plane) {
   for (const Vec3& normal : {Vec3(0, 0, 1), Vec3(1, 2, 3), Vec3(-3, 1, 0.5)}) {
-    TetTopology volume(block());
+    TetTopology volume(off_planes());
     const Vec3 u = normal.unitOrthogonal(), w = normal.normalized().cross(u);
     cut(volume, sheet(kMiddle, u, w), kExact);
     EXPECT_TRUE(report(volume).valid) << report(volume).first_defect;
@@ -79,7 +79,7 @@ TEST(C_CUT, C_CUT_6_neighbours_match_and_a_cut_through_parts_at_the_plane) {
 }
 
 TEST(C_CUT, C_CUT_7_a_cut_that_ends_inside_stays_one_part_with_a_closed_tip) {
-  TetTopology volume(block(4));
+  TetTopology volume(off_planes(4));
   const TetCutOutcome outcome = cut(volume, sheet(kMiddle + Vec3(0.02, 0, 0), Vec3(0.025, 0, 0), Vec3(0, 1, 0.1)), {});
   EXPECT_GT(outcome.twins, 3u);
   EXPECT_EQ(part_volumes(volume.mesh()).size(), 1u);
@@ -89,7 +89,7 @@ TEST(C_CUT, C_CUT_7_a_cut_that_ends_inside_stays_one_part_with_a_closed_tip) {
 
 TEST(C_CUT, C_CUT_3_C_CUT_4_semi_progressive_cuts_only_what_is_cut_through) {
   // A nick that crosses one edge, and no element as a whole.
-  TetTopology all(block(4)), through(block(4));
+  TetTopology all(off_planes(4)), through(off_planes(4));
   const Tetrahedron t = all.tetrahedra()[160];
   const Vec3 a = all.vertex(t[0]).position_world_m, b = all.vertex(t[1]).position_world_m;
   const Vec3 u = 0.001 * (b - a).unitOrthogonal(), w = (b - a).normalized().cross(u);
@@ -98,7 +98,7 @@ TEST(C_CUT, C_CUT_3_C_CUT_4_semi_progressive_cuts_only_what_is_cut_through) {
   EXPECT_FALSE(cut(through, nick, {0.08, true}).changed());
   EXPECT_TRUE(report(all).valid) << report(all).first_defect;
   // A cut through the whole body is the same in both modes.
-  TetTopology c(block()), d(block());
+  TetTopology c(off_planes()), d(off_planes());
   const CutSheet whole = sheet(kMiddle, Vec3(1, 0.2, 0), Vec3(0, 1, 0.1));
   cut(c, whole, {0.08, false});
   cut(d, whole, {0.08, true});
@@ -117,7 +117,7 @@ TEST(TetCut, snapping_goes_to_vertices_and_through_faces_without_splits) {
 }
 
 TEST(TetCut, a_second_cut_across_and_one_along_the_first) {
-  TetTopology volume(block());
+  TetTopology volume(off_planes());
   const CutSheet flat = sheet(kMiddle, Vec3(1, 0.1, 0), Vec3(0, 1, 0.1));
   cut(volume, flat, {});
   const std::size_t before = volume.tetrahedra().size();
@@ -139,7 +139,7 @@ bool same(const TetTopology& a, const TetTopology& b) {
 }
 
 TEST(TetCut, undone_to_the_last_bit) {
-  TetTopology volume(block(4));
+  TetTopology volume(off_planes(4));
   cut(volume, sheet(kMiddle, Vec3(0.02, 0.001, 0), Vec3(0, 0.02, 0.004)), {});
   const TetTopology before = volume;
   const std::size_t mark = volume.mark();
@@ -184,7 +184,7 @@ Swept swept(int n) {
 
 TEST(TetCut, opens_inside_elements_as_far_as_the_sheet_goes_and_is_undone_to_the_last_bit) {
   for (int n = 0; n < 24; ++n) {
-    TetTopology volume(block(4));
+    TetTopology volume(off_planes(4));
     const TetTopology before = volume;
     const double closed_m2 = surface_m2(volume);
     cut(volume, swept(n).sheet(), {1e-6});
@@ -203,7 +203,7 @@ TEST(TetCut, the_tip_of_the_opening_is_at_the_blade_to_what_snapping_allows) {
   const double longest_m = 0.015 * std::sqrt(2.0), most_m = 0.08 * longest_m;
   double furthest_m = 0;
   for (int n = 0; n < 24; ++n) {
-    TetTopology volume(block(4));
+    TetTopology volume(off_planes(4));
     const std::size_t vertices = volume.vertex_count();
     cut(volume, swept(n).sheet(), {});
     EXPECT_TRUE(report(volume).conforming) << n << ": " << report(volume).first_defect;
@@ -234,7 +234,7 @@ TEST(TetCut, the_tip_of_the_opening_is_at_the_blade_to_what_snapping_allows) {
 // A cut down and one sideways separate a corner, also if the two sheets meet inside an element.
 TEST(C_CUT, C_CUT_8_a_stroke_with_a_bend_takes_a_corner_off) {
   for (const int n : {3, 4, 5}) {
-    TetTopology volume(block(n));
+    TetTopology volume(off_planes(n));
     const Vec3 a = kMiddle + Vec3(0.0071, -0.1, 0.05), b = kMiddle + Vec3(0.0071, 0.1, 0.05);
     const Vec3 down(0, 0, -0.045), aside = down + Vec3(0.05, 0, 0);
     const TetCutOutcome first = cut(volume, {{a, b, b + down, a + down}, {}, 2 | 4 | 8}, {});
@@ -247,7 +247,7 @@ TEST(C_CUT, C_CUT_8_a_stroke_with_a_bend_takes_a_corner_off) {
 }
 
 TEST(TetCut, A_20_a_cut_leaves_deformation_energy_and_momentum_as_they_were) {
-  const TetMesh mesh = block();
+  const TetMesh mesh = off_planes();
   TetTopology volume(mesh);
   std::vector<Vec3> x;
   for (VertexId v = 0; v < mesh.vertices_body_m.size(); ++v) {
@@ -277,7 +277,7 @@ TEST(TetCut, A_20_a_cut_leaves_deformation_energy_and_momentum_as_they_were) {
 }
 
 TEST(TetCut, followed_from_where_it_begins_it_is_the_same_cut) {
-  TetTopology everywhere(block(4)), followed(block(4));
+  TetTopology everywhere(off_planes(4)), followed(off_planes(4));
   const CutSheet half = sheet(kMiddle + Vec3(0.02, 0, 0), Vec3(0.025, 0, 0), Vec3(0, 1, 0.1));
   const TetCutOutcome all = cut(everywhere, half, {});
   std::uint32_t begin = kNone;
