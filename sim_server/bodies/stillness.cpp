@@ -12,9 +12,9 @@ constexpr float kNothing = 0.02f;  // share of the bound below which a displacem
 
 }  // namespace
 
-bool Stillness::watch(std::span<const Vec4f> position_world_m, double step_s, double after_s, double bound_m) {
-  if (!begun_ || from_world_m_.size() != position_world_m.size()) {
-    from_world_m_.assign(position_world_m.begin(), position_world_m.end());
+bool Stillness::watch(PositionsView positions_world_m, double step_s, double after_s, double bound_m) {
+  if (!begun_ || from_world_m_.size() != positions_world_m.size()) {
+    from_world_m_.assign(positions_world_m.begin(), positions_world_m.end());
     begun_ = true;
     time_s_ = 0;
     first_m2_ = second_m2_ = 0;
@@ -26,9 +26,9 @@ bool Stillness::watch(std::span<const Vec4f> position_world_m, double step_s, do
   ++looks_;
   const auto bound_m2 = static_cast<float>(bound_m * bound_m);
   float& largest_m2 = 2 * looks_ <= kLooks ? first_m2_ : second_m2_;
-  for (std::size_t k = 0, v = liveliest_; k < position_world_m.size(); ++k, ++v) {
-    if (v >= position_world_m.size()) v = 0;
-    const float moved_m2 = (position_world_m[v] - from_world_m_[v]).squaredNorm();
+  for (std::size_t k = 0, v = liveliest_; k < positions_world_m.size(); ++k, ++v) {
+    if (v >= positions_world_m.size()) v = 0;
+    const float moved_m2 = (positions_world_m[v] - from_world_m_[v]).squaredNorm();
     if (!(moved_m2 <= bound_m2)) {  // true for NaN, too
       liveliest_ = v;
       begin_anew();

@@ -8,9 +8,9 @@
 // windows because a slow oscillation is at rest at its turning point.
 #pragma once
 
-#include <span>
 #include <vector>
 
+#include "common/math/positions_view.h"
 #include "common/math/types.h"
 
 namespace sectio {
@@ -19,7 +19,7 @@ class Stillness {
  public:
   // Call after each step of step_s with the state after it. True when the body has been at rest for after_s.
   // O(vertices), 32 times in after_s; O(1) while something moves.
-  bool watch(std::span<const Vec4f> position_world_m, double step_s, double after_s, double bound_m);
+  bool watch(PositionsView positions_world_m, double step_s, double after_s, double bound_m);
   // Call when the body has been disturbed: the window begins anew.
   void begin_anew() { begun_ = again_ = false; }
 
@@ -30,7 +30,7 @@ class Stillness {
   bool again_ = false;                  // the body was at rest in the window before
   float first_m2_ = 0, second_m2_ = 0;  // squares of the largest displacements in the halves
   std::size_t liveliest_ = 0;           // the vertex that last exceeded the bound, tested first
-  std::vector<Vec4f> from_world_m_;
+  std::vector<Vec3f> from_world_m_;
 };
 
 }  // namespace sectio

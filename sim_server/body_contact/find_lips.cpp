@@ -128,8 +128,8 @@ void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) 
 void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, double step_s,
                              std::vector<BodyContact>& contacts) {
   if (lip.pause > 0) return void(--lip.pause);
-  const auto& positions = body.particles.position_world_m;
-  const Vec3 at = positions[v].head<3>().cast<double>();
+  const ParticleView now = body.particles.view();
+  const Vec3 at = now.position(v);
   double nearest = kDeepestM * kDeepestM;
   TriangleId on = kNone;
   ClosestPoint best;
@@ -137,8 +137,7 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   for (const TriangleId t : lip.opposite) {
     if (t == kNone || !is_wall(body.mesh, t) || has_corner(body.mesh.triangle(t), v)) continue;
     const auto& c = body.mesh.triangle(t).v;
-    const Corners corners{positions[c[0]].head<3>().cast<double>(), positions[c[1]].head<3>().cast<double>(),
-                          positions[c[2]].head<3>().cast<double>()};
+    const Corners corners{now.position(c[0]), now.position(c[1]), now.position(c[2])};
     const ClosestPoint closest = closest_on_triangle(at, corners);
     if (closest.squared_distance >= nearest) continue;
     nearest = closest.squared_distance;

@@ -114,8 +114,7 @@ void RigidMotion::place(ParticleState& particles) const {
   const Mat3 turn = body.pose_world().orientation.toRotationMatrix();
   for (std::size_t v = 0; v < arm_m_.size(); ++v) {
     const Vec3 arm = turn * arm_m_[v];
-    particles.position_world_m[v].head<3>() = (body.pose_world().position_m + arm).cast<float>();
-    particles.velocity_world_m_per_s[v].head<3>() = (velocity + spin.cross(arm)).cast<float>();
+    particles.place(v, body.pose_world().position_m + arm, velocity + spin.cross(arm));
   }
 }
 

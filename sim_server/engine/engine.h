@@ -25,7 +25,7 @@ struct SharedBody {
   const TriangleMesh& mesh;
   ParticleState& particles;
 
-  PositionsView positions_world_m() const { return particles.position_world_m; }
+  PositionsView positions_world_m() const { return particles.positions(); }
 };
 
 // A delta that has been applied, and the slots that matter to data kept beside the mesh: ascending, each once.

@@ -8,9 +8,9 @@
 namespace sectio {
 
 void BodyEngines::follow(const SharedBody& body, const TopologyChange& change, const CutTicket* planned) {
+  planned ? cutting->accept(body, *planned) : cutting->follow(body, change);  // a volume gives new vertices their state
   deformation->follow(body, change);
   collision->follow(body, change);
-  planned ? cutting->accept(body, *planned) : cutting->follow(body, change);
   splitting->follow(body, change);
   for (const auto& process : processes) process->follow(body, change);
 }

@@ -55,9 +55,10 @@ struct EngineSite {
   Pose frame_world;  // of the shape at rest
   bool is_part = false;
   bool is_rigid = false;  // a part that moves as a whole: it gets its deformation engine, whatever the factory makes
-  // For a part: the engines of the body that it came off, which still know it, and by vertex of the part its slot
-  // there.
+  // For a part: the engines and the state of the body that it came off, which still know it, and by vertex of the part
+  // its slot there.
   const BodyEngines* parent = nullptr;
+  const ParticleState* parent_particles = nullptr;
   std::span<const VertexId> vertex_from = {};
 };
 

@@ -58,12 +58,11 @@ std::unique_ptr<Body> make_body(Body& parent, Leaving& leaving, const BodySpec& 
                                 std::uint32_t id, const Pose& frame) {
   ParticleState state;
   state.resize(leaving.vertex_from.size());
-  for (std::size_t v = 0; v < state.size(); ++v) {
-    state.position_world_m[v] = parent.particles.position_world_m[leaving.vertex_from[v]];
-    state.velocity_world_m_per_s[v] = parent.particles.velocity_world_m_per_s[leaving.vertex_from[v]];
-  }
+  const ParticleView now = parent.particle_view();
+  for (std::size_t v = 0; v < state.size(); ++v)
+    state.place(v, now.position(leaving.vertex_from[v]), now.velocity(leaving.vertex_from[v]));
   return std::make_unique<Body>(spec, scene, id, parent.make_engines(), std::move(leaving.mesh), std::move(state),
-                                frame, &parent.engines, leaving.vertex_from);
+                                frame, &parent, leaving.vertex_from);
 }
 
 void announce(const Body& part, std::uint32_t parent_id, StepContext& context) {

@@ -47,8 +47,8 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
   return cut(topology_, sheet, settings_.tets, begin);
 }
 
-// A blade that comes out has cut what it passed through in its last step, though tissue that it bulged is still behind
-// it. A blade with a front cuts on only where the tissue ends there: else it is taken out of the middle of the tissue.
+// A blade that comes out has cut the tissue of its last step, even if tissue that it bulged still lies behind it. A
+// blade with a front cuts on only where the tissue ends; elsewhere it is drawn out of the middle of the tissue.
 bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
   const bool has_fronts = settings_.follows_blade();
   const std::size_t mark = topology_.mark();

@@ -58,7 +58,7 @@ void collapse(Volume& volume, const SharedBody& body, const EdgeCollapse& planne
   const Volume::Momentum before = volume.momentum(body, std::move(around));
   std::vector<VolumeDeformation::Slot> freed;
   for (const VertexId slot : planned.slots.freed) freed.push_back({slot, kNone});
-  volume.deformation.change(volume.topology.collapse(planned.v, planned.onto), {}, {}, freed);
+  volume.deformation.change(body, volume.topology.collapse(planned.v, planned.onto), freed);
   volume.surface.accept(planned.slots);
   volume.conserve_momentum(body, before);
 }

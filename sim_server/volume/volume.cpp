@@ -18,9 +18,7 @@ Volume::Volume(const TetMesh& mesh, std::vector<VertexId> vertex_of, VolumeDefor
 }
 
 TetVertexState Volume::state_of(const SharedBody& body, VertexId v) const {
-  const auto slots = surface.slots_of(v);
-  const Vec4f& x = slots.empty() ? deformation.position_world_m()[v] : body.particles.position_world_m[slots[0]];
-  const Vec4f& u = slots.empty() ? deformation.velocity_m_per_s()[v] : body.particles.velocity_world_m_per_s[slots[0]];
+  const Vec4f &x = body.particles.position_world_m[v], &u = body.particles.velocity_world_m_per_s[v];
   return {topology.vertex(v).rest_body_m, x.head<3>().cast<double>(), u.head<3>().cast<double>()};
 }
 
@@ -45,8 +43,7 @@ VolumePart Volume::part(std::span<const VertexId> slots) const {
     const auto [it, is_new] = number.try_emplace(v, static_cast<VertexId>(number.size()));
     if (is_new) {
       part.mesh.vertices_body_m.push_back(topology.vertex(v).rest_body_m);
-      part.position_world_m.push_back(deformation.position_world_m()[v]);
-      part.velocity_m_per_s.push_back(deformation.velocity_m_per_s()[v]);
+      part.vertex_from.push_back(v);
     }
     return it->second;
   };
@@ -64,8 +61,7 @@ Volume::Momentum Volume::momentum(const SharedBody& body, std::vector<VertexId> 
   Momentum sum{std::move(vertices)};
   sort_unique(sum.vertices);
   for (const VertexId v : sum.vertices)
-    if (v < deformation.position_world_m().size())
-      sum.sum_n_s += deformation.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;
+    if (v < body.particles.size()) sum.sum_n_s += deformation.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;
   return sum;
 }
 
@@ -73,20 +69,15 @@ void Volume::conserve_momentum(const SharedBody& body, const Momentum& before) {
   if (before.vertices.empty()) return;
   const Vec3 missing_n_s = before.sum_n_s - momentum(body, before.vertices).sum_n_s;
   const auto is_free = [&](VertexId v) {
-    return v < deformation.position_world_m().size() &&
-           deformation.model().inverse_mass_per_kg(v) > 0;  // not fixed, not gone
+    return v < body.particles.size() && deformation.model().inverse_mass_per_kg(v) > 0;  // not fixed, not gone
   };
   double free_kg = 0;
   for (const VertexId v : before.vertices)
     if (is_free(v)) free_kg += deformation.model().mass_kg(v);
   if (free_kg == 0) return;
   const Vec3 faster = missing_n_s / free_kg;
-  for (const VertexId v : before.vertices) {
-    if (!is_free(v)) continue;
-    const auto slots = surface.slots_of(v);
-    if (slots.empty()) deformation.nudge_inside(v, faster);
-    for (const VertexId slot : slots) body.particles.velocity_world_m_per_s[slot].head<3>() += faster.cast<float>();
-  }
+  for (const VertexId v : before.vertices)
+    if (is_free(v)) body.particles.velocity_world_m_per_s[v].head<3>() += faster.cast<float>();
 }
 
 }  // namespace sectio

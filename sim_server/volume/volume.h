@@ -13,11 +13,10 @@
 
 namespace sectio {
 
-// A component that comes off a volume, with its state and the vertex of each slot of its surface.
+// A component that comes off a volume: the vertex of each slot of its surface, and by vertex its number in the volume.
 struct VolumePart {
   TetMesh mesh;
-  std::vector<VertexId> vertex_of;
-  std::vector<Vec4f> position_world_m, velocity_m_per_s;
+  std::vector<VertexId> vertex_of, vertex_from;
 };
 
 struct Volume {
@@ -27,12 +26,11 @@ struct Volume {
   Volume(const TetMesh& mesh, std::vector<VertexId> vertex_of, VolumeDeformation& deformation, IsFixed is_fixed);
 
   bool is_fixed_at(const Vec3& rest_body_m) const { return is_fixed && is_fixed(rest_body_m); }
-  // The body has the state of vertices at the surface, the deformation that of the others.
   TetVertexState state_of(const SharedBody& body, VertexId v) const;
 
   // The tetrahedra of the component whose surface has these slots, all of them. O(component).
   std::vector<std::uint32_t> tetrahedra_of(std::span<const VertexId> slots) const;
-  // The component of these slots, with its surface as it was after the last step. O(component).
+  // The component of these slots. O(component).
   VolumePart part(std::span<const VertexId> slots) const;
 
   // Masses go by volume, so a change of the topology moves mass between vertices. These keep the momentum.

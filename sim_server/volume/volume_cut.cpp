@@ -88,17 +88,12 @@ void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, con
   std::vector<VolumeDeformation::Slot> slots;
   for (const VertexId slot : cut.slots.freed) slots.push_back({slot, kNone});
   for (const auto& [slot, v] : cut.slots.taken) slots.push_back({slot, v});
-  std::vector<Vec4f> position_world_m, velocity_m_per_s;
-  for (const TetVertexState& state : cut.added) {
-    position_world_m.emplace_back(Vec4f::Zero()).head<3>() = state.position_world_m.cast<float>();
-    velocity_m_per_s.emplace_back(Vec4f::Zero()).head<3>() = state.velocity_m_per_s.cast<float>();
-  }
-  volume.deformation.change(cut.change, position_world_m, velocity_m_per_s, slots);
-  for (const auto& [v, state] : cut.placed) {
-    const auto at_surface = volume.surface.slots_of(v);
-    if (at_surface.empty()) volume.deformation.place_inside(v, state.position_world_m, state.velocity_m_per_s);
-    for (const VertexId slot : at_surface) body.particles.place(slot, state.position_world_m, state.velocity_m_per_s);
-  }
+  volume.deformation.change(body, cut.change, slots);
+  VertexId v = cut.change.first_added;
+  for (const TetVertexState& state : cut.added)
+    body.particles.place_particle(v++, state.position_world_m, state.velocity_m_per_s);
+  for (const auto& [placed, state] : cut.placed)
+    body.particles.place_particle(placed, state.position_world_m, state.velocity_m_per_s);
   volume.conserve_momentum(body, cut.before);
 }
 

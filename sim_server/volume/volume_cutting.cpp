@@ -192,13 +192,13 @@ void VolumeCutting::follow(const SharedBody& body, const TopologyChange& change)
   for (const VertexEdit& e : change.delta.vertices)
     if (!e.alive) gone.push_back(e.id);
   if (gone.empty()) return;
-  remove_component(gone);
+  remove_component(body, gone);
   std::erase_if(state_.blades, [&](const BladeInTissue& b) {
     return std::ranges::any_of(b.v, [&](VertexId v) { return !body.mesh.vertex_alive(v); });
   });
 }
 
-void VolumeCutting::remove_component(std::span<const VertexId> slots) {
+void VolumeCutting::remove_component(const SharedBody& body, std::span<const VertexId> slots) {
   state_.tracks.finalise_fronts();
   const std::vector<std::uint32_t> tetrahedra = volume_->tetrahedra_of(slots);
   double volume_m3 = 0;
@@ -208,7 +208,7 @@ void VolumeCutting::remove_component(std::span<const VertexId> slots) {
   std::vector<VolumeDeformation::Slot> dead;
   for (const VertexId slot : slots) dead.push_back({slot, kNone});
   volume_->surface.accept({{}, {slots.begin(), slots.end()}});
-  volume_->deformation.change(change, {}, {}, dead);
+  volume_->deformation.change(body, change, dead);
   state_.tracks.forget_vertices([&](VertexId v) { return !volume_->topology.alive(v); });
 }
 

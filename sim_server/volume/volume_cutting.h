@@ -52,7 +52,7 @@ class VolumeCutting final : public CuttingEngine {
   struct Ticket;
 
   void plan_cut(const Tissue& tissue, std::span<const BladeAtWork> at_work, Ticket& ticket, CutPlan& plan) const;
-  void remove_component(std::span<const VertexId> slots);
+  void remove_component(const SharedBody& body, std::span<const VertexId> slots);
 
   std::shared_ptr<Volume> volume_;
   FrontSettings settings_;

@@ -46,7 +46,7 @@ VolumeSettings settings_for(const EngineSite& site, const TetMesh& mesh) {
 }
 
 VolumePart whole_volume(const EngineSite& site) {
-  VolumePart whole{site.spec.tets, std::vector<VertexId>(site.body.mesh.vertex_slots()), {}, {}};
+  VolumePart whole{site.spec.tets, std::vector<VertexId>(site.body.mesh.vertex_slots()), {}};
   std::iota(whole.vertex_of.begin(), whole.vertex_of.end(), VertexId{0});  // see fill_volumes()
   return whole;
 }
@@ -70,12 +70,17 @@ using MakePartEngines = std::function<BodyEngines(const EngineSite& site, Volume
 BodyEngines engines_around(std::unique_ptr<VolumeModel> model, VolumePart part, const EngineSite& site,
                            MakePartEngines make_part) {
   BodyEngines engines;
-  engines.collision =
-      std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
   std::optional<VolumeFloor> floor;
   if (site.scene.floor_z_m) floor = VolumeFloor{*site.scene.floor_z_m, site.spec.volume.floor_kept_velocity};
-  auto deformation = std::make_unique<VolumeDeformation>(std::move(model), part.vertex_of, site.frame_world, floor);
-  if (site.parent) deformation->set_state(std::move(part.position_world_m), std::move(part.velocity_m_per_s));
+  ParticleState& particles = site.body.particles;
+  auto deformation =
+      std::make_unique<VolumeDeformation>(std::move(model), part.vertex_of, site.frame_world, floor, particles);
+  for (std::size_t v = 0; v < part.vertex_from.size(); ++v) {
+    particles.position_world_m[v] = site.parent_particles->position_world_m[part.vertex_from[v]];
+    particles.velocity_world_m_per_s[v] = site.parent_particles->velocity_world_m_per_s[part.vertex_from[v]];
+  }
+  engines.collision =
+      std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
   const auto volume = std::make_shared<Volume>(part.mesh, std::move(part.vertex_of), *deformation, fixed_places(site));
   engines.splitting = std::make_unique<VolumeSplitting>(volume);
   engines.cutting = std::make_unique<VolumeCutting>(volume, front_settings(site.spec), site.is_part);

@@ -59,14 +59,15 @@ Body::Body(const BodySpec& body, const Scene& scene, std::uint32_t body_id, Make
 }
 
 Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, MakeEngines make, TriangleMesh part_mesh,
-           ParticleState state, const Pose& frame, const BodyEngines* parent, std::span<const VertexId> vertex_from)
+           ParticleState state, const Pose& frame, const Body* parent, std::span<const VertexId> vertex_from)
     : spec(part), id(body_id), mesh(std::move(part_mesh)), particles(std::move(state)), make_(std::move(make)) {
   begin({.spec = spec,
          .scene = scene,
          .body = shared(),
          .frame_world = frame,
          .is_part = true,
-         .parent = parent,
+         .parent = parent ? &parent->engines : nullptr,
+         .parent_particles = parent ? &parent->particles : nullptr,
          .vertex_from = vertex_from});
 }
 
@@ -181,7 +182,9 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   return applied;
 }
 
+// A volume places its vertices itself, with those inside.
 void Body::place(Seeds seeds) {
+  if (!particles.slots_are_particles()) return;
   for (const auto& [v, state] : seeds) particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
 }
 
@@ -209,8 +212,7 @@ void Body::particles_moved() {
 }
 
 void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
-  particles.velocity_world_m_per_s[v].head<3>() += faster_by_m_per_s.cast<float>();
-  particles.position_world_m[v].head<3>() += by_m.cast<float>();
+  particles.nudge(v, faster_by_m_per_s, by_m);
   tree_stale_ = true;
 }
 
@@ -280,7 +282,7 @@ void Body::watch_rest(const Scene& scene) {
   if (std::ranges::any_of(engines.processes, [](const auto& process) { return process->moves_particles(); })) return;
   const double eye_to_body_m = bounds_world_m().exteriorDistance(scene.camera.eye_world_m);
   const double unseen_m = scene.sleep.unseen_px * pixel_rad(scene.camera) * eye_to_body_m;
-  asleep_ = stillness_.watch(particles.position_world_m, scene.step_s, scene.sleep.after_s,
+  asleep_ = stillness_.watch(particles.positions(), scene.step_s, scene.sleep.after_s,
                              std::max(scene.sleep.still_m, unseen_m));
   if (asleep_) std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
 }

@@ -34,14 +34,14 @@ class Body {
   // as they were, `frame` where its shape at rest is, `vertex_from` its vertices' slots in the parent, if it has one.
   // It moves as a whole when the specification says so and its shape has a rigid motion; else it goes on deforming.
   Body(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make, TriangleMesh mesh,
-       ParticleState particles, const Pose& frame, const BodyEngines* parent = nullptr,
+       ParticleState particles, const Pose& frame, const Body* parent = nullptr,
        std::span<const VertexId> vertex_from = {});
 
   const MakeEngines& make_engines() const { return make_; }  // of this body and of its parts
   std::size_t bytes() const { return mesh.bytes() + particles.bytes(); }
   SharedBody shared() { return {id, mesh, particles}; }
-  SurfaceView view() { return {mesh, particles.position_world_m, id}; }
-  PositionsView positions_world_m() const { return particles.position_world_m; }
+  SurfaceView view() { return {mesh, particles.positions(), id}; }
+  PositionsView positions_world_m() const { return particles.positions(); }
   ParticleView particle_view() const { return particles.view(); }
   ContactBody contact_body();
   // The velocity of a point of the surface: the weighted mean of these vertices; kNone counts for nothing.

@@ -50,7 +50,7 @@ class EdgeContact {
 
   ContactState state() const;
   const Vec3& force_on_tool_n() const { return force_n_; }
-  // That holds the blade, in the world.
+  // The front of the cut that holds the blade, in the world.
   FeltFront front() const;
   // The instrument's point on the surface, and the normal there; unknown while free.
   bool surface_known() const { return touches(); }

@@ -14,7 +14,7 @@ constexpr double kJawM = 0.003;           // how far apart the points are by whi
 constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
 
 Vec3 position_of(const Body& body, VertexId v) {
-  return body.particles.position_world_m[v].head<3>().cast<double>();
+  return body.particle_view().position(v);
 }
 
 // The vertices of the triangles near a point, ascending.

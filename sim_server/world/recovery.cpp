@@ -17,22 +17,22 @@ constexpr int kMostDoublings = 6;
 bool within(std::span<const Vec4f> entries, float bound) {
   const float* const x = entries.empty() ? nullptr : entries.front().data();
   int beyond = 0;  // not a bool: the loop is then one of vectors
-  for (std::size_t i = 0; i < 4 * entries.size(); ++i) beyond |= std::abs(x[i]) <= bound ? 0 : 1;
+  for (std::size_t i = 0; i < 4 * entries.size(); ++i) beyond |= std::abs(x[i]) <= bound || i % 4 == 3 ? 0 : 1;
   return beyond == 0;
 }
 
 constexpr auto kReach_m = static_cast<float>(kWorldReach_m), kSpeed_m_per_s = static_cast<float>(kMostSpeed_m_per_s);
 
 // Six times the volume, now and at rest.
-std::pair<double, double> volumes(const TriangleMesh& mesh, std::span<const Vec4f> position_world_m) {
+std::pair<double, double> volumes(const TriangleMesh& mesh, const ParticleView& particles) {
   double now = 0, rest = 0;
   const auto triangles = mesh.triangles();
   const auto first = std::ranges::find_if(triangles, [](const Triangle& t) { return t.alive(); });
   if (first == triangles.end()) return {};
-  const Vec3 from = position_world_m[first->v[0]].head<3>().cast<double>(), from_rest = mesh.rest_body_m(first->v[0]);
+  const Vec3 from = particles.position(first->v[0]), from_rest = mesh.rest_body_m(first->v[0]);
   for (const Triangle& t : triangles) {
     if (!t.alive()) continue;
-    const auto at = [&](std::size_t k) -> Vec3 { return position_world_m[t.v[k]].head<3>().cast<double>() - from; };
+    const auto at = [&](std::size_t k) -> Vec3 { return particles.position(t.v[k]) - from; };
     const auto at_rest = [&](std::size_t k) -> Vec3 { return mesh.rest_body_m(t.v[k]) - from_rest; };
     now += at(0).dot(at(1).cross(at(2)));
     rest += at_rest(0).dot(at_rest(1).cross(at_rest(2)));
@@ -47,7 +47,8 @@ std::string text(const char* format, double a, double b = 0) {
 }
 
 std::string describe(const ParticleState& particles, VertexId v) {
-  const Vec3 x = particles.view().position(v), u = particles.view().velocity(v);
+  const Vec3 x = particles.position_world_m[v].head<3>().cast<double>();
+  const Vec3 u = particles.velocity_world_m_per_s[v].head<3>().cast<double>();
   if (!x.allFinite() || !u.allFinite()) return text("vertex %.0f is not finite", v);
   if (x.cwiseAbs().maxCoeff() > kWorldReach_m) return text("vertex %.0f is %.3g m away", v, x.norm());
   return text("vertex %.0f moves at %.3g m/s", v, u.norm());
@@ -76,7 +77,7 @@ std::optional<std::string> Recovery::flaw(const SharedBody& body, const Deformat
   if (const VertexId bad = first_beyond_bounds(body.particles); bad != kNone) return describe(body.particles, bad);
   if (const VertexId bad = deformation.first_bad_vertex(); bad != kNone) return text("vertex %.0f was not finite", bad);
   if (steps_ % kMeasureEvery != 0) return std::nullopt;
-  const auto [now, rest] = volumes(body.mesh, body.particles.position_world_m);
+  const auto [now, rest] = volumes(body.mesh, body.particles.view());
   if (!(rest > 0) || (now >= kLeastVolume * rest && now <= kMostVolume * rest)) return std::nullopt;
   return text("it has %.3g of its volume", now / rest);
 }
@@ -103,17 +104,15 @@ void Recovery::restore(const SharedBody& body, DeformationEngine& deformation, b
   const bool keeps_shape = !deformation.deforms();  // and places the surface itself
   const bool known = (!at_rest || keeps_shape) && good_.position_world_m.size() == particles.size() &&
                      revision_ == body.mesh.revision();
+  if (!keeps_shape) {
+    particles.position_world_m = known ? good_.position_world_m : std::vector(particles.size(), Vec4f(Vec4f::Zero()));
+    std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
+  }
   deformation.restore(body, known ? &good_.engine : nullptr);
   if (keeps_shape) return;
-  std::ranges::fill(particles.velocity_world_m_per_s, Vec4f::Zero());
-  for (VertexId v = 0; v < particles.size(); ++v) {
-    if (known)
-      particles.position_world_m[v] = good_.position_world_m[v];
-    else if (body.mesh.vertex_alive(v))
+  for (VertexId v = 0; v < body.mesh.vertex_slots() && !known; ++v)
+    if (body.mesh.vertex_alive(v))
       particles.place(v, deformation.rest_frame_world(v).to_world(body.mesh.rest_body_m(v)));
-    else
-      particles.place(v, Vec3::Zero());
-  }
   steps_ += steps_ % kMeasureEvery == 0;  // the volume is measured anew after some steps
 }
 

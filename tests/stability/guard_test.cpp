@@ -39,7 +39,8 @@ class Injector final : public ProcessEngine {
     auto& entries = (*harm_)->velocity ? body.particles.velocity_world_m_per_s : body.particles.position_world_m;
     int done = 0;
     for (VertexId v = 0; v < entries.size(); ++v) {
-      const bool held = body.mesh.vertex_alive(v) && body.mesh.rest_body_m(v).z() < 0.004;
+      const bool inside = v >= body.mesh.vertex_slots();  // of a volume
+      const bool held = !inside && body.mesh.vertex_alive(v) && body.mesh.rest_body_m(v).z() < 0.004;
       if (!(*harm_)->all && (held != (*harm_)->held || done++ > 2)) continue;
       entries[v].head<3>().setConstant((*harm_)->value);
     }

@@ -97,11 +97,9 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   const auto& engine = dynamic_cast<const VolumeDeformation&>(*block.body().engines.deformation);
   const auto state = [&] {
     std::array<double, 4> sum{};  // momentum along all axes, mass
-    for (VertexId v = 0; v < engine.position_world_m().size(); ++v) {
+    for (VertexId v = 0; v < block.body().particles.size(); ++v) {
       const double mass_kg = engine.model().mass_kg(v);
-      const auto slots = block.cutting().surface().slots_of(v);
-      const Vec4f& u =
-          slots.empty() ? engine.velocity_m_per_s()[v] : block.body().particles.velocity_world_m_per_s[slots.front()];
+      const Vec4f& u = block.body().particles.velocity_world_m_per_s[v];
       for (int i = 0; i < 3; ++i) sum[static_cast<std::size_t>(i)] += mass_kg * double{u[i]};
       sum[3] += mass_kg;
     }
@@ -342,10 +340,8 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
   for (double y_m = -0.025; y_m < -0.004; y_m += 0.0005) block.cut_to(y_m, 0.02);
   const auto momentum = [&] {
     Vec3 sum = Vec3::Zero();
-    for (VertexId v = 0; v < block.engine().velocity_m_per_s().size(); ++v) {
-      const auto slots = block.cutting().surface().slots_of(v);
-      const Vec4f& u = slots.empty() ? block.engine().velocity_m_per_s()[v]
-                                     : block.body().particles.velocity_world_m_per_s[slots[0]];
+    for (VertexId v = 0; v < block.body().particles.size(); ++v) {
+      const Vec4f& u = block.body().particles.velocity_world_m_per_s[v];
       sum += block.engine().model().mass_kg(v) * u.head<3>().cast<double>();
     }
     return sum;
