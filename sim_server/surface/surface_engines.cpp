@@ -38,11 +38,10 @@ StrokeSettings stroke_settings(const CuttingSpec& cutting) {
   return s;
 }
 
-std::unique_ptr<DeformationEngine> springs_of(const EngineSite& site) {
+std::unique_ptr<SurfaceSprings> springs_of(const EngineSite& site, const SurfaceSprings* whole) {
   const TriangleMesh& mesh = site.body.mesh;
   SurfaceSpringSettings settings = spring_settings(site.spec, site.scene);
-  if (const auto* whole = site.parent ? dynamic_cast<SurfaceSprings*>(site.parent->deformation.get()) : nullptr)
-    settings.given_gravity_m_per_s2 = whole->given_gravity_m_per_s2();
+  if (whole) settings.given_gravity_m_per_s2 = whole->given_gravity_m_per_s2();
   auto springs =
       std::make_unique<SurfaceSprings>(mesh, site.frame_world, spring_material(site.spec.material), settings);
   std::vector<VertexId> all(mesh.vertex_slots());
@@ -53,17 +52,25 @@ std::unique_ptr<DeformationEngine> springs_of(const EngineSite& site) {
   return springs;
 }
 
-}  // namespace
-
-BodyEngines surface_spring_engines(const EngineSite& site) {
+// `whole`: the springs of the body that a part comes off.
+BodyEngines engines_of(const EngineSite& site, const SurfaceSprings* whole) {
   BodyEngines engines;
   engines.collision =
       std::make_unique<SurfaceTree>(SurfaceView{site.body.mesh, site.body.positions_world_m(), site.body.id});
   engines.cutting =
       std::make_unique<SurfaceCutting>(stroke_settings(site.spec.cutting), site.spec.cutting.loops_free_islands);
   engines.splitting = std::make_unique<SurfaceSplitting>();
-  if (!site.is_rigid) engines.deformation = springs_of(site);
+  if (site.is_rigid) return engines;
+  auto springs = springs_of(site, whole);
+  engines.make_part = [of_parts = springs.get()](const EngineSite& s) { return engines_of(s, of_parts); };
+  engines.deformation = std::move(springs);
   return engines;
+}
+
+}  // namespace
+
+BodyEngines surface_spring_engines(const EngineSite& site) {
+  return site.parent && !site.is_rigid ? site.parent->make_part(site) : engines_of(site, nullptr);
 }
 
 }  // namespace sectio
