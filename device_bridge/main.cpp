@@ -59,7 +59,7 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--device", o.request.device, "NAME or NAME:KEY=VALUE,...: see --list-devices");
   arguments.toggle("--list-devices", list, "prints the devices, their options, and which are here, a line each");
   arguments.option("--max-speed-m-per-s", o.request.fastest_m_per_s,
-                   "of a wish, a pad or a mouse: what is faster is followed at this speed");
+                   "the largest speed of devices wish, gamepad and mouse; faster motion is followed at this speed");
   arguments.option("--tool-id", o.tool_id, "index of the tool in the server's scene");
   add_network_arguments(arguments, o.network, "session to join; empty: the only one of the domain");
   arguments.option(
@@ -165,7 +165,8 @@ int run(Options& o) {
   const Signals signals;
   PreparedDevice prepared = prepare_device(o.request);
   RecordWriter writer(o.log_file, o.record_file);
-  if (!find_session(o.network, kSessionPatience_s, [&] { return signals.wait(std::chrono::milliseconds(0)); }))
+  if (!find_session(o.network, o.duration_s > 0 ? std::min(kSessionPatience_s, o.duration_s) : kSessionPatience_s,
+                    [&] { return signals.wait(std::chrono::milliseconds(0)); }))
     return 1;
   BridgeNet net(o.network, o.tool_id);
   if (o.wait_for_server && !wait_for_server(net, signals)) return no_server(o.network);

@@ -5,10 +5,10 @@
 namespace sectio {
 
 SteeredHand::SteeredHand(std::unique_ptr<Steering> steering, const Workspace& workspace, double fastest_m_per_s)
-    : steering_(std::move(steering)),
+    : WishedHand(fastest_m_per_s),
+      steering_(std::move(steering)),
       scale_(workspace.scale),
-      turn_(Eigen::AngleAxisd(workspace.turn_rad, Vec3::UnitZ())),
-      hand_(wish_, fastest_m_per_s) {
+      turn_(Eigen::AngleAxisd(workspace.turn_rad, Vec3::UnitZ())) {
   const Eigen::Quaterniond roll(Eigen::AngleAxisd(workspace.roll_rad, Vec3::UnitZ()));
   wish_.now.pose_world = {Pose{workspace.at_world_m, turn_ * roll}, kWidest_rad};
   home_ = wish_.now;

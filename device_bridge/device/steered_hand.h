@@ -1,12 +1,11 @@
 // The hand of somebody with a device that says where to go, not where to be: a pad, a space mouse, a mouse. Its steps
-// add up to a wish, along which the mass of WishHand is drawn. The wish never runs away from an instrument that tissue
-// holds up.
+// add up to the wish. The wish never runs away from an instrument that tissue holds up.
 #pragma once
 
 #include <memory>
 #include <optional>
 
-#include "device_bridge/device/wish_hand.h"
+#include "device_bridge/device/wished_hand.h"
 #include "device_bridge/device/workspace.h"
 
 namespace sectio {
@@ -26,7 +25,7 @@ class Steering {
   virtual std::optional<Step> step(double dt_s) = 0;
 };
 
-class SteeredHand : public Device {
+class SteeredHand : public WishedHand {
  public:
   static constexpr double kLeash_m = 0.03;    // of the wish beyond the instrument
   static constexpr double kSmallSteps = 0.2;  // while the clutch is down
@@ -35,34 +34,15 @@ class SteeredHand : public Device {
 
   SteeredHand(std::unique_ptr<Steering> steering, const Workspace& workspace, double fastest_m_per_s);
 
-  DeviceLimits limits() const override { return hand_.limits(); }
   Pose pose_world(double now_s) override;
-  double opening_rad(double now_s) const override { return hand_.opening_rad(now_s); }
-  Buttons buttons() const override { return buttons_; }
-  void apply(const Vec3& force_world_n) override { hand_.apply(force_world_n); }
-  bool present() const override { return hand_.present(); }
-  DeviceStatus status() const override { return lost_ ? DeviceStatus::lost : DeviceStatus::ready; }
-  bool finished(double) const override { return false; }
 
  private:
-  struct Wish : WishSource {
-    bool latest_wish(HandWish& wish) override {
-      if (fresh) wish = now;
-      return fresh;
-    }
-    HandWish now;
-    bool fresh = false;
-  };
   void move(const Step& step, double dt_s);
 
   std::unique_ptr<Steering> steering_;
   double scale_;
   Eigen::Quaterniond turn_;
-  Wish wish_;
   HandWish home_;
-  WishHand hand_;
-  Buttons buttons_;
-  bool lost_ = false;
   double last_s_ = 0;
 };
 

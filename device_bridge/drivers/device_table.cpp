@@ -101,11 +101,15 @@ void prepare_open_haptics(DeviceOptions& options, const DeviceRequest&, Prepared
   prepared.handle = open_open_haptics(library, device);
 }
 
+void read_speed(DeviceOptions& options, double& speed_m_per_s) {
+  speed_m_per_s = options.number("speed_m_per_s", speed_m_per_s, 0.001, 1);
+}
+
 void prepare_gamepad(DeviceOptions& options, const DeviceRequest&, PreparedDevice& prepared) {
   read_workspace(options, prepared);
   GamepadSpec spec;
   spec.name = options.text("id", "");
-  spec.speed_m_per_s = options.number("speed_m_per_s", spec.speed_m_per_s, 0.001, 1);
+  read_speed(options, spec.speed_m_per_s);
   options.check_keys();
   prepared.steering = open_gamepad(spec);
 }
@@ -114,7 +118,7 @@ void prepare_spacemouse(DeviceOptions& options, const DeviceRequest&, PreparedDe
   read_workspace(options, prepared);
   SpacemouseSpec spec;
   spec.socket = options.text("socket", "");
-  spec.speed_m_per_s = options.number("speed_m_per_s", spec.speed_m_per_s, 0.001, 1);
+  read_speed(options, spec.speed_m_per_s);
   options.check_keys();
   prepared.steering = open_spacemouse(spec);
 }
