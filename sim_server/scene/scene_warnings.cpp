@@ -7,9 +7,10 @@
 namespace sectio {
 namespace {
 
-constexpr double kFar_m = 0.05;             // an instrument that stays further away has another frame or unit
-constexpr std::size_t kMoments = 200;       // of a trace that are looked at
-constexpr std::size_t kMostVertices = 500;  // of a body that are looked for in another
+constexpr double kFar_m = 0.05;           // an instrument that stays further away has another frame or unit
+constexpr std::size_t kMoments = 200;     // of a trace that are looked at
+constexpr std::size_t kMostPoints = 500;  // of a body that are looked for in another
+constexpr double kBeneath = 0.05;         // of a triangle's size
 constexpr double kOutlasts_s = 0.01;
 
 // All soft tissue lies within.
@@ -47,13 +48,27 @@ bool contains(const std::vector<Vec3>& vertices, const TriangleSoup& soup, const
   return std::abs(half_angles) > 0.9 * (2 * M_PI);
 }
 
+// Points just beneath the middles of a body's triangles: bodies whose surfaces coincide have these inside each other.
+std::vector<Vec3> beneath_surface(const std::vector<Vec3>& vertices, const TriangleSoup& soup) {
+  std::vector<Vec3> points;
+  for (const auto& [a, b, c] : soup.triangles) {
+    const Vec3 area = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+    const double beneath_m = kBeneath * std::sqrt(area.norm());
+    points.push_back((vertices[a] + vertices[b] + vertices[c]) / 3 - beneath_m * area.stableNormalized());
+  }
+  return points;
+}
+
 bool reaches_into(const BodySpec& body, const BodySpec& other) {
-  const std::vector<Vec3> points = in_world(body), around = in_world(other);
+  const std::vector<Vec3> around = in_world(other);
   const Box3 box = box_of(around);
+  std::vector<Vec3> points = in_world(body);
+  const std::vector<Vec3> beneath = beneath_surface(points, body.mesh);
+  points.insert(points.end(), beneath.begin(), beneath.end());
   std::vector<Vec3> candidates;
   for (const Vec3& p : points)
     if (box.contains(p)) candidates.push_back(p);
-  const std::size_t stride = 1 + candidates.size() / kMostVertices;
+  const std::size_t stride = 1 + candidates.size() / kMostPoints;
   for (std::size_t i = 0; i < candidates.size(); i += stride)
     if (contains(around, other.mesh, candidates[i])) return true;
   return false;

@@ -59,6 +59,8 @@ TEST(SceneWarnings, bodies_that_overlap) {
   EXPECT_EQ(scene_warnings(scene, 2), Texts{"cube and second overlap at the start"});
   scene.bodies[1].pose.position_m = Vec3(0.1, 0, 0);
   EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "they touch";
+  scene.bodies[1].pose = scene.bodies[0].pose;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"cube and second overlap at the start"}) << "in the same place";
 }
 
 TEST(SceneWarnings, a_body_that_nothing_holds) {
