@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     program.command("go-on", "lets a paused session go on", go_on_command);
     program.command("speed", "lets a running session run faster or slower than the clock", speed_command);
     program.command("anew", "begins a running session anew; the try so far keeps its files", anew_command);
-    program.command("seek", "what `sim_server play` shows goes on from another time", seek_command);
+    program.command("seek", "moves a shown record, or a live session with --export, to another time", seek_command);
     program.command("score", "the score of the exercise of a running session, so far", score_command);
     return program.run(argc, argv, run);
   });

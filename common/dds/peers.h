@@ -62,7 +62,7 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
   const std::string authority_;
   mutable std::mutex mutex_;
   std::map<Prefix, Peer> peers_;
-  // Programs with keys: what they claim to be, and those that have shown it. Programs that were refused, once each.
+  // The names that programs with keys claim, the programs whose keys were verified, and those that were refused.
   std::map<Prefix, std::string> claims_;
   std::set<Prefix> authenticated_, refused_;
   std::map<const DataWriter*, Readers> readers_;

@@ -25,7 +25,7 @@ struct ContactModel {
   // The surface at rest as a plane, also before the touch: the origin of the tool's frame is in it when the tool begins
   // to touch. It goes on with its velocity after that sample.
   Vec3 point_world_m = Vec3::Zero();
-  // Unit, out of the tissue. Of a blade that is held by the front of its cut: against the direction in which it cuts.
+  // Unit, out of the tissue. If the front of a cut holds the blade, it points against the direction of cutting.
   Vec3 normal_world = Vec3::UnitZ();
   Vec3 velocity_world_m_per_s = Vec3::Zero();
   // The response to a dent: see Dent.

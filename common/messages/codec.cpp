@@ -98,7 +98,7 @@ class CdrReader {
     ok_ = ok_ && bytes_.size() - at_ >= size;
     return ok_;
   }
-  // Whether so many of that size are there; if so, it stands before the first of them.
+  // Skips the padding before `count` values of `size` bytes. False when the message is too short for them.
   bool align(std::size_t count, std::size_t size) {
     if (count == 0) return ok_;
     const std::size_t skip = padding(at_, size);

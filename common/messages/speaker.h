@@ -1,5 +1,6 @@
-// Several programs may speak for one instrument: one that was started again, one by mistake, one with an evil mind. Who
-// has begun stays, until it has been silent for kSilence_s; no clock of another program is asked.
+// Several programs may speak for one instrument: one that was started again, one by mistake, a malicious one. The
+// program that spoke first keeps the instrument until it has been silent for kSilence_s. Clocks of other programs are
+// not used.
 #pragma once
 
 #include <cstdint>

@@ -31,9 +31,10 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option("--page", o.web.directory, "directory with the files of the page", Need::required);
   arguments.option("--address", o.web.address, "IPv4 address to listen on; 0.0.0.0: all of this host");
   arguments.option("--port", o.web.port, "port to listen on; 0: any that is free");
-  arguments.option("--token", o.token, "what a person must know to hold an instrument; empty: a new one");
-  arguments.option("--lead-token", o.lead_token,
-                   "what a person must know to pause, tilt and begin anew; empty: who may hold an instrument may lead");
+  arguments.option("--token", o.token, "word that a person needs to hold an instrument; empty: a new one is made");
+  arguments.option(
+      "--lead-token", o.lead_token,
+      "word that a person needs to pause, tilt and begin anew; empty: everyone who may hold an instrument");
   arguments.option("--max-clients", o.max_clients, "browsers at a time; further ones are refused");
   if (!arguments.parse(argc, argv)) return false;
   if (o.web.port < 0 || o.web.port > 65535)

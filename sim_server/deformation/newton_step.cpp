@@ -141,7 +141,7 @@ void NewtonStep::bound_friction(const Problem& problem, std::span<const Vec3> x)
       held_[n].friction_n = c.friction * std::max(0.0, -exerted(problem, n, x).force_n.dot(c.normal));
 }
 
-// The stiffness of each point, once: from that of the particles that carry it, shared by the points that they carry.
+// Computes the stiffness of each held point once. A particle's stiffness is divided among the points that it carries.
 void NewtonStep::stiffen(const Problem& problem) {
   if (held_.empty() || held_.front().stiffness_n_per_m > 0) return;
   carries_.assign(blocks_.size(), 0);

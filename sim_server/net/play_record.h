@@ -5,10 +5,10 @@
 
 namespace sectio {
 
-// The end of the record ends the session. Of the options it needs the network (an empty session: the record's own), the
-// file `play`, the speed, from_s and wait_for_viewers. Returns the exit code of the program: kExitNotOk when the bodies
-// aren't those with which the record ends. Throws InputError when the file shows nothing, and when the session has
-// another server with these bodies.
+// The end of the record ends the session. It uses these options: the network (an empty session means the record's own),
+// the file `play`, the speed, from_s and wait_for_viewers. Returns the exit code of the program: kExitNotOk when the
+// bodies aren't those with which the record ends. Throws InputError when the file shows nothing, and when the session
+// has another server with these bodies.
 int play_record(ServeOptions options);
 
 }  // namespace sectio

@@ -43,7 +43,7 @@ struct LineScore {
   double deviation_m = 0;   // root mean square, over the way that was cut
   double most_deviation_m = 0;
   double depth_m = 0;   // mean
-  double astray_m = 0;  // of the way that was cut further off than is near enough
+  double astray_m = 0;  // length of the cut that is further from the line than the tolerance
   double tremor_m = 0;  // root mean square of the tip's motion above kTremor_hz
 };
 

@@ -23,8 +23,8 @@ void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
   felt.lever_world_m = at_world_m - felt.tip.position_m;
 }
 
-// The place at rest of the surface under a tool that touches it: its home, above which it was found before the touch,
-// and with which it has moved since.
+// Fills in where the surface under a tool would be without the dent. It was found before the touch, and has moved with
+// its rest position since.
 void place_dented(Body& body, const ToolSpec& spec, Tool& tool, const Vec3& at_world_m, double step_s,
                   ContactStep& felt) {
   felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, at_world_m);

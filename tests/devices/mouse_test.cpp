@@ -11,7 +11,7 @@ class MouseOnDesktop : public test::SessionPrograms {};
 
 TEST_F(MouseOnDesktop, leads_an_instrument) {
   const auto sim = server({"--endless"}, 0);
-  write("desk.sh", R"(cd "$1"
+  const auto desk = at_a_desk(R"(cd "$1"
 "$2/device_bridge" --device mouse:at_m=0/0/0.1,turn_deg=0 --record hand.csv --domain "$3" --session "$4" 2> bridge.log &
 bridge=$!
 until grep -q "servers: 1" bridge.log; do sleep 0.05; done
@@ -26,11 +26,8 @@ kill -INT $bridge
 wait $bridge
 echo "ended with $?"
 )");
-  Process desk("/usr/bin/xvfb-run",
-               {"-a", "-s", "-screen 0 800x600x24", "/bin/bash", file("desk.sh"), directory.string(), SECTIO_BIN_DIR,
-                std::to_string(network.domain), network.session});
-  ASSERT_TRUE(desk.exit_code()) << desk.output();
-  EXPECT_NE(desk.output().find("ended with 0"), std::string::npos) << desk.output();
+  ASSERT_TRUE(desk->exit_code()) << desk->output();
+  EXPECT_NE(desk->output().find("ended with 0"), std::string::npos) << desk->output();
   const std::vector<TracePoint> moved = load_trace(file("hand.csv"));
   const Vec3 way_m = moved.back().pose_world.position_m - moved.front().pose_world.position_m;
   EXPECT_GT(way_m.x(), 0.003);

@@ -44,6 +44,19 @@ nlohmann::json SessionPrograms::json(const std::string& name) const {
   return nlohmann::json::parse(text);
 }
 
+std::string SessionPrograms::undisturbed_hash() const {
+  const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("whole")});
+  EXPECT_EQ(offline->exit_code(), 0) << offline->output();
+  return hash_of("whole");
+}
+
+std::unique_ptr<Process> SessionPrograms::at_a_desk(const std::string& script) const {
+  write("desk.sh", script);
+  return std::make_unique<Process>(
+      "/usr/bin/xvfb-run", Flags{"-a", "-s", "-screen 0 800x600x24", "/bin/bash", file("desk.sh"), directory.string(),
+                                 SECTIO_BIN_DIR, std::to_string(network.domain), network.session});
+}
+
 std::string SessionPrograms::scene_with_young(const std::string& young_pa) {
   std::ifstream file(kScene);
   std::string text{std::istreambuf_iterator<char>(file), {}};

@@ -38,6 +38,15 @@ class SessionPrograms : public testing::Test {
   void write(const std::string& name, const std::string& text) const { std::ofstream(file(name)) << text; }
 
   static void expect_equal_at_the_end(Process& viewer);
+  // The hash of the body in the folder to which a server exported.
+  std::string hash_of(const std::string& folder) const {
+    return json(folder + "/report.json")["bodies"][0]["topology_hash"];
+  }
+  // The hash with which kScene ends when nobody disturbs it: a whole run without a network.
+  std::string undisturbed_hash() const;
+  // A script of a person at a desktop without a screen: $1 is this test's folder, $2 that of the programs, $3 and $4
+  // are domain and session. xvfb-run picks a free display, and ends the X server with the script.
+  std::unique_ptr<Process> at_a_desk(const std::string& script) const;
   // The text of kScene with another Young's modulus, for a file anywhere.
   static std::string scene_with_young(const std::string& young_pa);
 

@@ -23,13 +23,7 @@ class Resume : public test::SessionPrograms {
   }
   std::unique_ptr<Process> replay() const { return program("sim_server", {"replay", file("out/inputs")}); }
 
-  // The hash of the scene's body after a run that nothing disturbs.
-  std::string undisturbed_hash() const {
-    const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("whole")});
-    EXPECT_EQ(offline->exit_code(), 0) << offline->output();
-    return json("whole/report.json")["bodies"][0]["topology_hash"];
-  }
-  std::string hash() const { return json("out/report.json")["bodies"][0]["topology_hash"]; }
+  std::string hash() const { return hash_of("out"); }
 
   static std::uint64_t number_after(const std::string& text, const std::string& words) {
     const std::size_t at = text.rfind(words);

@@ -21,17 +21,19 @@ class Standby : public test::SessionPrograms {
     more.insert(more.end(), {"--scene", kScene, "--export", file(name)});
     return program("sim_server", in_session(more));
   }
-  std::string hash_of(const std::string& name) const {
-    return json(name + "/report.json")["bodies"][0]["topology_hash"];
-  }
-  std::string undisturbed_hash() const {
-    const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("whole")});
-    EXPECT_EQ(offline->exit_code(), 0) << offline->output();
-    return hash_of("whole");
-  }
   // Time is asked of a clock here: the moment of a death is what the test varies.
   static void let_pass(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
 };
+
+// A scene whose server says nothing more.
+SceneInfo mute_scene(const std::string& session) {
+  SceneInfo scene;
+  scene.epoch = new_epoch();
+  scene.session = session;
+  scene.world_bodies = {"liver"};
+  scene.bodies = {{"liver"}};
+  return scene;
+}
 
 TEST_F(Standby, takes_part_in_every_step_and_ends_with_the_session) {
   const auto second = one("second", {"--standby", "--play-traces"});
@@ -92,11 +94,7 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
 // inputs: its standby joins the session anew, and ends when the server does.
 TEST_F(Standby, that_hears_no_inputs_joins_anew_and_does_not_outlive_the_session) {
   Endpoints<Reads<>, Writes<SceneInfo, SessionEnd>> server(network, kServerName);
-  SceneInfo scene;
-  scene.epoch = new_epoch();
-  scene.session = network.session;
-  scene.world_bodies = {"liver"};
-  scene.bodies = {{"liver"}};
+  const SceneInfo scene = mute_scene(network.session);
   ASSERT_TRUE(server.write(scene));
   const auto second = one("second", {"--standby"});
   EXPECT_TRUE(second->wait_for("hears nothing of the server for which it stands by: joining the session anew"))
@@ -112,12 +110,7 @@ TEST_F(Standby, that_was_there_before_a_dead_server_stands_by_for_the_next_one) 
   ASSERT_TRUE(second->wait_for("standing by")) << second->output();
   {
     Endpoints<Reads<>, Writes<SceneInfo>> server(network, kServerName);
-    SceneInfo scene;
-    scene.epoch = new_epoch();
-    scene.session = network.session;
-    scene.world_bodies = {"liver"};
-    scene.bodies = {{"liver"}};
-    ASSERT_TRUE(server.write(scene));
+    ASSERT_TRUE(server.write(mute_scene(network.session)));
     EXPECT_TRUE(second->wait_for("joining the session anew")) << second->output();
   }
   const auto first = one("first", {"--play-traces", "--steps", "300"});

@@ -13,7 +13,7 @@ class WindowOnDesktop : public test::SessionPrograms {};
 TEST_F(WindowOnDesktop, shows_a_session_keeps_a_picture_and_closes_when_it_is_told) {
   const auto server = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--endless"}));
   ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
-  write("desk.sh", R"(cd "$1"
+  const auto desk = at_a_desk(R"(cd "$1"
 "$2/render_client" --window --size 320x240 --domain "$3" --session "$4" --name desk 2> viewer.log &
 viewer=$!
 until grep -q "on the screen" viewer.log; do sleep 0.05; done
@@ -24,14 +24,10 @@ xdotool mousemove 400 300 mousedown 1 mousemove 480 300 mouseup 1 key c key Next
 wait $viewer
 echo "ended with $?"
 )");
-  // xvfb-run picks a free display, and ends the X server with the script.
-  Process desk("/usr/bin/xvfb-run",
-               {"-a", "-s", "-screen 0 800x600x24", "/bin/bash", file("desk.sh"), directory.string(), SECTIO_BIN_DIR,
-                std::to_string(network.domain), network.session});
-  ASSERT_TRUE(desk.exit_code()) << desk.output();
-  EXPECT_NE(desk.output().find("sectio_"), std::string::npos) << desk.output();
-  EXPECT_NE(desk.output().find("client desk: body liver"), std::string::npos) << desk.output();
-  EXPECT_NE(desk.output().find("ended with 0"), std::string::npos) << desk.output();
+  ASSERT_TRUE(desk->exit_code()) << desk->output();
+  EXPECT_NE(desk->output().find("sectio_"), std::string::npos) << desk->output();
+  EXPECT_NE(desk->output().find("client desk: body liver"), std::string::npos) << desk->output();
+  EXPECT_NE(desk->output().find("ended with 0"), std::string::npos) << desk->output();
 }
 
 TEST_F(WindowOnDesktop, says_in_a_line_that_there_is_no_display) {

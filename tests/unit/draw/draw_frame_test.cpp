@@ -60,6 +60,7 @@ TEST(DrawFrame, skin_wall_and_background_look_different) {
   EXPECT_GT(skin[0], skin[1] + 20) << "skin is red";
   EXPECT_GT(wall[0], wall[1] + 20) << "walls are red";
   EXPECT_LT(std::abs(background[0] - background[1]), 20) << "the background is neutral";
+  EXPECT_LT(std::abs(background[1] - background[2]), 20) << "the background is neutral";
   EXPECT_LT(wall[1] + wall[0], skin[1] + skin[0] - 20) << "walls get less light than skin";
 }
 
