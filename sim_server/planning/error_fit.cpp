@@ -16,21 +16,22 @@ struct ChartLoad {
   Load load;
   double across_m, width_m;
 };
-const std::array<ChartLoad, 4> kScenes{{{"bend", Load::bending, 0.025, 0.025},
-                                        {"twist", Load::twisting, 0.025, 0.025},
-                                        {"indent", Load::indentation, 0.02, 2 * 0.00447213595},
-                                        {"open", Load::opening, 0.01, 0.01}}};
+const std::array<ChartLoad, kLoads> kScenes{{{"bend", Load::bending, 0.025, 0.025},
+                                             {"twist", Load::twisting, 0.025, 0.025},
+                                             {"indent", Load::indentation, 0.02, 2 * 0.00447213595},
+                                             {"open", Load::opening, 0.01, 0.01},
+                                             {"hang", Load::hanging, 0.03, 0.03}}};
 
 struct ChartMethod {
-  const char *model, *driver;
+  const char* model;
   Method method;
 };
-constexpr char kInAScene[] = "as in a scene";
-const std::array<ChartMethod, 5> kRows{{{"surface springs", "explicit", Method::surface_springs},
-                                        {"tetra springs", kInAScene, Method::tetra_springs},
-                                        {"neo-Hookean tetra", kInAScene, Method::neo_hookean},
-                                        {"hexahedra", kInAScene, Method::lattice},
-                                        {"hexahedra beside faces", "explicit", Method::lattice_beside_faces}}};
+constexpr char kOfScene[] = "scene", kExplicit[] = "explicit", kImplicit[] = "1 ms implicit";
+const std::array<ChartMethod, 5> kRows{{{"surface springs", Method::surface_springs},
+                                        {"tetra springs", Method::tetra_springs},
+                                        {"neo-Hookean tetra", Method::neo_hookean},
+                                        {"hexahedra", Method::lattice},
+                                        {"hexahedra beside faces", Method::lattice_beside_faces}}};
 
 constexpr double kFewestAcross = 2;  // the planner never chooses fewer elements
 
@@ -99,7 +100,7 @@ std::vector<MeasuredError> read_chart(const std::string& csv) {
     return static_cast<std::size_t>(at - names.begin());
   };
   const std::size_t scene_at = column("scene"), model_at = column("model"), driver_at = column("driver"),
-                    across_at = column("across"), error_at = column("error");
+                    mesh_at = column("mesh"), across_at = column("across"), error_at = column("error");
   std::vector<MeasuredError> points;
   std::array<std::vector<Pair>, kLoads> pairs;
   while (std::getline(lines, line)) {
@@ -109,16 +110,18 @@ std::vector<MeasuredError> read_chart(const std::string& csv) {
     char* end = nullptr;
     const double error = std::strtod(row[error_at].c_str(), &end),
                  across = std::strtod(row[across_at].c_str(), nullptr);
-    if (scene == kScenes.end() || end == row[error_at].c_str() || !(error > 0) || across < kFewestAcross) continue;
+    if (scene == kScenes.end() || row[mesh_at] != kOfScene || end == row[error_at].c_str() || !(error > 0) ||
+        across < kFewestAcross)
+      continue;
     if (error > 0.999 && scene->load != Load::twisting) continue;
     auto& paired = pairs[static_cast<std::size_t>(scene->load)];
-    if (row[model_at] == "neo-Hookean tetra" && (row[driver_at] == "explicit" || row[driver_at] == "implicit")) {
+    if (row[model_at] == "neo-Hookean tetra" && (row[driver_at] == kExplicit || row[driver_at] == kImplicit)) {
       paired.resize(std::max(paired.size(), static_cast<std::size_t>(across) + 1));
       Pair& pair = paired[static_cast<std::size_t>(across)];
-      (row[driver_at] == "explicit" ? pair.explicit_error : pair.implicit_error) = error;
+      (row[driver_at] == kExplicit ? pair.explicit_error : pair.implicit_error) = error;
     }
     for (const ChartMethod& m : kRows)
-      if (row[model_at] == m.model && row[driver_at] == m.driver)
+      if (row[model_at] == m.model && row[driver_at] == kExplicit)
         points.push_back({scene->load, m.method, across * scene->width_m / scene->across_m, error});
   }
   // The error of the implicit integrator is the explicit one plus the largest difference between the two.

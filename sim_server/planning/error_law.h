@@ -20,8 +20,9 @@ enum class Load {
   twisting,     // cells across the thickness and the width
   indentation,  // cells along the width of the contact, 2 a
   opening,      // cells along the depth of the cut
+  hanging,      // cells across the thickness; also of what stands or lies under its weight
 };
-constexpr int kLoads = 4;
+constexpr int kLoads = 5;
 
 // A model with its integrator; each has laws of its own.
 enum class Method {
@@ -84,11 +85,14 @@ struct LoadCase {
   Load load = Load::bending;
   double width_m = 0;  // length along which n counts cells
   double poisson = 0.45;
-  double chi = 0.2236;      // indentation: a over the thickness of the tissue beneath
-  double bed_ratio = 1;     // indentation: foundation_radius_m over a
-  double overhang_m = 0;    // bending: overhang, where the fixed part ends inside the tissue; 0: it is held at its end
+  double chi = 0.2236;    // indentation: a over the thickness of the tissue beneath
+  double bed_ratio = 1;   // indentation: foundation_radius_m over a
+  double overhang_m = 0;  // by weight: overhang, where the fixed part ends inside the tissue; 0: it is held at its end
   bool sharp_edges = true;  // the chart's bodies are boxes, whose edges tetrahedra bevel
   bool fills_cells = true;  // hexahedra: no cell is partly empty
+  // How much a load by weight matters, up to 1. The error is relative to what the weight moves, or to a fixed
+  // share of the thickness where it moves less.
+  double share = 1;
 };
 // Nothing if there is no law.
 std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m);

@@ -1,180 +1,154 @@
-#include <Eigen/SVD>
 #include <algorithm>
 
 #include "tests/chart/baselines.h"
-#include "tests/chart/plain_model.h"
-#include "tests/support/newton.h"
+#include "tests/chart/fast_model.h"
 
 namespace sectio::chart {
 namespace {
 
 // f = - sum_e R K (R^T x - X),  K_ab = V [lambda g_a g_b^T + mu (g_b g_a^T + (g_a . g_b) 1)]
-// (m (1 + alpha h) + h^2 K') dv = h (f + m g - m alpha v) - h^2 K' v;  K' = R K R^T, in rows of blocks.
-class Corotational final : public PlainModel {
+// (m (1 + alpha h) + h^2 K') v = m v0 + h (f + m g) by conjugate gradients, from v = v0;  K' = R K R^T, element by
+// element: a product takes less time than it takes to write rows of blocks for it.
+class Corotational final : public FastModel {
  public:
   Corotational(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int iterations)
-      : PlainModel(mesh, material, settings), iterations_(iterations) {
-    const Lame lame = sectio::lame(material.young_pa, material.poisson);
-    for (const TetShape& s : shape_) {
-      std::array<Mat3, 16> k;
-      for (std::size_t a = 0; a < 4; ++a)
-        for (std::size_t b = 0; b < 4; ++b)
-          k[4 * a + b] = s.volume_m3 * (lame.lambda_pa * s.gradient[a] * s.gradient[b].transpose() +
-                                        lame.mu_pa * (s.gradient[b] * s.gradient[a].transpose() +
-                                                      s.gradient[a].dot(s.gradient[b]) * Mat3::Identity()));
-      stiffness_.push_back(k);
+      : FastModel(mesh, material, settings),
+        iterations_(iterations),
+        batches_(batches_of<CorotatedBatch>(mesh, all_in_order(mesh))) {
+    for (CorotatedBatch& b : batches_) std::fill(b.rotation[0], b.rotation[0] + kBatch, 1.0f);
+    for (auto* v :
+         {&x_, &force_, &velocity_, &residual_, &direction_, &product_, &solved_, &diagonal_[0], &diagonal_[1]})
+      v->assign(particles() + 4, Vec4f::Zero());
+    inverse_block_.resize(particles());
+  }
+
+  void step(std::span<Vec4f> position, std::span<Vec4f> velocity, std::span<const PointConstraint> constraints,
+            std::span<Reaction> reactions) override {
+    std::fill(reactions.begin(), reactions.end(), Reaction{});
+    const auto h = static_cast<float>(settings_.step_s);
+    std::copy(position.begin(), position.end(), x_.begin());
+    std::copy(velocity.begin(), velocity.end(), velocity_.begin());
+    hold(constraints, h);
+    linearise();
+    begin(h);
+    conjugate_gradients(h * h);
+    for (std::size_t i = 0; i < particles(); ++i) {
+      if (free_[i]) x_[i] += h * velocity_[i];
+      position[i] = x_[i];
+      velocity[i] = velocity_[i];
     }
-    make_rows();
+    for (const PointConstraint& c : constraints)
+      if (!c.unilateral) position[c.v[0]].head<3>() = c.target_world_m.cast<float>();
   }
 
  private:
-  void make_rows() {
-    std::vector<std::vector<VertexId>> near(x_.size());
-    for (const Tetrahedron& t : mesh_.tetrahedra)
-      for (const VertexId a : t) near[a].insert(near[a].end(), t.begin(), t.end());
-    first_.push_back(0);
-    for (auto& row : near) {
-      std::sort(row.begin(), row.end());
-      row.erase(std::unique(row.begin(), row.end()), row.end());
-      column_.insert(column_.end(), row.begin(), row.end());
-      first_.push_back(column_.size());
-    }
-    block_.resize(column_.size());
-    for (const Tetrahedron& t : mesh_.tetrahedra) {
-      std::array<std::size_t, 16> place;
-      for (std::size_t a = 0; a < 4; ++a)
-        for (std::size_t b = 0; b < 4; ++b)
-          place[4 * a + b] = static_cast<std::size_t>(
-              std::lower_bound(column_.begin() + static_cast<std::ptrdiff_t>(first_[t[a]]),
-                               column_.begin() + static_cast<std::ptrdiff_t>(first_[t[a] + 1]), t[b]) -
-              column_.begin());
-      place_.push_back(place);
-    }
-    for (auto* v : {&change_, &residual_, &direction_, &product_, &solved_}) v->resize(x_.size());
-    inverse_block_.resize(x_.size());
-  }
+  static constexpr int kPolar = 2;         // Newton steps of rotations that are warm
+  static constexpr float kEnough = 1e-3f;  // of the largest residual at the start of a step so far
+  static constexpr float kBeyond_m = 1e-7f;
 
-  Mat3 rotation(std::size_t n, std::span<const Vec3> x) const {
-    const Tetrahedron& t = mesh_.tetrahedra[n];
-    Mat3 f = Mat3::Zero();
-    for (std::size_t a = 0; a < 4; ++a) f += x[t[a]] * shape_[n].gradient[a].transpose();
-    const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Mat3 u = svd.matrixU();
-    if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) *= -1;
-    return u * svd.matrixV().transpose();
-  }
-
-  void forces(std::span<const Vec3> x, std::span<Vec3> force) const override {
-    std::fill(force.begin(), force.end(), Vec3::Zero());
-    for (std::size_t n = 0; n < shape_.size(); ++n) add_force(n, rotation(n, x), x, force);
-  }
-  void add_force(std::size_t n, const Mat3& r, std::span<const Vec3> x, std::span<Vec3> force) const {
-    const Tetrahedron& t = mesh_.tetrahedra[n];
-    std::array<Vec3, 4> u;
-    for (std::size_t a = 0; a < 4; ++a) u[a] = r.transpose() * x[t[a]] - mesh_.vertices_body_m[t[a]];
-    for (std::size_t a = 0; a < 4; ++a) {
-      Vec3 f = Vec3::Zero();
-      for (std::size_t b = 0; b < 4; ++b) f += stiffness_[n][4 * a + b] * u[b];
-      force[t[a]] -= r * f;
-    }
-  }
-
-  // Vertices that are beyond their plane, and are not pulled away from it, are put onto it and held for the step.
-  void hold_pressed() {
-    free_inverse_mass_ = inverse_mass_;
-    for (const PointConstraint& c : pressed_) {
+  // Vertices that are beyond their plane, and are not pulled away from it, are put onto it and held for the step;
+  // dragged ones go where they are dragged to.
+  void hold(std::span<const PointConstraint> constraints, float h) {
+    free_.assign(particles(), 0);
+    for (std::size_t i = 0; i < particles(); ++i) free_[i] = inverse_mass_[i] > 0;
+    for (std::size_t i = 0; i < particles(); ++i)
+      if (!free_[i]) velocity_[i].setZero();
+    for (const PointConstraint& c : constraints) {
       const VertexId v = c.v[0];
-      const double beyond = (x_[v] - c.target_world_m).dot(c.normal);
-      if (beyond < -1e-7 || force_[v].dot(c.normal) < 0) continue;
-      x_[v] -= beyond * c.normal;
-      v_[v].setZero();
-      inverse_mass_[v] = 0;
+      auto x = x_[v].head<3>();
+      const Vec3f from_target = x - c.target_world_m.cast<float>(), normal = c.normal.cast<float>();
+      velocity_[v].setZero();
+      if (!c.unilateral) {
+        velocity_[v].head<3>() = -from_target / h;
+        free_[v] = 0;
+        continue;
+      }
+      const float beyond = from_target.dot(normal);
+      if (beyond < -kBeyond_m || force_[v].head<3>().dot(normal) < 0) continue;
+      x -= beyond * normal;
+      free_[v] = 0;
     }
-  }
-  bool keeps_contact() const override { return true; }
-
-  void move(double step_s) override {
-    const double h = step_s;
-    hold_pressed();
-    std::fill(block_.begin(), block_.end(), Mat3::Zero());
-    std::fill(force_.begin(), force_.end(), Vec3::Zero());
-    for (std::size_t n = 0; n < shape_.size(); ++n) {
-      const Mat3 r = rotation(n, x_);
-      add_force(n, r, x_, force_);
-      for (std::size_t k = 0; k < 16; ++k) block_[place_[n][k]] += h * h * (r * stiffness_[n][k] * r.transpose());
-    }
-    multiply(v_, product_);  // h^2 K' v
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      if (inverse_mass_[i] == 0) continue;
-      residual_[i] =
-          h * (force_[i] + mass_[i] * (settings_.gravity_m_per_s2 - material_.damping_per_s * v_[i])) - product_[i];
-    }
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      if (inverse_mass_[i] == 0) continue;
-      const auto row = column_.begin() + static_cast<std::ptrdiff_t>(first_[i]);
-      const auto self = std::lower_bound(row, column_.begin() + static_cast<std::ptrdiff_t>(first_[i + 1]),
-                                         static_cast<VertexId>(i)) -
-                        column_.begin();
-      block_[static_cast<std::size_t>(self)] += mass_[i] * (1 + material_.damping_per_s * h) * Mat3::Identity();
-      inverse_block_[i] = block_[static_cast<std::size_t>(self)].inverse();
-    }
-    conjugate_gradients();
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      if (inverse_mass_[i] == 0) continue;
-      v_[i] += change_[i];
-      x_[i] += h * v_[i];
-    }
-    inverse_mass_ = free_inverse_mass_;
   }
 
-  // Forces on free vertices; held vertices have 0.
-  void multiply(const std::vector<Vec3>& in, std::vector<Vec3>& out) const {
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      Vec3 sum = Vec3::Zero();
-      for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) sum += block_[k] * in[column_[k]];
-      out[i] = inverse_mass_[i] > 0 ? sum : Vec3::Zero();
+  void linearise() {
+    for (auto* v : {&force_, &diagonal_[0], &diagonal_[1]}) std::fill(v->begin(), v->end(), Vec4f::Zero());
+    char* const diagonal[2] = {bytes(diagonal_[0]), bytes(diagonal_[1])};
+    tet_loops16().corotate(batches_.data(), batches_.size(), tissue_, kPolar, bytes(std::span<const Vec4f>(x_)),
+                           bytes(force_), diagonal);
+  }
+
+  // The residual b - A v at the start, and the inverse blocks.
+  void begin(float h) {
+    std::fill(product_.begin(), product_.end(), Vec4f::Zero());
+    multiply(velocity_, product_);
+    const Vec3f gravity = settings_.gravity_m_per_s2.cast<float>();
+    const float damping = static_cast<float>(material_.damping_per_s) * h;
+    scaled_mass_.resize(particles());
+    for (std::size_t i = 0; i < particles(); ++i) {
+      const auto m = static_cast<float>(mass_[i]);
+      scaled_mass_[i] = m * (1 + damping);
+      residual_[i].setZero();
+      inverse_block_[i].setZero();
+      if (!free_[i]) continue;
+      residual_[i].head<3>() = h * (force_[i].head<3>() + m * gravity) - m * damping * velocity_[i].head<3>() -
+                               h * h * product_[i].head<3>();
+      const Vec4f &d = diagonal_[0][i], &o = diagonal_[1][i];
+      Eigen::Matrix3f block;
+      block << d.x(), o.x(), o.z(), o.x(), d.y(), o.y(), o.z(), o.y(), d.z();
+      block = h * h * block + scaled_mass_[i] * Eigen::Matrix3f::Identity();
+      inverse_block_[i].leftCols<3>().topRows<3>() = block.inverse();
     }
   }
-  static double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
-    return sum;
+
+  void multiply(std::span<const Vec4f> in, std::span<Vec4f> out) const {
+    tet_loops16().multiply(batches_.data(), batches_.size(), tissue_, bytes(in), bytes(out));
   }
-  void conjugate_gradients() {
-    const auto precondition = [&] {
-      for (std::size_t i = 0; i < x_.size(); ++i)
-        solved_[i] = inverse_mass_[i] > 0 ? Vec3(inverse_block_[i] * residual_[i]) : Vec3::Zero();
-    };
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      change_[i].setZero();
-      if (inverse_mass_[i] == 0) residual_[i].setZero();
+  float precondition() {
+    float rho = 0;
+    for (std::size_t i = 0; i < particles(); ++i) {
+      solved_[i].noalias() = inverse_block_[i] * residual_[i];
+      rho += solved_[i].dot(residual_[i]);
     }
-    precondition();
+    return rho;
+  }
+  void conjugate_gradients(float h2) {
+    float rho = precondition();
     direction_ = solved_;
-    double rho = dot(residual_, solved_);
-    const double enough = 1e-10 * rho;
-    for (int n = 0; n < iterations_ && rho > enough; ++n) {
+    largest_rho_ = std::max(largest_rho_, rho);
+    const float enough = kEnough * kEnough * largest_rho_;
+    for (int n = 0; n < iterations_ && (n == 0 || rho > enough) && rho > 0; ++n) {
+      std::fill(product_.begin(), product_.end(), Vec4f::Zero());
       multiply(direction_, product_);
-      const double along = rho / dot(direction_, product_);
-      for (std::size_t i = 0; i < x_.size(); ++i) {
-        change_[i] += along * direction_[i];
+      float curvature = 0;
+      for (std::size_t i = 0; i < particles(); ++i) {
+        product_[i] = h2 * product_[i] + scaled_mass_[i] * direction_[i];
+        curvature += product_[i].dot(direction_[i]);
+      }
+      const float along = rho / curvature;
+      for (std::size_t i = 0; i < particles(); ++i) {
+        velocity_[i] += along * direction_[i];
         residual_[i] -= along * product_[i];
       }
-      precondition();
-      const double next = dot(residual_, solved_);
-      for (std::size_t i = 0; i < x_.size(); ++i) direction_[i] = solved_[i] + next / rho * direction_[i];
+      const float next = precondition();
+      for (std::size_t i = 0; i < particles(); ++i) direction_[i] = solved_[i] + next / rho * direction_[i];
       rho = next;
     }
   }
 
+  void forces(std::span<const Vec4f> x, std::span<Vec4f> force) const override {
+    std::fill(force.begin(), force.end(), Vec4f::Zero());
+    std::vector<CorotatedBatch> batches = batches_;
+    tet_loops16().corotate(batches.data(), batches.size(), tissue_, 2 * kPolar, bytes(x), bytes(force), nullptr);
+  }
+
   int iterations_;
-  std::vector<std::array<Mat3, 16>> stiffness_;
-  std::vector<std::size_t> first_;
-  std::vector<VertexId> column_;
-  std::vector<Mat3> block_, inverse_block_;
-  std::vector<std::array<std::size_t, 16>> place_;
-  std::vector<double> free_inverse_mass_;
-  std::vector<Vec3> change_, residual_, direction_, product_, solved_;
+  float largest_rho_ = 0;
+  std::vector<CorotatedBatch> batches_;
+  std::vector<std::uint8_t> free_;
+  std::vector<Vec4f> x_, force_, velocity_, residual_, direction_, product_, solved_;
+  std::array<std::vector<Vec4f>, 2> diagonal_;
+  std::vector<float> scaled_mass_;
+  std::vector<Eigen::Matrix4f> inverse_block_;
 };
 
 }  // namespace

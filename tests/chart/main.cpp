@@ -26,39 +26,82 @@ struct Measured {
 constexpr int kWindows = 40, kAskEvery = 5;
 constexpr char kTooSlow[] = "too slow";
 
-// The cost is the median of windows: what else the machine does in a few of them does not count. The answer is the mean
-// of the last tenth.
+// Takes the answers of a run: at rest the mean of the last tenth; in motion what is asked for, between two steps in a
+// straight line, as a viewer draws it.
+class Answers {
+ public:
+  Answers(const ChartScene& scene, Specimen& specimen) : scene_(scene), specimen_(specimen) {
+    if (moves()) before_ = specimen.answer();
+  }
+  bool moves() const { return !scene_.asked_at_s.empty(); }
+
+  void look(double t_s, bool at_the_end) {
+    if (moves()) return follow(t_s);
+    if (at_the_end && ++looks_ % kAskEvery == 1) add(specimen_.answer());
+  }
+  std::vector<double> taken() {
+    for (double& a : answer_) a /= std::max(1, added_);
+    return std::move(answer_);
+  }
+
+ private:
+  void follow(double t_s) {
+    const std::vector<double>& at = scene_.asked_at_s;
+    if (next_ >= at.size() || t_s + step_s() < at[next_] - 1e-9) return;
+    std::vector<double> now = specimen_.answer();
+    for (; next_ < at.size() && at[next_] <= t_s + 1e-9; ++next_) {
+      const double w = (t_s - at[next_]) / step_s();
+      for (std::size_t k = 0; k < now.size(); ++k) answer_.push_back(w * before_[k] + (1 - w) * now[k]);
+    }
+    before_ = std::move(now);
+  }
+  double step_s() const { return specimen_.step_s(); }
+  void add(const std::vector<double>& now) {
+    answer_.resize(now.size(), 0);
+    for (std::size_t k = 0; k < now.size(); ++k) answer_[k] += now[k];
+    ++added_;
+  }
+
+  const ChartScene& scene_;
+  Specimen& specimen_;
+  std::vector<double> answer_, before_;
+  std::size_t next_ = 0;
+  int looks_ = 0, added_ = 0;
+};
+
+// The cost is the median of windows: what else the machine does in a few of them does not count. What moves costs more
+// in some windows than in others: there it is the mean.
 Measured run(Specimen& specimen, const ChartScene& scene, double limit_s) {
   Measured m;
-  const int per_window = std::max(1, static_cast<int>(std::lround(scene.duration_s / specimen.step_s() / kWindows)));
+  Answers answers(scene, specimen);
+  const double steps = scene.duration_s / specimen.step_s();
+  const int per_window = std::max(1, static_cast<int>(std::lround(steps / kWindows)));
+  const int count = answers.moves() ? static_cast<int>(std::ceil(steps / per_window - 1e-9)) : kWindows;
   std::vector<double> windows;
-  int answers = 0, n = 0;
-  for (int w = 0; w < kWindows; ++w) {
-    const bool asks = w >= kWindows - kWindows / 10;
+  int n = 0;
+  for (int w = 0; w < count; ++w) {
     double took_s = 0;
     for (int i = 0; i < per_window; ++i) {
-      const double start = processor_time_s();
-      specimen.step(scene.share(++n * specimen.step_s()));
+      const double to_s = ++n * specimen.step_s(), start = processor_time_s();
+      specimen.step(to_s);
       took_s += processor_time_s() - start;
-      if (!asks || i % kAskEvery != 0) continue;
-      const std::vector<double> now = specimen.answer();
-      m.answer.resize(now.size(), 0);
-      for (std::size_t k = 0; k < now.size(); ++k) m.answer[k] += now[k];
-      ++answers;
+      answers.look(to_s, w >= kWindows - kWindows / 10);
     }
     windows.push_back(took_s);
-    if (w == 0 && windows.front() * kWindows > limit_s) {
+    if (w == 0 && windows.front() * count > limit_s) {
       m.too_slow = true;
       return m;
     }
   }
-  for (double& a : m.answer) a /= answers;
+  m.answer = answers.taken();
   std::sort(windows.begin(), windows.end());
-  m.cost_s = windows[windows.size() / 2] / (per_window * specimen.step_s());
+  double sum = 0;
+  for (const double w : windows) sum += w;
+  m.cost_s = (answers.moves() ? sum / count : windows[windows.size() / 2]) / (per_window * specimen.step_s());
   return m;
 }
 
-// One row a measurement; the first four columns name it.
+// One row a measurement; the first five columns name it.
 class Table {
  public:
   explicit Table(const std::string& file) : file_(file) {
@@ -67,10 +110,10 @@ class Table {
     while (std::getline(in, line)) {
       std::istringstream row(line);
       std::string part, key;
-      for (int i = 0; i < 4 && std::getline(row, part, ','); ++i) key += part + ",";
+      for (int i = 0; i < 5 && std::getline(row, part, ','); ++i) key += part + ",";
       rows_[key] = line;
     }
-    if (rows_.empty()) append("scene,model,driver,across", "ours,elements,cpu_s_per_s,error,answer");
+    if (rows_.empty()) append("scene,model,driver,mesh,across", "ours,elements,cpu_s_per_s,error,answer");
   }
   bool has(const std::string& key) const { return rows_.contains(key + ","); }
   const std::string& row(const std::string& key) const { return rows_.at(key + ","); }
@@ -85,23 +128,23 @@ class Table {
   std::map<std::string, std::string> rows_;
 };
 
-std::string text_of(const std::vector<double>& answer) {
+std::string text_of(const std::vector<double>& answer, int digits) {
   std::string text;
   char number[40];
   for (const double a : answer) {
-    std::snprintf(number, sizeof number, "%s%.9g", text.empty() ? "" : " ", a);
+    std::snprintf(number, sizeof number, "%s%.*g", text.empty() ? "" : " ", digits, a);
     text += number;
   }
   return text;
 }
 
 std::vector<double> reference(const ChartScene& scene, Table& table, bool quick) {
-  const std::string key = scene.name + ",reference,,0";
+  const std::string key = scene.name + ",reference,,,0";
   if (!table.has(key)) {
     const Reference found = reference_of(scene, quick);
     char values[80];
     std::snprintf(values, sizeof values, "0,0,,%.4g,", found.uncertainty);  // no cost: not a point of the chart
-    table.append(key, values + text_of(found.answer));
+    table.append(key, values + text_of(found.answer, 9));
   }
   const std::string& row = table.row(key);
   std::istringstream numbers(row.substr(row.rfind(',') + 1));
@@ -113,7 +156,8 @@ std::vector<double> reference(const ChartScene& scene, Table& table, bool quick)
 // False when it was too slow.
 bool measure(const ChartScene& scene, const Method& method, int across, const std::vector<double>& expected,
              Table& table, double limit_s) {
-  const std::string key = scene.name + "," + method.model + "," + method.driver + "," + std::to_string(across);
+  const std::string key =
+      scene.name + "," + method.model + "," + method.driver + "," + method.mesh + "," + std::to_string(across);
   if (table.has(key)) return table.row(key).find(kTooSlow) == std::string::npos;
   const auto specimen = method.make(scene, across);
   if (!specimen) return true;
@@ -124,9 +168,9 @@ bool measure(const ChartScene& scene, const Method& method, int across, const st
                 m.too_slow                           ? kTooSlow
                 : std::isfinite(error) && error < 10 ? std::to_string(error).c_str()
                                                      : "failed");
-  table.append(key, values + text_of(m.answer));
-  std::printf("%-7s %-24s %-22s n=%-2d %8zu elements %10.4g s/s  error %s\n", scene.name.c_str(), method.model.c_str(),
-              method.driver.c_str(), across, specimen->elements(), m.cost_s,
+  table.append(key, values + (scene.asked_at_s.empty() ? text_of(m.answer, 5) : std::string()));
+  std::printf("%-7s %-24s %-22s %-7s n=%-2d %8zu elements %10.4g s/s  error %s\n", scene.name.c_str(),
+              method.model.c_str(), method.driver.c_str(), method.mesh.c_str(), across, specimen->elements(), m.cost_s,
               m.too_slow ? "(too slow)" : std::to_string(error).c_str());
   std::fflush(stdout);
   return !m.too_slow;
@@ -138,7 +182,7 @@ int run(int argc, char** argv) {
   double limit_s = 12;
   Arguments arguments("error_chart", "Measures error and cost of every model on the scenes of the chart.");
   arguments.option("--out", out, "table (CSV); rows that it has are not made again");
-  arguments.option("--scene", only, "only this one: bend, twist, indent, open");
+  arguments.option("--scene", only, "only this one: bend, twist, indent, open, swing, release, cut, hang");
   arguments.option("--model", model, "only models whose name has this in it");
   arguments.option("--limit-s", limit_s, "a run that would take more of the processor's time is left out");
   arguments.toggle("--quick", quick, "coarse meshes, few drivers");

@@ -1,4 +1,5 @@
-// The common part of the plain methods: double-precision particles behind the interface of the volume models.
+// Particles in double precision behind the interface of the volume models, for methods that are taken from a paper as
+// they are.
 #pragma once
 
 #include <cmath>

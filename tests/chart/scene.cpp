@@ -1,5 +1,6 @@
 #include "tests/chart/scene.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -82,6 +83,88 @@ ChartScene open() {
   return s;
 }
 
+// Moments for a picture each, from the first one on.
+std::vector<double> moments(double from_s, double to_s) {
+  std::vector<double> at;
+  for (int n = 1; from_s + n / 60.0 <= to_s + 1e-9; ++n) at.push_back(from_s + n / 60.0);
+  return at;
+}
+
+ChartScene swing() {
+  ChartScene s;
+  s.name = "swing";
+  s.title = "a bar is let go, and swings under its weight (100 x 25 x 25 mm, 60 kPa, Poisson's ratio 0.45)";
+  s.answer = "displacement of its end, in 42 moments";
+  s.size_m = {0.1, 0.025, 0.025};
+  s.young_pa = 60000;
+  s.damping_per_s = 2;
+  s.gravity_m_per_s2 = 9.81;
+  s.cells_per_across = {4, 1, 1};
+  s.held = [](const Vec3& p) { return p.x() < kOnFace_m; };
+  s.load_s = 1e-9;
+  s.duration_s = 0.7;
+  s.asked_at_s = moments(0, s.duration_s);
+  s.probes.push_back({{0.1, 0.0125, 0.0125}});
+  return s;
+}
+
+ChartScene release() {
+  ChartScene s;
+  s.name = "release";
+  s.title = "a bar that was pressed together by 8 mm is released (100 x 25 x 25 mm, 30 kPa, Poisson's ratio 0.45)";
+  s.answer = "displacement of its end, in 12 moments";
+  s.size_m = {0.1, 0.025, 0.025};
+  s.damping_per_s = 15;
+  s.cells_per_across = {4, 1, 1};
+  s.held = [](const Vec3& p) { return p.x() < kOnFace_m || p.x() > 0.1 - kOnFace_m; };
+  s.held_at = [](const Vec3& p, double share) -> Vec3 {
+    return {p.x() - (p.x() > 0.05 ? share * 0.008 : 0), p.y(), p.z()};
+  };
+  s.let_go = [](const Vec3& p) { return p.x() > 0.05; };
+  s.load_s = 0.15;
+  s.let_go_s = 0.2;
+  s.duration_s = 0.4;
+  s.reference_across = 6;
+  s.asked_at_s = moments(s.let_go_s, s.duration_s);
+  s.probes.push_back({{0.1, 0.0125, 0.0125}});
+  return s;
+}
+
+ChartScene cut() {
+  ChartScene s;
+  s.name = "cut";
+  s.title = "a bar that the simulator's knife has cut half through hangs (80 x 10 x 20 mm, 60 kPa, ratio 0.45)";
+  s.answer = "displacement along its axis beyond the cut";
+  s.size_m = {0.08, 0.01, 0.02};
+  s.young_pa = 60000;
+  s.gravity_m_per_s2 = 9.81;
+  s.cells_per_across = {8, 1, 2};
+  s.held = [](const Vec3& p) { return p.x() < kOnFace_m; };
+  s.slit = test::Slit{0.02, 0.01};
+  s.cut_by_knife = true;
+  s.load_s = 1e-9;
+  s.duration_s = 1.2;
+  s.reference_across = 3;
+  for (int i = 2; i <= 8; ++i) s.probes.push_back({{0.08 * i / 8 + (i == 2 ? 1e-4 : 0), 0.005, 0.005}});
+  return s;
+}
+
+ChartScene hang() {
+  ChartScene s;
+  s.name = "hang";
+  s.title = "a block hangs from its upper side (30 x 30 x 60 mm, 6 kPa, Poisson's ratio 0.45)";
+  s.answer = "displacement along its axis";
+  s.size_m = {0.03, 0.03, 0.06};
+  s.young_pa = 6000;
+  s.gravity_m_per_s2 = 9.81;
+  s.cells_per_across = {1, 1, 2};
+  s.held = [](const Vec3& p) { return p.z() > 0.06 - kOnFace_m; };
+  s.load_s = 1e-9;
+  s.duration_s = 1;
+  for (int i = 0; i < 8; ++i) s.probes.push_back({{0.015, 0.015, 0.06 * i / 8}});
+  return s;
+}
+
 std::vector<double> answer_of_bricks(const ChartScene& s, int n) {
   const auto& c = s.cells_per_across;
   const test::BrickReference bricks({n * c[0], n * c[1], n * c[2]}, s.size_m, lame(s.young_pa, s.poisson), s.slit);
@@ -120,7 +203,7 @@ std::vector<double> answer_of_bricks(const ChartScene& s, int n) {
 }  // namespace
 
 std::vector<ChartScene> chart_scenes() {
-  return {bend(), twist(), indent(), open()};
+  return {bend(), twist(), indent(), open(), swing(), release(), cut(), hang()};
 }
 
 double distance(const std::vector<double>& a, const std::vector<double>& b) {
@@ -134,15 +217,18 @@ double relative_error(const std::vector<double>& a, const std::vector<double>& b
   return distance(a, b) / distance(b, std::vector<double>(b.size(), 0));
 }
 
-// Three meshes n - 2, n - 1, n across: the error is taken to be c n^-p, with the p that the differences have.
 Reference reference_of(const ChartScene& scene, bool quick) {
   if (scene.ball)
     return {{test::ball_on_layer_n(scene.young_pa, scene.poisson, scene.ball->radius_m, scene.ball->depth_m,
                                    scene.size_m.z())},
             0};
+  if (!scene.asked_at_s.empty()) return reference_of_motion(scene, quick);
   const int n = quick ? 3 : scene.reference_across;
-  const auto first = answer_of_bricks(scene, n - 2), second = answer_of_bricks(scene, n - 1),
-             third = answer_of_bricks(scene, n);
+  return extrapolated({answer_of_bricks(scene, n - 2), answer_of_bricks(scene, n - 1), answer_of_bricks(scene, n)}, n);
+}
+
+Reference extrapolated(const std::array<std::vector<double>, 3>& answers, int n) {
+  const auto& [first, second, third] = answers;
   const double ratio = distance(second, first) / distance(third, second);
   const auto gap = [](int m, double p) { return std::pow(m, -p) - std::pow(m + 1, -p); };
   double low = 0.5, high = 6;

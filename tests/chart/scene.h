@@ -1,6 +1,6 @@
 // The scenes of the chart of error against cost: a box of tissue each, held, loaded, and asked for one answer, which
-// the reference (tests/support/brick_reference.h) gives as well. Every scene runs until the tissue is at rest, so that
-// the error is that of mesh, model, driver and step together.
+// the reference (tests/support/brick_reference.h) gives as well. Scenes run until the tissue is at rest, or ask where
+// it is at several moments; the error is that of mesh, model, driver and step together.
 #pragma once
 
 #include <functional>
@@ -37,11 +37,16 @@ struct ChartScene {
   // Whether a point is held, and where it is once the load is on (share 1; 0: at rest).
   std::function<bool(const Vec3& rest_m)> held;
   std::function<Vec3(const Vec3& rest_m, double share)> held_at = [](const Vec3& p, double) { return p; };
+  // Whether a point that is held is let go, and when.
+  std::function<bool(const Vec3& rest_m)> let_go = [](const Vec3&) { return false; };
+  double let_go_s = 0;
   std::optional<Ball> ball;
   std::optional<test::Slit> slit;
-  int reference_across = 4;              // bricks, of the finest of three meshes
+  bool cut_by_knife = false;  // the slit of the models is what the simulator's own knife leaves (knife_cut.h)
+  int reference_across = 4;   // bricks, of the finest of three meshes
   double load_s = 0.05, duration_s = 1;  // until the load is on, until all is at rest
   std::vector<Probe> probes;             // the answer: their displacements; of a slit: right minus left
+  std::vector<double> asked_at_s;        // ... at these moments, one after the other; empty: at rest
   bool asks_torque = false;              // ... instead, about x, of what holds the end at larger x, N m
   bool asks_force = false;               // ... instead, on the ball, N
 
@@ -52,7 +57,7 @@ struct ChartScene {
   }
 };
 
-// bend, twist, indent, open.
+// bend, twist, indent, open, swing, release, cut, hang.
 std::vector<ChartScene> chart_scenes();
 
 // The reference's answer, extrapolated from three meshes, and the distance of its finest mesh from it.
@@ -61,6 +66,12 @@ struct Reference {
   double uncertainty = 0;  // relative
 };
 Reference reference_of(const ChartScene& scene, bool quick);
+
+// The same for a scene that asks for moments: the bricks move in small explicit steps.
+Reference reference_of_motion(const ChartScene& scene, bool quick);
+// From three meshes, n - 2, n - 1 and n bricks across: the error is taken to be c n^-p, with the p that the differences
+// have.
+Reference extrapolated(const std::array<std::vector<double>, 3>& answers, int n);
 
 double distance(const std::vector<double>& a, const std::vector<double>& b);
 // |a - b| / |b|

@@ -13,16 +13,19 @@ namespace sectio::chart {
 class Specimen {
  public:
   virtual ~Specimen() = default;
-  virtual void step(double share) = 0;  // by step_s(), towards the load's share
+  virtual void step(double to_s) = 0;  // by step_s(), up to this time of the scene
   virtual double step_s() const = 0;
   virtual std::vector<double> answer() = 0;  // now
   virtual std::size_t elements() const = 0;
 };
 
-// One way to simulate a scene: model, driver, step; the chart goes through resolutions n. Nothing when this method
-// makes no claim on the scene or the resolution.
+// The meshes of the chart: those that a scene gives a body, and a lattice that fits the box by hand.
+constexpr char kOfScene[] = "scene", kByHand[] = "by hand";
+
+// One way to simulate a scene: model, driver, step, mesh; the chart goes through resolutions n. Nothing when this
+// method makes no claim on the scene or the resolution.
 struct Method {
-  std::string model, driver;
+  std::string model, driver, mesh;
   std::function<std::unique_ptr<Specimen>(const ChartScene& scene, int across)> make;
   bool is_ours = true;
 };

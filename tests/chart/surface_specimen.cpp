@@ -19,9 +19,9 @@ class SurfaceSpecimen final : public Specimen {
     v_.assign(x_.size(), Vec4f::Zero());
   }
 
-  void step(double share) override {
+  void step(double to_s) override {
     constraints_.clear();
-    add_contacts(scene_, share, 2e-4, top_, x_, constraints_);
+    add_contacts(scene_, scene_.share(to_s), 2e-4, top_, x_, constraints_);
     reactions_.resize(constraints_.size());
     springs_.step(x_, v_, constraints_, reactions_);
     force_n_ = 0;

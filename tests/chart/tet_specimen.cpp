@@ -7,7 +7,7 @@ namespace sectio::chart {
 namespace {
 
 TetMesh with_slit(const ChartScene& s, TetMesh mesh) {
-  if (!s.slit) return mesh;
+  if (!s.slit || s.cut_by_knife) return mesh;
   TetTopology topology(mesh);
   const double x = s.slit->at_x_m, y0 = -s.size_m.y(), y1 = 2 * s.size_m.y(), z0 = s.slit->from_z_m - 1e-9,
                z1 = 2 * s.size_m.z();
@@ -26,9 +26,10 @@ class TetSpecimen final : public Specimen {
     const VolumeMaterial material{{scene.young_pa, scene.poisson, scene.density_kg_per_m3}, scene.damping_per_s, {}};
     model_ = make(mesh_, material, settings);
     settings.fixed = held_;
-    for (VertexId v = 0; v < held_.size() && !model_.forces; ++v) {
+    for (VertexId v = 0; v < held_.size(); ++v) {
       const Vec3& p = mesh_.vertices_body_m[v];
-      if (!held_[v] || (!model_.drags_all && scene.held_at(p, 1) == p)) continue;
+      const bool still = !model_.drags_all && scene.held_at(p, 1) == p;
+      if (!held_[v] || (!scene.let_go(p) && (model_.forces || still))) continue;
       dragged_.push_back(v);
       settings.fixed[v] = 0;
     }
@@ -40,11 +41,17 @@ class TetSpecimen final : public Specimen {
         if (mesh_.vertices_body_m[v].z() > scene.size_m.z() - 1e-7) top_.push_back(v);
   }
 
-  void step(double share) override {
+  void step(double to_s) override {
     constraints_.clear();
-    for (const VertexId v : dragged_) constraints_.push_back(hold(v, scene_.held_at(mesh_.vertices_body_m[v], share)));
+    const double share = scene_.share(to_s);
+    const bool released = to_s - step_s_ > scene_.let_go_s - 1e-6;
+    for (const VertexId v : dragged_) {
+      const Vec3& rest = mesh_.vertices_body_m[v];
+      if (!released || !scene_.let_go(rest)) constraints_.push_back(hold(v, scene_.held_at(rest, share)));
+    }
     for (VertexId v = 0; v < held_.size() && model_.forces && share != share_; ++v)
-      if (held_[v]) x_[v].head<3>() = scene_.held_at(mesh_.vertices_body_m[v], share).cast<float>();
+      if (held_[v] && !scene_.let_go(mesh_.vertices_body_m[v]))
+        x_[v].head<3>() = scene_.held_at(mesh_.vertices_body_m[v], share).cast<float>();
     share_ = share;
     if (scene_.ball) {  // whatever is in it after the step
       const double reach_m = 2 * scene_.ball->depth_m / scene_.load_s * step_s_ + 1e-4;
@@ -106,6 +113,7 @@ class TetSpecimen final : public Specimen {
 
   // The present place of a rest point, by the tetrahedron that holds it; on a slit: by the one on that side.
   Vec3 at(const Vec3& rest_m, bool right) const {
+    const bool is_right = right || (scene_.slit && rest_m.x() > scene_.slit->at_x_m + 1e-9);
     double best = -1e30;
     Vec3 found = rest_m;
     for (const Tetrahedron& t : mesh_.tetrahedra) {
@@ -115,7 +123,7 @@ class TetSpecimen final : public Specimen {
         d.col(k) = mesh_.vertices_body_m[t[static_cast<std::size_t>(k) + 1]] - mesh_.vertices_body_m[t[0]];
         middle += mesh_.vertices_body_m[t[static_cast<std::size_t>(k) + 1]];
       }
-      if (scene_.slit && (middle.x() / 4 > scene_.slit->at_x_m) != right) continue;
+      if (scene_.slit && (middle.x() / 4 > scene_.slit->at_x_m) != is_right) continue;
       const Vec3 w = d.inverse() * (rest_m - mesh_.vertices_body_m[t[0]]);
       const double inside = std::min(w.minCoeff(), 1 - w.sum());
       if (inside <= best) continue;

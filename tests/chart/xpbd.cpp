@@ -1,82 +1,94 @@
+#include <algorithm>
+
 #include "tests/chart/baselines.h"
-#include "tests/chart/plain_model.h"
-#include "tests/support/newton.h"
+#include "tests/chart/fast_model.h"
 
 namespace sectio::chart {
 namespace {
 
+// The tetrahedra by colours, of which no two of a colour share a vertex; each colour begins a batch.
+std::vector<std::uint32_t> by_colour(const TetMesh& mesh) {
+  std::vector<std::uint64_t> taken(mesh.vertices_body_m.size(), 0);
+  std::vector<std::vector<std::uint32_t>> colours;
+  for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t) {
+    std::uint64_t near = 0;
+    for (const VertexId v : mesh.tetrahedra[t]) near |= taken[v];
+    const auto colour = static_cast<std::size_t>(std::countr_one(near));
+    if (colour >= 64) throw InputError("more than 64 colours");
+    for (const VertexId v : mesh.tetrahedra[t]) taken[v] |= std::uint64_t{1} << colour;
+    if (colour >= colours.size()) colours.resize(colour + 1);
+    colours[colour].push_back(t);
+  }
+  std::vector<std::uint32_t> order;
+  for (const auto& colour : colours) {
+    order.insert(order.end(), colour.begin(), colour.end());
+    while (order.size() % kBatch != 0) order.push_back(kNone);
+  }
+  return order;
+}
+
 // C_shape = |F|, compliance 1 / (mu V);  C_volume = det F - 1 - mu / kappa, compliance 1 / (kappa V), kappa = lambda +
 // mu: the energies C^2 / (2 compliance) add up to the stable neo-Hookean one.
-class Xpbd final : public PlainModel {
+class Xpbd final : public FastModel {
  public:
   Xpbd(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings, int iterations)
-      : PlainModel(mesh, material, settings), iterations_(iterations), multiplier_(shape_.size()), before_(x_.size()) {
-    const Lame lame = sectio::lame(material.young_pa, material.poisson);
-    mu_ = lame.mu_pa;
-    kappa_ = lame.lambda_pa + lame.mu_pa;
+      : FastModel(mesh, material, settings),
+        iterations_(iterations),
+        batches_(batches_of<XpbdBatch>(mesh, by_colour(mesh))),
+        plain_(batches_of<TetBatch>(mesh, all_in_order(mesh))) {
+    for (XpbdBatch& b : batches_)
+      for (std::size_t i = 0; i < kBatch; ++i) {
+        const float volume = b.volume_m3[i] > 0 ? b.volume_m3[i] : 1;
+        b.compliance[0][i] = 1 / (tissue_.mu_pa * volume);
+        b.compliance[1][i] = 1 / ((tissue_.lambda_pa + tissue_.mu_pa) * volume);
+      }
+  }
+
+  void step(std::span<Vec4f> position, std::span<Vec4f> velocity, std::span<const PointConstraint> constraints,
+            std::span<Reaction> reactions) override {
+    std::fill(reactions.begin(), reactions.end(), Reaction{});
+    const auto h = static_cast<float>(settings_.step_s);
+    const float kept = h * static_cast<float>(1 / (1 + material_.damping_per_s * settings_.step_s));
+    const Vec4f falls = h * kept * gravity();
+    x_ = with_unused(position);
+    for (std::size_t i = 0; i < particles(); ++i) {
+      if (inverse_mass_[i] > 0) x_[i] += kept * velocity[i] + falls;
+      x_[i][3] = static_cast<float>(inverse_mass_[i]);
+    }
+    for (const PointConstraint& c : constraints)
+      if (!c.unilateral) x_[c.v[0]] << c.target_world_m.cast<float>(), 0;
+    for (XpbdBatch& b : batches_) std::fill(&b.multiplier[0][0], &b.multiplier[0][0] + 2 * kBatch, 0.0f);
+    for (int n = 0; n < iterations_; ++n) {
+      tet_loops16().solve_constraints(batches_.data(), batches_.size(), tissue_, h, bytes(x_));
+      for (const PointConstraint& c : constraints) {
+        if (!c.unilateral) continue;
+        auto x = x_[c.v[0]].head<3>();
+        const Vec3f normal = c.normal.cast<float>();
+        x -= std::max(0.0f, (x - c.target_world_m.cast<float>()).dot(normal)) * normal;
+      }
+    }
+    for (std::size_t i = 0; i < particles(); ++i) {
+      x_[i][3] = 0;
+      velocity[i] = (x_[i] - position[i]) / h;
+      position[i] = x_[i];
+    }
   }
 
  private:
-  void move(double step_s) override {
-    before_ = x_;
-    for (std::size_t i = 0; i < x_.size(); ++i)
-      if (inverse_mass_[i] > 0)
-        x_[i] += step_s * (1 - material_.damping_per_s * step_s) * v_[i] + step_s * step_s * settings_.gravity_m_per_s2;
-    std::fill(multiplier_.begin(), multiplier_.end(), std::array<double, 2>{0, 0});
-    for (int n = 0; n < iterations_; ++n) {
-      for (std::size_t t = 0; t < shape_.size(); ++t) solve(t, step_s);
-      for (const PointConstraint& c : pressed_)
-        x_[c.v[0]] -= std::max(0.0, (x_[c.v[0]] - c.target_world_m).dot(c.normal)) * c.normal;
-    }
-    for (std::size_t i = 0; i < x_.size(); ++i) v_[i] = (x_[i] - before_[i]) / step_s;
+  Vec4f gravity() const {
+    Vec4f g = Vec4f::Zero();
+    g.head<3>() = settings_.gravity_m_per_s2.cast<float>();
+    return g;
   }
-
-  bool keeps_contact() const override { return true; }
-
-  Mat3 gradient(std::size_t n, std::span<const Vec3> x) const {
-    const Tetrahedron& t = mesh_.tetrahedra[n];
-    Mat3 f = Mat3::Zero();
-    for (std::size_t a = 0; a < 4; ++a) f += x[t[a]] * shape_[n].gradient[a].transpose();
-    return f;
-  }
-
-  void solve(std::size_t n, double step_s) {
-    const Mat3 f = gradient(n, x_);
-    const double norm = f.norm();
-    if (norm > 0) correct(n, f / norm, norm, 1 / (mu_ * shape_[n].volume_m3 * step_s * step_s), multiplier_[n][0]);
-    const Mat3 g = gradient(n, x_);
-    correct(n, test::cofactor(g), g.determinant() - 1 - mu_ / kappa_,
-            1 / (kappa_ * shape_[n].volume_m3 * step_s * step_s), multiplier_[n][1]);
-  }
-
-  // dC / dx_a = (dC / dF) g_a
-  void correct(std::size_t n, const Mat3& slope, double value, double compliance, double& multiplier) {
-    const Tetrahedron& t = mesh_.tetrahedra[n];
-    std::array<Vec3, 4> gradient;
-    double sum = compliance;
-    for (std::size_t a = 0; a < 4; ++a) {
-      gradient[a] = slope * shape_[n].gradient[a];
-      sum += inverse_mass_[t[a]] * gradient[a].squaredNorm();
-    }
-    const double change = -(value + compliance * multiplier) / sum;
-    multiplier += change;
-    for (std::size_t a = 0; a < 4; ++a) x_[t[a]] += inverse_mass_[t[a]] * change * gradient[a];
-  }
-
-  void forces(std::span<const Vec3> x, std::span<Vec3> force) const override {
-    std::fill(force.begin(), force.end(), Vec3::Zero());
-    for (std::size_t n = 0; n < shape_.size(); ++n) {
-      const Mat3 f = gradient(n, x);
-      const Mat3 stress = mu_ * f + (kappa_ * (f.determinant() - 1) - mu_) * test::cofactor(f);
-      for (std::size_t a = 0; a < 4; ++a)
-        force[mesh_.tetrahedra[n][a]] -= shape_[n].volume_m3 * (stress * shape_[n].gradient[a]);
-    }
+  void forces(std::span<const Vec4f> x, std::span<Vec4f> force) const override {
+    std::fill(force.begin(), force.end(), Vec4f::Zero());
+    tet_loops16().neo_hookean(plain_.data(), plain_.size(), tissue_, bytes(x), bytes(force));
   }
 
   int iterations_;
-  double mu_ = 0, kappa_ = 0;
-  std::vector<std::array<double, 2>> multiplier_;
-  std::vector<Vec3> before_;
+  std::vector<XpbdBatch> batches_;
+  std::vector<TetBatch> plain_;
+  std::vector<Vec4f> x_;
 };
 
 }  // namespace

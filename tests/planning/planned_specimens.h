@@ -36,7 +36,8 @@ inline Scene scene_of(const PlannedCase& c) {
   Scene scene;
   scene.file = c.name;
   scene.sleep.after_s = 0;
-  scene.gravity_m_per_s2 = Vec3(0, 0, c.load == planning::Load::bending ? -9.81 : 0);
+  scene.gravity_m_per_s2 =
+      Vec3(0, 0, c.load == planning::Load::bending || c.load == planning::Load::hanging ? -9.81 : 0);
   BodySpec body;
   body.name = c.name;
   body.model = "auto";
@@ -49,6 +50,7 @@ inline Scene scene_of(const PlannedCase& c) {
   body.plan.cpu_budget = 4;
   const double far = 1;
   body.fixed = Box{Vec3::Constant(-far), Vec3(1e-6, far, far)};
+  if (c.load == planning::Load::hanging) body.fixed = Box{Vec3(-far, -far, c.size_m.z() - 1e-6), Vec3::Constant(far)};
   if (c.load == planning::Load::indentation) body.fixed = Box{Vec3::Constant(-far), Vec3(far, far, 1e-6)};
   const auto add = [&](ToolSpec t, const std::vector<TracePoint>& trace) {
     t.trace = trace;
@@ -58,6 +60,8 @@ inline Scene scene_of(const PlannedCase& c) {
   const Vec3 top(c.size_m.x() / 2, c.size_m.y() / 2, c.size_m.z());
   switch (c.load) {
     case planning::Load::bending:
+      break;
+    case planning::Load::hanging:
       break;
     case planning::Load::twisting: {
       ToolSpec t = tool("forceps");
@@ -96,6 +100,7 @@ inline chart::ChartScene chart_scene_of(const PlannedCase& c) {
   s.duration_s = 0.5;
   s.held = [=](const Vec3& p) { return p.x() < kNear || p.x() > size.x() - kNear; };
   switch (c.load) {
+    case planning::Load::hanging:
     case planning::Load::bending:
       s.held = [=](const Vec3& p) { return p.x() < kNear; };
       s.gravity_m_per_s2 = 9.81;
@@ -103,6 +108,10 @@ inline chart::ChartScene chart_scene_of(const PlannedCase& c) {
       s.duration_s = 1;
       s.load_s = 1e-9;
       for (int i = 1; i <= 8; ++i) s.probes.push_back({{size.x() * i / 8, size.y() / 2, size.z() / 2}});
+      if (c.load == planning::Load::bending) break;
+      s.held = [=](const Vec3& p) { return p.z() > size.z() - kNear; };
+      s.probes.clear();
+      for (int i = 0; i < 8; ++i) s.probes.push_back({{size.x() / 2, size.y() / 2, size.z() * i / 8}});
       break;
     case planning::Load::twisting:
       s.held_at = [=](const Vec3& p, double share) -> Vec3 {
@@ -155,7 +164,7 @@ inline std::vector<double> answer_at_rest(chart::Specimen& specimen, const chart
   std::vector<double> sum;
   int answers = 0;
   for (int i = 1; i <= steps; ++i) {
-    specimen.step(s.share(i * specimen.step_s()));
+    specimen.step(i * specimen.step_s());
     if (i <= 0.9 * steps || i % 5 != 0) continue;
     const std::vector<double> now = specimen.answer();
     sum.resize(now.size(), 0);

@@ -2,54 +2,14 @@
 
 #include "tests/chart/baselines.h"
 #include "tests/chart/plain_model.h"
-#include "tests/support/newton.h"
 
 namespace sectio::chart {
 namespace {
 
-class PlainExplicit : public PlainModel {
- public:
-  using PlainModel::PlainModel;
-
- protected:
-  void move(double step_s) override {
-    forces(x_, force_);
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      if (inverse_mass_[i] == 0) continue;
-      v_[i] = (1 - material_.damping_per_s * step_s) * v_[i] +
-              step_s * (inverse_mass_[i] * force_[i] + settings_.gravity_m_per_s2);
-      x_[i] += step_s * v_[i];
-    }
-  }
-};
-
-class PlainTetrahedra final : public PlainExplicit {
- public:
-  PlainTetrahedra(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings)
-      : PlainExplicit(mesh, material, settings), lame_(lame(material.young_pa, material.poisson)) {
-    divide_step();
-  }
-
- private:
-  void forces(std::span<const Vec3> x, std::span<Vec3> force) const override {
-    std::fill(force.begin(), force.end(), Vec3::Zero());
-    for (std::size_t n = 0; n < shape_.size(); ++n) {
-      const Tetrahedron& t = mesh_.tetrahedra[n];
-      Mat3 f = Mat3::Zero();
-      for (std::size_t a = 0; a < 4; ++a) f += x[t[a]] * shape_[n].gradient[a].transpose();
-      const Mat3 stress =
-          lame_.mu_pa * f + ((lame_.lambda_pa + lame_.mu_pa) * (f.determinant() - 1) - lame_.mu_pa) * test::cofactor(f);
-      for (std::size_t a = 0; a < 4; ++a) force[t[a]] -= shape_[n].volume_m3 * (stress * shape_[n].gradient[a]);
-    }
-  }
-
-  Lame lame_;
-};
-
-class PapersSprings final : public PlainExplicit {
+class PapersSprings final : public PlainModel {
  public:
   PapersSprings(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings)
-      : PlainExplicit(mesh, material, settings) {
+      : PlainModel(mesh, material, settings) {
     double volume_m3 = 0;
     for (const TetShape& shape : shape_) volume_m3 += shape.volume_m3;
     std::fill(mass_.begin(), mass_.end(), volume_m3 * material.density_kg_per_m3 / static_cast<double>(mass_.size()));
@@ -77,6 +37,16 @@ class PapersSprings final : public PlainExplicit {
   }
 
  private:
+  void move(double step_s) override {
+    forces(x_, force_);
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      if (inverse_mass_[i] == 0) continue;
+      v_[i] = (1 - material_.damping_per_s * step_s) * v_[i] +
+              step_s * (inverse_mass_[i] * force_[i] + settings_.gravity_m_per_s2);
+      x_[i] += step_s * v_[i];
+    }
+  }
+
   void forces(std::span<const Vec3> x, std::span<Vec3> force) const override {
     std::fill(force.begin(), force.end(), Vec3::Zero());
     for (const Spring& s : springs_) {
@@ -95,10 +65,6 @@ class PapersSprings final : public PlainExplicit {
 };
 
 }  // namespace
-
-ChartModel plain_tetrahedra(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
-  return with_forces(std::make_unique<PlainTetrahedra>(mesh, material, settings));
-}
 
 ChartModel papers_springs(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings) {
   return with_forces(std::make_unique<PapersSprings>(mesh, material, settings));
