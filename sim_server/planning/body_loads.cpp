@@ -6,9 +6,8 @@
 namespace sectio::planning {
 namespace {
 
-constexpr double kSlender = 1.5;          // least overhang of a beam, in thicknesses
-constexpr double kFlat = 0.05;            // fixed vertices within this share of the thickness are a face
-constexpr double kSagThatMatters = 0.02;  // in thicknesses
+constexpr double kSlender = 1.5;  // least overhang of a beam, in thicknesses
+constexpr double kFlat = 0.05;    // fixed vertices within this share of the thickness are a face
 constexpr double kTwist_rad = 15 * M_PI / 180;
 constexpr double kUnknownBall_m = 0.005;  // assumed dent of an instrument that has no trace
 constexpr std::size_t kMostPoints = 1500;
@@ -26,19 +25,47 @@ double overhang_m(const TriangleSoup& surface, const std::vector<Vec3>& fixed) {
   return std::sqrt(furthest);
 }
 
-// Bending by the body's weight. The sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12.
+// The extent of the surface along the direction of gravity, and how far the middle of what is held is below its own.
+struct Height {
+  double extent_m = 0, held_below_m = 0;
+};
+Height height_of(const TriangleSoup& surface, const BodySituation& s) {
+  double lowest = HUGE_VAL, highest = -HUGE_VAL, held = 0;
+  for (const Vec3& p : surface.vertices_body_m) {
+    lowest = std::min(lowest, -p.dot(s.down_body));
+    highest = std::max(highest, -p.dot(s.down_body));
+  }
+  for (const Vec3& p : s.fixed_m) held -= p.dot(s.down_body) / static_cast<double>(s.fixed_m.size());
+  return {highest - lowest, (lowest + highest) / 2 - held};
+}
+
+// Bending by the body's weight: the sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12. What is stout,
+// or lies, is stretched or pressed together by rho g H^2 / (2 E).
 void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s,
                 std::vector<BodyLoad>& loads) {
-  if (s.fixed_m.empty() || s.lies_on_floor || s.most_gravity_m_per_s2 == 0) return;
-  const double length = overhang_m(surface, s.fixed_m), t = shape.thickness_m;
-  const double sag = 1.5 * s.material.density_kg_per_m3 * s.most_gravity_m_per_s2 * std::pow(length, 4) /
-                     (s.material.young_pa * t * t);
-  if (length < kSlender * t || sag < kSagThatMatters * t) return;
+  if (s.most_gravity_m_per_s2 == 0) return;
+  const double t = shape.thickness_m,
+               weight_per_young = s.material.density_kg_per_m3 * s.most_gravity_m_per_s2 / s.material.young_pa;
+  const bool is_held = !s.fixed_m.empty() && !s.lies_on_floor;
+  const double length = is_held ? overhang_m(surface, s.fixed_m) : 0;
+  const Height height = height_of(surface, s);
+  BodyLoad load{{Load::hanging, std::min(t, shape.size_m.minCoeff()), s.material.poisson}, "lies on the floor"};
+  load.is_weight = true;
+  double moved = 0.5 * weight_per_young * height.extent_m * height.extent_m;
+  // A body whose held part is above or below its middle by more than a quarter of its height hangs or stands.
+  const bool at_the_side = 4 * std::abs(height.held_below_m) < height.extent_m;
+  if (is_held) load.from = height.held_below_m > 0 ? "stands" : "hangs";
+  if (is_held && at_the_side) load.from = "is held at its side";
   Eigen::AlignedBox3d held;
   for (const Vec3& p : s.fixed_m) held.extend(p);
-  LoadCase bends{Load::bending, t, s.material.poisson};
-  if (held.sizes().minCoeff() > kFlat * t) bends.overhang_m = length;
-  loads.push_back({bends, "its weight"});
+  if (is_held && held.sizes().minCoeff() > kFlat * t) load.what.overhang_m = length;
+  if (length >= kSlender * t && at_the_side) {
+    load.what.load = Load::bending;
+    load.from = "its weight";
+    moved = 1.5 * weight_per_young * std::pow(length, 4) / (t * t);
+  }
+  load.what.share = std::min(1.0, moved / (kSagThatMatters * t));
+  loads.push_back(std::move(load));
 }
 
 LoadCase pressed(double a_m, double thickness_m, const BodySituation& s) {
@@ -114,8 +141,10 @@ std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& sha
     if (tool.moments.empty()) d = {shape.thickness_m, shape.thickness_m, 1};
     if (d.depth_m <= 0) continue;
     if (tool.cuts) {
-      loads.push_back(
-          {{Load::opening, d.depth_m, s.material.poisson, d.share, s.bed_radius_m / d.depth_m}, tool.name, d.share});
+      loads.push_back({{Load::opening, d.depth_m, s.material.poisson, d.share, s.bed_radius_m / d.depth_m},
+                       tool.name,
+                       false,
+                       d.share});
       continue;
     }
     const double dent = tool.moments.empty() ? kUnknownBall_m : d.depth_m;

@@ -29,6 +29,7 @@ struct BodySituation {
   ElasticMaterial material;
   double bed_radius_m = 0.008;       // foundation_radius_m of surface springs
   double most_gravity_m_per_s2 = 0;  // largest gravity in the scene
+  Vec3 down_body = -Vec3::UnitZ();   // its direction
   std::vector<Vec3> fixed_m;         // fixed vertices
   bool lies_on_floor = false;
   std::vector<ToolUse> tools;
@@ -36,12 +37,17 @@ struct BodySituation {
 
 struct BodyLoad {
   LoadCase what;
-  std::string from;            // name of the instrument, or "its weight"
+  std::string from;  // name of the instrument, or what the weight does: "hangs", "stands", ...
+  bool is_weight = false;
   double depth_of_tissue = 0;  // depth of a cut over the thickness there; 1: it goes through
 };
 
-// Omits loads whose displacements are negligible. O(triangles * moments).
+// Under gravity there is always a load by weight; other loads whose displacements are negligible are omitted.
+// O(triangles * moments).
 std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& situation);
+
+// A displacement by weight, in thicknesses; smaller ones matter less.
+constexpr double kSagThatMatters = 0.02;
 
 // A cut deeper than this share of the thickness needs a model with an inside.
 constexpr double kShallow = 0.3;

@@ -98,7 +98,7 @@ class Planner {
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
       if (!error_of(l, in_.shape, method, 1))
         return std::string("no error law for ") + to_string(l.what.load) + " (" + l.from + ")";
-      if (traits_of(method).is_implicit && l.from != "its weight")
+      if (traits_of(method).is_implicit && !l.is_weight)
         return "its sweeps converge slowly where instruments hold points";
     }
     return {};

@@ -19,7 +19,8 @@ namespace {
 std::string line_of(const BodyLoad& load) {
   const LoadCase& l = load.what;
   const char* along = l.load == Load::indentation ? "contact" : l.load == Load::opening ? "cut" : "thickness";
-  std::string line = text("  %-12s %-12s %s %.3g mm", to_string(l.load), load.from.c_str(), along, 1e3 * l.width_m);
+  std::string line = text("  %-12s %-17s %s %.3g mm", to_string(l.load), load.from.c_str(), along, 1e3 * l.width_m);
+  if (load.is_weight && l.share < 1) line += text(", moves it by %.2g of its thickness", kSagThatMatters * l.share);
   if (l.load == Load::opening) line += text(", %.0f %% of the tissue there", 100 * load.depth_of_tissue);
   return line + "\n";
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
+#include <tuple>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -58,9 +60,11 @@ planning::BodySituation situation_of(const BodySpec& body, const Scene& scene) {
   planning::BodySituation s;
   s.material = body.material;
   s.bed_radius_m = body.material.foundation_radius_m;
-  s.most_gravity_m_per_s2 = scene.gravity_m_per_s2.norm();
+  Vec3 gravity = scene.gravity_m_per_s2;
   for (const GravityChange& change : scene.gravity_changes)
-    s.most_gravity_m_per_s2 = std::max(s.most_gravity_m_per_s2, change.gravity_m_per_s2.norm());
+    if (change.gravity_m_per_s2.norm() > gravity.norm()) gravity = change.gravity_m_per_s2;
+  s.most_gravity_m_per_s2 = gravity.norm();
+  if (gravity.norm() > 0) s.down_body = body.pose.orientation.conjugate() * gravity.normalized();
   double lowest_m = HUGE_VAL;
   for (const Vec3& p : body.mesh.vertices_body_m) {
     const Vec3 x = body.pose.to_world(p);
@@ -88,25 +92,86 @@ Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
   return one;
 }
 
-planning::Built built(const BodySpec& body, const Scene& scene, const Candidate& c) {
-  const Scene one = fill_volumes(alone(body, scene, c));
+// The counts and the stable step of a candidate that was built. A fine one is built with fewer tetrahedra, and counted
+// up by powers of their number.
+struct Trial {
+  double elements = 0, vertices = 0, surface_vertices = 0;
+  double substep_limit_s = HUGE_VAL;
+  int parts = 0;  // of a step of surface springs; 0: any other model, whose parts follow from the limit
+
+  planning::Built in_steps_of(double step_s) const {
+    const double parts_needed = std::clamp(std::ceil(step_s / substep_limit_s), 1.0, 1000.0);
+    return {elements, vertices, surface_vertices, parts > 0 ? parts : static_cast<int>(parts_needed)};
+  }
+};
+
+// `one`: the body alone, filled.
+Trial built(const Scene& one) {
   const Body made(one.bodies[0], one, 0, standard_engines().model(one.bodies[0].model).make);
-  planning::Built b;
+  Trial b;
   b.surface_vertices = b.vertices = b.elements = made.mesh.vertex_count();
   if (const auto* springs = dynamic_cast<const SurfaceSprings*>(made.engines.deformation.get()))
-    b.substeps = springs->parts();
+    b.parts = springs->parts();
   const auto* engine = dynamic_cast<const VolumeDeformation*>(made.engines.deformation.get());
   if (!engine) return b;
   b.vertices = static_cast<double>(engine->model().mesh().vertices_body_m.size());
   b.elements = static_cast<double>(engine->model().mesh().tetrahedra.size());
-  if (const auto* springs = dynamic_cast<const TetSprings*>(&engine->model())) b.substeps = springs->substeps();
-  if (const auto* solid = dynamic_cast<const TetSolid*>(&engine->model())) b.substeps = solid->substeps();
+  if (const auto* springs = dynamic_cast<const TetSprings*>(&engine->model()))
+    b.substep_limit_s = springs->substep_limit_s();
+  if (const auto* solid = dynamic_cast<const TetSolid*>(&engine->model()))
+    b.substep_limit_s = solid->explicit_limit_s();
   if (const auto* solid = dynamic_cast<const HexSolid*>(&engine->model())) {
-    b.substeps = solid->substeps();
+    b.substep_limit_s = solid->explicit_limit_s();
     b.elements = static_cast<double>(solid->lattice().cells.size());
   }
   return b;
 }
+
+class Trials {
+ public:
+  Trial of(const BodySpec& body, const Scene& scene, const Candidate& c) {
+    const bool is_fine = c.tetrahedra > kMostTried && body.volume.file.empty();
+    Candidate coarse = c;
+    if (is_fine) coarse.tetrahedra = kMostTried;
+    if (is_fine)
+      coarse.cell_m *= std::cbrt(std::max(1.0, (traits_of(c.method).embeds ? c.elements : c.tetrahedra) / kMostTried));
+    // Many elements: all such candidates of a method have one trial, with the cell of the first of them.
+    const bool is_one_of_many = is_fine && (!traits_of(c.method).embeds || c.elements > kMostTried);
+    const auto [at, is_new] =
+        known_.try_emplace({body.name, c.method, is_one_of_many ? 0 : c.cell_m, coarse.tetrahedra});
+    auto& [trial, cell_m] = at->second;
+    if (is_new) trial = built(filled(body, scene, coarse)), cell_m = coarse.cell_m;
+    return is_fine ? counted_up(trial, c, cell_m / c.cell_m) : trial;
+  }
+
+ private:
+  // Methods share the tetrahedra of a body.
+  Scene filled(const BodySpec& body, const Scene& scene, const Candidate& c) {
+    Scene one = alone(body, scene, c);
+    if (!traits_of(c.method).needs_volume) return one;
+    const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra});
+    if (is_new) {
+      Scene plain = one;
+      plain.bodies[0].model = traits_of(Method::neo_hookean).model;
+      at->second = std::move(fill_volumes(std::move(plain)).bodies[0]);
+    }
+    one.bodies[0].mesh = at->second.mesh;
+    one.bodies[0].tets = at->second.tets;
+    return one;
+  }
+  static Trial counted_up(Trial trial, const Candidate& c, double finer) {
+    const double more = c.tetrahedra / kMostTried;
+    trial.vertices *= more;
+    trial.surface_vertices *= std::pow(more, 2.0 / 3);
+    trial.elements *= finer * finer * finer;
+    trial.substep_limit_s /= finer;
+    return trial;
+  }
+
+  static constexpr double kMostTried = 2500;
+  std::map<std::tuple<std::string, Method, double, double>, std::pair<Trial, double>> known_;
+  std::map<std::pair<std::string, double>, BodySpec> volumes_;
+};
 
 double surface_limit_s(const BodySpec& body, const Scene& scene) {
   Candidate c;
@@ -151,7 +216,7 @@ struct Choice {
 };
 
 Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, double step_s,
-              const planning::Calibration& calibration) {
+              const planning::Calibration& calibration, Trials& trials) {
   Choice choice;
   choice.inputs = std::move(inputs);
   std::size_t n = 0;
@@ -159,7 +224,8 @@ Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, doubl
     if (!is_auto(body)) continue;
     planning::PlanInput& in = choice.inputs[n++];
     in.step_s = step_s;
-    choice.plans.push_back(planning::plan(in, calibration, [&](const Candidate& c) { return built(body, scene, c); }));
+    choice.plans.push_back(planning::plan(
+        in, calibration, [&](const Candidate& c) { return trials.of(body, scene, c).in_steps_of(c.step_s); }));
     const Candidate& taken = choice.plans.back().chosen;
     choice.worst = std::max({choice.worst, taken.error / in.budgets.error, taken.cpu / in.budgets.cpu});
   }
@@ -201,9 +267,10 @@ PlannedScene plan_scene(Scene scene, const planning::Calibration& speed) {
   std::vector<double> steps_s{scene.step_s};
   if (scene.step_is_free) steps_s.assign(std::begin(kFreeSteps_s), std::end(kFreeSteps_s));
   std::optional<Choice> best;
+  Trials trials;
   for (const double step_s : steps_s) {
     if (scene.step_is_free && !is_stable(scene, step_s)) continue;
-    Choice choice = choose(scene, inputs, step_s, speed);
+    Choice choice = choose(scene, inputs, step_s, speed, trials);
     if (!best || choice.worst < best->worst) {
       best = std::move(choice);
       scene.step_s = step_s;

@@ -23,6 +23,8 @@ const PlannedCase kCases[] = {
     {"plate", Load::bending, {0.06, 0.04, 0.01}, {3, 2, 1}, 80000, 0.4, 0.04},
     {"odd_bar", Load::bending, {0.083, 0.0217, 0.0171}, {4, 1, 1}, 30000, 0.45, 0.1},
     {"odd_soft_bar", Load::bending, {0.061, 0.0237, 0.0189}, {3, 1, 1}, 8000, 0.4, 0.06},
+    {"hanging_block", Load::hanging, {0.03, 0.04, 0.05}, {1, 1, 2}, 3000, 0.45, 0.1},
+    {"hanging_rod", Load::hanging, {0.02, 0.02, 0.08}, {1, 1, 3}, 5000, 0.4, 0.05},
     {"twisted_bar", Load::twisting, {0.12, 0.02, 0.02}, {4, 1, 1}, 20000, 0.45, 0.3},
     {"twisted_ruler", Load::twisting, {0.09, 0.03, 0.015}, {3, 1, 1}, 40000, 0.4, 0.2},
     {"twisted_odd_bar", Load::twisting, {0.083, 0.0217, 0.0171}, {4, 1, 1}, 10000, 0.45, 0.12},

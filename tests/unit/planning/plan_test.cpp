@@ -20,10 +20,10 @@ PlanInput of_box(const Vec3& size_m, std::vector<BodyLoad> loads) {
   return in;
 }
 BodyLoad bending(double thickness_m) {
-  return {{Load::bending, thickness_m, 0.45}, "its weight"};
+  return {{Load::bending, thickness_m, 0.45}, "its weight", true};
 }
 BodyLoad cut(double depth_m, double share) {
-  return {{Load::opening, depth_m, 0.45, share}, "scalpel", share};
+  return {{Load::opening, depth_m, 0.45, share}, "scalpel", false, share};
 }
 
 std::string why_not(const BodyPlan& plan, Method method) {
@@ -92,11 +92,31 @@ TEST_F(Loads, weight_bends_what_hangs_over) {
   EXPECT_EQ(loads()[0].what.overhang_m, 0) << "held at its end";
   situation.fixed_m.push_back(Vec3(0.02, 0.02, 0.02));
   EXPECT_NEAR(loads()[0].what.overhang_m, 0.08, 0.01);
-  situation.material.young_pa = 1e9;
-  EXPECT_TRUE(loads().empty()) << "too stiff to sag";
-  situation.material.young_pa = 6000;
+  EXPECT_EQ(loads()[0].what.share, 1);
+  situation.material.young_pa = 1e8;
+  ASSERT_EQ(loads().size(), 1u);
+  EXPECT_LT(loads()[0].what.share, 0.1) << "too stiff to sag much";
+  EXPECT_GT(loads()[0].what.share, 0);
+}
+
+TEST_F(Loads, weight_pulls_at_what_hangs_and_presses_what_stands_or_lies) {
+  situation.most_gravity_m_per_s2 = 9.81;
+  const auto only = [&] {
+    const auto all = loads();
+    EXPECT_EQ(all.size(), 1u);
+    EXPECT_EQ(all[0].what.load, Load::hanging);
+    EXPECT_GT(all[0].what.share, 0);
+    return all[0].from;
+  };
+  EXPECT_EQ(only(), "lies on the floor");
+  situation.down_body = Vec3::UnitX();
+  for (const Vec3& p : bar.vertices_body_m)
+    if (p.x() == 0) situation.fixed_m.push_back(p);
+  EXPECT_EQ(only(), "hangs");
+  situation.down_body = -Vec3::UnitX();
+  EXPECT_EQ(only(), "stands");
   situation.lies_on_floor = true;
-  EXPECT_TRUE(loads().empty());
+  EXPECT_EQ(only(), "lies on the floor");
 }
 
 TEST_F(Loads, blade_opens_as_deep_as_it_goes) {

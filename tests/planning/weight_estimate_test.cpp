@@ -1,0 +1,155 @@
+// The planner's expected errors of bodies under their own weight against measured ones: organs and turned boxes that
+// hang, stand, lie, or are held at a side, each in the model that is taken for it, against a lattice of nine cells
+// across.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sim_server/planning/body_loads.h"
+#include "sim_server/prepare/choose_model.h"
+#include "sim_server/prepare/prepare.h"
+#include "sim_server/simulation.h"
+#include "tests/support/calibration.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+namespace {
+
+struct Weighed {
+  std::string name;
+  TriangleSoup mesh;
+  Vec3 turned_deg;
+  Box fixed;  // of the world; empty: it lies on a floor at its lowest point
+  double young_pa = 5000, error_budget = 0.1;
+  bool is_miss = false;  // a known failure
+};
+
+constexpr double kFar = 1;
+Box above(double z_m) {
+  return {Vec3(-kFar, -kFar, z_m), Vec3::Constant(kFar)};
+}
+Box below(double z_m) {
+  return {Vec3::Constant(-kFar), Vec3(kFar, kFar, z_m)};
+}
+Box beyond(double x_m) {
+  return {Vec3::Constant(-kFar), Vec3(x_m, kFar, kFar)};
+}
+TriangleSoup bent(const Vec3& radii_m, double by) {
+  TriangleSoup soup = ellipsoid(3, radii_m);
+  for (Vec3& p : soup.vertices_body_m) p.z() += by * p.x() * p.x() / radii_m.x();
+  return soup;
+}
+TriangleSoup block(const Vec3& size_m) {
+  TriangleSoup soup = box(6, 6, 6, size_m);
+  for (Vec3& p : soup.vertices_body_m) p -= 0.5 * size_m;
+  return soup;
+}
+
+const Weighed kBodies[] = {
+    {"organ_hangs", ellipsoid(3, Vec3(0.03, 0.025, 0.045)), Vec3::Zero(), above(0.03)},
+    {"organ_stands", ellipsoid(3, Vec3(0.03, 0.025, 0.045)), Vec3::Zero(), below(-0.03), 8000},
+    {"bent_organ_hangs", bent(Vec3(0.05, 0.025, 0.02), 0.4), Vec3(0, 90, 0), above(0.025), 4000, 0.08},
+    {"bent_organ_at_side", bent(Vec3(0.05, 0.025, 0.016), 0.4), Vec3::Zero(), beyond(-0.01), 15000, 0.1},
+    {"flat_organ_stands", ellipsoid(3, Vec3(0.05, 0.04, 0.015)), Vec3::Zero(), below(-0.008), 2000, 0.15},
+    {"turned_bar_hangs", block(Vec3(0.08, 0.025, 0.02)), Vec3(20, 70, 0), above(0.025)},
+    {"turned_bar_at_side", block(Vec3(0.09, 0.022, 0.02)), Vec3(30, 10, 15), beyond(-0.02), 25000, 0.1},
+    {"turned_block_hangs", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), above(0.018), 3000, 0.1},
+    {"turned_block_stands", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), below(-0.018), 4000, 0.05, true},
+    {"turned_plate_stands", block(Vec3(0.06, 0.05, 0.02)), Vec3(10, 20, 30), below(-0.012), 15000, 0.1, true},
+};
+
+Scene scene_of(const Weighed& w) {
+  Scene scene;
+  scene.file = w.name;
+  scene.sleep.after_s = 0;
+  scene.duration_s = 0.8;
+  scene.bodies.emplace_back();
+  BodySpec& body = scene.bodies[0];
+  body.name = w.name;
+  body.model = "auto";
+  body.mesh = w.mesh;
+  const Vec3 rad = M_PI / 180 * w.turned_deg;
+  body.pose.orientation = Eigen::AngleAxisd(rad.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rad.y(), Vec3::UnitY()) *
+                          Eigen::AngleAxisd(rad.x(), Vec3::UnitX());
+  body.material.young_pa = w.young_pa;
+  body.material.poisson = 0.45;
+  body.material.density_kg_per_m3 = 1050;
+  body.material.damping_per_s = 25;
+  body.fixed = w.fixed;
+  body.plan = {w.error_budget, 4, {}, {}};
+  return scene;
+}
+
+// The displacement by the weight: of the two parts of the body that are further from what is held, each as an affine
+// field of its vertices, at its middle.
+std::vector<Vec3> moved_m(const Scene& scene) {
+  Simulation simulation(prepared(scene));
+  const int steps = static_cast<int>(std::lround(scene.duration_s / scene.step_s));
+  for (int i = 0; i < steps; ++i) simulation.step({});
+  const TriangleMesh& mesh = simulation.mesh(0);
+  const BodySpec& body = scene.bodies[0];
+  Vec3 held = Vec3::Zero();
+  int count = 0;
+  for (const Vec3& p : body.mesh.vertices_body_m)
+    if (body.fixed->contains(body.pose.to_world(p))) held += body.pose.to_world(p), ++count;
+  held /= count;
+  double furthest = 0;
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
+    furthest = std::max(furthest, (body.pose.to_world(mesh.rest_body_m(v)) - held).norm());
+  std::vector<Vec3> moved;
+  for (const double from : {0.4, 0.7}) {
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+    Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& p : body.mesh.vertices_body_m) middle += p / static_cast<double>(body.mesh.vertices_body_m.size());
+    for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+      const Vec3 rest = body.pose.to_world(mesh.rest_body_m(v));
+      const double share = (rest - held).norm() / furthest;
+      if (share < from || share > from + 0.3) continue;
+      const Eigen::Vector4d row = (Eigen::Vector4d() << 1, rest - middle).finished();
+      const Vec3 u = simulation.positions_world_m(0)[v].cast<double>() - rest;
+      normal += row * row.transpose();
+      right += row * u.transpose();
+    }
+    const Eigen::Matrix<double, 4, 3> field = normal.ldlt().solve(right);
+    const Vec3 at = (held + (from + 0.15) * furthest * (middle - held).normalized()) - middle;
+    moved.push_back(field.transpose() * (Eigen::Vector4d() << 1, at).finished());
+  }
+  return moved;
+}
+
+class EstimateOfWeight : public testing::TestWithParam<Weighed> {};
+INSTANTIATE_TEST_SUITE_P(Of, EstimateOfWeight, testing::ValuesIn(kBodies), [](const auto& c) { return c.param.name; });
+void PrintTo(const Weighed& w, std::ostream* out) {
+  *out << w.name;
+}
+
+TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
+  const Weighed& w = GetParam();
+  const PlannedScene planned = plan_scene(scene_of(w), calibration());
+  const BodySpec& body = planned.scene.bodies[0];
+  Scene fine = scene_of(w);
+  fine.bodies[0].model = "neo_hookean_lattice";
+  const double thickness_m = planning::shape_of(w.mesh).thickness_m;
+  fine.bodies[0].volume.cell_m = thickness_m / 9;
+  fine.bodies[0].volume.tetrahedra = 12000;
+  const auto truth = moved_m(fine), now = moved_m(planned.scene);
+  double wrong = 0, all = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    wrong += (now[i] - truth[i]).squaredNorm();
+    all += truth[i].squaredNorm();
+  }
+  const double actual = std::sqrt(wrong) / std::max(std::sqrt(all), planning::kSagThatMatters * thickness_m);
+  const double expected = *body.plan.error_estimate;
+  std::printf("%-20s %-20s tetrahedra %6.0f cell %.3g mm: moved %.3g mm, expected %.4f, is %.4f, ratio %.2f\n",
+              w.name.c_str(), body.model.c_str(), body.volume.tetrahedra, 1e3 * body.volume.cell_m,
+              1e3 * truth.back().norm(), expected, actual, expected / actual);
+  EXPECT_GT(expected, 0);
+  // Known failures: a plate that stands on its rim bends, and where the border of what is held falls is chance.
+  const double factor = w.is_miss ? 6 : 2;
+  EXPECT_LT(expected, factor * actual) << planned.table;
+  EXPECT_GT(expected, actual / factor) << planned.table;
+}
+
+}  // namespace
+}  // namespace sectio::test
