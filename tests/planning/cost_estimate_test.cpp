@@ -52,6 +52,13 @@ double cost_of(Scene scene) {
   Simulation simulation(prepared(scene));
   double least_s = 1e9;
   std::uint64_t step = 0;
+  // A probe is in contact from here on.
+  const bool presses = std::ranges::any_of(scene.tools, [](const ToolSpec& t) { return t.kind == "probe"; });
+  while (presses && static_cast<double>(step) * scene.step_s < 0.4) {
+    StepInput input;
+    input.samples = samples_of_traces(scene, ++step);
+    simulation.step(input);
+  }
   for (int n = 0; n < kStretches; ++n) {
     StepInput input;
     double took_s = 0;
@@ -78,7 +85,7 @@ TEST_P(Cost, is_within_a_factor_of_two_of_the_estimate) {
     if (std::abs(ratio - 1) < std::abs(nearest - 1)) nearest = ratio;
   }
   // Known failure: contact with samples costs less than the touch that is measured, and is not in the estimate.
-  EXPECT_LT(nearest, GetParam().name == "touched_block" ? 3 : 2);
+  EXPECT_LT(nearest, GetParam().name == "touched_block" ? 2.5 : 2);
   EXPECT_GT(nearest, 0.5);
 }
 
