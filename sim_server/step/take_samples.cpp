@@ -16,9 +16,4 @@ void take_samples(SimulatedWorld& world, StepContext& context) {
   }
 }
 
-void grasp(SimulatedWorld& world, StepContext&) {
-  for (Tool& tool : world.tools)
-    if (tool.pose) tool.grasp.follow(*tool.pose, world.bodies);
-}
-
 }  // namespace sectio
