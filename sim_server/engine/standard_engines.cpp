@@ -13,7 +13,10 @@ EngineTable standard_engines() {
         .meaning = "A surface of springs that is held in its shape by springs to the shape at rest.",
         .accepts_templates = true},
        surface_spring_engines},
-      {{.name = "tetra_springs", .meaning = "A net of springs along the edges of tetrahedra.", .needs_volume = true},
+      {{.name = "tetra_springs",
+        .meaning = "A net of springs along the edges of tetrahedra.",
+        .needs_volume = true,
+        .volume_keys = {"second_share", "damper_s"}},
        tetra_spring_engines,
        prepare_tetra_springs},
       {{.name = "neo_hookean", .meaning = "Finite elements: tetrahedra of a neo-Hookean solid.", .needs_volume = true},
@@ -21,7 +24,8 @@ EngineTable standard_engines() {
       {{.name = "neo_hookean_lattice",
         .meaning =
             "Finite elements: hexahedra of a neo-Hookean solid, which carry the tetrahedra; these give the form.",
-        .needs_volume = true},
+        .needs_volume = true,
+        .volume_keys = {"cell_m"}},
        neo_hookean_lattice_engines,
        prepare_lattice}};
   return table;

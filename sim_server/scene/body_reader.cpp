@@ -18,15 +18,29 @@ std::string models_with(const EngineTraits& traits, bool ModelTraits::*trait) {
   return joined(names);
 }
 
+// The models that name a key of `volume:` theirs.
+std::string models_of_key(const EngineTraits& traits, const std::string& key) {
+  std::vector<std::string> names;
+  for (const ModelTraits& model : traits.models)
+    if (std::ranges::find(model.volume_keys, key) != model.volume_keys.end()) names.push_back(model.name);
+  return joined(names);
+}
+
 // The features that a body's model allows. Model auto allows all that any model does: the planner chooses accordingly.
 struct Allowed {
   bool is_auto = false, volume = true, cutting = true, templates = true;
+  std::vector<std::string> refused_volume_keys = {};
 };
 
 Allowed allowed_for(const std::string& model, const EngineTraits& traits) {
   const auto found = std::ranges::find(traits.models, model, &ModelTraits::name);
   if (found == traits.models.end()) return {model == "auto"};
-  return {false, found->needs_volume, found->can_cut, found->accepts_templates};
+  Allowed allowed{false, found->needs_volume, found->can_cut, found->accepts_templates};
+  for (const ModelTraits& other : traits.models)
+    for (const std::string& key : other.volume_keys)
+      if (std::ranges::find(found->volume_keys, key) == found->volume_keys.end())
+        allowed.refused_volume_keys.push_back(key);
+  return allowed;
 }
 
 double unit_m(const std::string& name) {
@@ -102,18 +116,19 @@ void read_splitting(KeyReader& map, SplittingSpec& splitting) {
              "Coefficient of friction of rigid parts with the floor and with bodies.");
 }
 
-void read_volume(KeyReader& map, VolumeSpec& v, const Allowed& allowed) {
+void read_volume(KeyReader& map, VolumeSpec& v, const Allowed& allowed, const EngineTraits& traits) {
+  const auto only_for = [&](const char* key) { return "For model " + models_of_key(traits, key) + " only: "; };
   map.choice("mesher", v.mesher, {"lattice", "tetgen", "best"},
              "Program that fills the surface with tetrahedra; best: the one whose stable step is larger.");
   map.number("tetrahedra", v.tetrahedra, between(12, 5e6), "About how many.");
   map.default_of("about 2000 cells in the body")
-      .number("cell_m", v.cell_m, between(1e-5, 1), "For model neo_hookean_lattice only: edge of a hexahedron.");
+      .number("cell_m", v.cell_m, between(1e-5, 1), only_for("cell_m") + "edge of a hexahedron.");
   map.choice("driver", v.driver, {"automatic", "implicit"},
              "A step is taken explicitly where that is stable (automatic), or always implicitly.");
   map.number("second_share", v.second_share, between(0, 0.95),
-             "For model tetra_springs only: share of the stiffness that springs to second neighbours have.");
+             only_for("second_share") + "share of the stiffness that springs to second neighbours have.");
   map.number("damper_s", v.damper_s, at_least(0),
-             "For model tetra_springs only: constant of a spring's damper over the spring's stiffness.");
+             only_for("damper_s") + "constant of a spring's damper over the spring's stiffness.");
   map.number("floor_kept_velocity", v.floor_kept_velocity, between(0, 1),
              "Fraction of its velocity along the floor that a vertex keeps when it touches the floor.");
   map.number("least_part_s", v.least_part_s, between(0, 0.1),
@@ -124,6 +139,8 @@ void read_volume(KeyReader& map, VolumeSpec& v, const Allowed& allowed) {
       "tets",
       [&](KeyReader& part) { read_file(part, v.file, v.file_unit_m, "Tetrahedra: .msh, .vtk or .node (with .ele)."); },
       "A volume from a file, instead of a surface that is filled; then the body has no mesh.");
+  for (const std::string& key : allowed.refused_volume_keys)
+    map.check(key, false, "it is for model " + models_of_key(traits, key) + " only");
   for (const char* chosen : {"tetrahedra", "cell_m", "driver"})
     map.check(chosen, !allowed.is_auto, "model auto chooses it");
 }
@@ -201,7 +218,7 @@ BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
   body.regions = read_regions(map);
   map.check("volume", allowed.volume, "the model " + body.model + " has no volume");
   map.part(
-      "volume", [&](KeyReader& part) { read_volume(part, body.volume, allowed); },
+      "volume", [&](KeyReader& part) { read_volume(part, body.volume, allowed, traits); },
       "The inside of a body whose model has a volume.");
   map.check("mesh", body.volume.file.empty(), "volume.tets brings the surface, too");
   // Required of most bodies, but not by the description, which holds for all.

@@ -257,6 +257,10 @@ TEST_F(SceneFile, budgets_are_of_model_auto_which_chooses_the_rest) {
             "s.yaml:11: bodies[0].error_budget: it is of model auto");
   EXPECT_EQ(refusal(model, "model: auto\n    volume: {cell_m: 0.01}"),
             "s.yaml:11: bodies[0].volume.cell_m: model auto chooses it");
+  EXPECT_EQ(refusal(model, "model: neo_hookean\n    volume: {cell_m: 0.01}"),
+            "s.yaml:11: bodies[0].volume.cell_m: it is for model neo_hookean_lattice only");
+  EXPECT_EQ(refusal(model, "model: neo_hookean_lattice\n    volume: {damper_s: 0.01}"),
+            "s.yaml:11: bodies[0].volume.damper_s: it is for model tetra_springs only");
   EXPECT_EQ(refusal(step, "step_s: auto"), "") << "with any model";
 }
 
