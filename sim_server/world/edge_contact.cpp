@@ -97,6 +97,7 @@ void EdgeContact::set_free() {
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
   if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended});
   phase_ = Phase::free;
+  said_tip_is_outside_ = false;
   front_.release();
   force_n_.setZero();
   smooth_force_n_ = 0;
@@ -128,7 +129,8 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   }
   if ((phase_ == Phase::free || phase_ == Phase::pressing) && enter_open_cut()) return;
   if (phase_ == Phase::pressing) press();
-  if (phase_ != Phase::cutting && before && looks)
+  if (before && looks) say_when_tip_is_outside(*before);
+  if (phase_ != Phase::cutting && before && looks && body_.cut_traits.edge_cuts_anywhere)
     if (const auto hit = sharp_edge_deep_inside(*before)) break_in({edge_id_, hit->triangle, hit->bary});
 }
 
@@ -385,6 +387,7 @@ void EdgeContact::rest_in_groove() {
   const auto hit = body_.tree().first_hit(body_.view(), from, tip);
   if (!hit) return set_free();
   if (!hit->entering) return;
+  if (opens_from_edge() && shape.sharp_side_tool && !uncut_tissue_at(shape, tip, heel - tip)) return;
   entry_ = Entry{edge_id_, hit->triangle, hit->bary};
   phase_ = Phase::cutting;
   front_.release();
@@ -471,7 +474,10 @@ void EdgeContact::deformed(std::span<const Reaction> reactions, double step_s) {
     return slip_off();
   // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.
   const bool can_begin = body_.cut_traits.edge_cuts_anywhere || body_.mesh.triangle(triangle_).surface == Surface::skin;
-  const bool may_rupture = can_begin && ((at_tip_ && instrument_.tip_pierces) || sharp_edge_presses());
+  // A tip that is drawn out of tissue, or past its rim, comes from within.
+  const bool is_from_within = opens_from_edge() && normal_.dot(blade_at(pose_).up_world) <= 0;
+  const bool tip_presses = at_tip_ && instrument_.tip_pierces && !is_from_within;
+  const bool may_rupture = can_begin && (tip_presses || sharp_edge_presses());
   if (sharp_edge_is_in_slit() ||
       (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
     break_in({edge_id_, triangle_, bary_});

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sim_server/collision/front_tracker.h"
@@ -65,6 +66,8 @@ class EdgeContact {
 
   // The events since the last call.
   std::vector<ContactEvent> take_events();
+  // Cuts that were refused before anything was planned, since the last call.
+  std::uint32_t take_refused() { return std::exchange(refused_, 0); }
   double cutting_work_j() const { return cutting_work_j_; }  // of the hand against fronts, so far
 
  private:
@@ -114,11 +117,17 @@ class EdgeContact {
   // An edge that cuts anywhere along its length (CutTraits): edge_contact_whole_edge.cpp.
   static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
   bool sharp_edge_touches(const InstrumentShape& shape) const;
+  // The edge opens a surface wherever it is, and leaves an opening between two walls.
+  bool opens_from_edge() const { return body_.cut_traits.edge_cuts_anywhere && !body_.cut_traits.cuts_inside; }
   bool sharp_edge_presses() const;
   bool sharp_edge_is_in_slit() const;
   bool is_between_walls(const InstrumentShape& shape, const Vec3& at_world_m) const;
+  bool is_at_wall(const InstrumentShape& shape, const Vec3& at_world_m) const;
   // Where an edge that moves towards its sharp side has come in so far that it has broken in, whatever its force was.
   std::optional<SurfaceHit> sharp_edge_deep_inside(const JointPose& before) const;
+  void say_when_tip_is_outside(const JointPose& before);
+  std::optional<SurfaceHit> uncut_tissue_at(const InstrumentShape& shape, const Vec3& tip_world_m,
+                                            const Vec3& edge_world_m) const;
   void begin_with_whole_edge(BladeMotion& motion);
   void follow_with_whole_edge(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   CutDecision decide_by_surface(const InstrumentShape& shape, const JointPose& pose, bool correct_direction, Jaws jaws);
@@ -171,6 +180,8 @@ class EdgeContact {
   Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
   std::uint64_t searches_ = 0;
   bool has_just_cut_ = false;
+  bool said_tip_is_outside_ = false;  // in this contact
+  std::uint32_t refused_ = 0;
   std::vector<ContactEvent> events_;
 };
 

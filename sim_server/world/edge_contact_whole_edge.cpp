@@ -13,7 +13,9 @@ constexpr double kDeepM = 0.003;         // an edge this deep in tissue has brok
 constexpr double kLeastInsideM = 0.001;  // of its length
 constexpr double kFarthestBackM = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
 constexpr double kBackStepM = 0.00025;
-constexpr double kCosSharp = 0.5;  // the edge faces the surface within 60 degrees
+constexpr double kClearM = 0.002;   // further back: at rest the body's side is nearer than where it is pressed in
+constexpr double kAlongWall = 0.5;  // cosine of a wall's normal to the blade's, from which on they lie side by side
+constexpr double kCosSharp = 0.5;   // the edge faces the surface within 60 degrees
 
 }  // namespace
 
@@ -27,6 +29,7 @@ bool EdgeContact::sharp_edge_touches(const InstrumentShape& shape) const {
 bool EdgeContact::sharp_edge_presses() const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   if (!sharp_edge_touches(shape)) return false;
+  if (shape.sharp_side_tool && !body_.cut_traits.cuts_inside && is_at_wall(shape, contact_world_m())) return false;
   return !shape.sharp_side_tool || -normal_.dot(pose_.orientation * *shape.sharp_side_tool) >= kCosSharp;
 }
 
@@ -36,6 +39,19 @@ bool EdgeContact::sharp_edge_is_in_slit() const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   if (!sharp_edge_touches(shape) || !shape.sharp_side_tool || !body_.cut_traits.cuts_inside) return false;
   return is_between_walls(shape, contact_world_m());
+}
+
+// Is the blade in a groove, or flat against a wall of one? There it cuts nothing: it would plane off its own walls.
+bool EdgeContact::is_at_wall(const InstrumentShape& shape, const Vec3& at) const {
+  const Vec3 edge = shape.edge_heel_tool_m - shape.edge_tip_tool_m;
+  const Vec3 aside = pose_.orientation * shape.sharp_side_tool->cross(edge).normalized();
+  const double near_m = body_.cut_traits.join_tolerance_m;
+  const auto is_beside = [&](const SurfaceHit& hit) {
+    return body_.mesh.triangle(hit.triangle).surface == Surface::wall &&
+           std::abs(body_.view().normal(hit.triangle).dot(aside)) > kAlongWall;
+  };
+  return is_between_walls(shape, at) ||
+         std::ranges::any_of(body_.tree().hits(body_.view(), at - near_m * aside, at + near_m * aside), is_beside);
 }
 
 bool EdgeContact::is_between_walls(const InstrumentShape& shape, const Vec3& at) const {
@@ -55,18 +71,36 @@ bool EdgeContact::is_between_walls(const InstrumentShape& shape, const Vec3& at)
 // uncut tissue. In a slit, whose lips may have closed in on the blade, there is nothing to break in to.
 std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& before) const {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
-  if (!cuts_ || !body_.cut_traits.edge_cuts_anywhere || !shape.sharp_side_tool) return {};
+  if (!cuts_ || !shape.sharp_side_tool) return {};
   const Vec3 sharp_side = pose_.orientation * *shape.sharp_side_tool;
   const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m) - kDeepM * sharp_side;
   const Vec3 edge = pose_.orientation * (shape.edge_heel_tool_m - shape.edge_tip_tool_m);
   if (sharp_side.dot(pose_.to_world(shape.edge_tip_tool_m) - before.to_world(shape.edge_tip_tool_m)) < kNoTravelM)
     return {};
+  return uncut_tissue_at(shape, tip, edge);
+}
+
+// A style that cuts where the tip goes has no cut for a blade that goes through the body beside its tip.
+void EdgeContact::say_when_tip_is_outside(const JointPose& before) {
+  if (said_tip_is_outside_ || phase_ != Phase::pressing || body_.cut_traits.edge_cuts_anywhere || body_.rigid()) return;
+  const Vec3 tip = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
+  if (body_.tree().inside(body_.view(), tip) || !sharp_edge_deep_inside(before)) return;
+  said_tip_is_outside_ = true;
+  ++refused_;
+  events_.push_back({EventKind::cut_refused, "the edge went in, but the tip, which cuts in this style, is outside"});
+}
+
+// The first part of a line along the edge that is in tissue which no cut has opened.
+std::optional<SurfaceHit> EdgeContact::uncut_tissue_at(const InstrumentShape& shape, const Vec3& tip,
+                                                       const Vec3& edge) const {
   const std::vector<SurfaceHit> hits = body_.tree().hits(body_.view(), tip, tip + edge);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const double from = hits[i].entering ? hits[i].parameter : 0;
     const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
     if ((!hits[i].entering && i > 0) || (to - from) * edge.norm() < kLeastInsideM) continue;
-    if (!body_.cut_traits.cuts_inside && is_between_walls(shape, tip + 0.5 * (from + to) * edge)) continue;
+    const Vec3 middle = tip + 0.5 * (from + to) * edge;
+    if (!body_.cut_traits.cuts_inside && (!body_.tree().inside(body_.view(), middle) || is_at_wall(shape, middle)))
+      continue;  // walls that hang into each other are entered and never left
     Blade part;
     part.tip_world_m = tip + from * edge;
     part.up_world = edge.normalized();
@@ -82,17 +116,23 @@ void EdgeContact::begin_with_whole_edge(BladeMotion& motion) {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   const double length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
   const SurfaceView view = body_.view();
-  if (!at_tip_ && shape.sharp_side_tool)
-    for (double back_m = kBackStepM; back_m <= kFarthestBackM; back_m += kBackStepM) {
-      Blade outside = motion.path.front();
-      outside.tip_world_m -= back_m * (pose_.orientation * *shape.sharp_side_tool);
-      const CollisionEngine& tree = body_.tree();
-      if (!tree.hits(view, outside.tip_world_m, outside.tip_world_m + length_m * outside.up_world).empty() ||
-          tree.inside(view, outside.tip_world_m))
-        continue;
-      motion.path.insert(motion.path.begin(), outside);
-      break;
+  if (!at_tip_ && shape.sharp_side_tool) {
+    const Vec3 back = -(pose_.orientation * *shape.sharp_side_tool);
+    const CollisionEngine& tree = body_.tree();
+    std::optional<Blade> outside;
+    double most_m = kFarthestBackM;
+    for (double back_m = kBackStepM; back_m <= most_m; back_m += kBackStepM) {
+      Blade blade = motion.path.front();
+      blade.tip_world_m += back_m * back;
+      const bool is_out = tree.hits(view, blade.tip_world_m, blade.tip_world_m + length_m * blade.up_world).empty() &&
+                          !tree.inside(view, blade.tip_world_m);
+      if (!is_out && outside) break;
+      if (!is_out) continue;
+      if (!outside) most_m = back_m + (opens_from_edge() ? kClearM : 0);
+      outside = blade;
     }
+    if (outside) motion.path.insert(motion.path.begin(), *outside);
+  }
   sweep_over({}, motion);
 }
 

@@ -33,8 +33,11 @@ VertexId top_of(const TemplateStroke& s) {
                                      : kNone;
 }
 
+// The upper end of the cut where the tissue around it takes it: a lip may swing about.
 Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
-  if (const VertexId top = top_of(s); top != kNone) return draft.position(top);
+  if (const VertexId top = top_of(s); top != kNone)
+    return s.frame_world && s.displacement_body_m ? s.frame_world->to_world(draft.rest(top) + *s.displacement_body_m)
+                                                  : draft.position(top);
   Vec3 x = Vec3::Zero();
   for (std::size_t i = 0; i < 3; ++i) x += s.bary[static_cast<int>(i)] * draft.position(s.touched[i]);
   return x;
@@ -47,7 +50,8 @@ Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
   seen.touched = s.touched;
   seen.bary = s.bary;
   seen.blade = s.blade;
-  if (s.blade) seen.seen.depth_m = (surface_point(draft, s) - s.blade->tip_world_m).dot(s.blade->up_world);
+  seen.seen.at_world_m = surface_point(draft, s);
+  if (s.blade) seen.seen.depth_m = (*seen.seen.at_world_m - s.blade->tip_world_m).dot(s.blade->up_world);
   const VertexId top = top_of(s);
   if (top == kNone) return seen;
   seen.temporary_tip = top;
@@ -79,6 +83,7 @@ Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const 
 
 StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, Grooves& grooves,
                  const StrokeSettings& settings) {
+  stroke.frame_world = motion.frame_world;
   const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
   if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;
   *stroke.displacement_body_m += kFollows * (displacement_m - *stroke.displacement_body_m);
@@ -97,7 +102,9 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
       case TemplateStrokeEnd::going:
         break;
     }
-    if ((surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
+    const bool is_on_wall = stroke.begins_at_wall && top_of(stroke) == kNone;  // deep in a groove
+    if (!is_on_wall &&
+        (surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
       stroke.newest = newest;
       return StrokeEnd::lifted;
     }
@@ -132,6 +139,7 @@ SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView partic
     if (draft.triangle(e.triangle).alive()) entry = draft.triangle(e.triangle);
     s.touched = entry.v;
     s.bary = e.bary;
+    s.begins_at_wall = entry.surface == Surface::wall;
     s.active = alive_around(draft, entry);
     strokes.push_back(std::move(s));
   }

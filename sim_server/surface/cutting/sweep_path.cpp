@@ -13,6 +13,7 @@ namespace {
 constexpr int kMaxFaces = 200000;
 constexpr double kBeyondM = 1e-3;         // least distance of the tip beyond a cut that has come out below
 constexpr double kBulgeM = 3e-4;          // by which a groove reaches over its front
+constexpr double kFoldM = 1e-4;           // smaller than this, a crossing that enters and leaves over one rim is a fold
 constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are dropped
 
 double cross(const Vec2& a, const Vec2& b) {
@@ -65,7 +66,7 @@ double BladeSweep::trail_height(double s) const {
   return tip_first_.y() + (s - tip_first_.x()) / d.x() * d.y();
 }
 
-std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b) const {
+std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b, double behind_m, double beyond_m) const {
   Clip c;
   // Keeps the part in which the value, linear from `at_a` to `at_b`, is not negative.
   const auto keep = [&](double at_a, double at_b, SweepRim rim) {
@@ -80,8 +81,9 @@ std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b) c
     return c.from < c.to;
   };
   const Vec2 trail = tip_last_ - tip_first_;
-  if (!keep(ahead_of_first(a), ahead_of_first(b), SweepRim::first_pose) ||
-      !keep(tip_last_.x() - a.x(), tip_last_.x() - b.x(), SweepRim::last_pose) ||
+  const double last = tip_last_.x() + beyond_m;
+  if (!keep(ahead_of_first(a) + behind_m, ahead_of_first(b) + behind_m, SweepRim::first_pose) ||
+      !keep(last - a.x(), last - b.x(), SweepRim::last_pose) ||
       !keep(cross(trail, a - tip_first_), cross(trail, b - tip_first_), SweepRim::trail))
     return std::nullopt;
   const bool whole = c.rim_from == SweepRim::none && c.rim_to == SweepRim::none;
@@ -107,10 +109,14 @@ namespace {
 
 class PathFinder {
  public:
-  PathFinder(const MeshDraft& draft, const BladeSweep& sweep, double snap_ratio, double inset)
-      : draft_(draft), sweep_(sweep), snap_(snap_ratio), inset_(inset) {}
+  PathFinder(const MeshDraft& draft, const BladeSweep& sweep, const PathSnap& snap, double inset)
+      : draft_(draft), sweep_(sweep), snap_(snap), inset_(inset) {}
 
   std::optional<std::vector<SurfacePath>> run(const SweepEnds& ends, std::span<const TriangleId> active) {
+    if (!ends.fronts.empty()) behind_m_ = snap_.fold_m;
+    if (ends.target) beyond_m_ = snap_.fold_m;
+    for (const CutFront& f : ends.fronts) in_plane_.insert({f.top, f.bottom});
+    if (ends.target) in_plane_.insert({ends.target->top, ends.target->bottom});
     for (std::size_t k = 0; k < ends.fronts.size(); ++k)
       if (!anchor(ends.fronts[k], SweepRim::first_pose) && k == 0) return std::nullopt;
     if (ends.target && !anchor(*ends.target, SweepRim::last_pose)) return std::nullopt;
@@ -121,6 +127,7 @@ class PathFinder {
     for (const TriangleId t : active)
       if (!trace(t, paths)) return std::nullopt;
     if (!ends.fronts.empty()) std::erase_if(paths, [&](const SurfacePath& path) { return is_behind_front(path); });
+    std::erase_if(paths, is_fold);
     return paths;
   }
 
@@ -130,6 +137,13 @@ class PathFinder {
     const auto at_first_pose = [](const PathPoint& p) { return p.ridge == kNone && p.rim == SweepRim::first_pose; };
     return !path.closed && at_first_pose(path.points.front()) && at_first_pose(path.points.back()) &&
            std::ranges::all_of(path.points, [&](const PathPoint& p) { return sweep_.ahead_of_first(p.at) < kBulgeM; });
+  }
+
+  // Faces that are folded over each other at rest, by next to nothing, are left for the next step.
+  static bool is_fold(const SurfacePath& path) {
+    const PathPoint &a = path.points.front(), &b = path.points.back();
+    if (path.closed || path.points.size() < 2 || a.rim != b.rim || a.ridge != kNone || b.ridge != kNone) return false;
+    return std::ranges::all_of(path.points, [&](const PathPoint& p) { return (p.at - a.at).norm() < kFoldM; });
   }
 
   // An end of a front, at which a path begins or ends in a triangle of its fan.
@@ -151,6 +165,14 @@ class PathFinder {
     for (const VertexId v : {f.top, f.bottom})
       for (const TriangleId t : draft_.fan(v)) at_front_.insert(t);
     return true;
+  }
+
+  // The ends of fronts are in the plane. By rounding they would be on either side of it, and an edge between two fronts
+  // in one face for the one and in another for the other.
+  double side(VertexId v) const {
+    if (in_plane_.contains(v)) return 0;
+    const double side_m = sweep_.side(draft_.rest(v));
+    return std::abs(side_m) < snap_.within_m ? 0 : side_m;
   }
 
   const Anchor* anchor_in(TriangleId face, bool begins) const {
@@ -203,7 +225,7 @@ class PathFinder {
       if (f.bottom_on_surface ? top && bottom : bottom) continue;
       const auto i = static_cast<std::size_t>(triangle.corner_of(v));
       const Vec3 u = draft_.rest(triangle.v[(i + 1) % 3]), w = draft_.rest(triangle.v[(i + 2) % 3]);
-      const double s_u = sweep_.side(u), s_w = sweep_.side(w);
+      const double s_u = side(triangle.v[(i + 1) % 3]), s_w = side(triangle.v[(i + 2) % 3]);
       if (begins ? !(s_u < 0 && s_w >= 0) : !(s_u >= 0 && s_w < 0)) continue;
       const std::pair rank(triangle.surface == Surface::skin,
                            sign * sweep_.in_plane(u + s_u / (s_u - s_w) * (w - u)).x());
@@ -219,7 +241,7 @@ class PathFinder {
     f.triangle = draft_.triangle(id);
     if (!f.triangle.alive()) return std::nullopt;
     std::array<double, 3> sides;
-    for (std::size_t i = 0; i < 3; ++i) sides[i] = sweep_.side(draft_.rest(f.triangle.v[i]));
+    for (std::size_t i = 0; i < 3; ++i) sides[i] = side(f.triangle.v[i]);
     int changes = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const bool from = sides[i] >= 0, to = sides[(i + 1) % 3] >= 0;
@@ -233,7 +255,7 @@ class PathFinder {
     if (changes != 2 && !anchored) return std::nullopt;
     f.entry = f.from ? at_vertex(f.from->vertex) : crossing(f.triangle, f.in, sides);
     f.exit = f.to ? at_vertex(f.to->vertex) : crossing(f.triangle, f.out, sides);
-    const auto clip = sweep_.clip(f.entry.at, f.exit.at);
+    const auto clip = sweep_.clip(f.entry.at, f.exit.at, behind_m_, beyond_m_);
     if (!clip && !anchored) return std::nullopt;
     if (clip) f.clip = *clip;
     if (f.from) f.clip.from = 0, f.clip.rim_from = f.from->rim;
@@ -303,7 +325,7 @@ class PathFinder {
   // The end of a path within a face, or the close point on the face's rim.
   PathPoint end_point(const Face& f, double s, SweepRim rim, const Anchor* anchor) const {
     PathPoint p;
-    const double near = std::max(snap_, 1e-9);
+    const double near = std::max(snap_.ratio, 1e-9);
     if (s < near) {
       p = snapped(f.entry);
     } else if (s > 1 - near) {
@@ -332,8 +354,9 @@ class PathFinder {
 
   PathPoint snapped(const PathPoint& p) const {
     if (p.kind != PathPoint::Kind::on_edge) return p;
-    if (p.t < snap_) return at_vertex(p.from);
-    return p.t > 1 - snap_ ? at_vertex(p.to) : p;
+    const double near = snap_.within_m > 0 ? std::max(snap_.ratio, 1e-9) : snap_.ratio;
+    if (p.t < near) return at_vertex(p.from);
+    return p.t > 1 - near ? at_vertex(p.to) : p;
   }
 
   bool append(const std::deque<Face>& faces, bool closed, std::vector<SurfacePath>& paths) const {
@@ -373,8 +396,11 @@ class PathFinder {
 
   const MeshDraft& draft_;
   const BladeSweep& sweep_;
-  double snap_, inset_;
+  PathSnap snap_;
+  double inset_;
+  double behind_m_ = 0, beyond_m_ = 0;
   std::vector<Anchor> anchors_;
+  std::set<VertexId> in_plane_;
   std::set<TriangleId> visited_, at_front_;
 };
 
@@ -412,8 +438,8 @@ Mat3 world_from_rest(const MeshDraft& draft, const std::array<VertexId, 3>& corn
 
 std::optional<std::vector<SurfacePath>> sweep_paths(const MeshDraft& draft, const BladeSweep& sweep,
                                                     const SweepEnds& ends, std::span<const TriangleId> active,
-                                                    double snap_ratio, double inset) {
-  return PathFinder(draft, sweep, snap_ratio, inset).run(ends, active);
+                                                    const PathSnap& snap, double inset) {
+  return PathFinder(draft, sweep, snap, inset).run(ends, active);
 }
 
 bool goes_round_a_hole(const SurfacePath& path) {

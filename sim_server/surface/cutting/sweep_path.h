@@ -48,11 +48,12 @@ class BladeSweep {
   double trail_height(double s) const;  // height of the trail of the tip at s metres ahead of the origin
 
   // The part of the segment a - b in the region, as parameters with the rims on which it is cut off; nothing if empty.
+  // The region reaches so far behind the first pose and beyond the last one.
   struct Clip {
     double from = 0, to = 1;
     SweepRim rim_from = SweepRim::none, rim_to = SweepRim::none;
   };
-  std::optional<Clip> clip(const Vec2& a, const Vec2& b) const;
+  std::optional<Clip> clip(const Vec2& a, const Vec2& b, double behind_m = 0, double beyond_m = 0) const;
 
   // A position on the rim as one number, which falls clockwise: above 2 on the blade of the last pose, 2 ... 1 on the
   // trail, below 1 on the blade of the first pose.
@@ -127,13 +128,19 @@ BladeSweep sweep_between(const MeshDraft& draft, const RestBlade& first, const R
 // The rotation of a triangle: takes directions at rest to the world.
 Mat3 world_from_rest(const MeshDraft& draft, const std::array<VertexId, 3>& corners);
 
+// Which crossings of edges go through vertices.
+struct PathSnap {
+  double ratio = 0;     // closer to a corner of the edge than this ratio of its length
+  double within_m = 0;  // of a vertex that is closer to the plane than this
+  double fold_m = 0;    // faces beside a front may be folded over it, at rest, by so much
+};
+
 // All paths through the given faces and the faces that these lead to. Paths from the fronts come first; each begins or
-// ends at a front. Nothing if the surface does not lead on from the uppermost front, or to the target. A crossing that
-// is closer to a corner of its edge than snap_ratio of the edge's length goes through the corner; ends of a path are at
-// least `inset` inside their faces.
+// ends at a front. Nothing if the surface does not lead on from the uppermost front, or to the target. Ends of a path
+// are at least `inset` inside their faces.
 std::optional<std::vector<SurfacePath>> sweep_paths(const MeshDraft& draft, const BladeSweep& sweep,
                                                     const SweepEnds& ends, std::span<const TriangleId> active,
-                                                    double snap_ratio, double inset);
+                                                    const PathSnap& snap, double inset);
 
 // Does a closed path go round a hole of the body?
 bool goes_round_a_hole(const SurfacePath& path);

@@ -44,10 +44,22 @@ class Step {
       return "nothing would hold the sides together";
     if (!open_slits(draft_, slits)) return "the faces along the cut can't be opened";
     for (std::size_t k = 0; k < rims_.size(); ++k) find_fronts(rims_[k], slits[k], step);
+    if (std::ranges::any_of(step.starts, [&](const CutFront& f) { return leaves_bridge(f); }))
+      return "the cut would begin anew beside its end";
     return {};
   }
 
  private:
+  // A second beginning right beside the front: a fold hides the way between them, which would stay uncut.
+  bool leaves_bridge(const CutFront& start) const {
+    const auto is_near = [&](VertexId a, VertexId b) {
+      return (draft_.rest(a) - draft_.rest(b)).norm() < settings_.fold_m;
+    };
+    return std::ranges::any_of(ends_.fronts, [&](const CutFront& f) {
+      return is_near(start.top, f.top) || is_near(start.top, f.bottom) || is_near(start.bottom, f.top) ||
+             is_near(start.bottom, f.bottom);
+    });
+  }
   // Does nothing hold the slit's two sides together?
   static bool parts(const Slit& slit) {
     return std::all_of(slit.rim.begin(), slit.rim.end(), [](const SlitNode& node) { return node.pair(); });
@@ -433,17 +445,22 @@ class Step {
 
 }  // namespace
 
+std::array<PathSnap, 4> snaps_to_try(const TemplateSettings& settings) {
+  return {PathSnap{settings.snap_ratio}, PathSnap{}, PathSnap{settings.snap_ratio, settings.snap_within_m},
+          PathSnap{settings.snap_ratio, settings.snap_within_m, settings.fold_m}};
+}
+
 TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const SweepEnds& ends,
                                 std::span<const TriangleId> active, const TemplateSettings& settings) {
   const BladeSweep sweep = sweep_between(draft, first, last, ends.fronts);
   if (!(sweep.length_m() >= settings.min_step_m)) return {};
   TemplateStep refused;
   refused.outcome = TemplateOutcome::refused;
-  for (const double snap : {settings.snap_ratio, 0.0}) {
+  for (const PathSnap& snap : snaps_to_try(settings)) {
     auto paths = sweep_paths(draft, sweep, ends, active, snap, settings.inset);
     if (!paths) {
       refused.why = kNoPath;
-      break;
+      continue;
     }
     if (paths->empty()) return {};
     TemplateStep step;

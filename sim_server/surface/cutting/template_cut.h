@@ -10,6 +10,7 @@
 //    g----b----G                       g----b----G----b----H
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -29,9 +30,11 @@ struct TemplateSettings {
   double right_angle_tolerance_rad = kRightAngleTolerance_rad;
   // New bottoms are made at this ratio of the tip's depth; the next step takes them to the tip's place.
   double bottom_at_birth = 0.75;
-  double snap_ratio = 0.05;  // a crossing this close to a corner of its edge (ratio of its length) goes through it
-  double inset = 0.04;       // least barycentric coordinate of a path's end inside a triangle
-  double min_step_m = 1e-4;  // shorter motions of the blade wait for more
+  double snap_ratio = 0.05;     // a crossing this close to a corner of its edge (ratio of its length) goes through it
+  double snap_within_m = 5e-5;  // so does one next to a vertex this close to the blade's way, if nothing else succeeds
+  double fold_m = 5e-4;         // and then faces may be folded over a front by this
+  double inset = 0.04;          // least barycentric coordinate of a path's end inside a triangle
+  double min_step_m = 1e-4;     // shorter motions of the blade wait for more
   double join_tolerance_m = 0.002;  // a blade this close to the front of a groove joins it, or continues it
   double patience_m = 0.005;        // an impossible step is postponed until the blade is this far ahead
 };
@@ -64,6 +67,9 @@ struct TemplateStep {
   TargetStates bottoms_at_tip;   // places to which the next step takes the new bottoms
   std::set<VertexId> bottoms;    // vertices that are new
 };
+
+// The mesh may allow one way over it and not another.
+std::array<PathSnap, 4> snaps_to_try(const TemplateSettings& settings);
 
 // Cuts one step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found
 // them; one of each path is enough. With fronts, `first` is the pose there; with a target, `last` lies along the

@@ -14,6 +14,7 @@ namespace {
 constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
 constexpr double kOutBelowM = 1e-3;  // a tip that is out on the other side is this far out, at least
 constexpr double kBackwards = -0.2;  // cosine to a front: a blade that has drawn back further does not cut
+constexpr double kHeadingM = 1e-3;   // of a cut, over which its direction is taken: a short step may go anywhere
 constexpr double kMostSlant = 2;     // of a front that is joined, in tolerances between its ends along the motion
 constexpr int kMostSteps = 64;       // into which one motion is divided
 
@@ -153,13 +154,17 @@ bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBl
   bool is_behind = true;
   for (const CutFront& f : grooves.fronts) {
     if (!still_there(draft, f)) continue;
-    double distance_m = 0, most_ahead_m = 0;
+    double distance_m = 0, from_blade_m = 0, most_ahead_m = 0;
     for (const VertexId v : {f.top, f.bottom}) {
       const Vec3 x = draft.rest(v);
       const double ahead_m = sweep.in_plane(x).x() - sweep.tip_first().x();
-      distance_m = std::max(distance_m, std::hypot(sweep.side(x), ahead_m));
+      const bool is_passed = ahead_m >= 0 && ahead_m <= sweep.length_m();
+      distance_m = std::max(distance_m, std::hypot(sweep.side(x), is_passed ? 0 : ahead_m));
+      const Vec3 from_tip = x - blade.tip_body_m;
+      from_blade_m = std::max(from_blade_m, (from_tip - from_tip.dot(blade.up_body) * blade.up_body).norm());
       most_ahead_m = std::max(most_ahead_m, ahead_m);
     }
+    distance_m = std::min(distance_m, from_blade_m);  // slanting, it may have been put down beside the end
     if (distance_m >= nearest_m || f.ahead_body.dot(sweep.ahead) <= 0) continue;
     nearest = &f;
     nearest_m = distance_m;
@@ -226,7 +231,11 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
     last = along(draft, *ends.target);
     sweep = sweep_between(draft, *stroke.at_front, last, ends.fronts);
   }
-  const auto paths = sweep_paths(draft, sweep, ends, stroke.active, settings.snap_ratio, settings.inset);
+  std::optional<std::vector<SurfacePath>> paths;
+  for (const PathSnap& snap : snaps_to_try(settings)) {
+    paths = sweep_paths(draft, sweep, ends, stroke.active, snap, settings.inset);
+    if (paths) break;
+  }
   if (!paths) return refuse(kNoPath);
   if (paths->empty()) return Went::nowhere;
   const LastCrossing crossing = last_crossing(*paths, settings.min_step_m);
@@ -237,9 +246,14 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
     if (!crossing.opens) return Went::nowhere;
     last = blade_at(sweep, crossing.at_m, last);
   }
-  const TemplateStep step = cut_with_templates(draft, *stroke.at_front, last, ends, stroke.active, settings);
+  TemplateStep step = cut_with_templates(draft, *stroke.at_front, last, ends, stroke.active, settings);
   if (step.outcome == TemplateOutcome::refused) return refuse(step.why);
   if (step.outcome == TemplateOutcome::nothing) return Went::nowhere;
+  if (!stroke.fronts.empty()) {
+    const Vec3 way_m = (last.tip_body_m - stroke.at_front->tip_body_m).dot(sweep.ahead) * sweep.ahead;
+    for (CutFront& f : step.fronts)
+      f.ahead_body = (kHeadingM * stroke.fronts.front().ahead_body + way_m).stableNormalized();
+  }
   replace_fronts(stroke, step.fronts, step.starts, grooves);
   if (ends.target) grooves.remove_front(*ends.target);
   for (const VertexId v : step.bottoms) grooves.bottoms.insert(v);

@@ -18,11 +18,13 @@ struct TemplateStroke {
   std::uint32_t edge_id = 0;
   std::array<VertexId, 3> touched{kNone, kNone, kNone};  // the triangle in which it began, with bary
   Vec3 bary = Vec3::UnitX();
+  bool begins_at_wall = false;
   std::vector<CutFront> fronts;             // of the permanent part
   std::optional<RestBlade> at_front;        // pose there, or where the stroke began
   std::optional<RestBlade> newest;          // pose
   std::optional<Blade> blade;               // the same in the world
   std::optional<Vec3> displacement_body_m;  // of the tissue at the instrument from its place at rest, smoothed
+  std::optional<Pose> frame_world;          // of the body there
   std::string_view why_refused;             // for a person
   bool waits = false;                       // for the blade to reach the end of the groove that it continues
   std::vector<TriangleId> active;           // triangles with which the temporary part began
