@@ -445,9 +445,9 @@ class Step {
 
 }  // namespace
 
-std::array<PathSnap, 4> snaps_to_try(const TemplateSettings& settings) {
+std::array<PathSnap, 5> snaps_to_try(const TemplateSettings& settings) {
   return {PathSnap{settings.snap_ratio}, PathSnap{}, PathSnap{settings.snap_ratio, settings.snap_within_m},
-          PathSnap{settings.snap_ratio, settings.snap_within_m, settings.fold_m}};
+          PathSnap{settings.snap_ratio, settings.snap_within_m, settings.fold_m}, PathSnap{0, 0, settings.fold_m}};
 }
 
 TemplateStep cut_with_templates(MeshDraft& draft, const RestBlade& first, const RestBlade& last, const SweepEnds& ends,

@@ -32,7 +32,7 @@ struct TemplateSettings {
   double bottom_at_birth = 0.75;
   double snap_ratio = 0.05;     // a crossing this close to a corner of its edge (ratio of its length) goes through it
   double snap_within_m = 5e-5;  // so does one next to a vertex this close to the blade's way, if nothing else succeeds
-  double fold_m = 5e-4;         // and then faces may be folded over a front by this
+  double fold_m = 1e-3;         // and then faces may be folded over a front by this
   double inset = 0.04;          // least barycentric coordinate of a path's end inside a triangle
   double min_step_m = 1e-4;     // shorter motions of the blade wait for more
   double join_tolerance_m = 0.002;  // a blade this close to the front of a groove joins it, or continues it
@@ -69,7 +69,7 @@ struct TemplateStep {
 };
 
 // The mesh may allow one way over it and not another.
-std::array<PathSnap, 4> snaps_to_try(const TemplateSettings& settings);
+std::array<PathSnap, 5> snaps_to_try(const TemplateSettings& settings);
 
 // Cuts one step, from one pose to the next. `active`: triangles that the sweep crosses, as the collision engine found
 // them; one of each path is enough. With fronts, `first` is the pose there; with a target, `last` lies along the
