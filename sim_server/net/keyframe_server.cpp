@@ -71,7 +71,7 @@ bool KeyframeServer::go_on(const KeyframeRequest& request) {
 bool KeyframeServer::may_send(std::size_t bytes) {
   if (!off_host_) return true;
   const Clock::time_point now = Clock::now();
-  tokens_bytes_ = std::min(kBurstBytes, tokens_bytes_ + kMostBytesPerS * Seconds(now - filled_).count());
+  tokens_bytes_ = std::min(kBurstBytes, tokens_bytes_ + kMostBytes_per_s * Seconds(now - filled_).count());
   filled_ = now;
   if (tokens_bytes_ < 0) return false;
   tokens_bytes_ -= static_cast<double>(bytes);

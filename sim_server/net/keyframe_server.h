@@ -15,8 +15,8 @@ namespace sectio {
 
 class KeyframeServer {
  public:
-  static constexpr double kInterval_s = 0.1;     // at most one a body; requests in between are served together
-  static constexpr double kMostBytesPerS = 4e6;  // off host, of all keyframes together
+  static constexpr double kInterval_s = 0.1;       // at most one a body; requests in between are served together
+  static constexpr double kMostBytes_per_s = 4e6;  // off host, of all keyframes together
 
   KeyframeServer(std::uint64_t epoch, bool off_host);
 

@@ -50,7 +50,7 @@ bool LiveServer::follow() {
 // Two programs that start in the same moment on a busy machine may know of each other in one direction alone, for good:
 // Fast DDS sends what it believes to be known to a peer never again. A new participant is known to both.
 void LiveServer::rejoin_if_servers_are_there() {
-  if (net_->knows_servers())
+  if (net_->servers_known() > 0)
     net_->rejoin("hears nothing of the server for which it stands by");
   else
     log_info("no server of the session is there yet");

@@ -47,6 +47,11 @@ std::vector<std::string> OtherServers::missing_bodies() const {
   return missing_;
 }
 
+std::size_t OtherServers::count() const {
+  const std::lock_guard lock(mutex_);
+  return others_.size();
+}
+
 std::optional<std::string> OtherServers::claimed_body() const {
   const std::lock_guard lock(mutex_);
   for (const auto& [epoch, other] : others_)

@@ -31,6 +31,8 @@ class OtherServers {
   // This server has simulated so much. Any thread.
   void advance(double sim_time_s) { own_time_s_ = sim_time_s; }
 
+  // So many have said who they are.
+  std::size_t count() const;
   // The server for which a standby of these bodies stands by; nothing: none has been heard.
   std::optional<std::uint64_t> leader() const;
   bool has_ended(std::uint64_t epoch) const;

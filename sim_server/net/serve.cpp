@@ -23,6 +23,7 @@ using Seconds = std::chrono::duration<double>;
 constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
 constexpr double kLeaveTimeout_s = 5;    // how long the end is served to viewers
 constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
+constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
 constexpr double kListen_s = 0.3;        // before the clock starts: is there another server with our bodies?
 constexpr auto kMostBehind = std::chrono::milliseconds(100);  // a journal that is played too fast is played slower
 constexpr auto kStartPollPeriod = std::chrono::milliseconds(2);
@@ -119,7 +120,7 @@ RunResult LiveServer::run() {
     if (!follow()) return run_->recorder().finish();
     take_over();
   } else {
-    if (last_epoch_) go_on();
+    if (!options_.resume.empty()) go_on();
     wait_for_peers();
     log_info(last_epoch_ ? "the session goes on" : "the session begins");
   }
@@ -129,12 +130,18 @@ RunResult LiveServer::run() {
 
 // A session that somebody else holds, perhaps a standby, has gone on without the steps of this journal.
 void LiveServer::go_on() {
-  const auto listen_until = Clock::now() + steady_duration(kListenToHolder_s);
-  while (!stop_was_requested() && Clock::now() < listen_until) {
+  const auto begun = Clock::now();
+  const auto listens = [&] {
+    const double listened_s = Seconds(Clock::now() - begun).count();
+    const bool unheard = net_->servers_known() > net_->others().count();
+    return listened_s < (unheard ? kUnheard_s : kListenToHolder_s);
+  };
+  while (!stop_was_requested() && listens()) {
     if (net_->others().is_held())
       throw InputError("session '" + options_.network.session + "': another server holds it: nothing to resume");
     std::this_thread::sleep_for(kStartPollPeriod);
   }
+  if (!last_epoch_) return;  // it had not begun
   const Simulation& now = run_->simulation();
   net_->take_over(
       {next_term(*last_epoch_), scene_info_now(scene_, now), meshes_of(now), {}, {}, run_->inputs(), record_.get()});

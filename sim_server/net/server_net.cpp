@@ -55,8 +55,79 @@ SceneInfo checked(SceneInfo scene, std::size_t meshes) {
   return scene;
 }
 
+// The part of a server's network that its own thread runs: it publishes what the handover brings, and serves viewers.
+class NetworkSide {
+ public:
+  NetworkSide(ServerEndpoints& endpoints, OtherServers& others, Handover& handover)
+      : endpoints_(endpoints), others_(others), handover_(handover) {}
+  ~NetworkSide() { pause(); }
+
+  void begin() {
+    handover_.resume();
+    thread_ = std::thread([this] { run(); });
+  }
+  void pause() {
+    handover_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+  // These are for the simulation's thread, before begin() or after pause().
+  void lead(const ServerNetOptions& options, const SceneInfo& scene, std::vector<TriangleMesh> meshes) {
+    publisher_ = std::make_unique<Publisher>(endpoints_, scene, std::move(meshes), 1 / options.state_rate_hz,
+                                             options.network.off_host(), options.record);
+    feed_ = std::make_unique<InputFeed>(endpoints_, scene.epoch, options.inputs, kInputBytes);
+    publisher_->announce();
+  }
+  void announce() {
+    if (publisher_) publisher_->announce();
+  }
+  void repeat(const Succession& succession) { publisher_->repeat(succession.last_deltas, succession.last_events); }
+
+ private:
+  void run();
+  void send(Outbox& batch);
+
+  ServerEndpoints& endpoints_;
+  OtherServers& others_;
+  Handover& handover_;
+  std::unique_ptr<Publisher> publisher_;  // null: a standby
+  std::unique_ptr<InputFeed> feed_;       // likewise
+  double busy_s_ = 0;
+  std::thread thread_;
+};
+
+// A step's input before what the step has made: a standby knows no less than any viewer.
+void NetworkSide::send(Outbox& batch) {
+  feed_->send(batch.inputs);
+  publisher_->send(batch);
+  publisher_->serve_viewers();
+  feed_->sent(batch.step);
+  feed_->serve();
+}
+
+void NetworkSide::run() {
+  Outbox batch;
+  const auto patience_s = [&] { return publisher_ && publisher_->has_chunks_left() ? kChunkPause_s : kIdle_s; };
+  while (handover_.pick_up(batch, patience_s())) {
+    const Clock::time_point begun = Clock::now();
+    PublisherReport report = handover_.last_report();
+    if (publisher_) send(batch);
+    others_.listen();
+    if (batch.end_reason) {
+      report.end = publisher_ ? publisher_->send_end(*batch.end_reason) : SessionEnd{};
+      report.copy_bytes = publisher_ ? publisher_->copy_bytes() : 0;
+    }
+    busy_s_ += Seconds(Clock::now() - begun).count();
+    report.busy_s = busy_s_;
+    report.writes_refused = publisher_ ? publisher_->writes_refused() : 0;
+    handover_.report(report);
+    batch.clear();
+  }
+}
+
 }  // namespace
 
+// The part that the simulation's thread uses.
 struct ServerNet::State {
   State(const ServerNetOptions& o, const SceneInfo& scene, std::vector<TriangleMesh> meshes)
       : options(o),
@@ -67,21 +138,13 @@ struct ServerNet::State {
         intake(endpoints, scene.tools.size(), options.fastest_m_per_s),
         body_infos(scene.bodies),
         rhythm(1 / options.state_rate_hz) {
-    if (!options.standby) lead(scene, std::move(meshes));
+    if (!options.standby) network.lead(options, scene, std::move(meshes));
     begin();
   }
   ~State() { pause(); }
 
-  // The network's thread is halted meanwhile, or hasn't begun.
-  void lead(const SceneInfo& scene, std::vector<TriangleMesh> meshes) {
-    publisher = std::make_unique<Publisher>(endpoints, scene, std::move(meshes), 1 / options.state_rate_hz,
-                                            options.network.off_host(), options.record);
-    feed = std::make_unique<InputFeed>(endpoints, scene.epoch, options.inputs, kInputBytes);
-    publisher->announce();
-  }
   void begin() {
-    handover.resume();
-    thread = std::thread([this] { run(); });
+    network.begin();
     contacts.emplace([this](const ContactModel& model) {
       if (!endpoints.write(ContactMessage{epoch, model}))
         log_limited(LogLevel::warning, "write refused", "DDS refused to send a contact model");
@@ -89,8 +152,7 @@ struct ServerNet::State {
   }
   void pause() {
     contacts.reset();
-    handover.stop();
-    thread.join();
+    network.pause();
   }
   // The network's threads are halted meanwhile: they use the same participant.
   void renew_after_sleep() {
@@ -102,61 +164,22 @@ struct ServerNet::State {
   }
   void rejoin(const std::string& why) {
     pause();
-    if (endpoints.renew(why) && publisher) publisher->announce();
+    if (endpoints.renew(why)) network.announce();
     begin();
   }
-  void run();
-  void send(Outbox& batch);
 
   ServerNetOptions options;
   std::uint64_t epoch;
   ServerEndpoints endpoints;
   OtherServers others;
-
-  // Simulation's thread.
   Follower follower;
   Intake intake;
   std::vector<BodyInfo> body_infos;
   StateRhythm rhythm;
-
   Handover handover;
   std::optional<ContactSender> contacts;  // to hands, on a thread of its own
-
-  // Network's thread. Null: a standby.
-  std::unique_ptr<Publisher> publisher;
-  std::unique_ptr<InputFeed> feed;
-  double busy_s = 0;
-  std::thread thread;
+  NetworkSide network{endpoints, others, handover};
 };
-
-// A step's input before what the step has made: a standby knows no less than any viewer.
-void ServerNet::State::send(Outbox& batch) {
-  feed->send(batch.inputs);
-  publisher->send(batch);
-  publisher->serve_viewers();
-  feed->sent(batch.step);
-  feed->serve();
-}
-
-void ServerNet::State::run() {
-  Outbox batch;
-  const auto patience_s = [&] { return publisher && publisher->has_chunks_left() ? kChunkPause_s : kIdle_s; };
-  while (handover.pick_up(batch, patience_s())) {
-    const Clock::time_point begun = Clock::now();
-    PublisherReport report = handover.last_report();
-    if (publisher) send(batch);
-    others.listen();
-    if (batch.end_reason) {
-      report.end = publisher ? publisher->send_end(*batch.end_reason) : SessionEnd{};
-      report.copy_bytes = publisher ? publisher->copy_bytes() : 0;
-    }
-    busy_s += Seconds(Clock::now() - begun).count();
-    report.busy_s = busy_s;
-    report.writes_refused = publisher ? publisher->writes_refused() : 0;
-    handover.report(report);
-    batch.clear();
-  }
-}
 
 ServerNet::ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vector<TriangleMesh> meshes) {
   scene.epoch = options.epoch != 0 ? options.epoch : new_epoch();
@@ -189,10 +212,11 @@ void ServerNet::rejoin(const std::string& why) {
   state_->rejoin(why);
 }
 
-bool ServerNet::knows_servers() const {
-  return std::ranges::any_of(state_->endpoints.participant().peers(), [&](const Peer& peer) {
+std::size_t ServerNet::servers_known() const {
+  const std::vector<Peer> peers = state_->endpoints.participant().peers();
+  return static_cast<std::size_t>(std::ranges::count_if(peers, [&](const Peer& peer) {
     return peer.name == kServerName && peer.announcement->session == state_->options.network.session;
-  });
+  }));
 }
 
 Follower& ServerNet::follower() {
@@ -209,8 +233,8 @@ void ServerNet::take_over(Succession succession) {
   s.body_infos = succession.scene.bodies;
   s.options.inputs = succession.inputs;
   s.options.record = succession.record;
-  s.lead(succession.scene, std::move(succession.meshes));
-  s.publisher->repeat(succession.last_deltas, succession.last_events);
+  s.network.lead(s.options, succession.scene, std::move(succession.meshes));
+  s.network.repeat(succession);
   s.begin();
 }
 

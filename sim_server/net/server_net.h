@@ -69,8 +69,8 @@ class ServerNet {
   Follower& follower();
   // Joins the session anew, as after a sleep. Simulation's thread.
   void rejoin(const std::string& why);
-  // Servers of the session are in the domain, standbys included, whether they have been heard or not.
-  bool knows_servers() const;
+  // So many other servers of the session are in the domain, standbys included, whether they have been heard or not.
+  std::size_t servers_known() const;
 
   // Simulation's thread; never waits for the network. Deltas, events and contact models always; the state at the
   // state's rate, or at once with publish_now. The step's input goes to a standby.
