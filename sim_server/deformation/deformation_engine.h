@@ -65,6 +65,10 @@ class DeformationEngine : public Engine {
   // The next steps are taken by the driver that is stable at any step, where there is one.
   virtual void use_stable_driver(int /*steps*/) {}
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
+  virtual ModelSize size(const SharedBody& body) const {
+    const double vertices = body.mesh.vertex_count();
+    return {vertices, vertices};
+  }
 
   // A body that doesn't deform moves as a whole and keeps its shape. Its engine knows what bears it, and puts it to
   // sleep itself; a body that deforms sleeps when its particles are still.

@@ -23,4 +23,11 @@ struct IntegratorDiagnostics {
   std::uint64_t steps_not_met = 0;   // implicit steps so far whose residual was above the tolerance
 };
 
+// The numbers by which the cost of a step is estimated.
+struct ModelSize {
+  double elements = 0, vertices = 0;
+  int parts = 1;                   // of an explicit step
+  double part_limit_s = HUGE_VAL;  // the longest explicit part that is stable at rest; infinite: `parts` stays as it is
+};
+
 }  // namespace sectio

@@ -8,11 +8,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
-#include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/surface_springs.h"
-#include "sim_server/deformation/tetra/tet_solid.h"
-#include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/plan.h"
 #include "sim_server/prepare/fill_volumes.h"
@@ -95,36 +91,20 @@ Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
 // The counts and the stable step of a candidate that was built. A fine one is built with fewer tetrahedra, and counted
 // up by powers of their number.
 struct Trial {
-  double elements = 0, vertices = 0, surface_vertices = 0;
-  double substep_limit_s = HUGE_VAL;
-  int parts = 0;  // of a step of surface springs; 0: any other model, whose parts follow from the limit
+  ModelSize size;
+  double surface_vertices = 0;
 
   planning::Built in_steps_of(double step_s) const {
-    const double parts_needed = std::clamp(std::ceil(step_s / substep_limit_s), 1.0, 1000.0);
-    return {elements, vertices, surface_vertices, parts > 0 ? parts : static_cast<int>(parts_needed)};
+    const double parts_needed = std::clamp(std::ceil(step_s / size.part_limit_s), 1.0, 1000.0);
+    return {size.elements, size.vertices, surface_vertices,
+            std::isfinite(size.part_limit_s) ? static_cast<int>(parts_needed) : size.parts};
   }
 };
 
 // `one`: the body alone, filled.
 Trial built(const Scene& one) {
-  const Body made(one.bodies[0], one, 0, standard_engines().model(one.bodies[0].model).make);
-  Trial b;
-  b.surface_vertices = b.vertices = b.elements = made.mesh.vertex_count();
-  if (const auto* springs = dynamic_cast<const SurfaceSprings*>(made.engines.deformation.get()))
-    b.parts = springs->parts();
-  const auto* engine = dynamic_cast<const VolumeDeformation*>(made.engines.deformation.get());
-  if (!engine) return b;
-  b.vertices = static_cast<double>(engine->model().mesh().vertices_body_m.size());
-  b.elements = static_cast<double>(engine->model().mesh().tetrahedra.size());
-  if (const auto* springs = dynamic_cast<const TetSprings*>(&engine->model()))
-    b.substep_limit_s = springs->substep_limit_s();
-  if (const auto* solid = dynamic_cast<const TetSolid*>(&engine->model()))
-    b.substep_limit_s = solid->explicit_limit_s();
-  if (const auto* solid = dynamic_cast<const HexSolid*>(&engine->model())) {
-    b.substep_limit_s = solid->explicit_limit_s();
-    b.elements = static_cast<double>(solid->lattice().cells.size());
-  }
-  return b;
+  Body made(one.bodies[0], one, 0, standard_engines().model(one.bodies[0].model).make);
+  return {made.engines.deformation->size(made.shared()), static_cast<double>(made.mesh.vertex_count())};
 }
 
 class Trials {
@@ -161,10 +141,10 @@ class Trials {
   }
   static Trial counted_up(Trial trial, const Candidate& c, double finer) {
     const double more = c.tetrahedra / kMostTried;
-    trial.vertices *= more;
+    trial.size.vertices *= more;
     trial.surface_vertices *= std::pow(more, 2.0 / 3);
-    trial.elements *= finer * finer * finer;
-    trial.substep_limit_s /= finer;
+    trial.size.elements *= finer * finer * finer;
+    trial.size.part_limit_s /= finer;
     return trial;
   }
 
@@ -234,8 +214,10 @@ Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, doubl
 
 // Every model divides a step into as many parts as it needs, surface springs into no more than a few.
 bool is_stable(const Scene& scene, double step_s) {
+  const EngineTable table = standard_engines();
   return std::ranges::all_of(scene.bodies, [&](const BodySpec& body) {
-    return body.model != "surface_springs" || SurfaceSprings::kMostParts * surface_limit_s(body, scene) >= step_s;
+    const ModelEntry* model = table.find_model(body.model);
+    return !model || model->traits.needs_volume || SurfaceSprings::kMostParts * surface_limit_s(body, scene) >= step_s;
   });
 }
 

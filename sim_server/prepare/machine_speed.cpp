@@ -11,10 +11,6 @@
 
 #include "common/core/log.h"
 #include "common/core/processor_time.h"
-#include "sim_server/deformation/hexa/hex_solid.h"
-#include "sim_server/deformation/tetra/tet_solid.h"
-#include "sim_server/deformation/tetra/tet_springs.h"
-#include "sim_server/deformation/tetra/volume_deformation.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/resolution.h"
 #include "sim_server/prepare/fill_volumes.h"
@@ -122,11 +118,7 @@ class Specimen {
     return least;
   }
   double surface_vertices() const { return body_.mesh.vertex_count(); }
-  const VolumeModel& model() const {
-    return dynamic_cast<const VolumeDeformation&>(*body_.engines.deformation).model();
-  }
-  double vertices() const { return static_cast<double>(model().mesh().vertices_body_m.size()); }
-  double tetrahedra() const { return static_cast<double>(model().mesh().tetrahedra.size()); }
+  ModelSize size() { return body_.engines.deformation->size(body_.shared()); }
 
  private:
   Scene scene_;
@@ -160,16 +152,14 @@ double touched_step_s() {
 }
 
 // Separates elements from vertices by the costs of a step with few parts (soft tissue) and with many (stiff tissue).
-template <class Parts, class Elements>
-Rate rate_of(const Scene& block, const std::string& model, double modulus_over_young, const Parts& parts,
-             const Elements& elements) {
+Rate rate_of(const Scene& block, const std::string& model, double modulus_over_young) {
   Specimen soft(with_model(block, model, kSoft_pa, kCell_m)), stiff(with_model(block, model, kStiff_pa, kCell_m));
-  const double n = elements(stiff), few = parts(soft).first, many = parts(stiff).first;
+  const double n = stiff.size().elements, few = soft.size().parts, many = stiff.size().parts;
   const double fast_s = soft.step_s(), slow_s = stiff.step_s();
   Rate rate;
   rate.element_ns = 1e9 * std::max(1e-12, slow_s - fast_s) / ((many - few) * n);
-  rate.vertex_ns = std::max(0.0, 1e9 * fast_s - rate.element_ns * few * n) / soft.vertices();
-  rate.limit = parts(stiff).second / (kCell_m / std::sqrt(kStiff_pa * modulus_over_young / kDensity));
+  rate.vertex_ns = std::max(0.0, 1e9 * fast_s - rate.element_ns * few * n) / soft.size().vertices;
+  rate.limit = stiff.size().part_limit_s / (kCell_m / std::sqrt(kStiff_pa * modulus_over_young / kDensity));
   return rate;
 }
 
@@ -202,26 +192,10 @@ Calibration measure_calibration() {
   c.touch_ns = 1e9 * std::max(0.0, touched_step_s() - surface.step_s() - surface.look_s());
 
   const Scene filled = filled_block(planning::tetrahedra_for(volume_m3, kCell_m));
-  const auto tetrahedra = [](const Specimen& s) { return s.tetrahedra(); };
-  const auto springs = [](const Specimen& s) {
-    const auto& m = dynamic_cast<const TetSprings&>(s.model());
-    return std::pair(double(m.substeps()), m.substep_limit_s());
-  };
-  const auto solid = [](const Specimen& s) {
-    const auto& m = dynamic_cast<const TetSolid&>(s.model());
-    return std::pair(double(m.substeps()), m.explicit_limit_s());
-  };
-  const auto hexahedra = [](const Specimen& s) {
-    const auto& m = dynamic_cast<const HexSolid&>(s.model());
-    return std::pair(double(m.substeps()), m.explicit_limit_s());
-  };
-  at(Method::tetra_springs) = rate_of(filled, "tetra_springs", 1, springs, tetrahedra);
-  at(Method::neo_hookean) = rate_of(filled, "neo_hookean", lambda + 2 * mu, solid, tetrahedra);
+  at(Method::tetra_springs) = rate_of(filled, "tetra_springs", 1);
+  at(Method::neo_hookean) = rate_of(filled, "neo_hookean", lambda + 2 * mu);
   at(Method::lattice) = rate_of(filled_block(2 * planning::tetrahedra_for(volume_m3, kCell_m)), "neo_hookean_lattice",
-                                lambda + 2 * mu / 3, hexahedra, [](const Specimen& s) {
-                                  const auto& m = dynamic_cast<const HexSolid&>(s.model());
-                                  return static_cast<double>(m.lattice().cells.size());
-                                });
+                                lambda + 2 * mu / 3);
   at(Method::lattice_beside_faces) = at(Method::lattice);
 
   constexpr double kSweeps = 30;  // while it sags
@@ -229,8 +203,8 @@ Calibration measure_calibration() {
   scene.bodies[0].volume.driver = "implicit";
   Specimen implicit(std::move(scene));
   Rate& rate = at(Method::neo_hookean_implicit) = at(Method::neo_hookean);
-  rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.vertices()) /
-                    (kSweeps * implicit.tetrahedra());
+  rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.size().vertices) /
+                    (kSweeps * implicit.size().elements);
   return c;
 }
 

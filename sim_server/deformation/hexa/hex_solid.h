@@ -30,6 +30,11 @@ class HexSolid final : public ExplicitImplicitIntegrator {
 
   const TetMesh& mesh() const override { return body_.mesh(); }
   double cell_m() const override { return lattice_->grid.cell_m; }
+  ModelSize size() const override {
+    ModelSize size = ExplicitImplicitIntegrator::size();
+    size.elements = static_cast<double>(lattice_->cells.size());
+    return size;
+  }
   double mass_kg(VertexId v) const override { return body_.mass_kg(v); }
   // Each vertex of the surface counts as if it had its own share of its nodes' masses. So impulses on many vertices,
   // each computed as if it were alone, together never make a node faster than the object that hit it.

@@ -24,6 +24,11 @@ class ExplicitImplicitIntegrator : public VolumeModel {
   double explicit_limit_s() const { return explicit_limit_s_; }
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   bool last_step_was_implicit() const { return was_implicit_; }
+  ModelSize size() const override {
+    ModelSize size = VolumeModel::size();
+    size.parts = substeps_, size.part_limit_s = explicit_limit_s_;
+    return size;
+  }
   IntegratorDiagnostics diagnostics() const override {
     IntegratorDiagnostics d;
     d.implicit_steps = implicit_steps_;
@@ -39,7 +44,7 @@ class ExplicitImplicitIntegrator : public VolumeModel {
 
  protected:
   ImplicitDriver::Motion motion() const {
-    return {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxVolumeSpeed_m_per_s};
+    return {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s};
   }
   // Whether the explicit driver need not be asked for this step.
   bool begins_implicit() {

@@ -46,6 +46,7 @@ class VolumeDeformation final : public DeformationEngine {
   double energy_j(const SharedBody& body) const override;
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   IntegratorDiagnostics diagnostics() const override { return model_->diagnostics(); }
+  ModelSize size(const SharedBody&) const override { return model_->size(); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
   void save(DeformationState& state) const override;
   void restore(const SharedBody& body, const DeformationState* state) override;

@@ -12,7 +12,7 @@ VelocityUpdate VolumeModel::velocity_update(double substep_s) const {
   VelocityUpdate update;
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * substep_s);
   update.gravity_step = (substep_s * settings_.gravity_m_per_s2).cast<float>();
-  update.max_speed_m_per_s = static_cast<float>(kMaxVolumeSpeed_m_per_s);
+  update.max_speed_m_per_s = static_cast<float>(kMaxSpeed_m_per_s);
   return update;
 }
 

@@ -31,9 +31,6 @@ struct VolumeSettings {
   double least_substep_s = 0;
 };
 
-// The largest speed of a particle, above that of any surgical motion.
-constexpr double kMaxVolumeSpeed_m_per_s = 5;
-
 class VolumeModel {
  public:
   VolumeModel(VolumeMaterial material, VolumeSettings settings)
@@ -56,6 +53,9 @@ class VolumeModel {
   virtual double cell_m() const { return 0; }                        // of a lattice; 0: its elements are the mesh's
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
+  virtual ModelSize size() const {
+    return {static_cast<double>(mesh().tetrahedra.size()), static_cast<double>(mesh().vertices_body_m.size())};
+  }
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
 
   // For recovery, as in DeformationEngine: what a model keeps beyond positions and velocities of the vertices.
