@@ -1,7 +1,8 @@
 // An engine simulates one aspect of one body: collision, deformation, cutting, splitting, or a further process (paper
 // A, section 2, figure 1). Engines share the topology (points, edges and faces) and the state of the points. An engine
 // keeps all other data that it needs, such as springs or tetrahedra, and brings them up to date when the topology
-// changes. No engine knows another; plain values go from one to the other through the simulation.
+// changes. Engines that are made together may share data of their own, as those of a volume share its tetrahedra;
+// otherwise no engine knows another, and plain values go from one to the other through the simulation.
 //
 // Each role is an interface in its own room (collision_engine.h and so on); engine/engine_table.h is the table of the
 // engines that a body gets.
