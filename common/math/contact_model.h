@@ -12,7 +12,7 @@ namespace sectio {
 
 enum class ContactState : std::uint8_t { free = 0, contact = 1, penetration = 2 };
 
-constexpr double kNeverYieldsN = 1e6;  // ContactModel::yield_n of tissue that the instrument can't break
+constexpr double kNeverYields_n = 1e6;  // ContactModel::yield_n of tissue that the instrument can't break
 
 struct ContactModel {
   std::uint32_t tool_id = 0;
@@ -35,7 +35,7 @@ struct ContactModel {
   double soft_depth_m = 0.0015;
   double side_stiffness_n_per_m = 0;  // of the tissue sideways; of the front that holds a blade
   double friction = 0;                // Coulomb's coefficient
-  double yield_n = kNeverYieldsN;     // the tissue breaks at this force
+  double yield_n = kNeverYields_n;    // the tissue breaks at this force
 };
 
 // The motion of an instrument's tip, told by its samples: the same arithmetic on both sides of the wire.

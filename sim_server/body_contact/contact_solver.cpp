@@ -7,7 +7,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kSlopM = 5e-5;       // depth that is left, so that contacts last
+constexpr double kSlop_m = 5e-5;      // depth that is left, so that contacts last
 constexpr double kDepthUndone = 0.2;  // share of the remaining depth that one step undoes
 
 }  // namespace
@@ -166,14 +166,14 @@ class ContactSolver::Drifts {
 void ContactSolver::undo_depths(int sweeps) {
   std::vector<std::size_t> deep;
   for (std::size_t i = 0; i < rows_.size(); ++i)
-    if (rows_[i].depth_m > kSlopM) deep.push_back(i);
+    if (rows_[i].depth_m > kSlop_m) deep.push_back(i);
   Drifts drifts(*this);
   std::vector<double> impulses(rows_.size(), 0);
   for (int sweep = 0; sweep < sweeps; ++sweep)
     for (const std::size_t i : deep) {
       const BodyContact& c = contacts_[i];
       const Row& row = rows_[i];
-      const double wanted = std::min(c.largest_speed_m_per_s, kDepthUndone * (row.depth_m - kSlopM) / step_s_);
+      const double wanted = std::min(c.largest_speed_m_per_s, kDepthUndone * (row.depth_m - kSlop_m) / step_s_);
       const double missing = wanted - drifts.velocity_apart(row, c.point_world_m).dot(c.normal_world);
       const double impulse = std::max(0.0, impulses[i] + row.mass_n * missing);
       drifts.push(row, c.point_world_m, (impulse - impulses[i]) * c.normal_world);

@@ -7,7 +7,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kTouchingM = 1e-6;  // closer points have no meaningful direction
+constexpr double kTouching_m = 1e-6;  // closer points have no meaningful direction
 
 std::vector<VertexId> vertices_in(const SurfaceView& surface, const Box3& box) {
   std::vector<VertexId> found;
@@ -28,14 +28,14 @@ void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m,
   for (const VertexId v : near) {
     if (v % stride != 0) continue;
     const Vec3 p = one.positions_world_m[v].cast<double>();
-    const auto closest = other.tree.closest(other.view, p, std::max(reach_m, kDeepestContactM));
+    const auto closest = other.tree.closest(other.view, p, std::max(reach_m, kDeepestContact_m));
     if (!closest) continue;
     const bool inside = other.tree.inside(other.view, p);
     if (!inside && closest->distance_m > reach_m) continue;
     BodyContact contact;
     contact.point_world_m = p;
     contact.normal_world = other.view.normal(closest->triangle);
-    if (closest->distance_m > kTouchingM)
+    if (closest->distance_m > kTouching_m)
       contact.normal_world = (inside ? 1 : -1) * (closest->point_world_m - p) / closest->distance_m;
     contact.depth_m = inside ? closest->distance_m : -closest->distance_m;
     contact.one = side_at(one.body, v);

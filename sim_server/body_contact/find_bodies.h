@@ -11,7 +11,7 @@ namespace sectio {
 
 // At most so many vertices near the other body are probed; evenly chosen by number when there are more.
 constexpr std::size_t kMaxProbedVertices = 64;
-constexpr double kDeepestContactM = 0.005;  // deeper contacts have no reliable nearest surface
+constexpr double kDeepestContact_m = 0.005;  // deeper contacts have no reliable nearest surface
 
 // A surface with its tree, which must be up to date; `view.body` is the number of the body in its contacts.
 struct SearchedSurface {

@@ -9,15 +9,15 @@
 namespace sectio {
 namespace {
 
-constexpr std::size_t kMostWalls = 128;  // triangles looked at in a search
-constexpr double kAsideM = 0.003;        // sideways distance that lips may have slid
-constexpr double kApartAtRestM = 0.001;  // walls further from each other are not of one cut
-constexpr double kBehindAtRestM = 1e-4;  // walls with tissue of this thickness between them are not of one cut
-constexpr double kReachM = 1e-4;         // a gap that counts as contact
-constexpr double kDeepestM = 0.004;      // a deeper vertex is not behind this lip
-constexpr double kFastM_per_s = 0.5;     // lips meet more slowly
-constexpr double kLongestPause = 8;      // steps
-constexpr double kFacing = -0.5;         // cosine of the angle between walls that face each other
+constexpr std::size_t kMostWalls = 128;   // triangles looked at in a search
+constexpr double kAside_m = 0.003;        // sideways distance that lips may have slid
+constexpr double kApartAtRest_m = 0.001;  // walls further from each other are not of one cut
+constexpr double kBehindAtRest_m = 1e-4;  // walls with tissue of this thickness between them are not of one cut
+constexpr double kReach_m = 1e-4;         // a gap that counts as contact
+constexpr double kDeepest_m = 0.004;      // a deeper vertex is not behind this lip
+constexpr double kFastM_per_s = 0.5;      // lips meet more slowly
+constexpr double kLongestPause = 8;       // steps
+constexpr double kFacing = -0.5;          // cosine of the angle between walls that face each other
 
 Corners corners_at_rest(const TriangleMesh& mesh, TriangleId t) {
   const auto& v = mesh.triangle(t).v;
@@ -111,10 +111,10 @@ void LipFinder::search_opposite(const TriangleMesh& mesh, VertexId v, Lip& lip) 
     const Corners c = corners_at_rest(mesh, t);
     const Vec3 facing = area_of(c).stableNormalized();
     const double before_m = (at - c[0]).dot(facing);
-    if (normal.dot(facing) < kFacing && before_m > -kBehindAtRestM && before_m < kApartAtRestM &&
+    if (normal.dot(facing) < kFacing && before_m > -kBehindAtRest_m && before_m < kApartAtRest_m &&
         !has_corner(mesh.triangle(t), v)) {
       const double away = closest_on_triangle(at, c).squared_distance;
-      if (away < kAsideM * kAsideM) found.emplace_back(away, t);
+      if (away < kAside_m * kAside_m) found.emplace_back(away, t);
     }
     for (const TriangleId n : mesh.neighbours(t))
       if (walls_.size() < kMostWalls) see(n);
@@ -130,7 +130,7 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   if (lip.pause > 0) return void(--lip.pause);
   const ParticleView now = body.particles.view();
   const Vec3 at = now.position(v);
-  double nearest = kDeepestM * kDeepestM;
+  double nearest = kDeepest_m * kDeepest_m;
   TriangleId on = kNone;
   ClosestPoint best;
   Vec3 facing = Vec3::Zero();
@@ -149,7 +149,7 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
   if (on == kNone) return;
   const Vec3 away = at - best.point;
   const double above_m = away.dot(facing);
-  if (above_m > kReachM || std::abs(above_m) < 0.7 * away.norm()) return;  // apart from the triangle, or beside it
+  if (above_m > kReach_m || std::abs(above_m) < 0.7 * away.norm()) return;  // apart from the triangle, or beside it
   const Corners rest = corners_at_rest(body.mesh, on);
   const Vec3 rest_point = best.bary[0] * rest[0] + best.bary[1] * rest[1] + best.bary[2] * rest[2];
   const double at_rest_m = (body.mesh.rest_body_m(v) - rest_point).dot(area_of(rest).stableNormalized());

@@ -8,8 +8,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kHeldFollows = 0.5;    // of the way to where a held point should be, in one step
-constexpr double kLargestForceN = 1e6;  // of a constraint that names none
+constexpr double kHeldFollows = 0.5;     // of the way to where a held point should be, in one step
+constexpr double kLargestForce_n = 1e6;  // of a constraint that names none
 
 Vec3 point_of(const PointConstraint& constraint, const ParticleView& now) {
   if (constraint.v[0] == kNone) return constraint.point_world_m;
@@ -24,7 +24,7 @@ BodyContact contact_of(const PointConstraint& constraint, const ParticleView& no
   c.point_world_m = point_of(constraint, now);
   if (!constraint.unilateral) {
     c.surface_velocity_m_per_s = kHeldFollows / step_s * (constraint.target_world_m - c.point_world_m);
-    c.grip_n = std::min(constraint.largest_force_n, kLargestForceN);
+    c.grip_n = std::min(constraint.largest_force_n, kLargestForce_n);
     return c;
   }
   c.normal_world = -constraint.normal;

@@ -50,7 +50,7 @@ ToolContact FrontTracker::follow(const SurfaceView& view, const CollisionEngine&
   tree.near_segments(view, step.after.at_world_m, kSegmentCorners, reach_m, near_);
   if (near_.empty()) return {};
 
-  const bool trusted = step.continuous && reach_m <= kMaxWalkM;
+  const bool trusted = step.continuous && reach_m <= kMaxWalk_m;
   const bool local = trusted && walk_reaches(view, step.after, reach_m);
   ++(local ? counters_.local_searches : counters_.global_searches);
   ToolContact contact = contact_of(view, near_, step);
@@ -75,7 +75,7 @@ bool FrontTracker::walk_reaches(const SurfaceView& view, const ToolCorners& tool
   for (const TriangleId t : known_) visit(t);
   for (std::size_t next = 0; missing > 0 && next < walked_.size() && walked_.size() < kMaxWalked; ++next)
     for (const TriangleId t : view.mesh.neighbours(walked_[next]))
-      if (is_near(tool, grown(box_of(view.corners(t)), reach_m + kWalkMarginM))) visit(t);
+      if (is_near(tool, grown(box_of(view.corners(t)), reach_m + kWalkMargin_m))) visit(t);
   return missing == 0;
 }
 

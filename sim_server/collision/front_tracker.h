@@ -29,9 +29,9 @@ struct FrontStep {
 class FrontTracker {
  public:
   // A longer motion in one step (5 m/s at 1 kHz) is not quasi-static, and the search is global.
-  static constexpr double kMaxWalkM = 0.005;
+  static constexpr double kMaxWalk_m = 0.005;
   // The walk visits triangles within this distance of the region that the instrument can have reached.
-  static constexpr double kWalkMarginM = 0.001;
+  static constexpr double kWalkMargin_m = 0.001;
   static constexpr std::size_t kMaxWalked = 2048;
 
   // The tree must be that of the view, and up to date.

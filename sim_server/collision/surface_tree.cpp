@@ -25,7 +25,7 @@ constexpr int kBottomUpLeaves = 6;
 constexpr double kTrigger = 0.99;
 // Boxes of a body that moves as a whole are refitted instead of inserted one by one.
 constexpr std::size_t kRefitFraction = 8;
-constexpr double kRoundingM = 1e-9;      // far above the rounding of lengths of metres
+constexpr double kRounding_m = 1e-9;     // far above the rounding of lengths of metres
 constexpr std::size_t kStackSize = 192;  // more than the greatest depth of a tree of 2^32 leaves
 
 TriangleId triangle_of(const Node* leaf) {
@@ -337,7 +337,7 @@ void SurfaceTree::near_segments(const SurfaceView& view, std::span<const Vec3> p
                                 std::vector<TriangleId>& out) const {
   out.clear();
   const auto is_near = [&](const Box3& box) {
-    const Box3 reached = grown(box, reach_m + kRoundingM);
+    const Box3 reached = grown(box, reach_m + kRounding_m);
     return std::any_of(segments.begin(), segments.end(),
                        [&](const auto& s) { return overlaps(points[s[0]], points[s[1]], reached); });
   };

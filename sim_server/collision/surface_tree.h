@@ -20,9 +20,9 @@ namespace sectio {
 
 class SurfaceTree final : public CollisionEngine {
  public:
-  static constexpr double kDefaultMarginM = 0.0005;
+  static constexpr double kDefaultMargin_m = 0.0005;
 
-  explicit SurfaceTree(const SurfaceView& view, double margin_m = kDefaultMarginM);
+  explicit SurfaceTree(const SurfaceView& view, double margin_m = kDefaultMargin_m);
   ~SurfaceTree() override;
   SurfaceTree(SurfaceTree&&) noexcept;
   SurfaceTree& operator=(SurfaceTree&&) noexcept;

@@ -15,6 +15,9 @@
 
 namespace sectio {
 
+// The largest speed of a particle: above that of any surgical motion, and about an edge a step at 1 ms.
+constexpr double kMaxSpeed_m_per_s = 5;
+
 struct VelocityUpdate {
   float damping_factor = 1;            // 1 - alpha h
   Vec3f gravity_step = Vec3f::Zero();  // h g, m/s

@@ -141,6 +141,10 @@ class SurfaceSprings final : public DeformationEngine {
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   const SpringRows& rows() const { return rows_; }
   int parts() const { return parts_; }  // of an explicit step
+  ModelSize size(const SharedBody& body) const override {
+    const double vertices = body.mesh.vertex_count();
+    return {vertices, vertices, parts_};
+  }
 
   // Kinetic, elastic and gravitational energy, with the frames of the last step. O(n); for tests and reports.
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;

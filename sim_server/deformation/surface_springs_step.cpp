@@ -6,8 +6,6 @@
 namespace sectio {
 namespace {
 
-// Above the speed of any surgical motion; about an edge a step at 1 ms.
-constexpr double kMaxSpeedMPerS = 5;
 constexpr int kClampedInARow = 100;    // steps in which a vertex got too fast: that is no blow, but an instability
 constexpr int kStableAfterClamp = 50;  // steps of the implicit driver after a vertex got too fast
 
@@ -38,7 +36,7 @@ void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<
   VelocityUpdate update;
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
   update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
-  update.max_speed_m_per_s = static_cast<float>(kMaxSpeedMPerS);
+  update.max_speed_m_per_s = static_cast<float>(kMaxSpeed_m_per_s);
   const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
   clamped_ += outcome.clamped;
   if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
@@ -61,7 +59,7 @@ void SurfaceSprings::implicit_step(std::span<Vec4f> position_world_m, std::span<
   push(velocity_m_per_s);
   corners_of(constraints, corners_);
   energy_.read(rows_, static_cast<std::uint32_t>(rest_body_m_.size()));
-  driver_.step(energy_, {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeedMPerS},
+  driver_.step(energy_, {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s},
                {physical_mass_, inverse_mass_, position_world_m, velocity_m_per_s}, constraints, corners_, reactions);
   stop_at_beds(position_world_m, velocity_m_per_s);
 }

@@ -66,7 +66,7 @@ const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
     model_.normal_world = -step.front.ahead_world;
     model_.yield_n = step.front.strength_n;
   } else if (!in_tissue) {
-    model_.yield_n = step.is_held ? kNeverYieldsN : tissue_.yield_n;
+    model_.yield_n = step.is_held ? kNeverYields_n : tissue_.yield_n;
   } else {
     const double force_n = model_.force_world_n.norm(), before_n = std::min(model_.yield_n, force_n + 1);
     model_.yield_n = before_n + share(dt, force_n > before_n ? kYieldRises_s : kYieldFalls_s) * (force_n - before_n);

@@ -18,10 +18,10 @@ struct FeltFront {
 
 // The tissue of one body where an instrument touches it, or would.
 struct FeltTissue {
-  double stiffness_n_per_m = 40;   // expected before any force is known
-  double damping_per_s = 25;       // of the tissue's mass
-  double friction = 0.2;           // Coulomb's coefficient
-  double yield_n = kNeverYieldsN;  // the tissue breaks at this force
+  double stiffness_n_per_m = 40;    // expected before any force is known
+  double damping_per_s = 25;        // of the tissue's mass
+  double friction = 0.2;            // Coulomb's coefficient
+  double yield_n = kNeverYields_n;  // the tissue breaks at this force
 };
 
 constexpr std::uint32_t kNoBody = 0xffffffffu;

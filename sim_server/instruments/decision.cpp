@@ -3,9 +3,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kCosWidestCut = 0.5;      // 60 degrees
-constexpr double kShortestMotionM = 1e-6;  // a shorter motion has no direction
-constexpr double kStillRad = 1e-6;         // jaws that move by less in a sample are still
+constexpr double kCosWidestCut = 0.5;       // 60 degrees
+constexpr double kShortestMotion_m = 1e-6;  // a shorter motion has no direction
+constexpr double kStill_rad = 1e-6;         // jaws that move by less in a sample are still
 
 }  // namespace
 
@@ -29,14 +29,14 @@ bool correct_direction(const InstrumentShape& shape, const Pose& pose, const Vec
                        const Vec3& normal_world) {
   const auto in_surface = [&](const Vec3& x) -> Vec3 { return x - x.dot(normal_world) * normal_world; };
   const Vec3 motion = in_surface(motion_world_m);
-  if (!shape.sharp_side_tool || motion.norm() < kShortestMotionM) return true;
+  if (!shape.sharp_side_tool || motion.norm() < kShortestMotion_m) return true;
   const Vec3 sharp_side_world = pose.orientation * *shape.sharp_side_tool;
   return motion.normalized().dot(in_surface(sharp_side_world).stableNormalized()) >= kCosWidestCut;
 }
 
 Jaws jaws_between(double opening_before_rad, double opening_rad) {
   const double by_rad = opening_rad - opening_before_rad;
-  return by_rad < -kStillRad ? Jaws::closing : by_rad > kStillRad ? Jaws::opening : Jaws::still;
+  return by_rad < -kStill_rad ? Jaws::closing : by_rad > kStill_rad ? Jaws::opening : Jaws::still;
 }
 
 bool ruptures(const RuptureThreshold& threshold, double force_n, double displacement_m, bool has_just_cut) {

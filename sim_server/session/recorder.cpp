@@ -14,7 +14,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kScalarsEveryS = 0.5;  // simulated time between the scalars of a journal
+constexpr double kScalarsEvery_s = 0.5;  // simulated time between the scalars of a journal
 
 }  // namespace
 
@@ -79,7 +79,7 @@ void Recorder::State::keep_journal(const StepOutput& output) {
   if (output.gravity_target_m_per_s2 != gravity_m_per_s2)
     journal->append({output.step, output.gravity_target_m_per_s2});
   gravity_m_per_s2 = output.gravity_target_m_per_s2;
-  if (static_cast<double>(output.step - scalars_kept_at) * scene.step_s >= kScalarsEveryS) keep_scalars(output.step);
+  if (static_cast<double>(output.step - scalars_kept_at) * scene.step_s >= kScalarsEvery_s) keep_scalars(output.step);
 }
 
 // Only fields that have changed since they were last kept.

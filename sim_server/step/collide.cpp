@@ -10,7 +10,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kReachM = 2e-4;              // a gap that counts as contact; faster pieces see further
+constexpr double kReach_m = 2e-4;             // a gap that counts as contact; faster pieces see further
 constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
 constexpr int kVelocitySweeps = 30, kDepthSweeps = 10;
 
@@ -51,7 +51,8 @@ void wake_neighbours(Bodies bodies, std::span<const std::uint8_t> disturbed) {
   for (const auto& body : bodies) {
     if (!body->asleep()) continue;
     for (std::size_t other = 0; other < disturbed.size() && body->asleep(); ++other)
-      if (disturbed[other] && box_around(*body, kReachM).intersects(box_around(*bodies[other], kReachM))) body->wake();
+      if (disturbed[other] && box_around(*body, kReach_m).intersects(box_around(*bodies[other], kReach_m)))
+        body->wake();
   }
 }
 
@@ -86,7 +87,7 @@ void find_contacts(Bodies bodies, Body& body, const Scene& scene, std::vector<Bo
   const std::size_t from = contacts.size();
   const RigidMotion* whole = body.rigid();
   const double speed_m_per_s = whole ? whole->body.velocity_m_per_s().norm() : 0;
-  const double reach_m = kReachM + 2 * scene.step_s * speed_m_per_s;
+  const double reach_m = kReach_m + 2 * scene.step_s * speed_m_per_s;
   if (whole && scene.floor_z_m)
     find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
   for (const auto& other : bodies) {
@@ -101,7 +102,7 @@ std::vector<std::uint8_t> supported_bodies(std::size_t count, std::span<const Bo
   std::vector<std::uint8_t> supported(count, 0);
   for (std::size_t i = from; i < contacts.size(); ++i)
     for (const std::uint32_t b : {contacts[i].one.body, contacts[i].other.body})
-      if (b != kImmovable && solver.depth_m(i) >= -kReachM) supported[b] = 1;
+      if (b != kImmovable && solver.depth_m(i) >= -kReach_m) supported[b] = 1;
   return supported;
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 // A surface this near to a free tool is told to the hand, which meets it without the delay of the wire: 20 mm are the
 // way of a quick hand, 0.4 m/s, in the time for which a contact model lives.
-constexpr double kFeelReachM = 0.02;
+constexpr double kFeelReach_m = 0.02;
 
 // Adds up the forces of all edges; the deepest contact gives the place, which is returned.
 void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
@@ -41,7 +41,7 @@ void add_surface(SimulatedWorld& world, std::uint32_t tool_id, Vec3 at_world_m, 
     felt.body_id = *held;  // its points follow the hand, not the tissue around
   } else if (felt.body_id != kNoBody) {
     place_dented(*world.bodies[felt.body_id], spec, tool, at_world_m, world.scene.step_s, felt);
-  } else if (const auto near = nearest_surface(world.bodies, spec, *tool.pose, kFeelReachM)) {
+  } else if (const auto near = nearest_surface(world.bodies, spec, *tool.pose, kFeelReach_m)) {
     Body& body = *world.bodies[near->body_id];
     felt.body_id = near->body_id;
     at_world_m = near->point_world_m;

@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kSameM = 1e-9;
+constexpr double kSame_m = 1e-9;
 
 // The blade goes through the surface where it did, moved on with it: the nearest of the triangles that it has swept.
 void move_on(const MeshDraft& now, const BladeMotion& motion, BladeInTissue& in_tissue) {
@@ -30,7 +30,7 @@ void move_on(const MeshDraft& now, const BladeMotion& motion, BladeInTissue& in_
 // The triangle that the blade touches may have been divided or opened: the point moves to the nearest one in its place.
 void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& at_m, BladeInTissue& in_tissue) {
   const auto& [a, b, c] = in_tissue.v;
-  if (after.find_triangle(a, b, c) != kNone && (in_tissue.position_world_m(after) - at_m).norm() < kSameM) return;
+  if (after.find_triangle(a, b, c) != kNone && (in_tissue.position_world_m(after) - at_m).norm() < kSame_m) return;
   std::vector<TriangleId> skin;
   for (const TriangleEdit& e : delta.triangles)
     if (e.triangle.alive() && e.triangle.surface == Surface::skin) skin.push_back(e.id);

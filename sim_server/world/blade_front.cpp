@@ -6,10 +6,10 @@
 namespace sectio {
 namespace {
 
-constexpr double kPartM = 1e-4;  // into which a motion is divided
+constexpr double kPart_m = 1e-4;  // into which a motion is divided
 constexpr int kMostParts = 64;
-constexpr double kJumpsM = 0.02;    // in a step: that is no motion
-constexpr double kNowhereM = 1e-9;  // a shorter way has no direction
+constexpr double kJumps_m = 0.02;    // in a step: that is no motion
+constexpr double kNowhere_m = 1e-9;  // a shorter way has no direction
 
 }  // namespace
 
@@ -18,13 +18,13 @@ void BladeFront::move(SweptTissue& tissue, const EdgeAtRest& edge, const std::op
   work_j_ = 0;
   const EdgeAtRest from = edge_.value_or(edge);
   const double way_m = std::max((edge.tip_m - from.tip_m).norm(), (edge.heel_m - from.heel_m).norm());
-  if (way_m > kJumpsM) {
+  if (way_m > kJumps_m) {
     release();
     edge_ = edge;
     return;
   }
   edge_ = from;
-  const int parts = std::clamp(static_cast<int>(std::ceil(way_m / kPartM)), 1, kMostParts);
+  const int parts = std::clamp(static_cast<int>(std::ceil(way_m / kPart_m)), 1, kMostParts);
   for (int i = 1; i <= parts; ++i) {
     const double share = static_cast<double>(i) / parts;
     const EdgeAtRest next{from.tip_m + share * (edge.tip_m - from.tip_m),
@@ -44,9 +44,9 @@ void BladeFront::advance(SweptTissue& tissue, const EdgeAtRest& edge, const std:
   const Vec3 along = edge.along();
   const Vec3 across = sharp_side.value_or(stretched_m_);
   const Vec3 ahead = across - across.dot(along) * along;
-  if (ahead.norm() < kNowhereM) return;
+  if (ahead.norm() < kNowhere_m) return;
   ahead_ = ahead.normalized();
-  if (stretched_m_.dot(ahead_) <= kNowhereM) stretched_m_.setZero();  // it goes back
+  if (stretched_m_.dot(ahead_) <= kNowhere_m) stretched_m_.setZero();  // it goes back
   const EdgeAtRest anchor = edge.moved(-stretched_m_);
   const SweptTissue::Front front = tissue.front(anchor, ahead_, way_);
   if (front.length_m <= 0) return stretched_m_.setZero(), void();

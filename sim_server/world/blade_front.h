@@ -2,7 +2,7 @@
 // tissue times the length of its edge at the front: with b from the front to the edge, n across the edge towards its
 // sharp side, and L that length,
 //
-//   F = -J L b / d,  |b| <= d (n.b) / |b|,  d = max(kYieldsM, J L / kStiffest)
+//   F = -J L b / d,  |b| <= d (n.b) / |b|,  d = max(kYields_m, J L / kStiffest)
 //
 // Beyond that the front goes on along b, whose work is then J times the area that it cuts, exactly; an edge that is
 // drawn along itself cuts at less force (slice and push: Atkins et al. 2004). A blade that goes back leaves its front
@@ -18,7 +18,7 @@ namespace sectio {
 
 class BladeFront {
  public:
-  static constexpr double kYieldsM = 5e-4, kStiffest_n_per_m = 1400;  // which a hand's device can render
+  static constexpr double kYields_m = 5e-4, kStiffest_n_per_m = 1400;  // which a hand's device can render
 
   // Nothing holds the blade any more; what has been cut stays so.
   void release() { *this = {}; }
@@ -30,7 +30,7 @@ class BladeFront {
   const Vec3& force_n() const { return force_n_; }
   const Vec3& ahead() const { return ahead_; }       // n
   double strength_n() const { return strength_n_; }  // J L: the front yields here; 0: nothing holds the edge
-  double stiffness_n_per_m() const { return std::min(kStiffest_n_per_m, strength_n_ / kYieldsM); }
+  double stiffness_n_per_m() const { return std::min(kStiffest_n_per_m, strength_n_ / kYields_m); }
   double work_j() const { return work_j_; }        // of the hand, in the last move()
   double new_area_m2() const { return area_m2_; }  // since release()
 

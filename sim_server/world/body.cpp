@@ -14,8 +14,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kThicknessUsed = 0.8;       // of the tissue under a groove, at most
-constexpr double kSkipBelowSurfaceM = 1e-3;  // the groove's own lips are not the other side
+constexpr double kThicknessUsed = 0.8;        // of the tissue under a groove, at most
+constexpr double kSkipBelowSurface_m = 1e-3;  // the groove's own lips are not the other side
 constexpr double kPictureLines = 720;
 constexpr int kLipSweeps = 10;
 
@@ -137,8 +137,8 @@ SweptTissue& Body::swept_tissue() {
 double Body::depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m) {
   const Vec3 down = tip_world_m - surface_world_m;
   const double depth_m = down.norm();
-  if (depth_m <= kSkipBelowSurfaceM) return 1e9;
-  const Vec3 from = surface_world_m + kSkipBelowSurfaceM / depth_m * down;
+  if (depth_m <= kSkipBelowSurface_m) return 1e9;
+  const Vec3 from = surface_world_m + kSkipBelowSurface_m / depth_m * down;
   const Vec3 to = surface_world_m + (1 / kThicknessUsed) * down;
   for (const SurfaceHit& hit : tree().hits(view(), from, to))
     if (!hit.entering && mesh.triangle(hit.triangle).surface == Surface::skin)

@@ -11,11 +11,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kLetGoM = 5e-4;         // this far above the surface a contact ends
-constexpr double kForceFilterS = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
-constexpr double kDeepDentM = 0.005;     // a dent from which on an instrument may have gone through
-constexpr int kLookThroughEvery = 8;     // steps
-constexpr double kSteep = 0.5;           // cosine to the normal from which on a blade passes through a surface
+constexpr double kForceFilter_s = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
+constexpr double kSteep = 0.5;            // cosine to the normal from which on a blade passes through a surface
 
 RuptureThreshold threshold_of(const CuttingSpec& cutting) {
   return {cutting.threshold_force_n, cutting.threshold_displacement_m, cutting.hysteresis};
@@ -82,8 +79,8 @@ bool EdgeContact::may_enter() const {
 
 bool EdgeContact::near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const {
   Box3 box = body_.bounds_world_m();
-  box.min() -= Vec3::Constant(kNearM);
-  box.max() += Vec3::Constant(kNearM);
+  box.min() -= Vec3::Constant(kNear_m);
+  box.max() += Vec3::Constant(kNear_m);
   Box3 tool;
   const auto extend = [&](const JointPose& pose) {
     for (const Vec3& corner : corners_at(pose).at_world_m) tool.extend(corner);
@@ -204,7 +201,7 @@ void EdgeContact::press() {
   slide_to(contact);
   const Corners corners = body_.view().corners(triangle_);
   const Vec3 at = bary_[0] * corners[0] + bary_[1] * corners[1] + bary_[2] * corners[2];
-  if ((at - contact).norm() > kNearM) return set_free();  // no hand presses so far in a step: it has jumped through
+  if ((at - contact).norm() > kNear_m) return set_free();  // no hand presses so far in a step: it has jumped through
   const MeshDraft surface(body_.mesh, body_.particle_view());
   normal_ = body_.home_normal_world(surface, body_.mesh.triangle(triangle_).v, bary_);
   PointConstraint c;
@@ -223,7 +220,7 @@ void EdgeContact::slide_to(const Vec3& contact_world_m) {
   const SurfaceView view = body_.view();
   if (!view.alive(triangle_)) {
     ++searches_;
-    const auto closest = body_.tree().closest(view, contact_world_m, kNearM);
+    const auto closest = body_.tree().closest(view, contact_world_m, kNear_m);
     if (!closest) return;
     triangle_ = closest->triangle;
   }
@@ -375,7 +372,7 @@ void EdgeContact::rest_in_groove() {
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m), heel = pose_.to_world(shape.edge_heel_tool_m);
   const bool is_out = !body_.tree().inside(body_.view(), tip);
-  if (is_out && (tip - ended_at_).dot(normal_) > kLetGoM) return set_free();
+  if (is_out && (tip - ended_at_).dot(normal_) > kLetGo_m) return set_free();
   if (is_out && body_.cut_traits.edge_cuts_anywhere && body_.tree().hits(body_.view(), tip, heel).empty())
     return set_free();
   const Vec3 away = tip - ended_at_;
@@ -459,17 +456,17 @@ void EdgeContact::deformed(std::span<const Reaction> reactions, double step_s) {
   if (phase_ != Phase::pressing || constraints_.empty()) return force_n_.setZero(), void();
   force_n_ = reaction.force_on_tool_n;
   const double push_n = std::max(0.0, force_n_.dot(normal_));
-  smooth_force_n_ += std::min(1.0, step_s / kForceFilterS) * (push_n - smooth_force_n_);
+  smooth_force_n_ += std::min(1.0, step_s / kForceFilter_s) * (push_n - smooth_force_n_);
   if (is_round()) return round_deformed(reactions);
   const PointConstraint& c = constraints_.front();
   point_.setZero();
   for (std::size_t i = 0; i < 3; ++i)
     if (c.v[i] != kNone) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
   const double above_m = (c.target_world_m - point_).dot(normal_);
-  if (!reaction.active && above_m > kLetGoM) return set_free();
+  if (!reaction.active && above_m > kLetGo_m) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
-  if (is_blunt() && displacement_m > kDeepDentM && deep_steps_++ % kLookThroughEvery == 0 &&
+  if (is_blunt() && displacement_m > kDeepDent_m && deep_steps_++ % kLookThroughEvery == 0 &&
       is_pushed_through(c.target_world_m))
     return slip_off();
   // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.

@@ -71,7 +71,11 @@ class EdgeContact {
   double cutting_work_j() const { return cutting_work_j_; }  // of the hand against fronts, so far
 
  private:
-  static constexpr double kNearM = 0.02;  // an instrument further from the body's box than this is not looked at
+  static constexpr double kLetGo_m = 5e-4;      // this far above the surface a contact ends
+  static constexpr double kBeneath_m = 3e-4;    // there is tissue this far beneath, or ahead of, what presses
+  static constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
+  static constexpr int kLookThroughEvery = 8;   // steps
+  static constexpr double kNear_m = 0.02;       // an instrument further from the body's box than this is not looked at
 
   enum class Phase : std::uint8_t {
     free,
@@ -115,7 +119,7 @@ class EdgeContact {
   void begin_stroke(std::vector<Entry>& entries, std::vector<BladeMotion>& motions);
   void follow_cut(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions);
   // An edge that cuts anywhere along its length (CutTraits): edge_contact_whole_edge.cpp.
-  static constexpr double kNoTravelM = 1e-7;  // a motion below this has no direction
+  static constexpr double kNoTravel_m = 1e-7;  // a motion below this has no direction
   bool sharp_edge_touches(const InstrumentShape& shape) const;
   // The edge opens a surface wherever it is, and leaves an opening between two walls.
   bool opens_from_edge() const { return body_.cut_traits.edge_cuts_anywhere && !body_.cut_traits.cuts_inside; }

@@ -4,7 +4,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kNoEdgeM = 1e-7;  // a shorter one has no direction
+constexpr double kNoEdge_m = 1e-7;  // a shorter one has no direction
 
 }  // namespace
 
@@ -18,7 +18,7 @@ FeltFront EdgeContact::front() const {
 void EdgeContact::meet_front(const InstrumentShape& shape, const JointPose& pose, const Pose& frame_world, bool loose) {
   const EdgeAtRest edge{frame_world.to_local(pose.to_world(shape.edge_tip_tool_m)),
                         frame_world.to_local(pose.to_world(shape.edge_heel_tool_m))};
-  if (loose || (edge.heel_m - edge.tip_m).norm() < kNoEdgeM) {
+  if (loose || (edge.heel_m - edge.tip_m).norm() < kNoEdge_m) {
     front_.release();
     cutting_force_n_.setZero();
     return;

@@ -8,10 +8,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kInM = 3e-4;       // this far beneath the lid of a groove a blade is in it
-constexpr double kAsideM = 5e-4;    // between looks for a lid beside a wall
-constexpr int kMostAside = 6;       // looks
-constexpr double kBeneathM = 3e-4;  // there is tissue this far beneath what an instrument presses
+constexpr double kIn_m = 3e-4;     // this far beneath the lid of a groove a blade is in it
+constexpr double kAside_m = 5e-4;  // between looks for a lid beside a wall
+constexpr int kMostAside = 6;      // looks
 
 }  // namespace
 
@@ -21,7 +20,7 @@ void EdgeContact::press_with_templates(const Vec3& contact_world_m) {
   const MeshDraft surface = original_surface(body_);
   if (!surface.triangle(triangle_).alive()) {
     ++searches_;
-    const auto closest = body_.tree().closest(body_.view(), contact_world_m, kNearM);
+    const auto closest = body_.tree().closest(body_.view(), contact_world_m, kNear_m);
     if (!closest) return;
     triangle_ = original_triangle(body_, closest->triangle);
     bary_.setConstant(1.0 / 3);
@@ -81,8 +80,8 @@ double EdgeContact::beneath_temporary_m(const Vec3& contact_world_m) const {
 ContactGap EdgeContact::gap() {
   if (phase_ != Phase::pressing) return {};
   constexpr int kSamples = 100;
-  constexpr double kAlong = 0.5;   // cosine of a line's angle to the surface
-  constexpr double kLookM = 0.03;  // for the surface, up and down from the line
+  constexpr double kAlong = 0.5;    // cosine of a line's angle to the surface
+  constexpr double kLook_m = 0.03;  // for the surface, up and down from the line
   const MeshDraft original = original_surface(body_);
   const Pose frame = body_.frame_world(original.triangle(triangle_).v[0]);
   const Eigen::Quaterniond to_body = frame.orientation.conjugate();
@@ -98,8 +97,8 @@ ContactGap EdgeContact::gap() {
     for (int i = 0; i <= kSamples; ++i) {
       const Vec3 q = from + i / double{kSamples} * line;
       if (depth_m(q) < 0.5 * most.depth_m) break;
-      double nearest_m = kLookM;
-      for (const SurfaceHit& hit : body_.tree().hits(body_.view(), q + kLookM * normal_, q - kLookM * normal_))
+      double nearest_m = kLook_m;
+      for (const SurfaceHit& hit : body_.tree().hits(body_.view(), q + kLook_m * normal_, q - kLook_m * normal_))
         nearest_m = std::min(nearest_m, (hit.point_world_m - q).norm());
       most.gap_m = std::max(most.gap_m, nearest_m);
     }
@@ -113,7 +112,7 @@ bool EdgeContact::is_blunt() const {
 }
 
 bool EdgeContact::is_pushed_through(const Vec3& tip_world_m) const {
-  return !body_.tree().inside(body_.view(), tip_world_m - kBeneathM * normal_);
+  return !body_.tree().inside(body_.view(), tip_world_m - kBeneath_m * normal_);
 }
 
 bool EdgeContact::is_clear_of_body() const {
@@ -158,7 +157,7 @@ bool EdgeContact::enter_open_cut() {
   const bool on_wall = phase_ == Phase::pressing && body_.mesh.triangle(triangle_).surface == Surface::wall;
   Blade blade = blade_at(pose_);
   const auto is_in = [&](const Vec3& above_world_m) {
-    return (above_world_m - blade.tip_world_m).dot(blade.up_world) >= kInM;
+    return (above_world_m - blade.tip_world_m).dot(blade.up_world) >= kIn_m;
   };
   const BladeLine line = line_of(blade);
   if (on_wall)
@@ -167,7 +166,7 @@ bool EdgeContact::enter_open_cut() {
   auto cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
   // A tip that has slid from the skin over the end of a groove presses the wall: the lid is a little aside.
   for (int look = 0; on_wall && !cut && look < kMostAside; ++look) {
-    blade.tip_world_m += kAsideM * body_.view().normal(triangle_);
+    blade.tip_world_m += kAside_m * body_.view().normal(triangle_);
     cut = body_.engines.cutting->in_open_cut(body_.shared(), blade);
   }
   if (!cut || !is_in(cut->point_world_m) || skin_entered(line, cut->point_world_m)) return false;

@@ -10,15 +10,6 @@
 #include "sim_server/world/edge_contact.h"
 
 namespace sectio {
-namespace {
-
-constexpr double kPartedM = 5e-4;   // this far from the surface the contact ends
-constexpr double kSunkM = 0.005;    // a dent from which on an instrument may have gone through
-constexpr double kAheadM = 3e-4;    // there is tissue this far ahead of what presses
-constexpr int kLookAheadEvery = 8;  // steps
-
-}  // namespace
-
 bool EdgeContact::is_round() const {
   if (!(geometry_.sphere_radius_m > 0) || !is_blunt() || body_.contact_by_templates()) return false;
   return body_.deforms() || instrument_.grip_force_n == 0;  // a ball would push a piece away from the jaws
@@ -49,12 +40,12 @@ void EdgeContact::approach_round(const JointPose& before) {
     Box3 swept;
     for (const Vec3& end : {c.before.from_world_m, c.before.to_world_m, c.after.from_world_m, c.after.to_world_m})
       swept.extend(end);
-    return box.intersects(grown(swept, c.after.radius_m + kNearM));
+    return box.intersects(grown(swept, c.after.radius_m + kNear_m));
   });
   samples_.clear();
   if (is_near) samples_ = samples_at(body_.view(), body_.tree(), parts);
   const auto deepest = std::ranges::max_element(samples_, {}, &SurfaceSample::depth_m);
-  const double least_m = phase_ == Phase::pressing ? -kPartedM : 0;
+  const double least_m = phase_ == Phase::pressing ? -kLetGo_m : 0;
   if (deepest == samples_.end() || deepest->depth_m < least_m) {
     samples_.clear();
     return set_free();
@@ -118,8 +109,8 @@ void EdgeContact::round_deformed(std::span<const Reaction> reactions) {
   stand_at(nearest);
   point_ = middle;
   const Vec3 home = body_.home_world_m(body_.mesh.triangle(triangle_).v, bary_);
-  if ((home - nearest.target_world_m).dot(normal_) < kSunkM || deep_steps_++ % kLookAheadEvery != 0) return;
-  const Vec3 ahead = contact_world_m() - (geometry_.sphere_radius_m + kAheadM) * normal_;
+  if ((home - nearest.target_world_m).dot(normal_) < kDeepDent_m || deep_steps_++ % kLookThroughEvery != 0) return;
+  const Vec3 ahead = contact_world_m() - (geometry_.sphere_radius_m + kBeneath_m) * normal_;
   if (!body_.tree().inside(body_.view(), ahead)) slip_off();
 }
 

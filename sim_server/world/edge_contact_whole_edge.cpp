@@ -9,11 +9,11 @@
 namespace sectio {
 namespace {
 
-constexpr double kDeepM = 0.003;         // an edge this deep in tissue has broken in
-constexpr double kLeastInsideM = 0.001;  // of its length
-constexpr double kFarthestBackM = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
-constexpr double kBackStepM = 0.00025;
-constexpr double kClearM = 0.002;   // further back: at rest the body's side is nearer than where it is pressed in
+constexpr double kDeep_m = 0.003;         // an edge this deep in tissue has broken in
+constexpr double kLeastInside_m = 0.001;  // of its length
+constexpr double kFarthestBack_m = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
+constexpr double kBackStep_m = 0.00025;
+constexpr double kClear_m = 0.002;  // further back: at rest the body's side is nearer than where it is pressed in
 constexpr double kAlongWall = 0.5;  // cosine of a wall's normal to the blade's, from which on they lie side by side
 constexpr double kCosSharp = 0.5;   // the edge faces the surface within 60 degrees
 
@@ -73,9 +73,9 @@ std::optional<SurfaceHit> EdgeContact::sharp_edge_deep_inside(const JointPose& b
   const InstrumentShape shape = shape_at(pose_.opening_rad);
   if (!cuts_ || !shape.sharp_side_tool) return {};
   const Vec3 sharp_side = pose_.orientation * *shape.sharp_side_tool;
-  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m) - kDeepM * sharp_side;
+  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m) - kDeep_m * sharp_side;
   const Vec3 edge = pose_.orientation * (shape.edge_heel_tool_m - shape.edge_tip_tool_m);
-  if (sharp_side.dot(pose_.to_world(shape.edge_tip_tool_m) - before.to_world(shape.edge_tip_tool_m)) < kNoTravelM)
+  if (sharp_side.dot(pose_.to_world(shape.edge_tip_tool_m) - before.to_world(shape.edge_tip_tool_m)) < kNoTravel_m)
     return {};
   return uncut_tissue_at(shape, tip, edge);
 }
@@ -97,7 +97,7 @@ std::optional<SurfaceHit> EdgeContact::uncut_tissue_at(const InstrumentShape& sh
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const double from = hits[i].entering ? hits[i].parameter : 0;
     const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
-    if ((!hits[i].entering && i > 0) || (to - from) * edge.norm() < kLeastInsideM) continue;
+    if ((!hits[i].entering && i > 0) || (to - from) * edge.norm() < kLeastInside_m) continue;
     const Vec3 middle = tip + 0.5 * (from + to) * edge;
     if (!body_.cut_traits.cuts_inside && (!body_.tree().inside(body_.view(), middle) || is_at_wall(shape, middle)))
       continue;  // walls that hang into each other are entered and never left
@@ -106,7 +106,7 @@ std::optional<SurfaceHit> EdgeContact::uncut_tissue_at(const InstrumentShape& sh
     part.up_world = edge.normalized();
     part.length_m = (to - from) * edge.norm();
     const VertexId near = body_.mesh.triangle(hits[i].triangle).v[0];
-    if (body_.engines.cutting->uncut_m(body_.shared(), part, near) > kLeastInsideM) return hits[i];
+    if (body_.engines.cutting->uncut_m(body_.shared(), part, near) > kLeastInside_m) return hits[i];
   }
   return {};
 }
@@ -120,15 +120,15 @@ void EdgeContact::begin_with_whole_edge(BladeMotion& motion) {
     const Vec3 back = -(pose_.orientation * *shape.sharp_side_tool);
     const CollisionEngine& tree = body_.tree();
     std::optional<Blade> outside;
-    double most_m = kFarthestBackM;
-    for (double back_m = kBackStepM; back_m <= most_m; back_m += kBackStepM) {
+    double most_m = kFarthestBack_m;
+    for (double back_m = kBackStep_m; back_m <= most_m; back_m += kBackStep_m) {
       Blade blade = motion.path.front();
       blade.tip_world_m += back_m * back;
       const bool is_out = tree.hits(view, blade.tip_world_m, blade.tip_world_m + length_m * blade.up_world).empty() &&
                           !tree.inside(view, blade.tip_world_m);
       if (!is_out && outside) break;
       if (!is_out) continue;
-      if (!outside) most_m = back_m + (opens_from_edge() ? kClearM : 0);
+      if (!outside) most_m = back_m + (opens_from_edge() ? kClear_m : 0);
       outside = blade;
     }
     if (outside) motion.path.insert(motion.path.begin(), *outside);
@@ -164,7 +164,7 @@ void EdgeContact::follow_with_whole_edge(const CutPoint& cut, std::span<const Jo
     const EdgeInWorld edge = edge_at(shape, pose);
     const Vec3 travel = edge.tip_world_m - std::exchange(tip_before_, edge.tip_world_m);
     meet_front(shape, pose, frame, instrument_.only_closing && jaws != Jaws::closing);
-    if (travel.norm() < kNoTravelM && jaws == Jaws::still) continue;
+    if (travel.norm() < kNoTravel_m && jaws == Jaws::still) continue;
     const Vec3 at_surface = edge.tip_world_m + (from - edge.tip_world_m).dot(edge.up_world) * edge.up_world;
     const bool ahead = correct_direction(shape, pose, at_surface - from, edge.up_world);
     const CutDecision leaf =
@@ -177,7 +177,7 @@ void EdgeContact::follow_with_whole_edge(const CutPoint& cut, std::span<const Jo
       }
     } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
       // Lips that swing away from a blade do not lift it.
-      const bool is_deep = (from - edge.tip_world_m).dot(edge.up_world) > kDeepM;
+      const bool is_deep = (from - edge.tip_world_m).dot(edge.up_world) > kDeep_m;
       const double away_m = is_deep ? left_behind_m() : body_.cut_traits.join_tolerance_m;
       motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > away_m;
       break;

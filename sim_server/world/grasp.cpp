@@ -9,9 +9,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kBetweenJawsM = 0.0015;  // a piece whose surface is this close to the tips is between them
-constexpr double kJawM = 0.003;           // how far apart the points are by which jaws hold a piece
-constexpr double kStirredM = 0.02;        // a box may have moved by this since it was made
+constexpr double kBetweenJaws_m = 0.0015;  // a piece whose surface is this close to the tips is between them
+constexpr double kJaw_m = 0.003;           // how far apart the points are by which jaws hold a piece
+constexpr double kStirred_m = 0.02;        // a box may have moved by this since it was made
 
 Vec3 position_of(const Body& body, VertexId v) {
   return body.particle_view().position(v);
@@ -21,7 +21,7 @@ Vec3 position_of(const Body& body, VertexId v) {
 std::vector<VertexId> vertices_near(Body& body, const Vec3& at_world_m, double within_m) {
   std::vector<VertexId> near;
   Box3 box = body.bounds_world_m();
-  if (box.isEmpty() || box.exteriorDistance(at_world_m) > within_m + kStirredM) return near;
+  if (box.isEmpty() || box.exteriorDistance(at_world_m) > within_m + kStirred_m) return near;
   constexpr std::array<std::array<std::size_t, 2>, 1> kPoint{{{0, 0}}};
   std::vector<TriangleId> triangles;
   body.tree().near_segments(body.view(), std::array{at_world_m}, kPoint, within_m, triangles);
@@ -68,7 +68,7 @@ std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share)
   std::vector<Point> points;
   for (const Vec3& jaw : {up, aside, Vec3(up.cross(aside))}) {
     Point p;
-    p.at_tool_m = g.a_tool_m + kJawM * jaw;
+    p.at_tool_m = g.a_tool_m + kJaw_m * jaw;
     p.at_piece_m = piece.frame_world(0).to_local(pose_.to_world(p.at_tool_m));
     p.share = share / 3;
     points.push_back(p);
@@ -79,13 +79,13 @@ std::vector<Grasp::Point> Grasp::points_of_jaws(const Body& piece, double share)
 // A loose piece is taken before the tissue that it lies in.
 bool Grasp::hold_piece(std::span<const std::unique_ptr<Body>> bodies) {
   const Vec3 tips = pose_.to_world(geometry_.a_tool_m);
-  double nearest_m = kBetweenJawsM;
+  double nearest_m = kBetweenJaws_m;
   for (const auto& body : bodies) {
     if (body->deforms() || body->frozen) continue;
-    const auto closest = body->tree().closest(body->view(), tips, kBetweenJawsM);
+    const auto closest = body->tree().closest(body->view(), tips, kBetweenJaws_m);
     const double distance_m = body->tree().inside(body->view(), tips) ? 0
                               : closest                               ? closest->distance_m
-                                                                      : kBetweenJawsM;
+                                                                      : kBetweenJaws_m;
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
     held_.assign(1, {body->id, points_of_jaws(*body, 1)});

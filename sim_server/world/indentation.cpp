@@ -10,12 +10,12 @@ namespace {
 
 // A particle that was let go counts as home when it has been slower than this against its face for so long; a vibration
 // of 10 Hz is then below 0.01 mm.
-constexpr double kStillMPerS = 5e-4;
-constexpr double kStillS = 0.02;
+constexpr double kStill_m_per_s = 5e-4;
+constexpr double kStill_s = 0.02;
 
 bool moves(const MeshDraft& now, const MeshDraft& original, const TemporaryContact& contact, std::size_t i) {
   const Vec3 of_face = state_at(original, contact.points[i].place).velocity_world_m_per_s;
-  return (now.state(contact.particles[i]).velocity_world_m_per_s - of_face).norm() > kStillMPerS;
+  return (now.state(contact.particles[i]).velocity_world_m_per_s - of_face).norm() > kStill_m_per_s;
 }
 
 // The contacts that were let go and are not home yet.
@@ -38,7 +38,7 @@ std::vector<ContactPoint> on_the_way_home(Body& body, std::span<const ContactPoi
     left.push_back(p);
   }
   for (std::uint32_t owner = 0; owner < body.still_s.size(); ++owner) body.still_s[owner] += step_s;
-  std::erase_if(left, [&](const ContactPoint& p) { return body.still_s[p.owner] > kStillS; });
+  std::erase_if(left, [&](const ContactPoint& p) { return body.still_s[p.owner] > kStill_s; });
   return left;
 }
 

@@ -7,11 +7,11 @@
 namespace sectio {
 namespace {
 
-constexpr double kSpacing = 0.5;     // between samples, and of a way that pushes, over the radius
-constexpr int kMostAlong = 24;       // samples along an edge
-constexpr double kFarthestM = 0.02;  // a longer motion in a step is no push: the instrument has jumped
-constexpr double kLooks = 0.2;       // cosine to the way to the axis from which on a face looks at it
-constexpr double kPierced = 0.5;     // cosine to the axis from which on a face can have been pierced
+constexpr double kSpacing = 0.5;      // between samples, and of a way that pushes, over the radius
+constexpr int kMostAlong = 24;        // samples along an edge
+constexpr double kFarthest_m = 0.02;  // a longer motion in a step is no push: the instrument has jumped
+constexpr double kLooks = 0.2;        // cosine to the way to the axis from which on a face looks at it
+constexpr double kPierced = 0.5;      // cosine to the axis from which on a face can have been pierced
 
 Vec3 nearest_on_axis(const Capsule& c, const Vec3& p) {
   const Vec3 axis = c.to_world_m - c.from_world_m;
@@ -40,7 +40,7 @@ Hold hold_by(const Capsule& c, double tip_radius_m, const Vec3& at, const Vec3& 
   const double back_m = from_tip.dot(c.back_world);
   const Vec3 aside = from_tip - back_m * c.back_world;
   const double ahead_m = std::sqrt(std::max(0.0, tip_radius_m * tip_radius_m - aside.squaredNorm()));
-  if (outwards.dot(c.back_world) < kPierced || aside.norm() >= c.radius_m || std::abs(back_m) > kFarthestM) return {};
+  if (outwards.dot(c.back_world) < kPierced || aside.norm() >= c.radius_m || std::abs(back_m) > kFarthest_m) return {};
   const Vec3 normal = (ahead_m * c.back_world - aside) / tip_radius_m, target = c.from_world_m - tip_radius_m * normal;
   return {(at - target).dot(normal), target, normal};
 }
@@ -60,7 +60,7 @@ struct Sampler {
         const Hold hold = hold_by(c, tip_radius_m, at, outwards);
         if (hold.depth_m > deepest.depth_m) deepest = hold;
       }
-      if (way == ways && deepest.depth_m > -kBeforeCapsuleM) {
+      if (way == ways && deepest.depth_m > -kBeforeCapsule_m) {
         s.target_world_m = deepest.target_m;
         s.normal_world = deepest.normal;
         s.depth_m = (s.point_world_m - s.target_world_m).dot(s.normal_world);
@@ -112,8 +112,8 @@ std::vector<SurfaceSample> samples_at(const SurfaceView& view, const CollisionEn
     segments.push_back({ends.size(), ends.size() + 1});
     ends.insert(ends.end(), {c.after.from_world_m, c.after.to_world_m});
   }
-  double reach_m = widest_m + kBeforeCapsuleM;
-  if (way_m > kSpacing * widest_m && way_m <= kFarthestM) {
+  double reach_m = widest_m + kBeforeCapsule_m;
+  if (way_m > kSpacing * widest_m && way_m <= kFarthest_m) {
     sampler.ways = static_cast<int>(std::ceil(way_m / (kSpacing * widest_m)));
     reach_m += way_m;
   }

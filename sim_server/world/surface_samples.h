@@ -33,9 +33,9 @@ struct SurfaceSample {
   double depth_m = 0;                  // inside the capsule; below 0: outside
 };
 
-// The samples within kBeforeCapsuleM of the capsules after their motion, by triangle. A motion longer than a part of
+// The samples within kBeforeCapsule_m of the capsules after their motion, by triangle. A motion longer than a part of
 // the radius pushes samples ahead of it. The tree must be that of the view, and up to date. Cost: triangles near by.
-constexpr double kBeforeCapsuleM = 0.0005;  // surface this close to a capsule may run into it in a step
+constexpr double kBeforeCapsule_m = 0.0005;  // surface this close to a capsule may run into it in a step
 std::vector<SurfaceSample> samples_at(const SurfaceView& view, const CollisionEngine& tree,
                                       std::span<const MovingCapsule> capsules);
 

@@ -10,10 +10,10 @@ namespace {
 
 // A flat punch of radius a moves the surface at a distance r by 2/pi asin(a/r) of its own way (Sneddon 1965): beyond
 // these 15 mm, a tip of 2 mm by less than a tenth.
-constexpr double kDentM = 0.015, kAroundM = 0.03;
-constexpr double kPointM = 0.0015;  // what a point presses as
-constexpr double kOnSurfaceM = 5e-4;
-constexpr double kFlatM = 1e-6;      // a shortest way below this has no direction
+constexpr double kDent_m = 0.015, kAround_m = 0.03;
+constexpr double kPoint_m = 0.0015;  // what a point presses as
+constexpr double kOnSurface_m = 5e-4;
+constexpr double kFlat_m = 1e-6;     // a shortest way below this has no direction
 constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
 constexpr VertexId kLookedAt = 256;  // vertices of a body at most, evenly chosen: a fit of six numbers needs no more
 
@@ -50,9 +50,9 @@ std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<
       const auto found = body->tree().closest(body->view(), corner.at_world_m, within_m + corner.radius_m);
       if (!found) continue;
       const Vec3 way = corner.at_world_m - found->point_world_m, flat = body->view().normal(found->triangle);
-      outside = way.dot(flat) > -kFlatM;
+      outside = way.dot(flat) > -kFlat_m;
       within_m = std::max(0.0, found->distance_m - corner.radius_m);
-      nearest = {body->id, found->triangle, found->point_world_m, way.norm() > kFlatM ? way.normalized() : flat,
+      nearest = {body->id, found->triangle, found->point_world_m, way.norm() > kFlat_m ? way.normalized() : flat,
                  within_m};
     }
   }
@@ -71,16 +71,16 @@ Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
   const VertexId stride = 1 + body.mesh.vertex_slots() / kLookedAt;
   for (VertexId v = 0; v < body.mesh.vertex_slots(); v += stride) {
     const double distance_m = (now.position(v) - point_world_m).norm();
-    if (distance_m > kAroundM || !body.mesh.vertex_alive(v)) continue;
+    if (distance_m > kAround_m || !body.mesh.vertex_alive(v)) continue;
     near.push_back({now.position(v), now.velocity(v), 1});
-    if (distance_m > kDentM) beyond.push_back(near.back());
+    if (distance_m > kDent_m) beyond.push_back(near.back());
   }
   return rigid_velocity(beyond.size() >= kEnough ? beyond : near).at(point_world_m);
 }
 
 std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m) {
-  auto at = body.tree().closest(body.view(), near_world_m, kOnSurfaceM);  // as mostly: this looks at little
-  if (!at) at = body.tree().closest(body.view(), near_world_m, kDentM);
+  auto at = body.tree().closest(body.view(), near_world_m, kOnSurface_m);  // as mostly: this looks at little
+  if (!at) at = body.tree().closest(body.view(), near_world_m, kDent_m);
   if (!at) return std::nullopt;
   const auto& v = body.mesh.triangle(at->triangle).v;
   return RestSurface{body.home_world_m(v, at->bary),
@@ -98,18 +98,18 @@ double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_worl
 FeltTissue felt_tissue(Body& body, const Vec3& near_world_m, const ToolSpec& tool, ContactState state) {
   const MaterialSpec& m = body.spec.material;
   FeltTissue tissue;
-  const double radius_m = tool.geometry.sphere_radius_m > 0 ? tool.geometry.sphere_radius_m : kPointM;
+  const double radius_m = tool.geometry.sphere_radius_m > 0 ? tool.geometry.sphere_radius_m : kPoint_m;
   tissue.stiffness_n_per_m =
       2 * m.young_pa / (1 - m.poisson * m.poisson) * std::sqrt(radius_m * ContactModel{}.soft_depth_m);
   if (vary_in_stiffness(body.spec.regions))
-    if (const auto at = body.tree().closest(body.view(), near_world_m, kDentM))
+    if (const auto at = body.tree().closest(body.view(), near_world_m, kDent_m))
       tissue.stiffness_n_per_m *=
           stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(body.mesh.triangle(at->triangle).v[0]));
   tissue.damping_per_s = m.damping_per_s;
   tissue.friction = m.friction;
   const auto& threshold_n = body.spec.cutting.threshold_force_n;
   if (instrument_of(tool.kind).tip_pierces && state != ContactState::penetration && threshold_n)
-    tissue.yield_n = std::min(*threshold_n, kNeverYieldsN);
+    tissue.yield_n = std::min(*threshold_n, kNeverYields_n);
   return tissue;
 }
 

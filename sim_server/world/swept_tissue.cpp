@@ -7,13 +7,13 @@
 namespace sectio {
 namespace {
 
-constexpr double kRowM = 1e-4;        // the height of a row
-constexpr double kNextPointM = 2e-4;  // between points of a way
-constexpr double kBesideM = 1e-3;     // an edge this far beside a way is in another cut, or cuts anew
-constexpr double kBeyondM = 2e-3;     // from the end of a way, likewise
-constexpr double kAtFrontM = 5e-5;    // an edge so near to the end of a cut stands at it
-constexpr double kUpright = 0.5;      // least cosine of an edge to the rows' direction
-constexpr double kNearM = 3e-3;       // of a way, which is looked at first: it may cross itself
+constexpr double kRow_m = 1e-4;        // the height of a row
+constexpr double kNextPoint_m = 2e-4;  // between points of a way
+constexpr double kBeside_m = 1e-3;     // an edge this far beside a way is in another cut, or cuts anew
+constexpr double kBeyond_m = 2e-3;     // from the end of a way, likewise
+constexpr double kAtFront_m = 5e-5;    // an edge so near to the end of a cut stands at it
+constexpr double kUpright = 0.5;       // least cosine of an edge to the rows' direction
+constexpr double kNear_m = 3e-3;       // of a way, which is looked at first: it may cross itself
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 std::vector<Vec4f> rest_of(const TriangleMesh& mesh) {
@@ -82,10 +82,10 @@ std::optional<SweptTissue::Across> SweptTissue::across(const Cut& cut, const Edg
   if (std::abs(found.upright) < kUpright) return {};
   const Vec3 rise = along / found.upright;  // for each metre of height
   found.at_m = across_to(cut.up, edge.tip_m + (cut.level_m - edge.tip_m.dot(cut.up)) * rise);
-  if (near_m) found.place = place_on(cut, found.at_m, *near_m - kNearM, *near_m + kNearM);
-  if (!near_m || found.place.beside_m > kBesideM) found.place = place_on(cut, found.at_m, -kEndless, kEndless);
+  if (near_m) found.place = place_on(cut, found.at_m, *near_m - kNear_m, *near_m + kNear_m);
+  if (!near_m || found.place.beside_m > kBeside_m) found.place = place_on(cut, found.at_m, -kEndless, kEndless);
   const Place& p = found.place;
-  if (p.beside_m > kBesideM || p.gone_m < -kBeyondM || p.gone_m > cut.gone_m.back() + kBeyondM) return {};
+  if (p.beside_m > kBeside_m || p.gone_m < -kBeyond_m || p.gone_m > cut.gone_m.back() + kBeyond_m) return {};
   found.leans = rise.dot(p.heading);
   return found;
 }
@@ -108,7 +108,7 @@ SweptTissue::Across SweptTissue::find(const EdgeAtRest& edge, const Vec3& ahead,
   cut.level_m = level.dot(cut.up);
   cut.points = {across_to(cut.up, level)};
   cut.gone_m = {0};
-  cut.first_row = static_cast<std::ptrdiff_t>(std::floor(cut.level_m / kRowM));
+  cut.first_row = static_cast<std::ptrdiff_t>(std::floor(cut.level_m / kRow_m));
   cuts_.push_back(std::move(cut));
   way = Way{cuts_.size() - 1, 0};
   return *across(cuts_.back(), edge, 0.0);
@@ -119,11 +119,11 @@ template <class Visit>
 void SweptTissue::each_row(const Cut& cut, const EdgeAtRest& edge, const std::vector<Span>& inside,
                            const Visit& visit) {
   for (const Span& span : inside) {
-    const double a = edge.at(span.from).dot(cut.up) / kRowM, b = edge.at(span.to).dot(cut.up) / kRowM;
+    const double a = edge.at(span.from).dot(cut.up) / kRow_m, b = edge.at(span.to).dot(cut.up) / kRow_m;
     const double low = std::min(a, b), high = std::max(a, b);
     for (auto r = static_cast<std::ptrdiff_t>(std::floor(low)); static_cast<double>(r) < high; ++r) {
       const double from = std::max(low, static_cast<double>(r)), to = std::min(high, static_cast<double>(r + 1));
-      visit(r, 0.5 * (from + to) * kRowM, to - from);
+      visit(r, 0.5 * (from + to) * kRow_m, to - from);
     }
   }
 }
@@ -138,11 +138,11 @@ SweptTissue::Front SweptTissue::front(const EdgeAtRest& edge, const Vec3& ahead,
   each_row(cut, edge, spans, [&](std::ptrdiff_t r, double height_m, double share) {
     const auto index = r - cut.first_row;
     if (index >= 0 && index < static_cast<std::ptrdiff_t>(cut.rows.size())) {
-      const double next_m = here.place.gone_m + here.leans * (height_m - cut.level_m) + towards * kAtFrontM;
+      const double next_m = here.place.gone_m + here.leans * (height_m - cut.level_m) + towards * kAtFront_m;
       for (const Span& s : cut.rows[static_cast<std::size_t>(index)])
         if (s.from <= next_m && next_m <= s.to) return;
     }
-    front.length_m += share * kRowM / std::abs(here.upright);
+    front.length_m += share * kRow_m / std::abs(here.upright);
   });
   return front;
 }
@@ -162,16 +162,16 @@ double SweptTissue::sweep(const EdgeAtRest& from, const EdgeAtRest& to, const Ve
     double covered_m = 0;
     std::vector<Span>& row = cut.row(r);
     std::erase_if(row, [&](const Span& s) {
-      if (s.to < swept.from - kAtFrontM || s.from > swept.to + kAtFrontM) return false;
+      if (s.to < swept.from - kAtFront_m || s.from > swept.to + kAtFront_m) return false;
       covered_m += std::max(0.0, std::min(s.to, std::max(a, b)) - std::max(s.from, std::min(a, b)));
       swept = {std::min(s.from, swept.from), std::max(s.to, swept.to)};
       return true;
     });
     row.insert(std::ranges::upper_bound(row, swept.from, {}, &Span::from), swept);
-    area_m2 += share * kRowM * std::max(0.0, std::abs(b - a) - covered_m);
+    area_m2 += share * kRow_m * std::max(0.0, std::abs(b - a) - covered_m);
   });
   const Vec3 onwards = now.at_m - cut.points.back();
-  if (now.place.gone_m >= cut.gone_m.back() + kNextPointM) {
+  if (now.place.gone_m >= cut.gone_m.back() + kNextPoint_m) {
     cut.gone_m.push_back(cut.gone_m.back() + onwards.norm());
     cut.points.push_back(now.at_m);
     way->gone_m = cut.gone_m.back();

@@ -19,7 +19,7 @@ namespace {
 
 using namespace sectio;
 
-constexpr double kPapersStepsPerS = 150;
+constexpr double kPapersSteps_per_s = 150;
 
 const Scene& scene() {
   static const Scene paper_box = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/paper_box.yaml", standard_traits());
@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
     if (times.empty()) return;
     const auto compare = [](const char* what, double steps_per_s) {
       std::fprintf(stderr, "%s: %.0f steps per second, %.0f times the paper's %.0f\n", what, steps_per_s,
-                   steps_per_s / kPapersStepsPerS, kPapersStepsPerS);
+                   steps_per_s / kPapersSteps_per_s, kPapersSteps_per_s);
     };
     std::fprintf(stderr, "on one core of %s\n", processor().c_str());
     for (const auto& [name, ns] : times) {

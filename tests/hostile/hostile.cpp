@@ -101,7 +101,7 @@ class Hostile {
         contact.model.state = ContactState::penetration;
         contact.model.force_world_n = Vec3(0, 0, 10);
         contact.model.stiffness_n_per_m = 0;
-        contact.model.yield_n = kNeverYieldsN;
+        contact.model.yield_n = kNeverYields_n;
         contact.model.tool_time_s += 0.001 * static_cast<double>(i);
         write(out, contact);
         wait(0.001);

@@ -166,8 +166,7 @@ void TetSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> veloci
   for (VertexId v = 0; v < masses_.size(); ++v) masses_[v] = body_.mass_kg(v);
   corners_of(constraints, corners_);
   energy_.read(rows_, body_.vertex_count());
-  driver_.step(energy_,
-               {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxVolumeSpeed_m_per_s},
+  driver_.step(energy_, {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s},
                {masses_, body_.inverse_mass(), position_world_m, velocity_m_per_s}, constraints, corners_, reactions);
 }
 

@@ -97,6 +97,11 @@ class TetSprings final : public VolumeModel {
   double substep_limit_s() const {
     return kSafety * damped_limit_s(omega2_.max(), material_.damping_per_s, options_.damper_s);
   }
+  ModelSize size() const override {
+    ModelSize size = VolumeModel::size();
+    size.parts = substeps_, size.part_limit_s = substep_limit_s();
+    return size;
+  }
   std::uint64_t clamped() const { return clamped_; }
   const SpringRows& rows() const { return rows_; }
 

@@ -7,9 +7,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kAboveHeelM = 2e-3, kBelowTipM = 3e-4;
-constexpr double kLongestLineM = 0.05;  // of a blade without an end
-constexpr double kNearM = 0.015;        // from a blade's line to the corners of a lid that it may enter
+constexpr double kAboveHeel_m = 2e-3, kBelowTip_m = 3e-4;
+constexpr double kLongestLine_m = 0.05;  // of a blade without an end
+constexpr double kNear_m = 0.015;        // from a blade's line to the corners of a lid that it may enter
 
 double distance_to_line_m(const BladeLine& line, const Vec3& x) {
   return distance_to_segment(x, line.heel_world_m, line.tip_world_m);
@@ -18,9 +18,9 @@ double distance_to_line_m(const BladeLine& line, const Vec3& x) {
 }  // namespace
 
 BladeLine line_of(const Blade& blade) {
-  const double length_m = std::min(blade.length_m, kLongestLineM);
-  return {blade.tip_world_m + (length_m + kAboveHeelM) * blade.up_world,
-          blade.tip_world_m - kBelowTipM * blade.up_world};
+  const double length_m = std::min(blade.length_m, kLongestLine_m);
+  return {blade.tip_world_m + (length_m + kAboveHeel_m) * blade.up_world,
+          blade.tip_world_m - kBelowTip_m * blade.up_world};
 }
 
 std::optional<BladePlace> place_on_skin(const MeshDraft& draft, std::span<const TriangleId> triangles,
@@ -57,7 +57,7 @@ std::optional<BladePlace> place_on_lid(const MeshDraft& draft, const Grooves& gr
     place->rest_body_m = hit->bary[0] * draft.rest(a) + hit->bary[1] * draft.rest(b) + hit->bary[2] * draft.rest(c);
   };
   for (const Rung& rung : grooves.rungs) {
-    if (distance_to_line_m(line, draft.position(rung.lip)) > kNearM) continue;
+    if (distance_to_line_m(line, draft.position(rung.lip)) > kNear_m) continue;
     const auto lip = lip_from(draft, rung.lip);
     const auto lid = lip ? lid_of(draft, grooves, *lip) : std::nullopt;
     if (!lid) continue;

@@ -123,12 +123,12 @@ Vec3 heading_at(const MeshDraft& draft, VertexId end) {
 
 std::optional<PlaceOnCurve> nearest_on_curves(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,
                                               double within_m) {
-  constexpr double kLongestLipM = 0.03;
+  constexpr double kLongestLip_m = 0.03;
   std::optional<PlaceOnCurve> nearest;
   double least_m = within_m;
   for (const Rung& rung : grooves.rungs) {
     const Vec3 from = draft.rest(rung.lip);
-    if ((from - rest_body_m).squaredNorm() > (within_m + kLongestLipM) * (within_m + kLongestLipM)) continue;
+    if ((from - rest_body_m).squaredNorm() > (within_m + kLongestLip_m) * (within_m + kLongestLip_m)) continue;
     const auto lip = lip_from(draft, rung.lip);
     if (!lip) continue;
     const Vec3 edge = draft.rest(lip->to) - from;

@@ -27,7 +27,7 @@ const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t
 
 namespace {
 
-constexpr double kMostOwedM = 3e-3;  // from the end of a cut to its blade, at rest
+constexpr double kMostOwed_m = 3e-3;  // from the end of a cut to its blade, at rest
 
 // How much of a stroke there is room for in this step.
 enum class Share : std::uint8_t {
@@ -238,7 +238,7 @@ SurfaceCutPlan plan_cut(const TriangleMesh& mesh, ParticleView particles, const 
     if (refusal->why == kChangedBeneath) return refuse_all(cuts, entries, refusal->why);
     Debt& debt = shares[refusal->edge_id];
     if (debt.share == Share::moves)
-      debt = {refusal->owed_m > kMostOwedM ? Share::ends : Share::stays, refusal->owed_m};
+      debt = {refusal->owed_m > kMostOwed_m ? Share::ends : Share::stays, refusal->owed_m};
     else
       debt.share = Share::closed;
     if (debt.share != Share::stays) refused.push_back({refusal->edge_id, StrokeEnd::refused, refusal->why});

@@ -8,17 +8,17 @@ namespace sectio {
 namespace {
 
 constexpr int kMostCutsMet = 8;               // in the motion from one pose to the next
-constexpr double kBesideM = 5e-4;             // a blade this near to a curve is in the groove
-constexpr double kStaysBesideM = 8e-4;        // the same, if it was in a groove before
-constexpr double kResumesM = 3e-3;            // from the end of the groove that it leaves
-constexpr double kNodeM = 1.5e-3;             // least distance of a branch from an end
-constexpr double kLeavesM = 0.01;             // from the curve that a blade leaves to the place where it is next
-constexpr double kOvershootM = 2e-4;          // beyond a lip, so that the way leads over it
+constexpr double kBeside_m = 5e-4;            // a blade this near to a curve is in the groove
+constexpr double kStaysBeside_m = 8e-4;       // the same, if it was in a groove before
+constexpr double kResumes_m = 3e-3;           // from the end of the groove that it leaves
+constexpr double kNode_m = 1.5e-3;            // least distance of a branch from an end
+constexpr double kLeaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next
+constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way leads over it
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
 constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
 constexpr double kAlongLip = 0.94;            // cosine to a lip
 constexpr double kOwnWay = 0.5;               // of the way back at rest, which the blade itself has gone at least
-constexpr double kSameSheetM = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
+constexpr double kSameSheet_m = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
 
 class Advance {
  public:
@@ -31,7 +31,7 @@ class Advance {
     const auto place = find_place();
     if (!place) return out_of_surface();
     const bool was_away = std::exchange(stroke_.seen.was_away, false);
-    if (was_away && stroke_.cuts() && distance_m(*place) > kResumesM && !leave_cut()) return StrokeEnd::refused;
+    if (was_away && stroke_.cuts() && distance_m(*place) > kResumes_m && !leave_cut()) return StrokeEnd::refused;
     stroke_.seen.at_world_m = place->point_world_m;
     stroke_.seen.owed_m = stroke_.cuts() ? distance_m(*place) : 0;
     stroke_.seen.depth_m = (place->point_world_m - blade_.tip_world_m).dot(blade_.up_world);
@@ -46,7 +46,7 @@ class Advance {
 
   std::optional<BladePlace> find_place() const {
     auto place = place_on_skin(draft_, near_, blade_);
-    if (place && stroke_.cuts() && (place->point_world_m - position_of(draft_, stroke_)).norm() < kSameSheetM)
+    if (place && stroke_.cuts() && (place->point_world_m - position_of(draft_, stroke_)).norm() < kSameSheet_m)
       return place;
     const auto lid = place_on_lid(draft_, grooves_, blade_);
     const auto height_m = [&](const BladePlace& p) { return p.point_world_m.dot(blade_.up_world); };
@@ -82,7 +82,7 @@ class Advance {
   StrokeEnd on_lid(const BladePlace& place) {
     if (stroke_.cuts() && !is_behind(place.rest_body_m) && !is_own(place.lid)) {
       const Vec3 way = (place.rest_body_m - rest_of(draft_, stroke_)).stableNormalized();
-      const WalkEnd end = walk_to({place.rest_body_m + kOvershootM * way, kNone});
+      const WalkEnd end = walk_to({place.rest_body_m + kOvershoot_m * way, kNone});
       if (end == WalkEnd::refused) return StrokeEnd::refused;
       if (end == WalkEnd::joined) return StrokeEnd::joined;
     }
@@ -101,10 +101,10 @@ class Advance {
         if (start == Start::waits) return end;
         if (i > 0 && !stroke_.cuts()) return end;
       } else if (is_back(place)) {
-        const auto beside = nearest_on_curves(draft_, grooves_, place.rest_body_m, kStaysBesideM);
-        const auto curve = beside ? beside : nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeavesM);
+        const auto beside = nearest_on_curves(draft_, grooves_, place.rest_body_m, kStaysBeside_m);
+        const auto curve = beside ? beside : nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeaves_m);
         if (curve) stroke_.seen.on_lid_body_m = curve->rest_body_m;
-        if (beside || !curve || (place.rest_body_m - draft_.rest(stroke_.cell.apex)).norm() < kNodeM) return end;
+        if (beside || !curve || (place.rest_body_m - draft_.rest(stroke_.cell.apex)).norm() < kNode_m) return end;
         if (!leave_cut()) return StrokeEnd::refused;
         continue;
       }
@@ -143,7 +143,7 @@ class Advance {
       if (t == place.triangle) return false;
     if (is_behind(place.rest_body_m)) return true;
     const Vec3 apex = draft_.rest(stroke_.cell.apex), way = place.rest_body_m - apex;
-    return stroke_.seen.on_lid_body_m && (*stroke_.seen.on_lid_body_m - apex).norm() > kResumesM &&
+    return stroke_.seen.on_lid_body_m && (*stroke_.seen.on_lid_body_m - apex).norm() > kResumes_m &&
            way.dot(stroke_.heading_body) < kAhead * way.norm();
   }
 
@@ -156,7 +156,7 @@ class Advance {
     const double far_m = way.norm(), step_m = settings_.min_step_m;
     const double went_m = (blade_.tip_world_m - stroke_.blade->tip_world_m).norm();
     if (far_m < step_m) return went_m < step_m;
-    return far_m < kNodeM && went_m < kOwnWay * far_m && way.dot(cut) < kAhead * far_m * cut.norm();
+    return far_m < kNode_m && went_m < kOwnWay * far_m && way.dot(cut) < kAhead * far_m * cut.norm();
   }
 
   // The lid is over the last pieces of the cut itself.
@@ -192,7 +192,7 @@ class Advance {
 
   bool is_in_groove(const Vec3& rest_body_m) {
     const auto curve =
-        nearest_on_curves(draft_, grooves_, rest_body_m, stroke_.seen.on_lid_body_m ? kStaysBesideM : kBesideM);
+        nearest_on_curves(draft_, grooves_, rest_body_m, stroke_.seen.on_lid_body_m ? kStaysBeside_m : kBeside_m);
     if (!curve) return false;
     for (const VertexId v : {curve->lip.from, curve->lip.to}) {
       const Vec3 way = rest_body_m - draft_.rest(v);
@@ -211,10 +211,10 @@ class Advance {
     if (!stroke_.met.empty() && goes_on_over(stroke_.met.back()[0], here)) return Start::begun;
     const bool was_in_groove = stroke_.seen.on_lid_body_m.has_value();
     const VertexId end =
-        was_in_groove ? end_near(here, kResumesM, kAhead) : end_near(here, settings_.join_tolerance_m, 0);
+        was_in_groove ? end_near(here, kResumes_m, kAhead) : end_near(here, settings_.join_tolerance_m, 0);
     if (end != kNone) return resume(end, here);
     if (was_in_groove)
-      if (const auto curve = nearest_on_curves(draft_, grooves_, here, kLeavesM)) return branch(*curve, here);
+      if (const auto curve = nearest_on_curves(draft_, grooves_, here, kLeaves_m)) return branch(*curve, here);
     stroke_.seen.on_lid_body_m.reset();
     return begin(place, was_in_groove);
   }
@@ -241,7 +241,7 @@ class Advance {
   Start branch(const PlaceOnCurve& from, const Vec3& to_body_m) {
     const double length_m = (draft_.rest(from.lip.to) - draft_.rest(from.lip.from)).norm();
     const auto is_near = [&](VertexId v, double along) {
-      return along < kBranchAtRung || (along * length_m < kNodeM && twins_of(draft_, grooves_, v).size() != 2);
+      return along < kBranchAtRung || (along * length_m < kNode_m && twins_of(draft_, grooves_, v).size() != 2);
     };
     VertexId rung = is_near(from.lip.from, from.along)     ? from.lip.from
                     : is_near(from.lip.to, 1 - from.along) ? from.lip.to

@@ -8,10 +8,10 @@ namespace sectio {
 namespace {
 
 constexpr int kMaxCellsPerStep = 100000;
-constexpr double kSnapToRung = 0.25;     // a lip is crossed at a rung this close to it, as a ratio of the lip's length
-constexpr double kSnapToNodeM = 1.5e-3;  // at a place where cuts have met, if it is this close
-constexpr double kHeadingM = 2e-3;       // the last part of a cut, which says where it heads
-constexpr double kSameM = 1e-7;
+constexpr double kSnapToRung = 0.25;      // a lip is crossed at a rung this close to it, as a ratio of the lip's length
+constexpr double kSnapToNode_m = 1.5e-3;  // at a place where cuts have met, if it is this close
+constexpr double kHeading_m = 2e-3;       // the last part of a cut, which says where it heads
+constexpr double kSame_m = 1e-7;
 constexpr double kCosRim = 0.7, kCosFold = 0.9;  // between the normals of faces that meet in a rim, or lie back to back
 constexpr std::size_t kPointsBehind = 6;         // that a cut can't run into
 
@@ -156,7 +156,7 @@ class Walk {
 
   bool is_behind(VertexId v) const {
     const Vec3 place = draft_.rest(v);
-    return std::ranges::any_of(stroke_.behind_body_m, [&](const Vec3& x) { return (x - place).norm() < kSameM; });
+    return std::ranges::any_of(stroke_.behind_body_m, [&](const Vec3& x) { return (x - place).norm() < kSame_m; });
   }
   bool is_lip(VertexId u, VertexId v) const {
     const auto is_wall = [&](TriangleId t) { return t != kNone && draft_.triangle(t).surface == Surface::wall; };
@@ -253,7 +253,7 @@ class Walk {
     const double length_m = (draft_.rest(lip.to) - draft_.rest(lip.from)).norm();
     const auto is_near = [&](VertexId v, double along) {
       const bool is_node = twins_of(draft_, grooves_, v).size() > 2;
-      return along < kSnapToRung || (is_node && along * length_m < kSnapToNodeM);
+      return along < kSnapToRung || (is_node && along * length_m < kSnapToNode_m);
     };
     VertexId rung = is_near(lip.from, t) ? lip.from : is_near(lip.to, 1 - t) ? lip.to : kNone;
     if (rung == kNone) rung = insert_rung(draft_, grooves_, lip, t);
@@ -329,7 +329,7 @@ class Walk {
   // A single point may have snapped aside, or a little back.
   Vec3 heading_over_last_points(const Vec3& end_body_m) const {
     Vec3 way = Vec3::Zero();
-    for (std::size_t i = stroke_.behind_body_m.size(); i-- > 0 && way.norm() < kHeadingM;)
+    for (std::size_t i = stroke_.behind_body_m.size(); i-- > 0 && way.norm() < kHeading_m;)
       way = end_body_m - stroke_.behind_body_m[i];
     return way.stableNormalized();
   }

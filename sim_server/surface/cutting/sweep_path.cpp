@@ -11,10 +11,10 @@ namespace sectio {
 namespace {
 
 constexpr int kMaxFaces = 200000;
-constexpr double kBeyondM = 1e-3;         // least distance of the tip beyond a cut that has come out below
-constexpr double kBulgeM = 3e-4;          // by which a groove reaches over its front
-constexpr double kFoldM = 1e-4;           // smaller than this, a crossing that enters and leaves over one rim is a fold
-constexpr double kShortestPieceM = 1e-8;  // shorter remainders of a face's crossing are dropped
+constexpr double kBeyond_m = 1e-3;  // least distance of the tip beyond a cut that has come out below
+constexpr double kBulge_m = 3e-4;   // by which a groove reaches over its front
+constexpr double kFold_m = 1e-4;    // smaller than this, a crossing that enters and leaves over one rim is a fold
+constexpr double kShortestPiece_m = 1e-8;  // shorter remainders of a face's crossing are dropped
 
 double cross(const Vec2& a, const Vec2& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -87,7 +87,7 @@ std::optional<BladeSweep::Clip> BladeSweep::clip(const Vec2& a, const Vec2& b, d
       !keep(cross(trail, a - tip_first_), cross(trail, b - tip_first_), SweepRim::trail))
     return std::nullopt;
   const bool whole = c.rim_from == SweepRim::none && c.rim_to == SweepRim::none;
-  if (!whole && (c.to - c.from) * (b - a).norm() < kShortestPieceM) return std::nullopt;
+  if (!whole && (c.to - c.from) * (b - a).norm() < kShortestPiece_m) return std::nullopt;
   return c;
 }
 
@@ -136,14 +136,14 @@ class PathFinder {
   bool is_behind_front(const SurfacePath& path) const {
     const auto at_first_pose = [](const PathPoint& p) { return p.ridge == kNone && p.rim == SweepRim::first_pose; };
     return !path.closed && at_first_pose(path.points.front()) && at_first_pose(path.points.back()) &&
-           std::ranges::all_of(path.points, [&](const PathPoint& p) { return sweep_.ahead_of_first(p.at) < kBulgeM; });
+           std::ranges::all_of(path.points, [&](const PathPoint& p) { return sweep_.ahead_of_first(p.at) < kBulge_m; });
   }
 
   // Faces that are folded over each other at rest, by next to nothing, are left for the next step.
   static bool is_fold(const SurfacePath& path) {
     const PathPoint &a = path.points.front(), &b = path.points.back();
     if (path.closed || path.points.size() < 2 || a.rim != b.rim || a.ridge != kNone || b.ridge != kNone) return false;
-    return std::ranges::all_of(path.points, [&](const PathPoint& p) { return (p.at - a.at).norm() < kFoldM; });
+    return std::ranges::all_of(path.points, [&](const PathPoint& p) { return (p.at - a.at).norm() < kFold_m; });
   }
 
   // An end of a front, at which a path begins or ends in a triangle of its fan.
@@ -277,7 +277,7 @@ class PathFinder {
     const std::optional<Face> first = face_of(start);
     if (!first) return !is_anchor(start);
     if (!first->from && !first->to &&
-        (first->clip.to - first->clip.from) * (first->exit.at - first->entry.at).norm() < kShortestPieceM)
+        (first->clip.to - first->clip.from) * (first->exit.at - first->entry.at).norm() < kShortestPiece_m)
       return true;  // a longer path begins elsewhere
     std::deque<Face> faces{*first};
     visited_.insert(start);
@@ -423,7 +423,7 @@ BladeSweep sweep_between(const MeshDraft& draft, const RestBlade& first, const R
   Vec3 tip = lowest.bottom_at_tip ? lowest.bottom_at_tip->rest_body_m : parts.back()[1];
   if (lowest.bottom_on_surface) {
     const double beyond_m = (tip - first.tip_body_m).dot(last.up_body);
-    tip -= std::max(beyond_m, kBeyondM) * last.up_body;
+    tip -= std::max(beyond_m, kBeyond_m) * last.up_body;
   } else {
     parts.back()[1] = tip;
   }

@@ -11,12 +11,12 @@ namespace sectio {
 
 namespace {
 
-constexpr double kDeeperM = 1e-5;    // a deepened groove is clear of the trail by this
-constexpr double kOutBelowM = 1e-3;  // a tip that is out on the other side is this far out, at least
-constexpr double kBackwards = -0.2;  // cosine to a front: a blade that has drawn back further does not cut
-constexpr double kHeadingM = 1e-3;   // of a cut, over which its direction is taken: a short step may go anywhere
-constexpr double kMostSlant = 2;     // of a front that is joined, in tolerances between its ends along the motion
-constexpr int kMostSteps = 64;       // into which one motion is divided
+constexpr double kDeeper_m = 1e-5;    // a deepened groove is clear of the trail by this
+constexpr double kOutBelow_m = 1e-3;  // a tip that is out on the other side is this far out, at least
+constexpr double kBackwards = -0.2;   // cosine to a front: a blade that has drawn back further does not cut
+constexpr double kHeading_m = 1e-3;   // of a cut, over which its direction is taken: a short step may go anywhere
+constexpr double kMostSlant = 2;      // of a front that is joined, in tolerances between its ends along the motion
+constexpr int kMostSteps = 64;        // into which one motion is divided
 
 // Does all of a triangle run along the plane, in the groove that the blade is in?
 bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle& t, double within_m) {
@@ -46,7 +46,7 @@ std::size_t deepen_groove(MeshDraft& draft, const RestBlade& first, const RestBl
       if (down_m <= 0 || !moved.insert(v).second) continue;
       const Mat3 to_world = world_from_rest(draft, t.v);
       const VertexState s = draft.state(v);
-      const Vec3 down = -(down_m + kDeeperM) * sweep.up;
+      const Vec3 down = -(down_m + kDeeper_m) * sweep.up;
       draft.move_vertex(v, {s.rest_body_m + down, s.position_world_m + to_world * down, s.velocity_world_m_per_s});
     }
     for (int i = 0; i < 3; ++i)
@@ -139,7 +139,7 @@ RestBlade along(const MeshDraft& draft, const CutFront& f) {
   RestBlade blade;
   const Vec3 bottom = draft.rest(f.bottom);
   blade.up_body = (draft.rest(f.top) - bottom).stableNormalized();
-  blade.tip_body_m = f.bottom_on_surface ? Vec3(bottom - kOutBelowM * blade.up_body) : bottom;
+  blade.tip_body_m = f.bottom_on_surface ? Vec3(bottom - kOutBelow_m * blade.up_body) : bottom;
   return blade;
 }
 
@@ -252,7 +252,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
   if (!stroke.fronts.empty()) {
     const Vec3 way_m = (last.tip_body_m - stroke.at_front->tip_body_m).dot(sweep.ahead) * sweep.ahead;
     for (CutFront& f : step.fronts)
-      f.ahead_body = (kHeadingM * stroke.fronts.front().ahead_body + way_m).stableNormalized();
+      f.ahead_body = (kHeading_m * stroke.fronts.front().ahead_body + way_m).stableNormalized();
   }
   replace_fronts(stroke, step.fronts, step.starts, grooves);
   if (ends.target) grooves.remove_front(*ends.target);

@@ -9,12 +9,12 @@ namespace {
 
 using Kind = PathPoint::Kind;
 
-constexpr int kMaxSlides = 64;                        // most triangles that a pressing point crosses in a step
-constexpr int kMaxCrossed = 12;                       // most edges under one line of an instrument
-constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;   // barycentric: a point gets onto an edge, and off it
-constexpr double kShortestLineM = 2e-4;               // seen along the normal; a shorter line is a point
-constexpr double kTouchesM = 1e-4, kLeavesM = -3e-4;  // surface above line: becomes active, stays active
-constexpr double kFacing = 0.2;                       // least cosine between a face's normal and the line's
+constexpr int kMaxSlides = 64;                          // most triangles that a pressing point crosses in a step
+constexpr int kMaxCrossed = 12;                         // most edges under one line of an instrument
+constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;     // barycentric: a point gets onto an edge, and off it
+constexpr double kShortestLine_m = 2e-4;                // seen along the normal; a shorter line is a point
+constexpr double kTouches_m = 1e-4, kLeaves_m = -3e-4;  // surface above line: becomes active, stays active
+constexpr double kFacing = 0.2;                         // least cosine between a face's normal and the line's
 
 using Where = Vec3 VertexState::*;
 constexpr Where kNow = &VertexState::position_world_m, kAtRest = &VertexState::rest_body_m;
@@ -171,7 +171,7 @@ std::vector<PlaceOnLine> contact_places_along(const MeshDraft& surface, const Co
                                               std::span<const ContactPoint> before) {
   std::vector<PlaceOnLine> places;
   const LineWalk walk(line);
-  if (!(walk.length_m > kShortestLineM)) return places;
+  if (!(walk.length_m > kShortestLine_m)) return places;
   TriangleId t = line.triangle;
   double reached_m = -1e300;
   for (int i = 0; i < kMaxCrossed; ++i) {
@@ -185,13 +185,13 @@ std::vector<PlaceOnLine> contact_places_along(const MeshDraft& surface, const Co
     if (exit_m >= walk.length_m) {
       const ClosestPoint end = closest_on_triangle(line.corner_body_m, c);
       const double over_m = (end.point - line.corner_body_m).dot(line.normal_body);
-      if (over_m > (was_in_face(before, v) ? kLeavesM : kTouchesM))
+      if (over_m > (was_in_face(before, v) ? kLeaves_m : kTouches_m))
         places.push_back({in_face(v, end.bary), line.corner_body_m});
       break;
     }
     const VertexId a = v[static_cast<std::size_t>(exit.edge)], b = v[static_cast<std::size_t>((exit.edge + 1) % 3)];
     if (exit_m > 0) {
-      if (walk.over_line_m(exit.at) <= (was_on_edge(before, a, b) ? kLeavesM : kTouchesM)) break;
+      if (walk.over_line_m(exit.at) <= (was_on_edge(before, a, b) ? kLeaves_m : kTouches_m)) break;
       places.push_back({on_edge(a, b, exit.t), walk.on_line(exit_m)});
     }
     t = surface.neighbour(t, exit.edge);

@@ -10,17 +10,17 @@
 namespace sectio::test {
 namespace {
 
-constexpr double kStepS = 0.001;
+constexpr double kStep_s = 0.001;
 const Vec3 kGravity(0, 0, -9.81);
-const Vec3 kBoxM(0.04, 0.03, 0.02);
+const Vec3 kBox_m(0.04, 0.03, 0.02);
 
 // A box of water, and its corners.
-RigidBody box_at(const Vec3& centre, const Vec3& size = kBoxM) {
+RigidBody box_at(const Vec3& centre, const Vec3& size = kBox_m) {
   const double mass = 1000 * size.prod();
   const Vec3 s2 = size.cwiseProduct(size);
   return {mass, Mat3(Vec3(s2.y() + s2.z(), s2.x() + s2.z(), s2.x() + s2.y()).asDiagonal()) * mass / 12, centre};
 }
-std::vector<Vec3f> corners(const RigidBody& body, const Vec3& size = kBoxM) {
+std::vector<Vec3f> corners(const RigidBody& body, const Vec3& size = kBox_m) {
   std::vector<Vec3f> result;
   for (int i = 0; i < 8; ++i)
     result.push_back(body.pose_world()
@@ -36,7 +36,7 @@ double lowest(const RigidBody& body) {
 
 void solve(RigidBody& body, std::span<const BodyContact> contacts) {
   const ContactBody only{&body};
-  ContactSolver solver({&only, 1}, contacts, kStepS);
+  ContactSolver solver({&only, 1}, contacts, kStep_s);
   solver.solve(30);
   solver.undo_depths(10);
 }
@@ -44,21 +44,21 @@ void solve(RigidBody& body, std::span<const BodyContact> contacts) {
 // A floor at z = 0.
 void step_on_floor(RigidBody& body, double friction) {
   if (body.asleep()) return;
-  body.push(kGravity, kStepS);
+  body.push(kGravity, kStep_s);
   std::vector<BodyContact> contacts;
-  find_floor_contacts(corners(body), 0, 0.001 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
+  find_floor_contacts(corners(body), 0, 0.001 + 2 * kStep_s * body.velocity_m_per_s().norm(), 0, contacts);
   for (BodyContact& c : contacts) c.friction = friction;
   solve(body, contacts);
-  body.move(kStepS);
-  body.rest(!contacts.empty(), 0.03, kStepS);
+  body.move(kStep_s);
+  body.rest(!contacts.empty(), 0.03, kStep_s);
 }
 
 TEST(RigidBody, free_fall_is_the_parabola) {
   RigidBody body = box_at(Vec3(1, 2, 3));
   body.set_velocity(Vec3(0.5, -0.25, 2), Vec3::Zero());
   for (int i = 0; i < 1000; ++i) {
-    body.push(kGravity, kStepS);
-    body.move(kStepS);
+    body.push(kGravity, kStep_s);
+    body.move(kStep_s);
   }
   EXPECT_LT((body.pose_world().position_m - (Vec3(1.5, 1.75, 5) + 0.5 * kGravity)).norm(), 1e-11);
 }
@@ -91,8 +91,8 @@ TEST(RigidBody, turns_about_the_largest_and_the_least_axis_but_flips_about_the_m
     body.set_velocity(Vec3::Zero(), 10 * Vec3::Unit(axis) + Vec3::Constant(0.01));
     double least = 1;
     for (int i = 0; i < 5000; ++i) {
-      body.push(Vec3::Zero(), kStepS);
-      body.move(kStepS);
+      body.push(Vec3::Zero(), kStep_s);
+      body.move(kStep_s);
       least = std::min(least, (body.pose_world().orientation * Vec3::Unit(axis)).dot(Vec3::Unit(axis)));
     }
     return least;
@@ -155,14 +155,14 @@ TEST(RigidBody, on_a_bulging_face_it_comes_to_rest_and_does_not_creep) {
   body.set_velocity(Vec3(0.05, 0.02, 0), Vec3(0.5, 0, 0.2));
   int steps = 0;
   for (; steps < 1500 && !body.asleep(); ++steps) {
-    body.push(kGravity, kStepS);
+    body.push(kGravity, kStep_s);
     std::vector<Vec3f> points;
     for (const Vec3& p : face_m) points.push_back(body.pose_world().to_world(p).cast<float>());
     std::vector<BodyContact> contacts;
-    find_floor_contacts(points, 0, 2e-4 + 2 * kStepS * body.velocity_m_per_s().norm(), 0, contacts);
+    find_floor_contacts(points, 0, 2e-4 + 2 * kStep_s * body.velocity_m_per_s().norm(), 0, contacts);
     solve(body, contacts);
-    body.move(kStepS);
-    body.rest(!contacts.empty(), 0.025, kStepS);
+    body.move(kStep_s);
+    body.rest(!contacts.empty(), 0.025, kStep_s);
   }
   EXPECT_LT(steps, 1500);
 }
@@ -170,7 +170,7 @@ TEST(RigidBody, on_a_bulging_face_it_comes_to_rest_and_does_not_creep) {
 class Sliding : public testing::TestWithParam<double> {};
 TEST_P(Sliding, stops_after_v_squared_over_two_mu_g) {
   const double friction = GetParam(), speed = 0.5;
-  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBoxM.z()));
+  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBox_m.z()));
   body.set_velocity(Vec3(speed, 0, 0), Vec3::Zero());
   for (int i = 0; i < 3000 && !body.asleep(); ++i) step_on_floor(body, friction);
   EXPECT_TRUE(body.asleep());
@@ -181,14 +181,14 @@ TEST_P(Sliding, stops_after_v_squared_over_two_mu_g) {
 INSTANTIATE_TEST_SUITE_P(Friction, Sliding, testing::Values(0.1, 0.2, 0.4));
 
 TEST(RigidBody, without_friction_it_slides_on) {
-  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBoxM.z()));
+  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBox_m.z()));
   body.set_velocity(Vec3(0.5, 0, 0), Vec3::Zero());
   for (int i = 0; i < 1000; ++i) step_on_floor(body, 0);
   EXPECT_NEAR(body.pose_world().position_m.x(), 0.5, 1e-4);
 }
 
 TEST(RigidBody, depth_is_undone_without_a_jump) {
-  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBoxM.z() - 0.002));
+  RigidBody body = box_at(Vec3(0, 0, 0.5 * kBox_m.z() - 0.002));
   double fastest = 0;
   for (int i = 0; i < 300; ++i) {
     step_on_floor(body, 0.3);
@@ -213,7 +213,7 @@ TEST(RigidBody, two_bodies_that_meet_keep_their_momentum) {
   contact.normal_world = Vec3(-1, 0.1, 0).normalized();
   contact.other.body = 1;
   const ContactBody bodies[] = {{&a}, {&b}};
-  ContactSolver(bodies, {&contact, 1}, kStepS).solve(30);
+  ContactSolver(bodies, {&contact, 1}, kStep_s).solve(30);
   EXPECT_LT((a.momentum_kg_m_per_s() + b.momentum_kg_m_per_s() - momentum).norm(), 1e-9 * momentum.norm());
   EXPECT_LT((spin_about_origin(a) + spin_about_origin(b) - spin).norm(), 1e-9 * spin.norm());
   EXPECT_NEAR((a.velocity_at(contact.point_world_m) - b.velocity_at(contact.point_world_m)).dot(contact.normal_world),
