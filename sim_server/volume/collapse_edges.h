@@ -22,9 +22,9 @@ struct EdgeCollapse {
 };
 
 // Looks at the next few vertices. `ratio`: see TetCutSettings::collapse_ratio. `delta`: what the collapse does to the
-// surface. The volume is as before when this returns.
-std::optional<EdgeCollapse> plan_collapse(Volume& volume, const SharedBody& body, double ratio, CollapseSearch& search,
-                                          TopologyDelta& delta);
+// surface.
+std::optional<EdgeCollapse> plan_collapse(const Volume& volume, const SharedBody& body, double ratio,
+                                          CollapseSearch& search, TopologyDelta& delta);
 
 // Once the body has the delta.
 void collapse(Volume& volume, const SharedBody& body, const EdgeCollapse& planned);

@@ -45,6 +45,7 @@ struct Volume {
   VolumeDeformation& deformation;
   IsFixed is_fixed;  // empty: nothing is
   TetTopology topology;
+  mutable TetTopology draft;  // scratch, in which plans are made: equals the topology between plans
   SurfaceMap surface;
   double mean_edge_m;
   mutable VertexSet visited;  // scratch

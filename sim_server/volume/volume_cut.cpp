@@ -47,17 +47,17 @@ double opened_m2(const TetTopology& volume, std::span<const TetEdit> edits) {
 }  // namespace
 
 std::optional<VolumeCut> VolumeCutPlanner::plan(std::span<const BladeAtWork> at_work, MeshDraft& surface) {
-  const BorrowedStates states(topology_, [&](VertexId v) { return tissue_.state_of(v); });
+  const BorrowedStates states(draft_, [&](VertexId v) { return tissue_.state_of(v); });
   VolumeCut cut;
   cut.undone = tracks_.front;
   const TetDelta* front = cut.undone ? &cut.undone->delta : nullptr;
-  const double open_m2 = front ? opened_m2(topology_, front->tetrahedra) : 0;
-  FrontRollback rollback(topology_, front);
-  BladeCut blades(tissue_, topology_, tracks_);
+  const double open_m2 = front ? opened_m2(draft_, front->tetrahedra) : 0;
+  FrontRollback rollback(draft_, front);
+  BladeCut blades(tissue_, draft_, tracks_);
   const bool opens = blades.run(at_work);
   tried_ = blades.tried();
   lasting_operations_ = blades.lasting_operations();
-  if (!opens || opened_m2(topology_, topology_.change().tetrahedra) < tissue_.settings.least_kept_area_ratio * open_m2)
+  if (!opens || opened_m2(draft_, draft_.change().tetrahedra) < tissue_.settings.least_kept_area_ratio * open_m2)
     return {};
   BoundaryChange boundary;
   if (!open_pinched_edges(rollback, cut.change, boundary)) return {};
@@ -74,16 +74,18 @@ std::optional<VolumeCut> VolumeCutPlanner::plan(std::span<const BladeAtWork> at_
     }
     cut.before = volume_.momentum(tissue_.body, std::move(around));
   }
-  after->delta = topology_.take_back(lasting_operations_);
-  cut.lasting = topology_.take_back();
+  after->delta = draft_.take_back(lasting_operations_);
+  cut.lasting = draft_.take_back();
   tracks_.front = after->delta.empty() ? nullptr : std::move(after);
   return cut;
 }
 
 void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, const VolumeFront* front) {
-  if (cut.undone) apply(inverse(cut.undone->delta), volume.topology);
-  apply(cut.lasting, volume.topology);
-  if (front) apply(front->delta, volume.topology);
+  for (TetTopology* topology : {&volume.topology, &volume.draft}) {
+    if (cut.undone) apply(inverse(cut.undone->delta), *topology);
+    apply(cut.lasting, *topology);
+    if (front) apply(front->delta, *topology);
+  }
   volume.surface.accept(cut.slots);
   std::vector<VolumeDeformation::Slot> slots;
   for (const VertexId slot : cut.slots.freed) slots.push_back({slot, kNone});
@@ -108,13 +110,13 @@ bool VolumeCutPlanner::open_pinched_edges(const FrontRollback& rollback, TetChan
     if (pinched.empty()) break;
     if (round == tissue_.settings.pinch_rounds) return false;
     for (const auto& [a, b] : pinched) {
-      const VertexId n = topology_.split(a, b, 0.5);
+      const VertexId n = draft_.split(a, b, 0.5);
       made.push_back(n);
-      for (const auto& component : further_components(topology_, n)) made.push_back(topology_.part(n, component));
+      for (const auto& component : further_components(draft_, n)) made.push_back(draft_.part(n, component));
     }
   }
   const bool has_front = std::ranges::any_of(tracks_.by_edge, [](const auto& track) { return track.second.has_front; });
-  if (!has_front) lasting_operations_ = topology_.mark();
+  if (!has_front) lasting_operations_ = draft_.mark();
   for (auto& [edge_id, track] : tracks_.by_edge) {
     if (track.since_cut_m == 0 && track.has_front)
       track.front_vertices.insert(track.front_vertices.end(), made.begin(), made.end());
@@ -128,10 +130,10 @@ void VolumeCutPlanner::collect_states(FrontRollback& rollback, VolumeCut& cut, s
   rollback.find_origins(cut.change);
   const VertexId first_made = cut.change.first_added;
   for (const VertexId v : rollback.give_states())
-    if (v < first_made) cut.placed.emplace_back(v, topology_.vertex(v));
+    if (v < first_made) cut.placed.emplace_back(v, draft_.vertex(v));
   const auto& rest_body_m = volume_.deformation.model().mesh().vertices_body_m;
-  for (VertexId v = first_made; v < topology_.vertex_count(); ++v) {
-    const TetVertexState& state = topology_.vertex(v);
+  for (VertexId v = first_made; v < draft_.vertex_count(); ++v) {
+    const TetVertexState& state = draft_.vertex(v);
     cut.added.push_back(state);
     cut.change.fixed.push_back(volume_.is_fixed_at(state.rest_body_m));
     if (v < rest_body_m.size() && rest_body_m[v] != state.rest_body_m) renumbered.push_back(v);
@@ -140,7 +142,7 @@ void VolumeCutPlanner::collect_states(FrontRollback& rollback, VolumeCut& cut, s
 
 SurfaceLabels VolumeCutPlanner::labels_beneath_front() const {
   SurfaceLabels labels;
-  for (Corners3 corners : boundary_change(topology_.change(lasting_operations_).tetrahedra).removed) {
+  for (Corners3 corners : boundary_change(draft_.change(lasting_operations_).tetrahedra).removed) {
     const Surface label = label_of(corners);
     std::ranges::sort(corners);
     labels[corners] = label;
@@ -151,7 +153,7 @@ SurfaceLabels VolumeCutPlanner::labels_beneath_front() const {
 bool VolumeCutPlanner::plan_surface(const BoundaryChange& boundary, std::span<const VertexId> renumbered,
                                     VolumeCut& cut, MeshDraft& surface) const {
   const auto state = [&](VertexId v) {
-    const TetVertexState& s = topology_.vertex(v);
+    const TetVertexState& s = draft_.vertex(v);
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
   };
   const auto label = [&](const Corners3& corners) { return label_of(corners); };
@@ -162,7 +164,7 @@ bool VolumeCutPlanner::plan_surface(const BoundaryChange& boundary, std::span<co
 Surface VolumeCutPlanner::label_of(const Corners3& corners) const {
   const TriangleMesh& mesh = tissue_.body.mesh;
   std::set<VertexId> from(corners.begin(), corners.end());
-  while (const auto edge = topology_.made_from(*from.rbegin())) {  // the ends of an edge are older
+  while (const auto edge = draft_.made_from(*from.rbegin())) {  // the ends of an edge are older
     from.erase(std::prev(from.end()));
     from.insert(edge->begin(), edge->end());
   }

@@ -29,15 +29,15 @@ struct VolumeCut {
 // Once the body has the surface's delta. `front`: the new one; nullptr: there is none.
 void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, const VolumeFront* front);
 
-// Plans what blades cut in one step. The volume is as before when this returns.
+// Plans what blades cut in one step.
 class VolumeCutPlanner {
  public:
-  // Plans for `volume`, of which `tissue` is the surface; `tracks` include the front that is open.
-  VolumeCutPlanner(Volume& volume, const Tissue& tissue, const BladeTracks& tracks)
-      : volume_(volume),
+  // `tracks` include the front that is open.
+  VolumeCutPlanner(const Tissue& tissue, const BladeTracks& tracks)
+      : volume_(tissue.volume),
         tissue_(tissue),
         tracks_(tracks),
-        topology_(volume.topology),
+        draft_(tissue.volume.draft),
         front_labels_(tracks.front ? &tracks.front->labels : nullptr) {}
 
   // Nothing when nothing opens, or when the surface would be no manifold. `surface`: what the cut makes of the surface.
@@ -54,10 +54,10 @@ class VolumeCutPlanner {
   SurfaceLabels labels_beneath_front() const;
   Surface label_of(const Corners3& corners) const;
 
-  Volume& volume_;
+  const Volume& volume_;
   const Tissue& tissue_;
   BladeTracks tracks_;
-  TetTopology& topology_;
+  TetTopology& draft_;
   const SurfaceLabels* front_labels_;  // of the front that is undone; nullptr: there is none
   std::size_t lasting_operations_ = 0;
   std::vector<std::uint32_t> tried_;

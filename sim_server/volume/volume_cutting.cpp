@@ -122,7 +122,7 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
   std::vector<BladeInTissue>& blades = ticket.state.blades;
   std::vector<Vec3> enters_m;
   for (const BladeInTissue& b : blades) enters_m.push_back(b.position_world_m(surface));
-  VolumeCutPlanner planner(*volume_, tissue, tracks);
+  VolumeCutPlanner planner(tissue, tracks);
   ticket.cut = planner.plan(at_work, surface);
   if (!ticket.cut) {
     for (const std::uint32_t edge_id : planner.tried()) {
@@ -204,6 +204,7 @@ void VolumeCutting::remove_component(const SharedBody& body, std::span<const Ver
   double volume_m3 = 0;
   for (const std::uint32_t t : tetrahedra) volume_m3 += volume_->topology.volume_m3(t);
   has_come_apart_ |= volume_m3 > settings_.least_half_cubic_edges * std::pow(volume_->mean_edge_m, 3);
+  volume_->draft.remove(tetrahedra);
   const TetChange change = volume_->topology.remove(tetrahedra);
   std::vector<VolumeDeformation::Slot> dead;
   for (const VertexId slot : slots) dead.push_back({slot, kNone});

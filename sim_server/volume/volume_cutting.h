@@ -3,7 +3,8 @@
 // goes, for good, and the cut is as deep as its tip; inside elements the tissue parts up to the blade's edge by a front
 // that is temporary (volume_front.h).
 //
-//   plan(): tracks are extended; front taken back; sheets cut; surface's delta and a VolumeCut; all taken back
+//   plan(): tracks are extended; in a draft of the topology the front is taken back and sheets are cut; a VolumeCut and
+//           the surface's delta are what comes of it; the draft is as before
 //   accept(): the VolumeCut of the plan is applied to topology, model, slots and state; tracks are those of the plan
 //
 // Cost of a step with a cut: O(tetrahedra that are cut, those of the front, and their neighbours), whatever the

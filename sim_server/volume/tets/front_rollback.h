@@ -1,5 +1,5 @@
-// Takes a volume's temporary front back for as long as a plan lasts. Whatever the plan does to the volume is undone
-// when the rollback is destroyed, and the front is there again: to everybody else the volume has not changed.
+// Takes a volume's temporary front back for as long as a plan lasts. Whatever the plan does to the volume, a draft, is
+// undone when the rollback is destroyed, and the front is there again.
 //
 // The rollback remembers the motion of the tissue with the front, so that tissue that stays where it is keeps its
 // state, whatever elements it is in afterwards. Displacement and velocity are linear in each piece of a tetrahedron
