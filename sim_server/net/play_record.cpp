@@ -7,7 +7,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
-#include "sim_server/net/live_server.h"
+#include "sim_server/net/stop_signal.h"
 #include "sim_server/net/pace.h"
 #include "sim_server/net/played_record.h"
 

@@ -1,0 +1,298 @@
+#include "sim_server/net/live_server.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "common/messages/epoch.h"
+#include "sim_server/net/standby.h"
+#include "sim_server/session/trace_player.h"
+
+namespace sectio {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Seconds = std::chrono::duration<double>;
+
+constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
+constexpr double kLeaveTimeout_s = 5;    // how long the end is served to viewers
+constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
+constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
+constexpr double kListen_s = 0.3;        // before the clock starts: is there another server with our bodies?
+constexpr auto kMostBehind = std::chrono::milliseconds(100);  // a journal that is played too fast is played slower
+constexpr auto kStartPollPeriod = std::chrono::milliseconds(2);
+
+Clock::duration steady_duration(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(Seconds(seconds));
+}
+
+void yield_to_another_server(const ServerNet& net, const ServeOptions& options) {
+  if (net.others().is_replaced())
+    throw std::runtime_error("session '" + options.network.session +
+                             "': another server has taken it over: this one stands down");
+  if (const auto body = net.others().claimed_body())
+    throw InputError("session '" + options.network.session + "': another server has the body '" + *body + "'");
+}
+
+// Waits for servers that are too far behind this one. Returns the seconds that it took.
+double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
+  const auto begun = Clock::now();
+  const auto too_far = [&] {
+    const std::optional<double> slowest_s = net.others().slowest_s();
+    return slowest_s && sim_time_s > *slowest_s + kTogether_s;
+  };
+  if (!too_far()) return 0;
+  while (!stop_was_requested() && too_far()) std::this_thread::sleep_for(kStartPollPeriod);
+  return Seconds(Clock::now() - begun).count();
+}
+
+// The reaction to a session that is behind its clock goes into the next step and, when it changes, into the log.
+void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
+  const Budget budget = planner.plan(behind_s);
+  input.spare_idle_bodies = budget == Budget::reduced;
+  input.overrun.clear();
+  if (budget == Budget::kept && !planner.changed()) return;
+  char text[96];
+  std::snprintf(text, sizeof text, "%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
+  if (planner.changed()) input.overrun = text;
+  log_limited(LogLevel::warning, to_string(budget), text);
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+}  // namespace
+
+LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
+    : session_(scene, options),
+      planner_(!options.play_traces),
+      stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {}
+
+RunResult LiveServer::run() {
+  if (session_.options.standby) {
+    Standby standby(session_);
+    if (!standby.follow()) return session_.run->recorder().finish();
+    standby.take_over();
+  } else {
+    if (!session_.options.resume.empty()) go_on();
+    wait_for_peers();
+    log_info(session_.last_epoch ? "the session goes on" : "the session begins");
+  }
+  lead();
+  return finish();
+}
+
+// A session that somebody else holds, perhaps a standby, has gone on without the steps of this journal.
+void LiveServer::go_on() {
+  const auto begun = Clock::now();
+  const auto listens = [&] {
+    const double listened_s = Seconds(Clock::now() - begun).count();
+    const bool unheard = session_.net->servers_known() > session_.net->others().count();
+    return listened_s < (unheard ? kUnheard_s : kListenToHolder_s);
+  };
+  while (!stop_was_requested() && listens()) {
+    if (session_.net->others().is_held())
+      throw InputError("session '" + session_.options.network.session +
+                       "': another server holds it: nothing to resume");
+    std::this_thread::sleep_for(kStartPollPeriod);
+  }
+  if (!session_.last_epoch) return;  // it had not begun
+  session_.net->take_over(session_.succession(*session_.last_epoch));
+}
+
+// Waits for viewers, tools and other servers.
+void LiveServer::wait_for_peers() {
+  std::set<std::uint32_t> tools;
+  const auto listen_until = Clock::now() + steady_duration(kListen_s);
+  const OtherServers& others = session_.net->others();
+  const auto complete = [&] {
+    return session_.net->viewers() >= session_.options.wait_for_viewers &&
+           (!session_.options.wait_for_tools || tools.size() >= session_.scene.tools.size()) &&
+           (!session_.options.wait_for_bodies || others.missing_bodies().empty());
+  };
+  if (!complete()) log_info("waiting for viewers and tools");
+  if (session_.options.wait_for_bodies && !others.missing_bodies().empty())
+    log_info("waiting for servers of " + list_of(others.missing_bodies()));
+  while (!stop_was_requested() && (!complete() || Clock::now() < listen_until)) {
+    yield_to_another_server(*session_.net, session_.options);
+    session_.input.samples.clear();  // motion before the clock starts is not part of the session
+    session_.net->take_samples(session_.input.samples);
+    for (const ToolSample& s : session_.input.samples) tools.insert(s.tool_id);
+    std::this_thread::sleep_for(kStartPollPeriod);
+  }
+}
+
+void LiveServer::lead() {
+  due_ = Clock::now();
+  session_.net->set_speed(session_.pace.now());
+  while (session_.has_more_steps()) {
+    yield_to_another_server(*session_.net, session_.options);
+    for (const SessionOrder& order : session_.net->take_orders()) obey(order);
+    if (session_.pace.is_paused()) {
+      wait_in_pause();
+      continue;
+    }
+    const double next_s = static_cast<double>(session_.run->steps() + 1) * session_.scene.step_s;
+    if (const double waited_s = wait_for_the_slowest(*session_.net, next_s); waited_s > 0) {
+      cost_.waited_for_servers_s += waited_s;
+      due_ = Clock::now();
+    }
+    if (!take_input()) break;
+    const auto start = Clock::now();
+    run_step();
+    if (planner_.now() == Budget::slowed) due_ = start;  // the session runs slower, not in bursts
+    due_ += steady_duration(session_.scene.step_s / session_.pace.speed());
+    std::this_thread::sleep_until(due_);
+  }
+}
+
+void LiveServer::tell(EventKind kind, const std::string& text) {
+  log_info(text);
+  session_.net->tell({session_.run->steps(), kind, 0, 0, text.substr(0, kMaxEventTextBytes)});
+}
+
+void LiveServer::obey(const SessionOrder& order) {
+  if (const auto news = session_.take(order)) tell(news->kind, news->text);
+  switch (order.kind) {
+    case OrderKind::tilt:
+      return;
+    case OrderKind::pause:
+    case OrderKind::go_on:
+    case OrderKind::set_speed:
+      due_ = Clock::now();
+      return session_.net->set_speed(session_.pace.now());
+    case OrderKind::begin_anew:
+      begin_anew(0);
+      return tell(EventKind::begun_anew, "the session begins anew");
+    case OrderKind::seek:
+      return go_back(order.sim_time_s);
+    case OrderKind::tell_score:
+      for (const std::string& line : session_.run->recorder().score_lines()) tell(EventKind::score_told, line);
+      return;
+  }
+}
+
+// Another try from an earlier moment, or what is played from another one.
+void LiveServer::go_back(double to_s) {
+  const double now_s = session_.time_s();
+  std::string why_not;
+  if (!session_.past && !session_.run->inputs()) why_not = "the session keeps no inputs to go back by (--export)";
+  if (!session_.past && to_s > now_s) why_not = "nobody knows what comes";
+  try {
+    if (why_not.empty()) begin_anew(to_s);
+  } catch (const InputError& error) {
+    why_not = error.what();
+  }
+  if (!why_not.empty()) return tell(EventKind::sought, "it stays where it is: " + why_not);
+  char text[64];
+  std::snprintf(text, sizeof text, "the session %s from %.2f s", session_.past ? "is shown" : "goes on",
+                session_.time_s());
+  tell(EventKind::sought, text);
+}
+
+// Poses that come meanwhile are not part of the session; that a hand has fallen silent is.
+void LiveServer::wait_in_pause() {
+  session_.net->take_samples(session_.input.samples);
+  session_.input.samples.clear();
+  for (const std::uint32_t tool : session_.net->take_silent_tools()) session_.silent.insert(tool);
+  std::this_thread::sleep_for(kStartPollPeriod);
+  due_ = Clock::now();
+}
+
+// Empty: it leaves nothing behind.
+std::string LiveServer::directory_of(int attempt) const {
+  if (session_.options.directory.empty() || attempt == 1) return session_.options.directory;
+  return session_.options.directory + "/try_" + std::to_string(attempt);
+}
+
+// The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
+// that takes the session over: bodies of another term are asked for anew.
+void LiveServer::begin_anew(double from_s) {
+  const std::string directory = directory_of(tries_ + 1);
+  std::unique_ptr<SessionRun> next;
+  if (session_.past || from_s <= 0) {
+    next = std::make_unique<SessionRun>(session_.scene, directory);
+  } else {
+    const auto last_step = static_cast<std::uint64_t>(std::llround(from_s / session_.scene.step_s));
+    log_info("running " + std::to_string(last_step) + " steps again");
+    std::optional<std::uint64_t> former_epoch;
+    next = SessionRun::resumed(session_.scene, {directory_of(tries_), last_step}, directory, former_epoch);
+  }
+  ++tries_;
+  for (const std::string& line : session_.run->recorder().score_lines()) tell(EventKind::score_told, line);
+  session_.run->recorder().finish();
+  // The network reads the journal of the former run until it is told of this one.
+  const auto former = std::exchange(session_.run, std::move(next));
+  if (session_.record)
+    session_.run->recorder().warn(session_.options.record + ": ends where the session was begun anew");
+  if (session_.past) {
+    session_.past.emplace(session_.options.play, *session_.run);
+    session_.past->run_unseen(*session_.run, session_.scene.step_s, from_s);
+  }
+  Succession succession = session_.succession(session_.net->epoch());
+  succession.record = nullptr;
+  session_.net->take_over(std::move(succession));
+  session_.input = {};
+  due_ = Clock::now();
+  session_.net->set_speed(session_.pace.now());
+}
+
+// False when there is no further step.
+bool LiveServer::take_input() {
+  if (session_.past) {
+    if (Clock::now() - due_ > kMostBehind) due_ = Clock::now();
+    return session_.past->take(*session_.run, session_.input);
+  }
+  answer_lag(planner_, Seconds(Clock::now() - due_).count(), session_.input);
+  if (session_.options.play_traces)
+    session_.input.samples = samples_of_traces(session_.scene, session_.run->steps() + 1);
+  else
+    session_.net->take_samples(session_.input.samples);
+  session_.input.withdrawn = session_.net->take_silent_tools();
+  session_.input.withdrawn.insert(session_.input.withdrawn.end(), session_.silent.begin(), session_.silent.end());
+  session_.silent.clear();
+  return true;
+}
+
+void LiveServer::run_step() {
+  const auto start = Clock::now();
+  StepRecord record = session_.run->begin_step(session_.net->epoch(), session_.input);
+  const StepOutput& output = session_.run->step(session_.input);
+  if (stall_s_ > 0 && output.sim_time_s >= session_.options.stall_at_s)
+    std::this_thread::sleep_for(Seconds(std::exchange(stall_s_, 0)));
+  const double step_wall_time_s = Seconds(Clock::now() - start).count();
+  session_.run->end_step(output, step_wall_time_s);
+  view_world(session_.run->simulation(), session_.scene.tools.size(), world_);
+  const auto published = Clock::now();
+  for (const std::string& fault : session_.run->take_faults())
+    session_.net->tell({output.step, EventKind::recording_stopped, 0, 0, fault.substr(0, kMaxEventTextBytes)});
+  session_.net->publish(output, world_, step_wall_time_s, std::move(record));
+  session_.run->recorder().add_publish(Seconds(Clock::now() - published).count());
+  session_.progress.show(output);
+  session_.input.samples.clear();
+  session_.input.gravity_m_per_s2.reset();
+}
+
+RunResult LiveServer::finish() {
+  session_.net->end_session(stop_was_requested() ? "stopped" : "complete");
+  if (const std::uint32_t lost = session_.net->lost_viewers(); lost > 0)
+    log_info("waiting for viewers that went silent: " + std::to_string(lost));
+  session_.net->wait_for_viewers_to_leave(kLeaveTimeout_s);
+  cost_.copy_bytes = session_.net->copy_bytes();
+  cost_.network_total_s = session_.net->busy_s();
+  cost_.deferred_steps = planner_.steps(Budget::deferred);
+  cost_.reduced_steps = planner_.steps(Budget::reduced);
+  cost_.slowed_steps = planner_.steps(Budget::slowed);
+  cost_.most_behind_s = planner_.most_behind_s();
+  session_.run->recorder().set(cost_);
+  return session_.run->recorder().finish();
+}
+
+}  // namespace sectio

@@ -1,0 +1,57 @@
+#include "sim_server/net/live_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/log.h"
+#include "common/messages/epoch.h"
+#include "sim_server/scene/scene_warnings.h"
+#include "sim_server/session/trace_player.h"
+
+namespace sectio {
+
+LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options)
+    : scene(the_scene),
+      options(the_options),
+      steps(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
+      progress(steps),
+      pace(options.speed) {
+  const std::uint64_t last_step =
+      options.until_s < 0 ? ~std::uint64_t{0} : static_cast<std::uint64_t>(options.until_s / scene.step_s);
+  run = options.resume.empty() ? std::make_unique<SessionRun>(scene, options.directory)
+                               : SessionRun::resumed(scene, {options.resume, last_step}, options.directory, last_epoch);
+  if (!options.play.empty()) {
+    past.emplace(options.play, *run);
+    past->run_unseen(*run, scene.step_s, options.from_s);
+  }
+  const double duration_s = steps ? std::max(scene.duration_s, static_cast<double>(*steps) * scene.step_s) : HUGE_VAL;
+  for (const std::string& text : scene_warnings(scene, duration_s)) run->recorder().warn(text);
+  ServerNetOptions net_options;
+  net_options.network = options.network;
+  for (const ToolSpec& tool : scene.tools)
+    net_options.fastest_m_per_s.push_back(options.fastest_m_per_s > 0 ? options.fastest_m_per_s
+                                                                      : tool.max_speed_m_per_s);
+  net_options.standby = options.standby || last_epoch;
+  net_options.inputs = run->inputs();
+  if (!options.record.empty()) {
+    const std::map<std::string, std::string> metadata{{kRecordHeader, to_json(run->header())}};
+    record = std::make_unique<SessionRecord>(options.record, metadata);
+  }
+  net_options.record = record.get();
+  net =
+      std::make_unique<ServerNet>(net_options, scene_info_now(scene, run->simulation()), meshes_of(run->simulation()));
+  log_info("session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
+}
+
+std::optional<Pace::News> LiveSession::take(const SessionOrder& order) {
+  if (order.kind == OrderKind::tilt) input.gravity_m_per_s2 = order.gravity_m_per_s2;
+  return pace.take(order);
+}
+
+Succession LiveSession::succession(std::uint64_t epoch) {
+  const Simulation& now = run->simulation();
+  return {next_term(epoch), scene_info_now(scene, now), meshes_of(now), {}, {}, run->inputs(), record.get()};
+}
+
+}  // namespace sectio

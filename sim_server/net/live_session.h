@@ -1,0 +1,46 @@
+// A session that a server takes part in: what it needs whether it leads or stands by.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "common/record/session_record.h"
+#include "sim_server/net/pace.h"
+#include "sim_server/net/serve.h"
+#include "sim_server/net/stop_signal.h"
+#include "sim_server/net/world_view.h"
+#include "sim_server/session/played_inputs.h"
+#include "sim_server/session/progress.h"
+#include "sim_server/session/session_run.h"
+
+namespace sectio {
+
+struct LiveSession {
+  // Both arguments outlive it; the scene is a prepared one. A session that goes on has been run again, one that is
+  // played has come to where it is to be seen from.
+  LiveSession(const Scene& the_scene, const ServeOptions& the_options);
+
+  bool has_more_steps() const { return (!steps || run->steps() < *steps) && !stop_was_requested(); }
+  double time_s() const { return static_cast<double>(run->steps()) * scene.step_s; }
+  // Keeps what an order sets.
+  std::optional<Pace::News> take(const SessionOrder& order);
+  // The bodies as they are, for a server that leads from now on in the term after `epoch`.
+  Succession succession(std::uint64_t epoch);
+
+  const Scene& scene;
+  const ServeOptions& options;
+  std::optional<std::uint64_t> steps;       // nothing: without end
+  std::optional<std::uint64_t> last_epoch;  // of a session that goes on
+  std::unique_ptr<SessionRun> run;
+  std::optional<PlayedInputs> past;  // that is played
+  std::unique_ptr<SessionRecord> record;
+  std::unique_ptr<ServerNet> net;
+  StepInput input;                 // of the next step
+  std::set<std::uint32_t> silent;  // tools, while standing by or paused
+  Progress progress;
+  Pace pace;
+};
+
+}  // namespace sectio
