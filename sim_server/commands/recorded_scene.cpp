@@ -1,5 +1,6 @@
 #include "sim_server/commands/recorded_scene.h"
 
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/prepare.h"
@@ -9,7 +10,7 @@ namespace sectio {
 
 Scene recorded_scene(const std::string& input_log) {
   const InputLogHeader header = InputLogReader(input_log).header();
-  Scene scene = planned(load_scene(header.scene, standard_traits()));
+  Scene scene = planned(load_scene(header.scene, standard_traits()), standard_engines());
   if (header.bodies.size() < scene.bodies.size()) keep_bodies(scene, header.bodies, input_log);
   return prepared(std::move(scene));
 }

@@ -5,6 +5,7 @@
 #include "common/dds/network_arguments.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/commands/recorded_scene.h"
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/net/serve.h"
 #include "sim_server/prepare/choose_model.h"
@@ -43,7 +44,7 @@ void take_share(Scene& scene, const RunFlags& flags) {
 Scene scene_to_run(const RunFlags& flags) {
   if (flags.resume.empty()) {
     if (flags.scene.empty()) throw InputError("--scene: required, or --resume");
-    Scene scene = planned(load_scene(flags.scene, standard_traits()));
+    Scene scene = planned(load_scene(flags.scene, standard_traits()), standard_engines());
     take_share(scene, flags);  // of the whole plan: the servers of a session have one step
     return prepared(std::move(scene));
   }

@@ -43,6 +43,16 @@ const ProcessEntry* EngineTable::find_process(const std::string& kind) const {
   return found != processes.end() ? &*found : nullptr;
 }
 
+std::vector<planning::Method> EngineTable::methods() const {
+  std::vector<planning::Method> methods;
+  for (const ModelEntry& entry : models)
+    for (const planning::Method& method : entry.methods) {
+      methods.push_back(method);
+      methods.back().model = entry.traits.name;
+    }
+  return methods;
+}
+
 EngineTraits EngineTable::traits() const {
   EngineTraits traits;
   for (const ModelEntry& entry : models) traits.models.push_back(entry.traits);

@@ -22,6 +22,7 @@
 #include "sim_server/components/splitting_engine.h"
 #include "sim_server/deformation/deformation_engine.h"
 #include "sim_server/engine/world_engine.h"
+#include "sim_server/planning/method.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/surface/cutting/cutting_engine.h"
 
@@ -67,6 +68,8 @@ struct ModelEntry {
   MakeEngines make;
   // Once its volume is filled: completes the specification, and notes what a person should know. May be empty.
   std::function<void(BodySpec&)> prepare = {};
+  // The ways to run it from which `model: auto` chooses; none: it is never chosen.
+  std::vector<planning::Method> methods = {};
 };
 
 // The body that a process is made for, one of those that the scene names.
@@ -107,7 +110,8 @@ struct EngineTable {
   // The row of this kind (ProcessSpec::kind); nullptr if there is none.
   const ProcessEntry* find_process(const std::string& kind) const;
 
-  EngineTraits traits() const;  // for the reader of scenes
+  EngineTraits traits() const;                    // for the reader of scenes
+  std::vector<planning::Method> methods() const;  // of all models, for plans
 };
 
 }  // namespace sectio

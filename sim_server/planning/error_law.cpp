@@ -1,5 +1,6 @@
 #include "sim_server/planning/error_law.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sectio::planning {
@@ -45,25 +46,11 @@ const char* to_string(Load load) {
   return "";
 }
 
-const MethodTraits& traits_of(Method method) {
-  static constexpr MethodTraits kTraits[kMethods] = {
-      {"surface_springs", "surface_springs", false, false, false},
-      {"tetra_springs", "tetra_springs", true, false, false},
-      {"neo_hookean", "neo_hookean", true, false, false},
-      {"neo_hookean_implicit", "neo_hookean", true, true, false},
-      {"lattice", "neo_hookean_lattice", true, false, true},
-      {"lattice_beside_faces", "neo_hookean_lattice", true, false, true}};
-  return kTraits[static_cast<std::size_t>(method)];
-}
-
-double ErrorLaw::at(double n) const {
-  return std::hypot(c * std::pow(n, -p), floor);
-}
-
-std::optional<ErrorLaw> law_for(Load load, Method method) {
+std::vector<LoadLaw> fitted_laws(std::string_view method) {
+  std::vector<LoadLaw> laws;
   for (const FittedLaw& fitted : kFitted)
-    if (fitted.load == load && fitted.method == method) return fitted.law;
-  return std::nullopt;
+    if (fitted.method == method) laws.push_back({fitted.load, fitted.law});
+  return laws;
 }
 
 double layer_stiffness(double nu, double chi) {
@@ -75,30 +62,16 @@ double layer_stiffness(double nu, double chi) {
          (1 - nu * nu);
 }
 
-// Springs have a Poisson's ratio of their own. The chart measured by how much they are too stiff in twisting and too
-// soft under a ball; for another Poisson's ratio of the tissue, this changes with the tissue's own stiffness.
 namespace {
 
-std::optional<double> error_of_full_load(const LoadCase& load, Method method, double cell_m) {
-  // Cells that are partly empty at the far end of a box lie beside its faces there.
-  const bool is_beside = load.load == Load::hanging && method == Method::lattice && !load.fills_cells;
-  const std::optional<ErrorLaw> law = law_for(load.load, is_beside ? Method::lattice_beside_faces : method);
-  if (!law) return std::nullopt;
-  const double n = load.width_m / cell_m;
-  if (n < kFewestCells[static_cast<std::size_t>(load.load)]) return std::max(1.0, law->at(n));
-  const bool is_solid = method == Method::neo_hookean || method == Method::neo_hookean_implicit;
-  const double edges = load.load == Load::bending && is_solid && !load.sharp_edges ? kWithoutEdges : 1;
-  const double clamp = load.load == Load::hanging ? kClampOfStout : kClamp;
-  const double error = std::hypot(edges * law->at(n), load.overhang_m > 0 ? clamp * cell_m / load.overhang_m : 0);
-  if (load.load == Load::indentation && method == Method::surface_springs) {
-    const double chart = layer_stiffness(kChartPoisson, kChartChi) * (1 - kChartPoisson * kChartPoisson);
-    const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
-    return std::hypot(error, chart / here - 1, 1 / load.bed_ratio - 1);
-  }
-  // The bending error of hexahedra is at the clamp, where tissue can't contract; it is proportional to Poisson's ratio.
-  if (load.load == Load::bending && method == Method::lattice)
-    return std::max(error * load.poisson / kChartPoisson, law->floor) * (load.fills_cells ? 1 : kLeftOver);
-  if (method != Method::tetra_springs) return error;
+const ErrorLaw* law_for(Load load, const std::vector<LoadLaw>& laws) {
+  const auto found = std::ranges::find(laws, load, &LoadLaw::load);
+  return found == laws.end() ? nullptr : &found->law;
+}
+
+// Springs have a Poisson's ratio of their own. The chart measured by how much they are too stiff in twisting and too
+// soft under a ball; for another Poisson's ratio of the tissue, this changes with the tissue's own stiffness.
+double error_of_springs(const LoadCase& load, double error) {
   if (load.load == Load::twisting) {
     const double stiffer = (1 + error) * (1 + load.poisson) / (1 + kChartPoisson) - 1;
     return std::max(std::abs(stiffer), error * kSpringsPoisson);
@@ -112,11 +85,33 @@ std::optional<double> error_of_full_load(const LoadCase& load, Method method, do
   return error;
 }
 
+std::optional<double> error_of_full_load(const LoadCase& load, const Method& method, double cell_m) {
+  const bool is_on_faces = method.elements == Elements::cells_on_faces;
+  const bool is_partly_empty = load.load == Load::hanging && is_on_faces && !load.fills_cells;
+  const ErrorLaw* law = law_for(load.load, is_partly_empty ? method.laws_of_partly_empty : method.laws);
+  if (!law) return std::nullopt;
+  const double n = load.width_m / cell_m;
+  if (n < kFewestCells[static_cast<std::size_t>(load.load)]) return std::max(1.0, law->at(n));
+  const bool is_solid = method.elements == Elements::tetrahedra && !method.is_of_springs;
+  const double edges = load.load == Load::bending && is_solid && !load.sharp_edges ? kWithoutEdges : 1;
+  const double clamp = load.load == Load::hanging ? kClampOfStout : kClamp;
+  const double error = std::hypot(edges * law->at(n), load.overhang_m > 0 ? clamp * cell_m / load.overhang_m : 0);
+  if (load.load == Load::indentation && method.elements == Elements::surface) {
+    const double chart = layer_stiffness(kChartPoisson, kChartChi) * (1 - kChartPoisson * kChartPoisson);
+    const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
+    return std::hypot(error, chart / here - 1, 1 / load.bed_ratio - 1);
+  }
+  // The bending error of hexahedra is at the clamp, where tissue can't contract; it is proportional to Poisson's ratio.
+  if (load.load == Load::bending && is_on_faces)
+    return std::max(error * load.poisson / kChartPoisson, law->floor) * (load.fills_cells ? 1 : kLeftOver);
+  return method.is_of_springs && method.needs_volume() ? error_of_springs(load, error) : error;
+}
+
 }  // namespace
 
-std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m) {
-  // The homes of surface springs hold the weight: it moves nothing.
-  const bool stays = method == Method::surface_springs && (load.load == Load::hanging || load.share < 1);
+std::optional<double> relative_error(const LoadCase& load, const Method& method, double cell_m) {
+  // The homes of a surface hold the weight: it moves nothing.
+  const bool stays = method.elements == Elements::surface && (load.load == Load::hanging || load.share < 1);
   const std::optional<double> error = stays ? 1 : error_of_full_load(load, method, cell_m);
   if (!error) return std::nullopt;
   return load.share * *error;

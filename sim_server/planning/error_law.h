@@ -2,69 +2,31 @@
 //
 //   error = sqrt((c n^-p)^2 + floor^2),   n: number of cells along the length that Load names
 //
-// c, p and floor are fitted to the measurements of the chart (docs/chart.csv), one law for each load and method; `ninja
-// renew_error_laws` writes them into fitted_laws.inc. Errors are relative and total: of mesh, model, integrator and
-// step.
+// c, p and floor of the methods that ship are fitted to what the chart measured (docs/chart.csv), one law for each load
+// and method; `ninja renew_error_laws` writes them into fitted_laws.inc. Errors are relative and total: of mesh, model,
+// integrator and step.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "sim_server/planning/method.h"
+
 namespace sectio::planning {
-
-// The load, and what n counts for it.
-enum class Load {
-  bending,      // cells across the thickness
-  twisting,     // cells across the thickness and the width
-  indentation,  // cells along the width of the contact, 2 a
-  opening,      // cells along the depth of the cut
-  hanging,      // cells across the thickness; also of what stands or lies under its weight
-};
-constexpr int kLoads = 5;
-
-// A model with its integrator; each has laws of its own.
-enum class Method {
-  surface_springs,
-  tetra_springs,
-  neo_hookean,           // explicit
-  neo_hookean_implicit,  // the same model, implicit
-  lattice,               // neo_hookean_lattice, the body's faces lie on faces of cells
-  lattice_beside_faces,  // neo_hookean_lattice, they don't
-};
-constexpr int kMethods = 6;
-
-const char* to_string(Load load);
-
-// The properties of a method that plans depend on, and its names.
-struct MethodTraits {
-  const char* name;   // in laws and tables
-  const char* model;  // the model of a scene
-  bool needs_volume;
-  bool is_implicit;
-  bool embeds;  // its elements are cells of a lattice, which carry the tetrahedra
-};
-const MethodTraits& traits_of(Method method);
-inline const char* to_string(Method method) {
-  return traits_of(method).name;
-}
-
-struct ErrorLaw {
-  double c = 0, p = 0, floor = 0;
-  double at(double n) const;
-};
 
 // One measured point of the chart.
 struct MeasuredError {
   Load load = Load::bending;
-  Method method = Method::neo_hookean;
+  std::string method;  // its name
   double n = 0, error = 0;
 };
 
 struct FittedLaw {
-  Load load;
-  Method method;
+  Load load = Load::bending;
+  std::string method;
   ErrorLaw law;
 };
 
@@ -77,8 +39,8 @@ std::vector<FittedLaw> fit_laws(std::span<const MeasuredError> points);
 // The text of fitted_laws.inc.
 std::string to_text(std::span<const FittedLaw> laws);
 
-// The law in fitted_laws.inc. Nothing: there is no law for this load and method.
-std::optional<ErrorLaw> law_for(Load load, Method method);
+// The laws in fitted_laws.inc of the method with this name, for those who make a Method.
+std::vector<LoadLaw> fitted_laws(std::string_view method);
 
 // A load with its parameters. Defaults are those of the chart; relative_error() corrects for others.
 struct LoadCase {
@@ -95,7 +57,7 @@ struct LoadCase {
   double share = 1;
 };
 // Nothing if there is no law.
-std::optional<double> relative_error(const LoadCase& load, Method method, double cell_m);
+std::optional<double> relative_error(const LoadCase& load, const Method& method, double cell_m);
 
 // The stiffness of a ball on a layer bonded to its ground over that of a ball on a half-space with Poisson's ratio 0
 // (Dimitriadis et al. 2002).

@@ -18,18 +18,18 @@ constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partl
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
 // The modulus of a method's fastest wave: E for springs, lambda + 2 mu for tetrahedra, lambda + 2 mu / 3 for hexahedra.
-double modulus_pa(Method method, const ElasticMaterial& material) {
+double modulus_pa(const Method& method, const ElasticMaterial& material) {
   const auto [mu, lambda] = lame(material.young_pa, material.poisson);
-  if (method == Method::tetra_springs) return material.young_pa;
-  return traits_of(method).embeds ? lambda + 2 * mu / 3 : lambda + 2 * mu;
+  if (method.is_of_springs) return material.young_pa;
+  return method.embeds() ? lambda + 2 * mu / 3 : lambda + 2 * mu;
 }
 
-// Nothing if there is no law for the load. To surface springs a shallow cut is a dent that is as wide as deep.
-std::optional<double> error_of(BodyLoad load, const BodyShape& shape, Method method, double cell_m) {
+// Nothing if there is no law for the load. To a surface a shallow cut is a dent that is as wide as deep.
+std::optional<double> error_of(BodyLoad load, const BodyShape& shape, const Method& method, double cell_m) {
   const Vec3 cells = shape.size_m / cell_m;
   load.what.fills_cells = (cells.array() - cells.array().round()).abs().maxCoeff() < kOnCells;
   load.what.sharp_edges = shape.sharp_edges;
-  if (method != Method::surface_springs || load.what.load != Load::opening || load.depth_of_tissue > kShallow)
+  if (method.needs_volume() || load.what.load != Load::opening || load.depth_of_tissue > kShallow)
     return relative_error(load.what, method, cell_m);
   LoadCase dent = load.what;
   dent.load = Load::indentation;
@@ -42,7 +42,7 @@ class Planner {
   Planner(const PlanInput& input, const Calibration& calibration) : in_(input), calibration_(calibration) {}
 
   BodyPlan run(const std::function<Built(const Candidate&)>& build) {
-    for (int m = 0; m < kMethods; ++m) consider(static_cast<Method>(m));
+    for (const Method& method : in_.methods) consider(method);
     for (std::size_t at = best(all_); !all_.empty(); at = best(all_)) {
       if (build && !all_[at].built) {
         take(build(all_[at]), all_[at]);
@@ -52,10 +52,10 @@ class Planner {
       plan_.fits = worst_ratio(plan_.chosen) <= 1;
       break;
     }
-    for (int m = 0; m < kMethods; ++m) {
+    for (const Method& method : in_.methods) {
       std::vector<Candidate> own;
       for (const Candidate& c : all_)
-        if (c.method == static_cast<Method>(m)) own.push_back(c);
+        if (c.method == &method) own.push_back(c);
       if (!own.empty()) plan_.considered.push_back(own[best(own)]);
     }
     return std::move(plan_);
@@ -65,94 +65,95 @@ class Planner {
   double worst_ratio(const Candidate& c) const {
     return std::max(c.error / in_.budgets.error, c.cpu / in_.budgets.cpu);
   }
-  // Surface springs if they fit, as they need no mesh of the inside and a cut changes triangles only; else the cheapest
+  // A surface if it fits, as it needs no mesh of the inside and a cut changes triangles only; else the cheapest
   // candidate that fits, else the nearest.
   std::size_t best(const std::vector<Candidate>& of) const {
     std::size_t best = 0;
     for (std::size_t i = 1; i < of.size(); ++i) {
       const bool fits = worst_ratio(of[i]) <= 1, best_fits = worst_ratio(of[best]) <= 1;
-      const bool is_surface = !traits_of(of[i].method).needs_volume;
-      const bool better = fits != best_fits                                  ? fits
-                          : fits && is_surface                               ? true
-                          : fits && !traits_of(of[best].method).needs_volume ? false
-                          : !fits ? worst_ratio(of[i]) < worst_ratio(of[best])
-                                  : of[i].cpu < of[best].cpu;
+      const bool is_surface = !of[i].method->needs_volume();
+      const bool better = fits != best_fits                          ? fits
+                          : fits && is_surface                       ? true
+                          : fits && !of[best].method->needs_volume() ? false
+                          : !fits                                    ? worst_ratio(of[i]) < worst_ratio(of[best])
+                                                                     : of[i].cpu < of[best].cpu;
       if (better) best = i;
     }
     return best;
   }
 
-  void rule_out(Method method, std::string why) {
-    if (std::ranges::none_of(plan_.ruled_out, [&](const auto& r) { return r.first == method; }))
-      plan_.ruled_out.emplace_back(method, std::move(why));
+  void rule_out(const Method& method, std::string why) {
+    if (std::ranges::none_of(plan_.ruled_out, [&](const auto& r) { return r.first == &method; }))
+      plan_.ruled_out.emplace_back(&method, std::move(why));
   }
 
   // The reason that rules out a method at any resolution; empty if there is none.
-  std::string why_not(Method method) const {
-    const bool surface = !traits_of(method).needs_volume;
+  std::string why_not(const Method& method) const {
+    const bool surface = !method.needs_volume();
     if (const std::string& why = surface ? in_.no_surface : in_.no_volume; !why.empty()) return why;
-    if (surface && in_.step_s > in_.most_surface_parts * in_.surface_limit_s)
+    if (surface && in_.step_s > method.most_parts * in_.surface_limit_s)
       return "the step needs more parts than it can be divided into";
     for (const BodyLoad& l : in_.loads) {
       if (surface && l.what.load == Load::opening && l.depth_of_tissue > kShallow)
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
       if (!error_of(l, in_.shape, method, 1))
         return std::string("no error law for ") + to_string(l.what.load) + " (" + l.from + ")";
-      if (traits_of(method).is_implicit && !l.is_weight)
-        return "its sweeps converge slowly where instruments hold points";
+      if (method.is_implicit && !l.is_weight) return "its sweeps converge slowly where instruments hold points";
     }
     return {};
   }
 
-  void consider(Method method) {
+  void consider(const Method& method) {
     if (std::string why = why_not(method); !why.empty()) {
       rule_out(method, std::move(why));
       return;
     }
     Candidate c;
-    c.method = method;
+    c.method = &method;
     c.step_s = in_.step_s;
-    if (!traits_of(method).needs_volume) {
+    if (!method.needs_volume()) {
       c.cell_m = in_.shape.edge_m;
       c.elements = c.vertices = static_cast<double>(in_.shape.vertices);
       c.substeps = static_cast<int>(std::ceil(in_.step_s / in_.surface_limit_s));
       add(c);
       return;
     }
-    if (!traits_of(method).embeds && in_.given_tetrahedra > 0) {
+    if (!method.embeds() && in_.given_tetrahedra > 0) {
       c.cell_m = cube_for(in_.shape.volume_m3, in_.given_tetrahedra);
       divide(c);
       return;
     }
     // Cells on a box's faces divide its smallest side, others divide the thickness.
-    const double across_m = method == Method::lattice ? in_.shape.size_m.minCoeff() : in_.shape.thickness_m;
+    const bool is_on_faces = method.elements == Elements::cells_on_faces;
+    const double across_m = is_on_faces ? in_.shape.size_m.minCoeff() : in_.shape.thickness_m;
     bool any = false;
     for (const double n : kAcross) {
       c.cell_m = across_m / n;
-      if (traits_of(method).embeds && in_.shape.thickness_m < kThinnest * c.cell_m) continue;
-      if (traits_of(method).embeds && lies_on_cells(in_.shape, c.cell_m) != (method == Method::lattice)) continue;
+      if (method.embeds() && in_.shape.thickness_m < kThinnest * c.cell_m) continue;
+      if (method.embeds() && lies_on_cells(in_.shape, c.cell_m) != is_on_faces) continue;
       any |= divide(c);
     }
     if (!any)
-      rule_out(method, method == Method::lattice                ? "no box: its faces don't lie on faces of cells"
-                       : method == Method::lattice_beside_faces ? "its faces lie on faces of cells"
-                                                                : "too many elements");
+      rule_out(method, is_on_faces       ? "no box: its faces don't lie on faces of cells"
+                       : method.embeds() ? "its faces lie on faces of cells"
+                                         : "too many elements");
   }
 
   // Adds the candidate with the number of elements that cells of this size give; false if it is out of range.
   bool divide(Candidate c) {
     const double volume = in_.shape.volume_m3;
-    const bool embeds = traits_of(c.method).embeds;
+    const bool embeds = c.method->embeds();
     c.tetrahedra = in_.given_tetrahedra > 0 ? in_.given_tetrahedra
                    : embeds                 ? embedded_for(volume, c.cell_m)
                                             : tetrahedra_for(volume, c.cell_m);
     c.elements = c.tetrahedra;
     if (embeds)
-      c.elements = volume / std::pow(c.cell_m, 3) * (c.method == Method::lattice_beside_faces ? kBesideFaces : 1);
+      c.elements =
+          volume / std::pow(c.cell_m, 3) * (c.method->elements == Elements::cells_beside_faces ? kBesideFaces : 1);
     c.vertices = c.tetrahedra / 4.5;
-    const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
-    const double speed = std::sqrt(modulus_pa(c.method, in_.material) / in_.material.density_kg_per_m3);
-    c.substeps = traits_of(c.method).is_implicit
+    const Rate& rate = calibration_.rate.at(c.method->name);
+    const double speed = std::sqrt(modulus_pa(*c.method, in_.material) / in_.material.density_kg_per_m3);
+    c.substeps = c.method->is_implicit
                      ? kMostSweeps
                      : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
     if ((in_.given_tetrahedra == 0 && c.tetrahedra < kFewestTetrahedra) || c.tetrahedra > kMostElements ||
@@ -166,12 +167,12 @@ class Planner {
     c.built = true;
     c.elements = built.elements;
     c.vertices = built.vertices;
-    c.substeps = traits_of(c.method).is_implicit ? kMostSweeps : built.substeps;
+    c.substeps = c.method->is_implicit ? kMostSweeps : built.substeps;
     set_cost(c, built.surface_vertices);
   }
 
   void set_cost(Candidate& c, double surface_vertices) const {
-    const Rate& rate = calibration_.rate[static_cast<std::size_t>(c.method)];
+    const Rate& rate = calibration_.rate.at(c.method->name);
     const double per_step_ns =
         rate.element_ns * c.elements * c.substeps + rate.vertex_ns * c.vertices +
         (in_.has_tools ? calibration_.touch_ns + calibration_.touched_vertex_ns * surface_vertices : 0);
@@ -181,13 +182,13 @@ class Planner {
   void add(Candidate c) {
     c.error = 0;
     for (const BodyLoad& l : in_.loads)
-      if (const double e = *error_of(l, in_.shape, c.method, c.cell_m); e > c.error) {
+      if (const double e = *error_of(l, in_.shape, *c.method, c.cell_m); e > c.error) {
         c.error = e;
         c.worst = l.what.load;
       }
     // The surface of a volume has a number of vertices proportional to the power 2/3.
     const double shell = std::min(c.vertices, 6 * std::pow(c.vertices, 2.0 / 3));
-    set_cost(c, traits_of(c.method).needs_volume ? shell : c.vertices);
+    set_cost(c, c.method->needs_volume() ? shell : c.vertices);
     all_.push_back(c);
   }
 

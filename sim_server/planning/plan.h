@@ -2,8 +2,9 @@
 // (error_law.h) and its cost on this machine: no more than the scene needs. Plain data in, plain data out.
 #pragma once
 
-#include <array>
 #include <functional>
+#include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,9 +20,9 @@ struct Rate {
   double limit = 0;
 };
 struct Calibration {
-  std::array<Rate, kMethods> rate{};  // by Method; lattice_beside_faces as lattice
-  double touch_ns = 0;                // for each step with an instrument at the surface
-  double touched_vertex_ns = 0;       // for each such step and vertex of the surface
+  std::map<std::string, Rate> rate;  // by name of the method
+  double touch_ns = 0;               // for each step with an instrument at the surface
+  double touched_vertex_ns = 0;      // for each such step and vertex of the surface
 };
 
 struct Budgets {
@@ -31,20 +32,20 @@ struct Budgets {
 
 struct PlanInput {
   std::string body;
+  std::span<const Method> methods;  // from which to choose; they outlive the plan
   Budgets budgets;
   BodyShape shape;
   ElasticMaterial material;
   std::vector<BodyLoad> loads;
   bool has_tools = false;
   double step_s = 0.001;
-  double surface_limit_s = 0;         // the largest stable part of a step of surface springs on this surface
-  int most_surface_parts = 1;         // of a step of surface springs
+  double surface_limit_s = 0;         // the largest stable part of a step of a model of the surface alone
   std::string no_surface, no_volume;  // why the scene rules out models without or with an inside; empty: it doesn't
   double given_tetrahedra = 0;        // number of tetrahedra in the scene's own file; 0: there is none
 };
 
 struct Candidate {
-  Method method = Method::surface_springs;
+  const Method* method = nullptr;
   double step_s = 0;
   double cell_m = 0;
   double tetrahedra = 0;  // of a model with an inside
@@ -64,12 +65,12 @@ struct Built {
 struct BodyPlan {
   Candidate chosen;
   bool fits = false;
-  std::vector<Candidate> considered;                      // the best one of each method
-  std::vector<std::pair<Method, std::string>> ruled_out;  // with the reason
+  std::vector<Candidate> considered;                             // the best one of each method
+  std::vector<std::pair<const Method*, std::string>> ruled_out;  // with the reason
 };
 
 // Chooses a candidate, has it built if `build` is given, and chooses again with its counts until the choice stays. The
-// choice is surface springs if they keep both budgets, else the cheapest candidate that does, else that with the
+// choice is a surface if it keeps both budgets, else the cheapest candidate that does, else that with the
 // smallest max(error / budget, cost / budget).
 BodyPlan plan(const PlanInput& input, const Calibration& calibration,
               const std::function<Built(const Candidate&)>& build = {});

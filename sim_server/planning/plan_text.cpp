@@ -26,7 +26,7 @@ std::string line_of(const BodyLoad& load) {
 }
 
 std::string line_of(const Candidate& c, const Budgets& budgets, bool chosen) {
-  std::string line = text("%c %-21s", chosen ? '>' : ' ', to_string(c.method));
+  std::string line = text("%c %-21s", chosen ? '>' : ' ', c.method->name.c_str());
   line += text(" %6.3g mm %8.0f  %5.3g ms / %-3d %8.3g %s %8.3g %s", 1e3 * c.cell_m, c.elements, 1e3 * c.step_s,
                c.substeps, c.error, c.error <= budgets.error ? " " : "!", c.cpu, c.cpu <= budgets.cpu ? " " : "!");
   return line + (c.error > 0 ? text(" %s", to_string(c.worst)) : std::string(" no load")) + "\n";
@@ -35,12 +35,12 @@ std::string line_of(const Candidate& c, const Budgets& budgets, bool chosen) {
 std::string verdict(const PlanInput& in, const BodyPlan& plan) {
   const Candidate& c = plan.chosen;
   if (plan.fits)
-    return text("taken: %s, %s model that keeps error %.3g and cost %.3g\n", to_string(c.method),
-                traits_of(c.method).needs_volume ? "the cheapest" : "the simplest", in.budgets.error, in.budgets.cpu);
+    return text("taken: %s, %s model that keeps error %.3g and cost %.3g\n", c.method->name.c_str(),
+                c.method->needs_volume() ? "the cheapest" : "the simplest", in.budgets.error, in.budgets.cpu);
   return text(
       "no model keeps error %.3g and cost %.3g; taken: %s, the nearest, which needs error_budget %.2g and cpu_budget "
       "%.2g\n",
-      in.budgets.error, in.budgets.cpu, to_string(c.method), std::max(c.error, in.budgets.error),
+      in.budgets.error, in.budgets.cpu, c.method->name.c_str(), std::max(c.error, in.budgets.error),
       std::max(c.cpu, in.budgets.cpu));
 }
 
@@ -54,7 +54,7 @@ std::string to_text(const PlanInput& in, const BodyPlan& plan) {
   out += text("  %-21s %9s %8s  %15s %-8s   %-8s\n", "", "cell", "elements", "step / substeps", "   error", "    cost");
   for (const Candidate& c : plan.considered)
     out += line_of(c, in.budgets, c.method == plan.chosen.method && c.cell_m == plan.chosen.cell_m);
-  for (const auto& [method, why] : plan.ruled_out) out += text("  %-21s %s\n", to_string(method), why.c_str());
+  for (const auto& [method, why] : plan.ruled_out) out += text("  %-21s %s\n", method->name.c_str(), why.c_str());
   return out + verdict(in, plan);
 }
 

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <sstream>
 #include <tuple>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
-#include "sim_server/deformation/surface_springs.h"
-#include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/plan.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/prepare/machine_speed.h"
-#include "sim_server/surface/surface_engines.h"
 #include "sim_server/world/body.h"
 
 namespace sectio {
@@ -81,10 +79,9 @@ Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
   one.bodies.push_back(body);
   BodySpec& spec = one.bodies[0];
   spec.volume.tetrahedra = std::max(12.0, c.tetrahedra);
-  const planning::MethodTraits& method = traits_of(c.method);
-  spec.model = method.model;
-  if (method.is_implicit) spec.volume.driver = "implicit";
-  if (method.embeds) spec.volume.cell_m = c.cell_m;
+  spec.model = c.method->model;
+  if (c.method->is_implicit) spec.volume.driver = "implicit";
+  if (c.method->embeds()) spec.volume.cell_m = c.cell_m;
   return one;
 }
 
@@ -102,25 +99,27 @@ struct Trial {
 };
 
 // `one`: the body alone, filled.
-Trial built(const Scene& one) {
-  Body made(one.bodies[0], one, 0, standard_engines().model(one.bodies[0].model).make);
+Trial built(const Scene& one, const EngineTable& engines) {
+  Body made(one.bodies[0], one, 0, engines.model(one.bodies[0].model).make);
   return {made.engines.deformation->size(made.shared()), static_cast<double>(made.mesh.vertex_count())};
 }
 
 class Trials {
  public:
+  explicit Trials(const EngineTable& engines) : engines_(engines) {}
+
   Trial of(const BodySpec& body, const Scene& scene, const Candidate& c) {
     const bool is_fine = c.tetrahedra > kMostTried && body.volume.file.empty();
     Candidate coarse = c;
     if (is_fine) coarse.tetrahedra = kMostTried;
     if (is_fine)
-      coarse.cell_m *= std::cbrt(std::max(1.0, (traits_of(c.method).embeds ? c.elements : c.tetrahedra) / kMostTried));
+      coarse.cell_m *= std::cbrt(std::max(1.0, (c.method->embeds() ? c.elements : c.tetrahedra) / kMostTried));
     // Many elements: all such candidates of a method have one trial, with the cell of the first of them.
-    const bool is_one_of_many = is_fine && (!traits_of(c.method).embeds || c.elements > kMostTried);
+    const bool is_one_of_many = is_fine && (!c.method->embeds() || c.elements > kMostTried);
     const auto [at, is_new] =
         known_.try_emplace({body.name, c.method, is_one_of_many ? 0 : c.cell_m, coarse.tetrahedra});
     auto& [trial, cell_m] = at->second;
-    if (is_new) trial = built(filled(body, scene, coarse)), cell_m = coarse.cell_m;
+    if (is_new) trial = built(filled(body, scene, coarse), engines_), cell_m = coarse.cell_m;
     return is_fine ? counted_up(trial, c, cell_m / c.cell_m) : trial;
   }
 
@@ -128,13 +127,9 @@ class Trials {
   // Methods share the tetrahedra of a body.
   Scene filled(const BodySpec& body, const Scene& scene, const Candidate& c) {
     Scene one = alone(body, scene, c);
-    if (!traits_of(c.method).needs_volume) return one;
+    if (!c.method->needs_volume()) return one;
     const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra});
-    if (is_new) {
-      Scene plain = one;
-      plain.bodies[0].model = traits_of(Method::neo_hookean).model;
-      at->second = std::move(fill_volumes(std::move(plain)).bodies[0]);
-    }
+    if (is_new) fill_volume(at->second = one.bodies[0]);
     one.bodies[0].mesh = at->second.mesh;
     one.bodies[0].tets = at->second.tets;
     return one;
@@ -149,30 +144,34 @@ class Trials {
   }
 
   static constexpr double kMostTried = 2500;
-  std::map<std::tuple<std::string, Method, double, double>, std::pair<Trial, double>> known_;
+  const EngineTable& engines_;
+  std::map<std::tuple<std::string, const Method*, double, double>, std::pair<Trial, double>> known_;
   std::map<std::pair<std::string, double>, BodySpec> volumes_;
 };
 
-double surface_limit_s(const BodySpec& body, const Scene& scene) {
+// With a model of the surface.
+double surface_limit_s(const BodySpec& body, const Scene& scene, const Method& method, const EngineTable& engines) {
   Candidate c;
+  c.method = &method;
   c.step_s = 1e-7;  // any surface may have it
   const Scene one = alone(body, scene, c);
-  return Body(one.bodies[0], one, 0, surface_spring_engines).engines.deformation->largest_stable_step_s();
+  return Body(one.bodies[0], one, 0, engines.model(method.model).make).engines.deformation->largest_stable_step_s();
 }
 
-planning::PlanInput input_of(BodySpec& body, const Scene& scene) {
+planning::PlanInput input_of(BodySpec& body, const Scene& scene, std::span<const Method> methods,
+                             const EngineTable& engines) {
   planning::PlanInput in;
   in.body = body.name;
+  in.methods = methods;
   in.budgets = {body.plan.error_budget, body.plan.cpu_budget};
   in.material = body.material;
   in.has_tools = !scene.tools.empty();
   TriangleSoup surface = body.mesh;
   if (!body.volume.file.empty()) {
-    Candidate c;
-    c.method = Method::neo_hookean;
-    const Scene one = fill_volumes(alone(body, scene, c));
-    surface = one.bodies[0].mesh;
-    in.given_tetrahedra = static_cast<double>(one.bodies[0].tets.tetrahedra.size());
+    BodySpec filled = body;
+    fill_volume(filled);
+    surface = filled.mesh;
+    in.given_tetrahedra = static_cast<double>(filled.tets.tetrahedra.size());
     in.no_surface = "the scene brings tetrahedra";
   }
   if (body.cutting.style == "semi_progressive") in.no_surface = "semi_progressive cuts tetrahedra";
@@ -182,8 +181,9 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene) {
   BodySpec with_surface = body;
   with_surface.mesh = std::move(surface);
   in.loads = planning::loads_on(with_surface.mesh, in.shape, situation_of(with_surface, scene));
-  if (in.no_surface.empty())
-    in.surface_limit_s = surface_limit_s(body, scene), in.most_surface_parts = SurfaceSprings::kMostParts;
+  const auto surface_method = std::ranges::find_if(methods, [](const Method& m) { return !m.needs_volume(); });
+  if (in.no_surface.empty() && surface_method != methods.end())
+    in.surface_limit_s = surface_limit_s(body, scene, *surface_method, engines);
   if (!in.no_surface.empty() && !in.no_volume.empty())
     throw InputError("no model does both: " + in.no_surface + ", and " + in.no_volume);
   return in;
@@ -212,19 +212,21 @@ Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, doubl
   return choice;
 }
 
-// Every model divides a step into as many parts as it needs, surface springs into no more than a few.
-bool is_stable(const Scene& scene, double step_s) {
-  const EngineTable table = standard_engines();
+// A model of a volume divides a step into as many parts as it needs, one of the surface into no more than a few.
+bool is_stable(const Scene& scene, double step_s, std::span<const Method> methods, const EngineTable& engines) {
   return std::ranges::all_of(scene.bodies, [&](const BodySpec& body) {
-    const ModelEntry* model = table.find_model(body.model);
-    return !model || model->traits.needs_volume || SurfaceSprings::kMostParts * surface_limit_s(body, scene) >= step_s;
+    const auto method = std::ranges::find(methods, body.model, &Method::model);
+    return method == methods.end() || method->needs_volume() ||
+           method->most_parts * surface_limit_s(body, scene, *method, engines) >= step_s;
   });
 }
 
 // The longest step that all bodies can take, where the scene leaves it to the program and no body waits for a plan.
-Scene with_step(Scene scene) {
+Scene with_step(Scene scene, const EngineTable& engines) {
   if (!scene.step_is_free) return scene;
-  const auto longest = std::ranges::find_if(kFreeSteps_s, [&](double step_s) { return is_stable(scene, step_s); });
+  const std::vector<Method> methods = engines.methods();
+  const auto longest =
+      std::ranges::find_if(kFreeSteps_s, [&](double step_s) { return is_stable(scene, step_s, methods, engines); });
   if (longest == std::end(kFreeSteps_s)) throw InputError(scene.file + kNoStep);
   scene.step_s = *longest;
   return scene;
@@ -232,16 +234,17 @@ Scene with_step(Scene scene) {
 
 }  // namespace
 
-PlannedScene plan_scene(Scene scene, bool anew) {
-  if (std::ranges::none_of(scene.bodies, is_auto)) return {with_step(std::move(scene)), {}};
-  return plan_scene(std::move(scene), calibration_of_this_machine(anew));
+PlannedScene plan_scene(Scene scene, const EngineTable& engines, bool anew) {
+  if (std::ranges::none_of(scene.bodies, is_auto)) return {with_step(std::move(scene), engines), {}};
+  return plan_scene(std::move(scene), engines, calibration_of_this_machine(engines, anew));
 }
 
-PlannedScene plan_scene(Scene scene, const planning::Calibration& speed) {
+PlannedScene plan_scene(Scene scene, const EngineTable& engines, const planning::Calibration& speed) {
+  const std::vector<Method> methods = engines.methods();
   std::vector<planning::PlanInput> inputs;
   for (BodySpec& body : scene.bodies) {
     try {
-      if (is_auto(body)) inputs.push_back(input_of(body, scene));
+      if (is_auto(body)) inputs.push_back(input_of(body, scene, methods, engines));
     } catch (const InputError& error) {
       throw InputError(scene.file + ": body '" + body.name + "': " + error.what());
     }
@@ -249,9 +252,9 @@ PlannedScene plan_scene(Scene scene, const planning::Calibration& speed) {
   std::vector<double> steps_s{scene.step_s};
   if (scene.step_is_free) steps_s.assign(std::begin(kFreeSteps_s), std::end(kFreeSteps_s));
   std::optional<Choice> best;
-  Trials trials;
+  Trials trials(engines);
   for (const double step_s : steps_s) {
-    if (scene.step_is_free && !is_stable(scene, step_s)) continue;
+    if (scene.step_is_free && !is_stable(scene, step_s, methods, engines)) continue;
     Choice choice = choose(scene, inputs, step_s, speed, trials);
     if (!best || choice.worst < best->worst) {
       best = std::move(choice);
@@ -273,8 +276,8 @@ PlannedScene plan_scene(Scene scene, const planning::Calibration& speed) {
   return planned;
 }
 
-Scene planned(Scene scene) {
-  PlannedScene plan = plan_scene(std::move(scene));
+Scene planned(Scene scene, const EngineTable& engines) {
+  PlannedScene plan = plan_scene(std::move(scene), engines);
   std::istringstream lines(plan.table);
   for (std::string line; std::getline(lines, line);) log_info(line);
   return std::move(plan.scene);

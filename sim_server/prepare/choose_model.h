@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "sim_server/engine/engine_table.h"
 #include "sim_server/planning/plan.h"
 #include "sim_server/scene/scene.h"
 
@@ -15,12 +16,12 @@ struct PlannedScene {
 
 // When a body is auto, measures this machine or reads an earlier measurement (prepare/machine_speed.h), and builds the
 // chosen body to see its true size and step. `anew`: measures again. Throws InputError that names scene and body.
-PlannedScene plan_scene(Scene scene, bool anew = false);
+PlannedScene plan_scene(Scene scene, const EngineTable& engines, bool anew = false);
 
 // The same on a machine of this speed: nothing is measured, so that equal scenes get equal plans.
-PlannedScene plan_scene(Scene scene, const planning::Calibration& speed);
+PlannedScene plan_scene(Scene scene, const EngineTable& engines, const planning::Calibration& speed);
 
 // The scene of plan_scene(); its tables go to the log.
-Scene planned(Scene scene);
+Scene planned(Scene scene, const EngineTable& engines);
 
 }  // namespace sectio

@@ -49,7 +49,9 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
 
 constexpr double kCrumb = 2;  // mean tetrahedra: what comes off and is smaller is debris, and is removed
 
-void make_volume(BodySpec& body) {
+}  // namespace
+
+void fill_volume(BodySpec& body) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
   if (body.cutting.style == "templates")
@@ -64,14 +66,12 @@ void make_volume(BodySpec& body) {
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
 }
 
-}  // namespace
-
 Scene fill_volumes(Scene scene, const EngineTable& engines) {
   for (BodySpec& body : scene.bodies) {
     const ModelEntry* model = engines.find_model(body.model);
     if (!model || !body.tets.tetrahedra.empty()) continue;
     try {
-      if (model->traits.needs_volume) make_volume(body);
+      if (model->traits.needs_volume) fill_volume(body);
       if (model->prepare) model->prepare(body);
     } catch (const InputError& error) {
       throw InputError(scene.file + ": body '" + body.name + "': " + error.what());

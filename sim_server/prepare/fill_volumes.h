@@ -13,4 +13,7 @@ namespace sectio {
 Scene fill_volumes(Scene scene, const EngineTable& engines);
 Scene fill_volumes(Scene scene);  // with the standard engines
 
+// The same for one body, whatever its model needs, without what the model adds to the specification.
+void fill_volume(BodySpec& body);
+
 }  // namespace sectio

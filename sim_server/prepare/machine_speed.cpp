@@ -2,11 +2,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "common/core/log.h"
@@ -21,12 +23,13 @@ namespace sectio {
 namespace {
 
 using planning::Calibration;
+using planning::Elements;
 using planning::Method;
 using planning::Rate;
 
 constexpr int kTries = 7, kSteps = 6;
 constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // of MaterialSpec
-constexpr char kFirstLine[] = "sectio calibration 2";
+constexpr char kFirstLine[] = "sectio calibration 3", kEnd[] = "end";
 
 // The surface of a block, 60 x 60 x 40 mm, with n squares to 10 mm, facing outwards.
 TriangleSoup block(int n) {
@@ -67,17 +70,19 @@ Scene filled_block(double tetrahedra) {
   scene.file = "calibration";
   BodySpec body;
   body.name = "block";
-  body.model = "neo_hookean";
   body.mesh = block(1);
   body.volume.tetrahedra = tetrahedra;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
+  fill_volume(body);
   scene.bodies.push_back(std::move(body));
-  return fill_volumes(std::move(scene));
+  return scene;
 }
-Scene with_model(Scene scene, const std::string& model, double young_pa, double cell_m) {
-  scene.bodies[0].model = model;
-  scene.bodies[0].material.young_pa = young_pa;
-  scene.bodies[0].volume.cell_m = cell_m;
+Scene with_model(Scene scene, const Method& method, double young_pa) {
+  BodySpec& body = scene.bodies[0];
+  body.model = method.model;
+  body.material.young_pa = young_pa;
+  if (method.embeds()) body.volume.cell_m = kCell_m;
+  if (method.is_implicit) body.volume.driver = "implicit";
   return scene;
 }
 Scene surface_block() {
@@ -92,9 +97,8 @@ Scene surface_block() {
 // The block sags.
 class Specimen {
  public:
-  explicit Specimen(Scene scene)
-      : scene_(std::move(scene)),
-        body_(scene_.bodies[0], scene_, 0, standard_engines().model(scene_.bodies[0].model).make) {}
+  Specimen(Scene scene, const EngineTable& engines)
+      : scene_(std::move(scene)), body_(scene_.bodies[0], scene_, 0, engines.model(scene_.bodies[0].model).make) {}
 
   // The time of a step, s: the least of several tries.
   double step_s() {
@@ -151,15 +155,39 @@ double touched_step_s() {
   return least;
 }
 
+// The tissue's fastest wave squared, over Young's modulus over density.
+double stiffening(const Method& method) {
+  const double mu = 1 / (2 * (1 + kNu)), lambda = 2 * mu * kNu / (1 - 2 * kNu);
+  return method.is_of_springs ? 1 : method.embeds() ? lambda + 2 * mu / 3 : lambda + 2 * mu;
+}
+
 // Separates elements from vertices by the costs of a step with few parts (soft tissue) and with many (stiff tissue).
-Rate rate_of(const Scene& block, const std::string& model, double modulus_over_young) {
-  Specimen soft(with_model(block, model, kSoft_pa, kCell_m)), stiff(with_model(block, model, kStiff_pa, kCell_m));
+Rate explicit_rate(const Scene& block, const Method& method, const EngineTable& engines) {
+  Specimen soft(with_model(block, method, kSoft_pa), engines), stiff(with_model(block, method, kStiff_pa), engines);
   const double n = stiff.size().elements, few = soft.size().parts, many = stiff.size().parts;
   const double fast_s = soft.step_s(), slow_s = stiff.step_s();
   Rate rate;
   rate.element_ns = 1e9 * std::max(1e-12, slow_s - fast_s) / ((many - few) * n);
   rate.vertex_ns = std::max(0.0, 1e9 * fast_s - rate.element_ns * few * n) / soft.size().vertices;
-  rate.limit = stiff.size().part_limit_s / (kCell_m / std::sqrt(kStiff_pa * modulus_over_young / kDensity));
+  rate.limit = stiff.size().part_limit_s / (kCell_m / std::sqrt(kStiff_pa * stiffening(method) / kDensity));
+  return rate;
+}
+
+// Its costs for each vertex are those of the explicit one.
+Rate implicit_rate(const Scene& block, Rate rate, const Method& method, const EngineTable& engines) {
+  constexpr double kSweeps = 30;  // while it sags
+  Specimen implicit(with_model(block, method, kSoft_pa), engines);
+  rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.size().vertices) /
+                    (kSweeps * implicit.size().elements);
+  return rate;
+}
+
+Rate surface_rate(const Method& method, const EngineTable& engines) {
+  Scene scene = surface_block();
+  scene.bodies[0].model = method.model;
+  Specimen surface(std::move(scene), engines);
+  Rate rate;
+  rate.element_ns = 1e9 * surface.step_s() / surface.surface_vertices();
   return rate;
 }
 
@@ -180,31 +208,30 @@ std::filesystem::path cache_file() {
 
 }  // namespace
 
-Calibration measure_calibration() {
-  const double mu = 1 / (2 * (1 + kNu)), lambda = 2 * mu * kNu / (1 - 2 * kNu);
-  const double volume_m3 = 0.06 * 0.06 * 0.04;
+Calibration measure_calibration(const EngineTable& engines) {
+  constexpr double kVolume_m3 = 0.06 * 0.06 * 0.04;
+  const double tetrahedra = planning::tetrahedra_for(kVolume_m3, kCell_m);
+  const Scene filled = filled_block(tetrahedra), finer = filled_block(2 * tetrahedra);
   Calibration c;
-  const auto at = [&](Method m) -> Rate& { return c.rate[static_cast<std::size_t>(m)]; };
-  Specimen surface(surface_block());
-  at(Method::surface_springs).element_ns = 1e9 * surface.step_s() / surface.surface_vertices();
-  c.touched_vertex_ns = 1e9 * surface.look_s() / surface.surface_vertices();
-
-  c.touch_ns = 1e9 * std::max(0.0, touched_step_s() - surface.step_s() - surface.look_s());
-
-  const Scene filled = filled_block(planning::tetrahedra_for(volume_m3, kCell_m));
-  at(Method::tetra_springs) = rate_of(filled, "tetra_springs", 1);
-  at(Method::neo_hookean) = rate_of(filled, "neo_hookean", lambda + 2 * mu);
-  at(Method::lattice) = rate_of(filled_block(2 * planning::tetrahedra_for(volume_m3, kCell_m)), "neo_hookean_lattice",
-                                lambda + 2 * mu / 3);
-  at(Method::lattice_beside_faces) = at(Method::lattice);
-
-  constexpr double kSweeps = 30;  // while it sags
-  Scene scene = with_model(filled, "neo_hookean", kSoft_pa, 0);
-  scene.bodies[0].volume.driver = "implicit";
-  Specimen implicit(std::move(scene));
-  Rate& rate = at(Method::neo_hookean_implicit) = at(Method::neo_hookean);
-  rate.element_ns = std::max(1e-3, 1e9 * implicit.step_s() - rate.vertex_ns * implicit.size().vertices) /
-                    (kSweeps * implicit.size().elements);
+  std::map<std::string, Rate> explicit_of;  // by model
+  for (const Method& method : engines.methods()) {
+    if (!method.needs_volume()) {
+      c.rate[method.name] = surface_rate(method, engines);
+      continue;
+    }
+    const Scene& block = method.embeds() ? finer : filled;
+    const auto [known, is_new] = explicit_of.try_emplace(method.model);
+    if (is_new) {
+      Method with_explicit = method;
+      with_explicit.is_implicit = false;
+      known->second = explicit_rate(block, with_explicit, engines);
+    }
+    c.rate[method.name] = method.is_implicit ? implicit_rate(block, known->second, method, engines) : known->second;
+  }
+  Specimen surface(surface_block(), standard_engines());
+  const double step_s = surface.step_s(), look_s = surface.look_s();
+  c.touched_vertex_ns = 1e9 * look_s / surface.surface_vertices();
+  c.touch_ns = 1e9 * std::max(0.0, touched_step_s() - step_s - look_s);
   return c;
 }
 
@@ -212,36 +239,43 @@ std::string to_text(const Calibration& c, const std::string& processor) {
   std::ostringstream out;
   out.precision(6);
   out << kFirstLine << "\n" << processor << "\n";
-  for (const Rate& r : c.rate) out << r.element_ns << " " << r.vertex_ns << " " << r.limit << "\n";
-  out << c.touch_ns << " " << c.touched_vertex_ns << "\nend\n";
+  out << c.touch_ns << " " << c.touched_vertex_ns << "\n";
+  for (const auto& [name, r] : c.rate)
+    out << name << " " << r.element_ns << " " << r.vertex_ns << " " << r.limit << "\n";
+  out << kEnd << "\n";
   return out.str();
 }
 
 std::optional<Calibration> calibration_from(const std::string& text, const std::string& processor) {
   std::istringstream in(text);
-  std::string first, name, last;
+  std::string first, name;
   if (!std::getline(in, first) || first != kFirstLine || !std::getline(in, name) || name != processor)
     return std::nullopt;
   Calibration c;
   const auto good = [](double x) { return std::isfinite(x) && x >= 0 && x < 1e9; };
-  for (Rate& r : c.rate)
+  if (!(in >> c.touch_ns >> c.touched_vertex_ns) || !good(c.touch_ns) || !good(c.touched_vertex_ns))
+    return std::nullopt;
+  std::string method;
+  while (in >> method && method != kEnd) {
+    Rate& r = c.rate[method];
     if (!(in >> r.element_ns >> r.vertex_ns >> r.limit) || !good(r.element_ns) || !good(r.vertex_ns) || !good(r.limit))
       return std::nullopt;
-  if (!(in >> c.touch_ns >> c.touched_vertex_ns >> last) || !good(c.touch_ns) || !good(c.touched_vertex_ns) ||
-      last != "end")
-    return std::nullopt;
+  }
+  if (method != kEnd) return std::nullopt;
   return c;
 }
 
-Calibration calibration_of_this_machine(bool anew) {
+Calibration calibration_of_this_machine(const EngineTable& engines, bool anew) {
   const std::string processor = processor_name();
   const std::filesystem::path file = cache_file();
   if (std::ifstream in(file); in && !anew) {
     const std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (const auto known = calibration_from(text, processor)) return *known;
-    log_info(file.string() + ": not of this processor or damaged; measured anew");
+    const auto known = calibration_from(text, processor);
+    const auto has_rate = [&](const Method& method) { return known->rate.contains(method.name); };
+    if (known && std::ranges::all_of(engines.methods(), has_rate)) return *known;
+    log_info(file.string() + ": not of this processor, of other models or damaged; measured anew");
   }
-  const Calibration c = measure_calibration();
+  const Calibration c = measure_calibration(engines);
   std::error_code error;
   if (!file.empty()) std::filesystem::create_directories(file.parent_path(), error);
   // Written beside and renamed, because other programs may read the file meanwhile.

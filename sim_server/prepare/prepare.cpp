@@ -9,7 +9,7 @@
 namespace sectio {
 
 Scene prepared(Scene scene, const EngineTable& engines) {
-  return fill_volumes(planned(std::move(scene)), engines);
+  return fill_volumes(planned(std::move(scene), engines), engines);
 }
 
 Scene prepared(Scene scene) {

@@ -77,7 +77,7 @@ TEST_P(Cost, is_within_a_factor_of_two_of_the_estimate) {
   constexpr int kTries = 4;
   double nearest = 100;
   for (int n = 0; n < kTries && std::abs(nearest - 1) > 0.3; ++n) {
-    const PlannedScene planned = plan_scene(scene_of(GetParam()), true);
+    const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines(), true);
     const BodySpec& body = planned.scene.bodies[0];
     const double cost = cost_of(planned.scene), ratio = *body.plan.cpu_estimate / cost;
     std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f\n", GetParam().name.c_str(), body.model.c_str(),

@@ -55,7 +55,7 @@ double error_of(const PlannedCase& c, const BodySpec& body, double step_s) {
 
 TEST_P(Estimate, is_within_a_factor_of_two) {
   const PlannedCase& c = GetParam();
-  const PlannedScene planned = plan_scene(scene_of(c), calibration());
+  const PlannedScene planned = plan_scene(scene_of(c), standard_engines(), calibration());
   const BodySpec& body = planned.scene.bodies[0];
   const double actual = error_of(c, body, planned.scene.step_s);
   std::printf("%-16s %-20s tetrahedra %6.0f cell %.3g mm: expected %.4f, is %.4f, ratio %.2f\n", c.name.c_str(),
@@ -106,7 +106,7 @@ TEST(EstimateOfOrgan, is_within_a_factor_of_two) {
   organ.material.young_pa = 12000;
   organ.fixed = Box{Vec3(-1, -1, -1), Vec3(-0.005, 1, 1)};
   organ.plan = {0.09, 4, {}, {}};
-  const PlannedScene planned = plan_scene(scene, calibration());
+  const PlannedScene planned = plan_scene(scene, standard_engines(), calibration());
   const BodySpec& body = planned.scene.bodies[0];
   double sum = 0;
   const std::array<double, 4> borders_m{-0.004, -0.0063, -0.0085, -0.0107};

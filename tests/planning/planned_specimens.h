@@ -5,6 +5,7 @@
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/meshing/fill.h"
 #include "sim_server/planning/error_law.h"
 #include "sim_server/prepare/choose_model.h"

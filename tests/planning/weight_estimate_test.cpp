@@ -126,7 +126,7 @@ void PrintTo(const Weighed& w, std::ostream* out) {
 
 TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
   const Weighed& w = GetParam();
-  const PlannedScene planned = plan_scene(scene_of(w), calibration());
+  const PlannedScene planned = plan_scene(scene_of(w), standard_engines(), calibration());
   const BodySpec& body = planned.scene.bodies[0];
   Scene fine = scene_of(w);
   fine.bodies[0].model = "neo_hookean_lattice";

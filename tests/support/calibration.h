@@ -7,10 +7,10 @@ namespace sectio::test {
 
 inline planning::Calibration calibration() {
   planning::Calibration c;
-  c.rate[0] = {5, 0, 0};
-  c.rate[1] = {7, 4, 0.25};
-  c.rate[2] = c.rate[3] = {10, 14, 0.28};
-  c.rate[4] = c.rate[5] = {11, 22, 0.46};
+  c.rate["surface_springs"] = {5, 0, 0};
+  c.rate["tetra_springs"] = {7, 4, 0.25};
+  c.rate["neo_hookean"] = c.rate["neo_hookean_implicit"] = {10, 14, 0.28};
+  c.rate["lattice"] = c.rate["lattice_beside_faces"] = {11, 22, 0.46};
   c.touched_vertex_ns = 5;
   return c;
 }

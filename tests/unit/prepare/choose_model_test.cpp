@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "common/core/error.h"
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/prepare/machine_speed.h"
@@ -54,7 +55,7 @@ class Plans : public testing::Test {
 };
 
 TEST_F(Plans, scene_gets_a_model_and_runs) {
-  const PlannedScene planned = plan_scene(bar_scene());
+  const PlannedScene planned = plan_scene(bar_scene(), standard_engines());
   const BodySpec& bar = planned.scene.bodies[0];
   EXPECT_NE(bar.model, "auto");
   EXPECT_LE(bar.plan.error_estimate.value(), 0.05);
@@ -82,7 +83,7 @@ TEST_F(Plans, scene_without_auto_stays_as_it_is_and_auto_alone_is_no_model) {
   Scene scene = bar_scene();
   EXPECT_THROW(Simulation{fill_volumes(scene)}, InputError);
   scene.bodies[0].model = "neo_hookean";
-  const PlannedScene planned = plan_scene(scene);
+  const PlannedScene planned = plan_scene(scene, standard_engines());
   EXPECT_EQ(planned.scene.bodies[0].model, "neo_hookean");
   EXPECT_TRUE(planned.table.empty());
   EXPECT_TRUE(text_of_cache().empty()) << "nothing was measured";
@@ -97,7 +98,7 @@ TEST_F(Plans, free_step_is_the_longest_that_models_without_auto_can_take) {
       scene.bodies[0].model = model;
       scene.bodies[0].volume.driver = driver;
       scene.bodies[0].material.young_pa = 1e6;  // beyond a step of 1 ms in one part
-      const PlannedScene planned = plan_scene(scene);
+      const PlannedScene planned = plan_scene(scene, standard_engines());
       EXPECT_EQ(planned.scene.step_s, 1e-3) << model;
       EXPECT_NO_THROW(Simulation{fill_volumes(planned.scene)}.step({})) << model;
     }
@@ -105,9 +106,9 @@ TEST_F(Plans, free_step_is_the_longest_that_models_without_auto_can_take) {
   EXPECT_TRUE(text_of_cache().empty()) << "nothing was measured";
   scene.bodies[0].model = "surface_springs";
   scene.bodies[0].material.young_pa = 3e8;
-  EXPECT_LT(plan_scene(scene).scene.step_s, 1e-3);
+  EXPECT_LT(plan_scene(scene, standard_engines()).scene.step_s, 1e-3);
   scene.bodies[0].material.young_pa = 1e12;
-  EXPECT_THROW(plan_scene(scene), InputError);
+  EXPECT_THROW(plan_scene(scene, standard_engines()), InputError);
 }
 
 TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
@@ -119,34 +120,50 @@ TEST_F(Plans, free_step_is_one_that_surface_springs_can_take) {
   stiff.model = "surface_springs";
   stiff.material.young_pa = 3e8;
   scene.bodies.push_back(stiff);
-  const PlannedScene planned = plan_scene(scene);
+  const PlannedScene planned = plan_scene(scene, standard_engines());
   EXPECT_LT(planned.scene.step_s, 1e-3);
   EXPECT_NO_THROW(Simulation{fill_volumes(planned.scene)});
 }
 
+TEST_F(Plans, model_of_another_table_is_measured_and_chosen) {
+  EngineTable engines = standard_engines();
+  ModelEntry exact = engines.model("tetra_springs");
+  exact.traits.name = "exact_springs";
+  exact.methods[0].name = "exact";
+  for (planning::LoadLaw& law : exact.methods[0].laws) law.law = {0, 1, 1e-4};
+  engines.models.push_back(exact);
+  Scene scene = bar_scene();
+  scene.bodies[0].plan.error_budget = 1e-3;
+  scene.bodies[0].plan.cpu_budget = 20;
+  const PlannedScene planned = plan_scene(scene, engines);
+  EXPECT_EQ(planned.scene.bodies[0].model, "exact_springs") << planned.table;
+  EXPECT_NE(text_of_cache().find("exact "), std::string::npos);
+}
+
 TEST_F(Plans, machine_is_measured_once_and_damaged_caches_are_measured_anew) {
-  const planning::Calibration first = calibration_of_this_machine();
+  const planning::Calibration first = calibration_of_this_machine(standard_engines());
   const std::string text = text_of_cache();
   ASSERT_FALSE(text.empty());
-  for (const planning::Rate& rate : first.rate) EXPECT_GT(rate.element_ns, 0);
-  EXPECT_EQ(calibration_of_this_machine().rate[2].element_ns, std::stod([&] {
+  ASSERT_EQ(first.rate.size(), 6u);
+  for (const auto& [method, rate] : first.rate) EXPECT_GT(rate.element_ns, 0) << method;
+  EXPECT_EQ(calibration_of_this_machine(standard_engines()).rate["neo_hookean"].element_ns, std::stod([&] {
               char number[32];
-              std::snprintf(number, sizeof number, "%.6g", first.rate[2].element_ns);
+              std::snprintf(number, sizeof number, "%.6g", first.rate.at("neo_hookean").element_ns);
               return std::string(number);
             }()));
   std::ofstream(folder_ / "sectio" / "calibration.txt") << text.substr(0, text.size() / 2);
-  calibration_of_this_machine();
+  calibration_of_this_machine(standard_engines());
   EXPECT_EQ(text_of_cache().size() > text.size() / 2 + 5, true) << text_of_cache();
 }
 
 TEST(CalibrationText, is_read_back_and_nothing_else) {
   planning::Calibration c;
-  for (planning::Rate& rate : c.rate) rate = {1.5, 2.5, 0.25};
+  c.rate["springs"] = c.rate["solid"] = {1.5, 2.5, 0.25};
   c.touched_vertex_ns = 3;
   const std::string text = to_text(c, "some processor");
-  const auto read = calibration_from(text, "some processor");
+  auto read = calibration_from(text, "some processor");
   ASSERT_TRUE(read);
-  EXPECT_EQ(read->rate[3].vertex_ns, 2.5);
+  EXPECT_EQ(read->rate["solid"].vertex_ns, 2.5);
   EXPECT_EQ(read->touched_vertex_ns, 3);
   EXPECT_FALSE(calibration_from(text, "another processor"));
   for (std::size_t n = 0; n + 1 < text.size(); ++n) EXPECT_FALSE(calibration_from(text.substr(0, n), "some processor"));
