@@ -1,49 +1,38 @@
 #include "sim_server/world/edge_contact.h"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <array>
 
-#include "common/math/intersect.h"
 #include "sim_server/surface/indentation/contact_places.h"
 #include "sim_server/world/indentation.h"
+#include "sim_server/world/whole_edge.h"
 
 namespace sectio {
 namespace {
 
-constexpr double kForceFilter_s = 0.005;  // low-pass of pushing and cutting forces, as long as a device's own
-constexpr double kSteep = 0.5;            // cosine to the normal from which on a blade passes through a surface
+constexpr double kLetGo_m = 5e-4;      // this far above the surface a contact ends
+constexpr double kBeneath_m = 3e-4;    // there is tissue this far ahead of what presses
+constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
+constexpr int kLookThroughEvery = 8;   // steps
+constexpr double kGoneOn = 3;          // join tolerances: this far from the end of a cut a new one may begin
 
 RuptureThreshold threshold_of(const CuttingSpec& cutting) {
   return {cutting.threshold_force_n, cutting.threshold_displacement_m, cutting.hysteresis};
 }
 
-// The length of a blade's edge beneath the surface at a point; for a blade that lies along the surface, up to the
-// nearest point.
-double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& blade) {
-  const Vec3 from_tip = point_world_m - blade.tip_world_m;
-  const double steepness = blade.up_world.dot(normal);
-  return steepness > kSteep ? from_tip.dot(normal) / steepness : from_tip.dot(blade.up_world);
-}
-
-const SurfaceHit* first_entering(const std::vector<SurfaceHit>& hits) {
-  const auto it = std::find_if(hits.begin(), hits.end(), [](const SurfaceHit& h) { return h.entering; });
-  return it != hits.end() ? &*it : nullptr;
+// The depth of a point beneath the temporary elements about a vertex.
+double beneath_temporary_m(Body& body, VertexId about, const Vec3& point_world_m) {
+  const MeshDraft surface(body.mesh, body.particle_view());
+  const SurfacePoint at = nearest_from(surface, surface.incident(about), point_world_m);
+  const Corners c = body.view().corners(at.triangle);
+  const Vec3 nearest = at.bary[0] * c[0] + at.bary[1] * c[1] + at.bary[2] * c[2];
+  return std::max(0.0, (nearest - point_world_m).dot((c[1] - c[0]).cross(c[2] - c[0]).stableNormalized()));
 }
 
 }  // namespace
 
-EdgeContact::EdgeContact(std::uint32_t edge_id, const ToolSpec& tool, std::size_t edge, Body& body, bool cuts,
-                         double step_s)
-    : edge_id_(edge_id),
-      instrument_(instrument_of(tool.kind)),
-      geometry_(tool.geometry),
-      instrument_state_{tool.intensity, 0, edge},
-      largest_force_n_(tool.largest_force_n),
-      step_s_(step_s),
-      cuts_(cuts),
-      body_(body),
-      threshold_(threshold_of(body.spec.cutting)) {}
+EdgeContact::EdgeContact(const InstrumentEdge& edge, Body& body, double step_s)
+    : edge_(edge), body_(body), step_s_(step_s), rupture_(threshold_of(body.spec.cutting)) {}
 
 ContactState EdgeContact::state() const {
   switch (phase_) {
@@ -57,37 +46,12 @@ ContactState EdgeContact::state() const {
   }
 }
 
-std::vector<ContactEvent> EdgeContact::take_events() {
-  return std::exchange(events_, {});
-}
-
-InstrumentShape EdgeContact::shape_at(double opening_rad) const {
-  InstrumentState state = instrument_state_;
-  state.opening_rad = opening_rad;
-  return instrument_.shape(geometry_, state);
-}
-
-ToolCorners EdgeContact::corners_at(const JointPose& pose) const {
-  const InstrumentShape shape = shape_at(pose.opening_rad);
-  return {{pose.to_world(shape.a_tool_m), pose.to_world(shape.b_tool_m), pose.to_world(shape.c_tool_m),
-           pose.to_world(shape.d_tool_m)}};
+FeltFront EdgeContact::front() const {
+  return phase_ == Phase::cutting ? stroke_.resistance().front(edge_.kind()) : FeltFront{};
 }
 
 bool EdgeContact::may_enter() const {
-  return cuts_ && instrument_.may_enter(jaws_between(opening_before_rad_, pose_.opening_rad));
-}
-
-bool EdgeContact::near_body(const std::optional<JointPose>& before, std::span<const JointPose> poses) const {
-  Box3 box = body_.bounds_world_m();
-  box.min() -= Vec3::Constant(kNear_m);
-  box.max() += Vec3::Constant(kNear_m);
-  Box3 tool;
-  const auto extend = [&](const JointPose& pose) {
-    for (const Vec3& corner : corners_at(pose).at_world_m) tool.extend(corner);
-  };
-  if (before) extend(*before);
-  for (const JointPose& pose : poses) extend(pose);
-  return !tool.isEmpty() && box.intersects(tool);
+  return cuts() && edge_.kind().may_enter(jaws_between(opening_before_rad_, edge_.pose().opening_rad));
 }
 
 void EdgeContact::set_free() {
@@ -95,203 +59,248 @@ void EdgeContact::set_free() {
   if (phase_ == Phase::cutting) events_.push_back({EventKind::cut_ended});
   phase_ = Phase::free;
   said_tip_is_outside_ = false;
-  front_.release();
+  stroke_.resistance().release();
   force_n_.setZero();
-  smooth_force_n_ = 0;
+  rupture_.release();
+}
+
+void EdgeContact::begin_pressing() {
+  if (phase_ == Phase::free) events_.push_back({EventKind::contact_began});
+  phase_ = Phase::pressing;
+}
+
+void EdgeContact::enter(const Entry& at) {
+  entry_ = at;
+  phase_ = Phase::cutting;
+  stroke_.resistance().release();
+}
+
+void EdgeContact::break_in(const Entry& at) {
+  enter(at);
+  rupture_.release();
+  constraints_.clear();
+  events_.push_back({EventKind::penetrated});
+}
+
+void EdgeContact::end_cut() {
+  phase_ = Phase::spent;
+  ended_at_ = point_;
+  stroke_.resistance().release();
+  constraints_.clear();
+}
+
+void EdgeContact::slip_off() {
+  events_.push_back({EventKind::contact_ended, "it was pushed through, and the skin slipped off"});
+  phase_ = Phase::through;
+  force_n_.setZero();
+  rupture_.release();
 }
 
 void EdgeContact::approach(const std::optional<JointPose>& before, std::span<const JointPose> poses, bool continuous) {
   constraints_.clear();
   contact_points_.clear();
-  if (before || !poses.empty()) pose_ = poses.empty() ? *before : poses.back();
-  opening_before_rad_ = before ? before->opening_rad : pose_.opening_rad;
-  if (phase_ == Phase::through && is_clear_of_body()) phase_ = Phase::free, tracker_.reset();
-  if (is_round()) return approach_round(before && continuous ? *before : pose_);
-  const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !at_tip_);
-  if (looks && !near_body(before, poses)) {
+  if (before || !poses.empty()) edge_ = edge_.at(poses.empty() ? *before : poses.back());
+  opening_before_rad_ = before ? before->opening_rad : edge_.pose().opening_rad;
+  if (phase_ == Phase::through && is_clear_of(body_, edge_)) phase_ = Phase::free, tracker_.reset();
+  if (is_round()) return press_round(before && continuous ? *before : edge_.pose());
+  const bool looks = phase_ == Phase::free || (phase_ == Phase::pressing && !press_.on_tool().at_tip);
+  if (looks && !is_near(body_, edge_, before, poses)) {
     tracker_.reset();
-    has_just_cut_ = false;
+    rupture_.set_just_cut(false);
     if (phase_ == Phase::pressing) set_free();
     return;
   }
-  if (looks && before) {
-    JointPose from = *before;
-    const std::array resting{pose_};  // the surface may come to an instrument that rests
-    for (const JointPose& to : poses.empty() ? std::span<const JointPose>(resting) : poses) {
-      const CollisionEngine& tree = body_.tree();
-      look_for_contact(tracker_.follow(body_.view(), tree, {corners_at(from), corners_at(to), continuous}));
-      from = to;
-      if (phase_ != Phase::free) break;
-    }
-  }
+  if (looks && before) look_along(*before, poses, continuous);
   if ((phase_ == Phase::free || phase_ == Phase::pressing) && enter_open_cut()) return;
   if (phase_ == Phase::pressing) press();
-  if (before && looks) say_when_tip_is_outside(*before);
-  if (phase_ != Phase::cutting && before && looks && body_.cut_traits.edge_cuts_anywhere)
-    if (const auto hit = sharp_edge_deep_inside(*before)) break_in({edge_id_, hit->triangle, hit->bary});
+  if (!before || !looks) return;
+  say_when_tip_is_outside(*before);
+  if (phase_ != Phase::cutting && body_.cut_traits.edge_cuts_anywhere && cuts())
+    if (const auto hit = sharp_edge_deep_inside(body_, edge_, *before))
+      break_in({edge_.id(), hit->triangle, hit->bary});
 }
 
-void EdgeContact::break_in(const Entry& at) {
-  entry_ = at;
-  phase_ = Phase::cutting;
-  front_.release();
-  smooth_force_n_ = 0;
-  constraints_.clear();
-  events_.push_back({EventKind::penetrated});
-}
-
-// The point at which the edge of an instrument that need not press reaches into the tissue.
-std::optional<SurfaceHit> EdgeContact::edge_reaching_in(const ToolContact& contact,
-                                                        const InstrumentShape& shape) const {
-  if (!may_enter() || shape.edge_tip_tool_m == shape.edge_heel_tool_m) return {};
-  if (!instrument_.front_is_virtual) {
-    const auto hits =
-        body_.tree().hits(body_.view(), pose_.to_world(shape.edge_heel_tool_m), pose_.to_world(shape.edge_tip_tool_m));
-    const SurfaceHit* hit = first_entering(hits);
-    return hit ? std::optional(*hit) : std::nullopt;
+void EdgeContact::look_along(const JointPose& before, std::span<const JointPose> poses, bool continuous) {
+  ToolCorners from = edge_.at(before).corners();
+  const std::array resting{edge_.pose()};  // the surface may come to an instrument that rests
+  for (const JointPose& pose : poses.empty() ? std::span<const JointPose>(resting) : poses) {
+    const ToolCorners to = edge_.at(pose).corners();
+    look_for_contact(tracker_.follow(body_.view(), body_.tree(), {from, to, continuous}));
+    from = to;
+    if (phase_ != Phase::free) break;
   }
-  const SurfaceHit* hit = first_entering(contact[ToolSegment::cd].after);
-  if (!hit) hit = first_entering(contact.path(ToolCorner::d));
-  return hit ? std::optional(*hit) : std::nullopt;
 }
 
 void EdgeContact::look_for_contact(const ToolContact& contact) {
-  const InstrumentShape shape = shape_at(pose_.opening_rad);
-  if (const auto hit = edge_reaching_in(contact, shape)) return enter_tissue(*hit);
-  const std::size_t tip = instrument_.front_is_virtual ? 2 : 0;
-  if (const SurfaceHit* hit = first_entering(contact.corner_paths[tip]))
-    return press_at(*hit, {tip, tip}, 0, instrument_.presses_with_tip);
-  // The surface may have risen over a tip that rests: then the blade leaves the tissue before it enters it.
-  const std::vector<SurfaceHit>& shaft = contact[ToolSegment::ab].after;
-  if (instrument_.presses_with_tip && !shaft.empty() && !shaft.front().entering)
-    return press_at(shaft.front(), {tip, tip}, 0, true);
-  if (phase_ == Phase::pressing) return;
-
-  // At the side of the instrument, the middle of the part that is inside presses.
-  for (const ToolSegment segment : {ToolSegment::ab, ToolSegment::ac, ToolSegment::cd}) {
-    const std::vector<SurfaceHit>& hits = contact[segment].after;
-    if (hits.empty() || (instrument_.front_is_virtual && segment == ToolSegment::cd)) continue;
-    const double from = hits.front().entering ? hits.front().parameter : 0;
-    const double to = !hits.front().entering ? hits.front().parameter : hits.size() > 1 ? hits[1].parameter : 1;
-    return press_at(hits.front(), kSegmentCorners[static_cast<std::size_t>(segment)], 0.5 * (from + to), false);
-  }
+  if (may_enter())
+    if (const auto hit = reaches_in(body_, edge_, contact)) {
+      enter(entry_at(*hit));
+      events_.push_back({EventKind::penetrated});
+      return;
+    }
+  auto pressing = tip_presses(edge_.kind(), contact);
+  if (!pressing && phase_ != Phase::pressing) pressing = side_presses(edge_.kind(), contact);
+  if (!pressing) return;
+  begin_pressing();
+  press_.begin(body_, pressing->on_tool, pressing->hit);
 }
 
-void EdgeContact::press_at(const SurfaceHit& hit, const std::array<std::size_t, 2>& corners, double along,
-                           bool at_tip) {
-  if (phase_ == Phase::free) events_.push_back({EventKind::contact_began});
-  phase_ = Phase::pressing;
-  contact_corners_ = corners;
-  contact_along_ = along;
-  at_tip_ = at_tip;
-  triangle_ = original_triangle(body_, hit.triangle);
-  bary_ = body_.contact.inverse ? Vec3(Vec3::Constant(1.0 / 3)) : hit.bary;
+// On the surface without temporary elements.
+Entry EdgeContact::entry_at(const SurfaceHit& hit) const {
+  if (!body_.contact.inverse) return {edge_.id(), hit.triangle, hit.bary};
+  const SurfacePoint at =
+      nearest_from(original_surface(body_), original_triangle(body_, hit.triangle), hit.point_world_m);
+  return {edge_.id(), at.triangle, at.bary};
 }
 
-Vec3 EdgeContact::contact_world_m() const {
-  const InstrumentShape shape = shape_at(pose_.opening_rad);
-  const std::array corners{shape.a_tool_m, shape.b_tool_m, shape.c_tool_m, shape.d_tool_m};
-  const Vec3 &p = corners[contact_corners_[0]], &q = corners[contact_corners_[1]];
-  return pose_.to_world(contact_corners_[0] == contact_corners_[1] ? p : Vec3(p + contact_along_ * (q - p)));
+// A blade that comes between the lips of a cut is in the tissue, without a force.
+bool EdgeContact::enter_open_cut() {
+  const bool may_cut = cuts() && (edge_.kind().tip_pierces || may_enter());
+  if (!may_cut || body_.rigid() || body_.cut_traits.edge_cuts_anywhere) return false;
+  std::optional<TriangleId> wall;
+  if (phase_ == Phase::pressing && body_.mesh.triangle(press_.triangle()).surface == Surface::wall)
+    wall = press_.triangle();
+  const auto entry = enters_open_cut(body_, edge_, wall);
+  if (!entry) return false;
+  if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
+  break_in(*entry);
+  return true;
+}
+
+// A style that cuts where the tip goes has no cut for a blade that goes through the body beside its tip.
+void EdgeContact::say_when_tip_is_outside(const JointPose& before) {
+  if (said_tip_is_outside_ || phase_ != Phase::pressing || body_.cut_traits.edge_cuts_anywhere || body_.rigid()) return;
+  if (!cuts() || body_.tree().inside(body_.view(), edge_.tip_world_m())) return;
+  if (!sharp_edge_deep_inside(body_, edge_, before)) return;
+  said_tip_is_outside_ = true;
+  ++refused_;
+  events_.push_back({EventKind::cut_refused, "the edge went in, but the tip, which cuts in this style, is outside"});
 }
 
 void EdgeContact::press() {
-  const Vec3 contact = contact_world_m();
-  if (body_.contact_by_templates()) return press_with_templates(contact);
-  slide_to(contact);
-  const Corners corners = body_.view().corners(triangle_);
-  const Vec3 at = bary_[0] * corners[0] + bary_[1] * corners[1] + bary_[2] * corners[2];
-  if ((at - contact).norm() > kNear_m) return set_free();  // no hand presses so far in a step: it has jumped through
-  const MeshDraft surface(body_.mesh, body_.particle_view());
-  normal_ = body_.home_normal_world(surface, body_.mesh.triangle(triangle_).v, bary_);
-  PointConstraint c;
-  for (std::size_t i = 0; i < 3; ++i) {
-    c.v[i] = body_.mesh.triangle(triangle_).v[i];
-    c.w[i] = bary_[static_cast<int>(i)];
+  if (body_.contact_by_templates()) {
+    contact_points_ = press_.press_with_templates(body_, edge_);
+    if (!contact_points_.empty()) normal_ = contact_points_.front().normal_world;
+    return;
   }
-  c.target_world_m = contact;
-  c.unilateral = true;
-  c.normal = normal_;
-  constraints_.push_back(c);
+  const auto constraint = press_.press(body_, edge_);
+  if (!constraint) return set_free();
+  normal_ = constraint->normal;
+  constraints_.push_back(*constraint);
 }
 
-// Walks downhill over neighbours to the point of the surface that is nearest to the instrument.
-void EdgeContact::slide_to(const Vec3& contact_world_m) {
-  const SurfaceView view = body_.view();
-  if (!view.alive(triangle_)) {
-    ++searches_;
-    const auto closest = body_.tree().closest(view, contact_world_m, kNear_m);
-    if (!closest) return;
-    triangle_ = closest->triangle;
+void EdgeContact::press_round(const Pose& before) {
+  if (phase_ == Phase::through) return;
+  const auto deepest = round_.press(body_, edge_, before, phase_ == Phase::pressing ? -kLetGo_m : 0);
+  if (!deepest) return set_free();
+  begin_pressing();
+  stand_at(*deepest);
+  point_ = deepest->point_world_m;
+  constraints_ = round_.constraints(body_, edge_);
+}
+
+void EdgeContact::stand_at(const SurfaceSample& sample) {
+  press_.stand_at_tip(sample.triangle, sample.bary);
+  normal_ = body_.home_normal_world(MeshDraft(body_.mesh, body_.particle_view()),
+                                    body_.mesh.triangle(sample.triangle).v, sample.bary);
+}
+
+void EdgeContact::hold_particles(std::span<const HeldParticle> held) {
+  for (const HeldParticle& h : held) {
+    if (h.owner != edge_.id()) continue;
+    PointConstraint c = hold(h.vertex, h.target_world_m);
+    c.unilateral = c.sticks = true;
+    c.normal = normal_;
+    constraints_.push_back(c);
   }
-  const SurfacePoint at = nearest_from(MeshDraft(view.mesh, body_.particle_view()), triangle_, contact_world_m);
-  triangle_ = at.triangle;
-  bary_ = at.bary;
 }
 
-void EdgeContact::enter_tissue(const SurfaceHit& hit) {
-  phase_ = Phase::cutting;
-  front_.release();
-  entry_ = Entry{edge_id_, hit.triangle, hit.bary};
-  if (body_.contact.inverse) {
-    const SurfacePoint at =
-        nearest_from(original_surface(body_), original_triangle(body_, hit.triangle), hit.point_world_m);
-    entry_ = Entry{edge_id_, at.triangle, at.bary};
+void EdgeContact::deformed(std::span<const Reaction> reactions) {
+  Reaction sum;
+  for (const Reaction& r : reactions) {
+    sum.force_on_tool_n += r.force_on_tool_n;
+    sum.active |= r.active;
   }
-  events_.push_back({EventKind::penetrated});
+  if (phase_ == Phase::cutting) {
+    force_n_ = sum.force_on_tool_n + stroke_.resistance().force_on_tool_n();
+    return;
+  }
+  if (phase_ != Phase::pressing || constraints_.empty()) return force_n_.setZero(), void();
+  force_n_ = sum.force_on_tool_n;
+  rupture_.push(std::max(0.0, force_n_.dot(normal_)), step_s_);
+  is_round() ? pressed_round(reactions) : pressed(sum.active);
 }
 
-// The place at which the line of a blade first enters the skin, from its heel down to a point.
-std::optional<SurfaceHit> EdgeContact::skin_entered(const BladeLine& line, const Vec3& down_to_world_m) const {
-  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, down_to_world_m))
-    if (hit.entering && body_.mesh.triangle(hit.triangle).surface == Surface::skin) return hit;
-  return {};
+void EdgeContact::pressed(bool is_active) {
+  const PointConstraint& c = constraints_.front();
+  point_.setZero();
+  for (std::size_t i = 0; i < 3; ++i)
+    if (c.v[i] != kNone) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
+  const double above_m = (c.target_world_m - point_).dot(normal_);
+  if (!is_active && above_m > kLetGo_m) return set_free();
+  const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
+  const double displacement_m = (home - c.target_world_m).dot(normal_);
+  // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
+  if (edge_.is_blunt() && slips_through(displacement_m, c.target_world_m - kBeneath_m * normal_)) return slip_off();
+  if (breaks_surface(displacement_m)) break_in({edge_.id(), press_.triangle(), press_.bary()});
 }
 
-// The triangles that the line of a blade crosses.
-void EdgeContact::ask_surface(const Blade& blade, std::vector<TriangleId>& crossed) {
-  const BladeLine line = line_of(blade);
-  for (const SurfaceHit& hit : body_.tree().hits(body_.view(), line.heel_world_m, line.tip_world_m))
-    if (hit.entering) crossed.push_back(hit.triangle);
+bool EdgeContact::breaks_surface(double displacement_m) {
+  if (sharp_edge_is_in_slit(body_, edge_, press_)) return true;
+  // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.
+  const bool is_skin = body_.mesh.triangle(press_.triangle()).surface == Surface::skin;
+  if (!body_.cut_traits.edge_cuts_anywhere && !is_skin) return false;
+  // A tip that is drawn out of tissue, or past its rim, comes from within.
+  const bool is_from_within = opens_from_edge(body_.cut_traits) && normal_.dot(edge_.blade().up_world) <= 0;
+  const bool tip_breaks = press_.on_tool().at_tip && edge_.kind().tip_pierces && !is_from_within;
+  return (tip_breaks || sharp_edge_presses(body_, edge_, press_, normal_)) && rupture_.breaks(displacement_m);
 }
 
-Blade EdgeContact::blade_at(const JointPose& pose) const {
-  const InstrumentShape shape = shape_at(pose.opening_rad);
-  const EdgeInWorld edge = edge_at(shape, pose);
-  Blade blade;
-  blade.length_m = (shape.edge_heel_tool_m - shape.edge_tip_tool_m).norm();
-  blade.tip_world_m = edge.tip_world_m;
-  blade.up_world = edge.up_world;
-  return blade;
+// The instrument stands at the middle of what it presses.
+void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
+  const auto middle = round_.deformed(body_, constraints_, reactions);
+  if (!middle) return;
+  stand_at(middle->nearest);
+  point_ = middle->point_world_m;
+  const Vec3 home = body_.home_world_m(body_.mesh.triangle(press_.triangle()).v, press_.bary());
+  const Vec3 ahead = press_.tool_point_world_m(edge_) - (edge_.ball_radius_m() + kBeneath_m) * normal_;
+  if (slips_through((home - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off();
 }
 
-Blade EdgeContact::limited_blade(const JointPose& pose, const Vec3& surface_world_m) const {
-  Blade blade = blade_at(pose);
-  const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);
-  if (depth_m > 0)
-    blade.max_depth_m = body_.depth_limit_m(blade.tip_world_m + depth_m * blade.up_world, blade.tip_world_m);
-  return blade;
+// There is no tissue ahead of what presses any more.
+bool EdgeContact::slips_through(double displacement_m, const Vec3& ahead_world_m) {
+  return displacement_m > kDeepDent_m && deep_steps_++ % kLookThroughEvery == 0 &&
+         !body_.tree().inside(body_.view(), ahead_world_m);
+}
+
+double EdgeContact::penetration_m() {
+  if (phase_ == Phase::cutting)
+    if (const auto cut = cut_point()) return cut->owed_m;
+  if (phase_ != Phase::pressing) return 0;
+  if (is_round()) return round_.depth_m();
+  if (!body_.contact_by_templates()) return press_.depth_m(body_, edge_);
+  if (constraints_.empty()) return 0;
+  return beneath_temporary_m(body_, constraints_.front().v[0], press_.tool_point_world_m(edge_));
+}
+
+ContactGap EdgeContact::gap() {
+  return phase_ == Phase::pressing ? press_.gap(body_, edge_, normal_) : ContactGap{};
 }
 
 void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& entries,
                        std::vector<BladeMotion>& motions) {
-  cutting_force_n_.setZero();
+  stroke_.resistance().begin_step();
   if (phase_ == Phase::spent) rest_in_groove();
   if (body_.frozen && (entry_ || phase_ == Phase::cutting)) return refuse_frozen(motions);
   if (entry_) return begin_stroke(entries, motions);
   if (phase_ != Phase::cutting) return;
-  const auto cut = body_.engines.cutting->cut_point(body_.shared(), edge_id_);
-  if (cut && body_.cut_traits.edge_cuts_anywhere) return follow_with_whole_edge(*cut, poses, motions);
-  if (cut) follow_cut(*cut, poses, motions);
+  if (const auto cut = cut_point()) follow_stroke(*cut, poses, motions);
 }
 
 void EdgeContact::refuse_frozen(std::vector<BladeMotion>& motions) {
-  if (body_.engines.cutting->cut_point(body_.shared(), edge_id_)) motions.push_back({edge_id_, {}, true});
-  phase_ = Phase::spent;
-  front_.release();
-  ended_at_ = point_;
+  if (cut_point()) motions.push_back({edge_.id(), {}, true});
+  end_cut();
   entry_.reset();
-  constraints_.clear();
   events_.push_back({EventKind::cut_refused, "the body is frozen"});
 }
 
@@ -300,116 +309,61 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   const Corners c = view.corners(entry_->triangle);
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
   normal_ = view.normal(entry_->triangle);
-  tip_before_ = edge_at(shape_at(pose_.opening_rad), pose_).tip_world_m;
   entries.push_back(*entry_);
-  motions.push_back({edge_id_, {limited_blade(pose_, point_)}, false});
-  if (body_.cut_traits.edge_cuts_anywhere)
-    begin_with_whole_edge(motions.back());
-  else
-    ask_surface(motions.back().path.back(), motions.back().active);
+  motions.push_back(stroke_.begin(body_, edge_, point_, press_.on_tool().at_tip));
   entry_.reset();
 }
 
-// The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
-void EdgeContact::follow_cut(const CutPoint& cut, std::span<const JointPose> poses, std::vector<BladeMotion>& motions) {
+void EdgeContact::follow_stroke(const CutPoint& cut, std::span<const JointPose> poses,
+                                std::vector<BladeMotion>& motions) {
   if (cut.point_world_m) point_ = *cut.point_world_m;
   const Pose frame = body_.frame_world(cut.near);
-  if (cut.normal_body.squaredNorm() > 0.5) normal_ = frame.orientation * cut.normal_body;
-  BladeMotion motion{edge_id_, {}, false};
-  const std::array resting{pose_};
-  Vec3 from = point_;
-  double opening_rad = opening_before_rad_;
-  for (const JointPose& pose : poses.empty() ? std::span<const JointPose>(resting) : poses) {
-    const InstrumentShape shape = shape_at(pose.opening_rad);
-    const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
-    const Blade blade = limited_blade(pose, point_);
-    const Vec3 travel = blade.tip_world_m - tip_before_;
-    Vec3 at_surface;
-    double height_m = 0;
-    Crossings crossings;
-    const auto decide = [&](const Vec3& at_world_m, const Vec3& normal) {
-      height_m = height_m_at(at_world_m, normal, blade);
-      at_surface = blade.tip_world_m + height_m * blade.up_world;
-      crossings = crossings_at(shape, pose, at_world_m, normal);
-      const bool over_surface = correct_direction(shape, pose, at_surface - from, normal);
-      const bool in_world = correct_direction(shape, pose, travel, normal);
-      return instrument_.decide({crossings, over_surface || in_world, jaws});
-    };
-    CutDecision leaf = decide(point_, normal_);
-    // Over a rim, the blade enters another face than the one with the end of its cut.
-    if (leaf == CutDecision::detect_again) {
-      const BladeLine line = line_of(blade);
-      if (const auto skin = skin_entered(line, line.tip_world_m))
-        leaf = decide(skin->point_world_m, body_.view().normal(skin->triangle));
-    }
-    meet_front(shape, pose, frame, instrument_.only_closing && leaf != CutDecision::cut);
-    if (leaf == CutDecision::cut) {
-      motion.path.push_back(blade);
-      ask_surface(blade, motion.active);
-      from = at_surface;
-      tip_before_ = blade.tip_world_m;
-      continue;
-    }
-    if (leaf == CutDecision::detect_again) {
-      motion.lift = height_m < 0 || !crossings.edge || jaws == Jaws::opening;
-      break;
-    }
-    if (leaf == CutDecision::push_out) {
-      const double sunk_m = (point_ - pose.to_world(shape.c_tool_m)).dot(normal_);
-      const double e_star = body_.spec.material.young_pa / (1 - std::pow(body_.spec.material.poisson, 2));
-      const double half_length_m = 0.5 * (shape.c_tool_m - shape.a_tool_m).norm();
-      cutting_force_n_ = 2 * e_star * half_length_m * std::max(0.0, sunk_m) * normal_;
-    }
-    if (!cut.cuts) break;
-    if (cut.follows != kNone) take_along(cut.follows, at_surface);
-    break;
-  }
+  if (!body_.cut_traits.edge_cuts_anywhere && cut.normal_body.squaredNorm() > 0.5)
+    normal_ = frame.orientation * cut.normal_body;
+  auto [motion, end_goes_to] = stroke_.follow(body_, {edge_, poses, opening_before_rad_, cut, frame, point_, normal_});
   motions.push_back(std::move(motion));
+  if (!end_goes_to) return;
+  PointConstraint c = drag(cut.follows, body_.particle_view().position(cut.follows), *end_goes_to, step_s_);
+  c.largest_force_n = edge_.largest_force_n();
+  constraints_.assign(1, c);
 }
 
 // A new cut at the end of the old one would go along its walls.
 void EdgeContact::rest_in_groove() {
-  const InstrumentShape shape = shape_at(pose_.opening_rad);
-  const Vec3 tip = pose_.to_world(shape.edge_tip_tool_m), heel = pose_.to_world(shape.edge_heel_tool_m);
+  const Vec3 tip = edge_.tip_world_m(), heel = edge_.heel_world_m();
   const bool is_out = !body_.tree().inside(body_.view(), tip);
-  if (is_out && (tip - ended_at_).dot(normal_) > kLetGo_m) return set_free();
+  const Vec3 away = tip - ended_at_;
+  if (is_out && away.dot(normal_) > kLetGo_m) return set_free();
   if (is_out && body_.cut_traits.edge_cuts_anywhere && body_.tree().hits(body_.view(), tip, heel).empty())
     return set_free();
-  const Vec3 away = tip - ended_at_;
-  if ((away - away.dot(normal_) * normal_).norm() <= 3 * body_.cut_traits.join_tolerance_m) return;
+  if ((away - away.dot(normal_) * normal_).norm() <= kGoneOn * body_.cut_traits.join_tolerance_m) return;
   if (is_out) return void(phase_ = Phase::free);
-  if (instrument_.only_closing && !may_enter()) return;
-  ++searches_;
-  const Vec3 from = instrument_.front_is_virtual ? pose_.to_world(shape.a_tool_m) : heel;
+  if (edge_.kind().only_closing && !may_enter()) return;
+  ++groove_searches_;
+  const Vec3 from = edge_.kind().front_is_virtual ? edge_.pose().to_world(edge_.shape().a_tool_m) : heel;
   const auto hit = body_.tree().first_hit(body_.view(), from, tip);
   if (!hit) return set_free();
   if (!hit->entering) return;
-  if (opens_from_edge() && shape.sharp_side_tool && !uncut_tissue_at(shape, tip, heel - tip)) return;
-  entry_ = Entry{edge_id_, hit->triangle, hit->bary};
-  phase_ = Phase::cutting;
-  front_.release();
+  if (opens_from_edge(body_.cut_traits) && edge_.shape().sharp_side_tool && !uncut_tissue_at(body_, edge_, tip)) return;
+  enter({edge_.id(), hit->triangle, hit->bary});
 }
 
 void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   if (phase_ != Phase::cutting) return;
-  const bool goes_on = accepted && std::ranges::find(plan.going_on, edge_id_) != plan.going_on.end();
+  const bool goes_on = accepted && std::ranges::find(plan.going_on, edge_.id()) != plan.going_on.end();
   StrokeEnd end = StrokeEnd::going;
   for (const StrokeOutcome& o : plan.outcomes) {
-    if (o.edge_id != edge_id_) continue;
+    if (o.edge_id != edge_.id()) continue;
     end = o.end;
     if (end == StrokeEnd::joined) events_.push_back({EventKind::joined});
     if (end == StrokeEnd::refused) events_.push_back({EventKind::cut_refused, o.why});
   }
   if (!accepted) events_.push_back({EventKind::cut_refused, "the surface would not stay whole"});
   if (goes_on || (accepted && end == StrokeEnd::going)) return;
-  has_just_cut_ = true;
-  ended_at_ = point_;
-  cutting_force_n_.setZero();
+  rupture_.set_just_cut(true);
   constraints_.clear();
-  const CutTraits& traits = body_.cut_traits;
-  if (end == StrokeEnd::lifted && (!traits.edge_cuts_anywhere || traits.cuts_inside)) return set_free();
-  phase_ = Phase::spent;
-  front_.release();
+  if (end == StrokeEnd::lifted && !opens_from_edge(body_.cut_traits)) return set_free();
+  end_cut();
   if (end == StrokeEnd::lifted || end == StrokeEnd::through) events_.push_back({EventKind::cut_ended});
 }
 
@@ -423,7 +377,7 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
   if (cause == Cause::indented) return;  // contacts are said on the surface without temporary elements
   if (is_round() && phase_ == Phase::pressing) {
     constraints_.clear();
-    return approach_round(pose_);
+    return press_round(edge_.pose());
   }
   tracker_.topology_changed(body_.view(), changed);
   if (cause == Cause::cut) return hold_end_again();  // planned() says what became of the strokes
@@ -432,66 +386,21 @@ void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
     return std::ranges::any_of(
         c.v, [&](VertexId v) { return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v)); });
   });
-  if (phase_ == Phase::pressing && !body_.view().alive(triangle_)) set_free();
-  if (phase_ == Phase::cutting && !entry_ && !body_.engines.cutting->cut_point(body_.shared(), edge_id_)) {
-    ended_at_ = point_;
-    phase_ = Phase::spent;
-    front_.release();
-    cutting_force_n_.setZero();
-    constraints_.clear();
+  if (phase_ == Phase::pressing && !body_.view().alive(press_.triangle())) set_free();
+  if (phase_ == Phase::cutting && !entry_ && !cut_point()) {
+    end_cut();
     events_.push_back({EventKind::cut_ended});
   }
 }
 
-void EdgeContact::deformed(std::span<const Reaction> reactions, double step_s) {
-  Reaction reaction;
-  for (const Reaction& r : reactions) {
-    reaction.force_on_tool_n += r.force_on_tool_n;
-    reaction.active |= r.active;
-  }
-  if (phase_ == Phase::cutting) {
-    force_n_ = reaction.force_on_tool_n + cutting_force_n_;
-    return;
-  }
-  if (phase_ != Phase::pressing || constraints_.empty()) return force_n_.setZero(), void();
-  force_n_ = reaction.force_on_tool_n;
-  const double push_n = std::max(0.0, force_n_.dot(normal_));
-  smooth_force_n_ += std::min(1.0, step_s / kForceFilter_s) * (push_n - smooth_force_n_);
-  if (is_round()) return round_deformed(reactions);
-  const PointConstraint& c = constraints_.front();
-  point_.setZero();
-  for (std::size_t i = 0; i < 3; ++i)
-    if (c.v[i] != kNone) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
-  const double above_m = (c.target_world_m - point_).dot(normal_);
-  if (!reaction.active && above_m > kLetGo_m) return set_free();
-  const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
-  const double displacement_m = (home - c.target_world_m).dot(normal_);
-  if (is_blunt() && displacement_m > kDeepDent_m && deep_steps_++ % kLookThroughEvery == 0 &&
-      is_pushed_through(c.target_world_m))
-    return slip_off();
-  // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.
-  const bool can_begin = body_.cut_traits.edge_cuts_anywhere || body_.mesh.triangle(triangle_).surface == Surface::skin;
-  // A tip that is drawn out of tissue, or past its rim, comes from within.
-  const bool is_from_within = opens_from_edge() && normal_.dot(blade_at(pose_).up_world) <= 0;
-  const bool tip_presses = at_tip_ && instrument_.tip_pierces && !is_from_within;
-  const bool may_rupture = can_begin && (tip_presses || sharp_edge_presses());
-  if (sharp_edge_is_in_slit() ||
-      (may_rupture && ruptures(threshold_, smooth_force_n_, displacement_m, has_just_cut_))) {
-    break_in({edge_id_, triangle_, bary_});
-  }
-}
-
-double EdgeContact::penetration_m() {
-  if (phase_ == Phase::cutting)
-    if (const auto cut = body_.engines.cutting->cut_point(body_.shared(), edge_id_)) return cut->owed_m;
-  if (phase_ != Phase::pressing) return 0;
-  const Vec3 contact = contact_world_m();
-  if (body_.contact_by_templates()) return beneath_temporary_m(contact);
-  if (is_round()) return std::max(0.0, std::ranges::max(samples_, {}, &SurfaceSample::depth_m).depth_m);
-  slide_to(contact);
-  const Corners c = body_.view().corners(triangle_);
-  const Vec3 nearest = bary_[0] * c[0] + bary_[1] * c[1] + bary_[2] * c[2];
-  return std::max(0.0, (nearest - contact).dot(body_.view().normal(triangle_)));
+// A cut of another instrument may have made the end of this one anew.
+void EdgeContact::hold_end_again() {
+  if (phase_ != Phase::cutting || constraints_.empty()) return;
+  const auto cut = cut_point();
+  if (cut && cut->follows != kNone)
+    constraints_.front().v[0] = cut->follows;
+  else
+    constraints_.clear();
 }
 
 }  // namespace sectio

@@ -28,7 +28,7 @@ SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
 
 void SimulatedWorld::add_contacts(Body& body) {
   for (std::uint32_t i = 0; i < edges.size(); ++i)
-    contacts.emplace_back(i, scene.tools[edges[i].tool_id], edges[i].index, body, body.deforms(), scene.step_s);
+    contacts.emplace_back(InstrumentEdge(i, scene.tools[edges[i].tool_id], edges[i].index), body, scene.step_s);
 }
 
 void SimulatedWorld::add_processes() {

@@ -1,0 +1,35 @@
+// The force with which the tissue of a body resists an edge that is in it: the front of its cut holds the edge
+// (blade_front.h), or the surface that the edge has gone beneath pushes it out.
+#pragma once
+
+#include "sim_server/haptics/contact_model_fitter.h"
+#include "sim_server/world/blade_front.h"
+#include "sim_server/world/body.h"
+#include "sim_server/world/instrument_edge.h"
+
+namespace sectio {
+
+class CutResistance {
+ public:
+  // Nothing resists any more.
+  void release();
+  // A step begins: no force until the edge is met.
+  void begin_step() { force_n_.setZero(); }
+  // The edge is here now, whether or not the mesh follows it. `frame_world`: of the body at rest around it. Loose: open
+  // blades hold no tissue.
+  void meet(Body& body, const InstrumentEdge& edge, const Pose& frame_world, bool loose);
+  // Instead of the front, the surface at a point pushes the side AC out, along its normal.
+  void push_out(const Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, const Vec3& normal_world);
+
+  const Vec3& force_on_tool_n() const { return force_n_; }
+  double work_j() const { return work_j_; }  // of the hand against fronts, so far
+  FeltFront front(const InstrumentKind& kind) const;
+
+ private:
+  BladeFront front_;
+  Eigen::Quaterniond from_rest_ = Eigen::Quaterniond::Identity();  // to the world
+  Vec3 force_n_ = Vec3::Zero();
+  double work_j_ = 0;
+};
+
+}  // namespace sectio

@@ -1,0 +1,163 @@
+#include "sim_server/world/edge_stroke.h"
+
+#include <array>
+#include <utility>
+
+#include "sim_server/world/edge_meets_body.h"
+#include "sim_server/world/whole_edge.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kSteep = 0.5;     // cosine to the normal from which on a blade passes through a surface
+constexpr double kLeftBehind = 3;  // join tolerances: a deep blade that is further from the end of its cut has left it
+
+// The length of a blade's edge beneath the surface at a point; for a blade that lies along the surface, up to the
+// nearest point.
+double height_m_at(const Vec3& point_world_m, const Vec3& normal, const Blade& blade) {
+  const Vec3 from_tip = point_world_m - blade.tip_world_m;
+  const double steepness = blade.up_world.dot(normal);
+  return steepness > kSteep ? from_tip.dot(normal) / steepness : from_tip.dot(blade.up_world);
+}
+
+Blade limited_blade(Body& body, const InstrumentEdge& edge, const Vec3& surface_world_m) {
+  Blade blade = edge.blade();
+  const double depth_m = (surface_world_m - blade.tip_world_m).dot(blade.up_world);
+  if (depth_m > 0)
+    blade.max_depth_m = body.depth_limit_m(blade.tip_world_m + depth_m * blade.up_world, blade.tip_world_m);
+  return blade;
+}
+
+// The triangles that the line of a blade crosses.
+void ask_surface(Body& body, const Blade& blade, std::vector<TriangleId>& crossed) {
+  const BladeLine line = line_of(blade);
+  for (const SurfaceHit& hit : body.tree().hits(body.view(), line.heel_world_m, line.tip_world_m))
+    if (hit.entering) crossed.push_back(hit.triangle);
+}
+
+// The decision for a pose of an edge that cuts where its tip goes.
+struct TipDecision {
+  CutDecision leaf = CutDecision::detect_again;
+  Vec3 at_surface_world_m = Vec3::Zero();
+  double height_m = 0;  // of that above the tip
+  Crossings crossings;
+};
+
+// A pose of an edge on its way through tissue, and how it has come there.
+struct EdgeOnWay {
+  const InstrumentEdge& edge;
+  const Blade& blade;
+  Jaws jaws;
+  Vec3 from_world_m;    // on the surface, where it has cut last
+  Vec3 travel_world_m;  // of the tip since then
+
+  TipDecision decide(const Vec3& point_world_m, const Vec3& normal) const {
+    TipDecision d;
+    d.height_m = height_m_at(point_world_m, normal, blade);
+    d.at_surface_world_m = blade.tip_world_m + d.height_m * blade.up_world;
+    d.crossings = crossings_at(edge.shape(), edge.pose(), point_world_m, normal);
+    const Vec3 over_surface = d.at_surface_world_m - from_world_m;
+    const bool is_correct = correct_direction(edge.shape(), edge.pose(), over_surface, normal) ||
+                            correct_direction(edge.shape(), edge.pose(), travel_world_m, normal);
+    d.leaf = edge.kind().decide({d.crossings, is_correct, jaws});
+    return d;
+  }
+};
+
+}  // namespace
+
+BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool at_tip) {
+  tip_before_world_m_ = edge.tip_world_m();
+  BladeMotion motion{edge.id(), {limited_blade(body, edge, point_world_m)}, false};
+  if (!body.cut_traits.edge_cuts_anywhere) {
+    ask_surface(body, motion.path.front(), motion.active);
+    return motion;
+  }
+  // A blade that breaks in sideways comes from outside.
+  if (!at_tip)
+    if (const auto outside = blade_outside(body, edge, motion.path.front()))
+      motion.path.insert(motion.path.begin(), *outside);
+  motion.active = swept_over(body, edge, motion.path.front(), motion.path);
+  return motion;
+}
+
+EdgeStroke::Outcome EdgeStroke::follow(Body& body, const StrokeStep& step) {
+  return body.cut_traits.edge_cuts_anywhere ? follow_whole_edge(body, step) : follow_tip(body, step);
+}
+
+// The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
+EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
+  const InstrumentKind& kind = step.edge.kind();
+  Outcome outcome{{step.edge.id(), {}, false}, {}};
+  BladeMotion& motion = outcome.motion;
+  const std::array resting{step.edge.pose()};
+  Vec3 from = step.point_world_m;
+  double opening_rad = step.opening_before_rad;
+  for (const JointPose& pose : step.poses.empty() ? std::span<const JointPose>(resting) : step.poses) {
+    const InstrumentEdge edge = step.edge.at(pose);
+    const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
+    const Blade blade = limited_blade(body, edge, step.point_world_m);
+    const EdgeOnWay way{edge, blade, jaws, from, blade.tip_world_m - tip_before_world_m_};
+    TipDecision decision = way.decide(step.point_world_m, step.normal_world);
+    // Over a rim, the blade enters another face than the one with the end of its cut.
+    if (decision.leaf == CutDecision::detect_again) {
+      const BladeLine line = line_of(blade);
+      if (const auto skin = skin_entered(body, line, line.tip_world_m))
+        decision = way.decide(skin->point_world_m, body.view().normal(skin->triangle));
+    }
+    resistance_.meet(body, edge, step.frame_world, kind.only_closing && decision.leaf != CutDecision::cut);
+    if (decision.leaf == CutDecision::cut) {
+      motion.path.push_back(blade);
+      ask_surface(body, blade, motion.active);
+      from = decision.at_surface_world_m;
+      tip_before_world_m_ = blade.tip_world_m;
+      continue;
+    }
+    if (decision.leaf == CutDecision::detect_again) {
+      motion.lift = decision.height_m < 0 || !decision.crossings.edge || jaws == Jaws::opening;
+      break;
+    }
+    if (decision.leaf == CutDecision::push_out) resistance_.push_out(body, edge, step.point_world_m, step.normal_world);
+    if (step.cut.cuts && step.cut.follows != kNone) outcome.end_goes_to_world_m = decision.at_surface_world_m;
+    break;
+  }
+  return outcome;
+}
+
+EdgeStroke::Outcome EdgeStroke::follow_whole_edge(Body& body, const StrokeStep& step) {
+  const InstrumentKind& kind = step.edge.kind();
+  Outcome outcome{{step.edge.id(), {}, false}, {}};
+  BladeMotion& motion = outcome.motion;
+  Vec3 from = step.point_world_m;
+  double opening_rad = step.opening_before_rad;
+  if (step.poses.empty()) resistance_.meet(body, step.edge, step.frame_world, kind.only_closing);
+  for (const JointPose& pose : step.poses) {
+    const InstrumentEdge edge = step.edge.at(pose);
+    const Jaws jaws = jaws_between(std::exchange(opening_rad, pose.opening_rad), pose.opening_rad);
+    const Blade blade = edge.blade();
+    const Vec3 travel = blade.tip_world_m - std::exchange(tip_before_world_m_, blade.tip_world_m);
+    resistance_.meet(body, edge, step.frame_world, kind.only_closing && jaws != Jaws::closing);
+    if (travel.norm() < kNoTravel_m && jaws == Jaws::still) continue;
+    const double depth_m = (from - blade.tip_world_m).dot(blade.up_world);
+    const Vec3 at_surface = blade.tip_world_m + depth_m * blade.up_world;
+    const bool ahead = correct_direction(edge.shape(), pose, at_surface - from, blade.up_world);
+    const bool is_correct = ahead || correct_direction(edge.shape(), pose, travel, blade.up_world);
+    const CutDecision leaf = decide_by_surface(body, edge, is_correct, jaws);
+    if (leaf == CutDecision::cut || (leaf == CutDecision::detect_again && ahead)) {
+      if (ahead || (leaf == CutDecision::cut && body.cut_traits.cuts_inside)) {
+        motion.path.push_back(blade);
+        from = at_surface;
+      }
+    } else if (leaf == CutDecision::detect_again) {  // in what it has opened, or out of it
+      // Lips that swing away from a blade do not lift it.
+      const double away_m = (depth_m > kDeepEdge_m ? kLeftBehind : 1) * body.cut_traits.join_tolerance_m;
+      motion.lift = jaws == Jaws::opening || (at_surface - from).norm() > away_m;
+      break;
+    }
+  }
+  if (!motion.path.empty())
+    motion.active = swept_over(body, step.edge, step.cut.blade.value_or(motion.path.front()), motion.path);
+  return outcome;
+}
+
+}  // namespace sectio

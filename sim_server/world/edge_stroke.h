@@ -1,0 +1,47 @@
+// The way of an edge through the tissue of a body, from where it broke in to where its cut ends: in each step the poses
+// at which it cuts, for the cutting engine, and the force that holds it. An edge cuts where its tip goes (paper B,
+// figure 4), or everywhere along its length (paper A, 2.3; whole_edge.h), as the engine says (CutTraits).
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "sim_server/world/body.h"
+#include "sim_server/world/cut_resistance.h"
+#include "sim_server/world/instrument_edge.h"
+
+namespace sectio {
+
+// A step of an edge in tissue.
+struct StrokeStep {
+  const InstrumentEdge& edge;        // at the end of the step
+  std::span<const JointPose> poses;  // since the last step; none: the instrument rests
+  double opening_before_rad;
+  const CutPoint& cut;
+  Pose frame_world;                  // of the tissue at rest around the edge
+  Vec3 point_world_m, normal_world;  // of the surface, where the edge enters it
+};
+
+class EdgeStroke {
+ public:
+  // The edge breaks in here; `at_tip`: with its tip first.
+  BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool at_tip);
+
+  struct Outcome {
+    BladeMotion motion;
+    std::optional<Vec3> end_goes_to_world_m;  // a blade that doesn't cut takes the end of its cut along
+  };
+  Outcome follow(Body& body, const StrokeStep& step);
+
+  CutResistance& resistance() { return resistance_; }
+  const CutResistance& resistance() const { return resistance_; }
+
+ private:
+  Outcome follow_tip(Body& body, const StrokeStep& step);
+  Outcome follow_whole_edge(Body& body, const StrokeStep& step);
+
+  Vec3 tip_before_world_m_ = Vec3::Zero();  // of the pose before; where the tip cuts, of the last one at which it did
+  CutResistance resistance_;
+};
+
+}  // namespace sectio

@@ -1,0 +1,151 @@
+#include "sim_server/world/whole_edge.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sectio {
+namespace {
+
+constexpr double kLeastInside_m = 0.001;  // of its length
+constexpr double kFarthestBack_m = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
+constexpr double kBackStep_m = 0.00025;
+constexpr double kClear_m = 0.002;  // further back: at rest the body's side is nearer than where it is pressed in
+constexpr double kAlongWall = 0.5;  // cosine of a wall's normal to the blade's, from which on they lie side by side
+constexpr double kCosSharp = 0.5;   // the edge faces the surface within 60 degrees
+
+bool sharp_edge_touches(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {
+  constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2};  // A and C
+  if (!body.cut_traits.edge_cuts_anywhere || at.at_tip || at.corners != kEdgeCorners) return false;
+  const double along_m = at.along * (edge.shape().c_tool_m - edge.shape().a_tool_m).norm();
+  return along_m <= edge.length_m();  // blunt beyond
+}
+
+// Unit, across the flat of the blade.
+Vec3 aside_world(const InstrumentEdge& edge) {
+  const InstrumentShape& shape = edge.shape();
+  const Vec3 along = shape.edge_heel_tool_m - shape.edge_tip_tool_m;
+  return edge.pose().orientation * shape.sharp_side_tool->cross(along).normalized();
+}
+
+bool is_between_walls(Body& body, const InstrumentEdge& edge, const Vec3& at) {
+  const Vec3 reach = body.cut_traits.join_tolerance_m * aside_world(edge);
+  const std::vector<SurfaceHit> hits = body.tree().hits(body.view(), at - reach, at + reach);
+  const auto is_wall = [&](bool entering) {
+    return std::ranges::any_of(hits, [&](const SurfaceHit& hit) {
+      return hit.entering == entering && body.mesh.triangle(hit.triangle).surface == Surface::wall;
+    });
+  };
+  return is_wall(true) && is_wall(false);
+}
+
+// Is the blade in a groove, or flat against a wall of one? There it cuts nothing: it would plane off its own walls.
+bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at) {
+  const Vec3 aside = aside_world(edge);
+  const double near_m = body.cut_traits.join_tolerance_m;
+  const auto is_beside = [&](const SurfaceHit& hit) {
+    return body.mesh.triangle(hit.triangle).surface == Surface::wall &&
+           std::abs(body.view().normal(hit.triangle).dot(aside)) > kAlongWall;
+  };
+  return is_between_walls(body, edge, at) ||
+         std::ranges::any_of(body.tree().hits(body.view(), at - near_m * aside, at + near_m * aside), is_beside);
+}
+
+}  // namespace
+
+bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint& press, const Vec3& normal_world) {
+  if (!sharp_edge_touches(body, edge, press.on_tool())) return false;
+  const std::optional<Vec3> sharp_side = edge.sharp_side_world();
+  if (!sharp_side) return true;
+  if (!body.cut_traits.cuts_inside && is_at_wall(body, edge, press.tool_point_world_m(edge))) return false;
+  return -normal_world.dot(*sharp_side) >= kCosSharp;
+}
+
+bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press) {
+  if (!sharp_edge_touches(body, edge, press.on_tool())) return false;
+  if (!edge.shape().sharp_side_tool || !body.cut_traits.cuts_inside) return false;
+  return is_between_walls(body, edge, press.tool_point_world_m(edge));
+}
+
+std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip) {
+  const Vec3 along = edge.along_world_m();
+  const std::vector<SurfaceHit> hits = body.tree().hits(body.view(), tip, tip + along);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const double from = hits[i].entering ? hits[i].parameter : 0;
+    const double to = !hits[i].entering ? hits[i].parameter : i + 1 < hits.size() ? hits[i + 1].parameter : 1;
+    if ((!hits[i].entering && i > 0) || (to - from) * along.norm() < kLeastInside_m) continue;
+    const Vec3 middle = tip + 0.5 * (from + to) * along;
+    if (!body.cut_traits.cuts_inside && (!body.tree().inside(body.view(), middle) || is_at_wall(body, edge, middle)))
+      continue;  // walls that hang into each other are entered and never left
+    Blade part;
+    part.tip_world_m = tip + from * along;
+    part.up_world = along.normalized();
+    part.length_m = (to - from) * along.norm();
+    const VertexId near = body.mesh.triangle(hits[i].triangle).v[0];
+    if (body.engines.cutting->uncut_m(body.shared(), part, near) > kLeastInside_m) return hits[i];
+  }
+  return {};
+}
+
+// Surface that springs round an edge, or over a rim, leaves nothing that could press it: the blade would pass through
+// uncut tissue. In a slit, whose lips may have closed in on the blade, there is nothing to break in to.
+std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdge& edge, const JointPose& before) {
+  const std::optional<Vec3> sharp_side = edge.sharp_side_world();
+  if (!sharp_side) return {};
+  const Vec3 tip = edge.tip_world_m();
+  if (sharp_side->dot(tip - before.to_world(edge.shape().edge_tip_tool_m)) < kNoTravel_m) return {};
+  return uncut_tissue_at(body, edge, tip - kDeepEdge_m * *sharp_side);
+}
+
+std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const Blade& inside) {
+  const std::optional<Vec3> sharp_side = edge.sharp_side_world();
+  if (!sharp_side) return {};
+  const SurfaceView view = body.view();
+  const CollisionEngine& tree = body.tree();
+  std::optional<Blade> outside;
+  double most_m = kFarthestBack_m;
+  for (double back_m = kBackStep_m; back_m <= most_m; back_m += kBackStep_m) {
+    Blade blade = inside;
+    blade.tip_world_m -= back_m * *sharp_side;
+    const Vec3 heel = blade.tip_world_m + edge.length_m() * blade.up_world;
+    const bool is_out = tree.hits(view, blade.tip_world_m, heel).empty() && !tree.inside(view, blade.tip_world_m);
+    if (!is_out && outside) break;
+    if (!is_out) continue;
+    if (!outside) most_m = back_m + (opens_from_edge(body.cut_traits) ? kClear_m : 0);
+    outside = blade;
+  }
+  return outside;
+}
+
+CutDecision decide_by_surface(Body& body, const InstrumentEdge& edge, bool is_correct_direction, Jaws jaws) {
+  const InstrumentShape& shape = edge.shape();
+  const SurfaceView view = body.view();
+  const CollisionEngine& tree = body.tree();
+  const auto crosses = [&](const Vec3& from_tool_m, const Vec3& to_tool_m) {
+    return !tree.hits(view, edge.pose().to_world(from_tool_m), edge.pose().to_world(to_tool_m)).empty();
+  };
+  const Crossings crossings{crosses(shape.a_tool_m, shape.b_tool_m), crosses(shape.a_tool_m, shape.c_tool_m),
+                            crosses(shape.b_tool_m, shape.d_tool_m),
+                            crosses(shape.edge_tip_tool_m, shape.edge_heel_tool_m)};
+  return edge.kind().decide({crossings, is_correct_direction, jaws});
+}
+
+std::vector<TriangleId> swept_over(Body& body, const InstrumentEdge& edge, const Blade& from,
+                                   std::span<const Blade> path) {
+  const auto heel = [&](const Blade& blade) -> Vec3 { return blade.tip_world_m + edge.length_m() * blade.up_world; };
+  std::vector<Vec3> points{from.tip_world_m, heel(from)};
+  std::vector<std::array<std::size_t, 2>> segments{{0, 1}};
+  double reach_m = 0;
+  for (const Blade& blade : path) {
+    const std::size_t n = points.size();
+    reach_m = std::max(reach_m, (blade.tip_world_m - points[n - 2]).norm());
+    points.push_back(blade.tip_world_m);
+    points.push_back(heel(blade));
+    segments.push_back({n, n + 1});
+    segments.push_back({n - 2, n});
+  }
+  std::vector<TriangleId> near;
+  body.tree().near_segments(body.view(), points, segments, reach_m, near);
+  return near;
+}
+
+}  // namespace sectio
