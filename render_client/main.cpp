@@ -13,6 +13,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/report_figures.h"
+#include "common/core/wall_time.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "render_client/draw/canvas.h"
@@ -130,10 +131,6 @@ bool parse(int argc, char** argv, Options& o) {
 }
 
 volatile std::sig_atomic_t stop_requested = 0;
-
-double now_s() {
-  return Seconds(Clock::now().time_since_epoch()).count();
-}
 
 // Draws frames and writes the pictures to files; with --no-pictures it does nothing.
 class Screen {
@@ -273,35 +270,35 @@ int view(Options options) {
   Frame frame, halted;
   bool was_halted = false;
   ViewRecord record;
-  Ending ending(options.duration_s, now_s());
+  Ending ending(options.duration_s, steady_now_s());
   bool connected = false, any = false;
   const std::string session =
       "session '" + options.network.session + "' on domain " + std::to_string(options.network.domain);
   log_info("waiting for " + session);
 
   const double interval_s = 1 / options.frames_per_s;
-  double due_s = now_s();
-  while (!ending.due(now_s(), world)) {
-    const double sync_begun_s = now_s();
+  double due_s = steady_now_s();
+  while (!ending.due(steady_now_s(), world)) {
+    const double sync_begun_s = steady_now_s();
     net.poll(sync_begun_s, world);
     if (!connected && net.connected()) log_info("connected to a server");
     connected = connected || net.connected();
-    const bool is_new = world.frame(now_s(), frame);
+    const bool is_new = world.frame(steady_now_s(), frame);
     if (heard) heard->keep(world);
-    record.add_sync(now_s() - sync_begun_s, world);
+    record.add_sync(steady_now_s() - sync_begun_s, world);
     if (is_new && !any) log_info("session '" + frame.session + "' on the screen");
     any = any || is_new;
-    const double begun_s = now_s();
+    const double begun_s = steady_now_s();
     const int missed = static_cast<int>(std::clamp((begun_s - due_s) / interval_s, 0.0, kMaxRepeat_s / interval_s));
     if (!screen.listen()) break;
     if (any) {
       if (screen.halted() && !was_halted) halted = frame;
       was_halted = screen.halted();
       screen.show(was_halted ? halted : frame, missed, record.pictures_per_s());
-      record.add(now_s(), now_s() - begun_s, frame, is_new);
+      record.add(steady_now_s(), steady_now_s() - begun_s, frame, is_new);
     }
     due_s += (1 + missed) * interval_s;
-    if (due_s < now_s() - kMaxRepeat_s) due_s = now_s();
+    if (due_s < steady_now_s() - kMaxRepeat_s) due_s = steady_now_s();
     std::this_thread::sleep_until(Clock::time_point(std::chrono::duration_cast<Clock::duration>(Seconds(due_s))));
   }
   screen.finish();

@@ -138,6 +138,16 @@ TracePoint point_at(std::span<const TracePoint> trace, double time_s) {
           a.opening_rad + s * (after->opening_rad - a.opening_rad)};
 }
 
+std::vector<TracePoint> moments_of(std::span<const TracePoint> trace, std::size_t count) {
+  SECTIO_ASSERT(!trace.empty() && count > 1, "a trace has a beginning and an end");
+  const double begin_s = trace.front().time_s, end_s = trace.back().time_s;
+  std::vector<TracePoint> moments;
+  for (std::size_t i = 0; i < count; ++i)
+    moments.push_back(
+        point_at(trace, begin_s + (end_s - begin_s) * static_cast<double>(i) / static_cast<double>(count - 1)));
+  return moments;
+}
+
 Pose pose_at(std::span<const TracePoint> trace, double time_s) {
   return point_at(trace, time_s).pose_world;
 }

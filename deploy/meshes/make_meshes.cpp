@@ -1,7 +1,3 @@
-// make_meshes DIR [NAME...]: writes organ-like surfaces, a bar and a sheet as NAME.obj, and a box of tetrahedra as
-// NAME.msh, in metres (all of the table below, or those named). make_meshes --check DIR [NAME...] exits with 1 when a
-// file there differs from the one that this program makes.
-//
 // An organ: a geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and
 // back to the surface, and edges flip to Delaunay's, until triangles are even. A bar or sheet: a grid on each side.
 #include <algorithm>
@@ -16,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/arguments.h"
+#include "common/core/error.h"
 #include "common/mesh/check.h"
 #include "common/mesh/obj_text.h"
 #include "deploy/meshes/paper_box.h"
@@ -325,17 +323,22 @@ const auto kRecipes = std::to_array<Recipe>({
     {"paper_box", [](const char* name) { return described(name, paper_box()); }, ".msh"},
 });
 
-int run(std::vector<std::string> words) {
-  const bool check_only = !words.empty() && words[0] == "--check";
-  if (check_only) words.erase(words.begin());
-  if (words.empty()) {
-    std::cerr << "usage: make_meshes [--check] DIR [NAME...]\n";
-    return 2;
-  }
+int run(int argc, char** argv) {
+  bool check_only = false;
+  std::string directory;
+  std::vector<std::string> names;
+  Arguments arguments("make_meshes", "writes organ-like surfaces, a bar, a sheet and a box of tetrahedra, in metres");
+  arguments.option("DIR", directory, "folder for the files", Need::required);
+  arguments.option("NAME", names, "those to make; none: all");
+  arguments.toggle("--check", check_only, "writes nothing; ends with 1 when a file there differs");
+  if (!arguments.parse(argc, argv)) return 0;
+  for (const std::string& name : names)
+    if (std::ranges::find(kRecipes, name, &Recipe::name) == std::end(kRecipes))
+      throw InputError(name + ": no such mesh");
   int failures = 0;
   for (const Recipe& recipe : kRecipes) {
-    if (words.size() > 1 && std::find(words.begin() + 1, words.end(), recipe.name) == words.end()) continue;
-    const std::string path = words[0] + "/" + recipe.name + recipe.ending, text = recipe.text(recipe.name);
+    if (!names.empty() && std::ranges::find(names, recipe.name) == names.end()) continue;
+    const std::string path = directory + "/" + recipe.name + recipe.ending, text = recipe.text(recipe.name);
     bool good = !text.empty();
     if (check_only) {
       std::ostringstream content;
@@ -354,5 +357,5 @@ int run(std::vector<std::string> words) {
 }  // namespace sectio
 
 int main(int argc, char** argv) {
-  return sectio::run({argv + 1, argv + argc});
+  return sectio::run_program("make_meshes", [&] { return sectio::run(argc, argv); });
 }

@@ -1,5 +1,4 @@
-// make_traces DIR: writes the instruments' motions of the scenes in deploy/scenes as CSV. The numbers to
-// tune stand in the tables below.
+// Writes the instruments' motions of the scenes in deploy/scenes as CSV. The numbers to tune stand in the tables below.
 //
 // A motion: hover above the start of the stroke, press down to the depth, draw the blade along the stroke at constant
 // speed, lift. The blade stands upright on the surface, leans back a little, and its sharp edge (tool +x) leads.
@@ -12,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/arguments.h"
 #include "deploy/meshes/shapes.h"
 #include "deploy/traces/motions.h"
 #include "deploy/traces/passages.h"
@@ -374,21 +374,22 @@ bool write(const std::string& directory, const std::string& name, const std::str
   return false;
 }
 
+int run(int argc, char** argv) {
+  std::string directory;
+  Arguments arguments("make_traces", "writes the instruments' traces of the scenes");
+  arguments.option("DIR", directory, "folder for the files", Need::required);
+  if (!arguments.parse(argc, argv)) return 0;
+  bool written = true;
+  for (const Motion& motion : kMotions) written &= write(directory, motion.name, TraceWriter(motion).run());
+  for (const Carry& carry : kCarries) written &= write(directory, carry.name, CarryWriter(carry).run());
+  written &= write(directory, kSnips.name, SnipWriter(kSnips).run());
+  for (const Passage& passage : passages()) written &= write(directory, passage.name, trace_of(passage));
+  return written ? 0 : 1;
+}
+
 }  // namespace
 }  // namespace sectio
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::cerr << "usage: make_traces DIR\n";
-    return 2;
-  }
-  bool written = true;
-  for (const sectio::Motion& motion : sectio::kMotions)
-    written &= sectio::write(argv[1], motion.name, sectio::TraceWriter(motion).run());
-  for (const sectio::Carry& carry : sectio::kCarries)
-    written &= sectio::write(argv[1], carry.name, sectio::CarryWriter(carry).run());
-  written &= sectio::write(argv[1], sectio::kSnips.name, sectio::SnipWriter(sectio::kSnips).run());
-  for (const sectio::Passage& passage : sectio::passages())
-    written &= sectio::write(argv[1], passage.name, sectio::trace_of(passage));
-  return written ? 0 : 1;
+  return sectio::run_program("make_traces", [&] { return sectio::run(argc, argv); });
 }

@@ -38,9 +38,7 @@ planning::ToolUse use_of(const ToolSpec& tool, const Pose& body) {
   const InstrumentShape rest = kind.shape(tool.geometry, {tool.intensity, 0, 0});
   use.cuts = (rest.edge_tip_tool_m - rest.edge_heel_tool_m).norm() > 0;
   if (tool.trace.empty()) return use;
-  const double begin = tool.trace.front().time_s, end = tool.trace.back().time_s;
-  for (std::size_t i = 0; i < kMoments; ++i) {
-    const TracePoint at = point_at(tool.trace, begin + (end - begin) * static_cast<double>(i) / (kMoments - 1));
+  for (const TracePoint& at : moments_of(tool.trace, kMoments)) {
     const InstrumentShape shape = kind.shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
     const auto local = [&](const Vec3& p) { return body.to_local(at.pose_world.to_world(p)); };
     use.moments.push_back({local(use.cuts ? shape.edge_tip_tool_m : shape.a_tool_m), local(shape.b_tool_m),

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "common/math/hash.h"
+#include "common/math/solid_angle.h"
 
 namespace sectio {
 namespace {
@@ -220,15 +221,10 @@ class Orienter {
   }
   const Vec3& at(std::uint32_t t, std::size_t i) const { return soup_.vertices_body_m[soup_.triangles[t][i]]; }
 
-  // Winding number by solid angles (van Oosterom and Strackee 1983).
   bool contains(std::uint32_t c, const Vec3& p) const {
-    double half_angles = 0;
-    for (const std::uint32_t t : members_[c]) {
-      const Vec3 x = at(t, 0) - p, y = at(t, 1) - p, z = at(t, 2) - p;
-      const double lx = x.norm(), ly = y.norm(), lz = z.norm();
-      half_angles += std::atan2(x.dot(y.cross(z)), lx * ly * lz + x.dot(y) * lz + y.dot(z) * lx + z.dot(x) * ly);
-    }
-    return std::abs(half_angles) > M_PI;
+    double share = 0;
+    for (const std::uint32_t t : members_[c]) share += share_seen_from(p, at(t, 0), at(t, 1), at(t, 2));
+    return std::abs(share) > 0.5;
   }
 
   void turn_outward(std::uint32_t c) {

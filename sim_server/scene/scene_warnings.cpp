@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/math/solid_angle.h"
+
 namespace sectio {
 namespace {
 
@@ -37,15 +39,11 @@ Box3 box_of(const std::vector<Vec3>& points) {
   return box;
 }
 
-// Inside of a closed surface, by solid angles (van Oosterom and Strackee 1983); a point on the surface is not.
+// A point on the surface is not inside.
 bool contains(const std::vector<Vec3>& vertices, const TriangleSoup& soup, const Vec3& p) {
-  double half_angles = 0;
-  for (const auto& [a, b, c] : soup.triangles) {
-    const Vec3 x = vertices[a] - p, y = vertices[b] - p, z = vertices[c] - p;
-    const double lx = x.norm(), ly = y.norm(), lz = z.norm();
-    half_angles += std::atan2(x.dot(y.cross(z)), lx * ly * lz + x.dot(y) * lz + y.dot(z) * lx + z.dot(x) * ly);
-  }
-  return std::abs(half_angles) > 0.9 * (2 * M_PI);
+  double share = 0;
+  for (const auto& [a, b, c] : soup.triangles) share += share_seen_from(p, vertices[a], vertices[b], vertices[c]);
+  return std::abs(share) > 0.9;
 }
 
 // Points just beneath the middles of a body's triangles: bodies whose surfaces coincide have these inside each other.
@@ -100,9 +98,7 @@ bool comes_near(const ToolSpec& tool, const std::vector<Vec3>& vertices) {
   box.min().array() -= kFar_m;
   box.max().array() += kFar_m;
   const InstrumentKind& kind = instrument_of(tool.kind);
-  const double begin = tool.trace.front().time_s, end = tool.trace.back().time_s;
-  for (std::size_t i = 0; i < kMoments; ++i) {
-    const TracePoint at = point_at(tool.trace, begin + (end - begin) * static_cast<double>(i) / (kMoments - 1));
+  for (const TracePoint& at : moments_of(tool.trace, kMoments)) {
     const InstrumentShape shape = kind.shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
     for (const Vec3& point : {shape.a_tool_m, shape.b_tool_m, shape.c_tool_m, shape.d_tool_m, shape.edge_tip_tool_m}) {
       const Vec3 p = at.pose_world.to_world(point);

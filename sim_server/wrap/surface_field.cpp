@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/solid_angle.h"
+
 namespace sectio {
 namespace {
 
@@ -28,13 +30,6 @@ Vec3 closest_on(const Corner3& t, const Vec3& p) {
   if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
   if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
   return a + (vb * ab + vc * ac) / (va + vb + vc);
-}
-
-// The share of the sphere around p that the triangle covers, with its sign (van Oosterom and Strackee 1983).
-double share_seen(const Corner3& t, const Vec3& p) {
-  const Vec3 x = t[0] - p, y = t[1] - p, z = t[2] - p;
-  const double lx = x.norm(), ly = y.norm(), lz = z.norm();
-  return std::atan2(x.dot(y.cross(z)), lx * ly * lz + x.dot(y) * lz + y.dot(z) * lx + z.dot(x) * ly) / (2 * M_PI);
 }
 
 }  // namespace
@@ -84,7 +79,8 @@ double SurfaceField::winding(std::uint32_t node, const Vec3& p) const {
   if (far2 > kFar * kFar * n.radius * n.radius) return n.area_vector.dot(d) / (4 * M_PI * far2 * std::sqrt(far2));
   if (n.count == 0) return winding(n.left, p) + winding(n.right, p);
   double sum = 0;
-  for (std::uint32_t t = n.first; t < n.first + n.count; ++t) sum += share_seen(triangles_[t], p);
+  for (std::uint32_t t = n.first; t < n.first + n.count; ++t)
+    sum += share_seen_from(p, triangles_[t][0], triangles_[t][1], triangles_[t][2]);
   return sum;
 }
 
