@@ -6,10 +6,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kMostMargin = 1e9;
-
 void report_bodies(const SimulatedWorld& world, StepReport& out) {
-  out.stability_margin = kMostMargin;
+  out.stability_margin = ModelCheck::kMostMargin;
   out.added_mass_fraction = 0;
   out.bodies_asleep = 0;
   out.drivers.assign(world.bodies.size(), {});

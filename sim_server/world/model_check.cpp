@@ -8,7 +8,6 @@ namespace {
 
 constexpr std::uint64_t kEnergyEvery = 256;  // steps: it takes about as long as one
 constexpr double kOfLate_s = 0.5;
-constexpr double kMostMargin = 1e9;
 
 }  // namespace
 

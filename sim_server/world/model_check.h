@@ -11,6 +11,8 @@ namespace sectio {
 
 class ModelCheck {
  public:
+  static constexpr double kMostMargin = 1e9;  // a larger one is told as this
+
   explicit ModelCheck(const BodySpec& body) {
     check_.error_estimate = body.plan.error_estimate.value_or(0);
     check_.cpu_estimate = body.plan.cpu_estimate.value_or(0);

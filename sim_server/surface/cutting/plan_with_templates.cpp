@@ -7,7 +7,7 @@ namespace sectio {
 namespace {
 
 // The share of one step in the smoothed displacement of the tissue, so that lips that draw back don't shake the path.
-constexpr double kFollows = 0.02;
+constexpr double kFollowedShare = 0.02;
 
 TemplateSettings template_settings(const StrokeSettings& s) {
   TemplateSettings t;
@@ -86,7 +86,7 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
   stroke.frame_world = motion.frame_world;
   const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
   if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;
-  *stroke.displacement_body_m += kFollows * (displacement_m - *stroke.displacement_body_m);
+  *stroke.displacement_body_m += kFollowedShare * (displacement_m - *stroke.displacement_body_m);
   for (const Blade& blade : motion.path) {
     const std::optional<RestBlade> newest = stroke.newest;
     stroke.blade = blade;
