@@ -37,7 +37,7 @@ constexpr std::size_t kSheetShots = 8;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetTile_px = 480;
 constexpr double kForEver_s = 1e9;
-constexpr double kMaxRepeat_s = 1;  // of video, for which a picture stands in for those that came too late
+constexpr double kMaxRepeat_s = 1;  // a video's picture may stand in so long for those that came too late
 
 struct Options {
   NetworkOptions network;

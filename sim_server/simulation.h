@@ -36,7 +36,7 @@ class Simulation {
 
   // Bodies of the scene, then parts that came off, in order.
   std::uint32_t body_count() const;
-  const BodySpec& body(std::uint32_t body_id) const;  // of a part: its name, colours and material, without mesh
+  const BodySpec& body(std::uint32_t body_id) const;  // a part: its name, colours and material, without mesh
   // The region at the rest position of a surface vertex: an index into body().regions, or kNoRegion.
   std::uint32_t region_of(std::uint32_t body_id, VertexId v) const;
   // The volume of each region in a body, at rest. O(volume), for reports.

@@ -32,7 +32,7 @@ std::string joined(const std::vector<std::string>& words) {
 }  // namespace
 
 struct Arguments::Parser {
-  std::unique_ptr<CLI::App> owned;  // of the program; commands belong to it
+  std::unique_ptr<CLI::App> owned;  // the program's parser; commands belong to it
   CLI::App* app = nullptr;
   std::string log_level = "info";
   std::vector<CLI::Option*> required;

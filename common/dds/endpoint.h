@@ -44,7 +44,7 @@ class SampleReader {
 
   // The next sample, oldest first; false when there is none. Never blocks.
   bool take(Bytes& bytes);
-  const ProgramId& sender() const { return sender_; }  // of the last one
+  const ProgramId& sender() const { return sender_; }  // the last sample's
   std::uint32_t writers() const;
 
  private:

@@ -35,7 +35,7 @@ using Name = Owned<X509_NAME, X509_NAME_free>;
 constexpr const char* kFiles[] = {"cert.pem",           "key.pem",        "ca.pem",
                                   "permissions_ca.pem", "governance.p7s", "permissions.p7s"};
 constexpr const char* kRevoked = "revoked.pem";
-constexpr std::size_t kHashedBytes = 6;  // of the identity of a program: a bit that is set, and 47 of the hash
+constexpr std::size_t kHashedBytes = 6;  // a program's identity: a bit that is set, and 47 of the hash
 
 [[noreturn]] void refuse(const std::string& directory, const std::string& why) {
   throw InputError("--keys " + directory + ": " + why);

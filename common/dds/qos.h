@@ -17,8 +17,8 @@ namespace sectio {
 // queue of a thin link, and the repeats fill the link: so both sides wait a little, and no heartbeat rides on samples.
 struct Repair {
   double heartbeat_s;         // from one heartbeat to the next while a reader lacks something
-  double response_s;          // of a reader to a heartbeat
-  double nack_response_s;     // of the writer to such a response
+  double response_s;          // a reader answers a heartbeat after this time
+  double nack_response_s;     // the writer answers such a response after this time
   double nack_suppression_s;  // after a sample was sent: its loss isn't believed so soon
 };
 constexpr Repair kStream{0.02, 0.003, 0.005, 0};  // few samples at a time, each needed soon
@@ -32,15 +32,15 @@ inline constexpr std::array kDeltaChannels{"deltas"};
 
 struct TopicQos {
   const char* name;
-  const char* type;  // as DDS knows it: the struct of idl/
+  const char* type;  // the name that DDS knows: the struct of idl/
   bool reliable;
   bool late_joiners;                           // a reader gets the samples that were kept from before it came
   std::int32_t depth;                          // samples that a writer keeps
-  std::uint32_t max_bytes;                     // of an encoded message; larger ones are neither sent nor read
-  Repair repair = kStream;                     // of reliable ones
+  std::uint32_t max_bytes;                     // an encoded message; larger ones are neither sent nor read
+  Repair repair = kStream;                     // reliable topics only
   std::span<const char* const> channels = {};  // none: every reader hears all
   std::int32_t reader_depth =
-      16;  // that a reader keeps, if more than writers do: the newest of each of several servers
+      16;  // a reader keeps these, if more than writers do: the newest of each of several servers
 };
 
 // A program that is silent for the duration of its lease is dropped. Announcements go to each port of each peer that a

@@ -29,8 +29,8 @@ struct RegionPart {
   RegionForm form = RegionForm::ellipsoid;
   Vec3 a_m = Vec3::Zero();
   Vec3 b_m = Vec3::Ones();
-  double radius_a_m = 0, radius_b_m = 0;                            // of a tube
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // of an ellipsoid or a box
+  double radius_a_m = 0, radius_b_m = 0;                            // a tube's ends
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // an ellipsoid's or a box's
 };
 
 struct Region {

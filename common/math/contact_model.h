@@ -20,7 +20,7 @@ struct ContactModel {
   double sim_time_s = 0;
   double tool_time_s = 0;  // time stamp, by the bridge's own clock, of the newest tool sample that the server had used
   ContactState state = ContactState::free;
-  Vec3 force_world_n = Vec3::Zero();  // of the tissue on the tool for that sample, as simulated
+  Vec3 force_world_n = Vec3::Zero();  // from the tissue on the tool for that sample, as simulated
   Vec3 lever_world_m = Vec3::Zero();  // from the origin of the tool's frame to where the force acts
   // The surface at rest as a plane, also before the touch: the origin of the tool's frame is in it when the tool begins
   // to touch. It goes on with its velocity after that sample.
@@ -33,7 +33,7 @@ struct ContactModel {
   double damping_n_s_per_m = 0;
   double mass_kg = 0;
   double soft_depth_m = 0.0015;
-  double side_stiffness_n_per_m = 0;  // of the tissue sideways; of the front that holds a blade
+  double side_stiffness_n_per_m = 0;  // the tissue's, sideways; the front's that holds a blade
   double friction = 0;                // Coulomb's coefficient
   double yield_n = kNeverYields_n;    // the tissue breaks at this force
 };

@@ -51,7 +51,7 @@ class McapReader {
   std::ifstream file_;
   std::uint64_t size_ = 0, at_ = 0, place_ = 0;
   bool finished_ = false, broken_ = false;
-  std::vector<std::uint8_t> record_;  // of the file, the one at hand
+  std::vector<std::uint8_t> record_;  // the file's record at hand
   std::vector<std::uint8_t> chunk_;   // unpacked
   std::size_t in_chunk_ = 0;
   std::map<std::uint16_t, std::string> topics_;

@@ -67,14 +67,14 @@ struct McapWriter::State {
   std::uint64_t at = 0;
   bool failed = false, finished = false;
 
-  ByteWriter records;  // of the open chunk
+  ByteWriter records;  // the open chunk's
   TimeRange chunk_range, range;
   std::map<std::uint16_t, ByteWriter> index;  // by channel: times and offsets in the chunk
 
   ByteWriter summary_channels;  // schemas and channels once more
   ByteWriter summary_schemas;
   ByteWriter chunk_indexes, metadata_indexes;
-  std::map<std::uint16_t, std::uint64_t> counts;  // of messages, by channel
+  std::map<std::uint16_t, std::uint64_t> counts;  // messages by channel
   std::uint32_t chunks = 0, metadata = 0;
   std::uint16_t channels = 0;
 };

@@ -31,7 +31,7 @@ bool link_patch(std::span<const PatchTriangle> patch, std::vector<Link>& links) 
                               [](const PatchTriangle& a, const PatchTriangle& b) { return a.id < b.id; });
   };
   std::vector<HalfEdge> rim;    // edges of the hole, which the patch must have again, with the triangle outside
-  std::vector<HalfEdge> edges;  // of the triangles after
+  std::vector<HalfEdge> edges;  // the triangles' edges afterwards
   for (const PatchTriangle& p : patch) {
     for (std::size_t i = 0; i < 3; ++i) {
       if (p.before.alive() && !in_patch(p.neighbours_before[i]))

@@ -7,7 +7,7 @@
 
 namespace sectio {
 
-constexpr std::size_t kMaxScalars = 8;  // of a body
+constexpr std::size_t kMaxScalars = 8;  // one body has at most so many
 
 // A number for each vertex that an engine publishes of a body: wetness, temperature, damage.
 struct ScalarField {

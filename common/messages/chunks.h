@@ -27,7 +27,7 @@ class KeyframeAssembler {
   // The first chunk of the body that hasn't come; it must have some.
   std::uint32_t first_missing(std::uint32_t body_id) const;
   void forget(std::uint32_t body_id);
-  std::size_t bytes() const { return bytes_; }  // of all chunks, with their places
+  std::size_t bytes() const { return bytes_; }  // all chunks, with their places
 
  private:
   struct Parts {
@@ -37,7 +37,7 @@ class KeyframeAssembler {
     std::size_t bytes = 0;
     std::map<std::uint32_t, std::vector<std::uint8_t>> chunks;
   };
-  static constexpr std::size_t kPlaceBytes = 96;  // of a chunk in the map
+  static constexpr std::size_t kPlaceBytes = 96;  // a chunk's, in the map
 
   std::map<std::uint32_t, Parts> parts_;  // by body_id
   std::size_t bytes_ = 0;

@@ -17,7 +17,7 @@ namespace {
 
 // In front of every message: plain CDR, little-endian, no options. Alignment counts from its end.
 constexpr std::uint8_t kEncapsulation[4] = {0, 1, 0, 0};
-constexpr std::size_t kMostPadding = 3;  // that a carrier may leave behind a message
+constexpr std::size_t kMostPadding = 3;  // a carrier may leave so many bytes behind a message
 
 std::size_t padding(std::size_t at, std::size_t size) {
   return (size - (at - sizeof kEncapsulation) % size) % size;

@@ -48,6 +48,6 @@ constexpr double kMaxCoordinate_m = 1e4;
 constexpr Limits kNotNegative{0, std::numeric_limits<double>::max()};
 constexpr Limits kPosition_m{-kMaxCoordinate_m, kMaxCoordinate_m};
 constexpr Limits kColour{0, 1};
-constexpr double kUnitTolerance = 1e-3;  // of the length of normals and quaternions
+constexpr double kUnitTolerance = 1e-3;  // the length of normals and quaternions may be this far from 1
 
 }  // namespace sectio

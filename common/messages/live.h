@@ -35,7 +35,7 @@ enum class ClaimAction : std::uint8_t {
 struct ToolClaim {
   std::uint32_t tool_id = 0;
   ClaimAction action = ClaimAction::claim;
-  std::uint32_t person = kNobody;  // of give
+  std::uint32_t person = kNobody;  // give: to this person
 };
 
 struct Person {

@@ -50,7 +50,7 @@ class LiveFrameReader {
   explicit LiveFrameReader(std::span<const std::uint8_t> frame) : rest_(frame) {}
 
   std::optional<Message> next();
-  bool damaged() const { return damaged_; }  // what is left is no message
+  bool damaged() const { return damaged_; }  // the rest is no message
 
  private:
   std::span<const std::uint8_t> rest_;

@@ -23,7 +23,7 @@ struct BodyInfo {
   std::string name;
   Vec3 skin_colour = Vec3::Constant(0.6);  // red, green, blue; 0 to 1
   Vec3 wall_colour = Vec3::Constant(0.5);
-  Regions regions = {};  // of its inside
+  Regions regions = {};  // the inside's
 };
 
 struct ToolInfo {
@@ -34,15 +34,15 @@ struct ToolInfo {
 };
 
 struct SceneInfo {
-  std::uint64_t epoch = 0;  // which server, and its term: epoch.h
+  std::uint64_t epoch = 0;  // the server and its term: epoch.h
   std::string session;
   double step_s = 0.001;
   Camera camera;
   std::optional<double> floor_z_m = {};  // a plane on which what falls comes to rest
   // All bodies of the scene. Several servers of one session may have a share each; shares have no body in common.
   std::vector<std::string> world_bodies;
-  std::vector<BodyInfo> bodies;  // of this server, then parts that came off; body_id is the index
-  std::vector<ToolInfo> tools;   // of the scene; tool_id is the index
+  std::vector<BodyInfo> bodies;  // this server's, then parts that came off; body_id is the index
+  std::vector<ToolInfo> tools;   // the scene's; tool_id is the index
 };
 
 // Do both claim a body? Then one of them is a ghost, or should never have been started.
@@ -74,7 +74,7 @@ struct BodyCheck {
   double cpu_estimate = 0;      // processor's time for a second; 0 likewise
   double cpu = 0;               // the same as measured, of late; 0: nobody measures
   double stability_margin = 1;  // largest stable step over the step taken, at most 1e9
-  double residual_m = 0;        // of an implicit step: how far its last sweep still moved something
+  double residual_m = 0;        // an implicit step's: how far its last sweep still moved something
   double energy_gain_j = 0;     // beyond what instruments put in, the most so far
   std::uint64_t implicit_steps = 0;
   bool asleep = false;  // it rests, and is not stepped
@@ -85,10 +85,10 @@ struct BodyCheck {
 struct ViewerReport {
   std::uint64_t client = 0;
   std::string name;
-  double rate_hz = 0;        // of the states that it has chosen to hear
-  double states_per_s = 0;   // that came
-  double lost_fraction = 0;  // of the pieces that the headers of those states named
-  double late_s = 0;         // of the promptest state of late: how much longer it was under way than the promptest ever
+  double rate_hz = 0;        // states that it has chosen to hear
+  double states_per_s = 0;   // states that came
+  double lost_fraction = 0;  // share of the pieces that those states' headers named
+  double late_s = 0;         // the promptest state of late was so much longer under way than the promptest ever
   bool operator==(const ViewerReport&) const = default;
 };
 
@@ -96,17 +96,17 @@ struct ServerStatus {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
   double sim_time_s = 0;
-  double step_wall_time_s = 0;  // of the newest state sent
+  double step_wall_time_s = 0;  // the newest sent state's
   double stability_margin = 1;
   std::uint64_t cuts_made = 0;
   std::uint64_t cuts_refused = 0;
   std::uint64_t samples_refused = 0;
   std::uint32_t viewers = 0;
   std::vector<BodyVersion> bodies;
-  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
+  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // gravity turns to this
   std::vector<BodyCheck> checks;              // one a body
-  std::vector<ViewerReport> viewer_reports;   // of the last seconds, the newest of each viewer
-  double speed = 1;                           // of simulated time, compared with the clock; 0: paused
+  std::vector<ViewerReport> viewer_reports;   // the last seconds', the newest of each viewer
+  double speed = 1;                           // simulated time compared with the clock; 0: paused
 };
 
 constexpr double kMostGravity_m_per_s2 = 1000;
@@ -117,19 +117,19 @@ enum class OrderKind : std::uint8_t {
   tilt,   // gravity turns there: somebody tilts the patient
   pause,  // no step is made
   go_on,
-  set_speed,   // of simulated time, compared with the clock
+  set_speed,   // simulated time compared with the clock
   begin_anew,  // bodies and score as they were at first; the try so far is kept
-  tell_score,  // of the exercise, so far
-  seek,        // what is played goes on from another time
+  tell_score,  // the exercise's, so far
+  seek,        // the played session goes on from another time
 };
 
 // An order of the person who leads a session, to all of its servers.
 struct SessionOrder {
   std::uint64_t source = 0;  // another one with every order
   OrderKind kind = OrderKind::tilt;
-  Vec3 gravity_m_per_s2 = Vec3::Zero();  // of tilt
-  double speed = 1;                      // of set_speed
-  double sim_time_s = 0;                 // of seek
+  Vec3 gravity_m_per_s2 = Vec3::Zero();  // tilt
+  double speed = 1;                      // set_speed
+  double sim_time_s = 0;                 // seek
 };
 
 struct SessionEnd {

@@ -25,7 +25,7 @@ constexpr std::size_t kMaxPosesPerPacket = 8;
 
 // The newest samples of one instrument, in ascending order of sequence.
 struct ToolPacket {
-  std::uint64_t source = 0;  // of all its samples: speaker.h
+  std::uint64_t source = 0;  // all its samples' source: speaker.h
   std::uint32_t tool_id = 0;
   std::vector<ToolSample> samples;
 };

@@ -41,7 +41,7 @@ struct KeyframeRequest {
   std::uint32_t body_id = 0;
   std::uint64_t known_revision = kNoRevision;
   std::uint64_t client = 0;
-  std::uint64_t revision = kNoRevision;  // of the keyframe that is being pulled
+  std::uint64_t revision = kNoRevision;  // the keyframe that is being pulled
   std::uint32_t first_chunk = 0;
   std::uint32_t chunks = kFirstWindow;
 };

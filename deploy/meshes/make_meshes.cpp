@@ -24,7 +24,7 @@ namespace {
 
 struct Recipe {
   const char* name;
-  std::function<std::string(const char* name)> text;  // of the file; empty when what was made is broken
+  std::function<std::string(const char* name)> text;  // the file's text; empty when the mesh is broken
   const char* ending = ".obj";
 };
 

@@ -43,13 +43,13 @@ struct Carry {
   const char* name;
   double (*shape)(const Vec3&);
   Vec3 from_m;     // only x and y count
-  double depth_m;  // of the tips below the skin when they close
-  Vec3 to_m;       // of the tips when they open
+  double depth_m;  // the tips, below the skin, when they close
+  Vec3 to_m;       // the tips are here when they open
   double wait_s;
-  Vec3 park_m;           // of the tips meanwhile
+  Vec3 park_m;           // the tips are here meanwhile
   double lift_m = 0.04;  // straight up before going anywhere
   double open_rad = 0.35;
-  double turn_deg = 0;  // of the jaws about the shaft
+  double turn_deg = 0;  // the jaws, about the shaft
   double stay_s = 0;    // when they have closed: they pull a little, and stay for so long
   bool carries = true;  // or they let go then
 };

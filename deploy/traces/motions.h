@@ -20,10 +20,10 @@ struct Motion {
   const char* name;
   double (*shape)(const Vec3&);
   std::vector<Stroke> strokes;
-  double depth_m;           // of the tip below the skin while cutting; for a hook: its virtual tip reaches deeper
+  double depth_m;           // the tip, below the skin while cutting; a hook: its virtual tip reaches deeper
   double speed_m_per_s;     // along the stroke
-  double lean_deg;          // of the shaft, back against the stroke
-  double height_m = 0.020;  // of the tip above the skin, before and after a stroke
+  double lean_deg;          // the shaft leans back against the stroke
+  double height_m = 0.020;  // the tip, above the skin, before and after a stroke
   double hover_s = 0.4;     // at rest before the first stroke
   double press_s = 1.0;     // from the height to the depth, along the first press_run_m of the stroke
   double press_run_m = 0.0;
@@ -34,7 +34,7 @@ struct Motion {
   int snips = 1;                // evenly along the stroke
   double close_s = 1.0;         // a snip
   Vec3 leave_m = Vec3::Zero();  // at the end, out of the way of other instruments
-  Vec3 place_m = Vec3::Zero();  // of the body in its scene
+  Vec3 place_m = Vec3::Zero();  // the body's place in its scene
 };
 
 inline const Stroke kKidneyLoop{.through = {{0.017, 0.000, 0},

@@ -7,12 +7,12 @@ namespace sectio {
 
 // Limits of a device, which bound all that its hand may feel, whatever a server sends.
 struct DeviceLimits {
-  double damping_n_s_per_m = 0.5;  // of the device itself when no hand holds it
-  double mass_kg = 0.1;            // that a hand moves with it
+  double damping_n_s_per_m = 0.5;  // the device's own when no hand holds it
+  double mass_kg = 0.1;            // a hand moves so much with it
   double largest_force_n = 10;
   double slew_n_per_s = 500;  // the fastest change of its force while the hand rests
   double largest_moment_n_m = 1;
-  double rate_hz = 1000;  // of the loop that drives it
+  double rate_hz = 1000;  // the loop that drives it runs so often
 };
 
 enum class DeviceStatus {

@@ -12,7 +12,7 @@ namespace sectio {
 // A driver has measured this, in the axes of the device (workspace.h).
 struct HandleState {
   Pose pose;                 // z up the shaft of the instrument
-  double opening_share = 1;  // of the joint, 1: wide open; of a device that has one
+  double opening_share = 1;  // the joint's, 1: wide open; only of a device that has one
   bool has_opening = false;
   Buttons buttons;
 };
@@ -31,7 +31,7 @@ class Handle {
 
 class HeldDevice : public Device {
  public:
-  static constexpr double kWidest_rad = 0.6;  // of jaws that a button closes
+  static constexpr double kWidest_rad = 0.6;  // jaws that a button closes
   static constexpr double kJaws_rad_per_s = 3;
 
   // A force limit below the device's own may be asked for.

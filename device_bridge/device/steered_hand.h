@@ -27,7 +27,7 @@ class Steering {
 
 class SteeredHand : public WishedHand {
  public:
-  static constexpr double kLeash_m = 0.03;    // of the wish beyond the instrument
+  static constexpr double kLeash_m = 0.03;    // the wish is at most this far from the instrument
   static constexpr double kSmallSteps = 0.2;  // while the clutch is down
   static constexpr double kWidest_rad = 0.6;
   static constexpr double kJaws_rad_per_s = 1.5;

@@ -16,7 +16,7 @@ struct Workspace {
   double force_scale = 1;  // force on the hand over force on the instrument
   Vec3 at_world_m = Vec3::Zero();
   double turn_rad = 0;  // about the vertical: the device's y axis is there in the world, counted from the world's y
-  double roll_rad = 0;  // of the instrument about its shaft
+  double roll_rad = 0;  // about the instrument's shaft
 };
 
 // The limits of a device, as they are where its instrument is: a hand moves `scale` times the way there, against
@@ -42,7 +42,7 @@ class WorkspaceMap {
  private:
   Workspace workspace_;
   Eigen::Quaterniond turn_, roll_;
-  std::optional<Vec3> anchor_m_;  // of the handle, where the instrument is at `at_world_m_`
+  std::optional<Vec3> anchor_m_;  // the handle's, where the instrument is at `at_world_m_`
   Vec3 at_world_m_;
   Vec3 last_world_m_;
   bool clutch_ = false;

@@ -18,7 +18,7 @@ namespace sectio {
 struct DeviceRequest {
   std::string device = "scripted";  // NAME or NAME:KEY=VALUE,...
   std::string trace_file;
-  double fastest_m_per_s = kUsualMaxSpeed_m_per_s;  // of wishes and of devices that say where to go
+  double fastest_m_per_s = kUsualMaxSpeed_m_per_s;  // wishes, and devices that say where to go
 };
 
 // A device that has been opened, and lacks only what a session knows.

@@ -15,7 +15,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kIdle = 0.12;  // of a stick's way, which a thumb that rests may be off
+constexpr double kIdle = 0.12;  // share of a stick's way, which a thumb that rests may be off
 constexpr std::chrono::milliseconds kPeriod{4};
 constexpr int kLookAgain = 125;  // periods, for a pad that isn't there
 

@@ -17,8 +17,8 @@ struct HandLoad {
 
 class PolledHandle : public Handle {
  public:
-  static constexpr double kSilence_s = 0.1;  // of the device, before it is lost
-  static constexpr double kStale_s = 0.05;   // of the servo's force
+  static constexpr double kSilence_s = 0.1;  // the device's, before it is lost
+  static constexpr double kStale_s = 0.05;   // a force of the servo older than this is stale
 
   bool latest(HandleState& state) override { return states_.load(state); }
   void apply(const Vec3& force_n, const Vec3& moment_n_m) override {

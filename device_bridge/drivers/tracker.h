@@ -12,7 +12,7 @@ namespace sectio {
 struct TrackerSpec {
   std::string host = "localhost";
   int port = 18944;
-  std::string name = {};  // of the device in the messages; empty: the first that is heard
+  std::string name = {};  // the device's name in the messages; empty: the first that is heard
 };
 
 // Connects to a server of OpenIGTLink, and waits a few seconds for the first place. Throws InputError without one. A

@@ -65,7 +65,7 @@ struct Handover {
   std::atomic<std::uint64_t> packets{0};
   std::atomic<bool> met{false};
   std::atomic<bool> ended{false};
-  Camera camera;  // of the first scene; never written again once there is one
+  Camera camera;  // the first scene's; never written again once there is one
   std::atomic<bool> has_camera{false};
 };
 

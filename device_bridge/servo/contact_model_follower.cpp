@@ -7,7 +7,7 @@ namespace sectio {
 namespace {
 
 constexpr double kShareOfBound = 0.7, kShareOfDamping = 0.95;
-constexpr double kShareOfMass = 0.3;     // of the device's own
+constexpr double kShareOfMass = 0.3;     // share of the device's own
 constexpr double kWrongStiffness = 0.2;  // the part of a fitted stiffness that is taken to be wrong
 constexpr double kSideways = 1.5;        // nobody fits the stiffness there
 constexpr double kShortestFilter_s = 0.002, kLongestFilter_s = 0.5;

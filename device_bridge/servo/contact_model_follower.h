@@ -32,7 +32,7 @@ class ContactModelFollower {
  public:
   static constexpr double kDecay_s = 0.1;
   static constexpr double kSilence_s = 0.1;
-  static constexpr double kHandDamping_n_s_per_m = 1;  // that every hand adds which holds a device: people have 2 to 5
+  static constexpr double kHandDamping_n_s_per_m = 1;  // every hand that holds a device adds this: people have 2 to 5
 
   explicit ContactModelFollower(const DeviceLimits& device) : device_(device) {}
 
@@ -55,7 +55,7 @@ class ContactModelFollower {
   static constexpr std::size_t kHistory = 256;
   struct Felt {
     TipMotion tip;
-    Vec3 spring_n = Vec3::Zero();  // of the anchor
+    Vec3 spring_n = Vec3::Zero();  // the anchor's
   };
   const Felt* felt_at(double time_s) const;
   void adopt(bool is_held);
@@ -68,7 +68,7 @@ class ContactModelFollower {
   bool fresh_ = false, has_model_ = false;
   double received_s_ = 0;
   TipMotion tip_;
-  std::array<Felt, kHistory> history_{};  // of the last ticks
+  std::array<Felt, kHistory> history_{};  // the last ticks'
   std::size_t ticks_ = 0;
   double filter_s_ = 0, side_filter_s_ = 0;  // tau
   double wrong_n_ = 0, correction_n_ = 0;    // n.f - Y(i), and w

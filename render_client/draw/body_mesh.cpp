@@ -29,8 +29,8 @@ void compute_normals(std::span<CanvasVertex> vertices, std::span<const std::uint
 
 namespace {
 
-constexpr float kDeep_m = 0.03f;     // of a wall vertex below the lips, until it is measured
-constexpr float kAcross_m = 0.002f;  // of a wall that goes from lip to lip and has no vertex below them
+constexpr float kDeep_m = 0.03f;     // a wall vertex below the lips, until it is measured
+constexpr float kAcross_m = 0.002f;  // a wall that goes from lip to lip and has no vertex below them
 
 }  // namespace
 

@@ -22,7 +22,7 @@ struct CanvasVertex {
   Vec3f position_m = Vec3f::Zero();
   Vec3f normal = Vec3f::UnitZ();  // unit
   Vec3f rest_m = Vec3f::Zero();
-  float depth_m = 0;  // of a wall: below the lip of its cut, along the surface; of a drape: its shade, 0 to 1
+  float depth_m = 0;  // wall: below the lip of its cut, along the surface; drape: its shade, 0 to 1
   std::array<std::uint8_t, 4>
       pattern{};     // noise that varies slowly (tissue_noise.h); of skin: broad; of a drape: folds
   float scalar = 0;  // 0 to 1; of skin and walls: wetness; of a scalar field: the value within the range that is shown
@@ -46,7 +46,7 @@ enum class Shading : std::uint8_t {
 
 struct Material {
   Shading shading = Shading::skin;
-  Vec3f colour = Vec3f::Constant(0.6f);  // as on a screen, 0 to 1
+  Vec3f colour = Vec3f::Constant(0.6f);  // the screen's, 0 to 1
   // Skin whose vertices are too far apart to carry the broad pattern looks it up for each pixel.
   bool pattern_per_pixel = false;
   // A section through the mesh shows this colour, and the regions where its places were at rest.

@@ -69,7 +69,7 @@ class FramePainter {
   std::string session_;
   std::vector<DrawnBody> bodies_;
   std::vector<DrawnTool> tools_;
-  std::optional<FieldRange> field_range_;  // of the field that is shown, over all bodies; empty: no body has it
+  std::optional<FieldRange> field_range_;  // the shown field's, over all bodies; empty: no body has it
   FloorMesh floor_;
   MeshId floor_mesh_ = 0;
   Image pair_;

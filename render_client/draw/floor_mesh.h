@@ -28,7 +28,7 @@ class FloorMesh {
   std::vector<std::uint32_t> indices_;
   std::vector<float> height_m_, blurred_;
   Vec3f middle_m_ = Vec3f::Zero();
-  float half_m_ = 0;  // of a side; 0: not placed yet
+  float half_m_ = 0;  // half a side; 0: not placed yet
 };
 
 }  // namespace sectio

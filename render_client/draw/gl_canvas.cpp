@@ -24,7 +24,7 @@ namespace sectio {
 
 namespace {
 
-constexpr float kBehindAll = 0.999999f;  // of the depth, in front of the background
+constexpr float kBehindAll = 0.999999f;  // a depth just in front of the background
 
 bool is_tissue(Shading shading) {
   return shading == Shading::skin || shading == Shading::wall || shading == Shading::scalar_field;

@@ -20,10 +20,10 @@ constexpr bool kWireframesAreLines = false;
 
 struct ShaderVariant {
   Shading shading = Shading::skin;
-  bool regions = false;            // of skin and walls
-  bool shadows = false;            // of skin, walls and drapes
-  bool pattern_per_pixel = false;  // of skin
-  bool section = false;            // of skin, walls and scalar fields
+  bool regions = false;            // skin and walls
+  bool shadows = false;            // skin, walls and drapes
+  bool pattern_per_pixel = false;  // skin
+  bool section = false;            // skin, walls and scalar fields
   auto operator<=>(const ShaderVariant&) const = default;
 };
 
@@ -51,7 +51,7 @@ class Program {
   static Program link(std::initializer_list<unsigned> stages);
   int location(const char* name) const;
 
-  unsigned id_ = 0;  // of OpenGL
+  unsigned id_ = 0;  // OpenGL's
 };
 
 }  // namespace sectio

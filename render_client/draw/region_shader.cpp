@@ -58,7 +58,7 @@ RegionTable region_table(std::span<const Region> regions, const Box& rest_box) {
   RegionTable table;
   for (auto* parts : {&table.part_a, &table.part_b, &table.part_q}) parts->fill(Vec4f::Ones());
   for (auto* colours : {&table.colour, &table.grain, &table.rim}) colours->fill(Vec4f::Zero());
-  const Vec3 margin = Vec3::Constant(2e-3);  // what a cut makes may lie a little outside
+  const Vec3 margin = Vec3::Constant(2e-3);  // walls of a cut may lie a little outside
   const Box grid = rest_box.isEmpty() ? Box(-margin, margin) : Box(rest_box.min() - margin, rest_box.max() + margin);
   table.grid_from_m = grid.min().cast<float>();
   table.grid_per_m = (kRegionGridSize * grid.sizes().cwiseInverse()).cast<float>();

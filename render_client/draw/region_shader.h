@@ -15,12 +15,12 @@ static_assert(kMaxRegionParts == 32, "a cell has a bit for each part");
 constexpr int kRegionGridSize = 32;  // cells along each axis
 
 struct RegionTable {
-  int count = 0;                                                  // of regions
+  int count = 0;                                                  // regions
   std::array<Vec4f, kMaxRegionParts> part_a, part_b, part_q;      // a and its radius; b and its radius; orientation
   std::array<std::array<int, 2>, kMaxRegionParts> part_of{};      // form, region
   std::array<Vec4f, kMaxRegions> colour, grain, rim;              // linear light; w is rim_m, ripple_m, unused
   Vec3f grid_from_m = Vec3f::Zero(), grid_per_m = Vec3f::Ones();  // cell = (x - from) * per_m
-  std::vector<std::uint32_t> cells;  // of the grid, x fastest: a bit for each part that may be there
+  std::vector<std::uint32_t> cells;  // the grid's, x fastest: a bit for each part that may be there
 };
 
 // Parts are in the order of their regions. Parts beyond kMaxRegionParts are left out: flaw_of() refuses such regions.

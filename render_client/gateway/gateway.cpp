@@ -157,7 +157,7 @@ void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
     return;
   }
   Hand& hand = hands_[wish.tool_id];
-  constexpr double kJitter_s = 0.02;  // of the network
+  constexpr double kJitter_s = 0.02;  // the network's
   const double most_m = limits_.max_speed_m_per_s * (now_s - hand.heard_s + kJitter_s);
   if (hand.heard_s >= 0 && (wish.pose_world.position_m - hand.position_m).norm() > most_m) ++counts_.wishes_too_fast;
   hand.position_m = wish.pose_world.position_m;

@@ -28,7 +28,7 @@ namespace sectio {
 struct GatewayLimits {
   std::size_t max_clients = 64;
   double max_speed_m_per_s =
-      kUsualMaxSpeed_m_per_s;  // of a wish; faster ones are passed on, counted, and followed at the limit
+      kUsualMaxSpeed_m_per_s;  // a wish's; faster ones are passed on, counted, and followed at the limit
 };
 
 struct GatewayCounts {
@@ -46,10 +46,10 @@ struct GatewayCounts {
 
 class Gateway {
  public:
-  static constexpr std::size_t kMaxMessageBytes = 4096;  // of a page; longer ones end its connection
+  static constexpr std::size_t kMaxMessageBytes = 4096;  // from a page; longer ones end its connection
   static constexpr std::size_t kMaxGarbage = 16;         // messages of one client, before its connection ends
   static constexpr std::size_t kEventsKept = 16;         // for those who come later
-  static constexpr double kKeyframeInterval_s = 0.2;     // of one body for one client
+  static constexpr double kKeyframeInterval_s = 0.2;     // between keyframes of one body for one client
 
   Gateway(Roles::Tokens tokens, const GatewayLimits& limits, std::uint64_t source)
       : limits_(limits), source_(source), roles_(std::move(tokens)) {}
@@ -131,7 +131,7 @@ class Gateway {
   std::vector<SessionOrder> orders_;
   std::uint64_t order_count_ = 0;
   GatewayCounts counts_;
-  std::uint64_t replaced_before_ = 0, dropped_before_ = 0;  // of clients that have left
+  std::uint64_t replaced_before_ = 0, dropped_before_ = 0;  // by clients that have left
 };
 
 }  // namespace sectio

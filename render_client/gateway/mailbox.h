@@ -37,7 +37,7 @@ struct Subject {
 class Mailbox {
  public:
   static constexpr std::size_t kMaxOrderedBytes = 8u << 20;
-  static constexpr std::size_t kFrameBytes = 1u << 16;  // of a frame, unless one message is larger
+  static constexpr std::size_t kFrameBytes = 1u << 16;  // a frame is no larger, unless one message is
 
   // Beyond kMaxOrderedBytes all changes of topology that wait are dropped: the client notices the gap, and asks for a
   // keyframe.
@@ -59,7 +59,7 @@ class Mailbox {
   struct Ordered {
     LiveKind kind;
     SharedBytes message;
-    std::uint64_t epoch = 0;  // of a chunk of a keyframe
+    std::uint64_t epoch = 0;  // a keyframe chunk's
     std::uint32_t body_id = 0;
   };
 

@@ -55,7 +55,7 @@ class Roles {
   static constexpr double kAsleep_s = 1;
 
   struct Holding {
-    std::string name;  // of the instrument
+    std::string name;  // the instrument's
     std::uint32_t person = kNobody;
     double heard_s = 0;
   };

@@ -38,7 +38,7 @@ class SessionCopy {
 
  private:
   struct Body {
-    std::uint64_t revision = kNoRevision;  // of the chunks
+    std::uint64_t revision = kNoRevision;  // the chunks'
     std::vector<SharedBytes> chunks;
   };
   struct Server {

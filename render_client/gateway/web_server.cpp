@@ -17,7 +17,7 @@ namespace sectio {
 namespace {
 
 constexpr int kTick_us = 4000;
-constexpr int kSendBufferBytes = 1 << 18;  // what a slow client gets late; the rest waits here, where the newest wins
+constexpr int kSendBufferBytes = 1 << 18;  // a slow client gets these late; the rest waits here, where the newest wins
 constexpr int kTooLong = 1009;
 constexpr std::size_t kMostWaiting = 64;  // for a picture
 constexpr int kPatience_s = 20;           // likewise
@@ -59,7 +59,7 @@ struct WebServer::State {
   std::uint64_t last_id = 0;
   std::map<lws*, Socket> sockets;
   std::map<std::uint64_t, lws*> by_id;
-  std::map<lws*, std::string> bodies;     // of answers that are under way
+  std::map<lws*, std::string> bodies;     // answers that are under way
   std::map<lws*, std::uint64_t> waiting;  // for a picture with this number
   std::vector<std::uint8_t> frame, padded;
 

@@ -57,11 +57,11 @@ class ClientNet {
   const bool off_host_;
   const NetworkOptions options_;
   struct Channels {
-    std::size_t level = 0;  // of kStateRates_hz
+    std::size_t level = 0;  // index into kStateRates_hz
     bool keyframes = true, deltas = true;
     bool operator==(const Channels&) const = default;
   };
-  Channels channels_;         // that are heard
+  Channels channels_;         // heard now
   double joined_s_ = -1;      // when the scene was heard
   double pulled_s_ = -1e300;  // when a keyframe was last wanted
   double next_report_s_ = -1e300;

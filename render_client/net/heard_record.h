@@ -37,7 +37,7 @@ class HeardRecord {
   void keep(const World& world);
 
  private:
-  static constexpr std::size_t kMostHeldEdits = 1u << 21;   // of deltas that the world hasn't taken over
+  static constexpr std::size_t kMostHeldEdits = 1u << 21;   // edits in deltas that the world hasn't taken over
   using BodyKey = std::pair<std::uint64_t, std::uint32_t>;  // epoch, body
   struct Waiting {
     std::uint64_t epoch;

@@ -52,7 +52,7 @@ void LinkMeter::change_to(std::size_t level, double now_s) {
 
 std::size_t LinkMeter::choose(double now_s) {
   if (heard_s_ < 0) return level_;
-  if (window_began_s_ < 0) {  // what was heard before was another rate
+  if (window_began_s_ < 0) {  // states heard before had another rate
     measure(now_s);
     changed_s_ = now_s;
   }

@@ -18,7 +18,7 @@ namespace sectio {
 
 class LinkMeter {
  public:
-  static constexpr double kWindow_s = 0.5;   // of a measurement
+  static constexpr double kWindow_s = 0.5;   // a measurement lasts this long
   static constexpr double kLate_s = 0.1;     // a slower rate is chosen
   static constexpr double kPrompt_s = 0.05;  // a faster one may be tried
   static constexpr double kPatience_s = 1;   // before the first try

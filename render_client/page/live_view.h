@@ -47,7 +47,7 @@ class LiveView {
 
   void hold(double now_s);
   void describe_score(class JsonText& json) const;
-  std::optional<JointPose> instrument() const;  // that is held, if it is drawn
+  std::optional<JointPose> instrument() const;  // the instrument that is held, if it is drawn
   std::optional<JointPose> wish() const { return pad_leads_ ? pad_.wish() : hand_.wish(); }
   void move_camera() { moved_ = true; }
 

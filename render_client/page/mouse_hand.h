@@ -24,8 +24,8 @@ class MouseHand {
   static constexpr double kDefaultDepth_m = 0.005;
   static constexpr double kDeepest_m = 0.05;
   static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
-  static constexpr double kTurn_m = 0.006;       // of way, in which the edge turns into the direction of motion
-  static constexpr double kWidest_rad = 0.6;     // of jaws
+  static constexpr double kTurn_m = 0.006;       // the edge turns into the direction of motion over this way
+  static constexpr double kWidest_rad = 0.6;     // jaws
   static constexpr double kJaws_rad_per_s = 1.5;
 
   // `right_world`: where the edge points at first.
@@ -49,12 +49,12 @@ class MouseHand {
   std::optional<Contact> contact_at(const Ray& ray, const SurfaceShot& shot) const;
 
   std::optional<Contact> contact_;
-  SurfaceShot shot_;  // of the moment at which the button went down
+  SurfaceShot shot_;  // taken when the button went down
   Vec3 ahead_world_ = Vec3::UnitX();
   bool has_ahead_ = false;
   bool pressed_ = false, closes_ = false;
   double depth_m_ = kDefaultDepth_m;
-  double height_m_ = kHover_m;  // of the tip above the contact
+  double height_m_ = kHover_m;  // the tip, above the contact
   double roll_rad_ = 0;
   double pitch_rad_ = 0.2;  // the handle leans back
   double opening_rad_ = kWidest_rad;

@@ -31,7 +31,7 @@ struct BodyFrame {
 
 struct ToolFrame {
   std::string name;
-  std::string kind;  // as a scene calls it
+  std::string kind;  // the kind that a scene names
   bool present = false;
   JointPose pose_world;
   std::array<Vec3, 4> abcd_tool_m;  // A, B, C, D of paper B, figure 3

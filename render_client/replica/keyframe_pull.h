@@ -41,7 +41,7 @@ class KeyframePull {
     std::uint32_t window = kFirstWindow;
     std::size_t chunk_bytes = 0;
     double asked_s = -1;
-    double came_s = -1;  // of the last chunk; negative: since the last look
+    double came_s = -1;  // the last chunk; negative: since the last look
     int stalls = 0;
   };
 

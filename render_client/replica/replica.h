@@ -29,9 +29,9 @@ class Replica {
   static constexpr double kPatience_s = 0.1;          // before a frame is patched, or a late delta counts as lost
   static constexpr double kRequestInterval_s = 0.25;  // between requests for one body; doubles with each futile one
   static constexpr double kMaxRequestInterval_s = 4;
-  static constexpr double kMostLost_s = 0.5;  // of a session that goes on; one that goes further back begins anew
+  static constexpr double kMostLost_s = 0.5;  // a session that goes on loses no more; else it begins anew
   static constexpr std::size_t kMaxHeaders = 64;
-  static constexpr std::size_t kMaxWaitingBytes = 64u << 20;  // of all messages that wait; more are dropped
+  static constexpr std::size_t kMaxWaitingBytes = 64u << 20;  // all messages that wait; more are dropped
 
   // Forgets everything and begins with this scene.
   void reset(const SceneInfo& scene);

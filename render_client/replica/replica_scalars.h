@@ -35,7 +35,7 @@ class ReplicaScalars {
   std::size_t find_or_add(const ScalarPiece& piece);
 
   std::vector<ScalarField> fields_;
-  std::vector<Arrived> arrived_;  // of each field
+  std::vector<Arrived> arrived_;  // one a field
 };
 
 }  // namespace sectio

@@ -66,9 +66,9 @@ class World {
   std::optional<SessionEnd> session_end() const;
 
   bool knows_all_bodies() const;     // at some revision
-  std::size_t pulled_bytes() const;  // of keyframes that are coming
+  std::size_t pulled_bytes() const;  // keyframes that are coming
   ReplicaCounts counts() const;
-  std::size_t bytes() const;  // of the topology and state of all bodies
+  std::size_t bytes() const;  // topology and state of all bodies
 
  private:
   struct Server {
@@ -79,7 +79,7 @@ class World {
     bool heard = false;  // a state has come since the last frame
     double heard_s = -1e300;
     std::optional<SessionEnd> end;
-    std::uint64_t former_epoch = 0;  // of who had the session before
+    std::uint64_t former_epoch = 0;  // the server's that had the session before
     bool former_heard = false;       // and still sends states
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
@@ -99,7 +99,7 @@ class World {
 
   Servers servers_;                                 // in the order of their first bodies in the scene
   Servers claimants_;                               // announced, but another server has their place
-  std::map<std::uint64_t, SessionEnd> early_ends_;  // of servers that aren't announced yet, by epoch
+  std::map<std::uint64_t, SessionEnd> early_ends_;  // servers that aren't announced yet, by epoch
   bool changed_ = false;                            // the servers are others than at the last frame
   bool fresh_ = false;                              // there is something new to draw
   std::optional<double> first_seen_s_;

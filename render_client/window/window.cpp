@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTurn_rad = 4;  // by a drag over the height of the window
 constexpr double kSectionStep_m = 0.002;
-constexpr double kZoom = 0.12;  // of the logarithm of the distance, for a notch of the wheel
+constexpr double kZoom = 0.12;  // logarithm of the distance, for a notch of the wheel
 
 }  // namespace
 

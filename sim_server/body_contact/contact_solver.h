@@ -102,7 +102,7 @@ class ContactSolver {
   double step_s_;
   std::vector<Row> rows_;  // one a contact
   std::vector<Particle> particles_;
-  std::map<std::pair<std::uint32_t, VertexId>, std::uint32_t> numbers_;  // of particles
+  std::map<std::pair<std::uint32_t, VertexId>, std::uint32_t> numbers_;  // the particles'
 };
 
 }  // namespace sectio

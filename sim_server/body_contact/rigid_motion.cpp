@@ -8,8 +8,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kHeldFollows = 0.5;     // of the way to where a held point should be, in one step
-constexpr double kLargestForce_n = 1e6;  // of a constraint that names none
+constexpr double kHeldFollows = 0.5;     // share of the way to where a held point should be, in one step
+constexpr double kLargestForce_n = 1e6;  // a constraint that names none has this
 
 Vec3 point_of(const PointConstraint& constraint, const ParticleView& now) {
   if (constraint.v[0] == kNone) return constraint.point_world_m;

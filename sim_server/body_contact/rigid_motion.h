@@ -21,7 +21,7 @@ struct RigidSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double density_kg_per_m3 = 1000;
-  double friction = 0.4;  // of instruments
+  double friction = 0.4;  // Coulomb's, with instruments
 };
 
 class RigidMotion final : public DeformationEngine {
@@ -62,7 +62,7 @@ class RigidMotion final : public DeformationEngine {
   void wake() override { body.wake(); }
   RigidMotion* rigid() override { return this; }
 
-  double radius_m() const { return radius_m_; }  // of a ball around the mass centre that contains the body
+  double radius_m() const { return radius_m_; }  // the ball around the mass centre that contains the body
 
   RigidBody body;
 

@@ -27,7 +27,7 @@ struct SurfaceHit {
 // pierces after.
 struct EdgeCrossing {
   TriangleId triangle = kNone;  // the lower of the two triangles at the edge
-  int edge = 0;                 // of `triangle`: v[edge] -> v[(edge + 1) % 3]
+  int edge = 0;                 // an edge of `triangle`: v[edge] -> v[(edge + 1) % 3]
   double edge_parameter = 0;    // 0 at v[edge]
   double time = 0;              // 0 before, 1 after
   double along = 0;             // on the moving segment, 0 at its first point

@@ -45,7 +45,7 @@ Scene scene_to_run(const RunFlags& flags) {
   if (flags.resume.empty()) {
     if (flags.scene.empty()) throw InputError("--scene: required, or --resume");
     Scene scene = planned(load_scene(flags.scene, standard_traits()), standard_engines());
-    take_share(scene, flags);  // of the whole plan: the servers of a session have one step
+    take_share(scene, flags);  // a share of the whole plan: the servers of a session have one step
     return prepared(std::move(scene));
   }
   for (const auto& [flag, given] : {std::pair("--scene", !flags.scene.empty()),

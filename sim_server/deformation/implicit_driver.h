@@ -33,8 +33,8 @@ class ImplicitDriver {
   double residual() const { return residual_; }             // by force, of the last step: the largest of its parts
   double residual_m() const { return residual_m_; }         // how far the last iteration moved something
   std::uint64_t steps_not_met() const { return not_met_; }  // so far
-  int parts() const { return parts_; }                      // of the last step
-  int products() const { return products_; }                // of the last step
+  int parts() const { return parts_; }                      // the last step's
+  int products() const { return products_; }                // the last step's
 
  private:
   static constexpr int kMostParts = 8;

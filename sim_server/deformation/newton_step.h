@@ -46,7 +46,7 @@ struct NewtonOutcome {
 
 class NewtonStep {
  public:
-  static constexpr double kTolerance = 0.02;  // of the residual
+  static constexpr double kTolerance = 0.02;  // share of the residual
 
   struct Problem {
     double step_s = 0;
@@ -54,7 +54,7 @@ class NewtonStep {
     std::span<const Vec3> inertial_world_m;                // y
     std::span<const PointConstraint> constraints;
     const ConstraintSupports* supports = nullptr;  // the particles that carry the points
-    std::span<const Vec3> taken_along_world_m;     // where the instrument of each constraint would take its point
+    std::span<const Vec3> taken_along_world_m;     // each constraint's instrument would take its point here
   };
 
   // Begins at the positions given and leaves the best ones found there.

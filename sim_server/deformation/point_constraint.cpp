@@ -10,7 +10,7 @@ namespace {
 constexpr int kSweeps = 8;
 // An instrument drives a sample ahead of itself as fast as it goes, and a little faster: a jump takes some steps.
 constexpr double kFaster_m_per_s = 0.1;
-constexpr double kConverged = 1e-2;  // of samples that rub: a sweep that changes no impulse by this share is the last
+constexpr double kConverged = 1e-2;  // samples that rub: a sweep that changes no impulse by this share is the last
 
 // The impulse (N s) still missing at the constrained point; `so_far` is the sum over earlier sweeps.
 Vec3 missing_impulse(const PointConstraint& c, const Vec3& point, double point_mass, double step_s,

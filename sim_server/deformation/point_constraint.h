@@ -15,7 +15,7 @@
 
 namespace sectio {
 
-constexpr double kFastestHand_m_per_s = 1;  // that an instrument drives tissue at; no surgeon's hand is faster
+constexpr double kFastestHand_m_per_s = 1;  // an instrument drives tissue no faster; no surgeon's hand is faster
 
 // Constrains the point sum_a w_a x_a of a triangle (weights add up to 1; vertices differ).
 // A two-sided constraint puts the point at target_world_m after the step, or as near as its largest force allows. A
@@ -25,17 +25,17 @@ constexpr double kFastestHand_m_per_s = 1;  // that an instrument drives tissue 
 struct PointConstraint {
   std::array<VertexId, 3> v{kNone, kNone, kNone};  // kNone: unused, weight 0
   std::array<double, 3> w{0, 0, 0};
-  Vec3 point_world_m = Vec3::Zero();  // of a body that moves as a whole: the point itself, when no vertices are named
+  Vec3 point_world_m = Vec3::Zero();  // for a body that moves as a whole: the point itself, when no vertices are named
   Vec3 target_world_m = Vec3::Zero();
-  Vec3 target_velocity_m_per_s = Vec3::Zero();  // of an instrument that presses, and which tissue rubs against
+  Vec3 target_velocity_m_per_s = Vec3::Zero();  // the pressing instrument's, which tissue rubs against
   bool unilateral = false;
   bool sticks = false;
-  double largest_force_n = std::numeric_limits<double>::infinity();  // of a two-sided one
-  // of a unilateral one that does not stick: the spring between point and target, and by how much it gives way at most
+  double largest_force_n = std::numeric_limits<double>::infinity();  // a two-sided one's
+  // A unilateral one that does not stick has a spring between point and target, which gives way by so much at most.
   double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
-  double friction = 0;  // of the same: Coulomb's coefficient
+  double friction = 0;  // the same one's: Coulomb's coefficient
   Vec3 normal = Vec3::UnitZ();
-  std::uint32_t source = 0;  // whose it is; its reaction is for the same
+  std::uint32_t source = 0;  // the owner's; its reaction goes to the same one
 };
 
 // Puts one vertex at one place for one step.

@@ -25,7 +25,7 @@ struct SpringStar {
   double area_m2 = 0;                // a third of the area of the triangles around the vertex, at rest
   double stiffness_n_per_m = 0;      // >= the largest eigenvalue of sum_j K_ij at rest, within 3.5 %
   Vec3 outward_m2 = Vec3::Zero();    // the area around the vertex as a vector, at rest, in the body's frame
-  Vec3 pull_n = Vec3::Zero();        // of the springs on the vertex at rest
+  Vec3 pull_n = Vec3::Zero();        // by the springs on the vertex at rest
   bool whole_skin = true;            // all triangles around the vertex are skin
 };
 

@@ -69,7 +69,7 @@ struct SurfaceSpringSettings {
 
 class SurfaceSprings final : public DeformationEngine {
  public:
-  static constexpr int kMostParts = 32;  // of a step, at rest
+  static constexpr int kMostParts = 32;  // a step is divided into at most so many, at rest
 
   // All vertices form component 0, which is anchored. Accepts any step; the caller compares largest_stable_step_s(),
   // which is that of at most kMostParts parts.
@@ -140,7 +140,7 @@ class SurfaceSprings final : public DeformationEngine {
   void restore(const SharedBody& body, const DeformationState* state) override;
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
   const SpringRows& rows() const { return rows_; }
-  int parts() const { return parts_; }  // of an explicit step
+  int parts() const { return parts_; }  // an explicit step's
   ModelSize size(const SharedBody& body) const override {
     const double vertices = body.mesh.vertex_count();
     return {vertices, vertices, parts_};
@@ -196,11 +196,11 @@ class SurfaceSprings final : public DeformationEngine {
 
   SpringRows rows_;
   std::vector<Vec3> rest_body_m_;
-  std::vector<Vec3> home_body_m_;   // where the home springs pull
-  std::vector<Vec3> lift_world_m_;  // of the homes of anchored tissue, by its weight
+  std::vector<Vec3> home_body_m_;   // the home springs pull here
+  std::vector<Vec3> lift_world_m_;  // anchored tissue's homes are lifted so by its weight
   std::vector<double> physical_mass_;
   std::vector<double> added_mass_;
-  std::vector<double> inverse_mass_;  // of the effective mass; 0 when fixed
+  std::vector<double> inverse_mass_;  // the effective mass; 0 when fixed
   std::vector<std::uint8_t> fixed_;
   std::vector<std::uint8_t> cut_;        // a permanent change has touched the vertex
   std::vector<std::uint8_t> temporary_;  // the vertex was added by a temporary change

@@ -53,7 +53,7 @@ struct EngineSite {
   const BodySpec& spec;
   const Scene& scene;
   SharedBody body;
-  Pose frame_world;  // of the shape at rest
+  Pose frame_world;  // the shape at rest
   bool is_part = false;
   bool is_rigid = false;  // a part that moves as a whole: it gets its deformation engine, whatever the factory makes
   // For a part: the engines and the state of the body that it came off, which still know it, and by vertex of the part
@@ -64,7 +64,7 @@ struct EngineSite {
 };
 
 struct ModelEntry {
-  ModelTraits traits;  // what it needs and can do, and its own keys in a scene
+  ModelTraits traits;  // its needs and abilities, and its own keys in a scene
   MakeEngines make;
   // Once its volume is filled: completes the specification, and notes what a person should know. May be empty.
   std::function<void(BodySpec&)> prepare = {};
@@ -77,7 +77,7 @@ struct ProcessSite {
   const ProcessSpec& spec;
   const Scene& scene;
   SharedBody body;
-  Pose frame_world;  // of the shape at rest
+  Pose frame_world;  // the shape at rest
   // For a part: the process in the body that it came off, and by vertex of the part its slot there.
   const ProcessEngine* parent = nullptr;
   std::span<const VertexId> vertex_from = {};
@@ -105,13 +105,13 @@ struct EngineTable {
 
   // The row with this name (BodySpec::model); nullptr if there is none.
   const ModelEntry* find_model(const std::string& name) const;
-  ModelEntry& model(const std::string& name);  // of a name that there is
+  ModelEntry& model(const std::string& name);  // there must be one of this name
   const ModelEntry& model(const std::string& name) const;
   // The row of this kind (ProcessSpec::kind); nullptr if there is none.
   const ProcessEntry* find_process(const std::string& kind) const;
 
   EngineTraits traits() const;                    // for the reader of scenes
-  std::vector<planning::Method> methods() const;  // of all models, for plans
+  std::vector<planning::Method> methods() const;  // all models', for plans
 };
 
 }  // namespace sectio

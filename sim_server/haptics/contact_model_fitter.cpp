@@ -11,9 +11,9 @@ namespace sectio {
 namespace {
 
 constexpr double kSideways = 0.6;           // side stiffness over that along the normal
-constexpr double kVelocityFilter_s = 0.02;  // of the surface's velocity, which the bridge extrapolates
+constexpr double kVelocityFilter_s = 0.02;  // the surface's velocity, which the bridge extrapolates
 constexpr double kForceFilter_s = 0.005;
-constexpr double kMean_s = 0.1;     // of running means: longer ones carry the approach into the fit
+constexpr double kMean_s = 0.1;     // running means: longer ones carry the approach into the fit
 constexpr double kMemory_s = 0.15;  // likewise
 constexpr double kSolve_s = 0.01;
 constexpr int kSweeps = 60;

@@ -19,7 +19,7 @@ struct FeltFront {
 // The tissue of one body where an instrument touches it, or would.
 struct FeltTissue {
   double stiffness_n_per_m = 40;    // expected before any force is known
-  double damping_per_s = 25;        // of the tissue's mass
+  double damping_per_s = 25;        // per mass of the tissue
   double friction = 0.2;            // Coulomb's coefficient
   double yield_n = kNeverYields_n;  // the tissue breaks at this force
 };
@@ -37,7 +37,7 @@ struct ContactStep {
   // delay of the wire. `surface_known` is false if there is no surface near.
   bool surface_known = false;
   bool is_held = false;             // the tool holds tissue, which pulls as well as pushes
-  std::uint32_t body_id = kNoBody;  // whose surface
+  std::uint32_t body_id = kNoBody;  // the surface's body
   FeltTissue tissue = {};
   FeltFront front = {};
   double gap_m = 0;  // how far the tool is outside of the surface, along the normal; negative beneath it
@@ -61,7 +61,7 @@ class ContactModelFitter {
   void solve();
 
   ContactModel model_;
-  std::uint32_t body_id_ = kNoBody;  // that was touched last, or nearest
+  std::uint32_t body_id_ = kNoBody;  // the body touched last, or nearest
   FeltTissue tissue_;
   bool surface_known_ = false;
   bool touching_ = false;

@@ -196,7 +196,7 @@ class LatticeMesher {
   const TriangleSoup& surface_;
   Lattice lattice_;
   std::vector<EdgeCrossing> crossings_;  // sorted
-  std::vector<Side> side_;               // of lattice points, then of cut vertices
+  std::vector<Side> side_;               // lattice points, then cut vertices
   std::vector<Vec3> at_;                 // likewise
   std::vector<std::uint64_t> cut_;       // edges that are bisected, ascending
   std::vector<Tetrahedron> tetrahedra_;

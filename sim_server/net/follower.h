@@ -47,7 +47,7 @@ class Follower {
   ServerEndpoints& endpoints_;
   std::uint64_t client_ = 0;
   std::optional<std::uint64_t> epoch_;
-  std::map<std::uint64_t, StepRecord> steps_;  // that wait for those before them
+  std::map<std::uint64_t, StepRecord> steps_;  // steps that wait for those before them
   std::uint64_t next_step_ = 1, newest_step_ = 0, steps_sent_ = 0;
   bool heard_ = false;      // this server
   bool heard_any_ = false;  // any server

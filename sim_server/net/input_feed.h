@@ -16,7 +16,7 @@ namespace sectio {
 class InputFeed {
  public:
   static constexpr double kPresence_s = 2;      // a standby that asks for nothing for longer has gone
-  static constexpr std::size_t kSteps = 4096;   // of the past that a server without a log has
+  static constexpr std::size_t kSteps = 4096;   // a server without a log has so many of the past
   static constexpr double kHeartbeat_s = 0.01;  // the server lives, whatever its simulation does
 
   // `log`: where steps of the past are; null: only the last kSteps are kept. Endpoints and log outlive it.

@@ -32,12 +32,12 @@ struct LiveSession {
   const Scene& scene;
   const ServeOptions& options;
   std::optional<std::uint64_t> steps;       // nothing: without end
-  std::optional<std::uint64_t> last_epoch;  // of a session that goes on
+  std::optional<std::uint64_t> last_epoch;  // a session that goes on has one
   std::unique_ptr<SessionRun> run;
-  std::optional<PlayedInputs> past;  // that is played
+  std::optional<PlayedInputs> past;  // the journal that is played
   std::unique_ptr<SessionRecord> record;
   std::unique_ptr<ServerNet> net;
-  StepInput input;                 // of the next step
+  StepInput input;                 // the next step's
   std::set<std::uint32_t> silent;  // tools, while standing by or paused
   Progress progress;
   Pace pace;

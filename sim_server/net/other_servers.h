@@ -54,7 +54,7 @@ class OtherServers {
   struct Other {
     std::string body;       // the first that both have; empty: none
     double sim_time_s = 0;  // 0: it has not begun
-    int states = 0;         // that have been heard, each later than the one before
+    int states = 0;         // states heard, each later than the one before
     Clock::time_point heard{};
     void hear(double time_s) {
       states += time_s > sim_time_s;

@@ -44,7 +44,7 @@ struct Outbox {
   // After all of it has been sent.
   void clear();
 
-  std::vector<StepRecord> inputs;  // of the steps whose outputs are below
+  std::vector<StepRecord> inputs;  // inputs of the steps whose outputs are below
   std::vector<std::pair<BodyInfo, TriangleMesh>> new_bodies;
   std::vector<BodyDelta> deltas;
   std::size_t edits = 0;

@@ -136,7 +136,7 @@ class RecordServer {
   ServeOptions options_;
   PlayedRecord record_;
   std::unique_ptr<ServerNet> net_;
-  std::size_t bodies_count_ = 0;  // that viewers have been told of
+  std::size_t bodies_count_ = 0;  // bodies that viewers have been told of
   Pace pace_;
 };
 

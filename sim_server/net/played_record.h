@@ -21,7 +21,7 @@ class PlayedRecord {
   void seek(double sim_time_s);
   // Takes all messages up to this simulated time. False at the end.
   bool advance(double sim_time_s);
-  double time_s() const { return time_s_; }  // of the world
+  double time_s() const { return time_s_; }  // the world's
   PlayedWorld& world() { return world_; }
 
  private:

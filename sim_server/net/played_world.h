@@ -32,7 +32,7 @@ class PlayedWorld {
   void forget_news();
   void forget_deltas();  // viewers get the bodies as a whole
 
-  SceneInfo scene() const;  // of all bodies; without an epoch
+  SceneInfo scene() const;  // all bodies; without an epoch
   std::vector<TriangleMesh> meshes() const;
   // Valid until the next take().
   const WorldView& view();
@@ -54,7 +54,7 @@ class PlayedWorld {
     std::vector<std::uint64_t> changed_at;  // revision of the slot's last change
     std::vector<bool> is_placed;            // since then
     std::map<std::string, ScalarField> scalars;
-    std::vector<std::string> shown_scalars;  // those that the newest state names
+    std::vector<std::string> shown_scalars;  // scalars that the newest state names
   };
 
   void take(const SceneInfo& scene);

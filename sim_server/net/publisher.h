@@ -44,11 +44,11 @@ class Publisher {
   SessionEnd send_end(const std::string& reason);
 
   std::uint64_t writes_refused() const { return writes_refused_; }
-  std::size_t copy_bytes() const;  // of topology and positions
+  std::size_t copy_bytes() const;  // topology and positions
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Shadow {  // of a body: what viewers have been told
+  struct Shadow {  // a body as viewers have been told of it
     TriangleMesh mesh;
     bool keyframe_wanted = false;
   };

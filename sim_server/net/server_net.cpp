@@ -24,7 +24,7 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kIdle_s = 0.005;  // how long a request may lie
 constexpr double kChunkPause_s = 0.001;
-constexpr std::size_t kInputBytes = 200'000;  // of steps of the past in one message
+constexpr std::size_t kInputBytes = 200'000;  // steps of the past in one message
 
 Clock::duration to_duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(Seconds(seconds));

@@ -28,7 +28,7 @@ struct Succession {
   std::uint64_t epoch = 0;
   SceneInfo scene;  // with the parts that have come off
   std::vector<TriangleMesh> meshes;
-  std::vector<BodyDelta> last_deltas;  // which viewers may not have got
+  std::vector<BodyDelta> last_deltas;  // viewers may not have got these
   std::vector<Event> last_events;
   InputLog* inputs = nullptr;       // ServerNetOptions::inputs, from now on
   SessionRecord* record = nullptr;  // likewise
@@ -39,8 +39,8 @@ struct ServerNetOptions {
   double state_rate_hz = 60;
   std::uint64_t epoch = 0;                   // 0: a new one (common/messages/epoch.h)
   bool standby = false;                      // listens, and says nothing until take_over()
-  SessionRecord* record = nullptr;           // of everything that is sent; outlives the net
-  InputLog* inputs = nullptr;                // where a standby gets the steps that it has missed; outlives the net
+  SessionRecord* record = nullptr;           // everything that is sent; outlives the net
+  InputLog* inputs = nullptr;                // a standby gets the steps from it that it has missed; outlives the net
   std::vector<double> fastest_m_per_s = {};  // by tool; faster poses are followed at this speed; missing: usual
 };
 

@@ -9,7 +9,7 @@ namespace sectio {
 class SpeedLimit {
  public:
   static constexpr double kFastestTurn_rad_per_s = 50;  // a tip that is 0.1 m away moves as fast as 5 m/s
-  static constexpr double kSaved_s = 0.005;             // of a rest is made up for by the next motion
+  static constexpr double kSaved_s = 0.005;             // so much of a rest is made up for by the next motion
 
   explicit SpeedLimit(double fastest_m_per_s = kUsualMaxSpeed_m_per_s) : fastest_m_per_s_(fastest_m_per_s) {}
 

@@ -37,7 +37,7 @@ class StateEncoder {
     std::uint32_t frames_per_refresh = 60;
     int least_motion_quanta = 1;
   };
-  static constexpr std::uint8_t kRepeats = 3;  // of a piece whose slots changed: its loss would be seen most
+  static constexpr std::uint8_t kRepeats = 3;  // for a piece whose slots changed: its loss would be seen most
   static constexpr int kScalarStep = 128;  // levels by which a scalar must change to be sent: half a step of a colour
 
   StateEncoder(std::uint64_t epoch, double step_s, std::size_t bodies) : StateEncoder(epoch, step_s, bodies, {}) {}

@@ -23,7 +23,7 @@ const std::array<ChartLoad, kLoads> kScenes{{{"bend", Load::bending, 0.025, 0.02
                                              {"hang", Load::hanging, 0.03, 0.03}}};
 
 struct ChartMethod {
-  const char* model;   // as the chart's table has it
+  const char* model;   // the chart's table has this name
   const char* driver;  // likewise
   const char* name;    // Method::name
 };

@@ -6,7 +6,7 @@
 namespace sectio::planning {
 namespace {
 
-constexpr double kChartPoisson = 0.45, kChartChi = 0.2236;  // those of the chart's scenes
+constexpr double kChartPoisson = 0.45, kChartChi = 0.2236;  // the chart's scenes have these
 constexpr double kSpringsPoisson = 0.25;
 
 // With fewer cells a model doesn't see the load, as a ball falls between the vertices, or the chart doesn't say.

@@ -30,15 +30,15 @@ struct LoadLaw {
 };
 
 // The elements of a model: vertices of a surface, tetrahedra, or cells of a lattice, which carry the tetrahedra.
-enum class Elements { surface, tetrahedra, cells_on_faces, cells_beside_faces };  // of a body, a box or not
+enum class Elements { surface, tetrahedra, cells_on_faces, cells_beside_faces };  // cells of a box, or of another body
 
 struct Method {
   std::string name;        // in tables and measurements; unique
-  std::string model = {};  // of a scene; filled in from the model's entry
+  std::string model = {};  // the scene's; filled in from the model's entry
   Elements elements = Elements::tetrahedra;
   bool is_implicit = false;
-  bool is_of_springs = false;      // whose net has a Poisson's ratio of its own
-  int most_parts = 1;              // of a step, of a model of the surface; the others take as many as they need
+  bool is_of_springs = false;      // its net has a Poisson's ratio of its own
+  int most_parts = 1;              // in a step of a surface model; the others take as many as they need
   std::vector<LoadLaw> laws = {};  // nothing is planned for a load without one
   // Cells on a box's faces may be partly empty at its far end; these are the laws there.
   std::vector<LoadLaw> laws_of_partly_empty = {};

@@ -10,7 +10,7 @@ namespace sectio::planning {
 namespace {
 
 constexpr int kMostSweeps = 30;            // sweeps of the implicit integrator while something moves
-constexpr int kMostSubsteps = 1000;        // of a step
+constexpr int kMostSubsteps = 1000;        // in a step
 constexpr double kThinnest = 1.5;          // fewest cells across a body of hexahedra
 constexpr double kFewestTetrahedra = 200;  // fewer don't represent a body's shape
 constexpr double kMostElements = 400000;

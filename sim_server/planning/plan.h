@@ -48,9 +48,9 @@ struct Candidate {
   const Method* method = nullptr;
   double step_s = 0;
   double cell_m = 0;
-  double tetrahedra = 0;  // of a model with an inside
+  double tetrahedra = 0;  // for a model with an inside
   double elements = 0, vertices = 0;
-  int substeps = 1;  // of a step; sweeps of the implicit integrator
+  int substeps = 1;  // in a step; sweeps of the implicit integrator
   double error = 0, cpu = 0;
   Load worst = Load::bending;  // the load with this error
   bool built = false;          // elements, vertices and substeps are counted, not estimated

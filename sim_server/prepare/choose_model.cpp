@@ -20,7 +20,7 @@ namespace {
 using planning::Candidate;
 using planning::Method;
 
-constexpr std::size_t kMoments = 150;  // of a trace that are looked at
+constexpr std::size_t kMoments = 150;  // moments of a trace that are looked at
 constexpr double kOnFloor_m = 1e-3;
 constexpr double kFreeSteps_s[] = {1e-3, 5e-4, 2.5e-4};
 constexpr const char* kNoStep = ": step_s: no step is short enough for the bodies with surface springs";
@@ -188,9 +188,9 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene, std::span<const
 }
 
 struct Choice {
-  std::vector<planning::PlanInput> inputs;  // of the bodies that are auto, in order
+  std::vector<planning::PlanInput> inputs;  // the auto bodies', in order
   std::vector<planning::BodyPlan> plans;
-  double worst = 0;  // of what they ask for over what they may
+  double worst = 0;  // the bodies' demand over their budget
 };
 
 Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, double step_s,

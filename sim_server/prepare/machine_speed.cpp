@@ -28,7 +28,7 @@ using planning::Method;
 using planning::Rate;
 
 constexpr int kTries = 7, kSteps = 6;
-constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // of MaterialSpec
+constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // MaterialSpec's
 constexpr char kFirstLine[] = "sectio calibration 3", kEnd[] = "end";
 
 // The surface of a block, 60 x 60 x 40 mm, with n squares to 10 mm, facing outwards.

@@ -16,7 +16,7 @@ struct ModelTraits {
   bool needs_volume = false;       // its inside is filled with tetrahedra; `volume:`, semi_progressive and snap_ratio
   bool can_cut = true;             // instruments cut it; `cutting:`
   bool accepts_templates = false;  // its surface may be divided where an instrument presses or cuts; `style: templates`
-  std::vector<std::string> volume_keys = {};  // of `volume:`, which other models refuse unless they name them, too
+  std::vector<std::string> volume_keys = {};  // keys of `volume:`, which other models refuse unless they name them, too
   std::vector<Key> keys = {};                 // its own, beside `model:`; the values arrive in BodySpec::options
 };
 

@@ -22,7 +22,7 @@ struct Range {
   bool contains(double x) const;
   bool is_bounded() const;
   std::string text() const;      // "> 0", "in [0, 0.5)"
-  std::string in_words() const;  // as KeyType::range has it, ends included: "2", "at least 2", "at most 2", "2 to 3"
+  std::string in_words() const;  // KeyType::range in words, ends included: "2", "at least 2", "at most 2", "2 to 3"
 };
 Range above(double low);
 Range at_least(double low);
@@ -50,12 +50,12 @@ struct Key {
   KeyType type = KeyType::number;
   std::string meaning;  // one plain sentence
   KeyValue default_value = {};
-  Range range = {};                     // of a number, or of each number of a vector
-  std::vector<std::string> words = {};  // of a choice; of a number: may stand instead of it
+  Range range = {};                     // a number's, or each number's of a vector
+  std::vector<std::string> words = {};  // a choice's; number: may stand instead of it
   bool required = false;
-  std::string default_note = {};   // where the default comes from when it is no constant
-  KeyType entries = KeyType::map;  // of a list: the type of each
-  std::vector<Key> keys = {};      // of a map, or of each map of a list
+  std::string default_note = {};   // the default's origin when it is no constant
+  KeyType entries = KeyType::map;  // a list's: the type of each
+  std::vector<Key> keys = {};      // a map's, or each map's of a list
 };
 
 // "kg/m³" of "density_kg_per_m3"; empty: the name has no unit.

@@ -80,8 +80,8 @@ class KeyReader {
   std::optional<YamlValue> map_;
   std::vector<YamlEntry> entries_;
   std::vector<Key> keys_;
-  bool required_ = false;     // of the next key
-  std::string default_note_;  // of the next key
+  bool required_ = false;     // the next key's
+  std::string default_note_;  // the next key's
 };
 
 }  // namespace sectio

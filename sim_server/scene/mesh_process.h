@@ -26,7 +26,7 @@ struct MeshChoice {
   // Only nodes and meshes in whose name one of these, apart by commas, is found, whatever its case; of a NIfTI image,
   // only voxels with one of these labels. Empty: all.
   std::string part = {};
-  bool any_format = false;  // that assimp knows, and NIfTI
+  bool any_format = false;  // every format that assimp knows, and NIfTI
 };
 TriangleSoup read_mesh_file(const std::string& path, const ImportLimits& limits, const MeshChoice& choice = {});
 

@@ -6,7 +6,7 @@ namespace sectio {
 namespace {
 
 constexpr double kLargest_m = 10;
-constexpr double kGrainShade = 0.72;  // of a grain whose colour isn't given
+constexpr double kGrainShade = 0.72;  // a grain whose colour isn't given
 
 Range length() {
   return above_to(0, kLargest_m);

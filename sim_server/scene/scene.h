@@ -21,7 +21,7 @@ namespace sectio {
 
 // Elastic constants; springs are calibrated from them and never set by hand.
 struct MaterialSpec : ElasticMaterial {
-  double skin_thickness_m = 0.002;     // of the membrane that the mesh springs stand for
+  double skin_thickness_m = 0.002;     // the membrane that the mesh springs stand for
   double foundation_radius_m = 0.008;  // indenter radius a_ref of the home springs, K_w = 2 E*/(pi a_ref)
   double pretension = 0.06;            // mesh springs' rest length is (1 - pretension) times the edge
   double damping_per_s = 25;           // mass-proportional
@@ -33,7 +33,7 @@ struct CuttingSpec {
   // Surfaces: "progressive", paper B's way, or "templates", A's. Volumes: "progressive", up to the blade
   // inside tetrahedra, or "semi_progressive", C's way, tetrahedra that it has gone through whole.
   std::string style = "progressive";
-  double open_top_m = 0.0004;                     // of templates: width of the opening at the surface
+  double open_top_m = 0.0004;                     // templates: width of the opening at the surface
   double open_bottom_m = 0.0002;                  // and at the bottom
   std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
   std::optional<double> threshold_displacement_m;
@@ -41,7 +41,7 @@ struct CuttingSpec {
   double join_tolerance_m = 0.002;  // an instrument this close to the end of a cut joins it (paper B, 5.2)
   double groove_min_depth_m = 0.0003;
   bool loops_free_islands = true;  // closing a loop parts the island from the body
-  double snap_ratio = 0.08;        // of volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
+  double snap_ratio = 0.08;        // volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
 };
 
 // A pressing instrument moves the vertices under it or, with "templates" (paper A), temporary particles.
@@ -61,19 +61,19 @@ enum class FreeParts : std::uint8_t {
 struct SplittingSpec {
   FreeParts free_parts = FreeParts::keep;
   double least_volume_m3 = 1e-10;  // a free part below this is removed
-  double friction = 0.4;           // of rigid parts with floor and bodies
+  double friction = 0.4;           // between rigid parts, floor and bodies
 };
 
 // The inside of a body whose model is one of a volume.
 struct VolumeSpec {
   std::string mesher = "lattice";    // tetgen, best: whichever of the two gives the larger stable step
   double tetrahedra = 4000;          // about so many
-  double cell_m = 0;                 // of neo_hookean_lattice: edge of a hexahedron; 0: about 2000 in the body
+  double cell_m = 0;                 // neo_hookean_lattice: edge of a hexahedron; 0: about 2000 in the body
   std::string file;                  // instead of a surface: tetrahedra; resolved path
   double file_unit_m = 1;            // length of the file's unit
-  std::string driver = "automatic";  // of neo_hookean and its lattice; implicit: never the explicit one
-  double second_share = 0.5;         // of tetra_springs: stiffness that second neighbours have
-  double damper_s = 0;               // of tetra_springs: constant of a spring's damper over its stiffness
+  std::string driver = "automatic";  // neo_hookean and its lattice; implicit: never the explicit one
+  double second_share = 0.5;         // tetra_springs: stiffness that second neighbours have
+  double damper_s = 0;               // tetra_springs: constant of a spring's damper over its stiffness
   double floor_kept_velocity = 0;    // along the floor, at a touch
   double least_part_s = 0;           // vertices too light for parts of a step this long get mass; 0: none
   double collapse_ratio = 0.15;      // after cuts: shorter edges, of the mean around them, go; 0: none
@@ -97,20 +97,20 @@ struct Box {
 
 struct BodySpec {
   std::string name;
-  std::string server = "main";          // of those that share the session, the one that simulates it
+  std::string server = "main";          // the server, among those that share the session, that simulates it
   std::string mesh_file;                // resolved path
   double mesh_unit_m = 1;               // length of the file's unit
   bool wrapped = false;                 // the mesh is a body around what the file holds
   std::string mesh_part;                // wrapped: only parts in whose name this is found; empty: all
   double mesh_size_m = 0;               // wrapped: about the length of an edge; 0: for about 8000 triangles
   TriangleSoup mesh;                    // in metres, body frame, checked
-  std::vector<std::string> mesh_notes;  // what was mended, and what a person should know; often empty
+  std::vector<std::string> mesh_notes;  // mends, and notes that a person should know; often empty
   Pose pose;
   std::string model = "surface_springs";  // see EngineTraits; auto, until planned() has chosen one
   Options options;                        // the model's own keys
   PlanSpec plan;
   VolumeSpec volume;
-  TetMesh tets;  // of a volume once it is filled, in metres, body frame: vertices of the surface first
+  TetMesh tets;  // a volume's once it is filled, in metres, body frame: vertices of the surface first
   MaterialSpec material;
   ContactSpec contact;
   CuttingSpec cutting;
@@ -118,7 +118,7 @@ struct BodySpec {
   std::optional<Box> fixed;  // vertices inside stay where they are
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
-  Regions regions;  // of its inside, in the frame of the mesh
+  Regions regions;  // the inside's, in the frame of the mesh
 };
 
 struct ToolSpec {
@@ -126,8 +126,8 @@ struct ToolSpec {
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
   double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
-  std::optional<double> grip_force_n, grip_radius_m;  // of forceps; else as of their kind
-  double largest_force_n = 20;                        // that its hand may feel
+  std::optional<double> grip_force_n, grip_radius_m;  // forceps'; else their kind's
+  double largest_force_n = 20;                        // its hand may feel so much
   double max_speed_m_per_s = kUsualMaxSpeed_m_per_s;  // a faster hand is followed at this speed
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
@@ -144,8 +144,8 @@ struct ProcessSpec {
 // A line on a body to cut along: the axes of the tubes of a region, end to end.
 struct LineSpec {
   std::vector<Vec3> points_body_m;  // two a tube
-  double depth_m = 0.005;           // that the cut should have
-  double within_m = 0.002;          // of the line
+  double depth_m = 0.005;           // the cut should be so deep
+  double within_m = 0.002;          // a cut this close to the line follows it
 };
 
 // Marked tissue is to be removed from a body and put into a bin, or a line to be cut, and other bodies are to be left
@@ -174,7 +174,7 @@ struct SleepSpec {
 
 struct Scene {
   std::string session = "session";
-  std::string file;  // where it came from, for messages
+  std::string file;  // origin, for messages
   double step_s = 0.001;
   bool step_is_free = false;  // step_s: auto: the planner may take a shorter one
   double duration_s = 5;
@@ -184,12 +184,12 @@ struct Scene {
   std::optional<double> floor_z_m;             // parts that fall come to rest on this plane
   SleepSpec sleep;
   Camera camera;
-  std::vector<BodySpec> bodies;           // that this process simulates
+  std::vector<BodySpec> bodies;           // bodies that this process simulates
   std::vector<std::string> world_bodies;  // names of all bodies of the scene; empty: those above
   std::vector<ToolSpec> tools;
   std::vector<ProcessSpec> processes;
   std::optional<ExerciseSpec> exercise;
-  std::vector<Expectation> expect;  // of a run for duration_s on the scene's own traces
+  std::vector<Expectation> expect;  // a run's for duration_s on the scene's own traces
 };
 
 // Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's

@@ -10,9 +10,9 @@ namespace sectio {
 namespace {
 
 constexpr double kFar_m = 0.05;           // an instrument that stays further away has another frame or unit
-constexpr std::size_t kMoments = 200;     // of a trace that are looked at
-constexpr std::size_t kMostPoints = 500;  // of a body that are looked for in another
-constexpr double kBeneath = 0.05;         // of a triangle's size
+constexpr std::size_t kMoments = 200;     // moments of a trace that are looked at
+constexpr std::size_t kMostPoints = 500;  // points of a body that are looked for in another
+constexpr double kBeneath = 0.05;         // share of a triangle's size
 constexpr double kOutlasts_s = 0.01;
 
 // All soft tissue lies within.

@@ -22,14 +22,14 @@ class YamlValue {
 
   double number(const Range& range = {}) const;
   bool boolean() const;
-  Range range(const Range& each = {}) const;  // as KeyType::range says
+  Range range(const Range& each = {}) const;  // by KeyType::range
   std::string text() const;                   // not empty, one line
-  std::string name() const;                   // as KeyType::name says
+  std::string name() const;                   // by KeyType::name
   bool is(const std::string& word) const;
   std::string choice(const std::vector<std::string>& allowed) const;
   Vec3 vector3(const Range& each = {}) const;
   std::vector<YamlValue> list() const;     // not empty
-  std::vector<YamlEntry> entries() const;  // of a map; a key that stands there twice is an error
+  std::vector<YamlEntry> entries() const;  // a map's; a key that stands there twice is an error
 
   [[noreturn]] void fail(const std::string& flaw) const;
   // An entry of this map that does not stand in the file: its errors name the map's line.

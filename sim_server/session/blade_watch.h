@@ -23,7 +23,7 @@ class BladeWatch {
     bool watched = false;  // it can cut, has not, and has not been warned of
     double contact_time_s = 0, largest_force_n = 0;
     std::uint32_t body_id = 0;  // touched last
-    std::string refusal;        // of its last cut that was refused
+    std::string refusal;        // its last refused cut's
   };
   std::string reason(std::uint32_t tool, const Blade& blade) const;
 

@@ -9,9 +9,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kLinePitch_m = 0.001;  // of the points at which a line is looked at
+constexpr double kLinePitch_m = 0.001;  // between the points at which a line is looked at
 constexpr double kResists_n = 1e-3;     // less: a blade that has gone through, or is drawn out
-constexpr double kWhole = 0.999;        // of a volume that is measured on a grid
+constexpr double kWhole = 0.999;        // share of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
   char text[160];

@@ -30,7 +30,7 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
 
 struct InstrumentUse {
   std::string name;
-  double path_m = 0;  // of its tip
+  double path_m = 0;  // its tip's
   double largest_force_n = 0;
   double contact_time_s = 0;
 };
@@ -39,7 +39,7 @@ struct InstrumentUse {
 // nearest to the line on the body; from there it is deep. The edge of scissors is where their blades cross.
 struct LineScore {
   double length_m = 0;
-  double cut_fraction = 0;  // of the line: near enough, and half as deep as it should be
+  double cut_fraction = 0;  // share of the line cut near enough, and half as deep as it should be
   double deviation_m = 0;   // root mean square, over the way that was cut
   double most_deviation_m = 0;
   double depth_m = 0;   // mean
@@ -52,7 +52,7 @@ struct Score {
   std::optional<LineScore> line;
   std::optional<std::size_t> spared_touches;  // times that an instrument began to touch a body that it should spare
   double marked_m3 = 0;                       // at the beginning
-  double marked_removed_m3 = 0;               // of it, no longer part of the organ
+  double marked_removed_m3 = 0;               // marked tissue no longer part of the organ
   double marked_in_bin_m3 = 0;
   double healthy_lost_m3 = 0;
   bool has_bin = false;

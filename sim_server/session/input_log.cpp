@@ -184,12 +184,12 @@ struct InputLog::State {
   int file = -1;
   bool failed = false;
 
-  std::mutex mutex;  // of all that follows
+  std::mutex mutex;  // guards all that follows
   std::condition_variable wake;
   bool stop = false;
-  std::uint64_t size = 0;                          // of the whole records
+  std::uint64_t size = 0;                          // the whole records'
   std::uint64_t newest_step = 0;                   // among them
-  std::map<std::uint64_t, std::uint64_t> offsets;  // of some steps
+  std::map<std::uint64_t, std::uint64_t> offsets;  // some steps have one
   std::thread thread;
 };
 

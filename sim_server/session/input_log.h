@@ -18,7 +18,7 @@ namespace sectio {
 // The beginning of a file says enough of its session to begin it again.
 struct InputLogHeader {
   std::string scene;                // the file, with its whole path
-  std::vector<std::string> bodies;  // of this server
+  std::vector<std::string> bodies;  // this server's
   std::uint64_t state_hash = 0;     // before the first step
 };
 

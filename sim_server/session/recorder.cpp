@@ -35,7 +35,7 @@ struct Recorder::State {
   BladeWatch blades;
   std::vector<std::vector<ScalarField>> scalars;   // by body, as the journal has them
   std::uint64_t scalars_kept_at = 0;               // step
-  Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // as the journal has it
+  Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // the journal's
   double processor_begun_s = processor_time_s();
   RunFigures figures;
   std::vector<std::string> faults;  // since they were last taken

@@ -16,8 +16,8 @@ namespace sectio {
 // The cost of several copies of a body (paper A, conclusion): the simulation's, the one from which the
 // network's thread serves viewers, and one in each viewer (its own report has that).
 struct SyncCost {
-  std::size_t copy_bytes = 0;       // of the network's thread: topology and positions
-  double network_total_s = 0;       // of the network's thread
+  std::size_t copy_bytes = 0;       // the network's thread: topology and positions
+  double network_total_s = 0;       // the network's thread
   double waited_for_servers_s = 0;  // for others of the session, so that all stay together
   std::uint64_t deferred_steps = 0, reduced_steps = 0, slowed_steps = 0;  // see net/budget.h
   double most_behind_s = 0;
@@ -27,14 +27,14 @@ struct SyncCost {
 struct RunFigures {
   std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
   std::vector<float> step_times_s, publish_times_s;    // wall clock
-  double processor_s = 0;                              // of the whole run
+  double processor_s = 0;                              // the whole run's
   std::map<std::string, std::uint64_t> events;         // how many of each kind
   std::map<std::string, std::uint64_t> refusals;       // cuts that were refused, by reason
   std::vector<std::string> warnings;                   // each once
   std::vector<double> body_cpu_s, body_residual_m;     // by body: so far; the most
   std::vector<double> body_residual, body_added_mass;  // by body: the most
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
-  StepReport last;  // of the last step
+  StepReport last;  // the last step's
   std::optional<SyncCost> cost;
   std::optional<Score> score;
   Outcome outcome;

@@ -121,7 +121,7 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
     parts.insert(parts.end(), of_body.begin(), of_body.end());
   }
   std::ranges::stable_sort(parts, std::ranges::greater(), &Part::rest_volume_m3);
-  std::vector<std::size_t> left = parts_begun_;  // of each family, the largest are no freed ones
+  std::vector<std::size_t> left = parts_begun_;  // the largest of each family are no freed ones
   for (const Part& part : parts) {
     if (left[part.family] > 0) {
       --left[part.family];

@@ -40,7 +40,7 @@ class SessionRun {
   // Words about what could not be kept since the last call; each is in the log and in the report, too.
   std::vector<std::string> take_faults();
 
-  std::uint64_t steps() const { return steps_; }  // that have been run
+  std::uint64_t steps() const { return steps_; }  // steps that have been run
   Simulation& simulation() { return simulation_; }
   Recorder& recorder() { return recorder_; }
   // The beginning of its journal: the simulation as it was before the first step.

@@ -8,8 +8,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // of a body's own
-constexpr double kStepsNotMet = 0.01;               // of all steps
+constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of a body's own
+constexpr double kStepsNotMet = 0.01;               // share of all steps
 
 class Reasons {
  public:

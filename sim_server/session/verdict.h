@@ -8,11 +8,11 @@
 
 namespace sectio {
 
-constexpr int kExitNotOk = 3;  // of a run whose report says so
+constexpr int kExitNotOk = 3;  // a run whose report says so
 
 struct RunResult {
   std::string report;                // JSON
-  std::vector<std::string> reasons;  // as in the report; empty: it is ok
+  std::vector<std::string> reasons;  // the report's; empty: it is ok
   int exit_code() const { return reasons.empty() ? 0 : kExitNotOk; }
 };
 

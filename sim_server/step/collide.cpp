@@ -11,7 +11,7 @@ namespace sectio {
 namespace {
 
 constexpr double kReach_m = 2e-4;             // a gap that counts as contact; faster pieces see further
-constexpr double kWakingSpeedM_per_s = 0.02;  // of a piece that bumps into a sleeping one
+constexpr double kWakingSpeedM_per_s = 0.02;  // a piece this fast wakes a sleeping one that it bumps into
 constexpr int kVelocitySweeps = 30, kDepthSweeps = 10;
 
 using Bodies = std::span<const std::unique_ptr<Body>>;

@@ -18,8 +18,8 @@ struct BodyStep {
   bool disturbed = false;  // it was touched, held or cut: what rests on it wakes
   std::vector<Entry> entries;
   std::vector<BladeMotion> motions;
-  double work_j = 0;       // that instruments did on it
-  double processor_s = 0;  // that its stages took, where somebody measures
+  double work_j = 0;       // by instruments on it
+  double processor_s = 0;  // by its stages, if somebody measures
 };
 
 struct StepContext {
@@ -63,12 +63,12 @@ void grasp(SimulatedWorld& world, StepContext& context);         // jaws close, 
 void tilt(SimulatedWorld& world, StepContext& context);          // gravity turns
 void touch(SimulatedWorld& world, StepContext& context);         // edges meet surfaces, and say what they want to cut
 void cut(SimulatedWorld& world, StepContext& context);           // engines plan cuts; accepted ones change the topology
-void tidy(SimulatedWorld& world, StepContext& context);          // where no instrument is, short edges collapse
+void tidy(SimulatedWorld& world, StepContext& context);          // short edges collapse, away from instruments
 void split(SimulatedWorld& world, StepContext& context);         // parts that came off become bodies
 void indent(SimulatedWorld& world, StepContext& context);        // temporary elements follow instruments that press
 void deform(SimulatedWorld& world, StepContext& context);        // bodies move
 void watch(SimulatedWorld& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
-void interact(SimulatedWorld& world, StepContext& context);      // what goes on between bodies: fluids, threads
+void interact(SimulatedWorld& world, StepContext& context);      // fluids and threads go on between bodies
 void collide(SimulatedWorld& world, StepContext& context);       // bodies meet each other and the floor
 void guard(SimulatedWorld& world, StepContext& context);         // nothing leaves that is not finite, or out of bounds
 void feel(SimulatedWorld& world, StepContext& context);          // contact models for the hands

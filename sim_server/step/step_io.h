@@ -25,7 +25,7 @@ struct StepInput {
   bool spare_idle_bodies = false;
   // Gravity turns there from now on: somebody tilts the patient.
   std::optional<Vec3> gravity_m_per_s2 = {};
-  std::string overrun;  // what the session does about it, when that has changed: becomes an event; else empty
+  std::string overrun;  // the session's answer to it, when that has changed: becomes an event; else empty
 };
 
 struct BodyDelta {
@@ -69,7 +69,7 @@ enum class EventKind : std::uint8_t {
   speed_set,
   begun_anew,  // bodies are as they were at first
   score_told,
-  sought,  // what is played goes on from another time
+  sought,  // the played session goes on from another time
 };
 const char* to_string(EventKind kind);
 
@@ -84,7 +84,7 @@ struct Event {
 // How the driver of a body fares.
 struct DriverFigures {
   double added_mass_fraction = 0;   // now
-  double residual = 0;              // of the last step if it was implicit: force left over, over the weight
+  double residual = 0;              // the last step's if it was implicit: force left over, over the weight
   std::uint64_t steps_not_met = 0;  // implicit steps so far whose residual was above the tolerance
 };
 
@@ -94,9 +94,9 @@ struct StepReport {
   double added_mass_fraction = 0;  // by selective mass scaling
   std::uint64_t cuts_made = 0;     // deltas so far
   std::uint64_t cuts_refused = 0;
-  std::uint64_t edges_collapsed = 0;  // of volumes, so far: short ones that cuts had left
-  double removed_volume_m3 = 0;       // of fragments, at rest, so far
-  double penetration_m = 0;           // of pressing instruments beneath the surface, after this step
+  std::uint64_t edges_collapsed = 0;  // in volumes, so far: short ones that cuts had left
+  double removed_volume_m3 = 0;       // fragments', at rest, so far
+  double penetration_m = 0;           // pressing instruments beneath the surface, after this step
   double instrument_work_j = 0;       // on deforming bodies, so far, what cutting took included
   std::uint32_t bodies_asleep = 0;    // not stepped: they rest
   std::uint64_t forces_capped = 0;    // steps of instruments so far, in which a reaction was beyond what they may feel
@@ -105,7 +105,7 @@ struct StepReport {
   std::uint64_t local_searches = 0;
   std::vector<BodyCheck> checks;       // one a body
   std::vector<DriverFigures> drivers;  // one a body
-  std::vector<double> processor_s;     // that each has taken so far, where it is measured
+  std::vector<double> processor_s;     // by each so far, if it is measured
 };
 
 struct StepOutput {
@@ -116,7 +116,7 @@ struct StepOutput {
   std::vector<ContactModel> contacts;  // one a tool that has a device
   std::vector<Event> events;
   Vec3 gravity_m_per_s2{0, 0, -9.81};         // in this step, and
-  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // where it turns to
+  Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // gravity turns to this
   bool publish_now = false;  // contact just began: viewers must not wait for the frame rhythm (paper A, 2.1)
   StepReport report;
 };
@@ -127,7 +127,7 @@ void begin_step(StepOutput& output, double step_s);
 // The gap between a surface and an instrument that presses it (paper A, figures 4 and 5). For measurements; no step
 // needs it.
 struct ContactGap {
-  double depth_m = 0;  // of the point that presses, beneath the undeformed surface
+  double depth_m = 0;  // the point that presses, beneath the undeformed surface
   // Largest distance between the instrument and the surface, along the normal, over points at least half as deep.
   // Points further out leave the dent whatever the way of contact.
   double gap_m = 0;

@@ -46,8 +46,8 @@ std::unique_ptr<SurfaceSprings> springs_of(const EngineSite& site, const Surface
       std::make_unique<SurfaceSprings>(mesh, site.frame_world, spring_material(site.spec.material), settings);
   std::vector<VertexId> all(mesh.vertex_slots());
   std::iota(all.begin(), all.end(), VertexId{0});
-  if (site.is_part) springs->update(mesh, all);  // what a cut has left may need mass to be stable
-  springs->set_component(0, all, false);         // what nothing holds falls
+  if (site.is_part) springs->update(mesh, all);  // the rest of a cut body may need mass to be stable
+  springs->set_component(0, all, false);         // a part that nothing holds falls
   if (site.scene.floor_z_m) springs->set_bed(0, Vec3(0, 0, *site.scene.floor_z_m), Vec3::UnitZ());
   return springs;
 }

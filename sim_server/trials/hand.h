@@ -18,9 +18,9 @@ struct Hand {
   double slower = 1;         // takes so many times as long
   double faster = 1;         // takes so many times less time
   double tremor_m = 0;       // root mean square of the distance from the quiet hand
-  std::uint32_t lifts = 0;   // of all instruments that cut, spread over their way
+  std::uint32_t lifts = 0;   // all cutting instruments', spread over their way
   double back_m = 0;         // behind where it was lifted, at most so far, an instrument is put down
-  std::uint32_t pauses = 0;  // of a second
+  std::uint32_t pauses = 0;  // each lasts a second
   std::uint32_t saws = 0;    // times that instruments go back along their way and forth again, spread over it
 };
 

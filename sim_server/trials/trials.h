@@ -14,14 +14,14 @@ namespace sectio {
 struct TrialsOptions {
   Hand hand = {};
   std::uint32_t runs = 1;
-  std::uint64_t seed = 1;  // of the first run; each of the others has the next one
+  std::uint64_t seed = 1;  // the first run's; each of the others has the next one
   std::uint32_t processes = 1;
-  std::uint32_t processor_limit_s = 900;  // of a run
+  std::uint32_t processor_limit_s = 900;  // a run's
 };
 
 struct Trial {
   std::uint64_t seed = 0;
-  std::vector<std::string> reasons;  // as report.json has them; that it crashed, was refused or didn't end. Empty: ok
+  std::vector<std::string> reasons;  // report.json's; or that it crashed, was refused or didn't end. Empty: ok
 };
 
 // In the order of their seeds. `done` is called after each run, as they end. The scene is a prepared one. Forks: the

@@ -18,7 +18,7 @@ namespace sectio {
 
 class BladeFront {
  public:
-  static constexpr double kYields_m = 5e-4, kStiffest_n_per_m = 1400;  // which a hand's device can render
+  static constexpr double kYields_m = 5e-4, kStiffest_n_per_m = 1400;  // a hand's device can render these
 
   // Nothing holds the blade any more; what has been cut stays so.
   void release() { *this = {}; }
@@ -31,7 +31,7 @@ class BladeFront {
   const Vec3& ahead() const { return ahead_; }       // n
   double strength_n() const { return strength_n_; }  // J L: the front yields here; 0: nothing holds the edge
   double stiffness_n_per_m() const { return std::min(kStiffest_n_per_m, strength_n_ / kYields_m); }
-  double work_j() const { return work_j_; }        // of the hand, in the last move()
+  double work_j() const { return work_j_; }        // by the hand, in the last move()
   double new_area_m2() const { return area_m2_; }  // since release()
 
  private:
@@ -42,7 +42,7 @@ class BladeFront {
   std::optional<SweptTissue::Way> way_;
   Vec3 stretched_m_ = Vec3::Zero();  // b
   Vec3 force_n_ = Vec3::Zero(), ahead_ = Vec3::Zero();
-  double middle_ = 0.5;  // of the edge in tissue
+  double middle_ = 0.5;  // the edge's in tissue
   double strength_n_ = 0, work_j_ = 0, area_m2_ = 0;
 };
 

@@ -14,7 +14,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kThicknessUsed = 0.8;        // of the tissue under a groove, at most
+constexpr double kThicknessUsed = 0.8;        // share of the tissue under a groove, at most
 constexpr double kSkipBelowSurface_m = 1e-3;  // the groove's own lips are not the other side
 constexpr double kPictureLines = 720;
 constexpr int kLipSweeps = 10;

@@ -37,7 +37,7 @@ class Body {
        ParticleState particles, const Pose& frame, const Body* parent = nullptr,
        std::span<const VertexId> vertex_from = {});
 
-  const MakeEngines& make_engines() const { return make_; }  // of this body and of its parts
+  const MakeEngines& make_engines() const { return make_; }  // this body's and its parts'
   std::size_t bytes() const { return mesh.bytes() + particles.bytes(); }
   SharedBody shared() { return {id, mesh, particles}; }
   SurfaceView view() { return {mesh, particles.positions(), id}; }
@@ -101,7 +101,7 @@ class Body {
   std::vector<double> still_s;                 // by owner: for how long what it let go has not moved
   std::vector<TriangleId> unsettled;           // triangles of cuts whose parts are not decided yet
   std::vector<ParticleImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
-  std::uint32_t parts_made = 0;  // that came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
+  std::uint32_t parts_made = 0;  // came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // it stays as it was (recovery.h), and can't be cut
 
  private:

@@ -22,9 +22,9 @@ enum class Cause : std::uint8_t {
 struct Change {
   Cause cause = Cause::cut;
   TopologyDelta delta;                                  // empty: only the state of some vertices changes
-  std::vector<std::pair<VertexId, VertexState>> seeds;  // where vertices are placed once the delta is applied
-  std::shared_ptr<const CutTicket> ticket = nullptr;    // of the cutting engine's plan
-  const CutPlan* plan = nullptr;                        // of a cut: its strokes and islands
+  std::vector<std::pair<VertexId, VertexState>> seeds;  // vertices are placed so once the delta is applied
+  std::shared_ptr<const CutTicket> ticket = nullptr;    // the cutting engine's plan has one
+  const CutPlan* plan = nullptr;                        // a cut's: its strokes and islands
 };
 
 // A plan that leaves the topology as it is places no vertices, either.

@@ -44,15 +44,15 @@ class Grasp {
   bool holds(std::uint32_t body_id) const;
   std::optional<std::uint32_t> held_body() const;  // the one that was grasped first
   bool holds_something() const { return !held_.empty(); }
-  const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // of this step
+  const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // this step's
   std::vector<GraspEvent> take_events();                            // since the last call
 
  private:
   struct Point {
-    VertexId vertex = kNone;  // of tissue; of a rigid piece none
+    VertexId vertex = kNone;  // the tissue's; a rigid piece has none
     Vec3 at_piece_m = Vec3::Zero();
     Vec3 at_tool_m = Vec3::Zero();
-    double share = 0;  // of the force, of all points 1
+    double share = 0;  // share of the force; all points' sum is 1
   };
   struct Held {
     std::uint32_t body_id = 0;

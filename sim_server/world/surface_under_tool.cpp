@@ -11,7 +11,7 @@ namespace {
 // A flat punch of radius a moves the surface at a distance r by 2/pi asin(a/r) of its own way (Sneddon 1965): beyond
 // these 15 mm, a tip of 2 mm by less than a tenth.
 constexpr double kDent_m = 0.015, kAround_m = 0.03;
-constexpr double kPoint_m = 0.0015;  // what a point presses as
+constexpr double kPoint_m = 0.0015;  // a point presses as a punch of this radius
 constexpr double kOnSurface_m = 5e-4;
 constexpr double kFlat_m = 1e-6;     // a shortest way below this has no direction
 constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
@@ -79,7 +79,7 @@ Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
 }
 
 std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m) {
-  auto at = body.tree().closest(body.view(), near_world_m, kOnSurface_m);  // as mostly: this looks at little
+  auto at = body.tree().closest(body.view(), near_world_m, kOnSurface_m);  // usually it is there: this looks at little
   if (!at) at = body.tree().closest(body.view(), near_world_m, kDent_m);
   if (!at) return std::nullopt;
   const auto& v = body.mesh.triangle(at->triangle).v;

@@ -13,7 +13,7 @@ constexpr double kBeside_m = 1e-3;     // an edge this far beside a way is in an
 constexpr double kBeyond_m = 2e-3;     // from the end of a way, likewise
 constexpr double kAtFront_m = 5e-5;    // an edge so near to the end of a cut stands at it
 constexpr double kUpright = 0.5;       // least cosine of an edge to the rows' direction
-constexpr double kNear_m = 3e-3;       // of a way, which is looked at first: it may cross itself
+constexpr double kNear_m = 3e-3;       // the part of a way that is looked at first: it may cross itself
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
 std::vector<Vec4f> rest_of(const TriangleMesh& mesh) {

@@ -31,8 +31,8 @@ class SweptTissue {
     double gone_m = 0;
   };
   struct Front {
-    double length_m = 0;  // of the edge in tissue that has no cut ahead: at the end of a cut, or where there is none
-    double middle = 0;    // of the edge in tissue, as a share of it
+    double length_m = 0;  // the edge in tissue that has no cut ahead: at the end of a cut, or in uncut tissue
+    double middle = 0;    // the edge's in tissue, as a share of it
   };
   // `ahead`: the direction, unit and across the edge, in which it would cut.
   Front front(const EdgeAtRest& edge, const Vec3& ahead, std::optional<Way>& way);
@@ -46,7 +46,7 @@ class SweptTissue {
   struct Cut {
     Vec3 up, first_heading;                      // unit: along the edge, and across it
     double level_m = 0;                          // the height, along `up`, at which the way is told
-    std::vector<Vec3> points = {};               // of the way, at height 0
+    std::vector<Vec3> points = {};               // the way's, at height 0
     std::vector<double> gone_m = {};             // on the way, at each point
     std::ptrdiff_t first_row = 0;                // its number, from height 0
     std::vector<std::vector<Span>> rows = {{}};  // spans ascend and are apart
@@ -64,7 +64,7 @@ class SweptTissue {
     double upright = 1, leans = 0;
   };
 
-  std::vector<Span> inside(const EdgeAtRest& edge) const;  // as shares of the edge
+  std::vector<Span> inside(const EdgeAtRest& edge) const;  // in shares of the edge
   Across find(const EdgeAtRest& edge, const Vec3& ahead, std::optional<Way>& way);
   static std::optional<Across> across(const Cut& cut, const EdgeAtRest& edge, std::optional<double> near_m);
   static Place place_on(const Cut& cut, const Vec3& at, double from_m, double to_m);

@@ -27,14 +27,14 @@ struct Tool {
 
   ContactModelFitter fitter;
   Grasp grasp;
-  std::optional<JointPose> pose;  // of the newest sample
+  std::optional<JointPose> pose;  // the newest sample's
   bool force_is_capped = false;   // in the last step
   double time_s = 0;              // its time stamp
   std::uint64_t source = 0;
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
   TipMotion tip;     // its motion as the hand's side knows it, too
-  double sag_m = 0;  // of the surface under it: how far it is above its home, undented
+  double sag_m = 0;  // the surface under it, above its home, undented
 
   // The motion in this step.
   std::optional<JointPose> before;

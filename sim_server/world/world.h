@@ -49,19 +49,19 @@ struct SimulatedWorld {
 
   Scene scene;  // its gravity is that of the current step
   TurningGravity gravity;
-  std::vector<std::unique_ptr<Body>> bodies;  // those of the scene, then parts in the order in which they came off
+  std::vector<std::unique_ptr<Body>> bodies;  // the scene's, then parts in the order in which they came off
   std::deque<BodySpec> part_specs;            // a deque, since bodies refer to their specifications
   std::vector<Tool> tools;
   struct Edge {
     std::uint32_t tool_id = 0;
     std::size_t index = 0;  // among the edges of the tool
   };
-  std::vector<Edge> edges;                // of all tools; an engine that cuts knows each by its index here, the edge_id
+  std::vector<Edge> edges;                // all tools'; an engine that cuts knows each by its index here, the edge_id
   std::vector<EdgeContact> contacts;      // a row a body, a column an edge
   std::vector<ModelCheck> checks;         // one a body
   std::vector<Interaction> interactions;  // engines between bodies, in the order of the processes of the scene
-  std::size_t most_bodies = kMaxBodies;   // that a session can announce; what comes off beyond stays in its body
-  double contact_work_j = 0;              // that instruments have done on bodies by pressing and holding, so far
+  std::size_t most_bodies = kMaxBodies;   // a session announces no more; parts that come off beyond stay
+  double contact_work_j = 0;              // by instruments on bodies, pressing and holding, so far
 
  private:
   void add_contacts(Body& body);

@@ -13,9 +13,9 @@ namespace sectio {
 namespace {
 
 constexpr double kGoodOverlap = 0.95;
-constexpr double kLeastGain = 0.01;       // of the overlap, for more ellipsoids
+constexpr double kLeastGain = 0.01;       // in overlap, for more ellipsoids
 constexpr double kPointsAcross = 40;      // the longest side of the surface's box
-constexpr std::size_t kLeastPoints = 24;  // of a group that is divided
+constexpr std::size_t kLeastPoints = 24;  // a group that is divided has so many
 
 struct Group {
   std::vector<std::uint32_t> points;
@@ -65,7 +65,7 @@ class Fit {
     const auto count = static_cast<double>(group.points.size());
     Vec3 mean = Vec3::Zero();
     for (const std::uint32_t i : group.points) mean += inside_[i] / count;
-    Mat3 moments = Mat3::Identity() * (cell_m_ * cell_m_ / 12);  // of a point's own cell
+    Mat3 moments = Mat3::Identity() * (cell_m_ * cell_m_ / 12);  // a point's own cell
     for (const std::uint32_t i : group.points) {
       const Vec3 d = inside_[i] - mean;
       moments += d * d.transpose() / count;

@@ -16,7 +16,7 @@ struct Ellipsoid {
 
 struct EllipsoidFit {
   std::vector<Ellipsoid> ellipsoids;
-  double overlap = 0;  // of their union and the inside of the surface: twice the common volume over the sum (Dice 1945)
+  double overlap = 0;    // their union and the inside of the surface: twice the common volume over the sum (Dice 1945)
   double volume_m3 = 0;  // inside the surface
 };
 

@@ -25,7 +25,7 @@ class SurfaceField {
     Box3 box;
     Vec3 centre = Vec3::Zero(), area_vector = Vec3::Zero();
     double radius = 0;
-    std::uint32_t first = 0, count = 0;  // of triangles; inner nodes have none
+    std::uint32_t first = 0, count = 0;  // triangles; inner nodes have none
     std::uint32_t left = 0, right = 0;
   };
   std::uint32_t build(std::uint32_t first, std::uint32_t count);

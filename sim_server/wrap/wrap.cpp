@@ -16,13 +16,13 @@ namespace sectio {
 namespace {
 
 constexpr double kTriangles = 8000;   // when no size is given
-constexpr double kCell = 0.7;         // of the grid, in edges
-constexpr double kMostCorners = 2e7;  // of the grid
-constexpr double kLeastShare = 0.01;  // of the volume: smaller closed surfaces are bubbles
+constexpr double kCell = 0.7;         // the grid's, in edges
+constexpr double kMostCorners = 2e7;  // the grid's
+constexpr double kLeastShare = 0.01;  // share of the volume: smaller closed surfaces are bubbles
 constexpr double kLeastAngle_rad = 5 * M_PI / 180;
-constexpr double kLeastThickness = 0.25;  // of a body that was filled: volume by area, in edges
+constexpr double kLeastThickness = 0.25;  // a filled body's: volume by area, in edges
 constexpr int kSmoothings = 6;
-constexpr int kBisections = 6;        // of an edge of the grid
+constexpr int kBisections = 6;        // per edge of the grid
 constexpr double kLayerCells = 1.75;  // so thick is the layer of balls that bound what is outside
 
 // Labels of triangles that share vertices, from 0.
@@ -232,7 +232,7 @@ class GridSurface {
   double fill_m_;
   Vec3 origin_;
   std::array<std::int64_t, 3> count_{};
-  std::vector<float> level_;  // of each corner; positive inside
+  std::vector<float> level_;  // one a corner; positive inside
   TriangleSoup soup_;
   std::vector<Vec3> on_grid_;  // vertices in the middle of their edges: triangles that surely have an area
   std::unordered_map<std::uint64_t, VertexId> vertex_;  // by edge; only looked up, never iterated

@@ -10,7 +10,7 @@ namespace sectio {
 struct Wrapped {
   TriangleSoup soup;      // closed, oriented, manifold, triangles about equilateral
   double size_m = 0;      // length of its edges, about
-  double volume_m3 = 0;   // of soup
+  double volume_m3 = 0;   // soup's
   double furthest_m = 0;  // from soup to the triangles that were given: across holes it is as far as these are wide
   double mean_far_m = 0;  // the mean of that
   double least_angle_rad = 0;

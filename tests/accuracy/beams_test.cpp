@@ -21,7 +21,7 @@ constexpr double kYoung = 1e4, kSide = 0.02;
 struct Bar {
   StaticBody body;
   double length_m;
-  std::vector<double> end_m2;  // of the end x = L
+  std::vector<double> end_m2;  // the end x = L
   bool at(const Vec3& p, double x_m) const { return std::abs(p.x() - x_m) < 1e-9; }
 };
 Bar bar(const StaticModel& model, int across, int slenderness, double poisson) {
@@ -129,7 +129,7 @@ TEST(Accuracy, A_8_torsion) {
 TEST(Accuracy, A_8_torsion_falls_with_the_square_of_the_cell) {
   struct Refined {
     StaticModel model;
-    double poisson, within, order;  // of 8 cells; from 4 to 8
+    double poisson, within, order;  // within: with 8 cells; order: from 4 to 8
   };
   for (const Refined& c :
        {Refined{test::neo_hookean_lattice(), 0.45, 0.04, 1.8}, {test::neo_hookean(), 0.45, 0.1, 1.8}}) {

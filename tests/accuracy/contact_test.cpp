@@ -19,8 +19,8 @@ using test::MovingModel;
 struct Pressed {
   std::string model;
   double poisson = 0.45;
-  double cell_m = 0;        // of the lattice
-  double tetrahedra = 800;  // of volumes
+  double cell_m = 0;        // the lattice's
+  double tetrahedra = 800;  // a volume's
   int across = 24;          // squares of the surface
   double step_s = 0.001;
 };

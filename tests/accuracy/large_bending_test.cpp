@@ -17,7 +17,7 @@ constexpr double kYoung = 1e4, kDensity = 1000;
 
 // Held at x = 0, damped as its slowest vibration is critically, until nothing moves.
 struct Tip {
-  double down, back;  // of the middle of the end, in lengths
+  double down, back;  // the middle of the end, in lengths
 };
 Tip bent_tip(const MovingModel& model, int across, int slenderness, double poisson, double end_load_n,
              double gravity_m_per_s2) {

@@ -15,7 +15,7 @@ namespace {
 struct Bed {
   std::string model;
   double tetrahedra = 6000, cell_m = 0;
-  double square_m = 0.003;  // of a surface
+  double square_m = 0.003;  // a surface's
   double step_s = 0.001;
   std::string driver = "automatic";
 };

@@ -10,7 +10,7 @@
 namespace sectio {
 
 struct Room {
-  std::string_view path;                    // of its files: the longest row that a file's path begins with is its own
+  std::string_view path;                    // its files: the longest row that a file's path begins with is its own
   std::string_view holds;                   // for the table in docs/architecture.md; empty: a part of a room
   std::vector<std::string_view> project;    // beginnings of the headers of ours that it may include
   std::vector<std::string_view> libraries;  // it may see beside the standard library and the system's headers

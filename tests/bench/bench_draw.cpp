@@ -55,7 +55,7 @@ void draw_skin(benchmark::State& state, const Wanted& wanted) {
   CanvasView view;
   view.view_from_world = view_from_world(near_camera());
   view.projection = projection(near_camera(), static_cast<double>(kWidth) / kHeight);
-  view.occluder_count = wanted.occluder ? 1 : 0;  // of no size
+  view.occluder_count = wanted.occluder ? 1 : 0;  // an occluder without size
   const Material material{Shading::skin, body.skin_colour.cast<float>(), wanted.pattern_per_pixel};
   const auto draw = [&] {
     canvas.begin(view);

@@ -43,7 +43,7 @@ class Corotational final : public FastModel {
 
  private:
   static constexpr int kPolar = 2;         // Newton steps of rotations that are warm
-  static constexpr float kEnough = 1e-3f;  // of the largest residual at the start of a step so far
+  static constexpr float kEnough = 1e-3f;  // share of the largest residual at the start of a step so far
   static constexpr float kBeyond_m = 1e-7f;
 
   // Vertices that are beyond their plane, and are not pulled away from it, are put onto it and held for the step;

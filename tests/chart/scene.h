@@ -29,11 +29,11 @@ struct Probe {
 };
 
 struct ChartScene {
-  std::string name, title, answer;  // what is measured, with its unit
+  std::string name, title, answer;  // answer: the measured quantity, with its unit
   Vec3 size_m;
   double young_pa = 30000, poisson = 0.45, density_kg_per_m3 = 1050, damping_per_s = 25;
   double gravity_m_per_s2 = 0;          // along -z
-  std::array<int, 3> cells_per_across;  // of a mesh that is n cells across: n times these
+  std::array<int, 3> cells_per_across;  // a mesh n cells across has n times these
   // Whether a point is held, and where it is once the load is on (share 1; 0: at rest).
   std::function<bool(const Vec3& rest_m)> held;
   std::function<Vec3(const Vec3& rest_m, double share)> held_at = [](const Vec3& p, double) { return p; };

@@ -42,7 +42,7 @@ class SurfaceSpecimen final : public Specimen {
     material.poisson = scene_.poisson;
     material.density_kg_per_m3 = scene_.density_kg_per_m3;
     material.damping_per_s = scene_.damping_per_s;
-    material.foundation_radius_m = std::sqrt(scene_.ball->radius_m * scene_.ball->depth_m);  // of the contact
+    material.foundation_radius_m = std::sqrt(scene_.ball->radius_m * scene_.ball->depth_m);  // the contact's radius
     SurfaceSpringSettings settings;
     settings.step_s = step_s_;
     settings.gravity_m_per_s2.setZero();

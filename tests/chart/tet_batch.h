@@ -12,12 +12,12 @@ constexpr int kBatch = 16;
 // Entries of particles are four floats; offsets are in bytes. Lanes without a tetrahedron have no volume.
 struct TetBatch {
   alignas(64) std::uint32_t offset[4][kBatch];
-  float gradient[3][3][kBatch];  // of corners 1 to 3, 1/m; that of corner 0 is minus their sum
+  float gradient[3][3][kBatch];  // corners 1 to 3, 1/m; that of corner 0 is minus their sum
   float volume_m3[kBatch];
 };
 
 struct XpbdBatch : TetBatch {
-  float compliance[2][kBatch];  // of shape and volume, 1 / (stiffness volume)
+  float compliance[2][kBatch];  // shape and volume, 1 / (stiffness volume)
   float multiplier[2][kBatch];
 };
 

@@ -11,7 +11,7 @@ struct ChartModel {
   // Elastic forces on the vertices. Nothing: vertices that are moved are dragged there, and the forces on them are the
   // reactions.
   std::function<void(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n)> forces;
-  bool drags_all = false;    // those that are held still, too
+  bool drags_all = false;    // held vertices, too
   std::size_t elements = 0;  // 0: the tetrahedra
 };
 template <class Model>

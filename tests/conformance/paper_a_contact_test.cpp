@@ -70,7 +70,7 @@ class Pressing : public Operation {
       ++(d.delta.temporary ? temporary : permanent);
       const std::optional<TopologyDelta> sent = delta_from_bytes(to_bytes(d.delta));
       ASSERT_EQ(*sent, d.delta);
-      if (replicas[d.body_id].revision() >= sent->revision) continue;  // of a body as it has come
+      if (replicas[d.body_id].revision() >= sent->revision) continue;  // the body has come with it
       ASSERT_EQ(apply(*sent, replicas[d.body_id]), ApplyStatus::applied);
       if (late && d.body_id == 0) {
         ASSERT_EQ(apply(*sent, *late), ApplyStatus::applied);

@@ -172,7 +172,7 @@ TEST_P(Grasp, C_CON_3_a_ball_pushes_the_surface_out_and_holds_it) {
     for (const Vec3& x : positions_of(op)) deepest = std::max(deepest, 0.008 - (x - op.hand().position_m).norm());
     return deepest;
   };
-  const double layer_m = 0.0005;  // of the tissue that the mesh does not resolve
+  const double layer_m = 0.0005;  // tissue that the mesh does not resolve
   op.move(Vec3(0, 0, kBlockTop_m + 0.004), 0.02);
   EXPECT_LT(deepest_m(), layer_m);
   for (int n = 0; n < 300; ++n) op.step({{0, op.hand()}});

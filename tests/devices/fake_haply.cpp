@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using namespace sectio;
 
-constexpr double kGivesWay_n_per_m = 450;  // as a hand does that holds it
+constexpr double kGivesWay_n_per_m = 450;  // a hand that holds it gives way so
 
 volatile std::sig_atomic_t stopped = 0, begun = 0;
 

@@ -64,7 +64,7 @@ int run(int argc, char** argv) {
       const bool slow = speed < 0.005, is_whole = tissue.model != "surface_springs";
       for (const BladeStroke& stroke : {slow ? slide_and_return(0.004, 0.012) : slide_and_return(0.008, 0.03),
                                         plunge(slow ? 0.006 : 0.012), right_through()}) {
-        if (stroke.name == "through" && (slow || !is_whole)) continue;  // which takes long; a surface has no inside
+        if (stroke.name == "through" && (slow || !is_whole)) continue;  // it takes long; a surface has no inside
         if (strokes.empty() || std::ranges::find(strokes, stroke.name) != strokes.end())
           print(tissue, stroke, speed, legs);
       }

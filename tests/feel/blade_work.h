@@ -13,25 +13,25 @@ struct BladeTissue {
   std::string name;  // for tables
   std::string model;
   std::string style = "progressive";
-  int squares = 2;        // of the surface, over 10 mm
-  double tetrahedra = 0;  // of volumes
-  double cell_m = 0;      // of lattices
+  int squares = 2;        // on the surface, over 10 mm
+  double tetrahedra = 0;  // a volume's
+  double cell_m = 0;      // a lattice's
 };
 
 // A straight way of the blade.
 struct BladeLeg {
   std::string name;
   Vec3 by_m = Vec3::Zero();
-  double new_area_m2 = 0;  // that its edge sweeps in tissue that is uncut
+  double new_area_m2 = 0;  // its edge sweeps this area in uncut tissue
   bool is_steady = false;  // the same length of the edge cuts all along, apart from the ends
-  double outside_m = 0;    // of its ends
+  double outside_m = 0;    // its ends'
 };
 
 struct BladeStroke {
   std::string name;
   std::string tool = "scalpel";
   ToolGeometry geometry;
-  Vec3 from_m = Vec3::Zero();  // of the tip
+  Vec3 from_m = Vec3::Zero();  // the tip's
   std::vector<BladeLeg> legs;
 };
 
@@ -44,9 +44,9 @@ BladeStroke right_through();                                 // a long edge, fro
 
 struct LegWork {
   BladeLeg leg;
-  double work_j = 0;                // of the hand, by the simulation's own force
+  double work_j = 0;                // by the hand, from the simulation's own force
   double booked_j = 0;              // by instrument_work_j
-  double mean_n = 0, ripple_n = 0;  // of the size of the force, rms; of a steady leg without its ends
+  double mean_n = 0, ripple_n = 0;  // the force's size, rms; a steady leg's without its ends
 };
 std::vector<LegWork> work_of(const BladeTissue& tissue, const BladeStroke& stroke, double speed_m_per_s);
 

@@ -21,7 +21,7 @@ Scene felt_block(const std::string& model, double young_pa, const std::string& t
 
 struct WireSpec {
   double delay_s = 0;  // there and back; whatever it is, an answer comes a tick after its pose at the soonest
-  double loss = 0;     // of contact models
+  double loss = 0;     // share of contact models
   double jitter_s = 0;
   std::uint64_t seed = 7;
 };

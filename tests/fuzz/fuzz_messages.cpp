@@ -57,7 +57,7 @@ void read(std::span<const std::uint8_t> bytes, const Use& use) {
 void take(Viewer& viewer, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
   const auto nothing = [](const auto&) {};
   const auto feed = [&](auto& message) {
-    message.epoch = 7;  // what a hash would have to be guessed for is of no use to a fuzzer
+    message.epoch = 7;  // a fuzzer can't guess a hash
     viewer.world.feed(std::move(message));
   };
   switch (kind % kKinds) {

@@ -19,7 +19,7 @@ struct Weighed {
   std::string name;
   TriangleSoup mesh;
   Vec3 turned_deg;
-  Box fixed;  // of the world; empty: it lies on a floor at its lowest point
+  Box fixed;  // in the world; empty: it lies on a floor at its lowest point
   double young_pa = 5000, error_budget = 0.1;
   bool is_miss = false;  // a known failure
 };

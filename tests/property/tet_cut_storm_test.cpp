@@ -71,7 +71,7 @@ TEST_P(TetStorm, C_LIM_1_every_cut_leaves_a_conforming_volume_of_the_same_size_t
   const VolumeMaterial material;
   std::optional<TetSolid> solid;
   if (GetParam() % 10 == 0) solid.emplace(mesh, material, VolumeSettings());
-  int risen = 0;  // of the worst quality, with a cut's short edges
+  int risen = 0;  // rises of the worst quality, with a cut's short edges
   for (int n = 0; n < 20; ++n) {
     const Vec3 at = Vec3::Constant(0.04) + 0.035 * vector(), normal = vector().normalized();
     const double size = n % 4 == 0 ? 1 : 0.005 + 0.03 * std::abs(uniform(random));

@@ -20,7 +20,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std:
 struct Harm {
   const char* name;
   float value;
-  bool velocity, held, all;  // of velocities; of held vertices; of all vertices
+  bool velocity, held, all;  // velocities; held vertices; all vertices
 };
 constexpr Harm kHarms[] = {
     {"position", kNan, false, false, false},           {"held position", kNan, false, true, false},
@@ -39,7 +39,7 @@ class Injector final : public ProcessEngine {
     auto& entries = (*harm_)->velocity ? body.particles.velocity_world_m_per_s : body.particles.position_world_m;
     int done = 0;
     for (VertexId v = 0; v < entries.size(); ++v) {
-      const bool inside = v >= body.mesh.vertex_slots();  // of a volume
+      const bool inside = v >= body.mesh.vertex_slots();  // a volume's inner vertices come last
       const bool held = !inside && body.mesh.vertex_alive(v) && body.mesh.rest_body_m(v).z() < 0.004;
       if (!(*harm_)->all && (held != (*harm_)->held || done++ > 2)) continue;
       entries[v].head<3>().setConstant((*harm_)->value);

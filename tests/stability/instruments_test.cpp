@@ -92,8 +92,8 @@ Vec3 path_m(double time_s) {
 
 struct Arrival {
   const char* name;
-  std::function<std::vector<double>()> times_s;  // of the samples, ascending
-  int held_back;                                 // of so many, all but the last wait for it
+  std::function<std::vector<double>()> times_s;  // the samples', ascending
+  int held_back;                                 // samples: all but the last wait for the last
 };
 
 // Samples at 1 kHz, as frames of other rates with half of an interval's jitter, in bursts, and with gaps: nothing is

@@ -122,7 +122,7 @@ TEST(Limits, S_3_slivers_with_and_without_added_mass) {
       EXPECT_GE(springs.predicted_s, 0.6 * springs_s) << sliver;
     }
     for (const Oscillator& body : {heavy, springs}) EXPECT_LE(mass_kg(body), (1 + kMostAddedMass) * mass_kg(bare));
-    EXPECT_GE(limit_s(springs), 0.98 * springs.predicted_s) << sliver;  // of a heavy pair it is the limit itself
+    EXPECT_GE(limit_s(springs), 0.98 * springs.predicted_s) << sliver;  // a heavy pair's prediction is the limit itself
     EXPECT_NEAR(limit_s(test::lattice_of(mesh, material, test::kCell_m)) / lattice_s, 1, 0.25) << sliver;
   }
 }

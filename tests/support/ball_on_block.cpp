@@ -18,7 +18,7 @@ Scene ball_on_block(const BallOnBlock& of) {
   block.pose.position_m = Vec3(-of.size_m.x() / 2, -of.size_m.y() / 2, 0);
   block.material.young_pa = of.young_pa;
   block.material.poisson = of.poisson;
-  block.material.foundation_radius_m = std::sqrt(of.radius_m * of.depth_m);  // of the contact
+  block.material.foundation_radius_m = std::sqrt(of.radius_m * of.depth_m);  // the contact's radius
   block.volume.tetrahedra = of.tetrahedra;
   block.volume.cell_m = of.cell_m;
   block.volume.driver = of.driver;

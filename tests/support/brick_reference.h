@@ -41,7 +41,7 @@ class BrickReference final : public ElasticReference {
   struct GaussPoint {
     double volume_m3 = 0;
     std::array<double, 27> value;
-    std::array<Vec3, 27> slope;  // of the shape functions, 1/m
+    std::array<Vec3, 27> slope;  // the shape functions', 1/m
   };
 
   void make_nodes(const std::optional<Slit>& slit);

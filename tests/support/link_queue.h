@@ -18,7 +18,7 @@ struct Link {
   double jitter_s = 0;                  // added to the delay or taken from it, evenly spread
   bool reorders = false;                // a frame with a shorter delay overtakes those before it
   double loss = 0;                      // probability of each frame
-  std::size_t queue_bytes = 256 << 10;  // what waits for a limited rate; more is dropped
+  std::size_t queue_bytes = 256 << 10;  // bytes that wait for a limited rate; more are dropped
 };
 
 using EthernetFrame = std::vector<std::uint8_t>;

@@ -11,7 +11,7 @@
 namespace sectio::test {
 
 struct LinkedSession {
-  std::string scene = "liver_incision";  // of deploy/scenes; its trace has the same name
+  std::string scene = "liver_incision";  // from deploy/scenes; its trace has the same name
   std::string bin = {};                  // the directory of the programs; empty: those of this build
   bool secured = false;                  // with keys
   HostLinks server = {}, hand = {};

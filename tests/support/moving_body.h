@@ -22,7 +22,7 @@ class MovingBody {
  public:
   struct Parts {
     std::unique_ptr<VolumeModel> model;
-    Points rest;  // of the particles
+    Points rest;  // the particles'
     std::function<void(const Points& x, std::span<Vec3> force_n)> elastic_forces_n;
     std::function<std::vector<Particle>(const MovingBody&)> particles;
   };
@@ -34,7 +34,7 @@ class MovingBody {
   std::vector<Particle> particles() const { return parts.particles(*this); }
 
   TetMesh mesh;
-  Points x, v;  // of the vertices
+  Points x, v;  // the vertices'
   std::vector<Reaction> reactions;
   Parts parts;
 };

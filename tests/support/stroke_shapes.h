@@ -16,7 +16,7 @@ namespace sectio::test {
 struct StrokeShape {
   std::string name;
   TriangleSoup soup;
-  double step_m = 0;  // of the instrument
+  double step_m = 0;  // the instrument's
 };
 
 std::vector<StrokeShape> stroke_shapes();

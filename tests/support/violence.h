@@ -21,12 +21,12 @@ std::string name_of(Load load);
 
 struct Outcome {
   bool finite = true;
-  double furthest_m = 0;  // of any vertex from the origin
+  double furthest_m = 0;  // any vertex, from the origin
   double most_kinetic_j = 0, most_work_j = 0;
   double energy_j = 0;                         // now
   double away_m = 0;                           // now, the furthest vertex from where it is at rest up to a rigid motion
   int steps = 0, taken_over = 0, divided = 0;  // steps
-  double least_margin = HUGE_VAL;              // of explicit steps of tetrahedra
+  double least_margin = HUGE_VAL;              // tetrahedra's, in explicit steps
   std::uint64_t clamped = 0;                   // velocities of springs
 };
 

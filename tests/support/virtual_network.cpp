@@ -28,7 +28,7 @@ namespace sectio::test {
 namespace {
 
 constexpr std::size_t kMostFrameBytes = 2048;
-constexpr int kDevicePackets = 4096;  // that a host may send while this process doesn't run
+constexpr int kDevicePackets = 4096;  // a host may send so many while this process doesn't run
 
 double steady_now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

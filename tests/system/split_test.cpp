@@ -12,7 +12,7 @@
 namespace sectio::test {
 namespace {
 
-using TrianglesByStep = std::map<std::uint64_t, std::size_t>;  // that the server had, of all bodies
+using TrianglesByStep = std::map<std::uint64_t, std::size_t>;  // the server's, all bodies together
 
 struct Viewer : ReplicaViewer {
   Viewer(const NetworkOptions& network, const TrianglesByStep& of_server)

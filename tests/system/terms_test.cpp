@@ -27,7 +27,7 @@ class Terms : public test::SessionPrograms {
                                  std::string(SECTIO_BIN_DIR "/") + name});
     return std::make_unique<Process>("/usr/bin/env", flags);
   }
-  static constexpr const char* kForce = " ms, overruns: ";  // of a line of the bridge that has got a model
+  static constexpr const char* kForce = " ms, overruns: ";  // in a line of the bridge that has got a model
 };
 
 TEST_F(Terms, a_second_server_is_refused_though_its_clock_is_behind_and_the_first_goes_on) {

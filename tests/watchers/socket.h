@@ -20,7 +20,7 @@ class Sockets {
   void send(std::size_t socket, std::vector<std::uint8_t> frame);
   // Waits for whatever comes, a millisecond or so.
   void run_once();
-  std::size_t open() const;  // that are connected
+  std::size_t open() const;  // connected sockets
 
  private:
   struct State;

@@ -43,7 +43,7 @@ class HexDescent final : public ElasticEnergy {
   std::vector<HexEnergy> cells_;
   std::vector<std::size_t> first_;  // by node: index of its first entry in corners_
   std::vector<Corner> corners_;
-  std::vector<Vec3> at_;  // where the Hessian is
+  std::vector<Vec3> at_;  // the Hessian was taken here
 };
 
 }  // namespace sectio

@@ -57,8 +57,8 @@ struct HexShare {
 
 // A part of the body's surface that is fixed, or that lies in a plane of the lattice; only where something is fixed.
 struct HexSkin {
-  std::uint32_t cell = 0;  // that has the material beneath
-  std::uint8_t axis = 3;   // of the plane; 3: it lies in none
+  std::uint32_t cell = 0;  // the cell that has the material beneath
+  std::uint8_t axis = 3;   // the plane's; 3: it lies in none
   bool fixed = false;      // all corners of its triangle are
   std::array<Vec3, 3> corners;
 };

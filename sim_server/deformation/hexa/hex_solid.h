@@ -51,7 +51,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
 
   const HexLattice& lattice() const { return *lattice_; }
   const HexRows& rows() const { return rows_; }
-  HexDescent& energy() { return *descent_; }  // of the implicit driver
+  HexDescent& energy() { return *descent_; }  // for the implicit driver
   const HexMaterial& material() const { return hex_material_; }
   std::span<const double> node_mass_kg() const { return node_mass_; }
   std::span<const Vec4f> node_position_world_m() const { return position_; }
@@ -103,9 +103,9 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   std::size_t bound_ = 0;                     // vertices that have been embedded
   int last_substeps_ = 1;
   bool bad_ = false, placed_ = false;
-  Pose rest_world_;  // of the lattice at rest, by its place before the first step
+  Pose rest_world_;  // the lattice's at rest, by its place before the first step
 
-  std::vector<Vec4f> position_, velocity_, force_;  // of the nodes
+  std::vector<Vec4f> position_, velocity_, force_;  // the nodes'
   std::vector<Vec4f> written_position_, written_velocity_;
   std::vector<Vec4f> start_position_, start_velocity_;
   ConstraintSupports supports_;

@@ -58,7 +58,7 @@ struct TetStiffness {
 
 // The mass of a vertex, for its row.
 struct TetVertex {
-  double inverse_mass = 0;   // of the effective mass, 1/kg; 0 holds the vertex
+  double inverse_mass = 0;   // the effective mass, 1/kg; 0 holds the vertex
   double gravity_share = 1;  // physical over effective mass
 };
 

@@ -19,7 +19,7 @@ double edge_of_mean_m(const TetMesh& mesh) {
   return count == 0 ? 0 : std::cbrt(6 * std::sqrt(2.0) * volume_m3 / static_cast<double>(count));
 }
 
-constexpr double kLayer = 1.0 / 12;     // of the size of the elements: balls on blocks of all sizes need it
+constexpr double kLayer = 1.0 / 12;     // share of the elements' size: balls on blocks of all sizes need it
 constexpr double kFloorReach_m = 1e-4;  // vertices higher up are stopped after the step in which they fall through
 
 }  // namespace

@@ -48,9 +48,9 @@ class VolumeModel {
   virtual void set_gravity(const Vec3& gravity_m_per_s2) { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   virtual const TetMesh& mesh() const = 0;                           // including numbers that are no longer in use
-  virtual double mass_kg(VertexId v) const = 0;                      // of the tissue, without added mass
-  virtual double inverse_mass_per_kg(VertexId v) const = 0;          // of the effective mass; 0 when fixed
-  virtual double cell_m() const { return 0; }                        // of a lattice; 0: its elements are the mesh's
+  virtual double mass_kg(VertexId v) const = 0;                      // the tissue's, without added mass
+  virtual double inverse_mass_per_kg(VertexId v) const = 0;          // the effective mass; 0 when fixed
+  virtual double cell_m() const { return 0; }                        // a lattice's; 0: its elements are the mesh's
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
   virtual ModelSize size() const {

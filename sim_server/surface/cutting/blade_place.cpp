@@ -8,7 +8,7 @@ namespace sectio {
 namespace {
 
 constexpr double kAboveHeel_m = 2e-3, kBelowTip_m = 3e-4;
-constexpr double kLongestLine_m = 0.05;  // of a blade without an end
+constexpr double kLongestLine_m = 0.05;  // a blade without an end
 constexpr double kNear_m = 0.015;        // from a blade's line to the corners of a lid that it may enter
 
 double distance_to_line_m(const BladeLine& line, const Vec3& x) {

@@ -16,7 +16,7 @@ struct Blade {
   Vec3 up_world = Vec3::UnitZ();  // unit
   double max_depth_m = 1e9;       // largest depth of the groove that the tissue's thickness allows
   Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
-  double length_m = 1e9;          // of the sharp edge
+  double length_m = 1e9;          // the sharp edge's
 };
 
 // The part of a blade's line that is asked for the surface: a little longer than the blade at both ends, so that a tip

@@ -24,7 +24,7 @@ struct BladeMotion {
   bool lift = false;        // the cut ends here, whatever the path
   // The triangles that the blade sweeps over, or that the poses of its line cross, as the collision engine found them.
   std::vector<TriangleId> active = {};
-  Pose frame_world = {};  // of the body's rest shape around the blade
+  Pose frame_world = {};  // the body's rest shape around the blade
 };
 
 // Null when the instrument does nothing here.
@@ -40,9 +40,9 @@ struct Entry {
 // The place of an edge in the tissue.
 struct CutPoint {
   bool cuts = false;                  // a cut is under way; else the edge is in the tissue and waits
-  std::optional<Vec3> point_world_m;  // where the edge enters the surface; none: the surface has changed there
+  std::optional<Vec3> point_world_m;  // the edge enters the surface here; none: the surface has changed there
   std::optional<Vec3> rest_body_m;    // the end of the cut at rest
-  Vec3 normal_body = Vec3::Zero();    // of the surface there at rest; zero: unknown
+  Vec3 normal_body = Vec3::Zero();    // the surface's there at rest; zero: unknown
   VertexId near = kNone;              // a vertex of the tissue around the edge
   VertexId follows = kNone;           // a vertex that goes along with an edge that can't cut
   std::optional<Blade> blade;         // the last pose at which it cut
@@ -51,7 +51,7 @@ struct CutPoint {
 
 // A place between the lips of an open cut.
 struct InOpenCut {
-  Vec3 point_world_m = Vec3::Zero();  // where the line of a blade enters the lid over the groove
+  Vec3 point_world_m = Vec3::Zero();  // the line of a blade enters the lid over the groove here
   TriangleId beside = kNone;          // skin at a lip
 };
 

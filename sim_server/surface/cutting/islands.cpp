@@ -7,7 +7,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kLeastAreaM2 = 4e-6;  // of an island's skin at rest: a crumb between two cuts stays on its ground
+constexpr double kLeastAreaM2 = 4e-6;  // an island's skin at rest: a crumb between two cuts stays on its ground
 
 // A breadth-first search over skin.
 class SkinSearch {

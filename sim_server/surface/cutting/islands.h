@@ -11,7 +11,7 @@
 namespace sectio {
 
 struct Island {
-  VertexId any_vertex = kNone;            // of the island's own component
+  VertexId any_vertex = kNone;            // one of the island's own component
   Vec3 bed_point_world_m = Vec3::Zero();  // middle of the cap
   Vec3 bed_normal_world = Vec3::UnitZ();  // towards the island
 };

@@ -27,7 +27,7 @@ struct Slit {
   std::vector<SlitNode> rim;                                   // clockwise in the plane of the sweep
   std::vector<std::pair<std::size_t, std::size_t>> verticals;  // edges between rim nodes that the walls must have
   std::vector<Triangle> old_bottoms;                           // to remove
-  std::vector<Triangle> new_bottoms;                           // that replace them, with the vertices after opening
+  std::vector<Triangle> new_bottoms;                           // replacements, with the vertices after opening
 };
 
 // The draft has the vertices already, with both halves of each pair, and the path along the surface consists of edges.

@@ -41,11 +41,11 @@ struct StrokeSettings {
 
 // A stroke's knowledge of its blade, whether or not there is a cut under way.
 struct BladeSeen {
-  double depth_m = 0;                 // of the tip below the surface
-  std::optional<Vec3> at_world_m;     // where the blade last entered the surface
+  double depth_m = 0;                 // the tip, below the surface
+  std::optional<Vec3> at_world_m;     // the blade last entered the surface here
   std::optional<Vec3> on_lid_body_m;  // it was in a groove, at this place of its curve at rest
   bool was_away = false;              // it has not been at the surface since
-  bool begins_anew = false;           // where it is next; the cut before was refused
+  bool begins_anew = false;           // at the blade's next place; the cut before was refused
   double owed_m = 0;                  // from the end of the cut to the blade, which the cut can't follow
 };
 
@@ -60,7 +60,7 @@ struct Stroke {
   std::optional<VertexState> start_bottom, apex_bottom;  // bottoms of points that are not open yet
   VertexId first = kNone;                                // the first vertex of the cut, at which a loop closes
   std::uint32_t points = 0;                              // permanent points so far
-  double length_m = 0;                                   // of the permanent cut, at rest
+  double length_m = 0;                                   // the permanent cut's, at rest
   std::optional<Blade> blade;                            // the last pose at which it cut
   std::string_view why_refused;                          // for a person
   Vec3 heading_body = Vec3::Zero();  // unit, at rest, of the permanent cut at the apex; zero: unknown

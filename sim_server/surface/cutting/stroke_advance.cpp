@@ -17,7 +17,7 @@ constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way l
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
 constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
 constexpr double kAlongLip = 0.94;            // cosine to a lip
-constexpr double kOwnWay = 0.5;               // of the way back at rest, which the blade itself has gone at least
+constexpr double kOwnWay = 0.5;               // share of the way back at rest, which the blade itself has gone at least
 constexpr double kSameSheet_m = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
 
 class Advance {

@@ -131,7 +131,7 @@ Mat3 world_from_rest(const MeshDraft& draft, const std::array<VertexId, 3>& corn
 // Which crossings of edges go through vertices.
 struct PathSnap {
   double ratio = 0;     // closer to a corner of the edge than this ratio of its length
-  double within_m = 0;  // of a vertex that is closer to the plane than this
+  double within_m = 0;  // a vertex closer to the plane than this
   double fold_m = 0;    // faces beside a front may be folded over it, at rest, by so much
 };
 

@@ -14,8 +14,8 @@ namespace {
 constexpr double kDeeper_m = 1e-5;    // a deepened groove is clear of the trail by this
 constexpr double kOutBelow_m = 1e-3;  // a tip that is out on the other side is this far out, at least
 constexpr double kBackwards = -0.2;   // cosine to a front: a blade that has drawn back further does not cut
-constexpr double kHeading_m = 1e-3;   // of a cut, over which its direction is taken: a short step may go anywhere
-constexpr double kMostSlant = 2;      // of a front that is joined, in tolerances between its ends along the motion
+constexpr double kHeading_m = 1e-3;   // a cut's direction is taken over this way: a short step may go anywhere
+constexpr double kMostSlant = 2;      // a joined front's, in tolerances between its ends along the motion
 constexpr int kMostSteps = 64;        // into which one motion is divided
 
 // Does all of a triangle run along the plane, in the groove that the blade is in?

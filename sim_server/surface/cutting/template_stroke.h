@@ -19,16 +19,16 @@ struct TemplateStroke {
   std::array<VertexId, 3> touched{kNone, kNone, kNone};  // the triangle in which it began, with bary
   Vec3 bary = Vec3::UnitX();
   bool begins_at_wall = false;
-  std::vector<CutFront> fronts;             // of the permanent part
+  std::vector<CutFront> fronts;             // the permanent part's
   std::optional<RestBlade> at_front;        // pose there, or where the stroke began
   std::optional<RestBlade> newest;          // pose
   std::optional<Blade> blade;               // the same in the world
-  std::optional<Vec3> displacement_body_m;  // of the tissue at the instrument from its place at rest, smoothed
-  std::optional<Pose> frame_world;          // of the body there
+  std::optional<Vec3> displacement_body_m;  // the tissue at the instrument from its place at rest, smoothed
+  std::optional<Pose> frame_world;          // the body's there
   std::string_view why_refused;             // for a person
   bool waits = false;                       // for the blade to reach the end of the groove that it continues
   std::vector<TriangleId> active;           // triangles with which the temporary part began
-  TargetStates bottoms_at_tip;              // of permanent bottoms
+  TargetStates bottoms_at_tip;              // the permanent bottoms'
   std::vector<ActiveFace> faces;            // faces that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
   std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // former positions in the world, restored by undo

@@ -50,7 +50,7 @@ enum class Subdivision : std::uint8_t {
 // The structure that hangs under the face.
 enum class Substructure : std::uint8_t {
   none,     // the walls of its neighbour, or of the faces above, close the hole
-  cone,     // as many vertices as instrument vertices are inside: 4 triangles with one, 6 with two
+  cone,     // a vertex for each instrument vertex inside: 4 triangles with one, 6 with two
   taper,    // narrows to the tip in the face: side, side and bottom of one triangle each
   wedge,    // narrows to the vertical under the tip: sides of two triangles, bottom of one
   u_shape,  // two sides and a bottom of two triangles each

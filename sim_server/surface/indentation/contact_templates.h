@@ -22,7 +22,7 @@ struct ContactTemplate {
   bool coincident = false;  // both new particles coincide: only one is made
   const char* figure = "";
   int particles = 0;
-  int triangles = 0;  // that replace the face
+  int triangles = 0;  // these replace the face
   int springs = 0;    // between particles and corners within the face
   int halved = 0;     // springs of active edges that are divided
 };
@@ -43,7 +43,7 @@ struct ContactPoint {
   Vec3 target_world_m = Vec3::Zero();
   Vec3 normal_world =
       Vec3::Zero();         // out of the tissue; points not further out than the target are left alone; zero: none are
-  std::uint32_t owner = 0;  // which instrument's
+  std::uint32_t owner = 0;  // the instrument's
   bool presses = true;      // false: it has let go, the particle is on its way home
 };
 

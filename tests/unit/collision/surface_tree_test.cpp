@@ -120,7 +120,7 @@ TEST(SurfaceTree, right_after_thousands_of_local_edits) {
       if (e.alive) body.x[e.id] = e.rest_body_m.cast<float>();
     tree.update_changed(body.view(), slots_of(delta));
     ++applied;
-    if (k % 7 == 0 && delta.vertices[0].alive) {  // as temporary subdivision does; slots at the end vanish again
+    if (k % 7 == 0 && delta.vertices[0].alive) {  // temporary subdivision does so; slots at the end vanish again
       const Vec3f x = body.x[delta.vertices[0].id];
       const TopologyDelta again = inverse(back, body.mesh);
       ASSERT_EQ(apply(back, body.mesh), ApplyStatus::applied);

@@ -82,7 +82,7 @@ TEST(StateEncoder, changed_slots_are_sent_with_the_first_state_of_their_revision
   delta.vertices = {{900, true, Vec3::Zero()}};
   encoder.changed(0, delta);
   encoder.encode(snapshot_of(1, positions, 4));
-  EXPECT_FALSE(encoder.header().bodies[0].sent(4));  // that state is older than the change
+  EXPECT_FALSE(encoder.header().bodies[0].sent(4));  // the state is older than the change
   for (std::uint64_t step = 2; step < 2 + StateEncoder::kRepeats; ++step) {
     encoder.encode(snapshot_of(step, positions, 5));
     EXPECT_TRUE(encoder.header().bodies[0].sent(4)) << step;

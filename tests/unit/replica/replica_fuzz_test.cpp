@@ -72,7 +72,7 @@ class ReplicaFuzz : public testing::Test {
   StateEncoder encoder;
   Replica replica;
   std::mt19937 random{2024};
-  std::set<std::uint64_t> hashes;  // that the server ever had
+  std::set<std::uint64_t> hashes;  // the server's, at any time
 };
 
 TEST_F(ReplicaFuzz, damaged_messages_neither_crash_nor_change_the_replica) {

@@ -179,7 +179,7 @@ TEST(VolumeParts, two_blades_in_one_step_make_three_bodies) {
   const double z_m[] = {-0.03, -0.055};
   std::size_t both = 0;
   for (double y_m = -0.02; y_m < 0.025; y_m += 4e-5) {
-    op.step({{0, flat(y_m, z_m[0])}, {1, flat(y_m + 0.005, z_m[1])}});  // what is below comes off first
+    op.step({{0, flat(y_m, z_m[0])}, {1, flat(y_m + 0.005, z_m[1])}});  // the lower part comes off first
     both += op.last.contacts[0].state == ContactState::penetration &&
             op.last.contacts[1].state == ContactState::penetration;
   }

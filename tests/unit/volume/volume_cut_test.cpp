@@ -354,7 +354,7 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
     const double energy_j = block.body().engines.deformation->energy_j(block.body().shared());
     ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
     fronts += !plan.delta.empty();
-    if (GetParam() != "neo_hookean_lattice") {  // whose momentum is that of its nodes
+    if (GetParam() != "neo_hookean_lattice") {  // a lattice's momentum is its nodes'
       EXPECT_LT((momentum() - momentum_before).norm(), 1e-6 * mass_kg) << y_m;
     }
     EXPECT_LT(block.body().engines.deformation->energy_j(block.body().shared()), energy_j + 1e-3 * size_j) << y_m;

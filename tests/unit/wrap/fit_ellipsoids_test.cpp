@@ -44,7 +44,7 @@ TEST(FitEllipsoids, parts_that_are_apart_have_one_each) {
 
 TEST(FitEllipsoids, more_are_taken_where_one_does_not_do_and_never_too_many) {
   const TriangleSoup rod = test::ellipsoid(4, Vec3(0.003, 0.003, 0.003));
-  TriangleSoup ring;  // of balls
+  TriangleSoup ring;  // balls
   for (int k = 0; k < 24; ++k) {
     const double angle = 2 * M_PI * k / 24;
     const auto first = static_cast<VertexId>(ring.vertices_body_m.size());
