@@ -39,8 +39,8 @@ Height height_of(const TriangleSoup& surface, const BodySituation& s) {
   return {highest - lowest, (lowest + highest) / 2 - held};
 }
 
-// Bending by the body's weight: the sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12. What is stout,
-// or lies, is stretched or pressed together by rho g H^2 / (2 E).
+// Bending by the body's weight: the sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12. A stout body,
+// or one that lies, is stretched or pressed together by rho g H^2 / (2 E).
 void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s,
                 std::vector<BodyLoad>& loads) {
   if (s.most_gravity_m_per_s2 == 0) return;

@@ -37,7 +37,7 @@ class TissueAround {
   TissueAround(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world, std::vector<VertexId> begin);
 
   const std::vector<VertexId>& vertices() const { return vertices_; }  // `begin` when none is near
-  const Pose& frame_world() const { return frame_world_; }             // of the rest shape, in the mean
+  const Pose& frame_world() const { return frame_world_; }             // the rest shape's, in the mean
   // Each place along the edge is carried to rest by a smooth field of the displacement of the tissue there, so that a
   // slit that gapes is closed in its middle; the straight edge closest to these is returned.
   BladeEdge at_rest(const Blade& blade) const;
@@ -50,7 +50,7 @@ class TissueAround {
   };
   struct Displacement {
     Vec3 home_m = Vec3::Zero();
-    double weight = 0;  // of the tissue there
+    double weight = 0;  // the tissue's there
   };
   Displacement displacement(const Vec3& at_m) const;
 

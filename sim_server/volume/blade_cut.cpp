@@ -12,7 +12,7 @@ namespace sectio {
 namespace {
 
 // The sides of a sheet, whose corners are tip and heel of the edge where it begins, heel and tip of that where it ends.
-constexpr std::uint32_t kEnd = 1 << 2;             // where the blade is
+constexpr std::uint32_t kEnd = 1 << 2;             // the blade is here
 constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // along which tip and heel went
 
 }  // namespace

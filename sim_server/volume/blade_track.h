@@ -32,12 +32,12 @@ struct BladeInTissue {
 struct BladeTrack {
   std::vector<BladeEdge> edges;          // the newest last
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
-  Vec3 forward = Vec3::Zero();           // where the blade went then, across its edge; zero: nowhere yet
+  Vec3 forward = Vec3::Zero();           // the blade went this way then, across its edge; zero: nowhere yet
   bool has_front = false;                // the tissue there is open for the time being
   bool tissue_ends = false;              // just ahead of the blade
   bool is_through = false;               // the tissue has been cut to its end
-  bool is_in_slit = false;               // that was open before the blade came
-  Pose frame_world;                      // of the tissue around the blade
+  bool is_in_slit = false;               // the slit was open before the blade came
+  Pose frame_world;                      // the tissue around the blade
   double since_cut_m = 0;                // how far the blade has gone forward from `open_to`
   double next_cut_m = 0;                 // the next cut is tried when it has gone this far
   std::vector<VertexId> front_vertices;  // vertices of the front

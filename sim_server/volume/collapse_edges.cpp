@@ -21,7 +21,7 @@ std::optional<EdgeCollapse> plan_one(const Volume& volume, const SharedBody& bod
     const TetVertexState& s = volume.draft.vertex(u);
     return VertexState{s.rest_body_m, s.position_world_m, s.velocity_m_per_s};
   };
-  const auto label = [&](Corners3 corners) {  // that of the triangle that moves along
+  const auto label = [&](Corners3 corners) {  // the label of the triangle that moves along
     std::ranges::replace(corners, onto, v);
     return body.mesh.triangle(volume.surface.triangle_of(body.mesh, corners)).surface;
   };

@@ -43,7 +43,7 @@ struct FrontSettings {
   // Bounds that a cut must keep.
   double least_fragment_cubic_edges = 0.06;  // volume; half of an element
   double least_half_cubic_edges = 10;        // volume of a part that can lie against the blade that has cut it off
-  double least_kept_area_ratio = 0.75;       // of the area that a front had opened, when it is made anew
+  double least_kept_area_ratio = 0.75;       // over the area that a front had opened, when it is made anew
   int pinch_rounds = 3;                      // edges are opened that opening others has pinched, this often
 
   bool follows_blade() const { return !tets.semi_progressive; }

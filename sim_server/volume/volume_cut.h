@@ -58,7 +58,7 @@ class VolumeCutPlanner {
   const Tissue& tissue_;
   BladeTracks tracks_;
   TetTopology& draft_;
-  const SurfaceLabels* front_labels_;  // of the front that is undone; nullptr: there is none
+  const SurfaceLabels* front_labels_;  // the undone front's; nullptr: there is none
   std::size_t lasting_operations_ = 0;
   std::vector<std::uint32_t> tried_;
 };

@@ -16,7 +16,7 @@ using SurfaceLabels = std::map<Corners3, Surface>;  // by corners in the volume,
 
 struct VolumeFront {
   TetDelta delta;        // from the volume without the front to that with it
-  SurfaceLabels labels;  // of the triangles of the surface that the front has divided
+  SurfaceLabels labels;  // the triangles of the surface that the front has divided
 
   // Vertices of the front are replaced by those that they were made from. Ascending when any was.
   std::vector<VertexId> without_front(const std::vector<VertexId>& vertices) const;

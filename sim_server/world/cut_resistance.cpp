@@ -23,7 +23,7 @@ void CutResistance::meet(Body& body, const InstrumentEdge& edge, const Pose& fra
   front_.move(body.swept_tissue(), at_rest, sharp_side, body.spec.material.toughness_j_per_m2);
   from_rest_ = frame_world.orientation;
   force_n_ = edge.kind().drag * (from_rest_ * front_.force_n());
-  work_j_ += front_.work_j();  // of a cautery hook: the current does what the hand does not
+  work_j_ += front_.work_j();  // a cautery hook's current does what the hand does not
 }
 
 void CutResistance::push_out(const Body& body, const InstrumentEdge& edge, const Vec3& point_world_m,

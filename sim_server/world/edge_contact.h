@@ -72,7 +72,7 @@ class EdgeContact {
   std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
   // Cuts that were refused before anything was planned, since the last call.
   std::uint32_t take_refused() { return std::exchange(refused_, 0); }
-  double cutting_work_j() const { return stroke_.resistance().work_j(); }  // of the hand against fronts, so far
+  double cutting_work_j() const { return stroke_.resistance().work_j(); }  // by the hand against fronts, so far
 
  private:
   enum class Phase : std::uint8_t {
@@ -131,9 +131,9 @@ class EdgeContact {
   PressPoint press_;
   RoundContact round_;
   RuptureGauge rupture_;
-  std::optional<Entry> entry_;  // where a stroke begins in this step
+  std::optional<Entry> entry_;  // a stroke begins here in this step
   EdgeStroke stroke_;
-  Vec3 ended_at_ = Vec3::Zero();  // where the last cut ended
+  Vec3 ended_at_ = Vec3::Zero();  // the last cut ended here
   int deep_steps_ = 0;            // in which the instrument pressed deep
   std::uint64_t groove_searches_ = 0;
 

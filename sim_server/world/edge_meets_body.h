@@ -1,4 +1,4 @@
-// Where an edge of an instrument meets a body from outside: questions to its surface, which remember nothing.
+// An edge of an instrument meets a body from outside: questions to its surface, which remember nothing.
 #pragma once
 
 #include <optional>
@@ -30,8 +30,8 @@ std::optional<Pressing> side_presses(const InstrumentKind& kind, const ToolConta
 
 // The place at which the line of a blade first enters the skin, from its heel down to a point.
 std::optional<SurfaceHit> skin_entered(Body& body, const BladeLine& line, const Vec3& down_to_world_m);
-// Where a blade has come between the lips of a cut. So has one that presses a wall of it, `wall`, where it came in
-// between the lips, and whose edge reaches up through the skin beyond the end of the cut.
+// The place at which a blade has come between the lips of a cut. So has one that presses a wall of it, `wall`, came in
+// between the lips, and reaches up with its edge through the skin beyond the end of the cut.
 std::optional<Entry> enters_open_cut(Body& body, const InstrumentEdge& edge, std::optional<TriangleId> wall);
 
 }  // namespace sectio

@@ -39,7 +39,7 @@ void ask_surface(Body& body, const Blade& blade, std::vector<TriangleId>& crosse
 struct TipDecision {
   CutDecision leaf = CutDecision::detect_again;
   Vec3 at_surface_world_m = Vec3::Zero();
-  double height_m = 0;  // of that above the tip
+  double height_m = 0;  // the surface above the tip
   Crossings crossings;
 };
 
@@ -49,7 +49,7 @@ struct EdgeOnWay {
   const Blade& blade;
   Jaws jaws;
   Vec3 from_world_m;    // on the surface, where it has cut last
-  Vec3 travel_world_m;  // of the tip since then
+  Vec3 travel_world_m;  // the tip's since then
 
   TipDecision decide(const Vec3& point_world_m, const Vec3& normal) const {
     TipDecision d;

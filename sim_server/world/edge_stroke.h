@@ -18,8 +18,8 @@ struct StrokeStep {
   std::span<const JointPose> poses;  // since the last step; none: the instrument rests
   double opening_before_rad;
   const CutPoint& cut;
-  Pose frame_world;                  // of the tissue at rest around the edge
-  Vec3 point_world_m, normal_world;  // of the surface, where the edge enters it
+  Pose frame_world;                  // the tissue at rest around the edge
+  Vec3 point_world_m, normal_world;  // the surface's, where the edge enters it
 };
 
 class EdgeStroke {
@@ -40,7 +40,7 @@ class EdgeStroke {
   Outcome follow_tip(Body& body, const StrokeStep& step);
   Outcome follow_whole_edge(Body& body, const StrokeStep& step);
 
-  Vec3 tip_before_world_m_ = Vec3::Zero();  // of the pose before; where the tip cuts, of the last one at which it did
+  Vec3 tip_before_world_m_ = Vec3::Zero();  // the pose before; for a cutting tip the last one at which it cut
   CutResistance resistance_;
 };
 

@@ -23,7 +23,7 @@ class InstrumentEdge {
   std::uint32_t id() const { return id_; }
   const InstrumentKind& kind() const { return *kind_; }
   double ball_radius_m() const { return geometry_.sphere_radius_m; }  // about the tip A; 0: there is none
-  double largest_force_n() const { return largest_force_n_; }         // of the hand
+  double largest_force_n() const { return largest_force_n_; }         // the hand's
   const JointPose& pose() const { return pose_; }
   const InstrumentShape& shape() const { return shape_; }
 

@@ -50,7 +50,7 @@ class PressPoint {
   std::vector<std::size_t> corners_beside(const InstrumentKind& kind) const;
 
   OnTool on_tool_;
-  TriangleId triangle_ = kNone;  // of the surface without temporary elements
+  TriangleId triangle_ = kNone;  // the surface without temporary elements has it
   Vec3 bary_ = Vec3::Zero();
   std::uint64_t searches_ = 0;
 };

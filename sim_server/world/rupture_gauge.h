@@ -23,7 +23,7 @@ class RuptureGauge {
   }
 
  private:
-  static constexpr double kFilter_s = 0.005;  // as long as a device's own
+  static constexpr double kFilter_s = 0.005;  // a device's own is as long
 
   RuptureThreshold threshold_;
   double smooth_push_n_ = 0;

@@ -6,7 +6,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kLeastInside_m = 0.001;  // of its length
+constexpr double kLeastInside_m = 0.001;  // length of the edge inside
 constexpr double kFarthestBack_m = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
 constexpr double kBackStep_m = 0.00025;
 constexpr double kClear_m = 0.002;  // further back: at rest the body's side is nearer than where it is pressed in

@@ -29,7 +29,8 @@ bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press);
 // The first part of a line along the edge, from `tip_world_m` on, that is in tissue which no cut has opened.
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip_world_m);
-// Where an edge that moves towards its sharp side has come in so far that it has broken in, whatever its force was.
+// The place at which an edge that moves towards its sharp side is so deep inside that it has broken in, whatever its
+// force was.
 std::optional<SurfaceHit> sharp_edge_deep_inside(Body& body, const InstrumentEdge& edge, const JointPose& before);
 
 // The blade further back, outside of the body, with the surface that it has pushed in between. Nothing: there is no

@@ -121,20 +121,63 @@ inline std::vector<Citation> citations(const std::string& source) {
   return found;
 }
 
-// Comments that begin with a genitive or a free relative clause, where a plain sentence begins with its subject.
+// The place of "//" in a line of code, beyond all quotes; npos if the line has no comment.
+inline std::size_t comment_at(std::string_view line) {
+  char quote = 0;
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    const char c = line[i];
+    const bool divides_digits = c == '\'' && i > 0 && std::isalnum(static_cast<unsigned char>(line[i - 1]));
+    if (quote != 0) {
+      if (c == '\\')
+        ++i;
+      else if (c == quote)
+        quote = 0;
+    } else if (c == '"' || (c == '\'' && !divides_digits)) {
+      quote = c;
+    } else if (c == '/' && line[i + 1] == '/') {
+      return i;
+    }
+  }
+  return std::string_view::npos;
+}
+
+// Whether a sentence begins with a genitive or a free relative clause; a relative clause may follow code, too: "// that
+// the server has run".
+inline bool is_inverted(std::string_view sentence, bool is_behind_code) {
+  static constexpr std::string_view kOpenings[] = {"what", "of", "who", "whose", "which", "as", "those", "where"};
+  std::string word(sentence.substr(0, sentence.find_first_of(" ,:;.")));
+  if (is_behind_code && word == "that") return true;
+  if (!word.empty()) word[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(word[0])));
+  return std::ranges::find(kOpenings, word) != std::end(kOpenings);
+}
+
+// Sentences of comments that begin with a genitive or a free relative clause, where a plain sentence begins with its
+// subject. A comment goes on in the next line if that is a comment as a whole and begins in the same column.
 inline std::vector<Found> inverted_openings(const std::string& source) {
-  static constexpr std::string_view kOpenings[] = {"// What ", "// Of ", "// Who ", "// Whose ", "// As ", "// Those "};
+  static constexpr std::string_view kEnds = ".?!";
   std::vector<Found> found;
   std::istringstream lines(source);
   int number = 0;
-  bool goes_on = false;  // the line before is a comment, too
+  std::size_t column_before = std::string::npos;
+  bool has_ended = false;  // the sentence of the line before
   for (std::string line; std::getline(lines, line);) {
     ++number;
-    const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
-    const std::string_view text = std::string_view(line).substr(begin);
-    if (!goes_on && std::ranges::any_of(kOpenings, [&](std::string_view o) { return text.starts_with(o); }))
-      found.push_back({number, std::string(text)});
-    goes_on = text.starts_with("//");
+    const std::size_t column = comment_at(line);
+    const bool is_behind_code = column != line.find_first_not_of(' ');
+    const bool goes_on = !is_behind_code && column == column_before;
+    column_before = column;
+    if (column == std::string::npos) continue;
+    const std::size_t text_at = line.find_first_not_of("/ ", column);
+    const std::string_view text = std::string_view(line).substr(std::min(text_at, line.size()));
+    const auto judge = [&](std::size_t at, bool is_first) {
+      const bool is_capital = at < text.size() && std::isupper(static_cast<unsigned char>(text[at]));
+      if ((is_first || is_capital) && is_inverted(text.substr(at), is_first && is_behind_code))
+        found.push_back({number, std::string(text.substr(at))});
+    };
+    if (!goes_on || has_ended) judge(0, !goes_on);
+    for (std::size_t at = text.find_first_of(kEnds); at < text.size(); at = text.find_first_of(kEnds, at + 1))
+      if (at + 2 < text.size() && text[at + 1] == ' ') judge(at + 2, false);
+    if (!text.empty()) has_ended = kEnds.find(text.back()) != std::string_view::npos;
   }
   return found;
 }

@@ -143,8 +143,9 @@ TEST(Documents, comments_are_no_wider_than_code) {
   }
 }
 
-// Plain English: the subject comes first. "Of a session: its scene" becomes "A session's scene".
-TEST(Documents, no_comment_begins_with_a_genitive_or_a_free_relative) {
+// Plain English: the subject comes first, in each sentence and behind code. "Of a session: its scene" becomes "A
+// session's scene", and `int count;  // of regions` becomes `int count;  // regions`.
+TEST(Documents, no_sentence_of_a_comment_begins_with_a_genitive_or_a_free_relative) {
   for (const auto& [path, text] : source_files(test::kSourceFolders, {".h", ".cpp"}))
     for (const Found& opening : inverted_openings(text))
       ADD_FAILURE() << path << ":" << opening.line << ": " << opening.text;
@@ -159,10 +160,23 @@ TEST(Documents, broken_links_and_strange_works_are_seen) {
   EXPECT_EQ(citations("x;  // (Smith et al. 2018, section 4)").at(0).name, "Smith");
   EXPECT_EQ(citations("// van Oosterom and Strackee 1983).").at(0).name, "Strackee");
   EXPECT_TRUE(citations("int x = 2018;  // 2000 of them").empty());
-  EXPECT_EQ(
-      inverted_openings("// Of a body.\n// As plain values.\nint a;\n  // What is left.\n// It is\n// As large.\n")
-          .size(),
-      2u);
+}
+
+TEST(Documents, inverted_openings_are_seen) {
+  const auto lines_of = [](const std::string& source) {
+    std::vector<int> lines;
+    for (const Found& opening : inverted_openings(source)) lines.push_back(opening.line);
+    return lines;
+  };
+  using Lines = std::vector<int>;
+  EXPECT_EQ(lines_of("// Of a body.\n// Its shape\n// of rest.\nint a;\n  // What is left.\n"), (Lines{1, 5}));
+  EXPECT_EQ(lines_of("// It is large.\n// As large. Where it ends,\n// Of course it does. That is all.\n"),
+            (Lines{2, 2}));
+  EXPECT_EQ(lines_of("int a;  // of regions\nint b;  // that are left\nint c;  // regions\n"), (Lines{1, 2}));
+  EXPECT_EQ(lines_of("int a = 1'000;  // which is much\nint b;  // largest, that is\n"), Lines{1});
+  EXPECT_EQ(lines_of("int a;  // the number\n        // of regions\n// of bodies\n"), Lines{3});
+  EXPECT_TRUE(lines_of("run(\"// of no use\", '\"', \"\\\"// as text\");\n// That is all.\n").empty());
+  EXPECT_TRUE(lines_of("// phi(x),\n//\n// where x is a place, e.g. those of a line\n").empty());
 }
 
 }  // namespace

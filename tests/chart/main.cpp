@@ -69,8 +69,8 @@ class Answers {
   int looks_ = 0, added_ = 0;
 };
 
-// The cost is the median of windows: what else the machine does in a few of them does not count. What moves costs more
-// in some windows than in others: there it is the mean.
+// The cost is the median of windows: what else the machine does in a few of them does not count. A body that
+// moves costs more in some windows than in others: there it is the mean.
 Measured run(Specimen& specimen, const ChartScene& scene, double limit_s) {
   Measured m;
   Answers answers(scene, specimen);

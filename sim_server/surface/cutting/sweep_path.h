@@ -128,7 +128,7 @@ BladeSweep sweep_between(const MeshDraft& draft, const RestBlade& first, const R
 // The rotation of a triangle: takes directions at rest to the world.
 Mat3 world_from_rest(const MeshDraft& draft, const std::array<VertexId, 3>& corners);
 
-// Which crossings of edges go through vertices.
+// Crossings of edges that go through vertices.
 struct PathSnap {
   double ratio = 0;     // closer to a corner of the edge than this ratio of its length
   double within_m = 0;  // a vertex closer to the plane than this

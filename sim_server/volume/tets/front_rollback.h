@@ -42,7 +42,7 @@ class FrontRollback {
 
   TetTopology& volume_;
   const TetDelta* front_;
-  TetChange before_;                                                         // of the front
+  TetChange before_;                                                         // the front's
   std::unordered_map<VertexId, TetVertexState> corner_;                      // asked, never walked
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> pieces_of_;  // by tetrahedron without the front; asked
 };

@@ -21,7 +21,7 @@ struct TetDelta {
   // goes to the centre of mass of both.
   struct Join {
     VertexId v = kNone, twin = kNone;
-    double twin_share = 0;  // of the mass of both
+    double twin_share = 0;  // share of the mass of both
   };
   // Lists of tetrahedra, one after the other.
   class Stars {
@@ -45,7 +45,7 @@ struct TetDelta {
   std::vector<TetEdit> tetrahedra;  // ascending; as in TetChange, those included of which only a neighbour changes
   std::vector<VertexId> stars_of;   // the corners of these, ascending
   Stars stars_before, stars_after;  // by place in `stars_of`
-  std::vector<Join> joins;          // of a delta that adds vertices
+  std::vector<Join> joins;          // a delta's that adds vertices
 
   bool empty() const { return tetrahedra.empty(); }
 };

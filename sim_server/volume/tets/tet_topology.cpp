@@ -97,7 +97,7 @@ TetChange TetTopology::change(std::size_t mark) const {
   const std::size_t before = tets_at(mark);
   seen_.resize(std::max(seen_.size(), tets_.capacity()), 0);
   ++round_;
-  std::vector<std::uint32_t> origin;  // of those that are new
+  std::vector<std::uint32_t> origin;  // by new tetrahedron
   for (const Operation& operation : std::span(journal_).subspan(mark)) {
     for (std::size_t k = 0; k < operation.tets.size(); ++k) {
       const std::uint32_t t = operation.tets[k];

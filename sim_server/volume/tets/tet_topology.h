@@ -86,7 +86,7 @@ class TetTopology {
     VertexId made = kNone;
     double t = 0;
     std::vector<std::uint32_t> tets;   // split: those that had the edge; part: the star of a before
-    std::vector<Tetrahedron> corners;  // of these, before
+    std::vector<Tetrahedron> corners;  // their corners before
     std::vector<std::uint32_t> of;     // part: those that have the twin
   };
   friend void apply(const TetDelta& delta, TetTopology& volume);

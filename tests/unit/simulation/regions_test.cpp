@@ -14,7 +14,7 @@ namespace {
 Scene block_under_probe(const std::string& model) {
   Scene scene = test::block_scene(model);
   BodySpec& body = scene.bodies[0];
-  body.material.foundation_radius_m = 0.03;  // this deep, the block's inside counts
+  body.material.foundation_radius_m = 0.03;  // the foundation looks this deep
   body.volume.cell_m = 0.006;
   body.cutting.threshold_force_n = 1e9;
   body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
