@@ -14,7 +14,7 @@
 
 namespace sectio {
 
-constexpr std::uint32_t kMaxDomain = 232;  // by the port formula of RTPS
+constexpr std::uint32_t kMaxDomain = 231;  // RTPS has 232, where 64 programs on a host need ports beyond 65535
 constexpr const char* kServerName = "sim_server";
 
 struct NetworkOptions {

@@ -145,7 +145,7 @@ TEST_F(Programs, wrong_flags_are_one_line_that_names_them) {
   }
   expect_bad_input("sim_server", {}, "--scene", "required");
   expect_bad_input("sim_server", {"--scene", kScene, "--steps", "-5"}, "--steps", ">= 0");
-  expect_bad_input("sim_server", {"--scene", kScene, "--domain", "300"}, "--domain", "0 to 232");
+  expect_bad_input("sim_server", {"--scene", kScene, "--domain", "232"}, "--domain", "0 to 231");
   expect_bad_input("sim_server", {"--scene", kScene, "--session", "a*"}, "--session", "a*");
   expect_bad_input("sim_server", {"--scene", kScene, "--offline", "--export", "/proc/none"}, "/proc/none", "");
   expect_bad_input("device_bridge", {"--trace", kTrace, "--device", "wand"}, "--device", "wand");
