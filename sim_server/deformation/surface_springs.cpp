@@ -7,6 +7,7 @@
 
 #include "common/core/error.h"
 #include "common/mesh/slot_table.h"
+#include "sim_server/deformation/spring_kernel.h"
 
 namespace sectio {
 namespace {
@@ -23,11 +24,14 @@ constexpr int kColumnPoints = 8;  // sample points in the column of tissue benea
 // turns springs towards one direction, which raises lambda_max from sum k / 2 (a flat ring) towards sum k.
 constexpr double kMassMargin = 2, kLeastMassMargin = 1.05;
 
+constexpr int kClampedInARow = 100;    // steps in which a vertex got too fast: that is no blow, but an instability
+constexpr int kStableAfterClamp = 50;  // steps of the implicit driver after a vertex got too fast
+
 }  // namespace
 
 SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
                                const SurfaceSpringSettings& settings)
-    : material_(material), settings_(settings), body_(body) {
+    : material_(material), settings_(settings), body_(body), frames_(body) {
   SECTIO_ASSERT(material.young_pa > 0 && material.density_kg_per_m3 > 0, "elastic constants are positive");
   SECTIO_ASSERT(material.skin_thickness_m > 0 && material.foundation_radius_m > 0, "lengths are positive");
   SECTIO_ASSERT(std::abs(material.poisson) < 1 && settings.step_s > 0, "Poisson's ratio and step are in range");
@@ -36,8 +40,6 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
   foundation_pa_per_m_ = 2 * contact_modulus_pa / (std::numbers::pi * material.foundation_radius_m);
   area_density_kg_per_m2_ = material.density_kg_per_m3 * material.foundation_radius_m;
   if (!settings_.given_gravity_m_per_s2) settings_.given_gravity_m_per_s2 = settings_.gravity_m_per_s2;
-  components_.push_back({});
-  components_.front().frame = body;
   forces_.reserve(256);
 
   std::vector<std::uint32_t> degrees(mesh.vertex_slots(), kNone);
@@ -56,7 +58,7 @@ SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const
   resize(mesh.vertex_slots());
   for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex_alive(v)) continue;
-    component_of_[v] = 0;
+    frames_.move(v, 0);
     set_row(mesh, v);
   }
   if (settings_.adapts) divide_at_rest();
@@ -76,7 +78,7 @@ void SurfaceSprings::resize(std::uint32_t vertex_slots) {
     resize_slots<Vec3>(*places, vertex_slots, Vec3::Zero());
   for (auto* masses : {&physical_mass_, &added_mass_, &inverse_mass_}) resize_slots(*masses, vertex_slots, 0.0);
   for (auto* flags : {&fixed_, &cut_, &temporary_}) resize_slots<std::uint8_t>(*flags, vertex_slots, 0);
-  for (auto* components : {&component_of_, &place_in_component_}) resize_slots(*components, vertex_slots, kNone);
+  frames_.resize(vertex_slots);
 }
 
 double SurfaceSprings::stable_mass_kg(double stiffness_n_per_m) const {
@@ -177,7 +179,7 @@ void SurfaceSprings::remove_row(VertexId v) {
   omega2_.set(v, 0);
   fixed_[v] = cut_[v] = temporary_[v] = 0;
   rows_.remove(v);
-  move_to_component(v, kNone);
+  frames_.move(v, kNone);
 }
 
 void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> touched, Change change) {
@@ -192,7 +194,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
     if (!alive(v)) continue;
     if (change == Change::permanent) {
       cut_[v] = 1;
-    } else if (component_of_[v] == kNone) {
+    } else if (component_of(v) == kNone) {
       temporary_[v] = 1;
     }
   }
@@ -209,78 +211,46 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
 void SurfaceSprings::adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched) {
   std::vector<VertexId> orphans;
   for (const VertexId v : touched) {
-    if (v < mesh.vertex_slots() && mesh.vertex_alive(v) && component_of_[v] == kNone) orphans.push_back(v);
+    if (v < mesh.vertex_slots() && mesh.vertex_alive(v) && component_of(v) == kNone) orphans.push_back(v);
   }
   while (!orphans.empty()) {
     std::vector<VertexId> left;
     for (const VertexId v : orphans) {
       gather_star(mesh, v, membrane_, star_);
       const auto next = std::find_if(star_.half_edges.begin(), star_.half_edges.end(),
-                                     [&](const HalfEdge& e) { return component_of_[e.to] != kNone; });
+                                     [&](const HalfEdge& e) { return component_of(e.to) != kNone; });
       if (next == star_.half_edges.end()) {
         left.push_back(v);
       } else {
-        move_to_component(v, component_of_[next->to]);
+        frames_.move(v, component_of(next->to));
       }
     }
     // No orphan has a known neighbour: they form a new piece, which starts in component 0.
-    if (left.size() == orphans.size()) move_to_component(left.front(), 0);
+    if (left.size() == orphans.size()) frames_.move(left.front(), 0);
     if (left.size() == orphans.size()) left.erase(left.begin());
     orphans = std::move(left);
   }
 }
 
-void SurfaceSprings::move_to_component(VertexId v, std::uint32_t component) {
-  const std::uint32_t old = component_of_[v];
-  if (old != kNone && components_[old].free) {
-    std::vector<VertexId>& members = components_[old].vertices;
-    members[place_in_component_[v]] = members.back();
-    place_in_component_[members.back()] = place_in_component_[v];
-    members.pop_back();
-  }
-  component_of_[v] = component;
-  if (component == kNone || !components_[component].free) return;
-  place_in_component_[v] = static_cast<std::uint32_t>(components_[component].vertices.size());
-  components_[component].vertices.push_back(v);
-}
-
 Vec3f SurfaceSprings::home_world_m(VertexId v) const {
-  const Component& c = components_[component_of_[v]];
-  const Vec3 home = c.frame.to_world(home_body_m_[v]);
-  return (c.free ? home : Vec3(home + lift_world_m_[v])).cast<float>();
+  const std::uint32_t component = component_of(v);
+  const Vec3 home = frame_world(component).to_world(home_body_m_[v]);
+  return (anchored(component) ? Vec3(home + lift_world_m_[v]) : home).cast<float>();
 }
 
 void SurfaceSprings::set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored) {
   if (vertices.empty()) return;
   SECTIO_ASSERT(std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) { return rows_.contains(v); }),
                 "a component is made of living vertices");
-  const bool is_new = component >= components_.size();
-  const Pose parent = components_[component_of_[vertices.front()]].frame;
-  if (is_new) components_.resize(component + 1, Component{false, body_, {}, {}, Vec3::UnitZ()});
-  const bool free =
-      !anchored && std::none_of(vertices.begin(), vertices.end(), [&](VertexId v) { return fixed_[v] != 0; });
-  // Take the vertices out of lists kept under the old state before the state changes.
-  for (const VertexId v : vertices) move_to_component(v, kNone);
-  Component& c = components_[component];
-  if (!free) c.frame = body_;
-  if (free && !c.free) c.frame = parent;
-  c.free = free;
-  for (const VertexId v : vertices) {
-    move_to_component(v, component);
-    rows_.set_home(v, home_world_m(v));
-  }
-  matched_.reserve(c.vertices.size());
+  const bool is_held = std::any_of(vertices.begin(), vertices.end(), [&](VertexId v) { return fixed_[v] != 0; });
+  frames_.set(component, vertices, !anchored && !is_held);
+  for (const VertexId v : vertices) rows_.set_home(v, home_world_m(v));
 }
 
 void SurfaceSprings::release(std::span<const VertexId> piece, const std::optional<SupportPlane>& support) {
-  const auto component = static_cast<std::uint32_t>(components_.size());
+  const std::uint32_t component = frames_.size();
   set_component(component, piece, false);
   if (support) set_bed(component, support->point_world_m, support->normal);
-}
-
-void SurfaceSprings::set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal) {
-  components_[component].bed_point_m = point_world_m;
-  components_[component].bed_normal = normal.normalized();
 }
 
 void SurfaceSprings::add_force(VertexId v, const Vec3& force_world_n) {
@@ -296,24 +266,93 @@ Vec3 SurfaceSprings::displace(VertexId v, const Vec3& by_m, std::span<Vec4f> pos
 }
 
 void SurfaceSprings::save(DeformationState& state) const {
-  state.frames_world.clear();
-  for (const Component& c : components_) state.frames_world.push_back(c.frame);
+  state.frames_world = frames_.save();
 }
 
 void SurfaceSprings::restore(const SharedBody&, const DeformationState* state) {
   first_bad_vertex_ = kNone;
   forces_.clear();
-  for (std::size_t i = 0; i < components_.size(); ++i) {
-    if (state && i < state->frames_world.size())
-      components_[i].frame = state->frames_world[i];
-    else if (!is_finite(components_[i].frame))
-      components_[i].frame = body_;
-  }
+  frames_.restore(state ? std::span<const Pose>(state->frames_world) : std::span<const Pose>());
 }
 
 double SurfaceSprings::largest_stable_step_s() const {
   const double alpha = material_.damping_per_s;
   return 4 * parts_ / (alpha + std::sqrt(alpha * alpha + 4 * omega2_.max()));
+}
+
+void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                          std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  SECTIO_ASSERT(position_world_m.size() == rest_body_m_.size(), "one position a vertex slot");
+  const double h = settings_.step_s;
+  frames_.follow(home_body_m_, physical_mass_, position_world_m,
+                 [&](VertexId v) { rows_.set_home(v, home_world_m(v)); });
+  was_implicit_ = settings_.adapts && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
+  if (was_implicit_) return implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
+
+  if (parts_ == 1) {
+    explicit_step(position_world_m, velocity_m_per_s);
+    return project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
+  }
+  divided_.begin(constraints, position_world_m, parts_);
+  for (int part = 0; part < parts_; ++part) {
+    explicit_step(position_world_m, velocity_m_per_s);
+    divided_.project_substep(part, part_s(), inverse_mass_, position_world_m, velocity_m_per_s);
+  }
+  divided_.finish(reactions);
+}
+
+void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
+  const double h = part_s();
+  VelocityUpdate update;
+  update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
+  update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
+  update.max_speed_m_per_s = static_cast<float>(kMaxSpeed_m_per_s);
+  const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
+  clamped_ += outcome.clamped;
+  if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
+  clamped_in_a_row_ = outcome.clamped > 0 ? clamped_in_a_row_ + 1 : 0;
+  if (clamped_in_a_row_ >= kClampedInARow * parts_) stable_for_ = kStableAfterClamp;
+  push(velocity_m_per_s);
+  update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
+  frames_.stop_at_beds(position_world_m, velocity_m_per_s);
+}
+
+void SurfaceSprings::push(std::span<Vec4f> velocity_m_per_s) {
+  for (const Force& force : forces_)
+    velocity_m_per_s[force.v].head<3>() += (settings_.step_s * inverse_mass_[force.v] * force.force_n).cast<float>();
+  forces_.clear();
+}
+
+void SurfaceSprings::implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
+                                   std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  ++implicit_steps_;
+  push(velocity_m_per_s);
+  corners_of(constraints, corners_);
+  energy_.read(rows_, static_cast<std::uint32_t>(rest_body_m_.size()));
+  driver_.step(energy_, {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s},
+               {physical_mass_, inverse_mass_, position_world_m, velocity_m_per_s}, constraints, corners_, reactions);
+  frames_.stop_at_beds(position_world_m, velocity_m_per_s);
+}
+
+double SurfaceSprings::energy_j(std::span<const Vec4f> position_world_m,
+                                std::span<const Vec4f> velocity_m_per_s) const {
+  double energy = 0;
+  for (VertexId v = 0; v < rest_body_m_.size(); ++v) {
+    if (!rows_.contains(v)) continue;
+    const Vec3 x = position_world_m[v].head<3>().cast<double>();
+    const VertexRow row = rows_.row(v);
+    energy += 0.5 * double{row.k_home} * (row.home_world_m.cast<double>() - x).squaredNorm();
+    for (std::uint32_t n = 0; n < rows_.degree(v); ++n) {
+      const HalfEdge e = rows_.half_edge(v, n);
+      const double l = (position_world_m[e.to].head<3>().cast<double>() - x).norm();
+      const double stretch = l - (e.k > 0 ? double{e.k_l0} / double{e.k} : l);
+      energy += 0.25 * double{e.k} * stretch * stretch;  // each spring is met twice
+    }
+    if (inverse_mass_[v] == 0) continue;
+    energy += 0.5 / inverse_mass_[v] * velocity_m_per_s[v].head<3>().cast<double>().squaredNorm();
+    energy -= physical_mass_[v] * settings_.gravity_m_per_s2.dot(x);
+  }
+  return energy;
 }
 
 }  // namespace sectio

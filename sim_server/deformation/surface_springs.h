@@ -39,7 +39,7 @@
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/implicit_driver.h"
 #include "sim_server/deformation/max_tree.h"
-#include "sim_server/deformation/shape_matching.h"
+#include "sim_server/deformation/rest_frames.h"
 #include "sim_server/deformation/spring_energy.h"
 #include "sim_server/deformation/spring_rows.h"
 #include "sim_server/deformation/spring_star.h"
@@ -102,13 +102,15 @@ class SurfaceSprings final : public DeformationEngine {
   // call for the same id keeps the frame. O(vertices).
   void set_component(std::uint32_t component, std::span<const VertexId> vertices, bool anchored);
   // Vertices of this component that get below the plane are put onto it and stop, as on a floor with high friction.
-  void set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal);
+  void set_bed(std::uint32_t component, const Vec3& point_world_m, const Vec3& normal) {
+    frames_.set_bed(component, point_world_m, normal);
+  }
   // The piece becomes a new component.
   void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& support) override;
   Pose rest_frame_world(VertexId v) const override { return frame_world(component_of(v)); }
-  std::uint32_t component_of(VertexId v) const { return component_of_[v]; }
-  bool anchored(std::uint32_t component) const { return !components_[component].free; }
-  const Pose& frame_world(std::uint32_t component) const { return components_[component].frame; }
+  std::uint32_t component_of(VertexId v) const { return frames_.component_of(v); }
+  bool anchored(std::uint32_t component) const { return !frames_.is_free(component); }
+  const Pose& frame_world(std::uint32_t component) const { return frames_.frame_world(component); }
 
   // Acts in the next step only.
   void add_force(VertexId v, const Vec3& force_world_n);
@@ -153,13 +155,6 @@ class SurfaceSprings final : public DeformationEngine {
   }
 
  private:
-  struct Component {
-    bool free = false;
-    Pose frame;
-    std::vector<VertexId> vertices;  // kept for free components only
-    std::optional<Vec3> bed_point_m;
-    Vec3 bed_normal = Vec3::UnitZ();
-  };
   struct Force {
     VertexId v;
     Vec3 force_n;
@@ -171,9 +166,6 @@ class SurfaceSprings final : public DeformationEngine {
   void forget_mass(VertexId v);
   void adopt_new_vertices(const TriangleMesh& mesh, std::span<const VertexId> touched);
   Vec3f home_world_m(VertexId v) const;
-  void move_to_component(VertexId v, std::uint32_t component);
-  void follow_free_components(std::span<const Vec4f> position_world_m);
-  void stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
   double stable_mass_kg(double stiffness_n_per_m) const;
   double added_mass_kg(double physical_kg, double stiffness_n_per_m);
   double part_s() const { return settings_.step_s / parts_; }
@@ -204,9 +196,7 @@ class SurfaceSprings final : public DeformationEngine {
   std::vector<std::uint8_t> fixed_;
   std::vector<std::uint8_t> cut_;        // a permanent change has touched the vertex
   std::vector<std::uint8_t> temporary_;  // the vertex was added by a temporary change
-  std::vector<std::uint32_t> component_of_;
-  std::vector<std::uint32_t> place_in_component_;  // index in Component::vertices, if the component is free
-  std::vector<Component> components_;
+  RestFrames frames_;
   MaxTree omega2_;  // per vertex, 1/s^2
   double physical_mass_kg_ = 0;
   double added_mass_kg_ = 0;
@@ -223,7 +213,6 @@ class SurfaceSprings final : public DeformationEngine {
   int clamped_in_a_row_ = 0;
 
   std::vector<Force> forces_;
-  std::vector<MatchedPoint> matched_;
   SpringStar star_;
   std::uint64_t clamped_ = 0;
   VertexId first_bad_vertex_ = kNone;
