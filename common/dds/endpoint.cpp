@@ -87,15 +87,11 @@ void set_common(Qos& qos, const TopicQos& topic, std::int32_t depth) {
   throw std::runtime_error("DDS refuses to " + verb + ' ' + topic.name);
 }
 
-std::string channel_partition(const Participant::Parts& parts, const std::string& channel) {
-  return channel.empty() ? parts.partition : parts.partition + "/" + channel;
-}
-
 dds::Publisher* publisher_of(Participant::Parts& parts, const std::string& channel) {
   dds::Publisher*& publisher = parts.publishers[channel];
   if (publisher == nullptr) {
     dds::PublisherQos qos;
-    qos.partition().push_back(channel_partition(parts, channel).c_str());
+    qos.partition().push_back(parts.partition_of(channel).c_str());
     publisher = parts.participant->create_publisher(qos);
   }
   return publisher;
@@ -195,15 +191,6 @@ std::uint32_t SampleReader::writers() const {
   dds::SubscriptionMatchedStatus status;
   core_->reader->get_subscription_matched_status(status);
   return static_cast<std::uint32_t>(status.current_count);
-}
-
-void Participant::hear(const std::vector<std::string>& channels) {
-  dds::SubscriberQos qos;
-  parts_->subscriber->get_qos(qos);
-  qos.partition().clear();
-  qos.partition().push_back(channel_partition(*parts_, "").c_str());
-  for (const std::string& channel : channels) qos.partition().push_back(channel_partition(*parts_, channel).c_str());
-  parts_->subscriber->set_qos(qos);
 }
 
 }  // namespace sectio

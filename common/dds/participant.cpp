@@ -220,7 +220,7 @@ Participant::Participant(const NetworkOptions& options, const std::string& name)
   dds::SubscriberQos qos;
   qos.partition().push_back(parts_->partition.c_str());
   for (const char* channel : {kStateChannels.front(), kKeyframeChannels.front(), kDeltaChannels.front()})
-    qos.partition().push_back((parts_->partition + "/" + channel).c_str());
+    qos.partition().push_back(parts_->partition_of(channel).c_str());
   parts_->subscriber = parts_->participant->create_subscriber(qos);
   if (parts_->subscriber == nullptr) throw InputError("--session " + options.session + ": DDS refuses it");
 }
@@ -248,6 +248,15 @@ bool Participant::is_there(const ProgramId& program) const {
 
 std::vector<Peer> Participant::peers() const {
   return parts_->peers.known();
+}
+
+void Participant::hear(const std::vector<std::string>& channels) {
+  dds::SubscriberQos qos;
+  parts_->subscriber->get_qos(qos);
+  qos.partition().clear();
+  qos.partition().push_back(parts_->partition.c_str());
+  for (const std::string& channel : channels) qos.partition().push_back(parts_->partition_of(channel).c_str());
+  parts_->subscriber->set_qos(qos);
 }
 
 }  // namespace sectio

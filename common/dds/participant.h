@@ -71,7 +71,7 @@ class Participant {
   // each topic until it is called. The thread that reads.
   void hear(const std::vector<std::string>& channels);
 
-  struct Parts;  // endpoint.cpp
+  struct Parts;  // parts.h
   Parts& parts() { return *parts_; }
 
  private:

@@ -18,6 +18,11 @@ struct Participant::Parts {
   Parts(const Announcement& own, std::optional<Keys> own_keys)
       : keys(std::move(own_keys)), peers(own, keys ? keys->authority() : "") {}
 
+  // The place at which the endpoints of a channel of a topic meet. The name is empty for a topic that has no channels.
+  std::string partition_of(const std::string& channel) const {
+    return channel.empty() ? partition : partition + "/" + channel;
+  }
+
   std::optional<Keys> keys;
   Peers peers;
   eprosima::fastdds::dds::DomainParticipant* participant = nullptr;
