@@ -2,6 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -421,6 +424,20 @@ inline std::vector<std::string> walls_broken(std::string_view path, const std::s
                      " may not include " + std::string(header));
   }
   return broken;
+}
+
+// "Outer" for each line `Type Outer::Inner::function(` with which a source defines a member outside of its class.
+inline std::set<std::string> classes_implemented(const std::string& text) {
+  static const std::regex member(R"((?:.*[ *&>])?([A-Z]\w*)(?:::\w+)*::~?\w+\(.*)");
+  std::set<std::string> classes;
+  std::istringstream lines(text);
+  std::smatch found;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || std::isalpha(static_cast<unsigned char>(line[0])) == 0) continue;
+    const std::string head = line.substr(0, line.find('(') + 1);
+    if (std::regex_match(head, found, member)) classes.insert(found[1]);
+  }
+  return classes;
 }
 
 constexpr std::size_t kMaxLines = 500;

@@ -99,6 +99,31 @@ TEST(Walls, headers_of_libraries_stay_out_of_headers_of_ours) {
   }
 }
 
+// A reader of a class has one header and one source to read. Two programs may have classes of one name.
+TEST(Walls, a_class_is_implemented_in_one_source) {
+  const std::set<std::string> allowed = {
+      "render_client/page/browser/no_overlay.cpp",  // stands in for Text's own source where there is no FreeType
+  };
+  std::map<std::string, std::string> source_of;
+  for (const std::string program : {"common/", "sim_server/", "render_client/", "device_bridge/"})
+    for (const auto& [path, text] : test::source_files({program}, {".cpp"}))
+      for (const std::string& name : classes_implemented(text)) {
+        if (allowed.contains(path)) continue;
+        const auto [known, is_new] = source_of.try_emplace(program + name, path);
+        EXPECT_TRUE(is_new) << name << " is implemented in " << known->second << " and in " << path;
+      }
+  EXPECT_GT(source_of.size(), 100u);
+}
+
+TEST(Walls, classes_are_seen) {
+  const std::set<std::string> seen = classes_implemented(
+      "Tool::Tool(int id) : id_(id) {}\n"
+      "std::optional<Hand::Grip> Grasp::Held::grip(const Point& p) {\n"
+      "const Vec3& Body::at() const {\n  Blade::of(x);\n"
+      "Stroke::~Stroke() = default;\nvoid follow(Pose::Parts& parts) {\n// Text::says(nothing)\n");
+  EXPECT_EQ(seen, (std::set<std::string>{"Body", "Grasp", "Stroke", "Tool"}));
+}
+
 // A suite is a noun in PascalCase or the family of rows of docs/rows.md that its tests prove; a test is a sentence.
 TEST(Walls, tests_are_named_in_one_style) {
   const std::regex test(R"(^TEST(?:_F|_P)?\((\w+),\s*(\w*))");
