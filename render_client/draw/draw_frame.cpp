@@ -164,19 +164,29 @@ void FramePainter::update_tools(const Frame& frame) {
   }
 }
 
-const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& options) {
+Camera FramePainter::camera_of(const Frame& frame, const DrawOptions& options) const {
+  return options.fit_camera ? fit_camera(frame, aspect()) : frame.camera;
+}
+
+void FramePainter::update(const Frame& frame, const DrawOptions& options) {
   update_bodies(frame, options);
   update_tools(frame);
-  const double aspect = static_cast<double>(canvas_.width_px()) / canvas_.height_px();
-  const Camera camera = options.fit_camera ? fit_camera(frame, aspect) : frame.camera;
-  if (frame.floor_z_m) {
-    floor_.move(frame, camera);
-    canvas_.set_vertices(floor_mesh_, floor_.vertices());
-  }
-  if (!options.stereo) return draw_view(frame, options, {view_from_world(camera), projection(camera, aspect)});
+  if (!frame.floor_z_m) return;
+  floor_.move(frame, camera_of(frame, options));
+  canvas_.set_vertices(floor_mesh_, floor_.vertices());
+}
+
+const Image& FramePainter::draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
+  return draw_view(frame, options, eye);
+}
+
+const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& options) {
+  update(frame, options);
+  const Camera camera = camera_of(frame, options);
+  if (!options.stereo) return draw_view(frame, options, {view_from_world(camera), projection(camera, aspect())});
   if (pair_.width_px != 2 * canvas_.width_px()) pair_ = Image(2 * canvas_.width_px(), canvas_.height_px());
   for (const int side : {-1, 1})
-    paste(pair_, draw_view(frame, options, eye_view(camera, aspect, *options.stereo, side)),
+    paste(pair_, draw_view(frame, options, eye_view(camera, aspect(), *options.stereo, side)),
           side < 0 ? 0 : canvas_.width_px(), 0);
   return pair_;
 }

@@ -39,6 +39,10 @@ class FramePainter {
   // finite is left out, and a line of the overlay says so. A field named "wetness", from 0 to 1, makes tissue glossy.
   const Image& draw_frame(const Frame& frame, const DrawOptions& options = {});
 
+  // The same in two parts, for several eyes: sends what has changed, and draws the frame that was sent last as an eye sees it.
+  void update(const Frame& frame, const DrawOptions& options);
+  const Image& draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye);
+
  private:
   struct DrawnBody {
     MeshId canvas_mesh = 0;
@@ -61,6 +65,8 @@ class FramePainter {
   void update_bodies(const Frame& frame, const DrawOptions& options);
   void update_tools(const Frame& frame);
   void draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options);
+  Camera camera_of(const Frame& frame, const DrawOptions& options) const;
+  double aspect() const { return static_cast<double>(canvas_.width_px()) / canvas_.height_px(); }
   Image& draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye);
   std::vector<std::string> overlay_lines(const Frame& frame, const DrawOptions& options) const;
 

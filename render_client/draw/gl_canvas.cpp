@@ -85,6 +85,7 @@ class GlCanvas final : public Canvas {
   GLuint sample_framebuffer_ = 0;
   std::array<GLuint, 2> sample_buffers_{};
   CanvasView view_;
+  GlTarget target_;
   std::vector<GpuMesh> meshes_;
   MeshId unseen_triangle_ = 0;
 };
@@ -229,8 +230,9 @@ void GlCanvas::set_indices(MeshId mesh, std::span<const std::uint32_t> indices) 
 void GlCanvas::begin(const CanvasView& view) {
   make_current();
   view_ = view;
-  glBindFramebuffer(GL_FRAMEBUFFER, sample_framebuffer_);
-  glViewport(0, 0, image_.width_px, image_.height_px);
+  target_ = context_->target();
+  glBindFramebuffer(GL_FRAMEBUFFER, sample_framebuffer_ != 0 ? sample_framebuffer_ : target_.framebuffer);
+  glViewport(target_.left_px, target_.bottom_px, target_.width_px, target_.height_px);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
@@ -256,7 +258,7 @@ void GlCanvas::set_section_uniforms(const Program& program, const Material& mate
 }
 
 Eigen::Vector2f GlCanvas::half_size_px() const {
-  return 0.5f * Eigen::Vector2f(static_cast<float>(image_.width_px), static_cast<float>(image_.height_px));
+  return 0.5f * Eigen::Vector2f(static_cast<float>(target_.width_px), static_cast<float>(target_.height_px));
 }
 
 void GlCanvas::draw_elements(MeshId mesh, IndexRange range) {

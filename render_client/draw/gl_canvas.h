@@ -7,12 +7,19 @@
 
 namespace sectio {
 
+// The part of a framebuffer that takes a picture; 0 is the context's own framebuffer.
+struct GlTarget {
+  unsigned framebuffer = 0;
+  int left_px = 0, bottom_px = 0, width_px = 0, height_px = 0;
+};
+
 class GlContext {
  public:
   virtual ~GlContext() = default;
   virtual void make_current() = 0;
   // The size of the context's own framebuffer; its pixels, too, where they lie in memory.
   virtual Image& picture() = 0;
+  virtual GlTarget target() { return {0, 0, 0, picture().width_px, picture().height_px}; }
   // All has been drawn: brings the pixels into the picture, where they lie elsewhere.
   virtual void finish() {}
 };

@@ -17,6 +17,17 @@ double tangent_of_half_angle(const Camera& camera) {
 
 }  // namespace
 
+Mat3 level_axes(const Camera& camera) {
+  Vec3 away = camera.target_world_m - camera.eye_world_m;
+  away.z() = 0;
+  if (away.norm() < 1e-6) away = Vec3::UnitY();
+  Mat3 axes;
+  axes.col(1) = away.normalized();
+  axes.col(2) = Vec3::UnitZ();
+  axes.col(0) = axes.col(1).cross(axes.col(2));
+  return axes;
+}
+
 Mat3 OrbitCamera::axes() const {
   Vec3 backward = camera_.eye_world_m - camera_.target_world_m;
   backward = backward.norm() > 1e-9 ? backward.normalized() : Vec3::UnitZ();

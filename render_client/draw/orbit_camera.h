@@ -10,6 +10,9 @@ struct Ray {
   Vec3 along_world = -Vec3::UnitZ();  // unit
 };
 
+// The axes of a person who looks through the camera, level with the ground: right, away, up.
+Mat3 level_axes(const Camera& camera);
+
 class OrbitCamera {
  public:
   explicit OrbitCamera(const Camera& camera) : camera_(camera) {}

@@ -28,9 +28,10 @@ struct PageFile {
   const char* name;
   const char* type;
 };
-constexpr std::array<PageFile, 5> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
+constexpr std::array<PageFile, 6> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
                                               {"/page.css", "page.css", "text/css"},
                                               {"/page.js", "page.js", "text/javascript"},
+                                              {"/headset.js", "headset.js", "text/javascript"},
                                               {"/sectio.js", "sectio.js", "text/javascript"},
                                               {"/sectio.wasm", "sectio.wasm", "application/wasm"}}};
 

@@ -13,7 +13,7 @@ namespace sectio {
 struct WebServerOptions {
   std::string address = "127.0.0.1";
   int port = 0;           // 0: any that is free
-  std::string directory;  // with index.html, page.js, sectio.js, sectio.wasm
+  std::string directory;  // with index.html, page.css, page.js, headset.js, sectio.js, sectio.wasm
   std::string protocol;   // the WebSocket subprotocol; others are refused
   std::size_t max_message_bytes = 4096;
 };

@@ -48,6 +48,17 @@ std::optional<JointPose> LiveView::instrument() const {
   return frame_.tools[*held_].pose_world;
 }
 
+std::optional<JointPose> LiveView::wish() const {
+  if (headset_) return headset_->wish();
+  return pad_leads_ ? pad_.wish() : hand_.wish();
+}
+
+void LiveView::wear_headset(bool on) {
+  headset_.reset();
+  if (on && camera_) headset_.emplace(camera_->camera());
+  redraw();
+}
+
 void LiveView::push_pad(const PadState& state) {
   if (!camera_ || !held_) return;
   if (state.moves() && !pad_leads_) pad_ = {};
@@ -183,7 +194,7 @@ std::string LiveView::describe(double now_s) const {
   else
     json.null();
   json.key("depth_m").value(hand_.depth_m());
-  json.key("pad").value(pad_leads_);
+  json.key("pad").value(pad_leads_).key("headset").value(headset_.has_value());
   if (held_ && wanted && camera_) describe_place(json, "wish", camera_->project(wanted->position_m, aspect_));
   json.key("damaged").value(session.damaged());
   return json.close('}').text();

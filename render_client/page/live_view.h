@@ -7,6 +7,7 @@
 
 #include "render_client/draw/draw_frame.h"
 #include "render_client/draw/orbit_camera.h"
+#include "render_client/page/headset.h"
 #include "render_client/page/live_session.h"
 #include "render_client/page/mouse_hand.h"
 #include "render_client/page/pad_hand.h"
@@ -28,6 +29,9 @@ class LiveView {
   void point(double x, double y, bool pressed, bool closes);
   // A pad leads the instrument from when it is pushed until the pointer does.
   void push_pad(const PadState& state);
+  // A person with a headset sees the scene in the room, and a controller leads; nobody else does meanwhile.
+  void wear_headset(bool on);
+  std::optional<Headset>& headset() { return headset_; }
   void orbit(double right_rad, double up_rad);
   void pan(double right, double up);
   void zoom(double factor);
@@ -48,7 +52,7 @@ class LiveView {
   void hold(double now_s);
   void describe_score(class JsonText& json) const;
   std::optional<JointPose> instrument() const;  // the instrument that is held, if it is drawn
-  std::optional<JointPose> wish() const { return pad_leads_ ? pad_.wish() : hand_.wish(); }
+  std::optional<JointPose> wish() const;
   void move_camera() { moved_ = true; }
 
   Frame frame_;
@@ -56,6 +60,7 @@ class LiveView {
   MouseHand hand_;
   PadHand pad_;
   bool pad_leads_ = false;
+  std::optional<Headset> headset_;
   std::optional<std::uint32_t> held_;
   std::optional<SectionPlane> section_;
   double section_nearer_m_ = 0;

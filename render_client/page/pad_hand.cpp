@@ -9,18 +9,6 @@ namespace {
 
 constexpr double kAboveTarget_m = 0.05;  // an instrument that isn't there yet appears so high above what is looked at
 
-// The axes of the camera's person, level with the ground: right, away, up.
-Mat3 level_axes(const Camera& camera) {
-  Vec3 away = camera.target_world_m - camera.eye_world_m;
-  away.z() = 0;
-  if (away.norm() < 1e-6) away = Vec3::UnitY();
-  Mat3 axes;
-  axes.col(1) = away.normalized();
-  axes.col(2) = Vec3::UnitZ();
-  axes.col(0) = axes.col(1).cross(axes.col(2));
-  return axes;
-}
-
 }  // namespace
 
 void PadHand::tick(double now_s, const std::optional<JointPose>& instrument, const Camera& camera) {

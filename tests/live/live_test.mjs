@@ -2,50 +2,16 @@
 // the ones before it have left.
 // usage: node tests/live/live_test.mjs [DIRECTORY for the pictures of docs/live.md]
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
-import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Browser, sleep, until } from './browser.mjs';
+import { apart, check, equal, root, Session } from './session.mjs';
 
-const root = join(import.meta.dirname ?? new URL('.', import.meta.url).pathname, '../..');
-const out = mkdtempSync(join(tmpdir(), 'sectio_live_'));
 const pictures = process.argv[2];
-
-const check = async (what, body) => {
-  const begun = Date.now();
-  await body();
-  console.log(`ok: ${what} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
-};
-
-// ---- the session ----
-
-const live = spawn(join(root, 'deploy/live'), ['--token', 'theatre', '--max-clients', '8'],
-  { env: { ...process.env, SECTIO_OUT_DIR: out }, stdio: ['ignore', 'pipe', 'inherit'] });
-let said = '', exit_code = null;
-live.stdout.on('data', (text) => { said += text; });
-live.on('exit', (code) => { exit_code = code; });
-process.on('exit', () => live.kill());
-const address = await until('the address', () => said.match(/^http:\S+$/m)?.[0] ?? (exit_code !== null && 'ended'), 900000);
-assert.match(address, /^http:\/\/127\.0\.0\.1:\d+\/#theatre$/, 'one address, on this machine alone, with the token');
-const watching = address.replace('#theatre', '');
-
-async function metric(name) {
-  const text = await (await fetch(watching + 'metrics')).text();
-  return Number(text.match(new RegExp(`^sectio_gateway_${name} (\\d+)$`, 'm'))[1]);
-}
-// The processes of this session; of one program, if it is named.
-const processes = (program = '') => readdirSync('/proc').filter((pid) => /^\d+$/.test(pid)).filter((pid) => {
-  try {
-    const words = readFileSync(`/proc/${pid}/cmdline`, 'utf8').split('\0');
-    return words.includes(`live-${live.pid}`) && words[0].endsWith(program);
-  } catch {
-    return false;
-  }
-}).map(Number);
-// Infinite from a place that there isn't, as of an instrument that is away.
-const apart = (a, b) => (a && b ? Math.hypot(...a.map((x, i) => x - b[i])) : Infinity);
-const equal = (state) => state.bodies.length > 0 && state.bodies.every((b) => b.equal === true);
+const session = await Session.begin('--max-clients', '8');
+const { address, watching, out } = session;
+const metric = (name) => session.metric(name);
+const processes = (program) => session.processes(program);
 
 const path = [];  // of the scalpel's tip while the button was down
 const browser = new Browser();
@@ -287,11 +253,7 @@ try {
 }
 
 await check('Ctrl-C ends all of it, and the report has the cut where the mouse was', async () => {
-  live.kill('SIGINT');
-  await until('the end', () => exit_code !== null);
-  assert.equal(exit_code, 0);
-  assert.deepEqual(processes(), []);
-  const report = JSON.parse(readFileSync(join(out, 'report.json')));
+  const report = await session.end();
   assert.ok(report.run.cuts_made > 20, `cuts: ${report.run.cuts_made}`);
   const vertices = (file) => readFileSync(file, 'utf8').split('\n').filter((l) => l.startsWith('v '))
     .map((l) => l.split(/\s+/).slice(1, 4).map(Number));
@@ -303,4 +265,4 @@ await check('Ctrl-C ends all of it, and the report has the cut where the mouse w
   const reached = path.filter((p) => made.some((v) => apart(v, p) < 0.015)).length;
   assert.ok(reached > 0.5 * path.length, `the cut follows ${reached} of ${path.length} places of the mouse`);
 });
-rmSync(out, { recursive: true });
+session.forget();

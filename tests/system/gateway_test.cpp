@@ -16,7 +16,8 @@ using test::Process;
 class GatewayProgram : public test::SessionPrograms {
  protected:
   void SetUp() override {
-    for (const char* name : {"index.html", "page.css", "page.js", "sectio.js", "sectio.wasm"}) write(name, name);
+    for (const char* name : {"index.html", "page.css", "page.js", "headset.js", "sectio.js", "sectio.wasm"})
+      write(name, name);
   }
   std::unique_ptr<Process> gateway() const {
     return program("gateway", in_session({"--page", directory.string(), "--token", "theatre"}));

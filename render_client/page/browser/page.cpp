@@ -16,6 +16,12 @@ struct Page {
   std::unique_ptr<FramePainter> painter;
   std::vector<std::uint8_t> incoming, outgoing;
   std::string description;
+  bool stale = false;                  // there is something that hasn't been drawn yet
+  std::array<Eigen::Matrix4f, 2> eye;  // into the eye from the room, and its projection
+
+  DrawOptions options() const {
+    return {.wireframe = view.wireframe, .overlay = false, .section = view.section(), .field = view.field};
+  }
 };
 
 Page& page() {
@@ -72,10 +78,14 @@ void page_receive(double now_s) {
 // 1: a picture has been drawn.
 int page_tick(double now_s, int draws) {
   Page& p = page();
-  if (!p.view.tick(now_s) || draws == 0 || !p.painter) return 0;
-  p.painter->draw_frame(
-      p.view.frame(),
-      {.wireframe = p.view.wireframe, .overlay = false, .section = p.view.section(), .field = p.view.field});
+  p.stale = p.view.tick(now_s) || p.stale;
+  if (!p.stale || draws == 0 || !p.painter) return 0;
+  p.stale = false;
+  // Eyes of a headset draw by themselves, as often as it asks for pictures.
+  if (p.view.headset())
+    p.painter->update(p.view.frame(), p.options());
+  else
+    p.painter->draw_frame(p.view.frame(), p.options());
   return 1;
 }
 
@@ -141,6 +151,26 @@ void page_field(const char* name) {
 // Shares of full speed, -1 to 1.
 void page_pad(double right, double away, double up, double roll, double pitch, int closes, int slow) {
   page().view.push_pad({right, away, up, roll, pitch, closes != 0, slow != 0});
+}
+
+void page_headset(int on) {
+  page().view.wear_headset(on != 0);
+  if (page().context && on == 0) page().context->aim(std::nullopt);
+}
+// Where the script puts two matrices of an eye, by columns, before page_draw_eye().
+float* page_eye() {
+  return page().eye[0].data();
+}
+void page_draw_eye(int framebuffer, int left_px, int bottom_px, int width_px, int height_px) {
+  Page& p = page();
+  if (!p.view.headset() || !p.painter) return;
+  p.context->aim(GlTarget{static_cast<unsigned>(framebuffer), left_px, bottom_px, width_px, height_px});
+  p.painter->draw_eye(p.view.frame(), p.options(), p.view.headset()->eye(p.eye[0], p.eye[1]));
+}
+void page_controller(double x_m, double y_m, double z_m, double qx, double qy, double qz, double qw, double closed,
+                     int carries) {
+  if (page().view.headset())
+    page().view.headset()->lead({{{x_m, y_m, z_m}, Eigen::Quaterniond(qw, qx, qy, qz)}, closed, carries != 0});
 }
 
 }  // extern "C"

@@ -82,12 +82,12 @@ function tick(draws) {
   flush();
   if (!draws) return;
   state = JSON.parse(program.UTF8ToString(call('describe', now())));
-  if (drawn) mark();
+  if (drawn && !wears_headset()) mark();
 }
 
 let shown_ms = 0;
 function animate() {
-  tick(true);
+  if (!wears_headset()) tick(true);
   if (performance.now() - shown_ms > 100) {
     shown_ms = performance.now();
     show();

@@ -1,5 +1,6 @@
 #include "render_client/page/browser/webgl_context.h"
 
+#include <GLES3/gl3.h>
 #include <emscripten/html5.h>
 
 namespace sectio {
@@ -18,9 +19,18 @@ class Context final : public WebglContext {
     picture_.height_px = height_px;
     emscripten_set_canvas_element_size("#canvas", width_px, height_px);
   }
+  GlTarget target() override { return target_.value_or(WebglContext::target()); }
+  // The scissors keep the other eye's picture when this one's begins.
+  void aim(const std::optional<GlTarget>& target) override {
+    target_ = target;
+    if (!target) return glDisable(GL_SCISSOR_TEST);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(target->left_px, target->bottom_px, target->width_px, target->height_px);
+  }
 
  private:
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE handle_;
+  std::optional<GlTarget> target_;
   Image picture_;  // without pixels: they stay in the browser
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "render_client/draw/gl_canvas.h"
 
@@ -10,6 +11,8 @@ namespace sectio {
 class WebglContext : public GlContext {
  public:
   virtual void resize(int width_px, int height_px) = 0;
+  // Pictures go into this part of a framebuffer that the script has made known; without a value, onto the canvas.
+  virtual void aim(const std::optional<GlTarget>& target) = 0;
 };
 
 // On the element #canvas. Null when the browser has no WebGL 2.
