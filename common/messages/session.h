@@ -49,6 +49,7 @@ struct SceneInfo {
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
 constexpr std::uint8_t kScoreTold = 26;  // EventKind::score_told: a line of the score
+constexpr std::uint8_t kTaskTold = 28;   // EventKind::task_told: a line of what the exercise wants
 
 struct SessionEvent {
   std::uint64_t epoch = 0;

@@ -39,7 +39,8 @@ class FramePainter {
   // finite is left out, and a line of the overlay says so. A field named "wetness", from 0 to 1, makes tissue glossy.
   const Image& draw_frame(const Frame& frame, const DrawOptions& options = {});
 
-  // The same in two parts, for several eyes: sends what has changed, and draws the frame that was sent last as an eye sees it.
+  // The same in two parts, for several eyes: sends what has changed, and draws the frame that was sent last as an eye
+  // sees it.
   void update(const Frame& frame, const DrawOptions& options);
   const Image& draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye);
 

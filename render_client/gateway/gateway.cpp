@@ -26,6 +26,7 @@ void Gateway::feed(const SceneInfo& message) {
   post_all(LiveKind::scene, message);
   if (takes_over(tools_epoch_, message.epoch)) return;
   tools_epoch_ = message.epoch;
+  tries_.feed(message);
   std::vector<std::string> names;
   for (const ToolInfo& tool : message.tools) names.push_back(tool.name);
   roles_.set_tools(names);
@@ -42,6 +43,7 @@ void Gateway::feed(KeyframeChunk message) {
 
 void Gateway::feed(const StateHeader& message) {
   copy_.feed(message);
+  tries_.feed(message);
   post_all_newest({LiveKind::state_header, message.epoch}, message);
 }
 
@@ -54,9 +56,17 @@ void Gateway::feed(const ScalarPiece& message) {
 }
 
 void Gateway::feed(const SessionEvent& message) {
-  events_.push_back(shared(message));
-  if (events_.size() > kEventsKept) events_.pop_front();
-  for (auto& [id, client] : clients_) client.mailbox.post(LiveKind::event, events_.back());
+  tries_.feed(message);
+  keep_for_later(message);
+  post_all(LiveKind::event, message);
+}
+
+// The task stays; of the other events those of late.
+void Gateway::keep_for_later(const SessionEvent& message) {
+  std::deque<SharedBytes>& kept = message.kind == kTaskTold ? task_ : events_;
+  if (message.kind == kTaskTold && std::exchange(task_epoch_, message.epoch) != message.epoch) task_.clear();
+  kept.push_back(shared(message));
+  if (kept.size() > kEventsKept) kept.pop_front();
 }
 
 void Gateway::feed(const ServerStatus& message) {
@@ -64,6 +74,7 @@ void Gateway::feed(const ServerStatus& message) {
 }
 
 void Gateway::feed(const ContactMessage& message) {
+  tries_.feed(message);
   post_all_newest({LiveKind::contact, message.epoch, message.model.tool_id}, message);
 }
 
@@ -90,6 +101,7 @@ std::uint32_t Gateway::connect_inside() {
 void Gateway::welcome(Mailbox& mailbox) const {
   for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
   for (const auto& [subject, bytes] : newest_) mailbox.post_newest(subject, bytes);
+  for (const SharedBytes& event : task_) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
 }
@@ -200,6 +212,7 @@ void Gateway::notify(std::uint32_t client, const std::string& text) {
 
 void Gateway::tick(double now_s) {
   roles_.tick(now_s);
+  tries_.tick(roles_.hands());
   for (const auto& [person, text] : roles_.take_notices())
     for (const auto& [id, client] : clients_)
       if (person == kNobody || person == id) notify(id, text);

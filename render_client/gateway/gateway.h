@@ -22,6 +22,7 @@
 #include "render_client/gateway/mailbox.h"
 #include "render_client/gateway/roles.h"
 #include "render_client/gateway/session_copy.h"
+#include "render_client/gateway/try_book.h"
 
 namespace sectio {
 
@@ -66,6 +67,9 @@ class Gateway {
   void feed(const ContactMessage& message);
   void feed(const SessionEnd& message);
 
+  // Scored tries of an exercise, as files.
+  TryBook& tries() { return tries_; }
+
   // Clients. Nothing when there are too many.
   std::optional<std::uint32_t> connect();
   // The gateway's own viewer, which is nobody that people see or that counts.
@@ -108,6 +112,7 @@ class Gateway {
   void post_all(LiveKind kind, const Message& message);
   template <class Message>
   void post_all_newest(const Subject& subject, const Message& message);
+  void keep_for_later(const SessionEvent& message);
   void welcome(Mailbox& mailbox) const;
   void notify(std::uint32_t client, const std::string& text);
   bool take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s);
@@ -127,6 +132,9 @@ class Gateway {
   // For those who come later: a server repeats what doesn't move once a second only.
   std::map<Subject, SharedBytes> newest_;
   std::deque<SharedBytes> events_;
+  std::deque<SharedBytes> task_;  // of the exercise
+  std::uint64_t task_epoch_ = 0;
+  TryBook tries_;
   std::vector<ToolWish> wishes_;
   std::vector<SessionOrder> orders_;
   std::uint64_t order_count_ = 0;

@@ -21,7 +21,7 @@ struct Options {
   NetworkOptions network;
   WebServerOptions web;
   GatewayLimits limits;
-  std::string token, lead_token;
+  std::string token, lead_token, tries;
   std::uint32_t max_clients = 64;
 };
 
@@ -35,6 +35,7 @@ bool parse(int argc, char** argv, Options& o) {
   arguments.option(
       "--lead-token", o.lead_token,
       "word that a person needs to pause, tilt and begin anew; empty: everyone who may hold an instrument");
+  arguments.option("--tries", o.tries, "directory in which scored tries of an exercise are kept, for all later ones");
   arguments.option("--max-clients", o.max_clients, "browsers at a time; further ones are refused");
   if (!arguments.parse(argc, argv)) return false;
   if (o.web.port < 0 || o.web.port > 65535)
@@ -111,6 +112,7 @@ int run(Options& o) {
   o.web.max_message_bytes = Gateway::kMaxMessageBytes;
   if (!find_session(o.network, kForEver_s, [] { return stop_requested != 0; })) return 1;
   Gateway gateway({o.token, o.lead_token}, o.limits, microseconds_since_1970());
+  gateway.tries().keep_in(o.tries);
   GatewayNet net(o.network);
   Stills stills(gateway);
   std::map<std::uint64_t, std::uint32_t> client_of;  // by socket
@@ -143,6 +145,7 @@ int run(Options& o) {
     return gateway.metrics() + line("refused_versions", server->counts().versions_refused) +
            line("refused_long_messages", server->counts().messages_too_long);
   };
+  handlers.tries = [&] { return gateway.tries().json(); };
   handlers.ask_picture = [&] { return stills.ask(steady_now_s()); };
   handlers.picture = [&](std::uint64_t number) { return stills.picture(number); };
   handlers.tick = [&] {

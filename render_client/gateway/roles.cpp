@@ -127,6 +127,13 @@ Roster Roles::roster_for(std::uint32_t person) const {
   return roster;
 }
 
+std::vector<std::string> Roles::hands() const {
+  std::vector<std::string> names;
+  for (const Holding& tool : tools_)
+    if (tool.person != kNobody) names.push_back(name_of(tool.person));
+  return names;
+}
+
 std::uint32_t Roles::holder(std::uint32_t tool_id) const {
   return tool_id < tools_.size() ? tools_[tool_id].person : kNobody;
 }

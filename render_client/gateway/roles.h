@@ -50,6 +50,7 @@ class Roles {
 
   Roster roster_for(std::uint32_t person) const;
   std::uint32_t holder(std::uint32_t tool_id) const;
+  std::vector<std::string> hands() const;  // names of the people who hold instruments
 
  private:
   static constexpr double kAsleep_s = 1;

@@ -28,10 +28,11 @@ struct PageFile {
   const char* name;
   const char* type;
 };
-constexpr std::array<PageFile, 6> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
+constexpr std::array<PageFile, 7> kPageFiles{{{"/", "index.html", "text/html; charset=utf-8"},
                                               {"/page.css", "page.css", "text/css"},
                                               {"/page.js", "page.js", "text/javascript"},
                                               {"/headset.js", "headset.js", "text/javascript"},
+                                              {"/tries.js", "tries.js", "text/javascript"},
                                               {"/sectio.js", "sectio.js", "text/javascript"},
                                               {"/sectio.wasm", "sectio.wasm", "application/wasm"}}};
 
@@ -95,6 +96,7 @@ int WebServer::State::serve_http(lws* wsi, const std::string& address) {
   constexpr char kText[] = "text/plain; version=0.0.4";
   if (address == "/metrics") return begin_body(wsi, kText, handlers.metrics());
   if (address == "/version") return begin_body(wsi, kText, options.protocol + "\n");
+  if (address == "/tries") return begin_body(wsi, "application/json", handlers.tries());
   if (address == "/frame.jpg") return wait_for_picture(wsi);
   for (const PageFile& file : kPageFiles) {
     if (address != file.address) continue;

@@ -13,7 +13,7 @@ namespace sectio {
 struct WebServerOptions {
   std::string address = "127.0.0.1";
   int port = 0;           // 0: any that is free
-  std::string directory;  // with index.html, page.css, page.js, headset.js, sectio.js, sectio.wasm
+  std::string directory;  // with index.html, page.css, page.js, headset.js, tries.js, sectio.js, sectio.wasm
   std::string protocol;   // the WebSocket subprotocol; others are refused
   std::size_t max_message_bytes = 4096;
 };
@@ -25,6 +25,7 @@ struct WebServerHandlers {
   std::function<bool(std::uint64_t socket, const std::vector<std::uint8_t>& frame)> received;  // false: close it
   std::function<bool(std::uint64_t socket, std::vector<std::uint8_t>& frame)> next_frame;      // false: nothing to send
   std::function<std::string()> metrics;
+  std::function<std::string()> tries;          // of an exercise, as JSON
   std::function<std::uint64_t()> ask_picture;  // returns the number of the picture that will answer
   std::function<std::shared_ptr<const std::string>(std::uint64_t number)> picture;  // null: not yet
   std::function<bool()> tick;                                                       // every 4 ms; false: run() returns

@@ -35,7 +35,7 @@ Headset::Headset(const Camera& camera)
       world_from_room_(room_axes(camera)),
       scale_(kSeen_m / seen_world_m(camera)) {}
 
-// What is s times as large in the room, seen by an eye of the room, looks as it does to an eye in the world with all
+// A scene that is s times as large in the room looks to an eye of the room as it does to an eye in the world with all
 // lengths s times shorter: also those in the depth of the projection.
 EyeView Headset::eye(const Eigen::Matrix4f& eye_from_room, const Eigen::Matrix4f& projection) const {
   const auto shrink = static_cast<float>(1 / scale_);

@@ -48,6 +48,8 @@ class LiveSession {
   const std::deque<std::pair<std::uint64_t, std::string>>& lines() const { return lines_; }
   // The score that was told last, line by line.
   const std::vector<std::string>& score() const { return score_; }
+  // The exercise, line by line: what to do, and what is expected.
+  const std::vector<std::string>& task() const { return task_; }
   std::uint64_t damaged() const { return damaged_; }
 
   // Tells for each body whether its hash was the server's when both were last at the same revision.
@@ -70,6 +72,7 @@ class LiveSession {
   void compare(std::uint64_t epoch, const std::vector<BodyVersion>& server);
   void add_line(const std::string& text);
   void take(const SessionEvent& event);
+  void take_task(const SessionEvent& event);
   template <class Message>
   void send(LiveKind kind, const Message& message);
 
@@ -82,7 +85,8 @@ class LiveSession {
   std::optional<double> heard_s_;
   std::deque<std::pair<std::uint64_t, std::string>> lines_;
   std::uint64_t line_count_ = 0;
-  std::vector<std::string> score_;
+  std::vector<std::string> score_, task_;
+  std::uint64_t task_epoch_ = 0;
   std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step
   std::uint64_t wish_sequence_ = 0;
   std::uint64_t damaged_ = 0;

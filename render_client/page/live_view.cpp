@@ -2,8 +2,8 @@
 
 #include <set>
 
+#include "common/core/json_text.h"
 #include "common/core/report_figures.h"
-#include "render_client/page/json_text.h"
 
 namespace sectio {
 
@@ -114,6 +114,8 @@ void LiveView::reset_camera() {
 void LiveView::describe_score(JsonText& json) const {
   json.key("score").open('[');
   for (const std::string& line : session.score()) json.value(line);
+  json.close(']').key("task").open('[');
+  for (const std::string& line : session.task()) json.value(line);
   json.close(']').key("fields").open('[');
   std::set<std::string> names;
   for (const BodyFrame& body : frame_.bodies)

@@ -130,6 +130,7 @@ void LiveServer::wait_for_peers() {
 }
 
 void LiveServer::lead() {
+  tell_task();
   due_ = Clock::now();
   session_.net->set_speed(session_.pace.now());
   while (session_.has_more_steps()) {
@@ -158,6 +159,14 @@ void LiveServer::tell(EventKind kind, const std::string& text) {
   session_.net->tell({session_.run->steps(), kind, 0, 0, text.substr(0, kMaxEventTextBytes)});
 }
 
+void LiveServer::tell_task() {
+  for (const std::string& line : session_.run->recorder().task_lines()) tell(EventKind::task_told, line);
+}
+
+void LiveServer::tell_score() {
+  for (const std::string& line : session_.run->recorder().score_lines()) tell(EventKind::score_told, line);
+}
+
 void LiveServer::obey(const SessionOrder& order) {
   if (const auto news = session_.take(order)) tell(news->kind, news->text);
   switch (order.kind) {
@@ -174,8 +183,7 @@ void LiveServer::obey(const SessionOrder& order) {
     case OrderKind::seek:
       return go_back(order.sim_time_s);
     case OrderKind::tell_score:
-      for (const std::string& line : session_.run->recorder().score_lines()) tell(EventKind::score_told, line);
-      return;
+      return tell_score();
   }
 }
 
@@ -226,7 +234,7 @@ void LiveServer::begin_anew(double from_s) {
     next = SessionRun::resumed(session_.scene, {directory_of(tries_), last_step}, directory, former_epoch);
   }
   ++tries_;
-  for (const std::string& line : session_.run->recorder().score_lines()) tell(EventKind::score_told, line);
+  tell_score();
   session_.run->recorder().finish();
   // The network reads the journal of the former run until it is told of this one.
   const auto former = std::exchange(session_.run, std::move(next));
@@ -239,6 +247,7 @@ void LiveServer::begin_anew(double from_s) {
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));
+  tell_task();
   session_.input = {};
   due_ = Clock::now();
   session_.net->set_speed(session_.pace.now());
@@ -281,6 +290,7 @@ void LiveServer::run_step() {
 }
 
 RunResult LiveServer::finish() {
+  if (session_.scene.exercise) tell_score();
   session_.net->end_session(stop_was_requested() ? "stopped" : "complete");
   if (const std::uint32_t lost = session_.net->lost_viewers(); lost > 0)
     log_info("waiting for viewers that went silent: " + std::to_string(lost));

@@ -106,6 +106,9 @@ LineSpec read_line(KeyReader& map, const Regions& regions) {
 ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) {
   ExerciseSpec exercise;
   map.required().text("body", exercise.body, "Name of the body to work on.");
+  map.text("task", exercise.task, "What to do, in a sentence for the person who does it.");
+  map.check("task", exercise.task.size() <= ExerciseSpec::kMostTaskBytes,
+            "more than " + std::to_string(ExerciseSpec::kMostTaskBytes) + " bytes");
   const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
   map.check("body", body != bodies.end(), "there is no body " + exercise.body);
   static const Regions kNone;

@@ -151,10 +151,13 @@ struct LineSpec {
 // Marked tissue is to be removed from a body and put into a bin, or a line to be cut, and other bodies are to be left
 // alone: see session/exercise_score.h.
 struct ExerciseSpec {
+  static constexpr std::size_t kMostTaskBytes = 256;  // an event's text has as many at most
+
   std::string body;
   std::optional<Box> bin;  // a part that lies in it as a whole is in the bin
   std::optional<LineSpec> line;
   std::vector<std::string> spare = {};  // names of bodies that no instrument should touch
+  std::string task = {};                // for the person who does it; may be empty
 };
 
 // From at_s on, gravity turns there.

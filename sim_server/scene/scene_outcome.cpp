@@ -1,6 +1,8 @@
 #include "sim_server/scene/scene_outcome.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <string_view>
 
 namespace sectio {
 
@@ -42,6 +44,39 @@ const std::vector<Measure>& measures() {
       {"spared_touches", "With an exercise: times that an instrument began to touch a body that it should spare.",
        &Outcome::spared_touches, kCount, true}};
   return table;
+}
+
+namespace {
+
+// The end of a key, as people have it.
+struct Unit {
+  std::string_view of_key, name;
+  double per_unit = 1;
+};
+Unit unit_for(const Measure& measure) {
+  for (const Unit& unit : {Unit{"_m", " mm", 1e3}, Unit{"_fraction", " %", 100}, Unit{"_ml", " ml"}})
+    if (measure.key.ends_with(unit.of_key)) return unit;
+  return {};
+}
+
+}  // namespace
+
+std::string target_in_words(const Expectation& expectation) {
+  const Unit unit = unit_for(*expectation.measure);
+  std::string name = expectation.measure->key;
+  name.resize(name.size() - unit.of_key.size());
+  std::ranges::replace(name, '_', ' ');
+  Range range = expectation.range;
+  range.low *= unit.per_unit;
+  range.high *= unit.per_unit;
+  return name + " " + range.in_words() + std::string(unit.name);
+}
+
+std::string value_in_words(const Measure& measure, double value) {
+  const Unit unit = unit_for(measure);
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", unit.per_unit * value);
+  return text + std::string(unit.name);
 }
 
 std::vector<std::string> unmet(std::span<const Expectation> expectations, const Outcome& outcome) {

@@ -36,6 +36,10 @@ struct Expectation {
   Range range;
 };
 
+// For a person: "line deviation at most 2 mm", and the value as "3.1 mm".
+std::string target_in_words(const Expectation& expectation);
+std::string value_in_words(const Measure& measure, double value);
+
 // "pieces_freed: expected 1, got 0" for each expectation that an outcome doesn't meet. No range holds a NaN.
 std::vector<std::string> unmet(std::span<const Expectation> expectations, const Outcome& outcome);
 

@@ -42,10 +42,12 @@ LineWatch::LineWatch(const LineSpec& line, const Pose& body_pose_world, double s
     for (int n = 0; n < count; ++n) points_world_m_.push_back(from + (n + 0.5) / count * along);
   }
   cut_.assign(points_world_m_.size(), false);
+  beside_m_.resize(points_world_m_.size());
 }
 
 void LineWatch::add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m) {
   double least_m = HUGE_VAL, depth_m = 0;
+  std::size_t nearest = 0;
   for (std::size_t i = 0; i < points_world_m_.size(); ++i) {
     const Vec3 to_point = points_world_m_[i] - tip_world_m;
     const double above_m = std::max(0.0, to_point.dot(shaft_world));
@@ -53,8 +55,10 @@ void LineWatch::add(const Vec3& tip_world_m, const Vec3& shaft_world, double way
     if (beside_m < within_m_ && above_m > 0.5 * depth_wanted_m_) cut_[i] = true;
     if (beside_m >= least_m) continue;
     least_m = beside_m;
+    nearest = i;
     depth_m = above_m;
   }
+  if (nearest < beside_m_.size()) beside_m_[nearest] = std::max(beside_m_[nearest].value_or(0), least_m);
   way_m_ += way_m;
   square_m3_ += way_m * least_m * least_m;
   most_m_ = std::max(most_m_, least_m);
@@ -79,6 +83,12 @@ LineScore LineWatch::finish() const {
   if (way_m_ > 0) {
     score.deviation_m = std::sqrt(square_m3_ / way_m_);
     score.depth_m = depth_way_m2_ / way_m_;
+  }
+  score.beside_m.resize(std::min(kLineParts, beside_m_.size()));
+  for (std::size_t i = 0; i < beside_m_.size(); ++i) {
+    if (!beside_m_[i]) continue;
+    std::optional<double>& part = score.beside_m[i * score.beside_m.size() / beside_m_.size()];
+    part = std::max(part.value_or(0), *beside_m_[i]);
   }
   if (samples_ > 0) score.tremor_m = std::sqrt(tremor_square_m2_ / static_cast<double>(samples_));
   return score;
@@ -201,6 +211,9 @@ std::vector<std::string> to_lines(const Score& score) {
         line("beside the line         %8.2f mm rms, %.2f mm at most", 1e3 * l.deviation_m, 1e3 * l.most_deviation_m));
     lines.push_back(line("depth                   %8.2f mm   astray %.1f mm", 1e3 * l.depth_m, 1e3 * l.astray_m));
     lines.push_back(line("tremor                  %8.3f mm rms", 1e3 * l.tremor_m, 0));
+    std::string along = "along the line, mm      ";
+    for (const auto& beside_m : l.beside_m) along += beside_m ? line(" %.1f", 1e3 * *beside_m, 0) : " -";
+    lines.push_back(along);
   }
   if (score.marked_m3 > 0) {
     lines.push_back(line("marked tissue removed   %8.3f ml  (%.1f %%)", kMl * score.marked_removed_m3, 100 * share));

@@ -45,7 +45,10 @@ struct LineScore {
   double depth_m = 0;   // mean
   double astray_m = 0;  // length of the cut that is further from the line than the tolerance
   double tremor_m = 0;  // root mean square of the tip's motion above kTremor_hz
+  // The most in each of equal parts of the line, at most kLineParts; nothing where no blade was.
+  std::vector<std::optional<double>> beside_m;
 };
+constexpr std::size_t kLineParts = 40;
 
 struct Score {
   std::string body;
@@ -79,6 +82,7 @@ class LineWatch {
   double depth_wanted_m_ = 0, within_m_ = 0, step_s_ = 0;
   std::vector<Vec3> points_world_m_;  // a millimetre apart
   std::vector<bool> cut_;
+  std::vector<std::optional<double>> beside_m_;  // by point: the most
   double way_m_ = 0, square_m3_ = 0, most_m_ = 0, depth_way_m2_ = 0, astray_m_ = 0;
   std::optional<Vec3> slow_world_m_, slower_world_m_;  // the tip without its tremor
   double tremor_square_m2_ = 0;

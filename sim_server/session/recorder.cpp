@@ -143,7 +143,27 @@ std::vector<std::string> Recorder::take_faults() {
 
 std::vector<std::string> Recorder::score_lines() const {
   if (!state_->score) return {"this scene has no exercise: nothing is scored"};
-  return to_lines(state_->score->finish());
+  const Score score = state_->score->finish();
+  std::vector<std::string> lines = to_lines(score);
+  Outcome outcome;
+  add_score(score, outcome);
+  for (const Expectation& e : state_->scene.expect) {
+    if (!e.measure->of_exercise) continue;
+    const double got = outcome.*e.measure->value;
+    lines.push_back((e.range.contains(got) ? "reached                 " : "missed                  ") +
+                    target_in_words(e) + ": " + value_in_words(*e.measure, got));
+  }
+  return lines;
+}
+
+std::vector<std::string> Recorder::task_lines() const {
+  if (!state_->score) return {};
+  const std::string& task = state_->scene.exercise->task;
+  std::vector<std::string> lines;
+  if (!task.empty()) lines.push_back(task);
+  for (const Expectation& e : state_->scene.expect)
+    if (e.measure->of_exercise) lines.push_back(target_in_words(e));
+  return lines;
 }
 
 void Recorder::add_publish(double time_s) {

@@ -115,11 +115,14 @@ Json exercise_report(const Score& score) {
   exercise["in_bin"] = score.in_bin;
   exercise["healthy_lost_m3"] = score.healthy_lost_m3;
   if (score.spared_touches) exercise["spared_touches"] = *score.spared_touches;
-  if (score.line)
+  if (score.line) {
     exercise["line"] = {{"length_m", score.line->length_m},       {"cut_fraction", score.line->cut_fraction},
                         {"deviation_m", score.line->deviation_m}, {"most_deviation_m", score.line->most_deviation_m},
                         {"depth_m", score.line->depth_m},         {"astray_m", score.line->astray_m},
                         {"tremor_m", score.line->tremor_m}};
+    for (const auto& beside_m : score.line->beside_m)
+      exercise["line"]["beside_m"].push_back(beside_m ? Json(*beside_m) : Json());
+  }
   exercise["time_s"] = score.time_s;
   exercise["largest_force_n"] = score.largest_force_n;
   exercise["removed"] = Json::array();

@@ -69,7 +69,8 @@ enum class EventKind : std::uint8_t {
   speed_set,
   begun_anew,  // bodies are as they were at first
   score_told,
-  sought,  // the played session goes on from another time
+  sought,     // the played session goes on from another time
+  task_told,  // the exercise's aim, a line each
 };
 const char* to_string(EventKind kind);
 

@@ -301,7 +301,7 @@ inline const std::vector<Room>& rooms() {
       {"render_client/page/browser/",
        "what only a browser compiles, as WebAssembly: its canvas, its calls, HTML and script",
        {"common/math/", "render_client/page/", "render_client/draw/"},
-       {"Eigen/", "emscripten/"}},
+       {"Eigen/", "GLES3/", "emscripten/"}},
       {"render_client/",
        "the viewer's program, and the programs that draw charts",
        {"common/", "render_client/"},

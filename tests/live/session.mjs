@@ -19,12 +19,14 @@ export const apart = (a, b) => (a && b ? Math.hypot(...a.map((x, i) => x - b[i])
 export const equal = (state) => state.bodies.length > 0 && state.bodies.every((b) => b.equal === true);
 
 export class Session {
-  out = mkdtempSync(join(tmpdir(), 'sectio_live_'));
   #live; #said = ''; #exit_code = null;
 
   // With the token "theatre".
-  static async begin(...args) {
+  static begin(...args) { return Session.begin_in(mkdtempSync(join(tmpdir(), 'sectio_live_')), ...args); }
+
+  static async begin_in(out, ...args) {
     const session = new Session();
+    session.out = out;
     session.#live = spawn(join(root, 'deploy/live'), [...args, '--token', 'theatre'],
       { env: { ...process.env, SECTIO_OUT_DIR: session.out }, stdio: ['ignore', 'pipe', 'inherit'] });
     session.#live.stdout.on('data', (text) => { session.#said += text; });

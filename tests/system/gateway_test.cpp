@@ -16,7 +16,7 @@ using test::Process;
 class GatewayProgram : public test::SessionPrograms {
  protected:
   void SetUp() override {
-    for (const char* name : {"index.html", "page.css", "page.js", "headset.js", "sectio.js", "sectio.wasm"})
+    for (const char* name : {"index.html", "page.css", "page.js", "headset.js", "tries.js", "sectio.js", "sectio.wasm"})
       write(name, name);
   }
   std::unique_ptr<Process> gateway() const {

@@ -192,12 +192,22 @@ function show() {
     item.append(element('span', 'equals server: ' + equal, { className: equal, title: b.hash }));
     return item;
   }));
-  show_list('score_lines', JSON.stringify(state.score), () => [document.createTextNode(state.score.join('\n'))]);
-  byId('score_of').hidden = state.score.length === 0;
+  show_list('score_lines', JSON.stringify(state.score), () =>
+    [document.createTextNode(state.score.filter((line) => !line.startsWith(ALONG)).map(in_words).join('\n'))]);
+  byId('score_of').hidden = state.score.length === 0 && tries.length === 0;
+  show_task();
   show_fields();
   byId('cuts').textContent = state.cuts === undefined ? '' : `${state.cuts} cuts, ${state.refused} refused`;
   show_list('lines', JSON.stringify(state.lines.map((l) => l.number)), () =>
     state.lines.map((l) => element('li', l.text)).reverse());
+}
+
+function show_task() {
+  const [task, ...targets] = state.task;
+  byId('task_of').hidden = task === undefined;
+  byId('task').textContent = task ?? '';
+  show_list('targets', JSON.stringify(targets), () => targets.map((target) => element('li', target)));
+  if (task !== undefined) learn_tries();
 }
 
 // Scalars that engines publish for vertices, as wetness.

@@ -149,6 +149,9 @@ TEST_F(AlongALine, half_of_it_that_is_cut_beside_and_too_shallow_is_scored_so) {
   EXPECT_NEAR(score.depth_m, 0.004, 1e-9);
   EXPECT_EQ(score.astray_m, 0);
   EXPECT_LT(score.tremor_m, 1.5e-4) << "of the first moments alone";
+  ASSERT_EQ(score.beside_m.size(), kLineParts);
+  EXPECT_NEAR(score.beside_m[10].value_or(0), 0.001, 2e-4);
+  EXPECT_FALSE(score.beside_m[30]) << "no blade was there";
 }
 
 TEST_F(AlongALine, a_scratch_or_a_cut_elsewhere_is_none_of_it) {

@@ -1,4 +1,4 @@
-// Values as JSON, for the script of the page.
+// Values as JSON, for scripts of the page.
 #pragma once
 
 #include <cmath>

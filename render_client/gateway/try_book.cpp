@@ -1,0 +1,149 @@
+#include "render_client/gateway/try_book.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "common/core/error.h"
+#include "common/core/json_text.h"
+#include "common/core/log.h"
+#include "common/core/wall_time.h"
+
+namespace sectio {
+
+namespace {
+
+void write(JsonText& json, const char* key, const auto& lines) {
+  json.key(key).open('[');
+  for (const std::string& line : lines) json.value(line);
+  json.close(']');
+}
+
+}  // namespace
+
+void TryBook::keep_in(const std::string& directory) {
+  directory_ = directory;
+  std::error_code error;
+  if (!directory.empty()) std::filesystem::create_directories(directory, error);
+  if (error) throw InputError(directory + ": " + error.message());
+}
+
+void TryBook::feed(const SceneInfo& message) {
+  if (!tools_.empty()) return;
+  for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
+}
+
+void TryBook::begin(std::uint64_t epoch) {
+  epoch_ = epoch;
+  begun_us_ = microseconds_since_1970();
+  every_s_ = kEvery_s;
+  next_s_ = 0;
+  task_.clear();
+  score_.clear();
+  places_.clear();
+  hands_.clear();
+}
+
+void TryBook::feed(const SessionEvent& message) {
+  if (message.kind == kTaskTold) {
+    if (message.epoch != epoch_) begin(message.epoch);
+    if (task_.size() < kMostLines) task_.push_back(message.text);
+  }
+  if (message.kind != kScoreTold || message.epoch != epoch_ || task_.empty()) return;
+  if (message.step != scored_at_) score_.clear();
+  scored_at_ = message.step;
+  if (score_.size() < kMostLines) score_.push_back(message.text);
+  has_news_ = true;
+}
+
+void TryBook::feed(const ContactMessage& message) {
+  if (message.epoch != epoch_) return;
+  double& force_n = forces_n_[message.model.tool_id];
+  force_n = std::max(force_n, message.model.force_world_n.norm());
+}
+
+void TryBook::feed(const StateHeader& message) {
+  if (message.epoch != epoch_ || task_.empty() || message.sim_time_s < next_s_) return;
+  next_s_ = message.sim_time_s + every_s_;
+  std::vector<Place>& row = places_.emplace_back();
+  for (std::uint32_t t = 0; t < message.tools.size(); ++t)
+    row.push_back({message.tools[t].pose_world.position_m, forces_n_[t], message.tools[t].present});
+  forces_n_.clear();
+  if (places_.size() < kMostPlaces) return;
+  for (std::size_t i = 0; 2 * i < places_.size(); ++i) places_[i] = std::move(places_[2 * i]);
+  places_.resize(places_.size() / 2);
+  every_s_ *= 2;
+}
+
+void TryBook::tick(const std::vector<std::string>& hands) {
+  hands_.insert(hands.begin(), hands.end());
+  if (has_news_ && !directory_.empty()) keep();
+  has_news_ = false;
+}
+
+void TryBook::keep() const {
+  const std::string path = directory_ + "/try_" + std::to_string(begun_us_) + ".json";
+  std::ofstream file(path);
+  file << try_as_json() << "\n";
+  if (!file.flush()) log_limited(LogLevel::warning, "tries", path + ": can't be written");
+}
+
+std::string TryBook::task_as_json() const {
+  JsonText json;
+  json.open('{');
+  write(json, "task", task_);
+  return json.text();
+}
+
+// The task comes first, so that a file tells at once of which exercise it is.
+std::string TryBook::try_as_json() const {
+  JsonText json;
+  json.open('{');
+  write(json, "task", task_);
+  json.key("begun_s").value(1e-6 * static_cast<double>(begun_us_)).key("every_s").value(every_s_);
+  write(json, "score", score_);
+  write(json, "hands", hands_);
+  json.key("tools").open('[');
+  for (std::uint32_t t = 0; t < tools_.size(); ++t) {
+    json.open('{').key("name").value(tools_[t]).key("at_mm").open('[');
+    const auto in_mm = [](double m) { return 0.1 * std::round(1e4 * m); };
+    for (const std::vector<Place>& row : places_) {
+      if (t >= row.size() || !row[t].present) {
+        json.null();
+        continue;
+      }
+      const Vec3& at_m = row[t].at_m;
+      json.open('[').value(in_mm(at_m.x())).value(in_mm(at_m.y())).value(in_mm(at_m.z())).close(']');
+    }
+    json.close(']').key("force_n").open('[');
+    for (const std::vector<Place>& row : places_)
+      json.value(t < row.size() ? 1e-3 * std::round(1e3 * row[t].force_n) : 0.0);
+    json.close(']').close('}');
+  }
+  json.close(']').close('}');
+  return json.text();
+}
+
+std::string TryBook::json() const {
+  std::vector<std::string> tries;
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  if (!directory_.empty() && !task_.empty())
+    for (const auto& entry : std::filesystem::directory_iterator(directory_, error)) files.push_back(entry.path());
+  std::ranges::sort(files);
+  for (const std::filesystem::path& path : files) {
+    std::ifstream file(path);
+    std::string text;
+    if (path.extension() == ".json" && std::getline(file, text) && text.starts_with(task_as_json()) &&
+        text.back() == '}')
+      tries.push_back(std::move(text));
+  }
+  if (directory_.empty() && !score_.empty()) tries.push_back(try_as_json());
+  std::string all = "[";
+  for (std::size_t i = tries.size() - std::min(tries.size(), kMostTriesShown); i < tries.size(); ++i)
+    all += (all.size() > 1 ? "," : "") + tries[i];
+  return all + "]";
+}
+
+}  // namespace sectio

@@ -1,0 +1,107 @@
+// The gateway's memory of tries: what was told and seen is what a page gets, also in a later session.
+#include "render_client/gateway/try_book.h"
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "render_client/gateway/gateway.h"
+#include "sim_server/step/step_io.h"
+
+namespace sectio {
+namespace {
+
+static_assert(kTaskTold == static_cast<std::uint8_t>(EventKind::task_told));
+
+struct TryBookTest : testing::Test {
+  std::string directory = testing::TempDir() + "sectio_tries_" + std::to_string(getpid());
+
+  ~TryBookTest() override { std::filesystem::remove_all(directory); }
+
+  static void tell(TryBook& book, std::uint64_t epoch, std::uint8_t kind, const std::string& text) {
+    book.feed(SessionEvent{epoch, 5, kind, 0, 0, text});
+  }
+  // A try of 1 s in which the scalpel goes 10 mm along x, with a force of 2 N in the middle.
+  static void make_try(TryBook& book, std::uint64_t epoch, const std::string& task, const std::string& score) {
+    SceneInfo scene;
+    scene.epoch = epoch;
+    scene.tools = {{"scalpel", "scalpel"}};
+    book.feed(scene);
+    tell(book, epoch, kTaskTold, task);
+    for (int i = 0; i <= 60; ++i) {
+      StateHeader state;
+      state.epoch = epoch;
+      state.sim_time_s = i / 60.0;
+      state.tools = {{true, Pose{Vec3(0.01 * i / 60, 0, 0)}}};
+      ContactMessage contact;
+      contact.epoch = epoch;
+      contact.model.force_world_n = Vec3(0, 0, i == 30 ? 2 : 0.5);
+      book.feed(contact);
+      book.feed(state);
+    }
+    tell(book, epoch, kScoreTold, score);
+    book.tick({"Ada"});
+  }
+  static std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t n = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+    return n;
+  }
+};
+
+TEST_F(TryBookTest, a_try_has_its_score_path_and_force_and_stays_for_later_sessions) {
+  {
+    TryBook book;
+    book.keep_in(directory);
+    make_try(book, 1, "cut along the line", "line cut   50 %");
+    make_try(book, 2, "cut along the line", "line cut   90 %");
+    tell(book, 2, kScoreTold, "time   3 s");
+    book.tick({});
+    EXPECT_EQ(count(book.json(), "begun_s"), 2u);
+  }
+  TryBook later;
+  later.keep_in(directory);
+  EXPECT_EQ(later.json(), "[]") << "nobody has said which exercise it is";
+  tell(later, 3, kTaskTold, "cut along the line");
+  const std::string all = later.json();
+  EXPECT_LT(all.find("50 %"), all.find(R"("line cut   90 %","time   3 s")")) << all;
+  EXPECT_EQ(count(all, R"("hands":["Ada"])"), 2u);
+  EXPECT_NE(all.find("[0,0,0],[1"), std::string::npos) << all;
+  EXPECT_NE(all.find("0.5,2,0.5"), std::string::npos) << all;
+  tell(later, 4, kTaskTold, "another exercise");
+  EXPECT_EQ(later.json(), "[]");
+}
+
+TEST_F(TryBookTest, a_long_try_is_kept_more_coarsely) {
+  TryBook book;
+  tell(book, 1, kTaskTold, "wait");
+  for (int i = 0; i < 20000; ++i) {
+    StateHeader state;
+    state.epoch = 1;
+    state.sim_time_s = 0.1 * i;
+    state.tools = {{true, Pose{}}};
+    book.feed(state);
+  }
+  tell(book, 1, kScoreTold, "time");
+  EXPECT_LT(book.json().size(), 100000u);
+  EXPECT_EQ(book.json().find("\"every_s\":0.1,"), std::string::npos);
+}
+
+// The task doesn't go under in other events.
+TEST_F(TryBookTest, who_comes_late_is_told_the_task) {
+  Gateway gateway({"secret", ""}, {}, 7);
+  SceneInfo scene;
+  scene.epoch = 1;
+  gateway.feed(scene);
+  gateway.feed(SessionEvent{1, 0, kTaskTold, 0, 0, "cut along the line"});
+  for (std::uint64_t i = 0; i < 100; ++i) gateway.feed(SessionEvent{1, i, 0, 0, 0, "something else"});
+  const std::uint32_t late = gateway.connect().value();
+  std::string heard;
+  for (std::vector<std::uint8_t> frame; gateway.next_frame(late, frame);) heard.append(frame.begin(), frame.end());
+  EXPECT_EQ(count(heard, "cut along the line"), 1u);
+}
+
+}  // namespace
+}  // namespace sectio
