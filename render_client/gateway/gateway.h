@@ -132,7 +132,7 @@ class Gateway {
   // For those who come later: a server repeats what doesn't move once a second only.
   std::map<Subject, SharedBytes> newest_;
   std::deque<SharedBytes> events_;
-  std::deque<SharedBytes> task_;  // of the exercise
+  std::deque<SharedBytes> task_;  // the exercise's
   std::uint64_t task_epoch_ = 0;
   TryBook tries_;
   std::vector<ToolWish> wishes_;

@@ -18,7 +18,7 @@ class TryBook {
  public:
   static constexpr double kEvery_s = 0.1;             // simulated time between places of an instrument, at first
   static constexpr std::size_t kMostPlaces = 1200;    // when there are more, every second one goes
-  static constexpr std::size_t kMostLines = 64;       // of a task, and of a score
+  static constexpr std::size_t kMostLines = 64;       // each of a task and of a score
   static constexpr std::size_t kMostTriesShown = 40;  // the newest
 
   // Empty: nothing is kept. Throws InputError when there can be no such directory.
@@ -56,7 +56,7 @@ class TryBook {
   std::uint64_t scored_at_ = 0;               // step
   std::vector<std::vector<Place>> places_;    // one row a moment, one entry a tool
   std::map<std::uint32_t, double> forces_n_;  // by tool: the most since the last moment
-  std::set<std::string> hands_;               // of all who have held an instrument
+  std::set<std::string> hands_;               // all who have held an instrument
   bool has_news_ = false;
 };
 

@@ -14,7 +14,7 @@ namespace sectio {
 // A controller at one moment. Its grip, as WebXR has it: -z along the rod that a hand holds, out at the thumb.
 struct Controller {
   Pose grip_room;
-  double closed = 0;     // of jaws, 0 to 1: the trigger
+  double closed = 0;     // the jaws, 0 to 1: the trigger
   bool carries = false;  // the hand moves the scene instead of the instrument
 };
 

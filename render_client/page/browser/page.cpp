@@ -157,7 +157,7 @@ void page_headset(int on) {
   page().view.wear_headset(on != 0);
   if (page().context && on == 0) page().context->aim(std::nullopt);
 }
-// Where the script puts two matrices of an eye, by columns, before page_draw_eye().
+// The script puts two matrices of an eye here, by columns, before page_draw_eye().
 float* page_eye() {
   return page().eye[0].data();
 }
