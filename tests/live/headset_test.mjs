@@ -64,6 +64,16 @@ try {
   await page.until('a replica that equals the server', equal);
   const hand = (place, pull = 0) => page.evaluate(`hand(${JSON.stringify(place)}, ${pull})`);
   const tip = async () => (await page.state()).tools[0].at_m;
+  // The place at which the instrument has come to rest.
+  const still = async (what) => {
+    let last = null;
+    return until(what, async () => {
+      const at = await tip();
+      const rests = apart(at, last) < 1e-5;
+      last = at;
+      return rests && at;
+    });
+  };
 
   await check('a headset shows the body to both eyes, from two places', async () => {
     await until('the button', () => page.evaluate(`!document.getElementById('headset').hidden`));
@@ -86,16 +96,6 @@ try {
     await page.until('the scalpel in hand', (s) => s.held === 0);
     await hand(place);
     const from = await until('the scalpel', tip);
-    // As a person does: until it has come to rest.
-    const still = async (what) => {
-      let last = null;
-      return until(what, async () => {
-        const at = await tip();
-        const rests = apart(at, last) < 1e-5;
-        last = at;
-        return rests && at;
-      });
-    };
     const here = await still('rest');
     await hand([place[0] + 0.1, place[1], place[2]]);
     await page.until('a way to the right', (s) => apart(s.tools[0].at_m, here) > 0.002);
@@ -138,7 +138,7 @@ try {
   });
 
   await check('the hand that holds the grip carries the scene, and the instrument stays in it', async () => {
-    const here = await tip();
+    const here = await still('rest in the tissue');
     const { eyes: before } = await page.evaluate('(({ eyes }) => ({ eyes }))(seen())');
     await page.evaluate(`device.controllers.right.updateButtonValue('squeeze', 1)`);
     const { step } = await page.state();
