@@ -121,16 +121,26 @@ bool Gateway::receive(std::uint32_t client, std::span<const std::uint8_t> frame,
   bool fine = frame.size() <= kMaxMessageBytes;
   LiveFrameReader reader(fine ? frame : std::span<const std::uint8_t>{});
   while (const auto message = reader.next()) fine = take_message(client, *message, now_s) && fine;
-  if (fine && !reader.damaged()) return true;
-  ++counts_.refused_garbage;
-  return frame.size() <= kMaxMessageBytes && ++at->second.garbage < kMaxGarbage;
+  fine = fine && !reader.damaged();
+  counts_.refused_garbage += fine ? 0 : 1;
+  at->second.conduct.message(fine);
+  return frame.size() <= kMaxMessageBytes && may_stay(client, at->second);
+}
+
+bool Gateway::may_stay(std::uint32_t client, Client& who) {
+  const char* const fault = who.conduct.fault();
+  if (fault == nullptr || client == kInside) return true;
+  if (std::exchange(who.is_guilty, true)) return false;
+  ++counts_.clients_cut;
+  guilty_.push_back({client, fault});
+  return false;
 }
 
 // False for bytes that are no message of a page.
 bool Gateway::take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s) {
   switch (message.kind) {
     case LiveKind::hello:
-      if (const auto hello = decode<Hello>(message.bytes)) return take_hello(client, *hello), true;
+      if (const auto hello = decode<Hello>(message.bytes)) return take_hello(client, *hello, now_s), true;
       return false;
     case LiveKind::claim:
       if (const auto claim = decode<ToolClaim>(message.bytes)) return take_claim(client, *claim, now_s), true;
@@ -139,7 +149,7 @@ bool Gateway::take_message(std::uint32_t client, const LiveFrameReader::Message&
       if (const auto wish = decode<ToolWish>(message.bytes)) return take_wish(client, *wish, now_s), true;
       return false;
     case LiveKind::order:
-      if (const auto order = decode<SessionOrder>(message.bytes)) return take_order(client, *order), true;
+      if (const auto order = decode<SessionOrder>(message.bytes)) return take_order(client, *order, now_s), true;
       return false;
     case LiveKind::keyframe_request:
       if (const auto request = decode<KeyframeRequest>(message.bytes))
@@ -150,9 +160,10 @@ bool Gateway::take_message(std::uint32_t client, const LiveFrameReader::Message&
   }
 }
 
-void Gateway::take_hello(std::uint32_t client, const Hello& hello) {
+void Gateway::take_hello(std::uint32_t client, const Hello& hello, double now_s) {
   if (roles_.hello(client, hello)) return;
   ++counts_.refused_tokens;
+  clients_.at(client).conduct.refusal(now_s, Conduct::kWrongToken);
   notify(client, "the token in the address is not this session's: you watch");
 }
 
@@ -160,18 +171,22 @@ void Gateway::take_claim(std::uint32_t client, const ToolClaim& claim, double no
   const std::string refusal = roles_.act(client, claim, now_s);
   if (refusal.empty()) return;
   ++counts_.refused_claims;
+  clients_.at(client).conduct.refusal(now_s);
   notify(client, refusal);
 }
 
 void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
   if (!roles_.heard(client, wish.tool_id, now_s)) {
     ++counts_.refused_not_holder;
+    clients_.at(client).conduct.refusal(now_s);
     return;
   }
   Hand& hand = hands_[wish.tool_id];
   constexpr double kJitter_s = 0.02;  // the network's
   const double most_m = limits_.max_speed_m_per_s * (now_s - hand.heard_s + kJitter_s);
-  if (hand.heard_s >= 0 && (wish.pose_world.position_m - hand.position_m).norm() > most_m) ++counts_.wishes_too_fast;
+  const bool too_fast = hand.heard_s >= 0 && (wish.pose_world.position_m - hand.position_m).norm() > most_m;
+  clients_.at(client).conduct.wish(too_fast);
+  counts_.wishes_too_fast += too_fast ? 1 : 0;
   hand.position_m = wish.pose_world.position_m;
   hand.heard_s = now_s;
   wish.source = source_;
@@ -181,9 +196,10 @@ void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
   ++counts_.wishes;
 }
 
-void Gateway::take_order(std::uint32_t client, SessionOrder order) {
+void Gateway::take_order(std::uint32_t client, SessionOrder order, double now_s) {
   if (!roles_.may_lead(client)) {
     ++counts_.refused_orders;
+    clients_.at(client).conduct.refusal(now_s);
     notify(client, "this session is led by somebody else");
     return;
   }
@@ -212,6 +228,13 @@ void Gateway::notify(std::uint32_t client, const std::string& text) {
 
 void Gateway::tick(double now_s) {
   roles_.tick(now_s);
+  const bool slept = now_s - ticked_s_ > kAsleep_s;
+  ticked_s_ = now_s;
+  for (auto& [id, client] : clients_) {
+    if (slept) client.conduct.slept(now_s);
+    client.conduct.tick(now_s);
+    (void)may_stay(id, client);
+  }
   tries_.tick(roles_.hands());
   for (const auto& [person, text] : roles_.take_notices())
     for (const auto& [id, client] : clients_)
@@ -236,6 +259,10 @@ bool Gateway::has_mail(std::uint32_t client) const {
   return at != clients_.end() && !at->second.mailbox.is_empty();
 }
 
+std::string Gateway::title(std::uint32_t client) const {
+  return "browser " + std::to_string(client) + " (" + roles_.name_of(client) + ")";
+}
+
 std::vector<ToolWish> Gateway::take_wishes() {
   return std::exchange(wishes_, {});
 }
@@ -257,6 +284,7 @@ std::string Gateway::metrics() const {
   };
   add("clients", "gauge", clients());
   add("clients_refused_total", "counter", counts_.clients_refused);
+  add("clients_cut_total", "counter", counts_.clients_cut);
   add("wishes_total", "counter", counts_.wishes);
   add("wishes_too_fast_total", "counter", counts_.wishes_too_fast);
   add("refused_garbage_total", "counter", counts_.refused_garbage);

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/math/trace.h"
@@ -19,6 +20,7 @@
 #include "common/messages/live.h"
 #include "common/messages/state.h"
 #include "common/messages/tool.h"
+#include "render_client/gateway/conduct.h"
 #include "render_client/gateway/mailbox.h"
 #include "render_client/gateway/roles.h"
 #include "render_client/gateway/session_copy.h"
@@ -34,6 +36,7 @@ struct GatewayLimits {
 
 struct GatewayCounts {
   std::uint64_t clients_refused = 0;  // too many
+  std::uint64_t clients_cut = 0;      // because of their conduct
   std::uint64_t wishes = 0;           // passed on
   std::uint64_t wishes_too_fast = 0;
   std::uint64_t refused_garbage = 0;     // frames that are no messages
@@ -48,7 +51,6 @@ struct GatewayCounts {
 class Gateway {
  public:
   static constexpr std::size_t kMaxMessageBytes = 4096;  // from a page; longer ones end its connection
-  static constexpr std::size_t kMaxGarbage = 16;         // messages of one client, before its connection ends
   static constexpr std::size_t kEventsKept = 16;         // for those who come later
   static constexpr double kKeyframeInterval_s = 0.2;     // between keyframes of one body for one client
 
@@ -75,14 +77,22 @@ class Gateway {
   // The gateway's own viewer, which is nobody that people see or that counts.
   std::uint32_t connect_inside();
   void disconnect(std::uint32_t client);
-  // Whatever a client has sent, as one frame. False: its connection has to end.
+  // Whatever a client has sent, as one frame. False: its connection has to end (see take_guilty()).
   bool receive(std::uint32_t client, std::span<const std::uint8_t> frame, double now_s);
   // The next frame for a client; false when there is none.
   bool next_frame(std::uint32_t client, std::vector<std::uint8_t>& frame);
+  // "browser 7 (Eve)"
+  std::string title(std::uint32_t client) const;
   bool has_mail(std::uint32_t client) const;
 
-  // Again and again: hands that are silent, notices, who is here.
+  // Again and again: hands and clients that are silent, notices, who is here.
   void tick(double now_s);
+  // Clients whose connections have to end, each named once, and why.
+  struct Guilty {
+    std::uint32_t client;
+    const char* fault;  // conduct.h
+  };
+  std::vector<Guilty> take_guilty() { return std::exchange(guilty_, {}); }
 
   // For the session, since the last call.
   std::vector<ToolWish> take_wishes();
@@ -96,10 +106,12 @@ class Gateway {
 
  private:
   static constexpr std::uint32_t kInside = 0xffffffff;
+  static constexpr double kAsleep_s = 1;
 
   struct Client {
     Mailbox mailbox;
-    std::size_t garbage = 0;
+    Conduct conduct;
+    bool is_guilty = false;
     std::map<std::pair<std::uint64_t, std::uint32_t>, double> keyframe_sent_s;  // by epoch and body
   };
   struct Hand {  // the newest wish for an instrument
@@ -114,12 +126,13 @@ class Gateway {
   void post_all_newest(const Subject& subject, const Message& message);
   void keep_for_later(const SessionEvent& message);
   void welcome(Mailbox& mailbox) const;
+  bool may_stay(std::uint32_t client, Client& who);
   void notify(std::uint32_t client, const std::string& text);
   bool take_message(std::uint32_t client, const LiveFrameReader::Message& message, double now_s);
-  void take_hello(std::uint32_t client, const Hello& hello);
+  void take_hello(std::uint32_t client, const Hello& hello, double now_s);
   void take_claim(std::uint32_t client, const ToolClaim& claim, double now_s);
   void take_wish(std::uint32_t client, ToolWish wish, double now_s);
-  void take_order(std::uint32_t client, SessionOrder order);
+  void take_order(std::uint32_t client, SessionOrder order, double now_s);
   void send_keyframe(Client& client, const KeyframeRequest& request, double now_s);
 
   GatewayLimits limits_;
@@ -137,6 +150,8 @@ class Gateway {
   TryBook tries_;
   std::vector<ToolWish> wishes_;
   std::vector<SessionOrder> orders_;
+  std::vector<Guilty> guilty_;
+  double ticked_s_ = 1e300;
   std::uint64_t order_count_ = 0;
   GatewayCounts counts_;
   std::uint64_t replaced_before_ = 0, dropped_before_ = 0;  // by clients that have left

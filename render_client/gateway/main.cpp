@@ -62,7 +62,8 @@ std::string new_token() {
 volatile std::sig_atomic_t stop_requested = 0;
 
 constexpr double kForEver_s = 1e9;
-constexpr double kFarewell_s = 0.5;  // for the session's end to reach browsers
+constexpr std::size_t kConnectionsBesides = 192;  // for the files of the page, pictures and counts
+constexpr double kFarewell_s = 0.5;               // for the session's end to reach browsers
 
 // Draws for browsers that can't; from the first one that asks until a while after the last.
 class Stills {
@@ -109,6 +110,7 @@ int run(Options& o) {
   if (o.token.empty()) o.token = new_token();
   o.limits.max_clients = o.max_clients;
   o.web.protocol = live_protocol();
+  o.web.max_connections = o.max_clients + kConnectionsBesides;
   o.web.max_message_bytes = Gateway::kMaxMessageBytes;
   if (!find_session(o.network, kForEver_s, [] { return stop_requested != 0; })) return 1;
   Gateway gateway({o.token, o.lead_token}, o.limits, microseconds_since_1970());
@@ -118,6 +120,11 @@ int run(Options& o) {
   std::map<std::uint64_t, std::uint32_t> client_of;  // by socket
   double stop_s = kForEver_s;
   WebServer* server = nullptr;
+  const auto cut_guilty = [&] {
+    for (const auto& [client, fault] : gateway.take_guilty())
+      for (const auto& [socket, person] : client_of)
+        if (person == client) server->cut(socket, fault);
+  };
 
   WebServerHandlers handlers;
   handlers.opened = [&](std::uint64_t socket) {
@@ -130,19 +137,21 @@ int run(Options& o) {
     client_of.erase(socket);
   };
   handlers.received = [&](std::uint64_t socket, const std::vector<std::uint8_t>& frame) {
-    const bool fine = gateway.receive(client_of[socket], frame, steady_now_s());
+    gateway.receive(client_of[socket], frame, steady_now_s());
+    cut_guilty();
     net.send(gateway, steady_now_s());  // a wish waits for nothing
-    return fine;
   };
   handlers.next_frame = [&](std::uint64_t socket, std::vector<std::uint8_t>& frame) {
     return gateway.next_frame(client_of[socket], frame);
   };
+  handlers.title = [&](std::uint64_t socket) { return gateway.title(client_of[socket]); };
   handlers.metrics = [&] {
     const auto line = [](const char* name, std::uint64_t value) {
       const std::string full = std::string("sectio_gateway_") + name + "_total";
       return "# TYPE " + full + " counter\n" + full + " " + std::to_string(value) + "\n";
     };
     return gateway.metrics() + line("refused_versions", server->counts().versions_refused) +
+           line("cut_connections", server->counts().cut) +
            line("refused_long_messages", server->counts().messages_too_long);
   };
   handlers.tries = [&] { return gateway.tries().json(); };
@@ -152,6 +161,7 @@ int run(Options& o) {
     const double now_s = steady_now_s();
     net.poll(gateway);
     gateway.tick(now_s);
+    cut_guilty();
     stills.tick(now_s);
     net.send(gateway, now_s);
     for (const auto& [socket, client] : client_of)

@@ -50,6 +50,7 @@ class Roles {
 
   Roster roster_for(std::uint32_t person) const;
   std::uint32_t holder(std::uint32_t tool_id) const;
+  const std::string& name_of(std::uint32_t person) const { return people_.at(person).name; }
   std::vector<std::string> hands() const;  // names of the people who hold instruments
 
  private:
@@ -61,7 +62,6 @@ class Roles {
     double heard_s = 0;
   };
 
-  const std::string& name_of(std::uint32_t person) const { return people_.at(person).name; }
   void give(std::uint32_t tool_id, std::uint32_t person, double now_s);
   void set_free(std::uint32_t tool_id);
 

@@ -11,6 +11,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/wall_time.h"
 
 namespace sectio {
 
@@ -18,10 +19,16 @@ namespace {
 
 constexpr int kTick_us = 4000;
 constexpr int kSendBufferBytes = 1 << 18;  // a slow client gets these late; the rest waits here, where the newest wins
-constexpr int kTooLong = 1009;
+constexpr unsigned kPolicyViolation = 1008, kCloseFrame = 0x88;  // RFC 6455
+constexpr std::size_t kMaxReasonBytes = 123;
 constexpr std::size_t kMostWaiting = 64;  // for a picture
 constexpr int kPatience_s = 20;           // likewise
 constexpr std::size_t kHeaderBytes = 2048;
+constexpr double kPatienceToAsk_s = 10;      // for a request to be complete
+constexpr double kPing_s = 5, kDeaf_s = 15;  // without a sign of life
+constexpr double kPieces_per_s = 500;        // messages and their parts; a page sends one a picture
+constexpr double kMaxPieces = 2000;          // beyond that rate
+constexpr double kCheck_s = 0.25, kAsleep_s = 1;
 
 struct PageFile {
   const char* address;
@@ -40,6 +47,13 @@ struct Socket {
   std::uint64_t id = 0;
   lws* wsi = nullptr;
   std::vector<std::uint8_t> incoming;
+  double heard_s = 0, pinged_s = 0;
+  double pieces = 0;  // how many have come of late
+};
+
+struct Connection {
+  double since_s = 0;  // it began, or the answer before has ended
+  bool has_asked = false, is_cut = false;
 };
 
 }  // namespace
@@ -59,11 +73,13 @@ struct WebServer::State {
   Tick tick;
   bool running = true;
   std::uint64_t last_id = 0;
+  std::map<lws*, Connection> connections;  // also those that become sockets
   std::map<lws*, Socket> sockets;
   std::map<std::uint64_t, lws*> by_id;
   std::map<lws*, std::string> bodies;     // answers that are under way
   std::map<lws*, std::uint64_t> waiting;  // for a picture with this number
   std::vector<std::uint8_t> frame, padded;
+  double checked_s = 0;
 
   ~State() {
     if (context) lws_context_destroy(context);
@@ -72,6 +88,11 @@ struct WebServer::State {
   static int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size);
   static void on_timer(lws_sorted_usec_list_t* timer);
 
+  void begin(lws* wsi);
+  void check(double now_s);
+  void cut(lws* wsi, const std::string& fault);
+  void say_goodbye(lws* wsi, const std::string& fault);
+  int complete(lws* wsi);
   int serve_http(lws* wsi, const std::string& address);
   int begin_body(lws* wsi, const char* type, const std::string& body);
   int send_body(lws* wsi);
@@ -81,6 +102,8 @@ struct WebServer::State {
   int open(lws* wsi);
   void close(lws* wsi);
   int receive(lws* wsi, const std::uint8_t* bytes, std::size_t size);
+  bool hear(lws* wsi, Socket& socket);
+  bool ping_if_due(lws* wsi, Socket& socket);
   int send(lws* wsi);
 };
 
@@ -89,10 +112,74 @@ void WebServer::State::on_timer(lws_sorted_usec_list_t* timer) {
   state.running = state.handlers.tick() && state.running;
   for (const auto& [wsi, number] : state.waiting)
     if (state.handlers.picture(number)) lws_callback_on_writable(wsi);
+  if (const double now_s = steady_now_s(); now_s - state.checked_s > kCheck_s) state.check(now_s);
   lws_sul_schedule(state.context, 0, timer, on_timer, kTick_us);
 }
 
+// A connection more. When there are too many, the oldest that has asked for nothing makes room.
+void WebServer::State::begin(lws* wsi) {
+  connections[wsi] = {steady_now_s()};
+  const auto idle = [](const auto& each) { return !each.second.has_asked && !each.second.is_cut; };
+  const auto here = std::ranges::count_if(connections, [](const auto& each) { return !each.second.is_cut; });
+  if (static_cast<std::size_t>(here) <= options.max_connections) return;
+  const std::string most = std::to_string(options.max_connections) + " connections";
+  auto oldest = connections.end();
+  for (auto at = connections.begin(); at != connections.end(); ++at)
+    if (idle(*at) && (oldest == connections.end() || at->second.since_s < oldest->second.since_s)) oldest = at;
+  cut(oldest->first, "is one of more than " + most);
+}
+
+// Ends what has been silent for too long.
+void WebServer::State::check(double now_s) {
+  const bool slept = now_s - checked_s > kAsleep_s;  // nobody could be heard
+  checked_s = now_s;
+  for (auto& [wsi, connection] : connections) {
+    if (slept) connection.since_s = now_s;
+    if (!connection.has_asked && !connection.is_cut && now_s - connection.since_s > kPatienceToAsk_s)
+      cut(wsi, "has asked for nothing for 10 s");
+  }
+  for (auto& [wsi, socket] : sockets) {
+    if (slept) socket.heard_s = now_s;
+    if (now_s - socket.heard_s > kDeaf_s)
+      cut(wsi, "has answered nothing for 15 s");
+    else if (now_s - std::max(socket.heard_s, socket.pinged_s) > kPing_s)
+      lws_callback_on_writable(wsi);
+  }
+}
+
+void WebServer::State::cut(lws* wsi, const std::string& fault) {
+  Connection& connection = connections[wsi];
+  if (std::exchange(connection.is_cut, true)) return;
+  ++counts.cut;
+  const auto socket = sockets.find(wsi);
+  if (socket != sockets.end()) say_goodbye(wsi, fault);
+  const std::string who = socket == sockets.end() ? "a connection" : handlers.title(socket->second.id);
+  log_limited(LogLevel::warning, fault, who + " is disconnected: it " + fault);
+  lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+}
+
+// A frame of closing, if it can be said at once: whoever is cut isn't waited for, as libwebsockets would do.
+void WebServer::State::say_goodbye(lws* wsi, const std::string& fault) {
+  if (lws_partial_buffered(wsi)) return;
+  const std::string reason = fault.substr(0, kMaxReasonBytes);
+  const std::string head = {static_cast<char>(kCloseFrame), static_cast<char>(reason.size() + 2),
+                            static_cast<char>(kPolicyViolation >> 8), static_cast<char>(kPolicyViolation & 0xff)};
+  (void)::send(lws_get_socket_fd(wsi), (head + reason).data(), head.size() + reason.size(),
+               MSG_DONTWAIT | MSG_NOSIGNAL);
+}
+
+// The answer is on its way: another request may follow.
+int WebServer::State::complete(lws* wsi) {
+  connections[wsi] = {steady_now_s()};
+  return lws_http_transaction_completed(wsi) ? -1 : 0;
+}
+
 int WebServer::State::serve_http(lws* wsi, const std::string& address) {
+  connections[wsi].has_asked = true;
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) == 0) {  // and no body is read
+    (void)lws_return_http_status(wsi, HTTP_STATUS_METHOD_NOT_ALLOWED, nullptr);
+    return -1;
+  }
   constexpr char kText[] = "text/plain; version=0.0.4";
   if (address == "/metrics") return begin_body(wsi, kText, handlers.metrics());
   if (address == "/version") return begin_body(wsi, kText, options.protocol + "\n");
@@ -103,14 +190,14 @@ int WebServer::State::serve_http(lws* wsi, const std::string& address) {
     constexpr char kFresh[] = "Cache-Control: no-cache\r\n";
     const std::string path = options.directory + "/" + file.name;
     const int n = lws_serve_http_file(wsi, path.c_str(), file.type, kFresh, sizeof kFresh - 1);
-    return n < 0 || (n > 0 && lws_http_transaction_completed(wsi)) ? -1 : 0;
+    return n < 0 || (n > 0 && complete(wsi) < 0) ? -1 : 0;
   }
   return refuse(wsi, HTTP_STATUS_NOT_FOUND);
 }
 
 int WebServer::State::refuse(lws* wsi, unsigned status) {
   if (lws_return_http_status(wsi, status, nullptr)) return -1;
-  return lws_http_transaction_completed(wsi) ? -1 : 0;
+  return complete(wsi);
 }
 
 int WebServer::State::wait_for_picture(lws* wsi) {
@@ -148,7 +235,7 @@ int WebServer::State::send_body(lws* wsi) {
   const std::size_t size = body->second.size();
   bodies.erase(body);
   if (lws_write(wsi, padded.data() + LWS_PRE, size, LWS_WRITE_HTTP_FINAL) < static_cast<int>(size)) return -1;
-  return lws_http_transaction_completed(wsi) ? -1 : 0;
+  return complete(wsi);
 }
 
 // A browser can't read the answer to a handshake that was refused: the page asks for /version then.
@@ -167,10 +254,13 @@ int WebServer::State::confirm_version(lws* wsi) {
 
 int WebServer::State::open(lws* wsi) {
   const std::uint64_t id = ++last_id;
-  sockets[wsi] = {id, wsi, {}};
+  const double now_s = steady_now_s();
+  connections[wsi].has_asked = true;
+  sockets[wsi] = {id, wsi, {}, now_s, now_s};
   by_id[id] = wsi;
   setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
   if (handlers.opened(id)) return 0;
+  log_limited(LogLevel::warning, "full", "a browser is refused: there are as many as --max-clients allows");
   sockets.erase(wsi);
   by_id.erase(id);
   return -1;
@@ -185,24 +275,48 @@ void WebServer::State::close(lws* wsi) {
   handlers.closed(id);
 }
 
+// A piece of a message has come, or another sign of life. False: there are too many.
+bool WebServer::State::hear(lws* wsi, Socket& socket) {
+  const double now_s = steady_now_s();
+  socket.pieces = std::max(0.0, socket.pieces - kPieces_per_s * (now_s - socket.heard_s)) + 1;
+  socket.heard_s = now_s;
+  if (connections[wsi].is_cut) return false;
+  if (socket.pieces <= kMaxPieces) return true;
+  cut(wsi, "sends more than 500 messages a second");
+  return false;
+}
+
 int WebServer::State::receive(lws* wsi, const std::uint8_t* bytes, std::size_t size) {
   const auto at = sockets.find(wsi);
   if (at == sockets.end()) return -1;
   Socket& socket = at->second;
+  if (!hear(wsi, socket)) return 0;
   if (socket.incoming.size() + size + lws_remaining_packet_payload(wsi) > options.max_message_bytes) {
     ++counts.messages_too_long;
-    lws_close_reason(wsi, static_cast<lws_close_status>(kTooLong), nullptr, 0);
-    return -1;
+    cut(wsi, "has sent a message of more than " + std::to_string(options.max_message_bytes) + " bytes");
+    return 0;
   }
   socket.incoming.insert(socket.incoming.end(), bytes, bytes + size);
   if (!lws_is_final_fragment(wsi)) return 0;
   const std::vector<std::uint8_t> whole = std::exchange(socket.incoming, {});
-  return handlers.received(socket.id, whole) ? 0 : -1;
+  handlers.received(socket.id, whole);
+  return 0;
+}
+
+bool WebServer::State::ping_if_due(lws* wsi, Socket& socket) {
+  const double now_s = steady_now_s();
+  if (now_s - std::max(socket.heard_s, socket.pinged_s) <= kPing_s) return false;
+  socket.pinged_s = now_s;
+  padded.assign(LWS_PRE, 0);
+  lws_write(wsi, padded.data() + LWS_PRE, 0, LWS_WRITE_PING);
+  lws_callback_on_writable(wsi);
+  return true;
 }
 
 // One frame for each time that the socket can take one.
 int WebServer::State::send(lws* wsi) {
   const auto at = sockets.find(wsi);
+  if (at != sockets.end() && ping_if_due(wsi, at->second)) return 0;
   if (at == sockets.end() || !handlers.next_frame(at->second.id, frame)) return 0;
   padded.assign(LWS_PRE, 0);
   padded.insert(padded.end(), frame.begin(), frame.end());
@@ -216,12 +330,18 @@ int WebServer::State::callback(lws* wsi, lws_callback_reasons reason, void*, voi
   auto* state = wsi ? static_cast<State*>(lws_context_user(lws_get_context(wsi))) : nullptr;
   if (!state) return 0;
   switch (reason) {
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+      state->begin(wsi);
+      return 0;
+    case LWS_CALLBACK_WSI_DESTROY:
+      state->connections.erase(wsi);
+      return 0;
     case LWS_CALLBACK_HTTP:
       return state->serve_http(wsi, static_cast<const char*>(in));
     case LWS_CALLBACK_HTTP_WRITEABLE:
       return state->send_body(wsi);
     case LWS_CALLBACK_HTTP_FILE_COMPLETION:
-      return lws_http_transaction_completed(wsi) ? -1 : 0;
+      return state->complete(wsi);
     case LWS_CALLBACK_CLOSED_HTTP:
       state->bodies.erase(wsi);
       state->waiting.erase(wsi);
@@ -235,6 +355,9 @@ int WebServer::State::callback(lws* wsi, lws_callback_reasons reason, void*, voi
       return 0;
     case LWS_CALLBACK_RECEIVE:
       return state->receive(wsi, static_cast<const std::uint8_t*>(in), size);
+    case LWS_CALLBACK_RECEIVE_PONG:
+      (void)state->hear(wsi, state->sockets[wsi]);
+      return 0;
     case LWS_CALLBACK_SERVER_WRITEABLE:
       return state->send(wsi);
     default:
@@ -291,6 +414,11 @@ void WebServer::run() {
 void WebServer::wants_to_send(std::uint64_t socket) {
   const auto at = state_->by_id.find(socket);
   if (at != state_->by_id.end()) lws_callback_on_writable(at->second);
+}
+
+void WebServer::cut(std::uint64_t socket, const std::string& fault) {
+  const auto at = state_->by_id.find(socket);
+  if (at != state_->by_id.end()) state_->cut(at->second, fault);
 }
 
 const WebServerCounts& WebServer::counts() const {

@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "tests/support/gateway_programs.h"
 #include "tests/support/http.h"
-#include "tests/support/session_programs.h"
 
 namespace sectio {
 namespace {
@@ -13,20 +13,7 @@ using test::http_get;
 using test::HttpAnswer;
 using test::Process;
 
-class GatewayProgram : public test::SessionPrograms {
- protected:
-  void SetUp() override {
-    for (const char* name : {"index.html", "page.css", "page.js", "headset.js", "tries.js", "sectio.js", "sectio.wasm"})
-      write(name, name);
-  }
-  std::unique_ptr<Process> gateway() const {
-    return program("gateway", in_session({"--page", directory.string(), "--token", "theatre"}));
-  }
-  static int port_of(Process& gateway) {
-    EXPECT_TRUE(gateway.wait_for("/#")) << gateway.output();
-    return std::stoi(gateway.output().substr(gateway.output().find("127.0.0.1:") + 10));
-  }
-};
+class GatewayProgram : public test::GatewayPrograms {};
 
 // The share of a picture's pixels that look like tissue; nothing when it is none.
 std::optional<double> tissue_share(const std::string& jpeg, int& width_px, int& height_px) {

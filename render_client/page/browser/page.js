@@ -61,8 +61,8 @@ async function connect() {
     program.HEAPU8.set(bytes, call('incoming', bytes.length));
     call('receive', now());
   };
-  socket.onclose = () => {
-    refusal ||= 'the connection to the gateway is lost';
+  socket.onclose = ({ reason }) => {
+    refusal ||= reason ? `the gateway has ended the connection: this page ${reason}` : 'the connection to the gateway is lost';
     setTimeout(connect, RETRY_MS);
   };
 }

@@ -143,12 +143,51 @@ TEST_F(GatewayTest, survives_garbage_and_ends_the_connection_of_who_goes_on_with
     open = gateway.receive(eve, garbage, now_s);
   }
   EXPECT_FALSE(open);
-  EXPECT_EQ(frames, static_cast<int>(Gateway::kMaxGarbage));
-  EXPECT_EQ(gateway.counts().refused_garbage, Gateway::kMaxGarbage);
+  EXPECT_EQ(frames, static_cast<int>(Conduct::kMaxGarbage));
+  EXPECT_EQ(gateway.counts().refused_garbage, Conduct::kMaxGarbage);
   EXPECT_FALSE(gateway.receive(ada, std::vector<std::uint8_t>(Gateway::kMaxMessageBytes + 1), now_s)) << "too long";
+  const std::vector<Gateway::Guilty> guilty = gateway.take_guilty();
+  ASSERT_EQ(guilty.size(), 1u);
+  EXPECT_EQ(guilty[0].client, eve);
+  EXPECT_STREQ(guilty[0].fault, "has sent 16 messages that are none");
   gateway.disconnect(eve);
   EXPECT_TRUE(wish(ada, 0.01));
   EXPECT_EQ(gateway.take_wishes().size(), 1u) << "nobody else was disturbed";
+}
+
+TEST_F(GatewayTest, ends_the_connection_of_who_goes_on_with_the_instrument_of_another_and_of_no_hand) {
+  const std::uint32_t ada = enter("Ada"), eve = enter("Eve");
+  say(ada, LiveKind::claim, ToolClaim{0, ClaimAction::claim});
+  for (int i = 0; i < 100; ++i, now_s += 0.02) EXPECT_TRUE(wish(eve, 1)) << "she has lost it, and doesn't know";
+  now_s += 60;
+  int wishes = 1;
+  for (; wishes < 1000 && wish(eve, 1); ++wishes) now_s += 0.005;
+  EXPECT_LT(wishes, 250);
+  wish(ada, 0);
+  int jumps = 1;
+  for (; jumps < 1000 && wish(ada, jumps % 2); ++jumps) now_s += 0.01;
+  EXPECT_EQ(jumps, static_cast<int>(Conduct::kMaxTooFast));
+  const std::vector<Gateway::Guilty> guilty = gateway.take_guilty();
+  ASSERT_EQ(guilty.size(), 2u);
+  EXPECT_EQ(gateway.title(guilty[0].client), "browser 2 (Eve)");
+  EXPECT_EQ(gateway.title(guilty[1].client), "browser 1 (Ada)");
+  EXPECT_EQ(gateway.counts().clients_cut, 2u);
+}
+
+TEST_F(GatewayTest, ends_the_connection_of_who_says_nothing_unless_it_was_deaf_itself) {
+  const std::uint32_t eve = gateway.connect().value();
+  enter("Ada");
+  const auto pass = [&](double time_s) {
+    for (const double end_s = now_s + time_s; now_s < end_s; now_s += 0.5) gateway.tick(now_s);
+  };
+  pass(Conduct::kSilence_s - 2);
+  now_s += 100;
+  pass(Conduct::kSilence_s - 2);
+  EXPECT_TRUE(gateway.take_guilty().empty());
+  pass(4);
+  const std::vector<Gateway::Guilty> guilty = gateway.take_guilty();
+  ASSERT_EQ(guilty.size(), 1u);
+  EXPECT_EQ(guilty[0].client, eve);
 }
 
 // Damaged messages of every kind that a page may send.
