@@ -1,10 +1,12 @@
 // The gateway as a process, without a browser.
 #include <turbojpeg.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "tests/support/gateway_programs.h"
 #include "tests/support/http.h"
+#include "tests/support/web_peer.h"
 
 namespace sectio {
 namespace {
@@ -12,6 +14,7 @@ namespace {
 using test::http_get;
 using test::HttpAnswer;
 using test::Process;
+using test::WebPeer;
 
 class GatewayProgram : public test::GatewayPrograms {};
 
@@ -80,6 +83,72 @@ TEST_F(GatewayProgram, what_a_person_at_a_page_did_is_a_trace_that_a_scene_plays
   const auto played = program("sim_server", {"--scene", file("scene.yaml"), "--offline", "--export", file("played")});
   EXPECT_EQ(played->exit_code(), 0) << played->output();
   EXPECT_GT(json("played/report.json")["run"]["contact_time_s"], 0.5);
+}
+
+constexpr char kTwoScalpels[] = SECTIO_SOURCE_DIR "/deploy/scenes/skin_two.yaml";
+
+// A person whose browser wishes one scalpel to a place.
+struct Surgeon {
+  WebPeer peer;
+  std::uint32_t tool;
+  Vec3 place_m;
+
+  Surgeon(int port, const std::string& name, std::uint32_t own_tool)
+      : peer(port, {name, "theatre"}), tool(own_tool), place_m(0.05 * own_tool, 0, 0.06) {
+    EXPECT_TRUE(peer.wait_until([&] { return peer.own_id() != kNobody && peer.scene; }));
+    peer.say(LiveKind::claim, ToolClaim{tool, ClaimAction::claim});
+    EXPECT_TRUE(peer.wait_until([&] { return peer.holder(tool) == peer.own_id(); }));
+  }
+  double distance_m() const {
+    const bool there = peer.state && tool < peer.state->tools.size() && peer.state->tools[tool].present;
+    return there ? (peer.state->tools[tool].pose_world.position_m - place_m).norm() : 1e9;
+  }
+  bool leads() {
+    return peer.wait_until([&] { return distance_m() < 0.001; }, [&] { peer.wish(tool, place_m); });
+  }
+  // Goes on wishing until it holds.
+  bool waits_for(const std::function<bool()>& condition) {
+    return peer.wait_until(condition, [&] { peer.wish(tool, place_m); });
+  }
+};
+
+TEST_F(GatewayProgram, two_people_hold_an_instrument_each_and_one_whose_link_stops_loses_it) {
+  const auto sim = program("sim_server", in_session({"--scene", kTwoScalpels, "--endless"}));
+  const auto left = program("device_bridge", in_session({"--device", "wish", "--tool-id", "0"}));
+  const auto right = program("device_bridge", in_session({"--device", "wish", "--tool-id", "1"}));
+  const auto web = gateway();
+  const int port = port_of(*web);
+  Surgeon ada(port, "Ada", 0), ben(port, "Ben", 1);
+  EXPECT_TRUE(ada.leads());
+  EXPECT_TRUE(ben.leads());
+  EXPECT_TRUE(ada.leads());
+
+  ben.peer.say(LiveKind::claim, ToolClaim{0, ClaimAction::claim});
+  for (int i = 0; i < 50; ++i) ben.peer.wish(0, Vec3(1, 1, 1));
+  EXPECT_TRUE(ben.waits_for([&] { return ben.peer.was_told("is held by Ada"); }));
+  EXPECT_NE(http_get(port, "/metrics").body.find("refused_not_holder_total 50\n"), std::string::npos);
+  const std::size_t seen = ada.peer.states;
+  EXPECT_TRUE(ada.waits_for([&] { return ada.peer.states > seen + 10 || ada.distance_m() > 0.001; }));
+  EXPECT_LT(ada.distance_m(), 0.001) << "only she moves it";
+
+  // From here on Ben's socket stays open, and says and reads nothing.
+  const auto is_there = [&](std::size_t tool) { return ada.peer.state->tools[tool].present; };
+  ASSERT_TRUE(is_there(1));
+  EXPECT_TRUE(ada.waits_for([&] { return !is_there(1); })) << "his scalpel is withdrawn";
+  EXPECT_TRUE(ada.waits_for([&] { return ada.peer.holder(1) == kNobody; }));
+  EXPECT_TRUE(ada.peer.was_told("was taken from Ben, whose hand was silent for 3 s"));
+  EXPECT_LT(ada.distance_m(), 0.001);
+  Surgeon cat(port, "Cat", 1);
+  EXPECT_TRUE(cat.leads());
+  const auto knows_ben = [&] {
+    return std::ranges::any_of(cat.peer.roster.people, [](const Person& p) { return p.name == "Ben"; });
+  };
+  EXPECT_TRUE(knows_ben());
+  EXPECT_TRUE(cat.waits_for([&] { return !knows_ben(); }));
+  EXPECT_TRUE(web->wait_for("(Ben) is disconnected: it has answered nothing for 15 s")) << web->output();
+  EXPECT_LT(cat.distance_m(), 0.001);
+  for (Process* each : {left.get(), right.get(), sim.get()}) each->send(SIGINT);
+  EXPECT_EQ(web->exit_code(), 0) << web->output();
 }
 
 }  // namespace
