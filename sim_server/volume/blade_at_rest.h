@@ -2,6 +2,9 @@
 // however that stretches, sags or springs.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "sim_server/surface/cutting/blade_place.h"
@@ -13,7 +16,19 @@ namespace sectio {
 // The sharp edge of a blade, in the shape at rest.
 struct BladeEdge {
   Vec3 tip_m = Vec3::Zero(), heel_m = Vec3::Zero();
+
+  bool operator==(const BladeEdge&) const = default;
+  Vec3 at(double share) const { return (1 - share) * tip_m + share * heel_m; }  // 0 at the tip, 1 at the heel
 };
+
+// A part of a slit, at rest.
+struct SlitPlane {
+  Vec3 on_m = Vec3::Zero(), normal = Vec3::UnitZ();
+
+  double height_m(const Vec3& at_m) const { return normal.dot(at_m - on_m); }
+  bool operator==(const SlitPlane&) const = default;
+};
+using SlitAt = std::function<std::optional<SlitPlane>(const Vec3& at_m)>;
 
 // A volume in one step, and how blades cut it.
 struct Tissue {
@@ -29,6 +44,20 @@ inline Vec3 heel_world_m(const Blade& blade) {
   return blade.tip_world_m + blade.length_m * blade.up_world;
 }
 
+// Places along a blade, evenly from its tip to its heel, and where they are in the shape at rest: on no straight line.
+struct BladePlaces {
+  static constexpr std::size_t kCount = 9;
+  BladeEdge rigid;  // the tissue has moved, and kept its shape
+  std::array<Vec3, kCount> home_m;
+  std::array<double, kCount> weight;  // how much tissue is there; 0: none
+
+  static double share(std::size_t k) { return static_cast<double>(k) / (kCount - 1); }  // 0 at the tip, 1 at the heel
+  Vec3 rest_m(std::size_t k) const { return rigid.at(share(k)) + home_m[k]; }
+  Vec3 rest_at(double share) const;
+  // The closest straight edge.
+  BladeEdge straight() const;
+};
+
 // The tissue around a blade: its vertices, and how they have moved.
 class TissueAround {
  public:
@@ -38,9 +67,14 @@ class TissueAround {
 
   const std::vector<VertexId>& vertices() const { return vertices_; }  // `begin` when none is near
   const Pose& frame_world() const { return frame_world_; }             // the rest shape's, in the mean
-  // Each place along the edge is carried to rest by a smooth field of the displacement of the tissue there, so that a
-  // slit that gapes is closed in its middle; the straight edge closest to these is returned.
-  BladeEdge at_rest(const Blade& blade) const;
+  // Each place along the edge is carried to rest by a smooth field of the displacement of the tissue there. A place
+  // between the lips of a slit is in the slit, however far they gape and whichever of them is closer.
+  // `slit_at`: the plane of a slit near a place at rest, if there is one.
+  BladePlaces places_at_rest(const Blade& blade, const SlitAt& slit_at) const;
+  // The straight edge closest to these places.
+  BladeEdge at_rest(const Blade& blade) const {
+    return places_at_rest(blade, [](const Vec3&) { return std::nullopt; }).straight();
+  }
   // Is there tissue at this place at rest? Asked of the tetrahedra around the blade.
   bool has_tissue(const Vec3& rest_m) const;
 
@@ -52,13 +86,19 @@ class TissueAround {
     Vec3 home_m = Vec3::Zero();
     double weight = 0;  // the tissue's there
   };
-  Displacement displacement(const Vec3& at_m) const;
+  template <class Counts>
+  Displacement displacement(const Vec3& at_m, const Counts& counts) const;
+  // How far a place is from the plane of a slit: 0 between its lips, which may both be far from it.
+  double height_m(const Vec3& at_m, const Vec3& rest_m, const SlitPlane& plane) const;
+  void find_sides(const SlitPlane& plane) const;
 
   const TetTopology& topology_;
   double reach_m_;
   std::vector<VertexId> vertices_;
   std::vector<Moved> moved_;
   Pose frame_world_;
+  mutable std::optional<SlitPlane> sides_of_;  // cache: which side of this plane the vertices' tetrahedra are on
+  mutable std::vector<bool> above_;
 };
 
 }  // namespace sectio

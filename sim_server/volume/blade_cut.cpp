@@ -7,23 +7,40 @@
 
 #include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
+#include "sim_server/volume/tets/bridges.h"
 
 namespace sectio {
 namespace {
 
 // The sides of a sheet, whose corners are tip and heel of the edge where it begins, heel and tip of that where it ends.
+constexpr std::uint32_t kBegin = 1 << 0;           // the track began here
 constexpr std::uint32_t kEnd = 1 << 2;             // the blade is here
 constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // along which tip and heel went
 
 }  // namespace
 
+// A blade that comes in from the side has pressed that side in before it broke through: tissue behind the track, as
+// thin as a thread and with nothing behind it, is cut together with the rest.
+TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
+  const double overlap_m = tissue_.metres(settings_.overlap_edges);
+  if (track.is_at_entry) {
+    const std::size_t mark = topology_.mark();
+    const TetCutOutcome outcome =
+        cut_sheet(track, overlap_m + tissue_.metres(settings_.thread_edges), further_m, exact_sides | kBegin);
+    if (outcome.twins > 0 && (outcome.beyond & kBegin) == 0) return outcome;
+    topology_.undo_to(mark);
+  }
+  return cut_sheet(track, overlap_m, further_m, exact_sides);
+}
+
 // At rest, so that tissue that sags, springs or is inverted is cut as if it were still. The sheet goes on from all that
 // the blade has cut, so that no lip is cut again.
-TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
+TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, double further_m,
+                                  std::uint32_t exact_sides) {
   BladeEdge from = track.edges.front(), to = track.furthest(settings_);
   const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
-  const double overlap_m = tissue_.metres(settings_.overlap_edges), mean_edge_m = tissue_.volume.mean_edge_m;
-  from = {from.tip_m - overlap_m * ahead, from.heel_m - overlap_m * ahead};
+  const double mean_edge_m = tissue_.volume.mean_edge_m;
+  from = {from.tip_m - behind_m * ahead, from.heel_m - behind_m * ahead};
   to = {to.tip_m + further_m * ahead, to.heel_m + further_m * ahead};
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
@@ -62,10 +79,49 @@ bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
   if (outcome.twins == 0 || (is_lifted && !track.is_through) || (may_wait && leaves_fragments())) {
     topology_.undo_to(mark);  // nothing opens yet; or it does so later, further on
     track.is_through = false;
+    if (is_lifted) open_bridges_of(tracks_.slit, track);
     return false;
   }
   tracks_.slit.add_vertices(outcome.on_sheet);
+  if (is_lifted || track.is_through) {
+    Slit slit = tracks_.slit;
+    open_to_blade(slit, track);
+    open_bridges_of(slit, track);
+  }
   return true;
+}
+
+// The slit goes on to where the blade is, and beyond that when nothing is left there.
+void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
+  const BladeEdge to = track.furthest(settings_);
+  slit.open(track.open_to, to, tissue_.metres(settings_.strip_edges));
+  if (!track.is_through) return;
+  const BladeEdge& begin = track.edges.front();
+  const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
+  const Vec3 forward = (ahead - ahead.dot(up) * up).stableNormalized();
+  const Vec3 beyond_m = tissue_.metres(settings_.thread_edges + settings_.overlap_edges) * forward;
+  slit.open(to, {to.tip_m + beyond_m, to.heel_m + beyond_m}, 0);
+}
+
+// Paper C's style leaves tetrahedra closed that the blade has not gone through whole.
+void BladeCut::open_bridges_of(const Slit& slit, const BladeTrack& track) {
+  if (!settings_.follows_blade()) return;
+  const BladeEdge to = track.furthest(settings_), &begin = track.edges.front();
+  const Vec3 ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
+  const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
+  const double beside_m = tissue_.metres(settings_.bridge_beside_edges);
+  const auto height_m = [&](const Vec3& at_m) -> std::optional<double> {
+    const std::optional<SlitPlane> plane = slit.plane_along(at_m, beside_m, normal);
+    return plane ? std::optional(plane->height_m(at_m)) : std::nullopt;
+  };
+  std::vector<std::uint32_t> around;
+  for (const VertexId v : slit.vertices())
+    around.insert(around.end(), topology_.star(v).begin(), topology_.star(v).end());
+  sort_unique(around);
+  const std::vector<VertexId> opened =
+      open_bridges(topology_, height_m, tissue_.metres(settings_.bridge_side_edges), around);
+  has_opened_bridges_ |= !opened.empty();
+  tracks_.slit.add_vertices(opened);
 }
 
 bool BladeCut::cut_front(BladeTrack& track) {
@@ -95,18 +151,13 @@ bool BladeCut::run(std::span<const BladeAtWork> at_work) {
     if (found == tracks_.by_edge.end() || is_lifted || !settings_.follows_blade()) continue;
     if ((found->second.is_due() || found->second.has_front) && cut_front(found->second)) opened.push_back(edge_id);
   }
-  bool any = false;
+  bool any = has_opened_bridges_;
   for (auto& [edge_id, track] : tracks_.by_edge) {
     if (!track.is_due() || std::ranges::find(opened, edge_id) == opened.end()) continue;
-    const BladeEdge before = std::exchange(track.open_to, track.furthest(settings_));
-    tracks_.slit.open(before, track.open_to);
-    const BladeEdge &to = track.open_to, &begin = track.edges.front();
+    open_to_blade(tracks_.slit, track);
+    const BladeEdge &to = track.open_to = track.furthest(settings_), &begin = track.edges.front();
     const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
     track.forward = (ahead - ahead.dot(up) * up).stableNormalized();
-    if (track.is_through) {
-      const Vec3 beyond_m = tissue_.metres(settings_.thread_edges + settings_.overlap_edges) * track.forward;
-      tracks_.slit.open(to, {to.tip_m + beyond_m, to.heel_m + beyond_m});
-    }
     track.since_cut_m = 0;
     track.next_cut_m = tissue_.metres(settings_.next_cut_edges());
     any = true;

@@ -30,8 +30,13 @@ class BladeCut {
 
  private:
   TetCutOutcome cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides);
+  // `behind_m`: the sheet begins this far behind the track.
+  TetCutOutcome cut_sheet(const BladeTrack& track, double behind_m, double further_m, std::uint32_t exact_sides);
   bool cut_for_good(BladeTrack& track, bool is_lifted);
   bool cut_front(BladeTrack& track);
+  // Tissue between the sides of a slit that the blade has left or gone through.
+  void open_to_blade(Slit& slit, const BladeTrack& track) const;
+  void open_bridges_of(const Slit& slit, const BladeTrack& track);
   bool is_patient(const BladeTrack& track) const {
     return track.since_cut_m < tissue_.metres(settings_.patience_edges);
   }
@@ -41,6 +46,7 @@ class BladeCut {
   const FrontSettings& settings_;
   TetTopology& topology_;
   BladeTracks& tracks_;
+  bool has_opened_bridges_ = false;
   std::size_t lasting_operations_ = 0;
   std::vector<std::uint32_t> tried_;
 };

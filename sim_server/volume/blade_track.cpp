@@ -10,6 +10,7 @@
 namespace sectio {
 void BladeTrack::restart() {
   edges = {edges.back()};
+  is_at_entry = false;
   open_to = edges.back();
   forward = Vec3::Zero();
 }
@@ -45,7 +46,12 @@ bool BladeTrack::has_left_front(const Tissue& tissue) const {
 
 TissueAround BladeTracks::around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
                                  BladeTrack& track) const {
-  TissueAround found(tissue, blade, otherwise_world, track.vertices_near);
+  std::vector<VertexId> begin = track.vertices_near;
+  const double around_m = tissue.metres(tissue.settings.around_edges);
+  std::ranges::copy_if(slit.vertices(), std::back_inserter(begin), [&](VertexId v) {
+    return distance_to_segment(tissue.state_of(v).position_world_m, blade.tip_world_m, heel_world_m(blade)) < around_m;
+  });
+  TissueAround found(tissue, blade, otherwise_world, std::move(begin));
   track.vertices_near = without_front(found.vertices());
   track.frame_world = found.frame_world();
   return found;
@@ -53,6 +59,7 @@ TissueAround BladeTracks::around(const Tissue& tissue, const Blade& blade, const
 
 void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const BladeInTissue& at,
                         const BladeMotion* motion) {
+  const FrontSettings& settings = tissue.settings;
   BladeTrack track;
   track.next_cut_m = tissue.metres(tissue.settings.next_cut_edges());
   for (const VertexId slot : at.v) track.vertices_near.push_back(tissue.volume.surface.vertex_of(slot));
@@ -63,10 +70,12 @@ void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const Bl
     Vec3 undeformed = Vec3::Zero();
     for (std::size_t i = 0; i < 3; ++i)
       undeformed += at.bary[static_cast<int>(i)] * track.frame_world.to_world(tissue.body.mesh.rest_body_m(at.v[i]));
-    const Vec3 pressed_in = at.position_world_m(surface) - undeformed;
+    Vec3 pressed_in = at.position_world_m(surface) - undeformed;
+    pressed_in *= std::min(1.0, tissue.metres(settings.deepest_dent_edges) / std::max(pressed_in.norm(), 1e-9));
     blade.tip_world_m -= pressed_in;
     track.edges.push_back(around_blade.at_rest(blade));
     track.open_to = track.edges.back();
+    track.is_at_entry = true;
   }
   by_edge[at.edge_id] = std::move(track);
 }
@@ -77,8 +86,11 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   for (const Blade& blade : motion.path) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
-    track.edges.push_back(around_blade.at_rest(blade));
-    if (!track.has_front && look_for_slit(tissue, around_blade, track)) track.restart();
+    if (track.has_front || slit.empty())
+      track.edges.push_back(around_blade.at_rest(blade));
+    else if (const auto [edge, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
+             track.edges.push_back(edge), track.is_in_slit = is_in_slit)
+      track.restart();
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (track.has_left_front(tissue)) {
       finalise_fronts();
@@ -92,18 +104,28 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const double longest_m = tissue.metres(settings.longest_sheet_edges);
   const double behind_m = tissue.metres(settings.follows_blade() ? settings.front_behind_edges : settings.behind_edges);
   const double reach_m = std::min(longest_m, std::max(0.0, track.since_cut_m) + behind_m);
-  while (track.edges.size() > 2 && is_far(track.edges[1], reach_m)) track.edges.erase(track.edges.begin());
+  while (track.edges.size() > 2 && is_far(track.edges[1], reach_m)) {
+    track.edges.erase(track.edges.begin());
+    track.is_at_entry = false;
+  }
 }
 
-// To stay in a slit is easier than to come into it.
-bool BladeTracks::look_for_slit(const Tissue& tissue, const TissueAround& around_blade, BladeTrack& track) const {
-  const double beside_m =
-      tissue.metres(track.is_in_slit ? tissue.settings.slit_left_edges : tissue.settings.slit_edges);
-  const auto has_tissue = [&](const Vec3& at_m) { return around_blade.has_tissue(at_m); };
-  if (slit.empty()) return false;
-  const Slit::Parts parts = slit.parts(track.edges.back(), beside_m, has_tissue);
-  track.is_in_slit = parts.open_m > 0 && parts.uncut_m == 0;
-  return track.is_in_slit;
+// To stay in a slit is easier than to come into it. A blade that is in a slit is in its plane: what it cuts next begins
+// at the end of the slit, not beside it.
+BladeTracks::EdgeNearSlit BladeTracks::edge_near_slit(const Tissue& tissue, const TissueAround& around_blade,
+                                                      const Blade& blade, bool was_in_slit) const {
+  const double lid_m = tissue.metres(tissue.settings.lid_edges);
+  const auto plane_at = [&](const Vec3& at_m) { return slit.plane_at(at_m, lid_m); };
+  const BladePlaces places = around_blade.places_at_rest(blade, plane_at);
+  const double beside_m = tissue.metres(was_in_slit ? tissue.settings.slit_left_edges : tissue.settings.slit_edges);
+  const Slit::Parts parts = slit.parts([&](double share) { return places.rest_at(share); }, beside_m,
+                                       [&](const Vec3& at_m) { return around_blade.has_tissue(at_m); });
+  if (parts.open == 0 || parts.uncut > 0) return {places.straight(), false};
+  const std::size_t middle = static_cast<std::size_t>(std::ranges::max_element(places.weight) - places.weight.begin());
+  BladeEdge edge = places.straight();
+  if (const std::optional<SlitPlane> plane = plane_at(places.rest_m(middle)))
+    for (Vec3* end_m : {&edge.tip_m, &edge.heel_m}) *end_m -= plane->height_m(*end_m) * plane->normal;
+  return {edge, true};
 }
 
 void BladeTracks::finalise_fronts() {

@@ -33,6 +33,7 @@ struct BladeTrack {
   std::vector<BladeEdge> edges;          // the newest last
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
   Vec3 forward = Vec3::Zero();           // the blade went this way then, across its edge; zero: nowhere yet
+  bool is_at_entry = false;              // it reaches back to where the blade went through the surface
   bool has_front = false;                // the tissue there is open for the time being
   bool tissue_ends = false;              // just ahead of the blade
   bool is_through = false;               // the tissue has been cut to its end
@@ -76,7 +77,12 @@ struct BladeTracks {
   }
 
  private:
-  bool look_for_slit(const Tissue& tissue, const TissueAround& around_blade, BladeTrack& track) const;
+  struct EdgeNearSlit {
+    BladeEdge edge;
+    bool is_in_slit = false;
+  };
+  EdgeNearSlit edge_near_slit(const Tissue& tissue, const TissueAround& around_blade, const Blade& blade,
+                              bool was_in_slit) const;
   TissueAround around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world, BladeTrack& track) const;
 };
 

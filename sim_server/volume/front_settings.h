@@ -28,13 +28,20 @@ struct FrontSettings {
   double behind_edges = 2.0;         // without fronts a sheet reaches this far back, into what was cut in part
   double front_behind_edges = 0.5;   // and with fronts, since the tissue is open so far
 
+  double deepest_dent_edges = 1;  // a blade that breaks in has pressed the tissue in by so much at most
+
   // A blade that has turned round leaves its front behind when it is further than this from it.
   double left_beside_edges = 0.3;
   double left_behind_edges = 1.0;
 
   // A blade this close to a slit is in it, and stays in it.
   double slit_edges = 0.25, slit_left_edges = 0.4;
+  double strip_edges = 0.5;        // a slit is remembered in strips of this length
+  double lid_edges = 1;            // lips that gape are the slit's when the place between them is this close to it
   double slit_closed_edges = 0.6;  // lips that have closed in on a blade lie over it by so much at most
+
+  // Tissue this far beside a slit belongs to a side of it; what connects the sides is looked for so far from it.
+  double bridge_side_edges = 0.5, bridge_beside_edges = 1.0;
 
   // The tissue around a blade, whose motion takes the track along.
   double around_edges = 2;

@@ -6,23 +6,74 @@
 #include "common/core/sort_unique.h"
 
 namespace sectio {
+namespace {
+
+constexpr double kSeam_m = 1e-4;   // strips this far from each other have no gap between them
+constexpr double kSameCut = 0.8;   // cosine of the angle up to which strips are of one cut
+constexpr double kLidShare = 0.5;  // lips beyond the ends of a strip, in lengths of its edge, lie as it does
+
+}  // namespace
 
 void Slit::add_vertices(std::span<const VertexId> vertices) {
   vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
   sort_unique(vertices_);
 }
 
+void Slit::open(const BladeEdge& from, const BladeEdge& to, double strip_m) {
+  const auto is_short = [&](const Strip& s) {
+    return std::max((to.tip_m - s.from.tip_m).norm(), (to.heel_m - s.from.heel_m).norm()) < strip_m;
+  };
+  const bool goes_on = !strips_.empty() && strips_.back().to == from;
+  if (goes_on && is_short(strips_.back())) {
+    strips_.back().to = to;
+    return;
+  }
+  if (goes_on) strips_.back().is_followed = true;
+  strips_.push_back({from, to, goes_on});
+}
+
+// At a share of the edge's length, the strip reaches from one place of the edge to the next. Strips whose ends have
+// moved along the edge, or hardly at all, have no holes between them.
+std::optional<SlitPlane> Slit::Strip::plane_at(const Vec3& at_m, double beyond_share) const {
+  const Vec3 tip_m = 0.5 * (from.tip_m + to.tip_m), up_m = 0.5 * (from.heel_m + to.heel_m) - tip_m;
+  const double share = up_m.dot(at_m - tip_m) / up_m.squaredNorm();
+  if (share < -beyond_share || share > 1 + beyond_share) return std::nullopt;
+  const Vec3 up = up_m.normalized(), begin_m = from.at(share), moved_m = to.at(share) - begin_m;
+  const Vec3 across_m = moved_m - moved_m.dot(up) * up;
+  const double place = across_m.dot(at_m - begin_m), end = across_m.squaredNorm();
+  const double seam = kSeam_m * std::sqrt(end);
+  if (!(end > 0) || place < (follows ? -seam : 0) || place > end + (is_followed ? seam : 0)) return std::nullopt;
+  return SlitPlane{begin_m + place / end * across_m, up.cross(across_m).stableNormalized()};
+}
+
+std::optional<SlitPlane> Slit::plane_at(const Vec3& at_m, double beside_m) const {
+  std::optional<SlitPlane> nearest;
+  for (const Strip& strip : strips_) {
+    const std::optional<SlitPlane> plane = strip.plane_at(at_m, kLidShare);
+    if (!plane || std::abs(plane->height_m(at_m)) > beside_m) continue;
+    beside_m = std::abs(plane->height_m(at_m));
+    nearest = plane;
+  }
+  return nearest;
+}
+
+std::optional<SlitPlane> Slit::plane_along(const Vec3& at_m, double beside_m, const Vec3& normal) const {
+  std::optional<SlitPlane> nearest;
+  for (const Strip& strip : strips_) {
+    std::optional<SlitPlane> plane = strip.plane_at(at_m, 0);
+    if (!plane || std::abs(plane->height_m(at_m)) > beside_m) continue;
+    if (std::abs(plane->normal.dot(normal)) < kSameCut) continue;
+    if (plane->normal.dot(normal) < 0) plane->normal = -plane->normal;
+    beside_m = std::abs(plane->height_m(at_m));
+    nearest = plane;
+  }
+  return nearest;
+}
+
 bool Slit::contains(const Vec3& at_m, double beside_m) const {
   return std::ranges::any_of(strips_, [&](const Strip& strip) {
-    const std::array<Vec3, 4> corner{strip.from.tip_m, strip.from.heel_m, strip.to.heel_m, strip.to.tip_m};
-    const Vec3 normal = (corner[2] - corner[0]).cross(corner[3] - corner[1]).stableNormalized();
-    const Vec3 centre = 0.25 * (corner[0] + corner[1] + corner[2] + corner[3]);
-    if (std::abs(normal.dot(at_m - centre)) > beside_m) return false;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const Vec3 side = corner[(i + 1) % 4] - corner[i];
-      if (side.cross(at_m - corner[i]).dot(normal) < 0) return false;
-    }
-    return true;
+    const std::optional<SlitPlane> plane = strip.plane_at(at_m, 0);
+    return plane && std::abs(plane->height_m(at_m)) <= beside_m;
   });
 }
 

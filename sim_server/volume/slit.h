@@ -2,6 +2,7 @@
 // vertices of the walls. A blade that is in a slit has nothing to cut; one that leaves it goes on from its vertices.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,8 +12,9 @@ namespace sectio {
 
 class Slit {
  public:
-  // The tissue is open from one place of a blade's edge to the next.
-  void open(const BladeEdge& from, const BladeEdge& to) { strips_.push_back({from, to}); }
+  // The tissue is open from one place of a blade's edge to the next. A blade that goes on makes one strip as long as
+  // that is shorter than `strip_m`: where a blade has hardly moved, two places don't say where it went.
+  void open(const BladeEdge& from, const BladeEdge& to, double strip_m);
   void add_vertices(std::span<const VertexId> vertices);
   template <class Pred>
   void forget_vertices(const Pred& is_gone) {
@@ -23,18 +25,22 @@ class Slit {
   const std::vector<VertexId>& vertices() const { return vertices_; }  // ascending
   // Is the place between the outlines of a strip, and this close to it?
   bool contains(const Vec3& at_m, double beside_m) const;
-  // The parts of an edge that are in a slit, and in tissue that is uncut. `is_tissue`: whether there is any at a place.
+  // The plane of the strip whose outline has this place, the closest one within `beside_m`.
+  std::optional<SlitPlane> plane_at(const Vec3& at_m, double beside_m) const;
+  // The same of strips that lie roughly across `normal`, facing where it faces.
+  std::optional<SlitPlane> plane_along(const Vec3& at_m, double beside_m, const Vec3& normal) const;
+  // The parts of an edge that are in a slit, and in tissue that is uncut. `at`: its place from 0 at the tip to 1 at the
+  // heel; `is_tissue`: whether there is any at a place.
   struct Parts {
-    double open_m = 0, uncut_m = 0;
+    double open = 0, uncut = 0;  // shares
   };
-  template <class IsTissue>
-  Parts parts(const BladeEdge& edge, double beside_m, const IsTissue& is_tissue) const {
+  template <class At, class IsTissue>
+  Parts parts(const At& at, double beside_m, const IsTissue& is_tissue) const {
     constexpr int kPlaces = 16;
-    const double piece_m = (edge.heel_m - edge.tip_m).norm() / kPlaces;
     Parts parts;
     for (int k = 0; k < kPlaces; ++k) {
-      const Vec3 at = edge.tip_m + (k + 0.5) / kPlaces * (edge.heel_m - edge.tip_m);
-      if (is_tissue(at)) (contains(at, beside_m) ? parts.open_m : parts.uncut_m) += piece_m;
+      const Vec3 place = at((k + 0.5) / kPlaces);
+      if (is_tissue(place)) (contains(place, beside_m) ? parts.open : parts.uncut) += 1.0 / kPlaces;
     }
     return parts;
   }
@@ -42,6 +48,10 @@ class Slit {
  private:
   struct Strip {
     BladeEdge from, to;
+    bool follows = false, is_followed = false;  // another strip ends where this begins, or begins where this ends
+
+    // Its plane at a place between its two edges, which may be this far beyond their ends.
+    std::optional<SlitPlane> plane_at(const Vec3& at_m, double beyond_share) const;
   };
   std::vector<Strip> strips_;
   std::vector<VertexId> vertices_;

@@ -159,7 +159,10 @@ double VolumeCutting::uncut_m(const SharedBody& body, const Blade& part, VertexI
   const Tissue tissue{*volume_, body, settings_};
   const TissueAround around(tissue, part, Pose{}, {volume_->surface.vertex_of(near)});
   const auto is_tissue = [](const Vec3&) { return true; };
-  return tracks.slit.parts(around.at_rest(part), tissue.metres(settings_.slit_closed_edges), is_tissue).uncut_m;
+  const BladeEdge edge = around.at_rest(part);
+  const auto at = [&](double share) { return edge.at(share); };
+  const Slit::Parts parts = tracks.slit.parts(at, tissue.metres(settings_.slit_closed_edges), is_tissue);
+  return parts.uncut * (edge.heel_m - edge.tip_m).norm();
 }
 
 TidyPlan VolumeCutting::tidy(const SharedBody& body) const {

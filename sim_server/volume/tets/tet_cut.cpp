@@ -36,6 +36,7 @@ class SheetCut {
     flat_ = !(area > 0);
     if (!flat_) normal_ /= area;
     for (const Vec3& p : outline_) centre_ += p / static_cast<double>(outline_.size());
+    if (outline_.size() == 4 && !flat_) twist_m_ = normal_.dot(outline_[0] - centre_);
     for (const VertexId v : sheet.joined) {
       set_side(v, 0);
       on_sheet_.push_back(v);
@@ -64,10 +65,22 @@ class SheetCut {
   }
 
  private:
-  // Signed distance from the plane; a point on the plane counts as above (simulation of simplicity).
+  // Signed distance from the sheet; a point on it counts as above (simulation of simplicity).
   double height(VertexId v) const {
-    const double h = normal_.dot(volume_.vertex(v).rest_body_m - centre_);
+    const Vec3& p = volume_.vertex(v).rest_body_m;
+    const double h = normal_.dot(p - centre_) - (twist_m_ == 0 ? 0 : twist_m_ * twist_at(p));
     return h == 0 ? 1e-300 : h;
+  }
+  // Four corners that aren't in one plane span a ruled surface, which is as high over the mean plane at two opposite
+  // corners as it is below it at the others. From -1 to 1; beyond the outline as at its sides.
+  double twist_at(const Vec3& p) const {
+    const Vec3 begin = 0.5 * (outline_[0] + outline_[3]), along = 0.5 * (outline_[1] + outline_[2]) - begin;
+    const double v = std::clamp(along.dot(p - begin) / along.squaredNorm(), 0.0, 1.0);
+    const Vec3 from = outline_[0] + v * (outline_[1] - outline_[0]);
+    const Vec3 across = outline_[3] + v * (outline_[2] - outline_[3]) - from;
+    const double across_m2 = across.squaredNorm();
+    const double u = across_m2 > 0 ? std::clamp(across.dot(p - from) / across_m2, 0.0, 1.0) : 0.5;
+    return (1 - 2 * u) * (1 - 2 * v);
   }
   bool is_exact(std::size_t side) const { return (exact_ >> side & 1) != 0; }
   // Distance inside a side of the outline, times the side's length.
@@ -395,6 +408,7 @@ class SheetCut {
   TetCutSettings settings_;
   Vec3 normal_ = Vec3::Zero(), centre_ = Vec3::Zero();
   bool flat_ = false;
+  double twist_m_ = 0;  // how far the corners are from the mean plane
   std::uint32_t tets_before_ = 0;
   double mean_edge_m_ = 0;  // mean of the edges that the sheet crosses
   std::vector<Crossing> crossings_;

@@ -1,4 +1,4 @@
-// Cuts a volume of tetrahedra along a flat sheet by splitting the edges that the sheet crosses, and snapping crossings
+// Cuts a volume of tetrahedra along a sheet by splitting the edges that the sheet crosses, and snapping crossings
 // near vertices to these.
 //
 //   1  find the edges whose ends lie on different sides of the sheet's plane and which it crosses inside its outline
@@ -19,7 +19,8 @@
 
 namespace sectio {
 
-// A flat convex piece of the surface swept by a blade, at rest: its corners in cyclic order, three or more.
+// A convex piece of the surface swept by a blade, at rest: its corners in cyclic order, three or more. Four need not be
+// in one plane: the sheet is ruled from the side between the first two to the opposite one.
 struct CutSheet {
   std::vector<Vec3> outline_rest_m;
   // Vertices of the cut that this sheet continues; they count as on the sheet, wherever they are.
