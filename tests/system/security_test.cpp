@@ -2,7 +2,8 @@
 #include <filesystem>
 
 #include "common/core/error.h"
-#include "tests/support/session_programs.h"
+#include "tests/support/gateway_programs.h"
+#include "tests/support/web_peer.h"
 
 namespace sectio {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 using test::Flags;
 using test::Process;
 
-class Security : public test::SessionPrograms {
+class Security : public test::GatewayPrograms {
  protected:
   std::string run_keys(const Flags& flags) const {
     Process keys(SECTIO_SOURCE_DIR "/deploy/keys", flags);
@@ -18,6 +19,7 @@ class Security : public test::SessionPrograms {
     return keys.output();
   }
   void SetUp() override {
+    GatewayPrograms::SetUp();
     run_keys({"make", file("keys"), "server", "standby", "instructor", "observer", "trainee-0", "trainee-1"});
   }
   Flags with_keys(const std::string& identity, Flags flags, const std::string& group = "keys") const {
@@ -110,6 +112,37 @@ TEST_F(Security, expired_and_revoked_keys_are_refused_with_one_line) {
       program("render_client", in_session({"--no-pictures", "--duration-s", "3", "--keys", file("thief")}));
   EXPECT_EQ(thief->exit_code(), 1) << thief->output();
   EXPECT_TRUE(server->wait_for("with the keys of observer-lost: they are expired, revoked")) << server->output();
+}
+
+TEST_F(Security, a_gateway_with_keys_lets_a_browser_hold_an_instrument_and_lead) {
+  const auto server = endless_server();
+  const auto hand = program("device_bridge", with_keys("trainee-0", {"--device", "wish"}));
+  const auto web = gateway({"--keys", file("keys/instructor")});
+  test::WebPeer ada(port_of(*web), {"Ada", "theatre"});
+  ASSERT_TRUE(ada.wait_until([&] { return ada.own_id() != kNobody && ada.scene; }));
+  ada.say(LiveKind::claim, ToolClaim{0, ClaimAction::claim});
+  const Vec3 place_m = ada.scene->camera.target_world_m + Vec3(0, 0, 0.06);
+  const auto is_led = [&] {
+    return ada.state && ada.state->tools[0].present &&
+           (ada.state->tools[0].pose_world.position_m - place_m).norm() < 0.001;
+  };
+  EXPECT_TRUE(ada.wait_until(is_led, [&] { ada.wish(0, place_m); }));
+  ada.say(LiveKind::order, SessionOrder{0, OrderKind::pause});
+  EXPECT_TRUE(server->wait_for("paused")) << server->output();
+}
+
+TEST_F(Security, a_gateway_without_the_keys_of_an_instructor_has_nothing_for_a_browser) {
+  const auto server = endless_server();
+  const auto open = gateway();
+  EXPECT_TRUE(open->wait_for("sim_server has keys, this program none (--keys)")) << open->output();
+  expect_refused(*gateway({"--keys", file("keys/observer")}), "observer may not read contact_models");
+  expect_refused(*gateway({"--keys", file("keys/trainee-0")}), "trainee-0 may not write session_orders");
+  EXPECT_TRUE(server->wait_for(" has no keys, this program has")) << server->output();
+  test::WebPeer ada(port_of(*open), {"Ada", "theatre"});
+  ada.say(LiveKind::claim, ToolClaim{0, ClaimAction::claim});
+  EXPECT_TRUE(ada.wait_until([&] { return ada.was_told("the scene has no such instrument"); }));
+  EXPECT_FALSE(ada.scene);
+  EXPECT_EQ(ada.states, 0u);
 }
 
 TEST_F(Security, what_leaves_the_machine_needs_keys_or_a_loud_word) {
