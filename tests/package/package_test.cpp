@@ -79,6 +79,36 @@ TEST_F(Package, has_units_that_systemd_understands) {
   EXPECT_EQ(verified->output().find("sectio"), std::string::npos) << verified->output();
 }
 
+// The package as dpkg unpacks it, without its installation.
+TEST_F(Package, has_the_command_for_keys_which_works_from_the_packages_paths) {
+  if (std::system("command -v dpkg-deb >/dev/null") != 0) GTEST_SKIP() << "no dpkg on this machine";
+  const auto unpacked = shell(
+      "cpack --config \"$1/CPackConfig.cmake\" -B \"$2\" -D CPACK_COMPONENTS_ALL=programs "
+      "-D CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS=OFF && dpkg-deb -x \"$2\"/sectio_*.deb \"$2/root\"",
+      {SECTIO_BUILD_DIR, file("packages")});
+  ASSERT_EQ(unpacked->exit_code(std::chrono::seconds(300)), 0) << unpacked->output();
+  const std::string root = file("packages/root");
+  const auto keys = [&](const Flags& flags) {
+    Process command(root + "/usr/bin/sectio_keys", flags);
+    EXPECT_EQ(command.exit_code(), 0) << command.output();
+    return command.output();
+  };
+  EXPECT_NE(keys({"--help"}).find("usage: sectio_keys make DIR"), std::string::npos);
+  keys({"make", file("keys"), "server", "observer", "observer-lost"});
+  EXPECT_NE(keys({"revoke", file("keys"), "observer-lost"}).find("observer-lost: revoked"), std::string::npos);
+  EXPECT_NE(keys({"list", file("keys")}).find("observer "), std::string::npos);
+  Process none(root + "/usr/bin/sectio_keys", {"list", file("nothing")});
+  EXPECT_EQ(none.exit_code(), 2) << none.output();
+  EXPECT_EQ(none.output(), "keys: " + file("nothing") + ": no keys were made there\n");
+
+  const std::string scene = root + "/usr/share/sectio/scenes/liver_incision.yaml";
+  Process server(root + "/usr/bin/sim_server", in_session({"--scene", scene, "--play-traces", "--wait-for-viewers", "1",
+                                                           "--keys", file("keys/server")}));
+  Process screen(root + "/usr/bin/render_client", in_session({"--no-pictures", "--keys", file("keys/observer")}));
+  expect_equal_at_the_end(screen);
+  EXPECT_EQ(server.exit_code(), 0) << server.output();
+}
+
 // By hand, as systemd does it: the program of the unit again after each end.
 class Service : public Package {
  protected:
@@ -94,6 +124,17 @@ class Service : public Package {
         "mkdir -p \"$STATE_DIRECTORY\" && exec \"$1/usr/bin/sectio_session\" \"$2\" liver_incision",
         {directory.string(), role});
   }
+  // With keys in the form in which systemd hands them to the unit.
+  void load_keys(const std::string& identity) const {
+    const auto made = shell(
+        "\"$1/usr/bin/sectio_keys\" make \"$1/keys\" \"$2\" observer && mkdir \"$1/credentials\" && "
+        "for path in \"$1/keys/$2\"/*; do install -m 400 \"$path\" \"$1/credentials/keys_${path##*/}\"; done && "
+        "echo none >\"$1/credentials/keys\"",
+        {directory.string(), identity});
+    ASSERT_EQ(made->exit_code(), 0) << made->output();
+    setenv("CREDENTIALS_DIRECTORY", file("credentials").c_str(), 1);
+  }
+  void TearDown() override { unsetenv("CREDENTIALS_DIRECTORY"); }
   std::string hash_after_replay(const std::string& inputs) const {
     const auto again = program("sim_server", {"replay", file(inputs)});
     EXPECT_EQ(again->exit_code(), 0) << again->output();
@@ -134,6 +175,40 @@ TEST_F(Service, whose_standby_has_followed_it_stands_by_in_its_turn) {
   ASSERT_TRUE(server->wait_for("this one goes on after step")) << server->output();
   server->send(SIGTERM);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
+}
+
+TEST_F(Service, whose_keys_systemd_has_loaded_is_secured) {
+  load_keys("server");
+  auto server = service("server");
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  const auto open = program("render_client", in_session({"--no-pictures", "--duration-s", "3"}));
+  EXPECT_EQ(open->exit_code(), 1) << open->output();
+  EXPECT_NE(open->output().find("sim_server has keys, this program none (--keys)"), std::string::npos)
+      << open->output();
+  const auto screen = program("render_client", in_session({"--no-pictures", "--keys", file("keys/observer")}));
+  ASSERT_TRUE(screen->wait_for("on the screen")) << screen->output();
+  server->send(SIGKILL);
+  ASSERT_TRUE(server->exit_code());
+  server = service("server");
+  ASSERT_TRUE(server->wait_for("the session goes on after step ")) << server->output();
+  bool is_followed = false;
+  for (int i = 0; i < 60 && !is_followed; ++i) {
+    const auto status = program("sim_server", in_session({"status", "--keys", file("keys/observer")}));
+    EXPECT_TRUE(status->exit_code()) << status->output();
+    is_followed = status->output().find("viewer ") != std::string::npos;
+  }
+  EXPECT_TRUE(is_followed);
+  server->send(SIGTERM);
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+}
+
+TEST_F(Service, whose_keys_are_damaged_says_so_and_is_not_tried_again) {
+  load_keys("server");
+  write("credentials/keys_key.pem", "no key");
+  const auto server = service("server");
+  EXPECT_EQ(server->exit_code(), 2) << server->output();
+  EXPECT_NE(server->output().find("key.pem is not that of cert.pem"), std::string::npos) << server->output();
 }
 
 }  // namespace
