@@ -18,6 +18,7 @@ constexpr double kMbit = 1e6;
 std::vector<std::pair<std::string, LinkedSession>> cases() {
   const HostLinks free = {};
   const auto behind = [](double mbit_per_s) { return HostLinks{.down = {.rate_bit_per_s = mbit_per_s * kMbit}}; };
+  const HostLinks lossy{.down = {.rate_bit_per_s = 5 * kMbit, .loss = 0.02}};
   LinkedSession shared{.server = {.up = {.rate_bit_per_s = 100 * kMbit}}, .viewers = {behind(5), free, free}};
   return {
       {"free", {.viewers = {free}}},
@@ -25,6 +26,8 @@ std::vector<std::pair<std::string, LinkedSession>> cases() {
       {"12 Mbit/s", {.viewers = {behind(12)}}},
       {"5 Mbit/s", {.viewers = {behind(5)}}},
       {"5 Mbit/s, with keys", {.secured = true, .viewers = {behind(5)}}},
+      {"5 Mbit/s, loss 2 %", {.viewers = {lossy}}},
+      {"5 Mbit/s, loss 2 %, with keys", {.secured = true, .viewers = {lossy}}},
       {"1 Mbit/s", {.viewers = {behind(1)}}},
       {"5 Mbit/s, hand and viewer behind one uplink",
        {.server = {.up = {.rate_bit_per_s = 5 * kMbit}}, .viewers = {free}}},

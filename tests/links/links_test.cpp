@@ -65,5 +65,13 @@ TEST_F(Links, D_10_a_slow_viewer_takes_nothing_from_the_others_and_from_the_hand
   EXPECT_LT(figures.model_age_median_s, 0.02);
 }
 
+TEST_F(Links, D_10_a_secured_session_behind_a_thin_and_lossy_link_is_whole_at_the_end) {
+  const SessionFigures figures =
+      session({.secured = true, .viewers = {{.down = {.rate_bit_per_s = 5 * kMbit, .loss = 0.02}}}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 10);
+  EXPECT_LT(figures.offered.bytes, 40'000'000u);
+}
+
 }  // namespace
 }  // namespace sectio::test
