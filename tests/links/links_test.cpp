@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "tests/support/linked_session.h"
+#include "tests/support/process.h"
 
 namespace sectio::test {
 namespace {
@@ -71,6 +72,33 @@ TEST_F(Links, D_10_a_secured_session_behind_a_thin_and_lossy_link_is_whole_at_th
   EXPECT_EQ(figures.viewers[0].equals_server, "yes");
   EXPECT_GT(figures.viewers[0].states, 10);
   EXPECT_LT(figures.offered.bytes, 40'000'000u);
+}
+
+// The server names nobody, and everybody the server: no address more has to be known.
+TEST_F(Links, where_there_is_no_multicast_the_servers_address_is_enough) {
+  const std::string root = SECTIO_SOURCE_DIR "/deploy/", bin = SECTIO_BIN_DIR "/";
+  for (const bool names_server : {true, false}) {
+    const HostLinks deaf{.hears_multicast = false};
+    const VirtualNetwork network({deaf, deaf, deaf});
+    const auto start = [&](std::size_t host, const std::string& program, std::vector<std::string> flags) {
+      flags.insert(flags.end(), {"--session", "calm", "--interface", network.address(host), "--insecure"});
+      if (host > 0 && names_server) flags.insert(flags.end(), {"--peer", network.address(0)});
+      return std::make_unique<Process>(bin + program, flags, network.host(host));
+    };
+    const auto server =
+        start(0, "sim_server",
+              {"--scene", root + "scenes/liver_incision.yaml", "--wait-for-tools", "--wait-for-viewers", "1"});
+    const auto viewer = start(2, "render_client", {"--no-pictures", "--duration-s", names_server ? "0" : "5"});
+    if (!names_server) {
+      EXPECT_EQ(viewer->exit_code(), 1) << "by multicast they would meet; " << viewer->output();
+      continue;
+    }
+    const auto hand = start(1, "device_bridge", {"--trace", root + "traces/liver_incision.csv", "--wait-for-server"});
+    EXPECT_EQ(viewer->exit_code(), 0) << viewer->output();
+    EXPECT_NE(viewer->output().find("equals server: yes"), std::string::npos) << viewer->output();
+    EXPECT_EQ(hand->exit_code(), 0) << hand->output();
+    EXPECT_EQ(server->exit_code(), 0) << server->output();
+  }
 }
 
 }  // namespace

@@ -117,6 +117,7 @@ struct VirtualNetwork::Switch {
   struct Port {
     Device device;
     LinkQueue up, down;
+    bool hears_multicast = true;
   };
 
   explicit Switch(const std::vector<HostLinks>& hosts) : wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
@@ -131,7 +132,7 @@ struct VirtualNetwork::Switch {
 
   static Port make_port(std::size_t host, const HostLinks& links) {
     const auto seed = static_cast<std::uint32_t>(2 * host + 1);
-    Port port{{}, LinkQueue(links.up, seed), LinkQueue(links.down, seed + 1)};
+    Port port{{}, LinkQueue(links.up, seed), LinkQueue(links.down, seed + 1), links.hears_multicast};
     std::string failure;
     std::thread([&] {
       try {
@@ -169,9 +170,10 @@ void VirtualNetwork::Switch::read_frames(Port& port) {
 void VirtualNetwork::Switch::pass_on(Port& from, double now_s) {
   EthernetFrame frame;
   while (from.up.take(now_s, frame)) {
-    const bool to_all = (frame[0] & 1) != 0;
+    const bool to_all = (frame[0] & 1) != 0, is_multicast = to_all && frame[0] != 0xff;
     for (std::size_t i = 0; i < ports.size(); ++i)
-      if (&ports[i] != &from && (to_all || frame[5] == i + 1)) ports[i].down.offer(frame, now_s);
+      if (&ports[i] != &from && (to_all || frame[5] == i + 1) && (ports[i].hears_multicast || !is_multicast))
+        ports[i].down.offer(frame, now_s);
   }
   // A host that takes nothing loses it, as with any network card.
   while (from.down.take(now_s, frame)) (void)!write(from.device.tap.get(), frame.data(), frame.size());

@@ -16,6 +16,7 @@ namespace sectio::test {
 struct HostLinks {
   Link up = {};    // to the switch
   Link down = {};  // from the switch
+  bool hears_multicast = true;
 };
 
 class VirtualNetwork {
