@@ -77,21 +77,10 @@ struct Deepest {
   double depth_m = 0, thickness_m = 0, share = 0;
 };
 Deepest deepest_of(const TriangleSoup& surface, const ToolUse& tool) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : surface.vertices_body_m) box.extend(p);
   Deepest deepest;
-  for (const ToolMoment& m : tool.moments) {
-    const Vec3 shaft = m.tip_m - m.back_m;
-    const Vec3 down = shaft.norm() > 0 ? Vec3(shaft.normalized()) : Vec3(-Vec3::UnitZ());
-    const Vec3 tip = m.tip_m + tool.ball_radius_m * down;
-    if (!Eigen::AlignedBox3d(tip.cwiseMin(m.back_m), tip.cwiseMax(m.back_m)).intersects(box)) continue;
-    const double length = (tip - m.back_m).dot(down);
-    const auto through = chord(surface, m.back_m, down);
-    if (!through || through->enters >= length) continue;
-    const double thickness = through->leaves - through->enters;
-    const double depth = std::min(length, through->leaves) - through->enters;
-    if (depth > deepest.depth_m) deepest = {depth, thickness, thickness > 0 ? depth / thickness : 1};
-  }
+  for (const ToolDepth& at : depths_along(surface, tool))
+    if (at.depth_m > deepest.depth_m)
+      deepest = {at.depth_m, at.thickness_m, at.thickness_m > 0 ? at.depth_m / at.thickness_m : 1};
   return deepest;
 }
 
@@ -128,6 +117,24 @@ void add_grip(const TriangleSoup& surface, const BodyShape& shape, const BodySit
 }
 
 }  // namespace
+
+std::vector<ToolDepth> depths_along(const TriangleSoup& surface, const ToolUse& tool) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& p : surface.vertices_body_m) box.extend(p);
+  std::vector<ToolDepth> depths(tool.moments.size());
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    const ToolMoment& m = tool.moments[i];
+    const Vec3 shaft = m.tip_m - m.back_m;
+    const Vec3 down = shaft.norm() > 0 ? Vec3(shaft.normalized()) : Vec3(-Vec3::UnitZ());
+    const Vec3 tip = m.tip_m + tool.ball_radius_m * down;
+    if (!Eigen::AlignedBox3d(tip.cwiseMin(m.back_m), tip.cwiseMax(m.back_m)).intersects(box)) continue;
+    const double length = (tip - m.back_m).dot(down);
+    const auto through = chord(surface, m.back_m, down);
+    if (!through || through->enters >= length) continue;
+    depths[i] = {std::min(length, through->leaves) - through->enters, through->leaves - through->enters};
+  }
+  return depths;
+}
 
 std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s) {
   std::vector<BodyLoad> loads;

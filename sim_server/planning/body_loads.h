@@ -16,6 +16,7 @@ struct ToolMoment {
   Vec3 tip_m = Vec3::Zero(), back_m = Vec3::Zero();  // the end that cuts or presses, and the end of the shaft
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   bool grips = false;
+  double time_s = 0;
 };
 struct ToolUse {
   std::string name;
@@ -45,6 +46,12 @@ struct BodyLoad {
 // Under gravity there is always a load by weight; other loads whose displacements are negligible are omitted.
 // O(triangles * moments).
 std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& situation);
+
+// How deep a tool is in the body at each moment of its trace, along its shaft, and the tissue's thickness there.
+struct ToolDepth {
+  double depth_m = 0, thickness_m = 0;
+};
+std::vector<ToolDepth> depths_along(const TriangleSoup& surface, const ToolUse& tool);
 
 // A displacement by weight, in thicknesses; smaller ones matter less.
 constexpr double kSagThatMatters = 0.02;

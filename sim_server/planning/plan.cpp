@@ -63,7 +63,7 @@ class Planner {
 
  private:
   double worst_ratio(const Candidate& c) const {
-    return std::max(c.error / in_.budgets.error, c.cpu / in_.budgets.cpu);
+    return std::max(c.error / in_.budgets.error, c.most_cpu() / in_.budgets.cpu);
   }
   // A surface if it fits, as it needs no mesh of the inside and a cut changes triangles only; else the cheapest
   // candidate that fits, else the nearest.
@@ -76,7 +76,7 @@ class Planner {
                           : fits && is_surface                       ? true
                           : fits && !of[best].method->needs_volume() ? false
                           : !fits                                    ? worst_ratio(of[i]) < worst_ratio(of[best])
-                                                                     : of[i].cpu < of[best].cpu;
+                                                                     : of[i].most_cpu() < of[best].most_cpu();
       if (better) best = i;
     }
     return best;
@@ -173,10 +173,40 @@ class Planner {
 
   void set_cost(Candidate& c, double surface_vertices) const {
     const Rate& rate = calibration_.rate.at(c.method->name);
+    const bool is_loose = !c.method->needs_volume() && !in_.is_held;
     const double per_step_ns =
         rate.element_ns * c.elements * c.substeps + rate.vertex_ns * c.vertices +
+        (is_loose ? calibration_.loose_vertex_ns * c.vertices : 0) +
         (in_.has_tools ? calibration_.touch_ns + calibration_.touched_vertex_ns * surface_vertices : 0);
     c.cpu = 1e-9 * per_step_ns / c.step_s;
+    set_cost_of_cuts(c);
+  }
+
+  // The blade that costs most, with the cuts of all.
+  void set_cost_of_cuts(Candidate& c) const {
+    const auto known = calibration_.cut.find(c.method->model);
+    if (in_.strokes.empty() || known == calibration_.cut.end()) return;
+    const CutRate& rate = known->second;
+    const double tetrahedra = c.method->needs_volume() ? c.tetrahedra : 0;
+    const double edge_m = tetrahedra > 0 ? cube_for(in_.shape.volume_m3, tetrahedra) : c.cell_m;
+    double squares = 0;
+    for (const Stroke& stroke : in_.strokes) squares += stroke.area_m2 / (edge_m * edge_m);
+    const bool is_cut_itself = c.method->elements == Elements::tetrahedra;
+    const double more = is_cut_itself ? kMorePerSquare * squares : 0;
+    c.elements_after_cut = c.elements + more;
+    const double grown_ns =
+        calibration_.rate.at(c.method->name).element_ns * more * c.substeps + rate.open_ns * squares;
+    const double open_s = c.step_s * c.cpu + 1e-9 * grown_ns;
+    c.cut_cpu = c.cut_step_s = 0;
+    for (const Stroke& stroke : in_.strokes) {
+      const double steps = std::max(1.0, stroke.time_s / c.step_s);
+      const double changes = std::min(steps, rate.changes_per_edge * stroke.way_m / edge_m);
+      const double change_s =
+          1e-9 * (rate.change_ns + rate.deep_ns * stroke.depth_m() / edge_m + rate.whole_ns * tetrahedra +
+                  (c.method->embeds() ? rate.cell_ns * c.elements : 0));
+      c.cut_cpu = std::max(c.cut_cpu, (open_s + changes / steps * change_s) / c.step_s);
+      c.cut_step_s = std::max(c.cut_step_s, open_s + change_s);
+    }
   }
 
   void add(Candidate c) {

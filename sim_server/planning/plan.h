@@ -2,6 +2,7 @@
 // (error_law.h) and its cost on this machine: no more than the scene needs. Plain data in, plain data out.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <span>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "sim_server/planning/body_loads.h"
+#include "sim_server/planning/strokes.h"
 
 namespace sectio::planning {
 
@@ -19,10 +21,21 @@ struct Rate {
   // The largest substep of the integrator, over cell / sqrt(modulus / density); see modulus_pa() in plan.cpp.
   double limit = 0;
 };
+// Processor time of cutting. Lengths are in edges: of the lattice's cubes (resolution.h), or of a surface's triangles.
+struct CutRate {
+  double changes_per_edge = 0;  // the topology changes so often while the blade goes so far
+  double change_ns = 0;         // for each, and
+  double deep_ns = 0;           // for each of them and each edge of the blade's depth, and
+  double whole_ns = 0;          // for each of them and each tetrahedron of the body
+  double cell_ns = 0;           // for each of them and each cell of a lattice
+  double open_ns = 0;           // for each step from then on and each squared edge of cut: its lips
+};
 struct Calibration {
-  std::map<std::string, Rate> rate;  // by name of the method
-  double touch_ns = 0;               // for each step with an instrument at the surface
-  double touched_vertex_ns = 0;      // for each such step and vertex of the surface
+  std::map<std::string, Rate> rate;    // by name of the method
+  std::map<std::string, CutRate> cut;  // by model
+  double loose_vertex_ns = 0;          // for each step and vertex of a surface that nothing holds
+  double touch_ns = 0;                 // for each step with an instrument at the surface
+  double touched_vertex_ns = 0;        // for each such step and vertex of the surface
 };
 
 struct Budgets {
@@ -37,7 +50,8 @@ struct PlanInput {
   BodyShape shape;
   ElasticMaterial material;
   std::vector<BodyLoad> loads;
-  bool has_tools = false;
+  std::vector<Stroke> strokes;
+  bool has_tools = false, is_held = true;
   double step_s = 0.001;
   double surface_limit_s = 0;         // the largest stable part of a step of a model of the surface alone
   std::string no_surface, no_volume;  // why the scene rules out models without or with an inside; empty: it doesn't
@@ -52,8 +66,13 @@ struct Candidate {
   double elements = 0, vertices = 0;
   int substeps = 1;  // in a step; sweeps of the implicit integrator
   double error = 0, cpu = 0;
+  double cut_cpu = 0;     // while a blade cuts, with all that it has cut; 0: none does
+  double cut_step_s = 0;  // processor's time of a step in which the topology changes
+  double elements_after_cut = 0;
   Load worst = Load::bending;  // the load with this error
   bool built = false;          // elements, vertices and substeps are counted, not estimated
+
+  double most_cpu() const { return std::max(cpu, cut_cpu); }
 };
 
 // The counts of a candidate that was built.
@@ -71,7 +90,7 @@ struct BodyPlan {
 
 // Chooses a candidate, has it built if `build` is given, and chooses again with its counts until the choice stays. The
 // choice is a surface if it keeps both budgets, else the cheapest candidate that does, else that with the
-// smallest max(error / budget, cost / budget).
+// smallest max(error / budget, cost / budget). The cost of a body that is cut is the cost while it is cut.
 BodyPlan plan(const PlanInput& input, const Calibration& calibration,
               const std::function<Built(const Candidate&)>& build = {});
 

@@ -14,6 +14,9 @@ inline double cube_for(double volume_m3, double tetrahedra) {
   return std::cbrt(12 * volume_m3 / tetrahedra);
 }
 
+// Tetrahedra that a cut adds on each squared edge of such a cube.
+constexpr double kMorePerSquare = 45;
+
 // Tetrahedra embedded in hexahedra cost little, and their edges are the body's: two of their cubes along a cell, within
 // these limits.
 constexpr double kMostEmbedded = 24000, kFewestEmbedded = 1000;

@@ -43,7 +43,7 @@ planning::ToolUse use_of(const ToolSpec& tool, const Pose& body) {
     const auto local = [&](const Vec3& p) { return body.to_local(at.pose_world.to_world(p)); };
     use.moments.push_back({local(use.cuts ? shape.edge_tip_tool_m : shape.a_tool_m), local(shape.b_tool_m),
                            body.orientation.conjugate() * at.pose_world.orientation,
-                           at.opening_rad < kind.grip_below_rad});
+                           at.opening_rad < kind.grip_below_rad, at.time_s});
   }
   return use;
 }
@@ -178,7 +178,10 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene, std::span<const
   in.shape = planning::shape_of(surface);
   BodySpec with_surface = body;
   with_surface.mesh = std::move(surface);
-  in.loads = planning::loads_on(with_surface.mesh, in.shape, situation_of(with_surface, scene));
+  const planning::BodySituation situation = situation_of(with_surface, scene);
+  in.loads = planning::loads_on(with_surface.mesh, in.shape, situation);
+  in.strokes = planning::strokes_in(with_surface.mesh, in.shape, situation);
+  in.is_held = !situation.fixed_m.empty();
   const auto surface_method = std::ranges::find_if(methods, [](const Method& m) { return !m.needs_volume(); });
   if (in.no_surface.empty() && surface_method != methods.end())
     in.surface_limit_s = surface_limit_s(body, scene, *surface_method, engines);
@@ -205,7 +208,7 @@ Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, doubl
     choice.plans.push_back(planning::plan(
         in, calibration, [&](const Candidate& c) { return trials.of(body, scene, c).in_steps_of(c.step_s); }));
     const Candidate& taken = choice.plans.back().chosen;
-    choice.worst = std::max({choice.worst, taken.error / in.budgets.error, taken.cpu / in.budgets.cpu});
+    choice.worst = std::max({choice.worst, taken.error / in.budgets.error, taken.most_cpu() / in.budgets.cpu});
   }
   return choice;
 }
@@ -270,6 +273,10 @@ PlannedScene plan_scene(Scene scene, const EngineTable& engines, const planning:
     body = alone(body, planned.scene, plan.chosen).bodies[0];
     body.plan.error_estimate = plan.chosen.error;
     body.plan.cpu_estimate = plan.chosen.cpu;
+    if (plan.chosen.cut_cpu > 0) {
+      body.plan.cut_cpu_estimate = plan.chosen.cut_cpu;
+      body.plan.cut_step_estimate_s = plan.chosen.cut_step_s;
+    }
   }
   return planned;
 }

@@ -15,7 +15,8 @@
 #include "common/core/processor_time.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/resolution.h"
-#include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/calibration_block.h"
+#include "sim_server/prepare/cut_speed.h"
 #include "sim_server/simulation.h"
 #include "sim_server/world/body.h"
 
@@ -23,76 +24,15 @@ namespace sectio {
 namespace {
 
 using planning::Calibration;
+using planning::CutRate;
 using planning::Elements;
 using planning::Method;
 using planning::Rate;
 
 constexpr int kTries = 7, kSteps = 6;
-constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = 0.01, kDensity = 1060, kNu = 0.45;  // MaterialSpec's
-constexpr char kFirstLine[] = "sectio calibration 3", kEnd[] = "end";
-
-// The surface of a block, 60 x 60 x 40 mm, with n squares to 10 mm, facing outwards.
-TriangleSoup block(int n) {
-  TriangleSoup soup;
-  const std::array<int, 3> count{6 * n, 6 * n, 4 * n};
-  std::vector<VertexId> known(static_cast<std::size_t>((count[0] + 1) * (count[1] + 1) * (count[2] + 1)), kNone);
-  const auto vertex = [&](const std::array<int, 3>& at) {
-    const int place = (at[0] * (count[1] + 1) + at[1]) * (count[2] + 1) + at[2];
-    VertexId& id = known[static_cast<std::size_t>(place)];
-    if (id == kNone) {
-      id = static_cast<VertexId>(soup.vertices_body_m.size());
-      soup.vertices_body_m.push_back(Vec3(at[0], at[1], at[2]) * 0.01 / n);
-    }
-    return id;
-  };
-  for (std::size_t k = 0; k < 3; ++k)
-    for (const int side : {0, count[k]}) {
-      const std::size_t u = (k + 1) % 3, w = (k + 2) % 3;
-      for (int i = 0; i < count[u]; ++i)
-        for (int j = 0; j < count[w]; ++j) {
-          std::array<std::array<int, 3>, 4> c;
-          for (std::size_t n_corner = 0; n_corner < 4; ++n_corner) {
-            c[n_corner][k] = side;
-            c[n_corner][u] = i + (n_corner == 1 || n_corner == 2);
-            c[n_corner][w] = j + (n_corner >= 2);
-          }
-          if (side == 0) std::swap(c[1], c[3]);
-          soup.triangles.push_back({vertex(c[0]), vertex(c[1]), vertex(c[2])});
-          soup.triangles.push_back({vertex(c[0]), vertex(c[2]), vertex(c[3])});
-        }
-    }
-  return soup;
-}
-
-// The block filled with about so many tetrahedra, held at its lower face.
-Scene filled_block(double tetrahedra) {
-  Scene scene;
-  scene.file = "calibration";
-  BodySpec body;
-  body.name = "block";
-  body.mesh = block(1);
-  body.volume.tetrahedra = tetrahedra;
-  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 0.001)};
-  fill_volume(body);
-  scene.bodies.push_back(std::move(body));
-  return scene;
-}
-Scene with_model(Scene scene, const Method& method, double young_pa) {
-  BodySpec& body = scene.bodies[0];
-  body.model = method.model;
-  body.material.young_pa = young_pa;
-  if (method.embeds()) body.volume.cell_m = kCell_m;
-  if (method.is_implicit) body.volume.driver = "implicit";
-  return scene;
-}
-Scene surface_block() {
-  Scene scene;
-  scene.file = "calibration";
-  scene.step_s = 1e-4;  // stable, whatever its springs are; a step costs the same
-  scene.bodies.emplace_back();
-  scene.bodies[0].mesh = block(3);
-  return scene;
-}
+constexpr double kSoft_pa = 2000, kStiff_pa = 200000, kCell_m = kBlockCell_m, kDensity = 1060,
+                 kNu = 0.45;  // MaterialSpec's
+constexpr char kFirstLine[] = "sectio calibration 4", kEnd[] = "end";
 
 // The block sags.
 class Specimen {
@@ -129,7 +69,7 @@ class Specimen {
   Body body_;
 };
 
-// The cost of a surface with a ball that rests in it.
+// The cost of a surface with a ball that rests in it, as a report tells the body's.
 double touched_step_s() {
   Scene scene = surface_block();
   scene.tools.resize(1);
@@ -137,20 +77,22 @@ double touched_step_s() {
   scene.tools[0].geometry = instrument_of("probe").geometry;
   scene.tools[0].geometry.sphere_radius_m = 0.01;
   Simulation simulation(scene);
+  simulation.measure_with(processor_time_s);
   StepInput input;
   std::uint64_t n = 0;
+  double so_far_s = 0;
   const auto step = [&](double depth_m) {
     Pose pose;
     pose.position_m = Vec3(0.03, 0.03, 0.04 + 0.01 - depth_m);
     input.samples = {{0, ++n, static_cast<double>(n) * scene.step_s, pose, 0}};
-    simulation.step(input);
+    so_far_s = simulation.step(input).report.processor_s[0];
   };
   for (int i = 0; i < 20; ++i) step(1e-5 * (i - 10));
   double least = HUGE_VAL;
   for (int t = 0; t < kTries; ++t) {
-    const double start = processor_time_s();
+    const double start_s = so_far_s;
     for (int i = 0; i < kSteps; ++i) step(1e-4);
-    least = std::min(least, (processor_time_s() - start) / kSteps);
+    least = std::min(least, (so_far_s - start_s) / kSteps);
   }
   return least;
 }
@@ -182,8 +124,7 @@ Rate implicit_rate(const Scene& block, Rate rate, const Method& method, const En
   return rate;
 }
 
-Rate surface_rate(const Method& method, const EngineTable& engines) {
-  Scene scene = surface_block();
+Rate surface_rate(Scene scene, const Method& method, const EngineTable& engines) {
   scene.bodies[0].model = method.model;
   Specimen surface(std::move(scene), engines);
   Rate rate;
@@ -209,14 +150,19 @@ std::filesystem::path cache_file() {
 }  // namespace
 
 Calibration measure_calibration(const EngineTable& engines) {
-  constexpr double kVolume_m3 = 0.06 * 0.06 * 0.04;
-  const double tetrahedra = planning::tetrahedra_for(kVolume_m3, kCell_m);
+  const double tetrahedra = planning::tetrahedra_for(kBlockVolume_m3, kCell_m);
   const Scene filled = filled_block(tetrahedra), finer = filled_block(2 * tetrahedra);
   Calibration c;
+  const CutSpeed cuts(engines);
   std::map<std::string, Rate> explicit_of;  // by model
   for (const Method& method : engines.methods()) {
     if (!method.needs_volume()) {
-      c.rate[method.name] = surface_rate(method, engines);
+      c.rate[method.name] = surface_rate(surface_block(), method, engines);
+      Scene loose = surface_block();
+      loose.bodies[0].fixed.reset();
+      c.loose_vertex_ns =
+          std::max(0.0, surface_rate(std::move(loose), method, engines).element_ns - c.rate[method.name].element_ns);
+      c.cut[method.model] = cuts.of(method, c.rate[method.name]);
       continue;
     }
     const Scene& block = method.embeds() ? finer : filled;
@@ -227,6 +173,7 @@ Calibration measure_calibration(const EngineTable& engines) {
       known->second = explicit_rate(block, with_explicit, engines);
     }
     c.rate[method.name] = method.is_implicit ? implicit_rate(block, known->second, method, engines) : known->second;
+    if (!c.cut.contains(method.model)) c.cut[method.model] = cuts.of(method, known->second);
   }
   Specimen surface(surface_block(), standard_engines());
   const double step_s = surface.step_s(), look_s = surface.look_s();
@@ -239,7 +186,10 @@ std::string to_text(const Calibration& c, const std::string& processor) {
   std::ostringstream out;
   out.precision(6);
   out << kFirstLine << "\n" << processor << "\n";
-  out << c.touch_ns << " " << c.touched_vertex_ns << "\n";
+  out << c.touch_ns << " " << c.touched_vertex_ns << " " << c.loose_vertex_ns << " " << c.cut.size() << "\n";
+  for (const auto& [model, r] : c.cut)
+    out << model << " " << r.changes_per_edge << " " << r.change_ns << " " << r.deep_ns << " " << r.whole_ns << " "
+        << r.cell_ns << " " << r.open_ns << "\n";
   for (const auto& [name, r] : c.rate)
     out << name << " " << r.element_ns << " " << r.vertex_ns << " " << r.limit << "\n";
   out << kEnd << "\n";
@@ -253,8 +203,17 @@ std::optional<Calibration> calibration_from(const std::string& text, const std::
     return std::nullopt;
   Calibration c;
   const auto good = [](double x) { return std::isfinite(x) && x >= 0 && x < 1e9; };
-  if (!(in >> c.touch_ns >> c.touched_vertex_ns) || !good(c.touch_ns) || !good(c.touched_vertex_ns))
+  std::size_t cuts = 0;
+  if (!(in >> c.touch_ns >> c.touched_vertex_ns >> c.loose_vertex_ns >> cuts) || !good(c.touch_ns) ||
+      !good(c.touched_vertex_ns) || !good(c.loose_vertex_ns) || cuts > 100)
     return std::nullopt;
+  for (; cuts > 0; --cuts) {
+    std::string model;
+    in >> model;
+    CutRate& r = c.cut[model];
+    for (double* x : {&r.changes_per_edge, &r.change_ns, &r.deep_ns, &r.whole_ns, &r.cell_ns, &r.open_ns})
+      if (!(in >> *x) || !good(*x)) return std::nullopt;
+  }
   std::string method;
   while (in >> method && method != kEnd) {
     Rate& r = c.rate[method];

@@ -84,6 +84,7 @@ struct PlanSpec {
   double error_budget = 0.1;  // relative: of how the body bends, twists, is dented and opens
   double cpu_budget = 0.5;    // processor's time for a second
   std::optional<double> error_estimate, cpu_estimate;
+  std::optional<double> cut_cpu_estimate, cut_step_estimate_s;  // while a blade cuts; in a step that changes topology
 };
 
 struct Box {

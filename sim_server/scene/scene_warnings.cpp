@@ -93,6 +93,14 @@ void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::strin
                        ": nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor");
 }
 
+void check_plan(const BodySpec& body, std::vector<std::string>& warnings) {
+  const PlanSpec& plan = body.plan;
+  if (!plan.cut_cpu_estimate || *plan.cut_cpu_estimate <= plan.cpu_budget) return;
+  warnings.push_back(body.name + format(": while it is cut it is expected to cost %.2g s of the processor's time a "
+                                        "second; its cpu_budget is %.2g",
+                                        *plan.cut_cpu_estimate, plan.cpu_budget));
+}
+
 bool comes_near(const ToolSpec& tool, const std::vector<Vec3>& vertices) {
   Box3 box = box_of(vertices);
   box.min().array() -= kFar_m;
@@ -130,6 +138,7 @@ std::vector<std::string> scene_warnings(const Scene& scene, double duration_s) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     check_material(scene.bodies[b], warnings);
     check_hold(scene.bodies[b], scene, warnings);
+    check_plan(scene.bodies[b], warnings);
     for (std::size_t other = 0; other < b; ++other)
       if (reaches_into(scene.bodies[b], scene.bodies[other]) || reaches_into(scene.bodies[other], scene.bodies[b]))
         warnings.push_back(scene.bodies[other].name + " and " + scene.bodies[b].name + " overlap at the start");

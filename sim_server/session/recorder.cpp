@@ -15,6 +15,7 @@ namespace sectio {
 namespace {
 
 constexpr double kScalarsEvery_s = 0.5;  // simulated time between the scalars of a journal
+constexpr double kPauseInCut_s = 0.25;   // a longer one ends a cut
 
 }  // namespace
 
@@ -102,7 +103,12 @@ void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) 
   f.body_residual_m.resize(output.report.checks.size(), 0);
   f.body_residual.resize(output.report.checks.size(), 0);
   f.body_added_mass.resize(output.report.checks.size(), 0);
+  f.body_cuts.resize(output.report.checks.size());
+  const auto pause = static_cast<std::uint64_t>(kPauseInCut_s / scene.step_s);
   for (std::size_t b = 0; b < f.body_cpu_s.size(); ++b) {
+    const bool changed =
+        std::ranges::any_of(output.deltas, [&](const BodyDelta& d) { return d.body_id == b && !d.delta.empty(); });
+    f.body_cuts[b].add(output.step, changed, output.report.processor_s[b] - f.body_cpu_s[b], pause);
     f.body_residual[b] = std::max(f.body_residual[b], output.report.drivers[b].residual);
     f.body_added_mass[b] = std::max(f.body_added_mass[b], output.report.drivers[b].added_mass_fraction);
     f.body_cpu_s[b] = output.report.processor_s[b];

@@ -47,6 +47,14 @@ Json body_report(const RunFigures& f, const Scene& scene, const Simulation& simu
       body["check"]["error_estimate"] = c.error_estimate;
       body["check"]["cpu_estimate_s_per_s"] = c.cpu_estimate;
     }
+    if (id < scene.bodies.size() && scene.bodies[id].plan.cut_cpu_estimate) {
+      body["check"]["cpu_while_cut_estimate_s_per_s"] = *scene.bodies[id].plan.cut_cpu_estimate;
+      body["check"]["cut_step_estimate_s"] = *scene.bodies[id].plan.cut_step_estimate_s;
+    }
+    if (const CutCost& cuts = f.body_cuts[id]; cuts.steps > 0) {
+      body["check"]["cpu_while_cut_s_per_s"] = cuts.while_s / (static_cast<double>(cuts.within) * scene.step_s);
+      body["check"]["cut_step_s"] = cuts.time_s / static_cast<double>(cuts.steps);
+    }
     body["check"]["cpu_s_per_s"] = f.body_cpu_s[id] / std::max(1e-9, static_cast<double>(f.steps) * scene.step_s);
     body["check"]["stability_margin"] = c.stability_margin;
     body["check"]["largest_residual_m"] = f.body_residual_m[id];
@@ -147,6 +155,18 @@ Json outcome_report(const Outcome& outcome, const Scene& scene) {
 }
 
 }  // namespace
+
+void CutCost::add(std::uint64_t step, bool changed, double took_s, std::uint64_t longest_pause) {
+  since_s += took_s;
+  if (!changed) return;
+  const bool goes_on = steps > 0 && step - last_step <= longest_pause;
+  while_s += goes_on ? since_s : took_s;
+  within += goes_on ? step - last_step : 1;
+  time_s += took_s;
+  ++steps;
+  since_s = 0;
+  last_step = step;
+}
 
 std::string report_text(const RunFigures& figures, const Scene& scene, const Simulation& simulation,
                         std::span<const std::string> reasons) {

@@ -23,6 +23,19 @@ struct SyncCost {
   double most_behind_s = 0;
 };
 
+// The processor's time of a body while it is cut: from the first change of its topology to the last one that follows
+// within a quarter of a second.
+struct CutCost {
+  double time_s = 0;         // in steps in which its topology changes
+  std::uint64_t steps = 0;   // number of these
+  double while_s = 0;        // with the steps between
+  std::uint64_t within = 0;  // number of these
+  double since_s = 0;        // since the last change
+  std::uint64_t last_step = 0;
+
+  void add(std::uint64_t step, bool changed, double took_s, std::uint64_t longest_pause);
+};
+
 // The figures of a run, gathered step by step (Recorder).
 struct RunFigures {
   std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
@@ -33,6 +46,7 @@ struct RunFigures {
   std::vector<std::string> warnings;                   // each once
   std::vector<double> body_cpu_s, body_residual_m;     // by body: so far; the most
   std::vector<double> body_residual, body_added_mass;  // by body: the most
+  std::vector<CutCost> body_cuts;                      // by body
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
   StepReport last;  // the last step's
   std::optional<SyncCost> cost;

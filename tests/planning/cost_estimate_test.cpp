@@ -1,5 +1,5 @@
-// The cost that the planner expects of a body against its true cost, both measured in this run: the processor's time,
-// the least of several stretches. Other programs make single tries wrong, in one way only; so a few are allowed.
+// The cost that the planner expects of a body against its true cost, as a report tells it, both measured in this run:
+// the processor's time, the least of several stretches.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -17,14 +17,19 @@ namespace {
 
 using planning::Load;
 
+constexpr double kFactor = 1.75;  // 1.3 is the aim; other programs use the machine meanwhile
+
 class Cost : public testing::TestWithParam<PlannedCase> {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) / ("sectio_cost_" + std::to_string(getpid()));
-    setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
+  static void SetUpTestSuite() {
+    folder() = std::filesystem::path(testing::TempDir()) / ("sectio_cost_" + std::to_string(getpid()));
+    setenv("XDG_CACHE_HOME", folder().c_str(), 1);
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::filesystem::path folder_;
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder()); }
+  static std::filesystem::path& folder() {
+    static std::filesystem::path path;
+    return path;
+  }
 };
 
 const PlannedCase kCases[] = {
@@ -44,49 +49,44 @@ const PlannedCase kCases[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Of, Cost, testing::ValuesIn(kCases), [](const auto& c) { return c.param.name; });
 
-// While a probe presses; forceps and blades, which change what there is to simulate, are not at work yet.
+// While a probe presses or forceps twist; blades, which change what there is to simulate, are not at work yet.
 double cost_of(Scene scene) {
   for (ToolSpec& tool : scene.tools)
-    if (tool.kind != "probe") tool.trace = {tool.trace[0]};
-  constexpr int kStretches = 8, kSteps = 25;
+    if (tool.kind == "scalpel") tool.trace = {tool.trace[0]};
+  constexpr int kStretches = 16, kSteps = 25;
   Simulation simulation(prepared(scene));
-  double least_s = 1e9;
+  simulation.measure_with(processor_time_s);
+  double least_s = 1e9, so_far_s = 0;
   std::uint64_t step = 0;
-  // A probe is in contact from here on.
-  const bool presses = std::ranges::any_of(scene.tools, [](const ToolSpec& t) { return t.kind == "probe"; });
+  // Instruments are in contact from here on.
+  const bool presses = std::ranges::any_of(scene.tools, [](const ToolSpec& t) { return t.trace.size() > 1; });
   while (presses && static_cast<double>(step) * scene.step_s < 0.4) {
     StepInput input;
     input.samples = samples_of_traces(scene, ++step);
-    simulation.step(input);
+    so_far_s = simulation.step(input).report.processor_s[0];
   }
   for (int n = 0; n < kStretches; ++n) {
     StepInput input;
     double took_s = 0;
     for (int i = 0; i < kSteps; ++i) {
       input.samples = samples_of_traces(scene, ++step);
-      const double begun_s = processor_time_s();
-      simulation.step(input);
-      took_s += processor_time_s() - begun_s;
+      const double body_s = simulation.step(input).report.processor_s[0];
+      took_s += body_s - so_far_s;
+      so_far_s = body_s;
     }
     least_s = std::min(least_s, took_s);
   }
   return least_s / (kSteps * scene.step_s);
 }
 
-TEST_P(Cost, is_within_a_factor_of_two_of_the_estimate) {
-  constexpr int kTries = 4;
-  double nearest = 100;
-  for (int n = 0; n < kTries && std::abs(nearest - 1) > 0.3; ++n) {
-    const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines(), true);
-    const BodySpec& body = planned.scene.bodies[0];
-    const double cost = cost_of(planned.scene), ratio = *body.plan.cpu_estimate / cost;
-    std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f\n", GetParam().name.c_str(), body.model.c_str(),
-                *body.plan.cpu_estimate, cost, ratio);
-    if (std::abs(ratio - 1) < std::abs(nearest - 1)) nearest = ratio;
-  }
-  // Known failure: contact with samples costs less than the touch that is measured, and is not in the estimate.
-  EXPECT_LT(nearest, GetParam().name == "touched_block" ? 2.5 : 2);
-  EXPECT_GT(nearest, 0.5);
+TEST_P(Cost, is_near_the_estimate) {
+  const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines());
+  const BodySpec& body = planned.scene.bodies[0];
+  const double cost = cost_of(planned.scene), ratio = *body.plan.cpu_estimate / cost;
+  std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f\n", GetParam().name.c_str(), body.model.c_str(),
+              *body.plan.cpu_estimate, cost, ratio);
+  EXPECT_LT(ratio, kFactor);
+  EXPECT_GT(ratio, 1 / kFactor);
 }
 
 }  // namespace

@@ -105,7 +105,8 @@ TEST(EstimateOfOrgan, is_within_a_factor_of_two) {
   organ.mesh = ellipsoid(3, Vec3(0.045, 0.016, 0.014));
   organ.material.young_pa = 12000;
   organ.fixed = Box{Vec3(-1, -1, -1), Vec3(-0.005, 1, 1)};
-  organ.plan = {0.09, 4, {}, {}};
+  organ.plan.error_budget = 0.09;
+  organ.plan.cpu_budget = 4;
   const PlannedScene planned = plan_scene(scene, standard_engines(), calibration());
   const BodySpec& body = planned.scene.bodies[0];
   double sum = 0;

@@ -76,7 +76,8 @@ Scene scene_of(const Weighed& w) {
   body.material.density_kg_per_m3 = 1050;
   body.material.damping_per_s = 25;
   body.fixed = w.fixed;
-  body.plan = {w.error_budget, 4, {}, {}};
+  body.plan.error_budget = w.error_budget;
+  body.plan.cpu_budget = 4;
   return scene;
 }
 

@@ -12,6 +12,10 @@ inline planning::Calibration calibration() {
   c.rate["neo_hookean"] = c.rate["neo_hookean_implicit"] = {10, 14, 0.28};
   c.rate["lattice"] = c.rate["lattice_beside_faces"] = {11, 22, 0.46};
   c.touched_vertex_ns = 5;
+  c.cut["surface_springs"] = {16, 35e3, 0, 0, 0, 450};
+  c.cut["tetra_springs"] = {15, 160e3, 650e3, 50, 0, 28e3};
+  c.cut["neo_hookean"] = {15, 200e3, 550e3, 20, 0, 45e3};
+  c.cut["neo_hookean_lattice"] = {13, 500e3, 850e3, 350, 2e3, 20e3};
   return c;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/support/calibration.h"
 #include "tests/support/planning_methods.h"
 #include "tests/support/shapes.h"
@@ -136,6 +138,31 @@ TEST_F(Loads, blade_opens_as_deep_as_it_goes) {
   EXPECT_EQ(loads()[0].depth_of_tissue, 1) << "nobody knows what it will do";
 }
 
+TEST_F(Loads, blade_goes_so_far_so_deep_for_so_long) {
+  const auto strokes = [&] { return strokes_in(bar, shape_of(bar), situation); };
+  ToolUse& knife = add_tool(Vec3(0.031, 0.011, 0.03));
+  knife.cuts = true;
+  for (const auto& [x_m, z_m, time_s] :
+       {std::array{0.031, 0.015, 1.0}, std::array{0.051, 0.015, 3.0}, std::array{0.051, 0.03, 4.0}}) {
+    ToolMoment m = knife.moments[0];
+    m.tip_m = Vec3(x_m, 0.011, z_m);
+    m.back_m = m.tip_m + Vec3(0, 0, 0.1);
+    m.time_s = time_s;
+    knife.moments.push_back(m);
+  }
+  ASSERT_EQ(strokes().size(), 1u);
+  EXPECT_NEAR(strokes()[0].area_m2, 0.02 * 0.005, 1e-9);
+  EXPECT_NEAR(strokes()[0].way_m, 0.015 + 0.02, 1e-9) << "down, and along";
+  EXPECT_NEAR(strokes()[0].time_s, 3, 1e-9);
+  EXPECT_FALSE(strokes()[0].goes_through);
+  situation.tools[0].cuts = false;
+  EXPECT_TRUE(strokes().empty());
+  situation.tools[0].cuts = true;
+  situation.tools[0].moments.clear();
+  ASSERT_EQ(strokes().size(), 1u) << "nobody knows what it will do";
+  EXPECT_TRUE(strokes()[0].goes_through);
+}
+
 TEST_F(Loads, ball_dents_as_wide_as_it_touches) {
   add_tool(Vec3(0.051, 0.011, 0.02 + 0.005 - 0.002)).ball_radius_m = 0.005;
   ASSERT_EQ(loads().size(), 1u);
@@ -188,6 +215,35 @@ TEST(Plan, leaves_shallow_incisions_to_the_surface) {
   const BodyPlan deep = plan(in, calibration());
   EXPECT_NE(deep.chosen.method->name, "surface_springs");
   EXPECT_EQ(why_not(deep, "surface_springs"), "scalpel cuts deeper than 0.3 of the thickness");
+}
+
+TEST(Plan, counts_what_cuts_cost) {
+  PlanInput in = of_box({0.1, 0.025, 0.025}, {cut(0.015, 0.6)});
+  in.budgets = {0.3, 5};
+  const Candidate uncut = plan(in, calibration()).chosen;
+  EXPECT_EQ(uncut.cut_cpu, 0);
+  in.strokes = {{"scalpel", 0.05, 0.05 * 0.015, 2.5, false}};
+  const BodyPlan cut = plan(in, calibration());
+  for (const Candidate& c : cut.considered) {
+    EXPECT_GT(c.cut_cpu, c.cpu) << c.method->name;
+    EXPECT_GT(c.cut_step_s, c.cut_cpu * c.step_s) << "not each step cuts";
+  }
+  EXPECT_NE(to_text(in, cut).find("a step that cuts: "), std::string::npos);
+  in.strokes[0].time_s /= 2;
+  EXPECT_GT(plan(in, calibration()).chosen.cut_cpu, cut.chosen.cut_cpu) << "twice as fast";
+}
+
+TEST(Plan, does_not_take_a_model_whose_cuts_are_too_dear) {
+  PlanInput in = of_box({0.1, 0.025, 0.025}, {cut(0.015, 0.6)});
+  in.strokes = {{"scalpel", 0.05, 0.05 * 0.015, 2.5, false}};
+  in.budgets = {0.3, 100};
+  const Candidate taken = plan(in, calibration()).chosen;
+  in.budgets.cpu = 0.5 * (taken.cpu + taken.cut_cpu);
+  const BodyPlan p = plan(in, calibration());
+  EXPECT_TRUE(p.chosen.method != taken.method || p.chosen.cell_m != taken.cell_m) << to_text(in, p);
+  if (!p.fits) {
+    EXPECT_NE(to_text(in, p).find("over the budget"), std::string::npos);
+  }
 }
 
 TEST(Plan, says_so_when_nothing_fits_and_takes_the_nearest) {
