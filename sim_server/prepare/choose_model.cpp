@@ -11,6 +11,7 @@
 #include "common/core/log.h"
 #include "sim_server/planning/plan.h"
 #include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/kept_plans.h"
 #include "sim_server/prepare/machine_speed.h"
 #include "sim_server/world/body.h"
 
@@ -233,15 +234,8 @@ Scene with_step(Scene scene, const EngineTable& engines) {
   return scene;
 }
 
-}  // namespace
-
-PlannedScene plan_scene(Scene scene, const EngineTable& engines, bool anew) {
-  if (std::ranges::none_of(scene.bodies, is_auto)) return {with_step(std::move(scene), engines), {}};
-  return plan_scene(std::move(scene), engines, calibration_of_this_machine(engines, anew));
-}
-
-PlannedScene plan_scene(Scene scene, const EngineTable& engines, const planning::Calibration& speed) {
-  const std::vector<Method> methods = engines.methods();
+KeptPlan made_plan(Scene scene, const EngineTable& engines, std::span<const Method> methods,
+                   const planning::Calibration& speed) {
   std::vector<planning::PlanInput> inputs;
   for (BodySpec& body : scene.bodies) {
     try {
@@ -257,28 +251,63 @@ PlannedScene plan_scene(Scene scene, const EngineTable& engines, const planning:
   for (const double step_s : steps_s) {
     if (scene.step_is_free && !is_stable(scene, step_s, methods, engines)) continue;
     Choice choice = choose(scene, inputs, step_s, speed, trials);
-    if (!best || choice.worst < best->worst) {
-      best = std::move(choice);
-      scene.step_s = step_s;
-    }
+    if (!best || choice.worst < best->worst) best = std::move(choice);
     if (best->worst <= 1) break;
   }
   if (!best) throw InputError(scene.file + kNoStep);
-  PlannedScene planned{std::move(scene), {}};
-  std::size_t n = 0;
+  KeptPlan made;
+  for (std::size_t i = 0; i < best->plans.size(); ++i) {
+    const Candidate& c = best->plans[i].chosen;
+    made.table += planning::to_text(best->inputs[i], best->plans[i]);
+    made.choices.push_back({c.method->name, c.step_s, c.cell_m, c.tetrahedra, c.error, c.cpu, c.cut_cpu, c.cut_step_s});
+  }
+  return made;
+}
+
+// Nothing if the plan is not for such a scene, or has another method.
+std::optional<PlannedScene> with_plan(Scene scene, std::span<const Method> methods, const KeptPlan& plan) {
+  if (std::ranges::count_if(scene.bodies, is_auto) != std::ssize(plan.choices)) return std::nullopt;
+  PlannedScene planned{std::move(scene), plan.table};
+  auto choice = plan.choices.begin();
   for (BodySpec& body : planned.scene.bodies) {
     if (!is_auto(body)) continue;
-    const planning::BodyPlan& plan = best->plans[n];
-    planned.table += planning::to_text(best->inputs[n++], plan);
-    body = alone(body, planned.scene, plan.chosen).bodies[0];
-    body.plan.error_estimate = plan.chosen.error;
-    body.plan.cpu_estimate = plan.chosen.cpu;
-    if (plan.chosen.cut_cpu > 0) {
-      body.plan.cut_cpu_estimate = plan.chosen.cut_cpu;
-      body.plan.cut_step_estimate_s = plan.chosen.cut_step_s;
+    const auto method = std::ranges::find(methods, choice->method, &Method::name);
+    if (method == methods.end()) return std::nullopt;
+    Candidate c;
+    c.method = &*method;
+    planned.scene.step_s = c.step_s = choice->step_s;
+    c.cell_m = choice->cell_m;
+    c.tetrahedra = choice->tetrahedra;
+    body = alone(body, planned.scene, c).bodies[0];
+    body.plan.error_estimate = choice->error;
+    body.plan.cpu_estimate = choice->cpu;
+    if (choice->cut_cpu > 0) {
+      body.plan.cut_cpu_estimate = choice->cut_cpu;
+      body.plan.cut_step_estimate_s = choice->cut_step_s;
     }
+    ++choice;
   }
   return planned;
+}
+
+}  // namespace
+
+PlannedScene plan_scene(Scene scene, const EngineTable& engines, bool anew) {
+  if (std::ranges::none_of(scene.bodies, is_auto)) return {with_step(std::move(scene), engines), {}};
+  const std::vector<Method> methods = engines.methods();
+  const planning::Calibration speed = calibration_of_this_machine(engines, anew);
+  const std::uint64_t key = plan_key(scene, methods, to_text(speed, {}));
+  if (const auto kept = anew ? std::nullopt : kept_plan(key))
+    if (auto planned = with_plan(scene, methods, *kept)) return std::move(*planned);
+  const KeptPlan made = made_plan(scene, engines, methods, speed);
+  keep_plan(key, made);
+  return *with_plan(std::move(scene), methods, made);
+}
+
+PlannedScene plan_scene(Scene scene, const EngineTable& engines, const planning::Calibration& speed) {
+  const std::vector<Method> methods = engines.methods();
+  const KeptPlan made = made_plan(scene, engines, methods, speed);
+  return *with_plan(std::move(scene), methods, made);
 }
 
 Scene planned(Scene scene, const EngineTable& engines) {

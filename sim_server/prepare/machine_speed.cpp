@@ -1,11 +1,8 @@
 #include "sim_server/prepare/machine_speed.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -15,6 +12,7 @@
 #include "common/core/processor_time.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/resolution.h"
+#include "sim_server/prepare/cache_folder.h"
 #include "sim_server/prepare/calibration_block.h"
 #include "sim_server/prepare/cut_speed.h"
 #include "sim_server/simulation.h"
@@ -139,14 +137,6 @@ std::string processor_name() {
   return "unknown";
 }
 
-std::filesystem::path cache_file() {
-  const char* cache = std::getenv("XDG_CACHE_HOME");
-  const char* home = std::getenv("HOME");
-  if (cache && *cache) return std::filesystem::path(cache) / "sectio" / "calibration.txt";
-  if (home && *home) return std::filesystem::path(home) / ".cache" / "sectio" / "calibration.txt";
-  return {};
-}
-
 }  // namespace
 
 Calibration measure_calibration(const EngineTable& engines) {
@@ -226,7 +216,7 @@ std::optional<Calibration> calibration_from(const std::string& text, const std::
 
 Calibration calibration_of_this_machine(const EngineTable& engines, bool anew) {
   const std::string processor = processor_name();
-  const std::filesystem::path file = cache_file();
+  const std::filesystem::path folder = cache_folder(), file = folder / "calibration.txt";
   if (std::ifstream in(file); in && !anew) {
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     const auto known = calibration_from(text, processor);
@@ -234,13 +224,10 @@ Calibration calibration_of_this_machine(const EngineTable& engines, bool anew) {
     if (known && std::ranges::all_of(engines.methods(), has_rate)) return *known;
     log_info(file.string() + ": not of this processor, of other models or damaged; measured anew");
   }
-  const Calibration c = measure_calibration(engines);
-  std::error_code error;
-  if (!file.empty()) std::filesystem::create_directories(file.parent_path(), error);
-  // Written beside and renamed, because other programs may read the file meanwhile.
-  const std::filesystem::path part = file.string() + "." + std::to_string(::getpid());
-  if (std::ofstream(part) << to_text(c, processor)) std::filesystem::rename(part, file, error);
-  return c;
+  const Calibration measured = measure_calibration(engines);
+  const std::string text = to_text(measured, processor);
+  if (!folder.empty()) write_to_cache(file, text);
+  return calibration_from(text, processor).value_or(measured);  // to as many digits as the next run will read
 }
 
 }  // namespace sectio

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "common/core/error.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/fill_volumes.h"
+#include "sim_server/prepare/kept_plans.h"
 #include "sim_server/prepare/machine_speed.h"
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
@@ -138,6 +140,67 @@ TEST_F(Plans, model_of_another_table_is_measured_and_chosen) {
   const PlannedScene planned = plan_scene(scene, engines);
   EXPECT_EQ(planned.scene.bodies[0].model, "exact_springs") << planned.table;
   EXPECT_NE(text_of_cache().find("exact "), std::string::npos);
+}
+
+TEST_F(Plans, second_planning_of_the_same_scene_reads_the_first) {
+  const std::vector<planning::Method> methods = standard_engines().methods();
+  const PlannedScene first = plan_scene(bar_scene(), standard_engines());
+  const planning::Calibration speed = calibration_of_this_machine(standard_engines());
+  const std::uint64_t key = plan_key(bar_scene(), methods, to_text(speed, {}));
+  auto kept = kept_plan(key);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->table, first.table);
+  kept->table += "read from disk\n";
+  keep_plan(key, *kept);
+  const PlannedScene second = plan_scene(bar_scene(), standard_engines());
+  EXPECT_EQ(second.table, kept->table);
+  const BodySpec &one = first.scene.bodies[0], &other = second.scene.bodies[0];
+  EXPECT_EQ(one.model, other.model);
+  EXPECT_EQ(one.volume.cell_m, other.volume.cell_m);
+  EXPECT_EQ(one.volume.tetrahedra, other.volume.tetrahedra);
+  EXPECT_EQ(one.plan.error_estimate, other.plan.error_estimate);
+  EXPECT_EQ(one.plan.cpu_estimate, other.plan.cpu_estimate);
+  EXPECT_EQ(first.scene.step_s, second.scene.step_s);
+}
+
+TEST_F(Plans, torn_and_foreign_plans_are_planned_anew) {
+  const PlannedScene first = plan_scene(bar_scene(), standard_engines());
+  fs::path file;
+  for (const auto& entry : fs::directory_iterator(folder_ / "sectio" / "plans")) file = entry.path();
+  ASSERT_FALSE(file.empty());
+  std::ifstream in(file);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  for (const std::string& damaged : {text.substr(0, text.size() / 2), std::string(), std::string("another program's"),
+                                     std::string(text).replace(text.find('\n') + 1, 4, "0000")}) {
+    std::ofstream(file) << damaged;
+    EXPECT_EQ(plan_scene(bar_scene(), standard_engines()).table, first.table);
+    std::ifstream again(file);
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(again), {}), text) << "mended";
+  }
+}
+
+TEST_F(Plans, key_depends_on_everything_that_a_plan_does) {
+  const std::vector<planning::Method> methods = standard_engines().methods();
+  const std::uint64_t key = plan_key(bar_scene(), methods, "speed");
+  EXPECT_EQ(plan_key(bar_scene(), methods, "speed"), key);
+  EXPECT_NE(plan_key(bar_scene(), methods, "another speed"), key);
+  const std::function<void(Scene&)> changes[] = {
+      [](Scene& s) { s.step_s = 2e-3; },
+      [](Scene& s) { s.gravity_m_per_s2.z() = -1; },
+      [](Scene& s) { s.floor_z_m = 0; },
+      [](Scene& s) { s.bodies[0].mesh.vertices_body_m[3].x() += 1e-9; },
+      [](Scene& s) { s.bodies[0].material.young_pa += 1; },
+      [](Scene& s) { s.bodies[0].fixed.reset(); },
+      [](Scene& s) { s.bodies[0].plan.error_budget = 0.06; },
+      [](Scene& s) { s.bodies[0].cutting.style = "semi_progressive"; },
+      [](Scene& s) { s.bodies[0].pose.position_m.z() = 0.01; },
+      [](Scene& s) { s.tools.emplace_back(); },
+  };
+  for (std::size_t i = 0; i < std::size(changes); ++i) {
+    Scene changed = bar_scene();
+    changes[i](changed);
+    EXPECT_NE(plan_key(changed, methods, "speed"), key) << i;
+  }
 }
 
 TEST_F(Plans, machine_is_measured_once_and_damaged_caches_are_measured_anew) {
