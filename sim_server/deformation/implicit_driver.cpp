@@ -14,28 +14,53 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
   for (std::size_t n = 0; n < constraints.size(); ++n)
     for (const auto& [particle, weight] : supports.of(n))
       from_[n] += weight * start_position_[particle].head<3>().cast<double>();
-  products_ = 0;
+  products_ = iterations_ = 0;
+  look_back(motion.step_s);
+  bool met = false;
   for (parts_ = 1;; parts_ *= 2) {
-    if (take(energy, motion, particles, constraints, supports, reactions, parts_, parts_ > 2 ? smoother : Smoother{}))
-      return;
-    if (parts_ == kMostParts) break;
+    met = take(energy, motion, particles, constraints, supports, reactions, parts_, parts_ > 2 ? smoother : Smoother{});
+    if (met || parts_ == kMostParts) break;
     std::ranges::copy(start_position_, particles.position_world_m.begin());
     std::ranges::copy(start_velocity_, particles.velocity_m_per_s.begin());
   }
-  ++not_met_;
+  not_met_ += !met;
+  before_position_.clear();
+  if (!motion.is_long || parts_ > 1) return;
+  before_position_ = start_position_, before_velocity_ = start_velocity_;
+  left_position_.assign(particles.position_world_m.begin(), particles.position_world_m.end());
+  left_velocity_.assign(particles.velocity_m_per_s.begin(), particles.velocity_m_per_s.end());
+}
+
+void ImplicitDriver::look_back(double step_s) {
+  if (before_position_.empty()) return;
+  const std::size_t known = std::min(before_position_.size(), start_position_.size());
+  const auto h = static_cast<float>(step_s);
+  before_position_.resize(start_position_.size()), before_velocity_.resize(start_position_.size());
+  for (std::size_t i = 0; i < start_position_.size(); ++i) {
+    const Vec4f &x = start_position_[i], &v = start_velocity_[i];
+    if (i >= known) {
+      before_position_[i] = x - h * v, before_velocity_[i] = v;
+      continue;
+    }
+    const Vec4f pushed = v - left_velocity_[i];
+    before_position_[i] += x - left_position_[i] - h * pushed;
+    before_velocity_[i] += pushed;
+  }
 }
 
 bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles& particles,
                           std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
                           std::span<Reaction> reactions, int parts, const Smoother& smoother) {
-  const double h = motion.step_s / parts, kept = h / (1 + motion.damping_per_s * h);
-  const Vec3 fall_m = h * kept * motion.gravity_m_per_s2;
+  const bool has_past = motion.is_long && parts == 1 && !before_position_.empty();
+  const double h = motion.step_s / parts, length = has_past ? 2 * h / 3 : h;  // H
+  const double kept = length / (1 + motion.damping_per_s * length), start = h / (1 + motion.damping_per_s * h);
+  const Vec3 fall_m = length * kept * motion.gravity_m_per_s2;
   const std::size_t count = particles.position_world_m.size();
   part_.assign(constraints.begin(), constraints.end());
   taken_along_.resize(constraints.size());
   of_part_.resize(constraints.size());
   std::ranges::fill(reactions, Reaction{});
-  inertial_.resize(count), now_.resize(count);
+  inertial_.resize(count), now_.resize(count), base_.resize(count);
   residual_ = 0;
   bool met = true;
   for (int n = 0; n < parts; ++n) {
@@ -49,19 +74,30 @@ bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles&
     }
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3 x = particles.position_world_m[i].head<3>().cast<double>();
-      inertial_[i] = now_[i] = x;
+      inertial_[i] = now_[i] = base_[i] = x;
       const double inverse = particles.inverse_mass_per_kg[i];
       if (inverse == 0) continue;
-      now_[i] += kept * particles.velocity_m_per_s[i].head<3>().cast<double>();
-      inertial_[i] = now_[i] + particles.mass_kg[i] * inverse * fall_m;
+      Vec3 v = particles.velocity_m_per_s[i].head<3>().cast<double>();
+      now_[i] += start * v;
+      if (has_past) {
+        base_[i] += (x - before_position_[i].head<3>().cast<double>()) / 3;
+        v += (v - before_velocity_[i].head<3>().cast<double>()) / 3;
+      }
+      inertial_[i] = base_[i] + kept * v + particles.mass_kg[i] * inverse * fall_m;
     }
     if (smoother) smoother(h, inertial_, now_);
-    // x = x0 + h v0 / (1 + alpha h) + h^2 / (1 + alpha h) (f / m + g)
-    const NewtonStep::Problem problem{
-        std::sqrt(h * kept), particles.mass_kg, particles.inverse_mass_per_kg, inertial_, part_,
-        &supports,           taken_along_};
+    // x = X + H V / (1 + alpha H) + H^2 / (1 + alpha H) (f / m + g)
+    const NewtonStep::Problem problem{std::sqrt(length * kept),
+                                      motion.is_long ? NewtonStep::kLongTolerance : NewtonStep::kTolerance,
+                                      particles.mass_kg,
+                                      particles.inverse_mass_per_kg,
+                                      inertial_,
+                                      part_,
+                                      &supports,
+                                      taken_along_};
     const NewtonOutcome outcome = newton_.solve(energy, problem, now_);
     products_ += outcome.products;
+    iterations_ += outcome.iterations;
     residual_ = std::max(residual_, std::isfinite(outcome.residual) ? outcome.residual : HUGE_VAL);
     residual_m_ = outcome.last_move_m;
     met &= outcome.met;
@@ -74,7 +110,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles&
       if (!std::isfinite(distance_m)) moved.setZero(), met = false;
       if (distance_m > furthest_m) moved *= furthest_m / distance_m;
       particles.position_world_m[i].head<3>() = (from + moved).cast<float>();
-      particles.velocity_m_per_s[i].head<3>() = (moved / h).cast<float>();
+      particles.velocity_m_per_s[i].head<3>() = ((from + moved - base_[i]) / length).cast<float>();
     }
     newton_.finish(problem, h, particles.velocity_m_per_s, of_part_);
     for (std::size_t c = 0; c < of_part_.size(); ++c) {

@@ -1,8 +1,15 @@
-// The driver that is stable at any step: steps of backward Euler by Newton's method (newton_step.h). Drag is implicit,
-// too. A step whose residual stays above the tolerance is undone and taken in two, four, eight parts; what is still
-// above it then is counted, and goes on from the best state found.
+// The driver that is stable at any step: Newton's method (newton_step.h) on steps of backward Euler, or, where long
+// steps are a scene's choice, of BDF2, which damps far less: with x_0, v_0 now, x_-1, v_-1 a step ago, and H = 2 h / 3,
+//
+//   x = X + H v,  v = V + H (f(x) / m + g - alpha v),   X = (4 x_0 - x_-1) / 3,  V = (4 v_0 - v_-1) / 3
+//
+// is a step of backward Euler of length H from (X, V). The first step is one of backward Euler. A particle that
+// others have moved or pushed since takes its past along; a new one has x_-1 = x_0 - h v_0. Newton's method begins at
+// x_0 + h v_0. Drag is implicit, too. A step whose residual stays above the tolerance is undone and taken in two, four,
+// eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 
@@ -16,6 +23,7 @@ class ImplicitDriver {
     double step_s = 0.001, damping_per_s = 0;
     Vec3 gravity_m_per_s2 = Vec3::Zero();
     double largest_speed_m_per_s = 5;
+    bool is_long = false;  // BDF2, to NewtonStep::kLongTolerance
   };
   // Held where the inverse mass is 0. Masses are those of the tissue, without what stability has added.
   struct Particles {
@@ -30,15 +38,20 @@ class ImplicitDriver {
             std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
             std::span<Reaction> reactions, const Smoother& smoother = {});
 
+  // Particles from this one on have no past: they are new, or have jumped. 0: the next step is the first one.
+  void forget(std::size_t from = 0) { before_position_.resize(std::min(before_position_.size(), from)); }
+
   double residual() const { return residual_; }             // by force, of the last step: the largest of its parts
   double residual_m() const { return residual_m_; }         // how far the last iteration moved something
   std::uint64_t steps_not_met() const { return not_met_; }  // so far
   int parts() const { return parts_; }                      // the last step's
+  int iterations() const { return iterations_; }            // the last step's, by Newton's method
   int products() const { return products_; }                // the last step's
 
  private:
   static constexpr int kMostParts = 8;
 
+  void look_back(double step_s);
   bool take(ElasticEnergy& energy, Motion motion, const Particles& particles,
             std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
             std::span<Reaction> reactions, int parts, const Smoother& smoother);
@@ -46,12 +59,15 @@ class ImplicitDriver {
   NewtonStep newton_;
   std::vector<Vec3> inertial_, now_;
   std::vector<Vec4f> start_position_, start_velocity_;
+  std::vector<Vec4f> before_position_, before_velocity_;  // a step ago; empty: nothing is known
+  std::vector<Vec4f> left_position_, left_velocity_;      // after the last step
+  std::vector<Vec3> base_;                                // X
   std::vector<PointConstraint> part_;
   std::vector<Vec3> from_, taken_along_;
   std::vector<Reaction> of_part_;
   double residual_ = 0, residual_m_ = 0;
   std::uint64_t not_met_ = 0;
-  int parts_ = 1, products_ = 0;
+  int parts_ = 1, iterations_ = 0, products_ = 0;
 };
 
 }  // namespace sectio

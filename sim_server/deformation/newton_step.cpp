@@ -10,14 +10,29 @@ namespace sectio {
 namespace {
 
 constexpr int kMostIterations = 8, kMostProducts = 400, kMostHalvings = 8;
-constexpr double kInner = 0.01;       // share of the residual that conjugate gradients may leave
+constexpr double kInner = 0.01;       // share of the residual that conjugate gradients may leave,
+constexpr double kLongInner = 0.03;   // in long steps,
+constexpr double kBelow = 0.3;        // and needn't go further below the tolerance than this
+constexpr double kStiffer = 250;      // diagonal over inertia from which groups pay
+constexpr double kSlope = 0.5;        // a slope that has turned by no more than this is taken for a smaller objective
 constexpr double kRests = 1e-4;       // a residual below this share of the weight needs no iteration
 constexpr double kPointOverOwn = 50;  // stiffness of a held point over that of its particles
 constexpr double kStandardGravity_m_per_s2 = 9.81;
 
 double dot(std::span<const Vec4f> a, std::span<const Vec4f> b) {
+  constexpr std::size_t kInFloat = 32;
+  Eigen::Array4d sum = Eigen::Array4d::Zero();
+  for (std::size_t from = 0; from < a.size(); from += kInFloat) {
+    Eigen::Array4f part = Eigen::Array4f::Zero();
+    for (std::size_t i = from; i < std::min(a.size(), from + kInFloat); ++i) part += a[i].array() * b[i].array();
+    sum += part.cast<double>();
+  }
+  return sum.head<3>().sum();
+}
+
+double dot(std::span<const Vec3> a, std::span<const Vec4f> b) {
   double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += double{a[i].head<3>().dot(b[i].head<3>())};
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i].head<3>().cast<double>());
   return sum;
 }
 
@@ -96,43 +111,104 @@ double NewtonStep::objective_j(ElasticEnergy& energy, const Problem& problem, st
 }
 
 double NewtonStep::forces(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x) {
-  std::ranges::fill(force_, Vec3::Zero());
-  energy.add_forces(x, force_);
+  std::ranges::fill(free_force_, Vec3::Zero());
+  energy.add_forces(x, free_force_);
+  const double per_s2 = 1 / (problem.step_s * problem.step_s);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (const double inverse = problem.inverse_mass_per_kg[i]; inverse > 0)
+      free_force_[i] += per_s2 / inverse * (problem.inertial_world_m[i] - x[i]);
+  return add_points(problem, x);
+}
+
+double NewtonStep::add_points(const Problem& problem, std::span<const Vec3> x) {
+  std::ranges::copy(free_force_, force_.begin());
   for (std::size_t n = 0; n < held_.size(); ++n) {
     const Exerted on_tissue = exerted(problem, n, x);
     held_[n].slope_n_per_m = on_tissue.slope_n_per_m;
     for (const auto& [particle, weight] : problem.supports->of(n)) force_[particle] += weight * on_tissue.force_n;
   }
   double sum = 0;
-  const double per_s2 = 1 / (problem.step_s * problem.step_s);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (problem.inverse_mass_per_kg[i] == 0) {
-      force_[i].setZero();
-      continue;
-    }
-    force_[i] += per_s2 / problem.inverse_mass_per_kg[i] * (problem.inertial_world_m[i] - x[i]);
+    if (problem.inverse_mass_per_kg[i] == 0) force_[i].setZero();
     sum += force_[i].squaredNorm();
   }
   return std::sqrt(sum);
 }
 
-void NewtonStep::linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x) {
+void NewtonStep::linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x, bool with_groups) {
   energy.linearise(x);
-  const double per_s2 = 1 / (problem.step_s * problem.step_s);
-  for (std::size_t i = 0; i < x.size(); ++i)
-    blocks_[i] = problem.inverse_mass_per_kg[i] > 0 ? Mat3(per_s2 / problem.inverse_mass_per_kg[i] * Mat3::Identity())
-                                                    : Mat3(Mat3::Zero());
+  std::ranges::fill(blocks_, Mat3::Zero());
   energy.add_blocks(blocks_);
+  double stiffness = 0, inertia = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double own = double{inertia_n_per_m_[i]};
+    if (own == 0) continue;
+    stiffness += blocks_[i].trace() / 3;
+    inertia += own;
+    blocks_[i].diagonal().array() += own;
+  }
   stiffen(problem);
   for (std::size_t n = 0; n < held_.size(); ++n)
     for (const auto& [particle, weight] : problem.supports->of(n))
       blocks_[particle] += weight * weight * held_[n].slope_n_per_m;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (problem.inverse_mass_per_kg[i] == 0)
-      inverse_[i].setZero();
-    else
-      inverse_[i] = blocks_[i].inverse().cast<float>();
+    inverse_[i].fill(Vec4f::Zero());
+    if (inertia_n_per_m_[i] == 0) continue;
+    const Eigen::Matrix3f inverse = blocks_[i].cast<float>().inverse();
+    for (int k = 0; k < 3; ++k) inverse_[i][static_cast<std::size_t>(k)].head<3>() = inverse.col(k);
   }
+  const bool pays = with_groups && energy.changes() != 0 && stiffness > kStiffer * inertia;
+  if (pays && is_grouped_ && held_.empty()) return;  // the groups of this step's first iteration will do
+  is_grouped_ = pays;
+  if (pays) group(energy, problem, x);
+}
+
+// The share of a point: by each group, how the point moves.
+void NewtonStep::group_point(const Problem& problem, std::size_t n) {
+  using Modes = Eigen::Matrix<float, 3, 6>;
+  std::vector<std::pair<std::uint32_t, Modes>> moves;
+  for (const auto& [particle, weight] : problem.supports->of(n)) {
+    const std::uint32_t group = coarse_.group(particle);
+    if (group == RigidAggregates::kNoGroup) continue;
+    auto to = std::ranges::find(moves, group, &std::pair<std::uint32_t, Modes>::first);
+    if (to == moves.end()) to = moves.insert(to, {group, Modes::Zero()});
+    const Vec3f& r = coarse_.arm(particle);
+    Modes at;
+    at << 1, 0, 0, 0, r.z(), -r.y(), 0, 1, 0, -r.z(), 0, r.x(), 0, 0, 1, r.y(), -r.x(), 0;
+    to->second += static_cast<float>(weight) * at;
+  }
+  const Eigen::Matrix3f slope = held_[n].slope_n_per_m.cast<float>();
+  for (const auto& [a, by_a] : moves)
+    for (const auto& [b, by_b] : moves)
+      if (RigidAggregates::Mat6f* const block = a <= b ? coarse_.block(a, b) : nullptr)
+        *block += by_a.transpose() * slope * by_b;
+}
+
+// The matrix of the coarse levels.
+void NewtonStep::group(const ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x) {
+  if (grouped_ != energy.changes()) {
+    grouped_ = energy.changes();
+    coarse_.divide(energy.graph());
+  }
+  is_grouped_ = !coarse_.empty();
+  if (!is_grouped_) return;
+  coarse_.begin(x);
+  energy.add_to(coarse_);
+  for (std::uint32_t i = 0; i < x.size(); ++i) {
+    if (coarse_.group(i) == RigidAggregates::kNoGroup) continue;
+    RigidAggregates::Mat6f& block = *coarse_.block(coarse_.group(i), coarse_.group(i));
+    const Vec3f& r = coarse_.arm(i);
+    const float m = inertia_n_per_m_[i];
+    block.diagonal().head<3>().array() += m;
+    block.bottomRightCorner<3, 3>() -= m * r * r.transpose();
+    block.diagonal().tail<3>().array() += m * r.squaredNorm();
+    Eigen::Matrix3f arm;
+    arm << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+    block.bottomLeftCorner<3, 3>() += m * arm;
+    block.topRightCorner<3, 3>() -= m * arm;
+  }
+  for (std::size_t n = 0; n < held_.size(); ++n) group_point(problem, n);
+  coarse_.finish();
 }
 
 void NewtonStep::bound_friction(const Problem& problem, std::span<const Vec3> x) {
@@ -159,11 +235,7 @@ void NewtonStep::stiffen(const Problem& problem) {
 
 // ap <- (M / h^2 + K + points) p, without the rows of held particles.
 void NewtonStep::multiply(const ElasticEnergy& energy, const Problem& problem) {
-  const double per_s2 = 1 / (problem.step_s * problem.step_s);
-  for (std::size_t i = 0; i < p_.size(); ++i) {
-    const double inverse = problem.inverse_mass_per_kg[i];
-    ap_[i] = inverse > 0 ? Vec4f(static_cast<float>(per_s2 / inverse) * p_[i]) : Vec4f(Vec4f::Zero());
-  }
+  for (std::size_t i = 0; i < p_.size(); ++i) ap_[i] = inertia_n_per_m_[i] * p_[i];
   energy.add_product(p_, ap_);
   for (std::size_t n = 0; n < held_.size(); ++n) {
     Vec3 moved = Vec3::Zero();
@@ -173,16 +245,23 @@ void NewtonStep::multiply(const ElasticEnergy& energy, const Problem& problem) {
     for (const auto& [particle, weight] : problem.supports->of(n))
       ap_[particle].head<3>() += (weight * force).cast<float>();
   }
-  for (std::size_t i = 0; i < p_.size(); ++i)
-    if (problem.inverse_mass_per_kg[i] == 0) ap_[i].setZero();
+  for (std::size_t i = 0; i < p_.size(); ++i) {
+    ap_[i].w() = p_[i].w() = 0;
+    if (inertia_n_per_m_[i] == 0) ap_[i].setZero();
+  }
+}
+
+void NewtonStep::precondition() {
+  for (std::size_t i = 0; i < r_.size(); ++i) {
+    const auto& [x, y, z] = inverse_[i];
+    z_[i] = r_[i].x() * x + r_[i].y() * y + r_[i].z() * z;
+  }
+  if (is_grouped_) coarse_.add_correction(r_, z_);
 }
 
 // False when the Hessian isn't positive along a direction on the first one.
 bool NewtonStep::find_direction(const ElasticEnergy& energy, const Problem& problem, double tolerance_n,
                                 int& products) {
-  const auto precondition = [&] {
-    for (std::size_t i = 0; i < r_.size(); ++i) z_[i].head<3>() = inverse_[i] * r_[i].head<3>();
-  };
   for (std::size_t i = 0; i < r_.size(); ++i) r_[i].head<3>() = force_[i].cast<float>();
   std::ranges::fill(dx_, Vec4f::Zero());
   precondition();
@@ -195,15 +274,15 @@ bool NewtonStep::find_direction(const ElasticEnergy& energy, const Problem& prob
     if (!(pap > 0)) return n > 0;
     const auto alpha = static_cast<float>(rz / pap);
     for (std::size_t i = 0; i < r_.size(); ++i) {
-      dx_[i].head<3>() += alpha * p_[i].head<3>();
-      r_[i].head<3>() -= alpha * ap_[i].head<3>();
+      dx_[i] += alpha * p_[i];
+      r_[i] -= alpha * ap_[i];
     }
     if (std::sqrt(dot(r_, r_)) <= tolerance_n) break;
     precondition();
     const double next = dot(r_, z_);
     const auto beta = static_cast<float>(next / rz);
     rz = next;
-    for (std::size_t i = 0; i < r_.size(); ++i) p_[i].head<3>() = z_[i].head<3>() + beta * p_[i].head<3>();
+    for (std::size_t i = 0; i < r_.size(); ++i) p_[i] = z_[i] + beta * p_[i];
   }
   return true;
 }
@@ -212,40 +291,59 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
   SECTIO_ASSERT(problem.supports || problem.constraints.empty(), "points have supports");
   NewtonOutcome outcome;
   held_.assign(problem.constraints.size(), {});
-  force_.resize(x.size()), blocks_.resize(x.size()), inverse_.resize(x.size());
+  free_force_.resize(x.size()), force_.resize(x.size()), blocks_.resize(x.size()), inverse_.resize(x.size());
   for (auto* vectors : {&p_, &ap_, &r_, &z_, &dx_}) vectors->assign(x.size(), Vec4f::Zero());
+  inertia_n_per_m_.assign(x.size(), 0);
   double weight_n = 0;
-  for (std::size_t i = 0; i < x.size(); ++i)
-    if (problem.inverse_mass_per_kg[i] > 0) weight_n += problem.mass_kg[i] * problem.mass_kg[i];
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double inverse = problem.inverse_mass_per_kg[i];
+    if (!(inverse > 0)) continue;
+    weight_n += problem.mass_kg[i] * problem.mass_kg[i];
+    inertia_n_per_m_[i] = static_cast<float>(1 / (problem.step_s * problem.step_s * inverse));
+  }
   weight_n = kStandardGravity_m_per_s2 * std::sqrt(weight_n);
   if (!(weight_n > 0)) return outcome.met = true, outcome;  // nothing can move
-  bool linearised = false;
-  if (!held_.empty()) linearise(energy, problem, x), linearised = true;
+  bool linearised = is_grouped_ = false;
+  if (!held_.empty()) linearise(energy, problem, x, false), linearised = true;  // for the stiffness of points
   bound_friction(problem, x);
   double left_n = forces(energy, problem, x);
+  const double rounding_n = energy.rounding_n(), enough_n = std::max(problem.tolerance * weight_n, 3 * rounding_n);
+  const bool is_long = problem.tolerance > kTolerance;
   for (; outcome.iterations < kMostIterations && std::isfinite(left_n); ++outcome.iterations) {
-    if (left_n <= (outcome.iterations == 0 ? kRests : kTolerance) * weight_n) break;
-    if (!linearised || outcome.iterations > 0 || !held_.empty()) linearise(energy, problem, x);
-    if (!find_direction(energy, problem, kInner * left_n, outcome.products)) break;
-    const double before_j = objective_j(energy, problem, x);
+    if (left_n <= (outcome.iterations == 0 ? std::max(kRests * weight_n, rounding_n) : enough_n)) break;
+    if (!linearised || outcome.iterations > 0 || !held_.empty()) linearise(energy, problem, x, true);
+    const double inner_n =
+        is_long ? std::min(kBelow * left_n, std::max(kLongInner * left_n, kBelow * enough_n)) : kInner * left_n;
+    if (!find_direction(energy, problem, inner_n, outcome.products)) break;
     tried_.assign(x.begin(), x.end());
-    double share = 1;
-    bool better = false;
-    for (int n = 0; n < kMostHalvings && !better; ++n, share /= 2) {
+    const auto try_share = [&](double share) {
       for (std::size_t i = 0; i < x.size(); ++i) tried_[i] = x[i] + share * dx_[i].head<3>().cast<double>();
-      better = objective_j(energy, problem, tried_) <= before_j + 1e-9 * std::abs(before_j);
+    };
+    const double slope_n_m = dot(force_, dx_);
+    try_share(1);
+    left_n = forces(energy, problem, tried_);
+    bool better = std::isfinite(left_n) && dot(force_, dx_) >= -kSlope * slope_n_m;
+    if (!better) {
+      const double before_j = objective_j(energy, problem, x);
+      double share = 1;
+      for (int n = 0; n < kMostHalvings && !better; ++n, share /= 2) {
+        try_share(share);
+        better = objective_j(energy, problem, tried_) <= before_j + 1e-9 * std::abs(before_j);
+      }
+      left_n = forces(energy, problem, better ? std::span<const Vec3>(tried_) : x);
+      if (!better) break;
     }
-    if (!better) break;
     outcome.last_move_m = 0;
     for (std::size_t i = 0; i < x.size(); ++i)
       outcome.last_move_m = std::max(outcome.last_move_m, (tried_[i] - x[i]).norm());
     std::ranges::copy(tried_, x.begin());
+    if (held_.empty()) continue;
     for (std::size_t n = 0; n < held_.size(); ++n) held_[n].force_n = exerted(problem, n, x).force_n;
     bound_friction(problem, x);
-    left_n = forces(energy, problem, x);
+    left_n = add_points(problem, x);
   }
   outcome.residual = left_n / weight_n;
-  outcome.met = left_n <= kTolerance * weight_n;
+  outcome.met = left_n <= enough_n;
   return outcome;
 }
 

@@ -3,8 +3,10 @@
 //   phi(x) = sum_i m_i |x_i - y_i|^2 / (2 h^2) + E(x) + points that instruments hold or press
 //
 // where y is the place that inertia and gravity alone would lead to. An iteration solves (M / h^2 + K) dx = - grad phi
-// by conjugate gradients, preconditioned by the 3 x 3 blocks of the diagonal. K is the Hessian of E, made positive
-// where a model knows how. The step is halved while phi grows. Points are constraints by multipliers (method of
+// by conjugate gradients, preconditioned by the 3 x 3 blocks of the diagonal, and in long steps by the rigid motions of
+// groups of particles as well (rigid_aggregates.h). K is the Hessian of E, made positive where a model knows how. An
+// iteration is taken as it is when the slope of phi along it has fallen by half or turned no further than that; else it
+// is halved while phi grows. Points are constraints by multipliers (method of
 // Hestenes and Powell): a point has a force lambda and a stiffness k well above that of the particles that carry it;
 // after an iteration lambda <- P(lambda + k (target - point)), where P is what the constraint may exert: pushes only, a
 // largest force. A push through a spring of compliance a is P((lambda + k (target - point)) / (1 + a k)). Friction
@@ -15,11 +17,13 @@
 // in single. Deterministic, one thread.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
 #include "common/math/types.h"
 #include "sim_server/deformation/point_constraint.h"
+#include "sim_server/deformation/rigid_aggregates.h"
 
 namespace sectio {
 
@@ -35,6 +39,14 @@ class ElasticEnergy {
   // Adds K p; may write the fourth components of p.
   virtual void add_product(std::span<Vec4f> p_m, std::span<Vec4f> force_n) const = 0;
   virtual void add_blocks(std::span<Mat3> blocks_n_per_m) const = 0;
+  // The rounding error of the forces, as a vector over all particles, once they have been computed.
+  virtual double rounding_n() const { return 0; }
+
+  // For the coarse levels of long steps: another number after each change of the particles (0: there are no levels),
+  // how particles hang together, and the Hessian's shares in the blocks of groups.
+  virtual std::uint64_t changes() const { return 0; }
+  virtual ParticleGraph graph() const { return {}; }
+  virtual void add_to(RigidAggregates& /*coarse*/) const {}
 };
 
 struct NewtonOutcome {
@@ -46,10 +58,12 @@ struct NewtonOutcome {
 
 class NewtonStep {
  public:
-  static constexpr double kTolerance = 0.02;  // share of the residual
+  static constexpr double kTolerance = 0.02;     // share of the residual
+  static constexpr double kLongTolerance = 0.1;  // the same of steps that are long by choice
 
   struct Problem {
     double step_s = 0;
+    double tolerance = kTolerance;
     std::span<const double> mass_kg, inverse_mass_per_kg;  // effective; inverse 0: held where it is
     std::span<const Vec3> inertial_world_m;                // y
     std::span<const PointConstraint> constraints;
@@ -82,17 +96,25 @@ class NewtonStep {
   void bound_friction(const Problem& problem, std::span<const Vec3> x);
   double objective_j(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
   double forces(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);  // returns |r|
-  void linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
+  double add_points(const Problem& problem, std::span<const Vec3> x);                     // to what forces() found
+  void linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x, bool with_groups);
   bool find_direction(const ElasticEnergy& energy, const Problem& problem, double tolerance_n, int& products);
+  void group(const ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
+  void group_point(const Problem& problem, std::size_t constraint);
+  void precondition();
   void multiply(const ElasticEnergy& energy, const Problem& problem);
   Vec3 at(const Problem& problem, std::size_t constraint, std::span<const Vec3> x) const;
 
   std::vector<Held> held_;
-  std::vector<double> carries_;  // by particle: the points that it carries, by weight
-  std::vector<Vec3> force_, tried_;
+  std::vector<double> carries_;                   // by particle: the points that it carries, by weight
+  std::vector<Vec3> free_force_, force_, tried_;  // free: without the points
+  std::vector<float> inertia_n_per_m_;            // m / h^2; 0: held
   std::vector<Mat3> blocks_;
-  std::vector<Eigen::Matrix3f> inverse_;
-  std::vector<Vec4f> p_, ap_, r_, z_, dx_;
+  std::vector<std::array<Vec4f, 3>> inverse_;  // the blocks', by columns
+  std::vector<Vec4f> p_, ap_, r_, z_, dx_;     // fourth components are 0, but for p's
+  RigidAggregates coarse_;
+  std::uint64_t grouped_ = 0;  // the energy's count of changes when particles were grouped
+  bool is_grouped_ = false;    // in this step
 };
 
 }  // namespace sectio

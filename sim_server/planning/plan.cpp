@@ -9,9 +9,9 @@
 namespace sectio::planning {
 namespace {
 
-constexpr int kMostSweeps = 30;            // sweeps of the implicit integrator while something moves
-constexpr int kMostSubsteps = 1000;        // in a step
-constexpr double kThinnest = 1.5;          // fewest cells across a body of hexahedra
+constexpr double kLongStep_s = 0.004;  // the implicit integrator's steps are long; shorter ones cost more than parts
+constexpr int kMostSubsteps = 1000;    // in a step
+constexpr double kThinnest = 1.5;      // fewest cells across a body of hexahedra
 constexpr double kFewestTetrahedra = 200;  // fewer don't represent a body's shape
 constexpr double kMostElements = 400000;
 constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partly empty ones at the border
@@ -93,12 +93,13 @@ class Planner {
     if (const std::string& why = surface ? in_.no_surface : in_.no_volume; !why.empty()) return why;
     if (surface && in_.step_s > method.most_parts * in_.surface_limit_s)
       return "the step needs more parts than it can be divided into";
+    if (method.is_implicit && in_.step_s < kLongStep_s) return "it is for steps of 4 ms and more";
     for (const BodyLoad& l : in_.loads) {
       if (surface && l.what.load == Load::opening && l.depth_of_tissue > kShallow)
         return l.from + (l.depth_of_tissue > 0.95 ? " goes through" : " cuts deeper than 0.3 of the thickness");
       if (!error_of(l, in_.shape, method, 1))
         return std::string("no error law for ") + to_string(l.what.load) + " (" + l.from + ")";
-      if (method.is_implicit && !l.is_weight) return "its sweeps converge slowly where instruments hold points";
+      if (method.is_implicit && !l.is_weight) return "its steps are too long for a hand";
     }
     return {};
   }
@@ -154,7 +155,7 @@ class Planner {
     const Rate& rate = calibration_.rate.at(c.method->name);
     const double speed = std::sqrt(modulus_pa(*c.method, in_.material) / in_.material.density_kg_per_m3);
     c.substeps = c.method->is_implicit
-                     ? kMostSweeps
+                     ? 1
                      : static_cast<int>(std::min(1e6, std::ceil(c.step_s * speed / (rate.limit * c.cell_m))));
     if ((in_.given_tetrahedra == 0 && c.tetrahedra < kFewestTetrahedra) || c.tetrahedra > kMostElements ||
         c.elements > kMostElements || c.substeps > kMostSubsteps)
@@ -167,7 +168,7 @@ class Planner {
     c.built = true;
     c.elements = built.elements;
     c.vertices = built.vertices;
-    c.substeps = c.method->is_implicit ? kMostSweeps : built.substeps;
+    c.substeps = c.method->is_implicit ? 1 : built.substeps;
     set_cost(c, built.surface_vertices);
   }
 

@@ -64,7 +64,7 @@ struct Candidate {
   double cell_m = 0;
   double tetrahedra = 0;  // for a model with an inside
   double elements = 0, vertices = 0;
-  int substeps = 1;  // in a step; sweeps of the implicit integrator
+  int substeps = 1;  // in a step; the implicit integrator's is undivided
   double error = 0, cpu = 0;
   double cut_cpu = 0;     // while a blade cuts, with all that it has cut; 0: none does
   double cut_step_s = 0;  // processor's time of a step in which the topology changes

@@ -66,6 +66,7 @@ void HexSolid::change(const TetChange& change) {
   inherit(*lattice, cells_before(*lattice_, *lattice, origin), position, velocity);
   descent_->set_homes(rest_world_);
   share_masses();
+  driver_.forget();  // nodes have other numbers
 }
 
 IntegratorDiagnostics HexSolid::diagnostics() const {
@@ -335,6 +336,7 @@ void HexSolid::restore(std::span<const Vec4f> nodes_world_m, const Pose& frame, 
   }
   placed_ = true;
   bad_ = false;
+  driver_.forget();
   bound_ = weight_.size();
   write_vertices(position_world_m, velocity_m_per_s);
 }

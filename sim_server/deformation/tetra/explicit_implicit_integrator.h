@@ -44,7 +44,8 @@ class ExplicitImplicitIntegrator : public VolumeModel {
 
  protected:
   ImplicitDriver::Motion motion() const {
-    return {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s};
+    return {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s,
+            integrator_ == VolumeIntegrator::implicit_only};
   }
   // Whether the explicit driver need not be asked for this step.
   bool begins_implicit() {

@@ -3,173 +3,206 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/deformation/rigid_aggregates.h"
+
 namespace sectio {
 namespace {
 
-using Corners = std::array<Vec3, 4>;
+constexpr double kForceRounding = 6e-8;
 
-Corners corners_at(const Tetrahedron& t, std::span<const Vec3> x) {
-  return {x[t[0]], x[t[1]], x[t[2]], x[t[3]]};
+// Calls visit(vertex, slice, lane) for each row.
+template <class Visit>
+void for_rows(const TetRows& rows, const Visit& visit) {
+  for (const TetSlice& slice : rows.slices())
+    for (std::uint32_t lane = 0; lane < slice.count; ++lane) visit(vertex_at(slice.offset[lane]), slice, lane);
 }
 
-// The gradients of the volume.
-Corners growth_of(const Corners& x) {
-  const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0];
-  Corners n{Vec3::Zero(), b.cross(c) / 6, c.cross(a) / 6, a.cross(b) / 6};
-  n[0] = -(n[1] + n[2] + n[3]);
-  return n;
-}
-
-// dn_k / dx_j = s x for k < j, in the order of kTetEdges; the other half has the opposite sign.
-std::array<Vec3, 6> turns_of(const Corners& x) {
-  const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0];
-  return {(b - c) / 6, (c - a) / 6, (a - b) / 6, -c / 6, b / 6, -a / 6};
+Vec3f lane_of(const std::array<std::array<float, kLanes>, 3>& vectors, std::uint32_t lane) {
+  return {vectors[0][lane], vectors[1][lane], vectors[2][lane]};
 }
 
 }  // namespace
 
+void TetEnergy::changed() {
+  stale_ = true;
+  ++changes_;
+  position_.clear();
+}
+
 void TetEnergy::build() {
   stale_ = false;
   const TetMesh& mesh = body_->mesh();
-  const std::uint32_t count = body_->vertex_count();
-  vertices_.assign(count, {});
-  first_.assign(count + 1, 0);
+  vertices_.assign(body_->vertex_count(), {});
   elements_.clear();
-  half_edges_.clear();
-  std::vector<std::uint32_t> element_of(mesh.tetrahedra.size(), kNone);
   for (std::uint32_t t = 0; t < mesh.tetrahedra.size(); ++t) {
     const Tetrahedron& c = mesh.tetrahedra[t];
     if (c == kNoTetrahedron) continue;
     const TetShape shape = tet_shape(mesh, c);
     if (!(shape.volume_m3 > 0) || !shape.gradient[1].allFinite()) continue;  // it can't carry anything
-    element_of[t] = static_cast<std::uint32_t>(elements_.size());
-    elements_.push_back({c, shape.gradient, shape.volume_m3, stiffness_->shear_pa[t], {}});
+    elements_.push_back({c, shape.gradient, shape.volume_m3, stiffness_->shear_pa[t]});
     for (const VertexId v : c) {
       vertices_[v].rest_m3 += shape.volume_m3;
       vertices_[v].bulk_j += stiffness_->bulk_pa[t] * shape.volume_m3;
     }
   }
-  VertexStar star;
-  for (VertexId v = 0; v < count; ++v) {
-    first_[v] = static_cast<std::uint32_t>(half_edges_.size());
-    star.begin(mesh, body_->stars(), v);
-    const auto at_itself = static_cast<std::uint32_t>(std::ranges::find(star.vertices(), v) - star.vertices().begin());
-    for (const VertexId w : star.vertices())
-      if (w != v) half_edges_.push_back({w, 0, Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()});
-    for (const VertexStar::Corner& corner : star.corners()) {
-      if (element_of[corner.tetrahedron] == kNone) continue;
-      Element& e = elements_[element_of[corner.tetrahedron]];
-      for (std::size_t j = 0, n = 3 * corner.corner; j < 4; ++j) {
-        const double weight = e.volume_m3 * e.shear_pa * e.gradient[corner.corner].dot(e.gradient[j]);
-        if (j == corner.corner) {
-          vertices_[v].l += static_cast<float>(weight);
-          continue;
-        }
-        const std::uint32_t half = first_[v] + corner.at[j] - (corner.at[j] > at_itself ? 1 : 0);
-        half_edges_[half].l += static_cast<float>(weight);
-        e.half_edge[n++] = half;
-      }
-    }
-  }
-  first_[count] = static_cast<std::uint32_t>(half_edges_.size());
-}
-
-void TetEnergy::measure(std::span<const Vec3> x) {
-  if (stale_) build();
-  for (Vertex& v : vertices_) v.volume_m3 = 0;
-  for (const Element& e : elements_) {
-    const double volume = tet_volume_m3(x[e.corners[0]], x[e.corners[1]], x[e.corners[2]], x[e.corners[3]]);
-    for (const VertexId v : e.corners) vertices_[v].volume_m3 += volume;
-  }
-  for (Vertex& v : vertices_)
-    if (v.rest_m3 > 0) v.pressure_pa = 0.25 * v.bulk_j / v.rest_m3 * (v.volume_m3 / v.rest_m3 - 1);
 }
 
 double TetEnergy::energy_j(std::span<const Vec3> x) {
-  measure(x);
+  if (stale_) build();
+  for (Vertex& v : vertices_) v.volume_m3 = 0;
   double energy = 0;
   for (const Element& e : elements_) {
     Mat3 f = Mat3::Zero();
-    for (std::size_t k = 0; k < 4; ++k) f += x[e.corners[k]] * e.gradient[k].transpose();
-    energy += e.volume_m3 * e.shear_pa * (0.5 * (f.squaredNorm() - 3) - (f.determinant() - 1));
+    for (std::size_t k = 1; k < 4; ++k) f += (x[e.corners[k]] - x[e.corners[0]]) * e.gradient[k].transpose();
+    const double j = f.determinant();
+    energy += e.volume_m3 * e.shear_pa * (0.5 * (f.squaredNorm() - 3) - (j - 1));
+    for (const VertexId v : e.corners) vertices_[v].volume_m3 += j * e.volume_m3;
   }
   for (const Vertex& v : vertices_)
     if (v.rest_m3 > 0) energy += 0.125 * v.bulk_j * std::pow(v.volume_m3 / v.rest_m3 - 1, 2);
   return energy;
 }
 
-void TetEnergy::add_forces(std::span<const Vec3> x, std::span<Vec3> force_n) {
-  measure(x);
-  for (const Element& e : elements_) {
-    const Corners at = corners_at(e.corners, x), growth = growth_of(at);
-    Mat3 f = Mat3::Zero();
-    double pressure_pa = -e.shear_pa;
-    for (std::size_t k = 0; k < 4; ++k) {
-      f += (at[k] - at[0]) * e.gradient[k].transpose();
-      pressure_pa += vertices_[e.corners[k]].pressure_pa;
-    }
-    const Mat3 stress = e.volume_m3 * e.shear_pa * f;
-    for (std::size_t k = 0; k < 4; ++k) force_n[e.corners[k]] -= stress * e.gradient[k] + pressure_pa * growth[k];
+// Positions as sums of two floats, and the pressures there.
+void TetEnergy::place(std::span<const Vec3> x) {
+  bool moved = position_.size() != x.size();
+  if (moved) {
+    position_.assign(x.size(), Vec4f::Zero());
+    low_ = force_ = position_;
+    double sum = 0;
+    const std::vector<Vec3>& rest = body_->mesh().vertices_body_m;
+    for_rows(*rows_, [&](VertexId v, const TetSlice& slice, std::uint32_t lane) {
+      double forces_n = 0;
+      for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.edges; ++e) {
+        const TetEdgeColumn& column = rows_->edges()[e];
+        forces_n += std::abs(double{column.weight[lane]}) * (rest[vertex_at(column.offset[lane])] - rest[v]).norm();
+      }
+      sum += forces_n * forces_n;
+    });
+    rounding_n_ = kForceRounding * std::sqrt(sum);
   }
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    Vec4f high = position_[v], low = Vec4f::Zero();
+    high.head<3>() = x[v].cast<float>();
+    low.head<3>() = (x[v] - high.head<3>().cast<double>()).cast<float>();
+    moved |= high != position_[v] || low != low_[v];
+    position_[v] = high, low_[v] = low;
+  }
+  if (moved) update_pressures(*rows_, position_, low_);
+}
+
+void TetEnergy::add_forces(std::span<const Vec3> x, std::span<Vec3> force_n) {
+  place(x);
+  elastic_forces(*rows_, position_, low_, force_);
+  for (std::size_t v = 0; v < x.size(); ++v) force_n[v] += force_[v].head<3>().cast<double>();
 }
 
 void TetEnergy::linearise(std::span<const Vec3> x) {
-  measure(x);
-  for (HalfEdge& h : half_edges_) h.s = h.g = h.t = Vec3f::Zero();
-  for (Vertex& v : vertices_) v.g.setZero();
-  const auto root = [&](VertexId v) { return std::sqrt(0.25 * vertices_[v].bulk_j) / vertices_[v].rest_m3; };
-  for (const Element& e : elements_) {
-    const Corners at = corners_at(e.corners, x), growth = growth_of(at);
-    const std::array<Vec3, 6> turns = turns_of(at);
-    double c = -e.shear_pa;
-    std::array<double, 4> roots;
-    for (std::size_t k = 0; k < 4; ++k) {
-      c += vertices_[e.corners[k]].pressure_pa;
-      roots[k] = root(e.corners[k]);
-    }
-    c = std::clamp(c, -e.shear_pa, e.shear_pa);
-    for (std::size_t k = 0; k < 4; ++k) {
-      vertices_[e.corners[k]].g += (roots[k] * growth[k]).cast<float>();
-      for (std::size_t j = 0, n = 3 * k; j < 4; ++j) {
-        if (j == k) continue;
-        HalfEdge& half = half_edges_[e.half_edge[n++]];
-        half.g += (roots[k] * growth[j]).cast<float>();
-        half.t += (roots[j] * growth[k]).cast<float>();
-      }
-    }
-    for (std::size_t n = 0; n < 6; ++n) {
-      const auto [k, j] = kTetEdges[n];
-      const Vec3f turn = (c * turns[n]).cast<float>();
-      half_edges_[e.half_edge[3 * k + j - 1]].s += turn;
-      half_edges_[e.half_edge[3 * j + k]].s -= turn;
-    }
-  }
+  place(x);
+  sectio::linearise(*rows_, position_, hessian_);
 }
 
 void TetEnergy::add_product(std::span<Vec4f> p, std::span<Vec4f> force_n) const {
-  for (VertexId v = 0; v < vertices_.size(); ++v) {
-    float q = vertices_[v].g.dot(p[v].head<3>());
-    for (std::uint32_t n = first_[v]; n < first_[v + 1]; ++n) q += half_edges_[n].g.dot(p[half_edges_[n].to].head<3>());
-    p[v].w() = q;
-  }
-  for (VertexId v = 0; v < vertices_.size(); ++v) {
-    Vec3f sum = vertices_[v].l * p[v].head<3>() + p[v].w() * vertices_[v].g;
-    for (std::uint32_t n = first_[v]; n < first_[v + 1]; ++n) {
-      const HalfEdge& half = half_edges_[n];
-      const Vec4f& other = p[half.to];
-      const Vec3f o = other.head<3>();
-      sum += half.l * o + half.s.cross(o) + other.w() * half.t;
-    }
-    force_n[v].head<3>() += sum;
-  }
+  sectio::add_product(*rows_, hessian_, p, force_n);
 }
 
 void TetEnergy::add_blocks(std::span<Mat3> blocks) const {
-  for (VertexId v = 0; v < vertices_.size(); ++v) {
-    Eigen::Matrix3f block = vertices_[v].l * Eigen::Matrix3f::Identity() + vertices_[v].g * vertices_[v].g.transpose();
-    for (std::uint32_t n = first_[v]; n < first_[v + 1]; ++n) block += half_edges_[n].t * half_edges_[n].t.transpose();
-    blocks[v] += block.cast<double>();
-  }
+  for_rows(*rows_, [&](VertexId v, const TetSlice& slice, std::uint32_t lane) {
+    const auto& own = hessian_.slices[static_cast<std::size_t>(&slice - rows_->slices().data())].block;
+    const double xx = double{own[0][lane]}, yy = double{own[1][lane]}, zz = double{own[2][lane]};
+    const double xy = double{own[3][lane]}, xz = double{own[4][lane]}, yz = double{own[5][lane]};
+    Mat3 block;
+    block << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+    blocks[v] += block;
+  });
+}
+
+ParticleGraph TetEnergy::graph() const {
+  ParticleGraph graph;
+  graph.rest_m = body_->mesh().vertices_body_m;
+  const std::size_t count = graph.rest_m.size();
+  graph.is_free.assign(count, 0);
+  graph.first.assign(count + 1, 0);
+  const auto for_edges = [&](const auto& visit) {
+    for_rows(*rows_, [&](VertexId v, const TetSlice& slice, std::uint32_t lane) {
+      for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.edges; ++e)
+        if (const VertexId to = vertex_at(rows_->edges()[e].offset[lane]); to != v) visit(v, to);
+    });
+  };
+  for_edges([&](VertexId v, VertexId) {
+    ++graph.first[v + 1];
+    graph.is_free[v] = body_->inverse_mass()[v] > 0;
+  });
+  for (std::size_t v = 0; v < count; ++v) graph.first[v + 1] += graph.first[v];
+  graph.to.resize(graph.first.back());
+  std::vector<std::uint32_t> next(graph.first.begin(), graph.first.end() - 1);
+  for_edges([&](VertexId v, VertexId to) { graph.to[next[v]++] = to; });
+  return graph;
+}
+
+// The shares of a row in the blocks of its group. With R = [I, - [r]x] the modes at a vertex, A = l I + [s]x, and by
+// group: sums of l, of s, and of A [r]x.
+void TetEnergy::add_to(RigidAggregates& coarse) const {
+  struct Sums {
+    std::uint32_t group;
+    float l = 0, along = 0;                            // along: s.r
+    Vec3f s = Vec3f::Zero(), arm = Vec3f::Zero();      // arm: l r
+    Eigen::Matrix3f across = Eigen::Matrix3f::Zero();  // r s^T
+    Vec3f push = Vec3f::Zero(), turn = Vec3f::Zero();  // R^T g
+    RigidAggregates::Vec6f by() const {
+      RigidAggregates::Vec6f all;
+      all << push, turn;
+      return all;
+    }
+  };
+  std::vector<Sums> sums;
+  const auto cross_matrix = [](const Vec3f& a) {
+    Eigen::Matrix3f m;
+    m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+    return m;
+  };
+  for_rows(*rows_, [&](VertexId v, const TetSlice& slice, std::uint32_t lane) {
+    sums.clear();
+    const std::uint32_t own = coarse.group(v);
+    const auto add = [&](std::uint32_t group, float l, const Vec3f& s, const Vec3f& g, const Vec3f& arm) {
+      auto to = std::ranges::find(sums, group, &Sums::group);
+      if (to == sums.end()) to = sums.insert(to, Sums{group});
+      if (own != RigidAggregates::kNoGroup && group >= own) {
+        to->l += l;
+        to->s += s;
+        to->arm += l * arm;
+        to->across.noalias() += arm * s.transpose();
+        to->along += s.dot(arm);
+      }
+      to->push += g;
+      to->turn += arm.cross(g);
+    };
+    const TetHessianSlice& block = hessian_.slices[static_cast<std::size_t>(&slice - rows_->slices().data())];
+    if (own != RigidAggregates::kNoGroup)
+      add(own, slice.weight_sum[lane], Vec3f::Zero(), lane_of(block.g, lane), coarse.arm(v));
+    for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.edges; ++e) {
+      const VertexId to = vertex_at(rows_->edges()[e].offset[lane]);
+      const std::uint32_t group = coarse.group(to);
+      if (to == v || group == RigidAggregates::kNoGroup) continue;
+      const TetHessianColumn& column = hessian_.columns[e];
+      add(group, -rows_->edges()[e].weight[lane], lane_of(column.s, lane), lane_of(column.g, lane), coarse.arm(to));
+    }
+    for (const Sums& a : sums) {
+      if (own != RigidAggregates::kNoGroup && a.group >= own) {
+        RigidAggregates::Mat6f& to = *coarse.block(own, a.group);
+        const Eigen::Matrix3f straight = a.l * Eigen::Matrix3f::Identity() + cross_matrix(a.s);
+        // (l I + [s]x) [r]x = l [r]x + r s^T - (s.r) I
+        const Eigen::Matrix3f turned = cross_matrix(a.arm) + a.across - a.along * Eigen::Matrix3f::Identity();
+        const Eigen::Matrix3f arm = cross_matrix(coarse.arm(v));
+        to.topLeftCorner<3, 3>() += straight;
+        to.topRightCorner<3, 3>() -= turned;
+        to.bottomLeftCorner<3, 3>().noalias() += arm * straight;
+        to.bottomRightCorner<3, 3>().noalias() -= arm * turned;
+      }
+      for (const Sums& b : sums)
+        if (a.group <= b.group) coarse.block(a.group, b.group)->noalias() += a.by() * b.by().transpose();
+    }
+  });
 }
 
 }  // namespace sectio

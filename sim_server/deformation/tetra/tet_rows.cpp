@@ -55,6 +55,7 @@ std::uint32_t TetRows::add_slice(std::uint32_t colour, Width width) {
   append(edges_, slice.edges);
   append(faces_, slice.faces);
   append(blocks_, slice.faces);
+  append(face_edges_, slice.faces);
   append(slices_, 1);
   slices_.back() = slice;
   return static_cast<std::uint32_t>(slices_.size() - 1);
@@ -113,7 +114,7 @@ void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffne
     star.measure(mesh);
     write(v, star, stiffness);
   }
-  give_room(colour_, row_of_, width_, pressure_scale_, slices_, edges_, faces_, blocks_);
+  give_room(colour_, row_of_, width_, pressure_scale_, slices_, edges_, faces_, blocks_, face_edges_);
 }
 
 std::uint32_t TetRows::take_overflow_lane(std::uint32_t colour, Width width) {
@@ -147,6 +148,8 @@ void TetRows::copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32
     TetBlockColumn& block = blocks_[slice.first_face + f];
     to.a[b] = to.b[b] = to.c[b] = own;
     to.shear[b] = block.bulk[b] = 0;
+    TetFaceEdges& edges = face_edges_[slice.first_face + f];
+    edges.a[b] = edges.b[b] = edges.c[b] = 0;
     if (f >= source.faces) continue;
     const TetFaceColumn& column = from.faces_[source.first_face + f];
     to.a[b] = column.a[a];
@@ -154,6 +157,10 @@ void TetRows::copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32
     to.c[b] = column.c[a];
     to.shear[b] = column.shear[a];
     block.bulk[b] = from.blocks_[source.first_face + f].bulk[a];
+    const TetFaceEdges& edges_before = from.face_edges_[source.first_face + f];
+    edges.a[b] = edges_before.a[a];
+    edges.b[b] = edges_before.b[a];
+    edges.c[b] = edges_before.c[a];
   }
 }
 
@@ -228,7 +235,10 @@ void TetRows::write(VertexId v, const VertexStar& star, const TetStiffness& stif
   const std::span faces(faces_.data() + slice.first_face, slice.faces);
   const std::span edges(edges_.data() + slice.first_edge, slice.edges);
   TetBlockColumn* const blocks = blocks_.data() + slice.first_face;
+  TetFaceEdges* const face_edges = face_edges_.data() + slice.first_face;
   const std::uint32_t own = byte_offset(v);
+  edge_of_.assign(star.vertices().size(), 0);
+  for (std::uint32_t n = 0; n < star.ascending().size(); ++n) edge_of_[star.ascending()[n]] = kBytesAtEdge * n;
   slice.offset[lane] = own;
   double volume = 0, bulk = 0;
   std::size_t f = 0;
@@ -238,6 +248,9 @@ void TetRows::write(VertexId v, const VertexStar& star, const TetStiffness& stif
     faces[f].a[lane] = byte_offset(star.vertices()[at[side[0]]]);
     faces[f].b[lane] = byte_offset(star.vertices()[at[side[2]]]);
     faces[f].c[lane] = byte_offset(star.vertices()[at[side[1]]]);
+    face_edges[f].a[lane] = edge_of_[at[side[0]]];
+    face_edges[f].b[lane] = edge_of_[at[side[2]]];
+    face_edges[f].c[lane] = edge_of_[at[side[1]]];
     faces[f].shear[lane] = static_cast<float>(stiffness.shear_pa[t] / 6);
     blocks[f].bulk[lane] = static_cast<float>(stiffness.bulk_pa[t] / (36 * shape.volume_m3));
     ++f;
@@ -250,6 +263,7 @@ void TetRows::write(VertexId v, const VertexStar& star, const TetStiffness& stif
   for (; f < faces.size(); ++f) {
     faces[f].a[lane] = faces[f].b[lane] = faces[f].c[lane] = own;
     faces[f].shear[lane] = blocks[f].bulk[lane] = 0;
+    face_edges[f].a[lane] = face_edges[f].b[lane] = face_edges[f].c[lane] = 0;
   }
   bulk /= volume;
   double sum = 0;

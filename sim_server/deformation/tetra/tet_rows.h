@@ -32,6 +32,12 @@ struct alignas(64) TetFaceColumn {
   std::array<float, kLanes> shear{};  // mu_e / 6, Pa
 };
 
+// For the corners of a face, where a row's sums at its edges to them begin: bytes from the row's first.
+struct alignas(64) TetFaceEdges {
+  std::array<std::uint32_t, kLanes> a{}, b{}, c{};
+};
+constexpr std::uint32_t kBytesAtEdge = 48;
+
 struct alignas(64) TetBlockColumn {
   std::array<float, kLanes> bulk{};  // kappa_e / (36 V_e), N/m^5
 };
@@ -81,6 +87,7 @@ class TetRows {
   std::span<const TetEdgeColumn> edges() const { return edges_; }
   std::span<const TetFaceColumn> faces() const { return faces_; }
   std::span<const TetBlockColumn> blocks() const { return blocks_; }
+  std::span<const TetFaceEdges> face_edges() const { return face_edges_; }
   // TetSlice::pressure_scale by vertex.
   std::span<const float> pressure_scale() const { return pressure_scale_; }
   bool contains(VertexId v) const { return v < row_of_.size() && row_of_[v] != kNone; }
@@ -111,15 +118,17 @@ class TetRows {
   std::vector<TetSlice> slices_;  // ascending in colour, except for overflow slices at the end
   std::vector<TetEdgeColumn> edges_;
   std::vector<TetFaceColumn> faces_;
-  std::vector<TetBlockColumn> blocks_;  // one a face column
+  std::vector<TetBlockColumn> blocks_;    // one a face column
+  std::vector<TetFaceEdges> face_edges_;  // likewise
   std::vector<float> pressure_scale_;
   std::vector<std::uint32_t> row_of_, colour_;  // by vertex; a row is slice * kLanes + lane; kNone: none
   std::vector<Width> width_;                    // by vertex
   std::map<std::array<std::uint32_t, 3>, std::vector<std::uint32_t>> open_;  // overflow slices with a free lane
   std::uint32_t base_slices_ = 0, rows_ = 0, overflow_rows_ = 0;
   std::uint32_t colours_ = 0, most_faces_ = 0;
-  std::vector<VertexId> taken_by_;  // by colour; scratch
-  std::vector<double> weights_;     // scratch
+  std::vector<VertexId> taken_by_;      // by colour; scratch
+  std::vector<double> weights_;         // scratch
+  std::vector<std::uint32_t> edge_of_;  // scratch
   double step_s_ = 0;
 };
 

@@ -99,6 +99,7 @@ void TetSolid::change(const TetChange& change) {
   while (body_.is_heavy() && may_divide()) divide();
   scratch_.resize(3 * rows_.most_faces() + 1);
   energy_.changed();
+  if (!change.added_body_m.empty()) driver_.forget(change.first_added);
 }
 
 void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,

@@ -28,6 +28,7 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   void restore(std::span<const Vec4f>, const Pose&, std::span<Vec4f>, std::span<Vec4f>) override {
     first_bad_vertex_ = kNone;
+    driver_.forget();
   }
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
@@ -59,7 +60,7 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   TetBody body_;
   TetStiffness stiffness_;
   TetRows rows_;
-  TetEnergy energy_{body_, stiffness_};
+  TetEnergy energy_{body_, stiffness_, rows_};
   VertexStar star_;  // scratch
   double omega2_per_bound_ = 0;
   VertexId first_bad_vertex_ = kNone;
