@@ -24,13 +24,19 @@ void add_edge(const EdgeContact& contact, ContactStep& felt, Vec3& at_world_m) {
 }
 
 // Fills in where the surface under a tool would be without the dent. It was found before the touch, and has moved with
-// its rest position since.
+// the surface around since.
 void place_dented(Body& body, const ToolSpec& spec, Tool& tool, const Vec3& at_world_m, double step_s,
                   ContactStep& felt) {
-  felt.surface_velocity_world_m_per_s = velocity_beyond_dent(body, at_world_m);
-  if (body.deforms()) tool.sag_m += step_s * felt.surface_velocity_world_m_per_s.dot(felt.normal_world);
-  if (const auto rest = rest_surface(body, at_world_m))
-    felt.gap_m = gap_m(spec, *tool.pose, rest->point_world_m, felt.normal_world) - tool.sag_m;
+  const SurfaceMotion around = motion_beyond_dent(body, at_world_m);
+  const Vec3 tool_m_per_s = tool.tip.velocity_m_per_s;
+  tool.own_dent.learn(around.velocity_m_per_s, tool_m_per_s, step_s);
+  const double g = tool.own_dent.share();
+  felt.surface_velocity_world_m_per_s = around.velocity_m_per_s - g * (tool_m_per_s - around.velocity_m_per_s);
+  if (const auto rest = rest_surface(body, at_world_m)) {
+    const double above_home_m = gap_m(spec, *tool.pose, rest->point_world_m, felt.normal_world);
+    const double around_m = tool.sags_more_m + felt.normal_world.dot(around.from_home_m);
+    felt.gap_m = above_home_m - around_m - g * std::max(0.0, around_m - above_home_m);
+  }
 }
 
 // Tells what the tool touches or would: the body that jaws hold, that an edge presses or cuts, else the nearest one.
@@ -51,7 +57,8 @@ void add_surface(SimulatedWorld& world, std::uint32_t tool_id, Vec3 at_world_m, 
       felt.gap_m = near->gap_m;
       felt.surface_velocity_world_m_per_s = velocity_at(body, near->triangle, at_world_m);
       const auto rest = rest_surface(body, at_world_m);
-      tool.sag_m = rest ? near->normal_world.dot(at_world_m - rest->point_world_m) : 0;
+      const Vec3 sags = rest ? Vec3(at_world_m - rest->point_world_m) : Vec3(Vec3::Zero());
+      tool.sags_more_m = near->normal_world.dot(sags - motion_beyond_dent(body, at_world_m).from_home_m);
     } else {  // a ball about the tip pushes it
       if (const auto rest = rest_surface(body, at_world_m)) felt.normal_world = rest->normal_world;
       place_dented(body, spec, tool, at_world_m, world.scene.step_s, felt);

@@ -11,7 +11,8 @@ namespace {
 // A flat punch of radius a moves the surface at a distance r by 2/pi asin(a/r) of its own way (Sneddon 1965): beyond
 // these 15 mm, a tip of 2 mm by less than a tenth.
 constexpr double kDent_m = 0.015, kAround_m = 0.03;
-constexpr double kPoint_m = 0.0015;  // a point presses as a punch of this radius
+constexpr double kPoint_m = 0.0015;                     // a point presses as a punch of this radius
+constexpr double kMostShare = 0.4, kShareKept_s = 0.5;  // a dent's, at the vertices beyond it
 constexpr double kOnSurface_m = 5e-4;
 constexpr double kFlat_m = 1e-6;     // a shortest way below this has no direction
 constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
@@ -64,18 +65,33 @@ Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_
   return body.velocity_at(body.mesh.triangle(triangle).v, Vec3::Constant(1.0 / 3), point_world_m);
 }
 
-Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m) {
-  if (body.asleep() || body.frozen) return Vec3::Zero();
+SurfaceMotion motion_beyond_dent(const Body& body, const Vec3& point_world_m) {
   const ParticleView now = body.particle_view();
-  std::vector<MovingPoint> near, beyond;
+  const bool rests = body.asleep() || body.frozen;
+  std::vector<MovingPoint> near, beyond, moved, moved_beyond;
   const VertexId stride = 1 + body.mesh.vertex_slots() / kLookedAt;
   for (VertexId v = 0; v < body.mesh.vertex_slots(); v += stride) {
-    const double distance_m = (now.position(v) - point_world_m).norm();
+    const Vec3 at = now.position(v);
+    const double distance_m = (at - point_world_m).norm();
     if (distance_m > kAround_m || !body.mesh.vertex_alive(v)) continue;
-    near.push_back({now.position(v), now.velocity(v), 1});
-    if (distance_m > kDent_m) beyond.push_back(near.back());
+    near.push_back({at, now.velocity(v), 1});
+    moved.push_back({at, at - body.home_world_m({v, kNone, kNone}, Vec3::UnitX()), 1});
+    if (distance_m > kDent_m) beyond.push_back(near.back()), moved_beyond.push_back(moved.back());
   }
-  return rigid_velocity(beyond.size() >= kEnough ? beyond : near).at(point_world_m);
+  const bool enough = beyond.size() >= kEnough;
+  return {rigid_velocity(enough ? moved_beyond : moved).at(point_world_m),
+          rests ? Vec3(Vec3::Zero()) : rigid_velocity(enough ? beyond : near).at(point_world_m)};
+}
+
+void OwnDent::learn(const Vec3& around_m_per_s, const Vec3& tool_m_per_s, double step_s) {
+  const Vec3 against = tool_m_per_s - around_m_per_s;
+  const double keeps = std::exp(-step_s / kShareKept_s);
+  along_m2_per_s2_ = keeps * along_m2_per_s2_ + step_s * around_m_per_s.dot(against);
+  square_m2_per_s2_ = keeps * square_m2_per_s2_ + step_s * against.squaredNorm();
+}
+
+double OwnDent::share() const {
+  return square_m2_per_s2_ > 0 ? std::clamp(along_m2_per_s2_ / square_m2_per_s2_, 0.0, kMostShare) : 0;
 }
 
 std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m) {

@@ -34,11 +34,27 @@ std::optional<RestSurface> rest_surface(Body& body, const Vec3& near_world_m);
 // How far the corners of an instrument are outside of a plane; negative when one is beneath it.
 double gap_m(const ToolSpec& tool, const JointPose& pose, const Vec3& point_world_m, const Vec3& normal_world);
 
-// The velocity of a point of the surface without the dent of an instrument there: the rigid motion of the surface
-// around, which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
-Vec3 velocity_beyond_dent(const Body& body, const Vec3& point_world_m);
-// The same where nothing dents the surface. O(1).
+// The motion of a point of the surface without the dent of an instrument there: the rigid motion of the surface around,
+// which the dent hardly reaches. O(1): a bounded number of vertices is looked at.
+struct SurfaceMotion {
+  Vec3 from_home_m = Vec3::Zero();
+  Vec3 velocity_m_per_s = Vec3::Zero();
+};
+SurfaceMotion motion_beyond_dent(const Body& body, const Vec3& point_world_m);
+// The velocity where nothing dents the surface. O(1).
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m);
+
+// A dent moves the surface around a little, too, which is no motion of the tissue by itself: with v the velocity
+// around, t the tool's, and g fitted to both, that is v - g (t - v), g >= 0. A hand that goes along with breathing
+// tissue teaches nothing.
+class OwnDent {
+ public:
+  void learn(const Vec3& around_m_per_s, const Vec3& tool_m_per_s, double step_s);
+  double share() const;  // g
+
+ private:
+  double along_m2_per_s2_ = 0, square_m2_per_s2_ = 0;  // sums that fade
+};
 
 // The tissue of a body at a place, for an instrument in this state.
 FeltTissue felt_tissue(Body& body, const Vec3& near_world_m, const ToolSpec& tool, ContactState state);

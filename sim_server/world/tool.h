@@ -9,6 +9,7 @@
 
 #include "sim_server/haptics/contact_model_fitter.h"
 #include "sim_server/world/grasp.h"
+#include "sim_server/world/surface_under_tool.h"
 
 namespace sectio {
 
@@ -33,8 +34,9 @@ struct Tool {
   std::uint64_t source = 0;
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();
-  TipMotion tip;     // its motion as the hand's side knows it, too
-  double sag_m = 0;  // the surface under it, above its home, undented
+  TipMotion tip;           // its motion as the hand's side knows it, too
+  double sags_more_m = 0;  // the surface under it, above its home, than the surface around
+  OwnDent own_dent;
 
   // The motion in this step.
   std::optional<JointPose> before;

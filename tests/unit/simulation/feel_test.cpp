@@ -198,5 +198,26 @@ TEST_F(Feel, a_surface_that_moves_carries_the_hand_along) {
   }
 }
 
+// The tissue around a dent moves with it a little: nothing but the hand moves here.
+TEST_F(Feel, the_plane_under_a_hand_stays_when_only_the_hand_moves) {
+  for (const double hz : {2.0, 10.0, 40.0}) {
+    Operation operation(scene(kTwoBlocks));
+    operation.place(Vec3(0.5, 0, 0.1), Eigen::Quaterniond::Identity(), kBlade);
+    double plane_m[2] = {1, -1}, most_m_per_s = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double depth_m =
+          std::min(0.002, -0.002 + 2e-5 * i) + (i < 300 ? 0 : 0.0005) * std::sin(2e-3 * M_PI * hz * i);
+      operation.place(Vec3(0.101, 0.002, kTop_m - depth_m), Eigen::Quaterniond::Identity(), kRod);
+      if (i < 1000) continue;
+      const ContactModel& model = operation.last.contacts.at(kRod);
+      plane_m[0] = std::min(plane_m[0], model.point_world_m.z());
+      plane_m[1] = std::max(plane_m[1], model.point_world_m.z());
+      most_m_per_s = std::max(most_m_per_s, model.velocity_world_m_per_s.norm());
+    }
+    EXPECT_LT(plane_m[1] - plane_m[0], 1e-4) << hz << " Hz";
+    EXPECT_LT(most_m_per_s, 0.06 * 0.0005 * 2 * M_PI * hz) << hz << " Hz";
+  }
+}
+
 }  // namespace
 }  // namespace sectio::test
