@@ -10,7 +10,8 @@ constexpr double kShareOfBound = 0.7, kShareOfDamping = 0.95;
 constexpr double kShareOfMass = 0.3;     // share of the device's own
 constexpr double kWrongStiffness = 0.2;  // the part of a fitted stiffness that is taken to be wrong
 constexpr double kSideways = 1.5;        // nobody fits the stiffness there
-constexpr double kShortestFilter_s = 0.002, kLongestFilter_s = 0.5;
+constexpr double kShareOfLoop = 0.8;     // the loop's gain about the resonance, which is highest a little below it
+constexpr double kShortestFilter_s = 0.002;
 constexpr double kForgets_s = 0.01;     // a correction, where nothing touches
 constexpr double kLeastForce_n = 1e-3;  // smaller ones push in no direction
 
@@ -60,19 +61,24 @@ void ContactModelFollower::adopt(bool is_held) {
   model_ = next_;
   has_model_ = true;
   received_s_ = tip_.time_s;
-  double s = std::min(1.0, stiffest / std::max(stiffest, model_.stiffness_n_per_m));
-  s = std::min(s, kShareOfDamping * damping /
-                      std::max(1e-9, model_.stiffness_n_per_m * half_period_s + model_.damping_n_s_per_m));
-  s = std::min(s, kShareOfMass * device_.mass_kg / std::max(1e-9, model_.mass_kg));
+  // A stiffer spring goes on with the stiffest slope from where it has reached that.
+  const ContactModel told = model_;
+  const double s = std::min(1.0, stiffest / std::max(stiffest, told.stiffness_n_per_m));
   model_.stiffness_n_per_m *= s;
-  model_.damping_n_s_per_m *= s;
-  model_.mass_kg *= s;
+  model_.soft_depth_m *= s * s;
+  model_.damping_n_s_per_m =
+      std::min(s * told.damping_n_s_per_m, kShareOfDamping * damping - model_.stiffness_n_per_m * half_period_s);
+  model_.mass_kg = std::min(s * told.mass_kg, kShareOfMass * device_.mass_kg);
   model_.side_stiffness_n_per_m = std::min(model_.side_stiffness_n_per_m, stiffest);
   side_filter_s_ = kSideways * device_.mass_kg / damping;
   const double resonance = std::sqrt(model_.stiffness_n_per_m / device_.mass_kg);
-  const double wrong = model_.stiffness_n_per_m * ((1 + kWrongStiffness) / s - 1) / std::max(1e-9, damping * resonance);
-  filter_s_ = wrong > 1 ? std::sqrt(wrong * wrong - 1) / resonance : 0;
-  filter_s_ = std::clamp(filter_s_, kShortestFilter_s, kLongestFilter_s);
+  const double lacks_n_per_m = (1 + kWrongStiffness) * told.stiffness_n_per_m - model_.stiffness_n_per_m +
+                               resonance * (told.damping_n_s_per_m - model_.damping_n_s_per_m) +
+                               resonance * resonance * (told.mass_kg - model_.mass_kg);
+  const double gain = lacks_n_per_m / std::max(1e-9, kShareOfLoop * damping * resonance);
+  filter_s_ = std::max(kShortestFilter_s, gain > 1 ? std::sqrt(gain * gain - 1) / resonance : 0);
+  if (lacks_n_per_m > model_.stiffness_n_per_m)
+    filter_s_ = std::max(filter_s_, lacks_n_per_m / model_.stiffness_n_per_m * (tip_.time_s - told.tool_time_s));
 
   const Vec3& f = model_.force_world_n;
   correction_n_ += before_n - force_n(model_, dent_of(model_, tip_));  // another response is no other force

@@ -8,10 +8,11 @@
 // spring, too, from which a blade can go back freely, and which yields where the blade goes on: as in the simulation
 // (sim_server/world/blade_front.h). Both are passive by themselves, and corrected slowly.
 //
-// A sampled response gives no energy while k T/2 + c < b, the device's damping (Colgate & Schenkel 1997): Y is scaled
-// to that. A loop through a wire with any delay gives none while |dk / (1 + j w tau)| < b w at w = sqrt(k / m), the
-// resonance of the device's mass on the tissue, with dk the stiffness that Y lacks: tau follows from that. All of it is
-// bounded by the device's figures, whatever a server sends.
+// A sampled response gives no energy while k T/2 + c < b, the device's damping (Colgate & Schenkel 1997): Y is bounded
+// by that. With dk the stiffness that Y lacks, the loop through a wire has the gain |dk / (1 + j w tau)| / |Z|, and Z,
+// the device's mass on the tissue, is least at its resonance, b sqrt(k / m). Below 1 there, no delay gives energy to
+// the hand. If dk > k, the gain is above 1 for slow motion, too: tau is dk/k times the delay then. All of it is bounded
+// by the device's figures, whatever a server sends.
 #pragma once
 
 #include <array>

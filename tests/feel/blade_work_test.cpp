@@ -7,6 +7,7 @@
 
 #include "tests/feel/blade_work.h"
 #include "tests/feel/felt_motions.h"
+#include "tests/support/operation.h"
 
 namespace sectio::test {
 namespace {
@@ -57,6 +58,28 @@ TEST(BladeWorkThrough, of_a_knife_from_side_to_side) {
   EXPECT_GT(legs[0].work_j, 0.8 * due_j);
   EXPECT_LT(legs[0].work_j, 1.2 * due_j);
   EXPECT_LT(legs[0].ripple_n, 0.1 * legs[0].mean_n);
+}
+
+// The skin holds a point up to its threshold, breaks, and lets the force drop; then the front holds the edge by as much
+// as is in the tissue.
+TEST(BladeBreaksIn, with_a_drop_of_its_force) {
+  constexpr double kThreshold_n = 0.5;
+  Scene scene = blade_block("neo_hookean", 6e4);
+  scene.bodies[0].cutting.threshold_force_n = kThreshold_n;
+  Operation op(scene);
+  op.place(Vec3(0.001, 0.0017, kBlockTop_m + 0.001));
+  double before_n = 0, least_n = HUGE_VAL;
+  int since = 0;
+  op.after_each = [&](const StepOutput&) {
+    const bool is_in = op.count(EventKind::penetrated) > 0;
+    if (!is_in) before_n = std::max(before_n, op.force_n().z());
+    if (is_in && since++ < 20) least_n = std::min(least_n, op.force_n().norm());
+  };
+  op.move(Vec3(0.001, 0.0017, kBlockTop_m - 0.008), 0.01);
+  ASSERT_EQ(op.count(EventKind::penetrated), 1u);
+  EXPECT_NEAR(before_n, kThreshold_n, 0.1 * kThreshold_n);
+  EXPECT_LT(least_n, 0.5 * kThreshold_n) << "the pop";
+  EXPECT_GT(op.force_n().norm(), 2 * least_n);
 }
 
 TEST(BladeHeld, is_quiet_behind_any_wire) {

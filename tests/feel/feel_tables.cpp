@@ -26,13 +26,14 @@ constexpr Tissue kTissues[] = {
     {"neo_hookean_lattice 300 kPa", "neo_hookean_lattice", 3e5, 0.001},
 };
 
-void print_sines() {
+void print_sines(const DeviceLimits& device) {
   std::puts("Error of what varies in the force, % (of the whole force, %), of sines of 1, 3, 10, 30, 60 Hz");
   for (const Tissue& t : kTissues) {
     std::printf("%-28s", t.name);
     std::array<std::string, 3> cells;
     for (const Sine& sine : kSines) {
-      const auto felt = felt_on_path(felt_block(t.model, t.young_pa), pressing(t.depth_m, sine), kSinesFor_s, kWires);
+      const auto felt =
+          felt_on_path(felt_block(t.model, t.young_pa), pressing(t.depth_m, sine), kSinesFor_s, kWires, device);
       for (std::size_t w = 0; w < felt.size(); ++w) {
         const FeltError e = error_of(felt[w], kSettled_s);
         char cell[64];
@@ -129,16 +130,18 @@ void write_motions(const std::string& file) {
 int run(int argc, char** argv) {
   std::vector<std::string> tables;
   std::string motions;
+  DeviceLimits device;
   Arguments arguments("feel_tables",
                       "Prints how true and how quiet the force at a hand is, for wires of 0, 25, 50 ms.");
   arguments.option("--table", tables, "sines, taps, holds or blades; all when not given");
   arguments.option("--motions", motions, "CSV file to write instead: a tap, a slide and a cut, felt and true");
+  arguments.option("--damping", device.damping_n_s_per_m, "the device's own, N s/m, for the table of sines");
   if (!arguments.parse(argc, argv)) return 0;
   if (!motions.empty()) return write_motions(motions), 0;
   const auto wanted = [&](const char* name) {
     return tables.empty() || std::ranges::find(tables, name) != tables.end();
   };
-  if (wanted("sines")) print_sines();
+  if (wanted("sines")) print_sines(device);
   if (wanted("taps")) print_taps();
   if (wanted("holds")) print_holds();
   if (wanted("blades")) print_blades();

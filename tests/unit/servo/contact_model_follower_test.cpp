@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <vector>
 
 namespace sectio {
 namespace {
@@ -129,8 +130,63 @@ TEST(ContactModelFollower, a_response_is_scaled_to_what_the_device_can_do) {
     EXPECT_LE(m.stiffness_n_per_m * 0.0005 + m.damping_n_s_per_m, damping);
     EXPECT_LT(m.mass_kg, device.mass_kg);
     EXPECT_LE(m.side_stiffness_n_per_m, loop.follower.stiffest_n_per_m(damping));
-    EXPECT_NEAR(m.stiffness_n_per_m / stiff.stiffness_n_per_m, m.damping_n_s_per_m / stiff.damping_n_s_per_m, 1e-9);
   }
+}
+
+// A damping that the device can't give takes nothing from the spring, and the soft part of a stiff spring stays.
+TEST(ContactModelFollower, a_response_keeps_the_part_that_the_device_can_do) {
+  ContactModel damped = pressed();
+  damped.damping_n_s_per_m = 100;
+  damped.mass_kg = 1;
+  Followed loop;
+  loop.live(damped, 5);
+  EXPECT_EQ(loop.follower.model()->stiffness_n_per_m, 200);
+  ContactModel stiff = pressed();
+  stiff.stiffness_n_per_m = 2 * loop.follower.stiffest_n_per_m(1.5);
+  stiff.soft_depth_m = 0.0015;
+  loop.live(stiff, 5);
+  const auto force_at_n = [](const ContactModel& model, double depth_m) {
+    return force_n(model, dent_of(model, {model.tool_time_s, Vec3(0, 0, -depth_m)}));
+  };
+  for (const double depth_m : {1e-4, 3e-4})
+    EXPECT_NEAR(force_at_n(*loop.follower.model(), depth_m), force_at_n(stiff, depth_m), 1e-9) << depth_m;
+  EXPECT_NEAR(force_at_n(*loop.follower.model(), 0.004) - force_at_n(*loop.follower.model(), 0.003),
+              loop.follower.stiffest_n_per_m(1.5) * 0.001, 1e-9);
+}
+
+// A device without a spring of its own is pushed against tissue behind a wire, and knocked so little that it stays in
+// touch.
+TEST(ContactModelFollower, gives_no_energy_to_a_device_behind_any_wire) {
+  constexpr double kPush_n = 1, kKnock_m_per_s = 0.001;
+  for (const DeviceLimits& device : {DeviceLimits{}, DeviceLimits{.damping_n_s_per_m = 0.2, .mass_kg = 0.05}})
+    for (const double stiffness_n_per_m : {200.0, 2000.0})
+      for (const double wrong : {0.85, 1.15})
+        for (const int delay_ticks : {1, 25, 50, 200}) {
+          Followed loop(device);
+          const double damping = device.damping_n_s_per_m + ContactModelFollower::kHandDamping_n_s_per_m;
+          std::vector<double> depths_m;
+          double depth_m = kPush_n / stiffness_n_per_m, speed_m_per_s = kKnock_m_per_s, most_m_per_s = 0;
+          constexpr int kTicks = 10000;
+          for (int i = 0; i < kTicks; ++i) {
+            depths_m.push_back(depth_m);
+            loop.tip.z() = -depth_m;
+            ContactModel model = pressed();
+            model.stiffness_n_per_m = stiffness_n_per_m;
+            const int then = i - delay_ticks;
+            if (then >= 0) {
+              model.tool_time_s = loop.now_s + 0.001 - 0.001 * delay_ticks;
+              model.force_world_n.z() =
+                  wrong * stiffness_n_per_m * std::max(0.0, depths_m[static_cast<std::size_t>(then)]);
+              loop.follower.receive(model);
+            }
+            const double force_n = loop.tick().z();
+            speed_m_per_s += 0.001 / device.mass_kg * (kPush_n - force_n - damping * speed_m_per_s);
+            depth_m += 0.001 * speed_m_per_s;
+            if (i > kTicks - 1000) most_m_per_s = std::max(most_m_per_s, std::abs(speed_m_per_s));
+          }
+          EXPECT_LT(most_m_per_s, 0.05 * kKnock_m_per_s)
+              << device.mass_kg << " kg, " << wrong << " x " << stiffness_n_per_m << " N/m, " << delay_ticks << " ms";
+        }
 }
 
 TEST(ContactModelFollower, sticks_up_to_friction_and_is_dragged_along) {

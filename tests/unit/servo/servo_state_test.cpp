@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace sectio {
 namespace {
@@ -78,6 +79,49 @@ TEST(ServoState, a_broken_model_gives_no_force_and_is_forgotten) {
   ServoState state;
   EXPECT_EQ(run(state, pushing(std::numeric_limits<double>::quiet_NaN()), 0, 0.1, true).force_world_n, Vec3::Zero());
   EXPECT_NEAR(run(state, pushing(1), 0.1, 0.3, true).force_world_n.z(), 1, 1e-3);
+}
+
+// A server makes up models of any size and sign, sends broken numbers, answers samples that never were, and changes its
+// mind each tick.
+TEST(ServoState, no_server_exceeds_what_the_device_tells) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN(), kMuch = 1e300;
+  std::mt19937 random(11);
+  const auto uniform = [&](double from, double to) { return std::uniform_real_distribution(from, to)(random); };
+  const auto any_size = [&] { return std::pow(10, uniform(-6, 9)); };
+  const auto any_way = [&] { return Vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).stableNormalized(); };
+  for (int trial = 0; trial < 200; ++trial) {
+    const DeviceLimits device{uniform(0.05, 5),  uniform(0.02, 0.5), uniform(1, 20),
+                              uniform(50, 2000), uniform(0.01, 1),   uniform(400, 4000)};
+    ServoState state(device);
+    const double tick_s = 1 / device.rate_hz, stiffest = 0.7 * 2 * device.damping_n_s_per_m * device.rate_hz;
+    ContactModel model;
+    Vec3 at_m = Vec3::Zero(), way_m = Vec3::Zero(), before_n = Vec3::Zero();
+    for (int i = 0; i < 300; ++i) {
+      if (i % 20 == 0) way_m = uniform(0, 0.5) * tick_s * any_way();
+      if (i % 7 == 0) {
+        model.state = static_cast<ContactState>(random() % 3);
+        model.force_world_n = any_size() * any_way();
+        model.lever_world_m = uniform(0, 1) * any_way();
+        model.point_world_m = at_m + uniform(-0.01, 0.01) * any_way();
+        model.normal_world = any_way();
+        model.velocity_world_m_per_s = any_size() * any_way();
+        model.stiffness_n_per_m = any_size(), model.damping_n_s_per_m = any_size(), model.mass_kg = any_size();
+        model.side_stiffness_n_per_m = any_size(), model.friction = any_size(), model.yield_n = any_size();
+        model.soft_depth_m = any_size();
+      }
+      if (i % 31 == 0) model.force_world_n.x() = random() % 2 ? kNone : kMuch;
+      if (i % 37 == 0) model.stiffness_n_per_m = kMuch;
+      model.tool_time_s = (i - uniform(-3, 30)) * tick_s;
+      at_m += way_m;
+      const ServoRecord record = state.tick(i * tick_s, {at_m, Eigen::Quaterniond::Identity()}, &model);
+      const Vec3& force_n = record.force_world_n;
+      ASSERT_LE(force_n.norm(), device.largest_force_n * (1 + 1e-9)) << trial << ", tick " << i;
+      ASSERT_LE((force_n - before_n).norm(), (device.slew_n_per_s * tick_s + stiffest * way_m.norm()) * (1 + 1e-9))
+          << trial << ", tick " << i;
+      ASSERT_LE(record.moment_world_n_m.norm(), device.largest_moment_n_m * (1 + 1e-9)) << trial << ", tick " << i;
+      before_n = force_n;
+    }
+  }
 }
 
 }  // namespace
