@@ -1,6 +1,7 @@
 #include "sim_server/body_contact/contact_solver.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/core/error.h"
 
@@ -9,6 +10,7 @@ namespace {
 
 constexpr double kSlop_m = 5e-5;      // depth that is left, so that contacts last
 constexpr double kDepthUndone = 0.2;  // share of the remaining depth that one step undoes
+constexpr double kLongestLever = 20;  // the most speed that a particle gains, over what its contact needs
 
 }  // namespace
 
@@ -22,6 +24,7 @@ ContactSolver::ContactSolver(std::span<const ContactBody> bodies, std::span<cons
     add_side(row, c.other, -1, c);
     row.u = c.normal_world.unitOrthogonal();
     row.w = c.normal_world.cross(row.u);
+    drop_far_levers(row, c);
     row.mass_n = mass_along(row, c.point_world_m, c.normal_world);
     row.mass_u = mass_along(row, c.point_world_m, row.u);
     row.mass_w = mass_along(row, c.point_world_m, row.w);
@@ -54,6 +57,14 @@ void ContactSolver::add_side(Row& row, const ContactSide& side, double sign, con
     row.shares[row.share_count++] = {particle, weight};
     row.depth_m += step_s_ * weight * particles_[particle].velocity_m_per_s.dot(contact.normal_world);
   }
+}
+
+// A contact may lie on fixed tissue but for the last digits of its weights. A particle with such a weight would have to
+// fly off to move it, and doesn't take part.
+void ContactSolver::drop_far_levers(Row& row, const BodyContact& c) const {
+  const double mass_kg = mass_along(row, c.point_world_m, c.normal_world);
+  for (Share& s : std::span(row.shares).first(row.share_count))
+    if (std::abs(s.weight) * particles_[s.particle].inverse_mass_per_kg * mass_kg > kLongestLever) s.weight = 0;
 }
 
 // The effective mass 1 / (J M^-1 J^T) along a direction; 0 if nothing can move.

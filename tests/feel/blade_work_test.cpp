@@ -52,8 +52,16 @@ TEST_P(BladeWork, is_toughness_times_new_area) {
   check(plunge(0.012), 0.1);
 }
 
-TEST(BladeWorkThrough, of_a_knife_from_side_to_side) {
-  const std::vector<LegWork> legs = work_of({"", "neo_hookean", "progressive", 2, 2000}, right_through(), 0.2);
+class BladeWorkThrough : public testing::TestWithParam<std::pair<BladeTissue, double>> {};
+INSTANTIATE_TEST_SUITE_P(
+    Tissues, BladeWorkThrough,
+    testing::Values(std::pair{BladeTissue{"neo_hookean", "neo_hookean", "progressive", 2, 2000}, 0.2},
+                    std::pair{BladeTissue{"lattice", "neo_hookean_lattice", "progressive", 2, 2000, 0.005}, 0.04}),
+    [](const auto& tissue) { return tissue.param.first.name; });
+
+TEST_P(BladeWorkThrough, of_a_knife_from_side_to_side) {
+  const auto& [tissue, speed_m_per_s] = GetParam();
+  const std::vector<LegWork> legs = work_of(tissue, right_through(), speed_m_per_s);
   const double due_j = kToughness_j_per_m2 * legs[0].leg.new_area_m2;
   EXPECT_GT(legs[0].work_j, 0.8 * due_j);
   EXPECT_LT(legs[0].work_j, 1.2 * due_j);

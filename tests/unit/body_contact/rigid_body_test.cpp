@@ -254,5 +254,47 @@ TEST(BodyContact, a_crowd_of_contacts_is_reduced_to_those_that_bear) {
   EXPECT_TRUE(std::ranges::any_of(contacts, [](const BodyContact& c) { return c.depth_m > 5e-5; })) << "the deepest";
 }
 
+// Particles of 1 g; some are fixed.
+class Particles final : public DeformationEngine {
+ public:
+  explicit Particles(std::vector<bool> fixed) : fixed_(std::move(fixed)) {}
+
+  void follow(const SharedBody&, const TopologyChange&) override {}
+  void step(const SharedBody&, std::span<const PointConstraint>, std::span<Reaction>) override {}
+  void set_gravity(const Vec3&) override {}
+  Pose rest_frame_world(VertexId) const override { return {}; }
+  void release(std::span<const VertexId>, const std::optional<SupportPlane>&) override {}
+  bool fixed(VertexId v) const override { return fixed_[v]; }
+  double mass_kg(VertexId) const override { return 1e-3; }
+  double energy_j(const SharedBody&) const override { return 0; }
+  double largest_stable_step_s() const override { return 1; }
+  VertexId first_bad_vertex() const override { return kNone; }
+
+ private:
+  std::vector<bool> fixed_;
+};
+
+// The vertex lies over a fixed corner of a triangle. A free corner has this weight, by rounding when it is little.
+double gained_m_per_s(double weight) {
+  const Particles particles({true, true, true, false});
+  const std::vector<Vec4f> x(4, Vec4f(Vec4f::Zero())), v{Vec4f(0, 0, -0.01f, 0), x[0], x[0], x[0]};
+  const ContactBody body{nullptr, {x, v}, &particles};
+  BodyContact contact;
+  contact.depth_m = 0.01 * kStep_s;  // it was at the surface before this step
+  contact.one = side_at(0, 0);
+  contact.other = {0, {1, 2, 3}, Vec3(0.5 * (1 - weight), 0.5 * (1 - weight), weight)};
+  ContactSolver solver({&body, 1}, {&contact, 1}, kStep_s);
+  solver.solve(30);
+  double most = 0;
+  for (const ParticleChange& p : solver.particle_changes()) most = std::max(most, p.faster_by_m_per_s.norm());
+  return most;
+}
+
+TEST(ContactOfFixedTissue, flings_no_free_corner_away) {
+  EXPECT_NEAR(gained_m_per_s(1.0 / 3), 0.03, 1e-9);  // it gives way as far as it must
+  for (double weight = 1e-12; weight < 1; weight *= 2) EXPECT_LE(gained_m_per_s(weight), 0.2 * (1 + 1e-9)) << weight;
+  EXPECT_EQ(gained_m_per_s(1e-9), 0);
+}
+
 }  // namespace
 }  // namespace sectio::test
