@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kLinePitch_m = 0.001;  // between the points at which a line is looked at
 constexpr double kResists_n = 1e-3;     // less: a blade that has gone through, or is drawn out
+constexpr double kTouches_m = 1e-4;     // into the floor or side of a bin, which hold a piece up to rounding
 constexpr double kWhole = 0.999;        // share of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
@@ -100,6 +101,8 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
   std::map<std::uint32_t, std::vector<Triangle>> triangles;
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)
     if (component[t] != kNone) triangles[component[t]].push_back(mesh.triangle(t));
+  const Vec3 margin = Vec3::Constant(kTouches_m);
+  const Box in_or_at{bin.min_world_m - margin, bin.max_world_m + margin};
   std::vector<TissuePiece> pieces;
   for (const auto& [id, of_piece] : triangles) {
     TissuePiece piece{spec.name};
@@ -110,7 +113,7 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
     for (const Triangle& t : of_piece)
       for (const VertexId v : t.v) {
         piece.held_in_place |= spec.fixed && spec.fixed->contains(spec.pose.to_world(mesh.rest_body_m(v)));
-        piece.in_bin = piece.in_bin && bin.contains(positions_world_m[v].cast<double>());
+        piece.in_bin = piece.in_bin && in_or_at.contains(positions_world_m[v].cast<double>());
       }
     pieces.push_back(std::move(piece));
   }
