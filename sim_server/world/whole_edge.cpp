@@ -11,7 +11,8 @@ constexpr double kFarthestBack_m = 0.03;  // from where a blade that breaks in s
 constexpr double kBackStep_m = 0.00025;
 constexpr double kClear_m = 0.002;  // further back: at rest the body's side is nearer than where it is pressed in
 constexpr double kAlongWall = 0.5;  // cosine of a wall's normal to the blade's, from which on they lie side by side
-constexpr double kCosSharp = 0.5;   // the edge faces the surface within 60 degrees
+constexpr double kWidestGroove_m = 0.005;  // from a blade to the walls on both its sides
+constexpr double kCosSharp = 0.5;          // the edge faces the surface within 60 degrees
 
 bool sharp_edge_touches(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {
   constexpr std::array<std::size_t, 2> kEdgeCorners{0, 2};  // A and C
@@ -27,8 +28,8 @@ Vec3 aside_world(const InstrumentEdge& edge) {
   return edge.pose().orientation * shape.sharp_side_tool->cross(along).normalized();
 }
 
-bool is_between_walls(Body& body, const InstrumentEdge& edge, const Vec3& at) {
-  const Vec3 reach = body.cut_traits.join_tolerance_m * aside_world(edge);
+bool is_between_walls(Body& body, const InstrumentEdge& edge, const Vec3& at, double reach_m) {
+  const Vec3 reach = reach_m * aside_world(edge);
   const std::vector<SurfaceHit> hits = body.tree().hits(body.view(), at - reach, at + reach);
   const auto is_wall = [&](bool entering) {
     return std::ranges::any_of(hits, [&](const SurfaceHit& hit) {
@@ -46,7 +47,7 @@ bool is_at_wall(Body& body, const InstrumentEdge& edge, const Vec3& at) {
     return body.mesh.triangle(hit.triangle).surface == Surface::wall &&
            std::abs(body.view().normal(hit.triangle).dot(aside)) > kAlongWall;
   };
-  return is_between_walls(body, edge, at) ||
+  return is_between_walls(body, edge, at, near_m) ||
          std::ranges::any_of(body.tree().hits(body.view(), at - near_m * aside, at + near_m * aside), is_beside);
 }
 
@@ -63,7 +64,12 @@ bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press) {
   if (!sharp_edge_touches(body, edge, press.on_tool())) return false;
   if (!edge.shape().sharp_side_tool || !body.cut_traits.cuts_inside) return false;
-  return is_between_walls(body, edge, press.tool_point_world_m(edge));
+  return is_between_walls(body, edge, press.tool_point_world_m(edge), body.cut_traits.join_tolerance_m);
+}
+
+bool tip_is_in_groove(Body& body, const InstrumentEdge& edge) {
+  if (!edge.shape().sharp_side_tool) return false;
+  return is_between_walls(body, edge, edge.tip_world_m(), kWidestGroove_m);
 }
 
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip) {

@@ -27,6 +27,8 @@ bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint
 // An edge that presses is in a groove, with walls close to both its sides. A blade that is put back into its cut goes
 // on without breaking in.
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press);
+// The tip is between the walls of a cut, however far these gape.
+bool tip_is_in_groove(Body& body, const InstrumentEdge& edge);
 // The first part of a line along the edge, from `tip_world_m` on, that is in tissue which no cut has opened.
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip_world_m);
 // The place at which an edge that moves towards its sharp side is so deep inside that it has broken in, whatever its

@@ -14,6 +14,7 @@ namespace {
 constexpr double kDeeper_m = 1e-5;    // a deepened groove is clear of the trail by this
 constexpr double kOutBelow_m = 1e-3;  // a tip that is out on the other side is this far out, at least
 constexpr double kBackwards = -0.2;   // cosine to a front: a blade that has drawn back further does not cut
+constexpr double kOnward = 0.25;      // a blade that rises still cuts when it goes on by this share of its rise
 constexpr double kHeading_m = 1e-3;   // a cut's direction is taken over this way: a short step may go anywhere
 constexpr double kMostSlant = 2;      // a joined front's, in tolerances between its ends along the motion
 constexpr int kMostSteps = 64;        // into which one motion is divided
@@ -271,9 +272,10 @@ bool draws_back(const TemplateStroke& stroke, const RestBlade& blade, double bes
   const Vec3 way = blade.tip_body_m - stroke.newest->tip_body_m;
   const double rise_m = way.dot(stroke.newest->up_body);
   const Vec3 along = way - rise_m * stroke.newest->up_body;
-  if (rise_m > along.norm()) return true;
-  if (stroke.fronts.empty()) return false;
+  const bool rises = rise_m > along.norm();
+  if (stroke.fronts.empty()) return rises;
   const Vec3 &ahead = stroke.fronts.front().ahead_body, &up = stroke.newest->up_body;
+  if (rises && along.dot(ahead) < kOnward * rise_m) return true;
   const Vec3 from_front = blade.tip_body_m - stroke.at_front->tip_body_m;
   const Vec3 level = from_front - from_front.dot(up) * up;
   return along.dot(ahead) < 0 && (level - level.dot(ahead) * ahead).norm() < beside_m;
