@@ -276,6 +276,7 @@ bool EdgeContact::slips_through(double displacement_m, const Vec3& ahead_world_m
 double EdgeContact::penetration_m() {
   if (phase_ == Phase::cutting)
     if (const auto cut = cut_point()) return cut->owed_m;
+  if (phase_ == Phase::spent) return uncut_tissue_at(body_, edge_, edge_.tip_world_m()) ? from_end_m() : 0;
   if (phase_ != Phase::pressing) return 0;
   if (is_round()) return round_.depth_m();
   if (!body_.contact_by_templates()) return press_.depth_m(body_, edge_);
@@ -328,6 +329,11 @@ void EdgeContact::follow_stroke(const CutPoint& cut, std::span<const JointPose> 
   constraints_.assign(1, c);
 }
 
+double EdgeContact::from_end_m() const {
+  const Vec3 away = edge_.tip_world_m() - ended_at_;
+  return (away - away.dot(normal_) * normal_).norm();
+}
+
 // A new cut at the end of the old one would go along its walls.
 void EdgeContact::rest_in_groove() {
   const Vec3 tip = edge_.tip_world_m(), heel = edge_.heel_world_m();
@@ -336,7 +342,7 @@ void EdgeContact::rest_in_groove() {
   if (is_out && away.dot(normal_) > kLetGo_m) return set_free();
   if (is_out && body_.cut_traits.edge_cuts_anywhere && body_.tree().hits(body_.view(), tip, heel).empty())
     return set_free();
-  if ((away - away.dot(normal_) * normal_).norm() <= kGoneOn * body_.cut_traits.join_tolerance_m) return;
+  if (from_end_m() <= kGoneOn * body_.cut_traits.join_tolerance_m) return;
   if (is_out) return void(phase_ = Phase::free);
   if (edge_.kind().only_closing && !may_enter()) return;
   ++groove_searches_;

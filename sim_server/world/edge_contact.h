@@ -119,6 +119,7 @@ class EdgeContact {
   void refuse_frozen(std::vector<BladeMotion>& motions);
   void hold_end_again();
   void rest_in_groove();
+  double from_end_m() const;  // the tip, along the surface, from where the last cut ended
   std::optional<CutPoint> cut_point() const { return body_.engines.cutting->cut_point(body_.shared(), edge_.id()); }
 
   InstrumentEdge edge_;  // now

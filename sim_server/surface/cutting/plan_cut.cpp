@@ -132,6 +132,7 @@ class Attempt {
   bool nothing_moved(std::span<const Entry> entries) {
     if (!entries.empty() || !plan.outcomes.empty() || !plan.islands.empty()) return false;
     if (std::ranges::any_of(plan.after.strokes, [](const Stroke& s) { return s.has_moved; })) return false;
+    plan.after.grooves = cuts_.grooves;  // without rungs for branches that were not made
     for (std::size_t i = 0; i < plan.after.strokes.size(); ++i) {
       if (!plan.after.strokes[i].cuts()) continue;
       const BladeSeen seen = plan.after.strokes[i].seen;
@@ -165,7 +166,6 @@ class Attempt {
         draft_.append_edited(near);
         end = advance(draft_, s, blade, near, plan.after.grooves, settings_);
         if (end == StrokeEnd::refused) return Refusal{s.edge_id, s.why_refused, s.seen.owed_m};
-        s.seen.owed_m = 0;
         if (end == StrokeEnd::joined) plan.outcomes.push_back({s.edge_id, end});
         if (end == StrokeEnd::lifted) break;
       }

@@ -13,6 +13,7 @@ constexpr double kStaysBeside_m = 8e-4;       // the same, if it was in a groove
 constexpr double kResumes_m = 3e-3;           // from the end of the groove that it leaves
 constexpr double kNode_m = 1.5e-3;            // least distance of a branch from an end
 constexpr double kLeaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next
+constexpr double kMostOwed_m = 3e-3;          // from a groove that a blade has left to where its cut begins anew
 constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way leads over it
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
 constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
@@ -24,7 +25,13 @@ class Advance {
  public:
   Advance(MeshDraft& draft, Stroke& stroke, const Blade& blade, std::span<const TriangleId> near, Grooves& grooves,
           const StrokeSettings& settings)
-      : draft_(draft), stroke_(stroke), blade_(blade), near_(near), grooves_(grooves), settings_(settings) {}
+      : draft_(draft),
+        stroke_(stroke),
+        blade_(blade),
+        near_(near),
+        grooves_(grooves),
+        settings_(settings),
+        has_cut_(stroke.cuts() || stroke.has_moved) {}
 
   StrokeEnd run() {
     if (!settle(draft_, stroke_) && !leave_cut()) return StrokeEnd::refused;
@@ -36,7 +43,9 @@ class Advance {
     stroke_.seen.owed_m = stroke_.cuts() ? distance_m(*place) : 0;
     stroke_.seen.depth_m = (place->point_world_m - blade_.tip_world_m).dot(blade_.up_world);
     if (stroke_.seen.depth_m < settings_.release_depth_m) return StrokeEnd::lifted;
-    return place->on == BladePlace::On::lid ? on_lid(*place) : on_skin(*place);
+    const StrokeEnd end = place->on == BladePlace::On::lid ? on_lid(*place) : on_skin(*place);
+    if (end != StrokeEnd::refused) stroke_.seen.owed_m = owed_m_;
+    return end;
   }
 
  private:
@@ -116,10 +125,30 @@ class Advance {
         const StrokeEnd closed = close_gap();
         return closed == StrokeEnd::going ? end : closed;
       }
-      if (walked == WalkEnd::waits) return end;
+      if (walked == WalkEnd::waits) {
+        wait_for(place);
+        return end;
+      }
       end = StrokeEnd::joined;
+      has_cut_ = true;
     }
     return end;
+  }
+
+  // The surface doesn't lead to the blade from where its cut has come to. A branch that has cut nothing is given up:
+  // the next step looks for a better place.
+  void wait_for(const BladePlace& place) {
+    if (!stroke_.cuts()) return;
+    owed_m_ = distance_m(place);
+    if (stroke_.points > 1 || stroke_.bottom == kNone) return;
+    const VertexId v = stroke_.cell.apex;
+    const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
+    if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
+    stroke_.seen.on_lid_body_m = draft_.rest(v);
+    stroke_.cell = {};
+    stroke_.bottom = kNone;
+    stroke_.lips.reset();
+    stroke_.has_moved = has_cut_;
   }
 
   WalkEnd walk_to(const WalkTarget& target) {
@@ -214,7 +243,11 @@ class Advance {
         was_in_groove ? end_near(here, kResumes_m, kAhead) : end_near(here, settings_.join_tolerance_m, 0);
     if (end != kNone) return resume(end, here);
     if (was_in_groove)
-      if (const auto curve = nearest_on_curves(draft_, grooves_, here, kLeaves_m)) return branch(*curve, here);
+      if (const auto curve = nearest_on_curves(draft_, grooves_, here, kLeaves_m)) {
+        if (branch(*curve, here) == Start::begun) return Start::begun;
+        owed_m_ = curve->distance_m;
+        if (owed_m_ < kMostOwed_m) return Start::waits;
+      }
     stroke_.seen.on_lid_body_m.reset();
     return begin(place, was_in_groove);
   }
@@ -232,7 +265,10 @@ class Advance {
 
   Start resume(VertexId end, const Vec3& to_body_m) {
     const Vec3 heading = heading_at(draft_, end);
-    if (!branch_off(draft_, stroke_, grooves_, end, to_body_m)) return Start::waits;
+    if (!branch_off(draft_, stroke_, grooves_, end, to_body_m)) {
+      owed_m_ = (to_body_m - draft_.rest(end)).norm();
+      return Start::waits;
+    }
     grooves_.ends.erase(end);
     stroke_.heading_body = heading;
     return Start::begun;
@@ -298,6 +334,8 @@ class Advance {
   std::span<const TriangleId> near_;
   Grooves& grooves_;
   const StrokeSettings& settings_;
+  bool has_cut_;       // in this step, before the branch that the stroke is on
+  double owed_m_ = 0;  // from the cut, or the groove that it was to leave, to a blade that it couldn't follow
 };
 
 }  // namespace

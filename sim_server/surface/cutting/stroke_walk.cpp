@@ -402,17 +402,20 @@ WalkEnd walk(MeshDraft& draft, Stroke& stroke, const Blade& blade, Grooves& groo
 
 bool branch_off(const MeshDraft& draft, Stroke& stroke, const Grooves& grooves, VertexId lip, const Vec3& to_body_m) {
   const WalkPlane plane(draft.rest(lip), to_body_m, normal_around(draft, lip));
-  for (const VertexId v : twins_of(draft, grooves, lip)) {
+  // Not only its twins: an island has lips of its own at the same places.
+  const Vec3 place = draft.rest(lip);
+  for (const auto& [v, bottom] : grooves.rungs) {
+    if (draft.rest(v) != place) continue;
     const auto cell = cell_ahead(draft, v, plane);
     if (!cell) continue;
     stroke.cell = *cell;
     stroke.bary = Vec3::UnitX();
-    stroke.bottom = grooves.bottom_of(v);
+    stroke.bottom = bottom;
     stroke.start = stroke.first = kNone;
     stroke.points = 1;
     stroke.length_m = 0;
     stroke.lips.reset();
-    stroke.behind_body_m = {draft.rest(v)};
+    stroke.behind_body_m = {place};
     return true;
   }
   return false;
