@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 
 namespace sectio {
 namespace {
@@ -11,7 +12,95 @@ namespace {
 // The kidney of kidney_section.yaml: on its side, its middle 50 mm above the floor, cut from pole to pole.
 // The box of paper_box.yaml: 80 x 80 x 25 mm on the floor; the corner at (40, 40) mm is cut off.
 constexpr double kWide_rad = 0.35;
+
+// A stroke over the pad of skin_*.yaml, whose skin is at 10 mm: down at its first place, from one to the next at one
+// speed, up at the last. At each corner the blade turns while it rests.
+struct Line {
+  std::vector<Vec3> tips_world_m;
+  double speed_m_per_s = 0.03;
+  bool rounded = false;  // it turns on its way
+};
+
+Line arc(const Vec3& middle_world_m, double radius_m, double from_deg, double to_deg) {
+  constexpr int kPieces = 18;
+  Line line{.tips_world_m = {}, .rounded = true};
+  for (int i = 0; i <= kPieces; ++i) {
+    const double at_rad = (from_deg + (to_deg - from_deg) * i / kPieces) * M_PI / 180;
+    line.tips_world_m.push_back(middle_world_m + radius_m * Vec3(std::cos(at_rad), std::sin(at_rad), 0));
+  }
+  return line;
+}
+
+std::vector<Place> lines(std::initializer_list<Line> strokes) {
+  constexpr double kAloft_m = 0.018, kTurn_s = 0.2, kRest_s = 0.1;
+  std::vector<Place> places;
+  for (const Line& line : strokes) {
+    const std::vector<Vec3>& tips = line.tips_world_m;
+    const auto ahead_deg = [&](std::size_t i) {
+      const Vec3 way = tips[i + 1] - tips[i];
+      return std::atan2(way.y(), way.x()) * 180 / M_PI;
+    };
+    const auto above = [&](const Vec3& tip) { return Vec3(tip.x(), tip.y(), kAloft_m); };
+    places.push_back({above(tips.front()), ahead_deg(0), 2 * kRest_s, 0.08});
+    places.push_back({tips.front(), ahead_deg(0), kRest_s});
+    for (std::size_t i = 1; i < tips.size(); ++i) {
+      places.push_back({tips[i], ahead_deg(i - 1), 0, line.speed_m_per_s});
+      if (!line.rounded && i + 1 < tips.size() && ahead_deg(i) != ahead_deg(i - 1))
+        places.push_back({tips[i], ahead_deg(i), kTurn_s});
+    }
+    places.push_back({above(tips.back()), places.back().ahead_deg, kRest_s, 0.06});
+  }
+  return places;
+}
+
 const auto kPassages = std::to_array<Passage>({
+    {.name = "skin_corners",
+     .places = lines({{.tips_world_m = {{-0.026, 0.010, 0.004},
+                                        {-0.006, 0.010, 0.004},
+                                        {-0.006, -0.010, 0.004},
+                                        {0.0113, 0.000, 0.004},
+                                        {0.0113, -0.012, 0.004}}}})},
+    {.name = "skin_depth",
+     .places = lines({{.tips_world_m = {{-0.024, 0.001, 0.007},
+                                        {-0.012, 0.001, 0.001},
+                                        {0.000, 0.001, 0.007},
+                                        {0.012, 0.001, 0.001},
+                                        {0.024, 0.001, 0.007}}}})},
+    {.name = "skin_head_on_left",
+     .places = lines({{.tips_world_m = {{-0.026, 0.0000, 0.004}, {0.0005, 0.0002, 0.004}}}})},
+    {.name = "skin_head_on_right",
+     .places = lines({{.tips_world_m = {{0.026, 0.0004, 0.004}, {0.0005, 0.0002, 0.004}}}})},
+    {.name = "skin_speeds",
+     .places = lines({{.tips_world_m = {{-0.004, 0.014, 0.004}, {0.004, 0.014, 0.004}}, .speed_m_per_s = 0.0005},
+                      {.tips_world_m = {{-0.025, -0.012, 0.004}, {0.025, -0.012, 0.004}}, .speed_m_per_s = 5}})},
+    {.name = "skin_again",
+     .places = lines({{.tips_world_m = {{-0.028, 0.001, 0.004}, {-0.014, 0.001, 0.004}}},
+                      {.tips_world_m = {{-0.018, 0.001, 0.004}, {0.000, 0.001, 0.004}}},
+                      {.tips_world_m = {{0.000, 0.001, 0.004}, {0.013, 0.001, 0.004}}},
+                      {.tips_world_m = {{0.014, 0.001, 0.004}, {0.028, 0.001, 0.004}}}})},
+    {.name = "skin_saw",
+     .places = {{.tip_world_m = {-0.026, 0.001, 0.018}, .ahead_deg = 0, .rest_s = 0.2},
+                {.tip_world_m = {-0.026, 0.001, 0.004}, .ahead_deg = 0, .rest_s = 0.1},
+                {.tip_world_m = {-0.014, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {-0.019, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {-0.007, 0.001, 0.004}, .ahead_deg = 0, .rest_s = 0.3},
+                {.tip_world_m = {-0.012, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {0.000, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {-0.005, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {0.007, 0.001, 0.004}, .ahead_deg = 0, .rest_s = 0.3},
+                {.tip_world_m = {0.002, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {0.014, 0.001, 0.004}, .ahead_deg = 0},
+                {.tip_world_m = {0.014, 0.001, 0.018}, .ahead_deg = 0, .rest_s = 0.1, .speed_m_per_s = 0.06}}},
+    {.name = "skin_rings",  // arcs that overlap by 3 mm; that end where the other begins; 0.6 mm before it
+     .places = lines({arc({-0.03, 0, 0.004}, 0.009, 0, 190), arc({-0.03, 0, 0.004}, 0.009, 170, 370),
+                      arc({0, 0, 0.004}, 0.009, 0, 180), arc({0, 0, 0.004}, 0.009, 180, 360),
+                      arc({0.03, 0, 0.004}, 0.009, 0, 178), arc({0.03, 0, 0.004}, 0.009, 182, 358)})},
+    {.name = "templates_depth",
+     .places = lines({{.tips_world_m = {{-0.024, 0.001, 0.008},
+                                        {-0.012, 0.001, 0.002},
+                                        {0.000, 0.001, 0.008},
+                                        {0.012, 0.001, 0.002},
+                                        {0.024, 0.001, 0.008}}}})},
     {.name = "bar_one_sequence",
      .places = {{.tip_world_m = {0.0043, -0.026, 0.045}, .ahead_deg = 90, .rest_s = 0.3},
                 {.tip_world_m = {0.0047, -0.001, 0.045}, .ahead_deg = 90, .rest_s = 0.4},
