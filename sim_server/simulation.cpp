@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "common/core/error.h"
+#include "common/math/archive.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/step/step.h"
 
@@ -10,9 +12,14 @@ namespace sectio {
 struct Simulation::State {
   State(const Scene& scene, const EngineTable& engines) : world(scene, engines) {}
 
+  void archive(Archive& a) {
+    a(output.step, output.sim_time_s, output.gravity_m_per_s2, output.gravity_target_m_per_s2, output.report, world);
+  }
+
   SimulatedWorld world;
   StepOutput output;
   double (*processor_s)() = nullptr;
+  std::size_t saved_bytes = 0;  // the last time
 };
 
 Simulation::Simulation(const Scene& scene) : Simulation(scene, standard_engines()) {}
@@ -45,6 +52,22 @@ const StepOutput& Simulation::step(const StepInput& input) {
   feel(world, context);
   report(world, context);
   return output;
+}
+
+std::optional<std::vector<std::uint8_t>> Simulation::save() const {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(state_->saved_bytes + state_->saved_bytes / 8);
+  Archive archive(bytes);
+  state_->archive(archive);
+  if (archive.refused()) return std::nullopt;
+  state_->saved_bytes = bytes.size();
+  return bytes;
+}
+
+void Simulation::load(std::span<const std::uint8_t> state) {
+  Archive archive(state);
+  state_->archive(archive);
+  if (archive.remaining() > 0) throw InputError("the state doesn't end where it should");
 }
 
 void Simulation::measure_with(double (*processor_s)()) {

@@ -31,6 +31,12 @@ class Simulation {
   // Runs the stages of step/step.h in order. The result is valid until the next call.
   const StepOutput& step(const StepInput& input);
 
+  // The state between two steps as bytes, from which a simulation of the same scene, before its first step, goes on bit
+  // for bit. Nothing: an engine can't say its state.
+  std::optional<std::vector<std::uint8_t>> save() const;
+  // Throws InputError when the bytes are not a state of this scene; the simulation is then of no use any more.
+  void load(std::span<const std::uint8_t> state);
+
   // Sets a clock of the processor's time, s, which only BodyCheck::cpu uses. Without it, that time is not measured.
   void measure_with(double (*processor_s)());
 

@@ -14,12 +14,22 @@ struct VertexEdit {
   bool alive = true;
   Vec3 rest_body_m = Vec3::Zero();
   bool operator==(const VertexEdit&) const = default;
+
+  template <class A>
+  void archive(A& a) {
+    a(id, alive, rest_body_m);
+  }
 };
 
 struct TriangleEdit {
   TriangleId id = kNone;
   Triangle triangle;  // dead: the slot is freed
   bool operator==(const TriangleEdit&) const = default;
+
+  template <class A>
+  void archive(A& a) {
+    a(id, triangle);
+  }
 };
 
 // Edits are in ascending order of slot, one a slot; each names the whole new content of its slot.
@@ -36,6 +46,11 @@ struct TopologyDelta {
 
   bool empty() const { return vertices.empty() && triangles.empty(); }
   bool operator==(const TopologyDelta&) const = default;
+
+  template <class A>
+  void archive(A& a) {
+    a(base_revision, revision, hash_after, vertex_slots_after, triangle_slots_after, temporary, vertices, triangles);
+  }
 };
 
 enum class ApplyStatus : std::uint8_t {

@@ -36,6 +36,13 @@ struct ContactModel {
   double side_stiffness_n_per_m = 0;  // the tissue's, sideways; the front's that holds a blade
   double friction = 0;                // Coulomb's coefficient
   double yield_n = kNeverYields_n;    // the tissue breaks at this force
+
+  template <class A>
+  void archive(A& a) {
+    a(tool_id, sequence, sim_time_s, tool_time_s, state, force_world_n, lever_world_m, point_world_m, normal_world,
+      velocity_world_m_per_s, stiffness_n_per_m, damping_n_s_per_m, mass_kg, soft_depth_m, side_stiffness_n_per_m,
+      friction, yield_n);
+  }
 };
 
 // The motion of an instrument's tip, told by its samples: the same arithmetic on both sides of the wire.
@@ -47,6 +54,11 @@ struct TipMotion {
 
   static constexpr double kVelocityFilter_s = 0.002;
   void go_on(double to_s, const Vec3& position_m);  // times ascend; else only the position is taken
+
+  template <class A>
+  void archive(A& a) {
+    a(time_s, position_m, velocity_m_per_s, acceleration_m_per_s2);
+  }
 };
 
 // The dent of a tip in a model's plane. With d the depth, d_r the soft depth, and n and p the plane's:

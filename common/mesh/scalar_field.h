@@ -15,6 +15,11 @@ struct ScalarField {
   float least = 0, most = 1;  // the range that viewers see; values beyond it are cut off
   std::vector<float> values;  // one a vertex slot; a NaN counts as `least`
   bool operator==(const ScalarField&) const = default;
+
+  template <class A>
+  void archive(A& a) {
+    a(name, least, most, values);
+  }
 };
 
 }  // namespace sectio

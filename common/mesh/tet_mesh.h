@@ -15,6 +15,11 @@ using Tetrahedron = std::array<VertexId, 4>;
 struct TetMesh {
   std::vector<Vec3> vertices_body_m;  // at rest
   std::vector<Tetrahedron> tetrahedra;
+
+  template <class A>
+  void archive(A& a) {
+    a(vertices_body_m, tetrahedra);
+  }
 };
 
 // The corners of a tetrahedron that doesn't exist.
@@ -29,6 +34,11 @@ struct TetEdit {
   std::uint32_t id = kNone;
   Tetrahedron before = kNoTetrahedron, after = kNoTetrahedron;
   std::uint32_t origin = kNone;  // the tetrahedron that it was cut out of; itself if it existed before
+
+  template <class A>
+  void archive(A& a) {
+    a(id, before, after, origin);
+  }
 };
 
 // A change of a volume, for those who keep data beside it. Vertices and tetrahedra keep their numbers as long as they

@@ -32,6 +32,11 @@ struct Triangle {
   bool alive() const { return v[0] != kNone; }
   int corner_of(VertexId x) const { return v[0] == x ? 0 : v[1] == x ? 1 : v[2] == x ? 2 : -1; }
   bool operator==(const Triangle&) const = default;
+
+  template <class A>
+  void archive(A& a) {
+    a(v, surface);
+  }
 };
 
 // Triangles as they come from a file: welded, indices into vertices_body_m.
@@ -120,6 +125,11 @@ class TriangleMesh {
 
   // Compares all slots, dead ones included, but not adjacency, which is derived.
   bool same_database(const TriangleMesh& other) const;
+
+  template <class A>
+  void archive(A& a) {
+    a(rest_, triangles_, neighbours_, incident_, free_vertices_, free_triangles_, hash_, permanent_hash_, revision_);
+  }
 
  private:
   friend class MeshWriter;  // common/delta/apply.cpp

@@ -80,6 +80,11 @@ struct BodyCheck {
   std::uint64_t implicit_steps = 0;
   bool asleep = false;  // it rests, and is not stepped
   bool operator==(const BodyCheck&) const = default;
+
+  template <class A>
+  void archive(A& a) {
+    a(error_estimate, cpu_estimate, cpu, stability_margin, residual_m, energy_gain_j, implicit_steps, asleep);
+  }
 };
 
 // A viewer's word on its link.

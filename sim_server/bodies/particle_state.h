@@ -68,6 +68,11 @@ struct ParticleState {
     velocity_world_m_per_s[particle].head<3>() += faster_by_m_per_s.cast<float>();
     position_world_m[particle].head<3>() += by_m.cast<float>();
   }
+
+  template <class A>
+  void archive(A& a) {
+    a(position_world_m, velocity_world_m_per_s, particle_of_slot);
+  }
 };
 
 // The rest shape at the given pose, without velocity.

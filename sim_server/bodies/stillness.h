@@ -23,6 +23,11 @@ class Stillness {
   // Call when the body has been disturbed: the window begins anew.
   void begin_anew() { begun_ = again_ = false; }
 
+  template <class A>
+  void archive(A& a) {
+    a(begun_, time_s_, looks_, again_, first_m2_, second_m2_, liveliest_, from_world_m_);
+  }
+
  private:
   bool begun_ = false;
   double time_s_ = 0;

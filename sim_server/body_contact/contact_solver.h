@@ -39,6 +39,11 @@ struct ParticleImpulse {
   std::uint32_t body = 0;
   VertexId vertex = kNone;
   Vec3 impulse_n_s = Vec3::Zero();
+
+  template <class A>
+  void archive(A& a) {
+    a(body, vertex, impulse_n_s);
+  }
 };
 
 class ContactSolver {

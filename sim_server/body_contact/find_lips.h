@@ -33,12 +33,22 @@ class LipFinder {
   // which the body has number 0.
   void find(const SharedBody& body, double step_s, std::vector<BodyContact>& contacts);
 
+  template <class A>
+  void archive(A& a) {
+    a(lips_, waiting_, next_, seen_, round_);
+  }
+
  private:
   static constexpr std::size_t kOpposite = 6;
   struct Lip {
     std::array<TriangleId, kOpposite> opposite;
     bool waits = false;      // for a search
     std::uint8_t pause = 0;  // steps until it is looked at again: it was far from the other lip
+
+    template <class A>
+    void archive(A& a) {
+      a(opposite, waits, pause);
+    }
   };
 
   void search(const TriangleMesh& mesh);

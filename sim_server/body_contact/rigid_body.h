@@ -44,6 +44,12 @@ class RigidBody {
   // falls asleep.
   void rest(bool supported, double radius_m, double step_s);
 
+  template <class A>
+  void archive(A& a) {
+    a(mass_kg_, inertia_body_, inverse_inertia_body_, inverse_inertia_world_, pose_, momentum_, angular_momentum_,
+      velocity_before_, pushed_, still_s_, asleep_);
+  }
+
  private:
   void turn_to(const Eigen::Quaterniond& orientation);
 

@@ -22,6 +22,11 @@ struct RigidSettings {
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double density_kg_per_m3 = 1000;
   double friction = 0.4;  // Coulomb's, with instruments
+
+  template <class A>
+  void archive(A& a) {
+    a(step_s, gravity_m_per_s2, density_kg_per_m3, friction);
+  }
 };
 
 class RigidMotion final : public DeformationEngine {
@@ -61,6 +66,9 @@ class RigidMotion final : public DeformationEngine {
   bool asleep() const override { return body.asleep(); }
   void wake() override { body.wake(); }
   RigidMotion* rigid() override { return this; }
+  void archive(Archive& a, const SharedBody&) override {
+    a(settings_, body, constraints_, mass_kg_, arm_m_, frame_at_release_, centre_at_release_world_m_, radius_m_);
+  }
 
   double radius_m() const { return radius_m_; }  // the ball around the mass centre that contains the body
 

@@ -18,6 +18,11 @@ namespace sectio {
 struct FrontCounters {
   std::uint64_t local_searches = 0;   // steps in which the walk arrived at all triangles within reach
   std::uint64_t global_searches = 0;  // other steps: first contact, fast motion, dropped samples, another sheet
+
+  template <class A>
+  void archive(A& a) {
+    a(local_searches, global_searches);
+  }
 };
 
 struct FrontStep {
@@ -44,6 +49,11 @@ class FrontTracker {
   void reset() { known_.clear(); }
 
   const FrontCounters& counters() const { return counters_; }
+
+  template <class A>
+  void archive(A& a) {
+    a(known_, near_, walked_, visited_, counters_);
+  }
 
  private:
   bool walk_reaches(const SurfaceView& view, const ToolCorners& tool, double reach_m);

@@ -164,6 +164,48 @@ struct SurfaceTree::Hierarchy {
     leaves[t] = nullptr;
   }
 
+  // A box of a leaf that is larger than its anchors ask for: FCL keeps one that contains the new one.
+  struct LargerBox {
+    TriangleId triangle = kNone;
+    Vec3 min_m, max_m;
+
+    template <class A>
+    void archive(A& a) {
+      a(triangle, min_m, max_m);
+    }
+  };
+
+  // Makes the tree anew, of all living triangles.
+  void build(const TriangleMesh& mesh, std::span<const LargerBox> larger) {
+    std::vector<Node*> live;
+    live.reserve(mesh.triangle_count());
+    for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+      if (!mesh.triangle(t).alive()) continue;
+      Node* leaf = new Node;
+      leaf->bv = fat_box(mesh, t);
+      leaf->parent = nullptr;
+      leaf->children[1] = nullptr;
+      leaf->data = data_of(t);
+      leaves[t] = leaf;
+      live.push_back(leaf);
+    }
+    for (const LargerBox& box : larger)
+      if (box.triangle < leaves.size() && leaves[box.triangle])
+        leaves[box.triangle]->bv.min_ = box.min_m, leaves[box.triangle]->bv.max_ = box.max_m;
+    if (!live.empty()) tree.init(live);  // the tree owns the leaves from here on
+  }
+
+  std::vector<LargerBox> larger_boxes(const TriangleMesh& mesh) const {
+    std::vector<LargerBox> larger;
+    for (TriangleId t = 0; t < leaves.size(); ++t) {
+      if (!leaves[t]) continue;
+      const FclBox& box = leaves[t]->bv;
+      const FclBox fat = fat_box(mesh, t);
+      if (box.min_ != fat.min_ || box.max_ != fat.max_) larger.push_back({t, box.min_, box.max_});
+    }
+    return larger;
+  }
+
   // Marks all triangles at v that are in the tree, once a round.
   void mark_around(const TriangleMesh& mesh, VertexId v) {
     const TriangleId first = mesh.incident(v);
@@ -199,19 +241,7 @@ SurfaceTree::SurfaceTree(const SurfaceView& view, double margin_m) : hierarchy_(
   h.resize(view.mesh);
   for (VertexId v = 0; v < h.anchors.size(); ++v)
     if (view.mesh.vertex_alive(v)) h.anchors[v] = view.positions_world_m[v];
-  std::vector<Node*> live;
-  live.reserve(view.mesh.triangle_count());
-  for (TriangleId t = 0; t < h.leaves.size(); ++t) {
-    if (!view.mesh.triangle(t).alive()) continue;
-    Node* leaf = new Node;
-    leaf->bv = h.fat_box(view.mesh, t);
-    leaf->parent = nullptr;
-    leaf->children[1] = nullptr;
-    leaf->data = data_of(t);
-    h.leaves[t] = leaf;
-    live.push_back(leaf);
-  }
-  if (!live.empty()) h.tree.init(live);  // the tree owns the leaves from here on
+  h.build(view.mesh, {});
 }
 
 SurfaceTree::~SurfaceTree() = default;
@@ -264,6 +294,19 @@ std::size_t SurfaceTree::size() const {
 }
 std::size_t SurfaceTree::depth() const {
   return hierarchy_->tree.getMaxHeight();
+}
+
+// Results depend on the boxes of the leaves, not on the shape of the tree.
+void SurfaceTree::archive(Archive& a, const SharedBody& body) {
+  std::vector<Hierarchy::LargerBox> larger;
+  if (a.reads())
+    hierarchy_ = std::make_unique<Hierarchy>(hierarchy_->margin_m);
+  else
+    larger = hierarchy_->larger_boxes(body.mesh);
+  a(hierarchy_->anchors, larger);
+  if (!a.reads()) return;
+  hierarchy_->resize(body.mesh);
+  hierarchy_->build(body.mesh, larger);
 }
 
 Box3 SurfaceTree::bounds_world_m() const {

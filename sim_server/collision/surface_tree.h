@@ -38,6 +38,7 @@ class SurfaceTree final : public CollisionEngine {
 
   void follow(const SharedBody& body, const TopologyChange& change) override;
   void moved(const SurfaceView& view) override { update_moved(view); }
+  void archive(Archive& a, const SharedBody& body) override;
   Box3 bounds_world_m() const override;
 
   std::vector<SurfaceHit> hits(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;

@@ -24,6 +24,7 @@ class SurfaceSplitting final : public SplittingEngine {
   }
   Part whole(const SharedBody& body, TriangleId triangle) override { return part_at(body.mesh, triangle); }
   void follow(const SharedBody&, const TopologyChange&) override {}
+  void archive(Archive&, const SharedBody&) override {}
 };
 
 }  // namespace sectio

@@ -29,6 +29,11 @@ inline bool is_finite(const Pose& pose) {
 struct DeformationState {
   std::vector<Vec4f> inside_world_m;
   std::vector<Pose> frames_world;
+
+  template <class A>
+  void archive(A& a) {
+    a(inside_world_m, frames_world);
+  }
 };
 
 class DeformationEngine : public Engine {

@@ -48,6 +48,11 @@ class ImplicitDriver {
   int iterations() const { return iterations_; }            // the last step's, by Newton's method
   int products() const { return products_; }                // the last step's
 
+  template <class A>
+  void archive(A& a) {
+    a(residual_, residual_m_, not_met_, parts_, products_);
+  }
+
  private:
   static constexpr int kMostParts = 8;
 

@@ -25,6 +25,11 @@ class MaxTree {
     }
   }
 
+  template <class A>
+  void archive(A& a) {
+    a(nodes_, leaves_);
+  }
+
  private:
   void grow(std::size_t size) {
     std::vector<double> values(nodes_.begin() + static_cast<std::ptrdiff_t>(leaves_), nodes_.end());

@@ -36,6 +36,12 @@ struct PointConstraint {
   double friction = 0;  // the same one's: Coulomb's coefficient
   Vec3 normal = Vec3::UnitZ();
   std::uint32_t source = 0;  // the owner's; its reaction goes to the same one
+
+  template <class A>
+  void archive(A& a) {
+    a(v, w, point_world_m, target_world_m, target_velocity_m_per_s, unilateral, sticks, largest_force_n,
+      compliance_m_per_n, gives_most_m, friction, normal, source);
+  }
 };
 
 // Puts one vertex at one place for one step.

@@ -49,6 +49,11 @@ class RestFrames {
   // A component that has come since keeps its frame; one without a finite frame gets the body's.
   void restore(std::span<const Pose> frames_world);
 
+  template <class A>
+  void archive(A& a) {
+    a(body_world_, components_, component_of_, place_in_component_);
+  }
+
  private:
   struct Component {
     bool free = false;
@@ -56,6 +61,11 @@ class RestFrames {
     std::vector<VertexId> vertices = {};  // kept for free components only
     std::optional<Vec3> bed_point_world_m = {};
     Vec3 bed_normal_world = Vec3::UnitZ();
+
+    template <class A>
+    void archive(A& a) {
+      a(free, frame_world, vertices, bed_point_world_m, bed_normal_world);
+    }
   };
 
   void match(Component& component, std::span<const Vec3> rest_body_m, std::span<const double> mass_kg,

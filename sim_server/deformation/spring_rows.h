@@ -31,6 +31,11 @@ struct alignas(64) SpringColumn {
   std::array<std::uint32_t, kLanes> offset{};
   std::array<float, kLanes> k{};     // N/m
   std::array<float, kLanes> k_l0{};  // N: stiffness times rest length
+
+  template <class A>
+  void archive(A& a) {
+    a(offset, k, k_l0);
+  }
 };
 
 struct alignas(64) SpringSlice {
@@ -42,6 +47,11 @@ struct alignas(64) SpringSlice {
   std::uint32_t first_column = 0;
   std::uint32_t width = 0;  // columns
   std::uint32_t count = 0;  // rows, in lanes 0 .. count-1
+
+  template <class A>
+  void archive(A& a) {
+    a(offset, home_x, home_y, home_z, k_home, step_over_mass, gravity_share, first_column, width, count);
+  }
 };
 
 struct HalfEdge {
@@ -85,6 +95,11 @@ class SpringRows {
 
   std::span<const SpringSlice> slices() const { return slices_; }
   std::span<const SpringColumn> columns() const { return columns_; }
+
+  template <class A>
+  void archive(A& a) {
+    a(slices_, columns_, row_of_, degree_, open_, base_slices_, rows_, overflow_rows_);
+  }
 
  private:
   std::uint32_t add_slice(std::uint32_t width);

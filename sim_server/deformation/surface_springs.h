@@ -141,6 +141,12 @@ class SurfaceSprings final : public DeformationEngine {
   void save(DeformationState& state) const override;
   void restore(const SharedBody& body, const DeformationState* state) override;
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
+  void archive(Archive& a, const SharedBody&) override {
+    a(settings_.gravity_m_per_s2, settings_.given_gravity_m_per_s2, body_, least_area_m2_, layer_m_, rows_,
+      rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_, cut_, temporary_,
+      frames_, omega2_, physical_mass_kg_, added_mass_kg_, driver_, parts_, parts_at_rest_, refused_, implicit_steps_,
+      stable_for_, was_implicit_, clamped_in_a_row_, forces_, clamped_, first_bad_vertex_);
+  }
   const SpringRows& rows() const { return rows_; }
   int parts() const { return parts_; }  // an explicit step's
   ModelSize size(const SharedBody& body) const override {
@@ -158,6 +164,11 @@ class SurfaceSprings final : public DeformationEngine {
   struct Force {
     VertexId v;
     Vec3 force_n;
+
+    template <class A>
+    void archive(A& a) {
+      a(v, force_n);
+    }
   };
 
   void resize(std::uint32_t vertex_slots);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/delta/topology_delta.h"
+#include "common/math/archive.h"
 #include "common/math/positions_view.h"
 #include "common/mesh/scalar_field.h"
 #include "common/mesh/triangle_mesh.h"
@@ -47,6 +48,10 @@ class Engine {
   // Appends the scalars that viewers and records get, one value a vertex slot. Called when a state is published, not in
   // each step.
   virtual void publish(const SharedBody&, std::vector<ScalarField>&) const {}
+  // Writes or reads all that this engine keeps from step to step (common/math/archive.h). Reading turns the engine of a
+  // body that begins into this one, bit for bit; the mesh and the particles have been read before. A session with an
+  // engine that can't keeps no checkpoints.
+  virtual void archive(Archive& a, const SharedBody&) { a.refuse(); }
 };
 
 // A further process in a body: bleeding, heat, healing. It may change the state of the particles.

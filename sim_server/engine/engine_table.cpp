@@ -16,11 +16,13 @@ void BodyEngines::follow(const SharedBody& body, const TopologyChange& change, c
 }
 
 void BodyEngines::publish(const SharedBody& body, std::vector<ScalarField>& fields) const {
-  for (const Engine* engine :
-       {static_cast<const Engine*>(deformation.get()), static_cast<const Engine*>(cutting.get()),
-        static_cast<const Engine*>(splitting.get()), static_cast<const Engine*>(collision.get())})
-    engine->publish(body, fields);
-  for (const auto& process : processes) process->publish(body, fields);
+  for (const Engine* engine : all()) engine->publish(body, fields);
+}
+
+std::vector<Engine*> BodyEngines::all() const {
+  std::vector<Engine*> engines{deformation.get(), cutting.get(), splitting.get(), collision.get()};
+  for (const auto& process : processes) engines.push_back(process.get());
+  return engines;
 }
 
 const ModelEntry* EngineTable::find_model(const std::string& name) const {

@@ -46,6 +46,7 @@ struct BodyEngines {
   // `planned`: the ticket of the cutting engine's plan, if that planned the change.
   void follow(const SharedBody& body, const TopologyChange& change, const CutTicket* planned = nullptr);
   void publish(const SharedBody& body, std::vector<ScalarField>& fields) const;
+  std::vector<Engine*> all() const;  // in the order in which they publish
 };
 
 // The body that engines are made for.
@@ -57,7 +58,7 @@ struct EngineSite {
   bool is_part = false;
   bool is_rigid = false;  // a part that moves as a whole: it gets its deformation engine, whatever the factory makes
   // For a part: the engines and the state of the body that it came off, which still know it, and by vertex of the part
-  // its slot there.
+  // its slot there. None for a part whose engines are about to read their state.
   const BodyEngines* parent = nullptr;
   const ParticleState* parent_particles = nullptr;
   std::span<const VertexId> vertex_from = {};
@@ -78,7 +79,7 @@ struct ProcessSite {
   const Scene& scene;
   SharedBody body;
   Pose frame_world;  // the shape at rest
-  // For a part: the process in the body that it came off, and by vertex of the part its slot there.
+  // For a part: the process in the body that it came off, and by vertex of the part its slot there. None likewise.
   const ProcessEngine* parent = nullptr;
   std::span<const VertexId> vertex_from = {};
 };

@@ -34,6 +34,8 @@ class WorldEngine {
   virtual void part_left(const SharedBody& parent, const SharedBody& part, std::span<const VertexId> vertex_from) = 0;
   // See Engine::publish().
   virtual void publish(const SharedBody&, std::vector<ScalarField>&) const {}
+  // See Engine::archive(). Its bodies have been read before.
+  virtual void archive(Archive& a) { a.refuse(); }
 };
 
 }  // namespace sectio

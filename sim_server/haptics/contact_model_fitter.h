@@ -22,6 +22,11 @@ struct FeltTissue {
   double damping_per_s = 25;        // per mass of the tissue
   double friction = 0.2;            // Coulomb's coefficient
   double yield_n = kNeverYields_n;  // the tissue breaks at this force
+
+  template <class A>
+  void archive(A& a) {
+    a(stiffness_n_per_m, damping_per_s, friction, yield_n);
+  }
 };
 
 constexpr std::uint32_t kNoBody = 0xffffffffu;
@@ -53,6 +58,12 @@ class ContactModelFitter {
 
   // Call once a step, in order of sim_time_s. Reactions and positions must be finite.
   const ContactModel& fit(const ContactStep& step);
+
+  template <class A>
+  void archive(A& a) {
+    a(model_, body_id_, tissue_, surface_known_, touching_, mean_response_, mean_force_n_, responses_, forces_, theta_,
+      until_solved_s_);
+  }
 
  private:
   void meet(const ContactStep& step);

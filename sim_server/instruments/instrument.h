@@ -34,6 +34,11 @@ struct InstrumentState {
   double intensity = 1;    // cautery: |CD| = intensity x geometry's |CD|
   double opening_rad = 0;  // angle between the jaws
   std::size_t edge = 0;    // number of the edge, where there are several
+
+  template <class A>
+  void archive(A& a) {
+    a(intensity, opening_rad, edge);
+  }
 };
 
 // The places of the parts in the tool's frame.
@@ -41,6 +46,11 @@ struct InstrumentShape {
   Vec3 a_tool_m, b_tool_m, c_tool_m, d_tool_m;  // AB, AC, BD and CD touch tissue
   Vec3 edge_tip_tool_m, edge_heel_tool_m;       // the cutting edge, from its lower end; the same point if there is none
   std::optional<Vec3> sharp_side_tool;          // unit, the direction in which the edge cuts; nothing: any direction
+
+  template <class A>
+  void archive(A& a) {
+    a(a_tool_m, b_tool_m, c_tool_m, d_tool_m, edge_tip_tool_m, edge_heel_tool_m, sharp_side_tool);
+  }
 };
 
 // The cutting edge in the world.

@@ -1,11 +1,9 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <utility>
 
 #include "common/core/error.h"
-#include "common/messages/session.h"
 #include "sim_server/body_contact/mass_properties.h"
 #include "sim_server/components/leave.h"
 #include "sim_server/step/commit.h"
@@ -33,25 +31,6 @@ std::vector<Part> leaving_parts(Body& body, PartSearch search) {
   if (anchored && fixed_in_body == fixed_in_parts)
     *anchored = body.engines.splitting->whole(body.shared(), search.rest);
   return std::move(search.parts);
-}
-
-BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored) {
-  BodySpec spec = parent;
-  spec.mesh = {};
-  spec.tets = {};
-  spec.mesh_notes.clear();
-  const std::string number = std::to_string(part);
-  spec.name.resize(std::min(spec.name.size(), kMaxNameBytes - number.size() - 1));
-  spec.name.append(1, '.').append(number);
-  if (anchored) return spec;
-  spec.fixed.reset();
-  if (spec.splitting.free_parts == FreeParts::rigid) {  // it gives way before it can be cut
-    spec.material.friction = spec.splitting.friction;
-    spec.cutting.threshold_force_n = std::numeric_limits<double>::infinity();
-    spec.cutting.threshold_displacement_m.reset();
-    spec.contact.style = "vertices";
-  }
-  return spec;
 }
 
 std::unique_ptr<Body> make_body(Body& parent, Leaving& leaving, const BodySpec& spec, const Scene& scene,
@@ -96,7 +75,7 @@ void split_body(SimulatedWorld& world, StepContext& context, std::uint32_t body_
     const bool crumb = !anchored && volume_m3 < body.spec.splitting.least_volume_m3;
     if (!crumb && world.bodies.size() >= world.most_bodies) continue;
     if (!crumb) {
-      const BodySpec& spec = world.part_specs.emplace_back(spec_of_part(body.spec, ++body.parts_made, anchored));
+      const BodySpec& spec = world.add_part_spec(body, anchored);
       std::unique_ptr<Body> made =
           make_body(body, leaving, spec, world.scene, static_cast<std::uint32_t>(world.bodies.size()),
                     body.frame_world(part.vertices.front()));

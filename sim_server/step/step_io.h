@@ -87,6 +87,11 @@ struct DriverFigures {
   double added_mass_fraction = 0;   // now
   double residual = 0;              // the last step's if it was implicit: force left over, over the weight
   std::uint64_t steps_not_met = 0;  // implicit steps so far whose residual was above the tolerance
+
+  template <class A>
+  void archive(A& a) {
+    a(added_mass_fraction, residual, steps_not_met);
+  }
 };
 
 // Numbers of one step, for ServerStatus and report.json.
@@ -107,6 +112,13 @@ struct StepReport {
   std::vector<BodyCheck> checks;       // one a body
   std::vector<DriverFigures> drivers;  // one a body
   std::vector<double> processor_s;     // by each so far, if it is measured
+
+  template <class A>
+  void archive(A& a) {
+    a(stability_margin, added_mass_fraction, cuts_made, cuts_refused, edges_collapsed, removed_volume_m3, penetration_m,
+      instrument_work_j, bodies_asleep, forces_capped, contact_time_s, global_searches, local_searches, checks, drivers,
+      processor_s);
+  }
 };
 
 struct StepOutput {

@@ -19,6 +19,11 @@ struct BladeEdge {
 
   bool operator==(const BladeEdge&) const = default;
   Vec3 at(double share) const { return (1 - share) * tip_m + share * heel_m; }  // 0 at the tip, 1 at the heel
+
+  template <class A>
+  void archive(A& a) {
+    a(tip_m, heel_m);
+  }
 };
 
 // A part of a slit, at rest.

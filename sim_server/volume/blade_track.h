@@ -26,6 +26,11 @@ struct BladeInTissue {
   Vec3 position_world_m(const MeshDraft& surface) const {
     return bary[0] * surface.position(v[0]) + bary[1] * surface.position(v[1]) + bary[2] * surface.position(v[2]);
   }
+
+  template <class A>
+  void archive(A& a) {
+    a(edge_id, v, bary, blade);
+  }
 };
 
 // The places of one edge since its cut began or it left a slit, as far back as a sheet reaches.
@@ -53,6 +58,12 @@ struct BladeTrack {
   BladeEdge furthest(const FrontSettings& settings) const;
   // The blade has turned round and is where its front has nothing to do with it.
   bool has_left_front(const Tissue& tissue) const;
+
+  template <class A>
+  void archive(A& a) {
+    a(edges, open_to, forward, is_at_entry, has_front, tissue_ends, is_through, is_in_slit, frame_world, since_cut_m,
+      next_cut_m, front_vertices, vertices_near);
+  }
 };
 
 // The tracks of all blades in a volume, and the front that they have opened.
@@ -74,6 +85,10 @@ struct BladeTracks {
   void forget_vertices(const Pred& is_gone) {
     slit.forget_vertices(is_gone);
     for (auto& [edge_id, track] : by_edge) std::erase_if(track.vertices_near, is_gone);
+  }
+  template <class A>
+  void archive(A& a) {
+    a(by_edge, front, slit);
   }
 
  private:

@@ -14,6 +14,11 @@ struct CollapseSearch {
   bool has_collapsed = false;  // an edge has, in this round
 
   bool is_done() const { return next == kNone; }
+
+  template <class A>
+  void archive(A& a) {
+    a(next, has_collapsed);
+  }
 };
 
 struct EdgeCollapse {

@@ -45,6 +45,11 @@ class Slit {
     return parts;
   }
 
+  template <class A>
+  void archive(A& a) {
+    a(strips_, vertices_);
+  }
+
  private:
   struct Strip {
     BladeEdge from, to;
@@ -52,6 +57,11 @@ class Slit {
 
     // Its plane at a place between its two edges, which may be this far beyond their ends.
     std::optional<SlitPlane> plane_at(const Vec3& at_m, double beyond_share) const;
+
+    template <class A>
+    void archive(A& a) {
+      a(from, to, follows, is_followed);
+    }
   };
   std::vector<Strip> strips_;
   std::vector<VertexId> vertices_;

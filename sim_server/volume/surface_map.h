@@ -45,6 +45,11 @@ class SurfaceMap {
             const StateOf& state_of, const LabelOf& label_of, MeshDraft& draft, Change& result) const;
   void accept(const Change& change);
 
+  template <class A>
+  void archive(A& a) {
+    a(vertex_of_, slots_of_);
+  }
+
  private:
   std::vector<VertexId> vertex_of_;              // by slot
   std::vector<std::vector<VertexId>> slots_of_;  // by vertex, ascending

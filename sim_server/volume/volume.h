@@ -42,6 +42,14 @@ struct Volume {
   // The free ones of the vertices share what has gone missing since, each getting the same velocity.
   void conserve_momentum(const SharedBody& body, const Momentum& before);
 
+  template <class A>
+  void archive(A& a) {
+    a(topology, surface, mean_edge_m);
+    if (!a.reads()) return;
+    draft = topology;
+    visited.begin(topology.vertex_count());
+  }
+
   VolumeDeformation& deformation;
   IsFixed is_fixed;  // empty: nothing is
   TetTopology topology;

@@ -59,6 +59,11 @@ FrontSettings front_settings(const BodySpec& spec) {
   return settings;
 }
 
+// A part whose state is about to be read has a volume of its own instead of a parent.
+bool comes_off(const EngineSite& site) {
+  return site.is_rigid || site.parent;
+}
+
 // The surface of a rigid part is enough.
 BodyEngines part_engines(const EngineSite& site) {
   return site.is_rigid ? surface_spring_engines(site) : site.parent->make_part(site);
@@ -107,9 +112,9 @@ BodyEngines spring_engines(const EngineSite& site, VolumePart part, TetSpringOpt
   auto model = std::make_unique<TetSprings>(
       part.mesh, volume_material(volume_material(site.spec.material), site.spec.regions, part.mesh),
       settings_for(site, part.mesh), options);
-  const TetSpringOptions of_parts = model->options();
-  return engines_around(std::move(model), std::move(part), site, [of_parts](const EngineSite& s, VolumePart p) {
-    return spring_engines(s, std::move(p), of_parts);
+  const TetSprings* whole = model.get();
+  return engines_around(std::move(model), std::move(part), site, [whole](const EngineSite& s, VolumePart p) {
+    return spring_engines(s, std::move(p), whole->options());
   });
 }
 
@@ -137,7 +142,7 @@ BodyEngines lattice_engines(const EngineSite& site, VolumePart part, const HexSo
 // The tensile test corrects the tissue, whatever regions are in it. The springs of a part are what they were in the
 // whole.
 BodyEngines tetra_spring_engines(const EngineSite& site) {
-  if (site.is_part) return part_engines(site);
+  if (comes_off(site)) return part_engines(site);
   VolumePart whole = whole_volume(site);
   TetSpringOptions options{site.spec.volume.second_share, site.spec.volume.damper_s, true};
   if (vary_in_stiffness(site.spec.regions))
@@ -147,11 +152,11 @@ BodyEngines tetra_spring_engines(const EngineSite& site) {
 }
 
 BodyEngines neo_hookean_engines(const EngineSite& site) {
-  return site.is_part ? part_engines(site) : solid_engines(site, whole_volume(site));
+  return comes_off(site) ? part_engines(site) : solid_engines(site, whole_volume(site));
 }
 
 BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
-  return site.is_part ? part_engines(site) : lattice_engines(site, whole_volume(site), nullptr);
+  return comes_off(site) ? part_engines(site) : lattice_engines(site, whole_volume(site), nullptr);
 }
 
 void prepare_lattice(BodySpec& body) {

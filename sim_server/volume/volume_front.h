@@ -20,6 +20,11 @@ struct VolumeFront {
 
   // Vertices of the front are replaced by those that they were made from. Ascending when any was.
   std::vector<VertexId> without_front(const std::vector<VertexId>& vertices) const;
+
+  template <class A>
+  void archive(A& a) {
+    a(delta, labels);
+  }
 };
 
 }  // namespace sectio

@@ -17,6 +17,7 @@ class VolumeSplitting final : public SplittingEngine {
   PartSearch separated(const SharedBody& body, std::span<const TriangleId> changed) override;
   Part whole(const SharedBody& body, TriangleId triangle) override;
   void follow(const SharedBody&, const TopologyChange&) override {}
+  void archive(Archive&, const SharedBody&) override {}
 
  private:
   Part part_of(const SharedBody& body, std::span<const std::uint32_t> tetrahedra) const;

@@ -34,6 +34,11 @@ class BladeFront {
   double work_j() const { return work_j_; }        // by the hand, in the last move()
   double new_area_m2() const { return area_m2_; }  // since release()
 
+  template <class A>
+  void archive(A& a) {
+    a(edge_, way_, stretched_m_, force_n_, ahead_, middle_, strength_n_, work_j_, area_m2_);
+  }
+
  private:
   void advance(SweptTissue& tissue, const EdgeAtRest& edge, const std::optional<Vec3>& sharp_side,
                double toughness_j_per_m2);

@@ -72,6 +72,7 @@ Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, Make
 }
 
 void Body::begin(EngineSite site) {
+  frame_at_first_world_ = site.frame_world;
   auto rigid_motion = site.is_part ? rigid_motion_of(site) : nullptr;
   site.is_rigid = rigid_motion != nullptr;
   engines = make_(site);
@@ -81,6 +82,32 @@ void Body::begin(EngineSite site) {
   std::vector<VertexId> all(mesh.vertex_slots());
   std::iota(all.begin(), all.end(), VertexId{0});
   lips_.follow(mesh, all);
+}
+
+Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, MakeEngines make, const Unread& unread)
+    : spec(part), id(body_id), make_(std::move(make)), frame_at_first_world_(unread.frame_at_first_world) {
+  BodySpec tetrahedron = spec;
+  tetrahedron.tets = {{Vec3::Zero(), 0.01 * Vec3::UnitX(), 0.01 * Vec3::UnitY(), 0.01 * Vec3::UnitZ()}, {{0, 1, 2, 3}}};
+  mesh = TriangleMesh(surface_of(tetrahedron.tets).soup);
+  particles = particles_at_rest(mesh.rest_body_m(), frame_at_first_world_);
+  engines = make_({.spec = tetrahedron,
+                   .scene = scene,
+                   .body = shared(),
+                   .frame_world = frame_at_first_world_,
+                   .is_part = true,
+                   .is_rigid = unread.is_rigid});
+  if (unread.is_rigid) engines.deformation = std::make_unique<RigidMotion>();
+  cut_traits = engines.cutting->traits();
+}
+
+void Body::archive(Archive& a) {
+  a(mesh, particles);
+  for (Engine* engine : engines.all()) engine->archive(a, shared());
+  bool is_swept = swept_ != nullptr;
+  a(is_swept);
+  if (is_swept) a(swept_tissue());
+  a(contact, still_s, unsettled, resting_loads, parts_made, frozen, lips_, tree_stale_, asleep_, much_added_, implicit_,
+    implicit_steps_, stillness_, recovery_);
 }
 
 const CollisionEngine& Body::tree() {

@@ -37,6 +37,16 @@ class Body {
        ParticleState particles, const Pose& frame, const Body* parent = nullptr,
        std::span<const VertexId> vertex_from = {});
 
+  // A part that archive() is about to read: until then it is one tetrahedron.
+  struct Unread {
+    Pose frame_at_first_world;
+    bool is_rigid = false;
+  };
+  Body(const BodySpec& spec, const Scene& scene, std::uint32_t id, MakeEngines make, const Unread& unread);
+  // Writes or reads all that the body keeps from step to step (common/math/archive.h).
+  void archive(Archive& a);
+  const Pose& frame_at_first_world() const { return frame_at_first_world_; }  // its shape at rest
+
   const MakeEngines& make_engines() const { return make_; }  // this body's and its parts'
   std::size_t bytes() const { return mesh.bytes() + particles.bytes(); }
   SharedBody shared() { return {id, mesh, particles}; }
@@ -114,6 +124,7 @@ class Body {
   LipFinder lips_;
   std::unique_ptr<SweptTissue> swept_;
   MakeEngines make_;  // for parts, too
+  Pose frame_at_first_world_;
   bool tree_stale_ = false;
   bool asleep_ = false;
   bool much_added_ = false;           // mass, for stability

@@ -25,6 +25,11 @@ class CutResistance {
   double work_j() const { return work_j_; }  // by the hand against fronts, so far
   FeltFront front(const InstrumentKind& kind) const;
 
+  template <class A>
+  void archive(A& a) {
+    a(front_, from_rest_, force_n_, work_j_);
+  }
+
  private:
   BladeFront front_;
   Eigen::Quaterniond from_rest_ = Eigen::Quaterniond::Identity();  // to the world

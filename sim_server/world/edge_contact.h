@@ -24,6 +24,11 @@ namespace sectio {
 struct ContactEvent {
   EventKind kind;
   std::string_view text = {};  // a constant
+
+  template <class A>
+  void archive(A& a) {
+    a(kind, text);
+  }
 };
 
 class EdgeContact {
@@ -73,6 +78,13 @@ class EdgeContact {
   // Cuts that were refused before anything was planned, since the last call.
   std::uint32_t take_refused() { return std::exchange(refused_, 0); }
   double cutting_work_j() const { return stroke_.resistance().work_j(); }  // by the hand against fronts, so far
+
+  template <class A>
+  void archive(A& a) {
+    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, stroke_, ended_at_, deep_steps_,
+      groove_searches_, point_, normal_, contact_points_, constraints_, force_n_, said_tip_is_outside_, refused_,
+      events_);
+  }
 
  private:
   enum class Phase : std::uint8_t {

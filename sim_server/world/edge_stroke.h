@@ -36,6 +36,11 @@ class EdgeStroke {
   CutResistance& resistance() { return resistance_; }
   const CutResistance& resistance() const { return resistance_; }
 
+  template <class A>
+  void archive(A& a) {
+    a(tip_before_world_m_, resistance_);
+  }
+
  private:
   Outcome follow_tip(Body& body, const StrokeStep& step);
   Outcome follow_whole_edge(Body& body, const StrokeStep& step);

@@ -21,6 +21,11 @@ struct GraspEvent {
   EventKind kind;  // grasped, released
   std::uint32_t body_id;
   std::string_view text = {};  // why; a constant
+
+  template <class A>
+  void archive(A& a) {
+    a(kind, body_id, text);
+  }
 };
 
 class Grasp {
@@ -47,16 +52,31 @@ class Grasp {
   const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // this step's
   std::vector<GraspEvent> take_events();                            // since the last call
 
+  template <class A>
+  void archive(A& a) {
+    a(pose_, open_, held_, force_on_tool_n_, events_);
+  }
+
  private:
   struct Point {
     VertexId vertex = kNone;  // the tissue's; a rigid piece has none
     Vec3 at_piece_m = Vec3::Zero();
     Vec3 at_tool_m = Vec3::Zero();
     double share = 0;  // share of the force; all points' sum is 1
+
+    template <class A>
+    void archive(A& a) {
+      a(vertex, at_piece_m, at_tool_m, share);
+    }
   };
   struct Held {
     std::uint32_t body_id = 0;
     std::vector<Point> points;
+
+    template <class A>
+    void archive(A& a) {
+      a(body_id, points);
+    }
   };
 
   bool hold_piece(std::span<const std::unique_ptr<Body>> bodies);

@@ -38,6 +38,11 @@ class InstrumentEdge {
   ToolCorners corners() const;
   Blade blade() const;
 
+  template <class A>
+  void archive(A& a) {
+    a(state_, pose_, shape_);
+  }
+
  private:
   std::uint32_t id_;
   const InstrumentKind* kind_;

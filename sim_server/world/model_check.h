@@ -25,6 +25,11 @@ class ModelCheck {
   const BodyCheck& value() const { return check_; }
   double processor_s() const { return processor_s_; }  // so far
 
+  template <class A>
+  void archive(A& a) {
+    a(check_, steps_, processor_s_, known_, energy_j_, work_j_);
+  }
+
  private:
   BodyCheck check_;
   std::uint64_t steps_ = 0;

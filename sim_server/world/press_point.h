@@ -20,6 +20,11 @@ class PressPoint {
     std::array<std::size_t, 2> corners{};
     double along = 0;     // from the first corner to the second, 0 to 1
     bool at_tip = false;  // only the tip breaks the surface
+
+    template <class A>
+    void archive(A& a) {
+      a(corners, along, at_tip);
+    }
   };
 
   // It presses where the instrument has met the surface.
@@ -43,6 +48,11 @@ class PressPoint {
   ContactGap gap(Body& body, const InstrumentEdge& edge, const Vec3& normal_world) const;
 
   std::uint64_t searches() const { return searches_; }  // in the whole tree, so far
+
+  template <class A>
+  void archive(A& a) {
+    a(on_tool_, triangle_, bary_, searches_);
+  }
 
  private:
   void slide_to(Body& body, const Vec3& tool_point_world_m);

@@ -39,6 +39,11 @@ class Recovery {
   // Call in each step of a frozen body. True: it is free again, and the stable driver goes on.
   bool thaws(bool touched, double step_s, DeformationEngine& deformation);
 
+  template <class A>
+  void archive(A& a) {
+    a(good_, revision_, steps_, mended_at_, mended_, frozen_, untouched_s_);
+  }
+
  private:
   Remedy next_remedy(double step_s);
   void restore(const SharedBody& body, DeformationEngine& deformation, bool at_rest);
@@ -46,6 +51,11 @@ class Recovery {
   struct State {
     std::vector<Vec4f> position_world_m;
     DeformationState engine;
+
+    template <class A>
+    void archive(A& a) {
+      a(position_world_m, engine);
+    }
   };
   State good_;
   std::uint64_t revision_ = 0, steps_ = 0;

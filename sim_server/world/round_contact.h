@@ -38,6 +38,11 @@ class RoundContact {
   // The depth of the deepest sample.
   double depth_m() const;
 
+  template <class A>
+  void archive(A& a) {
+    a(samples_);
+  }
+
  private:
   std::vector<SurfaceSample> samples_;
 };

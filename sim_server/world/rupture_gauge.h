@@ -22,6 +22,11 @@ class RuptureGauge {
     return ruptures(threshold_, smooth_push_n_, displacement_m, has_just_cut_);
   }
 
+  template <class A>
+  void archive(A& a) {
+    a(smooth_push_n_, has_just_cut_);
+  }
+
  private:
   static constexpr double kFilter_s = 0.005;  // a device's own is as long
 

@@ -31,6 +31,11 @@ struct SurfaceSample {
   Vec3 target_world_m = Vec3::Zero();  // the nearest point of the capsule
   Vec3 normal_world = Vec3::UnitZ();   // unit, from the sample to the axis: out of the tissue
   double depth_m = 0;                  // inside the capsule; below 0: outside
+
+  template <class A>
+  void archive(A& a) {
+    a(triangle, bary, area_rest_m2, point_world_m, target_world_m, normal_world, depth_m);
+  }
 };
 
 // The samples within kBeforeCapsule_m of the capsules after their motion, by triangle. A motion longer than a part of

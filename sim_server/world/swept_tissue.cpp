@@ -31,6 +31,13 @@ Vec3 across_to(const Vec3& up, const Vec3& x) {
 SweptTissue::SweptTissue(const TriangleMesh& mesh)
     : mesh_(mesh), at_rest_(rest_of(mesh_)), tree_(SurfaceView{mesh_, at_rest_}) {}
 
+void SweptTissue::archive(Archive& a) {
+  a(mesh_, cuts_);
+  if (!a.reads()) return;
+  at_rest_ = rest_of(mesh_);
+  tree_ = SurfaceTree(SurfaceView{mesh_, at_rest_});
+}
+
 std::vector<SweptTissue::Span>& SweptTissue::Cut::row(std::ptrdiff_t number) {
   if (number < first_row) {
     rows.insert(rows.begin(), static_cast<std::size_t>(first_row - number), {});

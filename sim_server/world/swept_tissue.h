@@ -18,6 +18,11 @@ struct EdgeAtRest {
   Vec3 along() const { return (heel_m - tip_m).stableNormalized(); }
   Vec3 at(double share) const { return tip_m + share * (heel_m - tip_m); }
   EdgeAtRest moved(const Vec3& by_m) const { return {tip_m + by_m, heel_m + by_m}; }
+
+  template <class A>
+  void archive(A& a) {
+    a(tip_m, heel_m);
+  }
 };
 
 class SweptTissue {
@@ -29,6 +34,11 @@ class SweptTissue {
   struct Way {
     std::size_t cut = 0;
     double gone_m = 0;
+
+    template <class A>
+    void archive(A& a) {
+      a(cut, gone_m);
+    }
   };
   struct Front {
     double length_m = 0;  // the edge in tissue that has no cut ahead: at the end of a cut, or in uncut tissue
@@ -39,9 +49,16 @@ class SweptTissue {
   // The edge has cut its way from one place to another, which is near. Returns the area that is new.
   double sweep(const EdgeAtRest& from, const EdgeAtRest& to, const Vec3& ahead, std::optional<Way>& way);
 
+  void archive(Archive& a);
+
  private:
   struct Span {
     double from, to;
+
+    template <class A>
+    void archive(A& a) {
+      a(from, to);
+    }
   };
   struct Cut {
     Vec3 up, first_heading;                      // unit: along the edge, and across it
@@ -52,6 +69,11 @@ class SweptTissue {
     std::vector<std::vector<Span>> rows = {{}};  // spans ascend and are apart
 
     std::vector<Span>& row(std::ptrdiff_t number);
+
+    template <class A>
+    void archive(A& a) {
+      a(up, first_heading, level_m, points, gone_m, first_row, rows);
+    }
   };
   struct Place {
     double gone_m = 0, beside_m = 0;

@@ -46,6 +46,12 @@ struct Tool {
   static constexpr double kWithdrawn_m = 10;
   bool is_withdrawn = false;
 
+  template <class A>
+  void archive(A& a) {
+    a(fitter, grasp, pose, force_is_capped, time_s, source, sequence, velocity_m_per_s, tip, sag_m, before, poses,
+      continuous, is_withdrawn);
+  }
+
  private:
   Vec3 back_tool_;  // the direction from the tip to the handle, of length 1
 };

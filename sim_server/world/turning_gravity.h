@@ -24,6 +24,11 @@ class TurningGravity {
   const Vec3& now() const { return now_; }
   const Vec3& target() const { return target_; }
 
+  template <class A>
+  void archive(A& a) {
+    a(next_, now_, target_);
+  }
+
  private:
   std::vector<GravityChange> changes_;
   std::size_t next_ = 0;

@@ -1,11 +1,36 @@
 #include "sim_server/world/world.h"
 
 #include <algorithm>
+#include <limits>
+#include <string>
 #include <utility>
 
 #include "common/core/error.h"
 
 namespace sectio {
+
+namespace {
+
+BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored) {
+  BodySpec spec = parent;
+  spec.mesh = {};
+  spec.tets = {};
+  spec.mesh_notes.clear();
+  const std::string number = std::to_string(part);
+  spec.name.resize(std::min(spec.name.size(), kMaxNameBytes - number.size() - 1));
+  spec.name.append(1, '.').append(number);
+  if (anchored) return spec;
+  spec.fixed.reset();
+  if (spec.splitting.free_parts == FreeParts::rigid) {  // it gives way before it can be cut
+    spec.material.friction = spec.splitting.friction;
+    spec.cutting.threshold_force_n = std::numeric_limits<double>::infinity();
+    spec.cutting.threshold_displacement_m.reset();
+    spec.contact.style = "vertices";
+  }
+  return spec;
+}
+
+}  // namespace
 
 SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
     : scene(s), gravity(scene), engines_(engines) {
@@ -58,18 +83,51 @@ void SimulatedWorld::add_processes() {
   }
 }
 
+const BodySpec& SimulatedWorld::add_part_spec(Body& parent, bool anchored) {
+  return part_specs.emplace_back(spec_of_part(parent.spec, ++parent.parts_made, anchored));
+}
+
 void SimulatedWorld::add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from) {
+  origins_.push_back({parent.id, parent.parts_made, part->spec.fixed.has_value(), part->rigid() != nullptr,
+                      part->frame_at_first_world()});
+  add(std::move(part), parent, vertex_from, false);
+}
+
+void SimulatedWorld::archive(Archive& a) {
+  a(scene.gravity_m_per_s2, gravity, contact_work_j, origins_);
+  for (std::size_t n = 0; a.reads() && n < origins_.size(); ++n) {
+    const Origin& from = origins_[n];
+    if (from.parent_id >= bodies.size()) throw InputError("a part came off a body that isn't there");
+    Body& parent = *bodies[from.parent_id];
+    const BodySpec& spec = part_specs.emplace_back(spec_of_part(parent.spec, from.number, from.anchored));
+    add(std::make_unique<Body>(spec, scene, static_cast<std::uint32_t>(bodies.size()), parent.make_engines(),
+                               Body::Unread{from.frame_at_first_world, from.rigid}),
+        parent, {}, true);
+  }
+  for (auto& body : bodies) body->archive(a);
+  for (Tool& tool : tools) a(tool);
+  for (EdgeContact& contact : contacts) a(contact);
+  for (ModelCheck& check : checks) a(check);
+  for (Interaction& between : interactions) {
+    a(between.bodies);
+    between.engine->archive(a);
+  }
+}
+
+void SimulatedWorld::add(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from,
+                         bool is_unread) {
   add_contacts(*part);
   checks.emplace_back(part->spec);
   processes_in_.push_back(processes_in_[parent.id]);
   const auto& named = processes_in_.back();
   const std::size_t first = parent.engines.processes.size() - named.size();
   for (std::size_t i = 0; i < named.size(); ++i)
-    part->engines.processes.push_back(engines_.find_process(named[i]->kind)
-                                          ->in_body({*named[i], scene, part->shared(), part->frame_world(0),
-                                                     parent.engines.processes[first + i].get(), vertex_from}));
+    part->engines.processes.push_back(
+        engines_.find_process(named[i]->kind)
+            ->in_body({*named[i], scene, part->shared(), part->frame_world(0),
+                       is_unread ? nullptr : parent.engines.processes[first + i].get(), vertex_from}));
   for (Interaction& b : interactions) {
-    if (!b.covers(parent.id)) continue;
+    if (is_unread || !b.covers(parent.id)) continue;
     b.bodies.push_back(part->id);
     b.engine->part_left(parent.shared(), part->shared(), vertex_from);
   }

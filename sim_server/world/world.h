@@ -31,9 +31,13 @@ struct SimulatedWorld {
   // Throws InputError when a body has no engines, or when its step is beyond the stable one.
   SimulatedWorld(const Scene& scene, const EngineTable& engines);
 
+  // The specification of the next part that comes off a body.
+  const BodySpec& add_part_spec(Body& parent, bool anchored);
   // Adds a part that came off, with the next id, and with edge contacts, a check and processes of its own, while the
   // parent still has it.
   void add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from);
+  // Writes or reads all that is kept from step to step; a world reads it before its first step.
+  void archive(Archive& a);
   // An engine between bodies moves the particles of this body.
   bool is_moved_from_outside(std::uint32_t body_id) const;
   // The fields that the engines of a body publish now.
@@ -64,10 +68,23 @@ struct SimulatedWorld {
   double contact_work_j = 0;              // by instruments on bodies, pressing and holding, so far
 
  private:
+  // The origin of a part that came off.
+  struct Origin {
+    std::uint32_t parent_id = 0, number = 0;  // it was the n-th one that came off
+    bool anchored = false, rigid = false;
+    Pose frame_at_first_world;
+
+    template <class A>
+    void archive(A& a) {
+      a(parent_id, number, anchored, rigid, frame_at_first_world);
+    }
+  };
+  void add(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from, bool is_unread);
   void add_contacts(Body& body);
   void add_processes();
 
   EngineTable engines_;
+  std::vector<Origin> origins_;  // the parts', in their order
   std::vector<std::vector<const ProcessSpec*>>
       processes_in_;  // by body: those that the scene names, the last ones of it
 };

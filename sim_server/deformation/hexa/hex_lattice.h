@@ -81,6 +81,7 @@ struct HexLattice {
 class LatticeMaker {
  public:
   explicit LatticeMaker(const Grid& grid) : grid_(grid) {}
+  const Grid& grid() const { return grid_; }
 
   using IsFixed = std::function<bool(VertexId)>;  // empty: nothing is
   // Must be called for all tetrahedra that are new, removed, or have another neighbour. O(their number).

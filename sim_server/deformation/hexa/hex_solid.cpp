@@ -69,6 +69,24 @@ void HexSolid::change(const TetChange& change) {
   driver_.forget();  // nodes have other numbers
 }
 
+// The lattice follows from the tetrahedra, and the springs that hold it from the lattice.
+void HexSolid::archive(Archive& a) {
+  archive_settings(a);
+  Grid grid = maker_.grid();
+  a(body_, grid.origin_m, grid.cell_m, beside_);
+  if (a.reads()) {
+    maker_ = LatticeMaker(grid);
+    std::vector<std::uint32_t> all(mesh().tetrahedra.size());
+    std::iota(all.begin(), all.end(), 0u);
+    maker_.look_at(all, mesh(), body_.stars(), is_fixed());
+    build();
+  }
+  archive_integrator(a);
+  a(vertex_inverse_, bound_, last_substeps_, bad_, placed_, rest_world_, position_, velocity_, written_position_,
+    written_velocity_);
+  if (a.reads()) descent_->set_homes(rest_world_);
+}
+
 IntegratorDiagnostics HexSolid::diagnostics() const {
   IntegratorDiagnostics d = ExplicitImplicitIntegrator::diagnostics();
   d.added_mass_fraction = added_mass_fraction_;

@@ -46,6 +46,8 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   IntegratorDiagnostics diagnostics() const override;
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
 
+  void archive(Archive& a) override;
+
   // Substeps of the last step; equal to substeps() as long as nothing is stretched much.
   int last_substeps() const { return last_substeps_; }
 

@@ -43,6 +43,10 @@ class ExplicitImplicitIntegrator : public VolumeModel {
   }
 
  protected:
+  void archive_integrator(Archive& a) {
+    archive_settings(a);
+    a(explicit_limit_s_, substeps_, margin_, was_implicit_, driver_, stable_for_, implicit_steps_);
+  }
   ImplicitDriver::Motion motion() const {
     return {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s,
             integrator_ == VolumeIntegrator::implicit_only};

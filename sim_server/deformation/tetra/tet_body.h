@@ -35,6 +35,12 @@ class TetBody {
   // Takes all added mass away. O(all).
   void shed_added_mass();
 
+  template <class A>
+  void archive(A& a) {
+    a(mesh_, stars_, stiffness_factor_, volume_m3_, fixed_, mass_, added_, inverse_mass_, total_kg_, added_kg_,
+      refused_);
+  }
+
  private:
   void weigh(VertexId v);
   void follow_stiffness(const TetChange& change);

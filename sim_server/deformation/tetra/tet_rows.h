@@ -25,11 +25,21 @@ namespace sectio {
 struct alignas(64) TetEdgeColumn {
   std::array<std::uint32_t, kLanes> offset{};
   std::array<float, kLanes> weight{};  // N/m
+
+  template <class A>
+  void archive(A& a) {
+    a(offset, weight);
+  }
 };
 
 struct alignas(64) TetFaceColumn {
   std::array<std::uint32_t, kLanes> a{}, b{}, c{};
   std::array<float, kLanes> shear{};  // mu_e / 6, Pa
+
+  template <class A>
+  void archive(A& ar) {
+    ar(a, b, c, shear);
+  }
 };
 
 // For the corners of a face, where a row's sums at its edges to them begin: bytes from the row's first.
@@ -40,6 +50,11 @@ constexpr std::uint32_t kBytesAtEdge = 48;
 
 struct alignas(64) TetBlockColumn {
   std::array<float, kLanes> bulk{};  // kappa_e / (36 V_e), N/m^5
+
+  template <class A>
+  void archive(A& a) {
+    a(bulk);
+  }
 };
 
 struct alignas(64) TetSlice {
@@ -54,12 +69,23 @@ struct alignas(64) TetSlice {
   std::uint32_t first_face = 0, faces = 0;
   std::uint32_t count = 0;  // rows, in lanes 0 .. count-1
   std::uint32_t colour = 0;
+
+  template <class A>
+  void archive(A& a) {
+    a(offset, pressure_scale, pressure_shift, weight_sum, step_over_mass, gravity_share, bound, first_edge, edges,
+      first_face, faces, count, colour);
+  }
 };
 
 // The elastic constants of a solid, one entry a tetrahedron.
 struct TetStiffness {
   std::vector<double> shear_pa;  // mu
   std::vector<double> bulk_pa;   // kappa = lambda + mu
+
+  template <class A>
+  void archive(A& a) {
+    a(shear_pa, bulk_pa);
+  }
 };
 
 // The mass of a vertex, for its row.
@@ -100,10 +126,21 @@ class TetRows {
   // The share of padding in the lanes of the face columns.
   double padding() const;
 
+  template <class A>
+  void archive(A& a) {
+    a(slices_, edges_, faces_, blocks_, pressure_scale_, row_of_, colour_, width_, open_, base_slices_, rows_,
+      overflow_rows_, colours_, most_faces_, taken_by_, step_s_);
+  }
+
  private:
   // The columns that a row needs.
   struct Width {
     std::uint32_t edges = 0, faces = 0;
+
+    template <class A>
+    void archive(A& a) {
+      a(edges, faces);
+    }
   };
   static Width width_of(const VertexStar& star);
   void layout();

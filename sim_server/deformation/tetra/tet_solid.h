@@ -37,6 +37,13 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   double elastic_energy_j(std::span<const Vec4f> position_world_m) const;
   void elastic_forces_n(std::span<const Vec4f> position_world_m, std::span<Vec3> force_n) const;
 
+  void archive(Archive& a) override {
+    archive_integrator(a);
+    a(body_, stiffness_, rows_, omega2_per_bound_, first_bad_vertex_);
+    if (!a.reads()) return;
+    energy_.changed();
+    scratch_.resize(3 * rows_.most_faces() + 1);
+  }
   const TetRows& rows() const { return rows_; }
   const TetMesh& mesh() const override { return body_.mesh(); }
 

@@ -39,10 +39,20 @@ class TetSpringNet {
   // Whether each spring at v is an edge.
   std::vector<bool> edges_at(VertexId v) const;
 
+  template <class A>
+  void archive(A& a) {
+    a(least_second_m2_, neighbours_, partners_, edges_, stiff_mass_, place_, near_, number_);
+  }
+
  private:
   struct Edge {
     double stiffness_n_per_m;
     std::size_t column;  // in partners_
+
+    template <class A>
+    void archive(A& a) {
+      a(stiffness_n_per_m, column);
+    }
   };
   void find_edges(const TetBody& body, VertexId v);
   bool find_second(VertexId v);

@@ -36,6 +36,11 @@ struct TetSpringOptions {
   // least_second_m are no second neighbours, since twins at the tip of a cut have no distance. 0: 0.3 of the mean edge.
   double correction = 1;
   double least_second_m = 0;
+
+  template <class A>
+  void archive(A& a) {
+    a(second_share, damper_s, calibrate, correction, least_second_m);
+  }
 };
 
 // The result of a virtual tensile test of a net along each axis: uniform stress, linear, small strain.
@@ -43,6 +48,11 @@ struct TensileTest {
   std::array<double, 3> young_pa{};
   double mean_young_pa = 0;  // the inverse of the mean compliance
   double mean_poisson = 0;
+
+  template <class A>
+  void archive(A& a) {
+    a(young_pa, mean_young_pa, mean_poisson);
+  }
 };
 
 class TetSprings final : public VolumeModel {
@@ -103,6 +113,11 @@ class TetSprings final : public VolumeModel {
     return size;
   }
   std::uint64_t clamped() const { return clamped_; }
+  void archive(Archive& a) override {
+    archive_settings(a);
+    a(body_, options_, net_, as_made_, calibrated_, rows_, omega2_, substeps_, driver_, implicit_steps_, stable_for_,
+      was_implicit_, clamped_, first_bad_vertex_);
+  }
   const SpringRows& rows() const { return rows_; }
 
  private:

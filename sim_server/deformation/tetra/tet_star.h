@@ -40,6 +40,11 @@ class TetStars {
     }
   }
 
+  template <class A>
+  void archive(A& a) {
+    a(tets_);
+  }
+
  private:
   std::vector<std::vector<std::uint32_t>> tets_;
 };

@@ -51,6 +51,10 @@ class VolumeDeformation final : public DeformationEngine {
   void save(DeformationState& state) const override;
   void restore(const SharedBody& body, const DeformationState* state) override;
   void use_stable_driver(int steps) override { model_->use_stable_driver(steps); }
+  void archive(Archive& a, const SharedBody&) override {
+    model_->archive(a);
+    a(vertex_of_, layer_m_, anchors_, frame_, first_frame_);
+  }
 
   // Follows a change of the volume, and binds slots to another vertex, or to none. The caller places the vertices that
   // are added (from TetChange::first_added on). Call before the next step(). O(change).

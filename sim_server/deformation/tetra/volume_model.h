@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/material/elastic_material.h"
+#include "common/math/archive.h"
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
@@ -20,6 +21,11 @@ namespace sectio {
 struct VolumeMaterial : ElasticMaterial {
   double damping_per_s = 25;             // rate at which velocities decay
   std::vector<double> stiffness_factor;  // one a tetrahedron; empty: 1
+
+  template <class A>
+  void archive(A& a) {
+    a(damping_per_s, stiffness_factor);
+  }
 };
 
 struct VolumeSettings {
@@ -29,6 +35,11 @@ struct VolumeSettings {
   // A step is taken in equal, stable substeps. Vertices of small elements, which cuts and meshers leave, too light for
   // substeps of this length get added mass (selective mass scaling); gravity on them doesn't grow. 0: none does.
   double least_substep_s = 0;
+
+  template <class A>
+  void archive(A& a) {
+    a(step_s, gravity_m_per_s2, fixed, least_substep_s);
+  }
 };
 
 class VolumeModel {
@@ -66,10 +77,14 @@ class VolumeModel {
                        std::span<Vec4f> /*position_world_m*/, std::span<Vec4f> /*velocity_m_per_s*/) {}
   virtual void use_stable_driver(int /*steps*/) {}
 
+  // See Engine::archive().
+  virtual void archive(Archive& a) { a.refuse(); }
+
   // Kinetic, elastic and gravitational. O(n).
   virtual double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const = 0;
 
  protected:
+  void archive_settings(Archive& a) { a(material_, settings_, divided_); }
   // Substeps are halved, a few times at most, when cuts have left elements so small that they would need much mass.
   bool may_divide() const { return divided_ < 3; }
   // The length of substeps for which vertices get mass, where `substeps` make a step.

@@ -17,6 +17,11 @@ struct Blade {
   double max_depth_m = 1e9;       // largest depth of the groove that the tissue's thickness allows
   Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
   double length_m = 1e9;          // the sharp edge's
+
+  template <class A>
+  void archive(A& a) {
+    a(tip_world_m, up_world, max_depth_m, up_body, length_m);
+  }
 };
 
 // The part of a blade's line that is asked for the surface: a little longer than the blade at both ends, so that a tip

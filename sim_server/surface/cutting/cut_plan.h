@@ -35,6 +35,11 @@ struct Entry {
   std::uint32_t edge_id = 0;
   TriangleId triangle = kNone;
   Vec3 bary = Vec3::Constant(1.0 / 3);
+
+  template <class A>
+  void archive(A& a) {
+    a(edge_id, triangle, bary);
+  }
 };
 
 // The place of an edge in the tissue.

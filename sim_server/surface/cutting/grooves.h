@@ -24,11 +24,21 @@ struct CutFront {
   VertexId before_left = kNone, before_right = kNone;
   Vec3 ahead_body = Vec3::Zero();            // unit, at rest: out of the groove
   std::optional<VertexState> bottom_at_tip;  // the bottom's place after the next step; nothing: it is there
+
+  template <class A>
+  void archive(A& a) {
+    a(top, bottom, bottom_on_surface, before_left, before_right, ahead_body, bottom_at_tip);
+  }
 };
 
 // A vertex of a lip, and the bottom of the groove beneath it. An edge leads from the one to the other.
 struct Rung {
   VertexId lip = kNone, bottom = kNone;
+
+  template <class A>
+  void archive(A& a) {
+    a(lip, bottom);
+  }
 };
 
 // Vertices in ascending order, each once: cheap to copy.
@@ -46,6 +56,11 @@ class SortedVertices {
   std::size_t size() const { return sorted_.size(); }
   auto begin() const { return sorted_.begin(); }
   auto end() const { return sorted_.end(); }
+
+  template <class A>
+  void archive(A& a) {
+    a(sorted_);
+  }
 
  private:
   std::vector<VertexId> sorted_;
@@ -104,6 +119,11 @@ struct Grooves {
     for (const VertexEdit& e : delta.vertices)
       if (!e.alive) dead.push_back(e.id);
     forget(dead);
+  }
+
+  template <class A>
+  void archive(A& a) {
+    a(ends, rungs, bottoms, fronts);
   }
 
  private:

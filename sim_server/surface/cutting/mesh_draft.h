@@ -25,6 +25,11 @@ struct VertexState {
   // The same linear combination of all three members.
   static VertexState mix(const VertexState& a, const VertexState& b, double s);
   static VertexState mix(const std::array<VertexState, 3>& corners, const Vec3& bary);
+
+  template <class A>
+  void archive(A& a) {
+    a(rest_body_m, position_world_m, velocity_world_m_per_s);
+  }
 };
 
 class MeshDraft {

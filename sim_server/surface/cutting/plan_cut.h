@@ -21,6 +21,11 @@ struct SurfaceCuts {
   std::vector<TemplateStroke> template_strokes;  // the same strokes, if they cut with templates
 
   const Stroke* stroke_of(std::uint32_t edge_id) const;
+
+  template <class A>
+  void archive(A& a) {
+    a(grooves, strokes, template_strokes);
+  }
 };
 
 // No blade enters, moves or is lifted: the cuts stay as they are.

@@ -47,6 +47,11 @@ struct BladeSeen {
   bool was_away = false;              // it has not been at the surface since
   bool begins_anew = false;           // at the blade's next place; the cut before was refused
   double owed_m = 0;                  // from the end of the cut to the blade, which the cut can't follow
+
+  template <class A>
+  void archive(A& a) {
+    a(depth_m, at_world_m, on_lid_body_m, was_away, begins_anew, owed_m);
+  }
 };
 
 struct Stroke {
@@ -80,6 +85,13 @@ struct Stroke {
   std::vector<VertexId> temporary_bottoms;  // the last one is under the tip; three when the cut opened with it
 
   bool cuts() const { return cell.apex != kNone; }
+
+  template <class A>
+  void archive(A& a) {
+    a(edge_id, seen, cell, touched, bary, start, bottom, start_bottom, apex_bottom, first, points, length_m, blade,
+      why_refused, heading_body, behind_body_m, has_moved, met, lips, temporary_inverse, temporary_tip, temporary_twin,
+      temporary_pair, temporary_bottoms);
+  }
 };
 
 // The place of the instrument, by the draft's state of the cell.

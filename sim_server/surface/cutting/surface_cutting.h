@@ -30,6 +30,7 @@ class SurfaceCutting final : public CuttingEngine {
     return sectio::in_open_cut(body.mesh, body.particles.view(), *cuts_, blade);
   }
   bool is_temporary(std::span<const TriangleId> triangles) const override;
+  void archive(Archive& a, const SharedBody&) override { a(cuts_); }
 
  private:
   struct Ticket;

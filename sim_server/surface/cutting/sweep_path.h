@@ -23,6 +23,11 @@ using Vec2 = Eigen::Vector2d;
 struct RestBlade {
   Vec3 tip_body_m = Vec3::Zero();
   Vec3 up_body = Vec3::UnitZ();  // unit, from the tip upwards
+
+  template <class A>
+  void archive(A& a) {
+    a(tip_body_m, up_body);
+  }
 };
 
 // The rim of the swept region, clockwise from the upper end of the last pose: down the blade, along the trail of the
@@ -95,6 +100,11 @@ struct PathPoint {
   VertexId ridge = kNone;  // for an end at a front: the other end of the front's edge
 
   bool same_place(const PathPoint& o) const { return kind == o.kind && from == o.from && to == o.to; }
+
+  template <class A>
+  void archive(A& a) {
+    a(kind, from, to, t, face, bary, at, rim, rim_position, ridge);
+  }
 };
 
 // A crossed face: its corners, and the part of its crossing that is in the region.

@@ -46,6 +46,14 @@ struct ActiveFace {
   int active_edges = 0;
   int vertices_inside = 0;
   const CutTemplate* chosen = nullptr;
+
+  template <class A>
+  void archive(A& a) {
+    const std::span<const CutTemplate> all = cut_templates();
+    auto number = static_cast<std::size_t>(chosen ? chosen - all.data() : -1);
+    a(corners, angle, active_edges, vertices_inside, number);
+    chosen = number < all.size() ? &all[number] : nullptr;
+  }
 };
 
 using TargetStates = std::vector<std::pair<VertexId, VertexState>>;

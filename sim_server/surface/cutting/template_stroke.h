@@ -35,6 +35,13 @@ struct TemplateStroke {
   std::vector<CutFront> temporary_fronts, temporary_starts;
   TargetStates temporary_bottoms_at_tip;
   std::set<VertexId> temporary_bottoms;
+
+  template <class A>
+  void archive(A& a) {
+    a(edge_id, touched, bary, begins_at_wall, fronts, at_front, newest, blade, displacement_body_m, frame_world,
+      why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse, temporarily_moved, temporary_fronts,
+      temporary_starts, temporary_bottoms_at_tip, temporary_bottoms);
+  }
 };
 
 enum class TemplateStrokeEnd : std::uint8_t { going, left_body, joined, refused };

@@ -24,6 +24,11 @@ struct Cell {
   std::array<VertexId, 3> corners() const {
     return rim.size() == 3 ? std::array{rim[0], rim[1], rim[2]} : std::array{apex, rim[0], rim[1]};
   }
+
+  template <class A>
+  void archive(A& a) {
+    a(apex, rim);
+  }
 };
 
 // The triangles of a cell; empty if one of them doesn't exist (any more).

@@ -45,6 +45,11 @@ struct ContactPoint {
       Vec3::Zero();         // out of the tissue; points not further out than the target are left alone; zero: none are
   std::uint32_t owner = 0;  // the instrument's
   bool presses = true;      // false: it has let go, the particle is on its way home
+
+  template <class A>
+  void archive(A& a) {
+    a(place, target_world_m, normal_world, owner, presses);
+  }
 };
 
 struct HeldParticle {
@@ -58,6 +63,11 @@ struct TemporaryContact {
   std::vector<ContactPoint> points;  // after coincident ones have been merged
   std::vector<VertexId> particles;   // one for each point
   std::optional<TopologyDelta> inverse;
+
+  template <class A>
+  void archive(A& a) {
+    a(points, particles, inverse);
+  }
 };
 
 enum class ContactChange : std::uint8_t {

@@ -16,12 +16,22 @@ struct TetDelta {
     Vec3 rest_body_m = Vec3::Zero();
     // Made from: the ends of the edge that it divides, or the vertex whose twin it is, twice.
     std::array<VertexId, 2> from{kNone, kNone};
+
+    template <class A>
+    void archive(A& a) {
+      a(rest_body_m, from);
+    }
   };
   // A vertex that has a twin after the delta, in the order in which twins join it when the delta is undone. The vertex
   // goes to the centre of mass of both.
   struct Join {
     VertexId v = kNone, twin = kNone;
     double twin_share = 0;  // share of the mass of both
+
+    template <class A>
+    void archive(A& a) {
+      a(v, twin, twin_share);
+    }
   };
   // Lists of tetrahedra, one after the other.
   class Stars {
@@ -33,6 +43,11 @@ struct TetDelta {
     std::span<const std::uint32_t> operator[](std::size_t k) const {
       const std::size_t begin = k == 0 ? 0 : end_[k - 1];
       return std::span(tetrahedra_).subspan(begin, end_[k] - begin);
+    }
+
+    template <class A>
+    void archive(A& a) {
+      a(tetrahedra_, end_);
     }
 
    private:
@@ -48,6 +63,12 @@ struct TetDelta {
   std::vector<Join> joins;          // a delta's that adds vertices
 
   bool empty() const { return tetrahedra.empty(); }
+
+  template <class A>
+  void archive(A& a) {
+    a(vertices_before, removed, added, tetrahedra_before, tetrahedra_after, tetrahedra, stars_of, stars_before,
+      stars_after, joins);
+  }
 };
 
 TetDelta inverse(TetDelta delta);

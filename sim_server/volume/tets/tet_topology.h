@@ -25,6 +25,11 @@ struct TetVertexState {
   Vec3 rest_body_m = Vec3::Zero();
   Vec3 position_world_m = Vec3::Zero();
   Vec3 velocity_m_per_s = Vec3::Zero();
+
+  template <class A>
+  void archive(A& a) {
+    a(rest_body_m, position_world_m, velocity_m_per_s);
+  }
 };
 
 class TetTopology {
@@ -80,6 +85,11 @@ class TetTopology {
   // Nothing for a vertex that is older than the operations.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
 
+  template <class A>
+  void archive(A& a) {
+    a(vertices_, tets_, star_, journal_, vertices_before_, tets_before_, fetch_, fetched_, fetchable_, seen_, round_);
+  }
+
  private:
   struct Operation {
     VertexId a = kNone, b = kNone;  // split: the edge; part: a, and b is kNone
@@ -88,6 +98,11 @@ class TetTopology {
     std::vector<std::uint32_t> tets;   // split: those that had the edge; part: the star of a before
     std::vector<Tetrahedron> corners;  // their corners before
     std::vector<std::uint32_t> of;     // part: those that have the twin
+
+    template <class A>
+    void archive(A& ar) {
+      ar(a, b, made, t, tets, corners, of);
+    }
   };
   friend void apply(const TetDelta& delta, TetTopology& volume);
   std::size_t tets_at(std::size_t mark) const;
