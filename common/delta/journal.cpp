@@ -38,6 +38,11 @@ JournalWriter::JournalWriter(const std::string& path, std::span<const JournalBod
   write(out.bytes());
 }
 
+JournalWriter::JournalWriter(const std::string& path, std::uint64_t bytes, std::uint32_t bodies)
+    : path_(path), file_(path, std::ios::binary | std::ios::app), size_(bytes), bodies_(bodies) {
+  if (!file_) throw InputError(path + ": can't be written");
+}
+
 void JournalWriter::append(std::uint32_t body_id, const TopologyDelta& delta) {
   append(body_id, to_bytes(delta));
 }
@@ -84,6 +89,7 @@ void JournalWriter::write(std::span<const std::uint8_t> bytes) {
   file_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   file_.flush();
   if (!file_) throw InputError(path_ + ": can't be written: is the disk full?");
+  size_ += bytes.size();
 }
 
 JournalReader::JournalReader(const std::string& path) : path_(path), file_(path, std::ios::binary | std::ios::ate) {

@@ -44,6 +44,8 @@ class JournalWriter {
  public:
   // Creates the file with the present state of every body. Throws InputError when it can't be written.
   JournalWriter(const std::string& path, std::span<const JournalBody> bodies);
+  // Goes on with a file of whole records, which name so many bodies.
+  JournalWriter(const std::string& path, std::uint64_t bytes, std::uint32_t bodies);
 
   // Throws InputError when the disk is full.
   void append(std::uint32_t body_id, const TopologyDelta& delta);
@@ -51,6 +53,7 @@ class JournalWriter {
   void append(const JournalBody& body);
   void append(const JournalGravity& gravity);
   void append(const JournalScalars& scalars);
+  std::uint64_t bytes() const { return size_; }  // the file's
 
  private:
   void write(std::span<const std::uint8_t> bytes);
@@ -58,6 +61,7 @@ class JournalWriter {
 
   std::string path_;
   std::ofstream file_;
+  std::uint64_t size_ = 0;
   std::uint32_t bodies_ = 0;
 };
 

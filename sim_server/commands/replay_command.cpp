@@ -1,22 +1,30 @@
 #include <cstdio>
+#include <filesystem>
 
+#include "common/core/error.h"
 #include "common/core/log.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/commands/recorded_scene.h"
 #include "sim_server/session/replay.h"
 #include "sim_server/session/rerun.h"
+#include "sim_server/session/session_run.h"
 #include "sim_server/session/verdict.h"
 
 namespace sectio {
 namespace {
 
 // Runs the inputs of a session through the simulation again.
-int replay_inputs(const std::string& path) {
+int replay_inputs(const std::string& path, double from_s) {
   InputLogReader reader(path);
   const Scene scene = recorded_scene(path);
-  Simulation simulation(scene);
+  SessionRun run(scene, "");
+  if (from_s > 0 && reader.header().state_hash == run.header().state_hash)
+    if (const auto byte = run.jump(std::filesystem::path(path).parent_path().string(),
+                                   static_cast<std::uint64_t>(from_s / scene.step_s));
+        byte && !reader.seek(*byte))
+      throw InputError(path + ": it ends before its own checkpoint");
   bool same = false;
-  std::fputs(rerun_report(reader, simulation, same).c_str(), stdout);
+  std::fputs(rerun_report(reader, run.simulation(), same, run.steps()).c_str(), stdout);
   return same ? 0 : kExitNotOk;
 }
 
@@ -25,6 +33,7 @@ int replay_inputs(const std::string& path) {
 Arguments::Action replay_command(Arguments& arguments) {
   struct Flags {
     std::string journal, directory;
+    double from_s = 0;
   };
   const auto flags = std::make_shared<Flags>();
   arguments.option(
@@ -32,8 +41,10 @@ Arguments::Action replay_command(Arguments& arguments) {
       "journal, inputs or --record of an earlier run; inputs are simulated again, and every hash is compared",
       Need::required);
   arguments.option("--export", flags->directory, "directory for the surfaces (OBJ, at rest), of a journal");
+  arguments.option("--from-s", flags->from_s,
+                   "simulated time: DIRECTORY/inputs is compared from the last checkpoint before it on");
   return [flags] {
-    if (is_input_log(flags->journal)) return replay_inputs(flags->journal);
+    if (is_input_log(flags->journal)) return replay_inputs(flags->journal, flags->from_s);
     std::string damage;
     std::fputs(replay(flags->journal, flags->directory, damage).c_str(), stdout);
     if (!damage.empty()) log_warning(damage + ": read as far as it is whole");

@@ -18,12 +18,22 @@ class BladeWatch {
 
   static constexpr double kPatience_s = 2;
 
+  template <class A>
+  void archive(A& a) {
+    a(blades_);
+  }
+
  private:
   struct Blade {
     bool watched = false;  // it can cut, has not, and has not been warned of
     double contact_time_s = 0, largest_force_n = 0;
     std::uint32_t body_id = 0;  // touched last
     std::string refusal;        // its last refused cut's
+
+    template <class A>
+    void archive(A& a) {
+      a(watched, contact_time_s, largest_force_n, body_id, refusal);
+    }
   };
   std::string reason(std::uint32_t tool, const Blade& blade) const;
 

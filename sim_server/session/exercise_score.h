@@ -33,6 +33,11 @@ struct InstrumentUse {
   double path_m = 0;  // its tip's
   double largest_force_n = 0;
   double contact_time_s = 0;
+
+  template <class A>
+  void archive(A& a) {
+    a(name, path_m, largest_force_n, contact_time_s);
+  }
 };
 
 // A cut along a line. The blade's place is where a line from the lower end of its edge, along the tool's z axis, passes
@@ -78,6 +83,12 @@ class LineWatch {
   void add(const Vec3& tip_world_m, const Vec3& shaft_world, double way_m);
   LineScore finish() const;
 
+  template <class A>
+  void archive(A& a) {
+    a(depth_wanted_m_, within_m_, step_s_, points_world_m_, cut_, beside_m_, way_m_, square_m3_, most_m_, depth_way_m2_,
+      astray_m_, slow_world_m_, slower_world_m_, tremor_square_m2_, samples_);
+  }
+
  private:
   double depth_wanted_m_ = 0, within_m_ = 0, step_s_ = 0;
   std::vector<Vec3> points_world_m_;  // a millimetre apart
@@ -97,6 +108,12 @@ class ExerciseScore {
   void add(const StepOutput& output);
   // The score at this moment. The organ is the body that is held in place, or else the largest piece. O(all).
   Score finish() const;
+
+  template <class A>
+  void archive(A& a) {
+    a(family_, marked_m3_, healthy_m3_, instruments_, line_, tips_, edges_, spared_touches_, first_touch_s_,
+      last_touch_s_);
+  }
 
  private:
   std::vector<TissuePiece> pieces() const;

@@ -133,6 +133,13 @@ std::optional<StepInputs> InputLogReader::next() {
   return std::nullopt;
 }
 
+bool InputLogReader::seek(std::uint64_t byte) {
+  if (record_ || byte < at_ || byte > size_) return false;
+  at_ = byte;
+  file_.seekg(static_cast<std::streamoff>(at_));
+  return true;
+}
+
 std::string InputLogReader::damage() const {
   if (at_ == size_ || (record_ && record_->is_finished())) return {};
   return path_ + ": damaged at byte " + std::to_string(at_) + ": the last " + std::to_string(size_ - at_) +
@@ -207,11 +214,15 @@ InputLog::InputLog(const std::string& path, const InputLogHeader& header) : stat
   s.begin_to_sync();
 }
 
-InputLog::InputLog(const std::string& path, std::uint64_t whole_bytes) : state_(std::make_unique<State>()) {
+InputLog::InputLog(const std::string& path, std::uint64_t whole_bytes, std::uint64_t known_bytes,
+                   std::uint64_t known_steps)
+    : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.path = path;
   s.open();
   InputLogReader reader(path);
+  s.offsets[1] = reader.whole_bytes();
+  if (known_steps > 0 && reader.seek(known_bytes)) s.newest_step = known_steps;
   for (std::uint64_t at = reader.whole_bytes(); at < whole_bytes; at = reader.whole_bytes()) {
     const auto inputs = reader.next();
     if (!inputs) break;
@@ -224,6 +235,11 @@ InputLog::InputLog(const std::string& path, std::uint64_t whole_bytes) : state_(
 }
 
 InputLog::~InputLog() = default;
+
+std::uint64_t InputLog::bytes() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->size;
+}
 
 std::optional<std::string> InputLog::append(const StepInputs& one_step) {
   State& s = *state_;
@@ -263,7 +279,11 @@ std::vector<StepRecord> InputLog::read_from(std::uint64_t first_step, std::size_
     const auto content = content_of_record(read);
     auto inputs = content ? decode<StepInputs>(*content) : std::nullopt;
     if (!inputs || inputs->steps.size() != 1) break;
-    if (inputs->steps.front().step < first_step) continue;
+    if (const std::uint64_t step = inputs->steps.front().step; step < first_step) {
+      const std::lock_guard lock(s.mutex);
+      if ((step + 1) % kIndexedEvery == 0) s.offsets.emplace(step + 1, at);
+      continue;
+    }
     bytes += content->size();
     records.push_back(std::move(inputs->steps.front()));
   }

@@ -40,6 +40,8 @@ class InputLogReader {
   const InputLogHeader& header() const { return header_; }
   // The next record, which holds one step; nothing at the end and where the file is damaged.
   std::optional<StepInputs> next();
+  // Goes on with the record at this byte, of a journal, as whole_bytes() has named it. False: it has fewer.
+  bool seek(std::uint64_t byte);
   // After the last record: where the whole part ends, and a word about the rest; empty when there is none.
   std::uint64_t whole_bytes() const { return at_; }
   std::string damage() const;
@@ -63,13 +65,16 @@ class InputLog {
  public:
   // A new file; throws InputError when it can't be written.
   InputLog(const std::string& path, const InputLogHeader& header);
-  // Goes on with a file of which so much is whole.
-  InputLog(const std::string& path, std::uint64_t whole_bytes);
+  // Goes on with a file of which so much is whole. The first `known_steps` are known to end at a byte, and are not read
+  // before somebody asks for them.
+  InputLog(const std::string& path, std::uint64_t whole_bytes, std::uint64_t known_bytes = 0,
+           std::uint64_t known_steps = 0);
   ~InputLog();
 
   // Nothing, or a word about why this step and those that follow are not kept: said once. Simulation's thread.
   std::optional<std::string> append(const StepInputs& one_step);
 
+  std::uint64_t bytes() const;  // the whole records'
   // The records from a step on, as many as fit about `most_bytes`; none when they are not kept. One thread, any one.
   std::vector<StepRecord> read_from(std::uint64_t first_step, std::size_t most_bytes);
 

@@ -1,10 +1,13 @@
 #include "sim_server/session/played_inputs.h"
 
+#include <filesystem>
+
 #include "common/core/error.h"
 
 namespace sectio {
 
-PlayedInputs::PlayedInputs(const std::string& path, SessionRun& run) : journal_(path) {
+PlayedInputs::PlayedInputs(const std::string& path, SessionRun& run)
+    : directory_(std::filesystem::path(path).parent_path().string()), journal_(path) {
   if (journal_.header().state_hash != state_hash_of(run.simulation()))
     throw InputError(path + ": the scene is not the one that it was made with");
 }
@@ -23,6 +26,9 @@ bool PlayedInputs::take(SessionRun& run, StepInput& input) {
 }
 
 void PlayedInputs::run_unseen(SessionRun& run, double step_s, double until_s) {
+  if (const auto byte = run.jump(directory_, static_cast<std::uint64_t>(until_s / step_s));
+      byte && !journal_.seek(*byte))
+    throw InputError(directory_ + ": the journal of inputs ends before its own checkpoint");
   StepInput input;
   while (static_cast<double>(run.steps()) * step_s < until_s && take(run, input)) {
     run.begin_step(0, input);

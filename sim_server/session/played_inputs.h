@@ -15,10 +15,11 @@ class PlayedInputs {
 
   // The input of the next step of `run`. False at the end, and where the simulation isn't the one that was recorded.
   bool take(SessionRun& run, StepInput& input);
-  // The steps that come before the ones to be seen.
+  // The steps that come before the ones to be seen, from the last checkpoint beside the journal on.
   void run_unseen(SessionRun& run, double step_s, double until_s);
 
  private:
+  std::string directory_;
   InputLogReader journal_;
 };
 

@@ -7,6 +7,7 @@
 #include "common/core/log.h"
 #include "common/core/processor_time.h"
 #include "common/delta/journal.h"
+#include "common/math/archive.h"
 #include "sim_server/session/blade_watch.h"
 #include "sim_server/session/run_files.h"
 #include "sim_server/session/run_outcome.h"
@@ -16,6 +17,10 @@ namespace {
 
 constexpr double kScalarsEvery_s = 0.5;  // simulated time between the scalars of a journal
 constexpr double kPauseInCut_s = 0.25;   // a longer one ends a cut
+
+std::string journal_path(const std::string& directory) {
+  return directory + "/journal";
+}
 
 }  // namespace
 
@@ -48,15 +53,39 @@ Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     for (const std::string& note : simulation.body(i).mesh_notes) log_info(simulation.body(i).name + ": " + note);
   if (scene.exercise) state_->score.emplace(scene, simulation);
-  if (directory.empty()) return;
-  make_directory(directory);
-  std::vector<JournalBody> bodies;
-  for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
-    bodies.push_back({simulation.body(i).name, simulation.mesh(i)});
-  state_->journal = std::make_unique<JournalWriter>(directory + "/journal", bodies);
+  if (!directory.empty()) make_directory(directory);
 }
 
 Recorder::~Recorder() = default;
+
+void Recorder::begin_journal() {
+  if (state_->directory.empty()) return;
+  std::vector<JournalBody> bodies;
+  for (std::uint32_t i = 0; i < state_->simulation.body_count(); ++i)
+    bodies.push_back({state_->simulation.body(i).name, state_->simulation.mesh(i)});
+  state_->journal = std::make_unique<JournalWriter>(journal_path(state_->directory), bodies);
+}
+
+void Recorder::continue_journal(const std::string& former_directory, std::uint64_t bytes) {
+  if (state_->directory.empty()) return;
+  const std::string path = journal_path(state_->directory), former = journal_path(former_directory);
+  if (bytes > 0 && copy_beginning(former, path, bytes)) {
+    state_->journal = std::make_unique<JournalWriter>(path, bytes, state_->simulation.body_count());
+  } else {
+    warn(former + ": it ends too early: the journal begins with the bodies as they are");
+    begin_journal();
+  }
+}
+
+std::uint64_t Recorder::journal_bytes() const {
+  return state_->journal ? state_->journal->bytes() : 0;
+}
+
+void Recorder::archive(Archive& a) {
+  State& s = *state_;
+  if (s.score) a(*s.score);
+  a(s.outcome, s.blades, s.scalars, s.scalars_kept_at, s.gravity_m_per_s2, s.figures);
+}
 
 void Recorder::add(const StepOutput& output, double step_wall_time_s) {
   State& s = *state_;

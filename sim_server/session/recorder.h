@@ -10,6 +10,8 @@
 
 namespace sectio {
 
+class Archive;
+
 // A disk that is full ends no run: a warning says what isn't kept.
 //
 // Gathers a run's figures. With a directory, leaves there BODY.obj of every final surface, journal (all deltas, and
@@ -20,6 +22,14 @@ class Recorder {
   // meshes. Scene and simulation must outlive the recorder; add() comes right after the step.
   Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory);
   ~Recorder();
+
+  // The journal begins with the bodies as they are.
+  void begin_journal();
+  // It goes on with a journal of which so many bytes are of steps that have been run; in another directory with a copy.
+  void continue_journal(const std::string& former_directory, std::uint64_t bytes);
+  std::uint64_t journal_bytes() const;  // 0: there is none
+  // Writes or reads what has been gathered, but for the times of steps (common/math/archive.h).
+  void archive(Archive& a);
 
   void add(const StepOutput& output, double step_wall_time_s);
   // Into the log and the report, each text once.

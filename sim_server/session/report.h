@@ -34,6 +34,11 @@ struct CutCost {
   std::uint64_t last_step = 0;
 
   void add(std::uint64_t step, bool changed, double took_s, std::uint64_t longest_pause);
+
+  template <class A>
+  void archive(A& a) {
+    a(time_s, steps, while_s, within, since_s, last_step);
+  }
 };
 
 // The figures of a run, gathered step by step (Recorder).
@@ -52,6 +57,13 @@ struct RunFigures {
   std::optional<SyncCost> cost;
   std::optional<Score> score;
   Outcome outcome;
+
+  // Without the times of steps, which are of this run, and what belongs to its end.
+  template <class A>
+  void archive(A& a) {
+    a(steps, body_steps, body_steps_asleep, events, refusals, warnings, body_cpu_s, body_residual_m, body_residual,
+      body_added_mass, body_cuts, least_margin, largest_penetration_m, largest_force_n, largest_added_mass, last);
+  }
 };
 
 inline std::uint64_t count_of(const RunFigures& figures, EventKind kind) {

@@ -5,13 +5,16 @@
 
 namespace sectio {
 
-Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& after, std::uint64_t last_step) {
+Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& after, std::uint64_t last_step,
+            std::uint64_t steps_run) {
   Rerun result;
+  result.steps = steps_run;
   const auto differs = [&](const std::string& why) {
     result.difference = "step " + std::to_string(result.steps + 1) + ": " + why;
     return result;
   };
-  if (reader.header().state_hash != state_hash_of(simulation)) return differs("the scene before it differs");
+  if (steps_run == 0 && reader.header().state_hash != state_hash_of(simulation))
+    return differs("the scene before it differs");
   while (result.steps < last_step) {
     const std::optional<StepInputs> inputs = reader.next();
     if (!inputs) break;
@@ -25,10 +28,12 @@ Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& aft
   return result;
 }
 
-std::string rerun_report(InputLogReader& reader, Simulation& simulation, bool& same) {
-  const Rerun run = rerun(reader, simulation, [](const StepInputs&, const StepOutput&) {});
+std::string rerun_report(InputLogReader& reader, Simulation& simulation, bool& same, std::uint64_t steps_run) {
+  const Rerun run = rerun(
+      reader, simulation, [](const StepInputs&, const StepOutput&) {}, ~std::uint64_t{0}, steps_run);
   same = run.difference.empty();
   std::string lines = std::to_string(run.steps) + " steps\n";
+  if (steps_run > 0) lines = "from the checkpoint of step " + std::to_string(steps_run) + " to " + lines;
   if (!same) lines += "differs from the recorded session at " + run.difference + "\n";
   if (!reader.damage().empty()) lines += reader.damage() + "\n";
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b)

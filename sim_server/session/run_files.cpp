@@ -33,6 +33,25 @@ DirectoryLock::~DirectoryLock() {
   if (file_ >= 0) ::close(file_);
 }
 
+bool copy_beginning(const std::string& from, const std::string& to, std::uint64_t bytes) {
+  std::error_code error;
+  if (const std::uint64_t size = std::filesystem::file_size(from, error); error || size < bytes) return false;
+  if (from != to) {
+    const int in = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
+    const int out = ::open(to.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+    std::uint64_t left = bytes;
+    for (ssize_t copied = 1; in >= 0 && out >= 0 && left > 0 && copied > 0; left -= static_cast<std::uint64_t>(copied))
+      copied = std::max<ssize_t>(0, ::copy_file_range(in, nullptr, out, nullptr, left, 0));
+    if (in >= 0) ::close(in);
+    if (out >= 0) ::close(out);
+    if (in < 0 || out < 0 || left > 0) throw InputError(to + ": can't be written");
+    return true;
+  }
+  std::filesystem::resize_file(to, bytes, error);
+  if (error) throw InputError(to + ": can't be written: " + error.message());
+  return true;
+}
+
 void write_text(const std::string& path, const std::string& text) {
   std::ofstream file(path);
   if (!(file << text).flush()) throw InputError(path + ": can't be written");

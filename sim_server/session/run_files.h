@@ -1,6 +1,7 @@
 // Files that a run leaves in its directory.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -24,6 +25,8 @@ class DirectoryLock {
 
 // All throw InputError "PATH: why" when it can't be done.
 void make_directory(const std::string& path);
+// The first bytes of a file as another one; the file itself is shortened. False when it has fewer.
+bool copy_beginning(const std::string& from, const std::string& to, std::uint64_t bytes);
 void write_text(const std::string& path, const std::string& text);
 // Wavefront OBJ of the live surface, skin and wall as groups, in metres.
 void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView positions_world_m);

@@ -21,6 +21,11 @@ class RunOutcome {
   // The outcome at this moment; counts and largest values are those of the figures. O(all).
   Outcome finish(const RunFigures& figures) const;
 
+  template <class A>
+  void archive(A& a) {
+    a(family_of_, parts_begun_);
+  }
+
  private:
   const Simulation& simulation_;
   std::vector<std::uint32_t> family_of_;  // by body: the body of the scene that it is, or came off

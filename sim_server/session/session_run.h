@@ -1,11 +1,13 @@
 // A session as it runs: a simulation, what it leaves behind, and the journal of its inputs, from which it can go on.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "sim_server/session/checkpoint.h"
 #include "sim_server/session/input_log.h"
 #include "sim_server/session/recorder.h"
 #include "sim_server/session/run_files.h"
@@ -20,8 +22,8 @@ class SessionRun {
   // and the journal of inputs. Throws InputError when it can't be written.
   SessionRun(const Scene& scene, const std::string& directory);
 
-  // A session that goes on from a journal of inputs, which is run again: from its end or, in another directory, from an
-  // earlier step on.
+  // A session that goes on from its journal of inputs: from its end or, in another directory, from an earlier step on.
+  // The steps after its last checkpoint (session/checkpoint.h) are run again.
   struct Past {
     std::string directory;
     std::uint64_t last_step = ~std::uint64_t{0};
@@ -30,6 +32,10 @@ class SessionRun {
   // journal of another scene or of another version.
   static std::unique_ptr<SessionRun> resumed(const Scene& scene, const Past& past, const std::string& directory,
                                              std::optional<std::uint64_t>& last_epoch);
+
+  // Goes to the last checkpoint of a session up to a step, if that is ahead: the inputs in its directory go on at the
+  // byte that is returned. Nothing: there is none, and the run is where it was.
+  std::optional<std::uint64_t> jump(const std::string& directory, std::uint64_t last_step);
 
   // Runs one step: the input is kept before. `record`: what others need to run it, too. The output is valid until the
   // next step.
@@ -42,21 +48,28 @@ class SessionRun {
 
   std::uint64_t steps() const { return steps_; }  // steps that have been run
   Simulation& simulation() { return simulation_; }
-  Recorder& recorder() { return recorder_; }
+  Recorder& recorder() { return *recorder_; }
   // The beginning of its journal: the simulation as it was before the first step.
   const InputLogHeader& header() const { return header_; }
   InputLog* inputs() { return inputs_.get(); }  // null: they are not kept
 
  private:
   SessionRun(const Scene& scene, const std::string& directory, bool fresh);
+  void begin();
   void keep(const StepInputs& one_step);
+  void keep_checkpoint();
+  void note_fault();
 
+  const Scene& scene_;
+  const std::string directory_;
   DirectoryLock lock_;
   Simulation simulation_;
-  Recorder recorder_;
+  std::unique_ptr<Recorder> recorder_;
   InputLogHeader header_;
   std::unique_ptr<InputLog> inputs_;
-  std::uint64_t steps_ = 0;
+  std::unique_ptr<CheckpointWriter> checkpoints_;  // null: none are kept
+  std::uint64_t steps_ = 0, epoch_ = 0, checkpoint_at_ = 0;
+  std::chrono::steady_clock::time_point next_checkpoint_{};
   std::vector<std::string> faults_;
 };
 

@@ -28,7 +28,7 @@ inline const std::vector<Room>& rooms() {
       {"common/core/log.cpp", "", {"common/core/"}, {"spdlog/"}},
       {"common/core/arguments.cpp", "", {"common/core/"}, {"CLI/"}},
       {"common/math/",
-       "vectors and poses, exact predicates, intersections, traces, hash, the local contact model",
+       "vectors and poses, exact predicates, intersections, traces, hash, the local contact model, states as bytes",
        {"common/core/", "common/math/"},
        {"Eigen/"}},
       {"common/mesh/",
@@ -216,7 +216,7 @@ inline const std::vector<Room>& rooms() {
        {"Eigen/", "nlohmann/"}},
 
       {"sim_server/session/",
-       "runs without a network, recorder, journal of inputs, report, score of an exercise, replay",
+       "runs without a network, recorder, journal of inputs, checkpoints, report, score of an exercise, replay",
        {"common/core/", "common/math/", "common/mesh/", "common/material/", "common/delta/", "common/messages/",
         "common/mcap/", "sim_server/session/", "sim_server/simulation.h", "sim_server/scene/scene",
         "sim_server/step/step_io.h", "sim_server/instruments/instrument.h"},

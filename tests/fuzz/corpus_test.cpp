@@ -10,9 +10,11 @@
 #include "common/dds/qos.h"
 #include "common/delta/bytes.h"
 #include "common/delta/journal.h"
+#include "common/math/archive.h"
 #include "common/mcap/mcap_format.h"
 #include "common/messages/chunks.h"
 #include "common/messages/codec.h"
+#include "sim_server/session/checkpoint.h"
 #include "tests/support/damage.h"
 #include "tests/support/shapes.h"
 #include "tests/unit/dds/messages.h"
@@ -156,7 +158,14 @@ std::vector<Input> file_seeds() {
   Input journal{'j'};
   journal.insert(journal.end(), std::istreambuf_iterator<char>(file), {});
   std::filesystem::remove(path);
-  return {record.finish('r'), inputs.finish('i'), journal};
+
+  Checkpoint some{.session = 7, .step = 8, .epoch = 9, .simulation = {1, 2, 3, 4}, .recorder = {5, 6}};
+  std::vector<std::uint8_t> state;
+  Archive archive(state);
+  archive(some);
+  Input checkpoint{'c'};
+  checkpoint.insert(checkpoint.end(), state.begin(), state.end());
+  return {record.finish('r'), inputs.finish('i'), journal, checkpoint};
 }
 
 void write_seeds(const std::string& directory, const std::vector<Input>& all) {

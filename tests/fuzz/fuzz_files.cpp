@@ -5,15 +5,19 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/delta/journal.h"
+#include "common/math/archive.h"
 #include "common/math/trace.h"
 #include "sim_server/net/played_record.h"
 #include "sim_server/scene/scene.h"
+#include "sim_server/session/checkpoint.h"
 #include "sim_server/session/input_log.h"
 
 namespace sectio {
@@ -50,6 +54,17 @@ void read_inputs(const std::string& path) {
   reader.damage();
 }
 
+// With its checksum, which a fuzzer can't guess, and what is behind that.
+void read_checkpoint(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+  std::string why;
+  if (!checkpoint_from(bytes, why) && why.empty()) std::abort();
+  Archive archive(bytes);
+  Checkpoint checkpoint;
+  archive(checkpoint);
+}
+
 void read(char kind, const std::string& path) {
   try {
     switch (kind) {
@@ -60,6 +75,8 @@ void read(char kind, const std::string& path) {
       case 'j':
         salvage_journal(path);
         return;
+      case 'c':
+        return read_checkpoint(path);
       case 's':
         load_scene(path, traits());
         return;

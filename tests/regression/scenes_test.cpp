@@ -90,7 +90,7 @@ TEST_P(Scenes, D_8_two_runs_and_the_replay_are_alike_and_as_they_were) {
   const ordered_json first = run("first"), second = run("second");
   EXPECT_EQ(first, second);
   for (const fs::directory_entry& file : fs::directory_iterator(directory / "first")) {
-    if (file.path().filename() == "report.json") continue;
+    if (!file.is_regular_file() || file.path().filename() == "report.json") continue;  // checkpoints go by the clock
     EXPECT_EQ(read_file(file.path()), read_file(directory / "second" / file.path().filename())) << file.path();
   }
 

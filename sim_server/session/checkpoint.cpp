@@ -1,0 +1,248 @@
+#include "sim_server/session/checkpoint.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <condition_variable>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "common/core/error.h"
+#include "common/core/log.h"
+#include "common/core/program_id.h"
+#include "common/delta/checksum.h"
+#include "common/math/archive.h"
+
+namespace sectio {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kCheckpointMagic = "SECTIOC1";
+constexpr std::uint64_t kCheckpointSeed = 2;
+constexpr std::size_t kHeaderBytes = 16;  // magic, checksum
+constexpr std::size_t kNewest = 3;        // these are kept, however large they are
+
+// By step; the size of each.
+std::map<std::uint64_t, std::uint64_t> checkpoints_in(const std::string& directory) {
+  std::map<std::uint64_t, std::uint64_t> found;
+  std::error_code error;
+  for (fs::directory_iterator file(checkpoints_path(directory), error), end; !error && file != end;
+       file.increment(error)) {
+    const std::string name = file->path().filename().string();
+    std::uint64_t step = 0;
+    const auto [rest, bad] = std::from_chars(name.data(), name.data() + name.size(), step);
+    std::error_code no_size;
+    if (bad == std::errc() && rest == name.data() + name.size()) found[step] = file->file_size(no_size);
+  }
+  return found;
+}
+
+std::string path_of(const std::string& directory, std::uint64_t step) {
+  char name[24];
+  std::snprintf(name, sizeof name, "/%012llu", static_cast<unsigned long long>(step));
+  return checkpoints_path(directory) + name;
+}
+
+std::vector<std::uint8_t> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  std::vector<std::uint8_t> bytes(file ? static_cast<std::size_t>(std::max<std::streamoff>(0, file.tellg())) : 0);
+  file.seekg(0);
+  if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()))) bytes.clear();
+  return bytes;
+}
+
+// Empty: it is written, and on the disk.
+std::string write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
+  const std::string part = path + ".part";
+  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file < 0) return std::strerror(errno);
+  std::string why;
+  while (why.empty() && !bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), bytes.size());
+    if (written > 0)
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    else if (written == 0 || errno != EINTR)
+      why = std::strerror(errno);
+  }
+  if (why.empty() && ::fdatasync(file) != 0) why = std::strerror(errno);
+  ::close(file);
+  if (why.empty() && ::rename(part.c_str(), path.c_str()) != 0) why = std::strerror(errno);
+  if (!why.empty()) ::unlink(part.c_str());
+  return why;
+}
+
+// The one that is missed least: the steps between its neighbours are the fewest.
+std::uint64_t least_needed(const std::map<std::uint64_t, std::uint64_t>& kept) {
+  std::uint64_t least = kept.begin()->first, fewest = ~std::uint64_t{0}, before = 0;
+  const auto end = std::prev(kept.end(), kNewest);
+  for (auto at = kept.begin(); at != end; before = at->first, ++at)
+    if (const std::uint64_t gap = std::next(at)->first - before; gap < fewest) fewest = gap, least = at->first;
+  return least;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> to_bytes(const Checkpoint& checkpoint) {
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(checkpoint.simulation.size() + checkpoint.recorder.size() + 256);
+  bytes.assign(kCheckpointMagic.begin(), kCheckpointMagic.end());
+  bytes.resize(kHeaderBytes);
+  Archive archive(bytes);
+  std::string program = program_id();
+  archive(program, const_cast<Checkpoint&>(checkpoint));  // it is only read
+  const std::uint64_t sum = checksum(kCheckpointSeed, std::span(bytes).subspan(kHeaderBytes));
+  std::memcpy(bytes.data() + kCheckpointMagic.size(), &sum, sizeof sum);
+  return bytes;
+}
+
+std::optional<Checkpoint> checkpoint_from(std::span<const std::uint8_t> bytes, std::string& why_not) {
+  const auto no = [&](const char* why) {
+    why_not = why;
+    return std::nullopt;
+  };
+  if (bytes.size() < kHeaderBytes || std::memcmp(bytes.data(), kCheckpointMagic.data(), kCheckpointMagic.size()) != 0)
+    return no("not a checkpoint");
+  std::uint64_t sum = 0;
+  std::memcpy(&sum, bytes.data() + kCheckpointMagic.size(), sizeof sum);
+  bytes = bytes.subspan(kHeaderBytes);
+  if (checksum(kCheckpointSeed, bytes) != sum) return no("it is damaged");
+  try {
+    Archive archive(bytes);
+    std::string program;
+    archive(program);
+    if (program != program_id()) return no("another build of the program has written it");
+    std::optional<Checkpoint> checkpoint(std::in_place);
+    archive(*checkpoint);
+    return checkpoint;
+  } catch (const InputError&) {
+    return no("it ends too early");
+  }
+}
+
+std::string checkpoints_path(const std::string& directory) {
+  return directory + "/checkpoints";
+}
+
+std::optional<Checkpoint> find_checkpoint(const std::string& directory, std::uint64_t session,
+                                          std::uint64_t last_step) {
+  const auto found = checkpoints_in(directory);
+  for (auto at = found.upper_bound(last_step); at != found.begin();) {
+    --at;
+    const std::string path = path_of(directory, at->first);
+    std::string why;
+    std::optional<Checkpoint> checkpoint = checkpoint_from(read_file(path), why);
+    if (checkpoint && checkpoint->session == session && checkpoint->step <= last_step) return checkpoint;
+    log_warning(path + ": passed over: " + (checkpoint ? "it is of another session" : why));
+  }
+  return std::nullopt;
+}
+
+void share_checkpoints(const std::string& from_directory, const std::string& to_directory, std::uint64_t last_step) {
+  std::error_code error;
+  fs::create_directories(checkpoints_path(to_directory), error);
+  for (const auto& [step, size] : checkpoints_in(from_directory))
+    if (step <= last_step) fs::create_hard_link(path_of(from_directory, step), path_of(to_directory, step), error);
+}
+
+struct CheckpointWriter::State {
+  void run() {
+    std::unique_lock lock(mutex);
+    for (;;) {
+      wake.wait(lock, [&] { return stop || next; });
+      if (!next) return;
+      const Checkpoint checkpoint = std::move(*next);
+      lock.unlock();
+      const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
+      const std::string why = write_file(path_of(directory, checkpoint.step), bytes);
+      if (why.empty()) remember(checkpoint.step, bytes.size());
+      lock.lock();
+      next.reset();
+      if (!why.empty() && !failing) fault = checkpoints_path(directory) + ": no checkpoint could be kept: " + why;
+      failing = !why.empty();
+    }
+  }
+  void remember(std::uint64_t step, std::uint64_t size) {
+    total += size - std::exchange(kept[step], size);
+    while (total > most_bytes && kept.size() > kNewest) {
+      const auto at = kept.find(least_needed(kept));
+      ::unlink(path_of(directory, at->first).c_str());
+      total -= at->second;
+      kept.erase(at);
+    }
+  }
+
+  std::string directory;
+  std::uint64_t most_bytes = 0;
+  // The thread's, while it runs.
+  std::map<std::uint64_t, std::uint64_t> kept;  // sizes by step
+  std::uint64_t total = 0;
+
+  mutable std::mutex mutex;  // guards what follows
+  std::condition_variable wake;
+  std::optional<Checkpoint> next;  // until it is written
+  bool stop = false, failing = false;
+  std::optional<std::string> fault;
+  std::thread thread;
+};
+
+CheckpointWriter::CheckpointWriter(const std::string& directory, bool fresh, std::uint64_t step,
+                                   std::uint64_t most_bytes)
+    : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.directory = directory;
+  s.most_bytes = most_bytes;
+  std::error_code error;
+  if (fresh) fs::remove_all(checkpoints_path(directory), error);
+  fs::create_directories(checkpoints_path(directory), error);
+  for (const auto& [at, size] : checkpoints_in(directory)) {
+    if (at <= step) {
+      s.kept[at] = size;
+      s.total += size;
+    } else {
+      fs::remove(path_of(directory, at), error);
+    }
+  }
+  s.thread = std::thread([&s] { s.run(); });
+}
+
+CheckpointWriter::~CheckpointWriter() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stop = true;
+  }
+  state_->wake.notify_one();
+  state_->thread.join();
+}
+
+bool CheckpointWriter::is_ready() const {
+  const std::lock_guard lock(state_->mutex);
+  return !state_->next;
+}
+
+void CheckpointWriter::put(Checkpoint checkpoint) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->next) return;
+    state_->next = std::move(checkpoint);
+  }
+  state_->wake.notify_one();
+}
+
+std::optional<std::string> CheckpointWriter::take_fault() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->fault, std::nullopt);
+}
+
+}  // namespace sectio
