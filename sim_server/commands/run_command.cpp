@@ -48,11 +48,12 @@ Scene scene_to_run(const RunFlags& flags) {
     take_share(scene, flags);  // a share of the whole plan: the servers of a session have one step
     return prepared(std::move(scene));
   }
-  for (const auto& [flag, given] : {std::pair("--scene", !flags.scene.empty()),
-                                    {"--bodies", !flags.bodies.empty()},
-                                    {"--server", !flags.server.empty()},
-                                    {"--offline", flags.offline},
-                                    {"--export", !flags.options.directory.empty() && flags.options.until_s < 0}})
+  for (const auto& [flag, given] :
+       {std::pair("--scene", !flags.scene.empty()),
+        {"--bodies", !flags.bodies.empty()},
+        {"--server", !flags.server.empty()},
+        {"--offline", flags.offline},
+        {"--export", !flags.options.directory.empty() && flags.options.until_s < 0 && !flags.options.standby}})
     if (given) throw InputError(std::string(flag) + ": --resume goes on with what the directory says");
   return recorded_scene(input_log_path(flags.resume));
 }
@@ -61,12 +62,13 @@ int run_session(const RunFlags& flags) {
   Scene scene = scene_to_run(flags);
   ServeOptions options = flags.options;
   options.resume = flags.resume;
+  if (options.standby && !flags.resume.empty() && (options.directory.empty() || options.directory == flags.resume))
+    throw InputError("--standby --resume: needs --export, a directory of its own");
   if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))
     throw InputError("--until-s: needs --resume, and --export for the session that branches off there");
   if (!flags.resume.empty() && options.directory.empty()) options.directory = flags.resume;
   if (!options.record.empty() && flags.offline) throw InputError("--record: of a session on the network");
-  if (options.standby && (!flags.resume.empty() || flags.offline))
-    throw InputError("--standby: it begins with the first step of another server");
+  if (options.standby && flags.offline) throw InputError("--standby: of a session on the network");
   if (!(options.fastest_m_per_s >= 0 && options.fastest_m_per_s <= 100))
     throw InputError("--max-speed-m-per-s: expected 0 to 100, got " + std::to_string(options.fastest_m_per_s));
   if (!options.network.session.empty()) scene.session = options.network.session;
@@ -84,7 +86,8 @@ Arguments::Action run_command(Arguments& arguments) {
   options.network.session.clear();
   arguments.option("--scene", flags->scene, "scene file (YAML)");
   arguments.option("--resume", flags->resume,
-                   "directory of an earlier --export: the session goes on after the last step that it holds");
+                   "directory of an earlier --export: the session goes on after the last step that it holds; with "
+                   "--standby that of the server, so that a late standby begins there");
   arguments.option("--until-s", options.until_s,
                    "with --resume: goes on from this simulated time, and leaves the earlier --export as it is");
   arguments.option("--bodies", flags->bodies,

@@ -19,6 +19,8 @@ class Follower {
 
   // Takes what has come and asks for what is missing. `leader`: the epoch of the server that has our bodies now.
   void listen(std::optional<std::uint64_t> leader);
+  // These steps are known from elsewhere: the next one to take is the one after them.
+  void begin_after(std::uint64_t steps) { next_step_ = steps + 1; }
   // The next step, once: 1, 2, 3, ...
   std::optional<StepRecord> take_step();
 

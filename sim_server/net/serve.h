@@ -17,7 +17,7 @@ struct ServeOptions {
   std::string directory;               // for journals, surfaces and report; empty: none are written
   std::string record;                  // file for everything that is sent (MCAP); empty: none
   bool standby = false;                // runs the steps of another server, and follows it when it dies
-  std::string resume;                  // go on from the journal of inputs in this directory ...
+  std::string resume;                  // go on from the journal of inputs in this directory; a standby begins there ...
   double until_s = -1;                 // ... from this simulated time on, which needs another `directory`
   std::string play;                    // the inputs are those of this journal, and nobody's hand is heard
   double speed = 1;                    // the journal's

@@ -22,6 +22,7 @@ constexpr auto kLookPeriod = std::chrono::milliseconds(1);
 bool Standby::follow() {
   log_info("standing by");
   Follower& server = session_.net->follower();
+  server.begin_after(session_.run->steps());
   bool in_step = false;
   while (!stop_was_requested()) {
     keep_news();

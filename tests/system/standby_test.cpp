@@ -1,5 +1,6 @@
 // A standby follows the server of a session when that one dies, at any moment, and nobody notices more than a pause.
 #include <cstdlib>
+#include <filesystem>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -44,6 +45,26 @@ TEST_F(Standby, takes_part_in_every_step_and_ends_with_the_session) {
   EXPECT_EQ(second->output().find("fell silent"), std::string::npos) << second->output();
   EXPECT_EQ(hash_of("second"), hash_of("first"));
   EXPECT_EQ(json("second/report.json")["run"]["steps"], json("first/report.json")["run"]["steps"]);
+}
+
+TEST_F(Standby, that_comes_late_begins_with_the_last_checkpoint_of_its_server) {
+  const auto first = one("first", {"--play-traces"});
+  const auto kept = [&] {
+    std::error_code error;
+    for (const auto& each : std::filesystem::directory_iterator(file("first/checkpoints"), error))
+      if (each.path().extension() != ".part") return true;
+    return false;
+  };
+  while (!kept()) let_pass(std::chrono::milliseconds(10));
+  const auto second = program(
+      "sim_server", in_session({"--standby", "--play-traces", "--resume", file("first"), "--export", file("second")}));
+  ASSERT_TRUE(second->wait_for("from the checkpoint of step ")) << second->output();
+  ASSERT_TRUE(second->wait_for("it has caught up with the server")) << second->output();
+  first->send(SIGKILL);
+  EXPECT_TRUE(first->exit_code());
+  EXPECT_TRUE(second->wait_for("the server fell silent: this one goes on after step ")) << second->output();
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+  EXPECT_EQ(hash_of("second"), undisturbed_hash());
 }
 
 // Kills the leader at random moments of the session: SECTIO_DEATHS of them, a few by default.
