@@ -31,8 +31,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-constexpr double kEndPatience_s = 5;     // for the final topology, after the server has announced it
-constexpr double kFinalPicture_s = 0.5;  // how long the last state is shown
+constexpr double kEndPatience_s = 5;       // for the final topology, after the server has announced it ...
+constexpr double kMostEndPatience_s = 60;  // ... and longer while it comes over a thin link
+constexpr double kFinalPicture_s = 0.5;    // how long the last state is shown
 constexpr std::size_t kSheetShots = 8;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetTile_px = 480;
@@ -226,8 +227,12 @@ class Ending {
     if (stop_requested || time_s >= stop_s_) return true;
     const std::optional<SessionEnd> end = world.session_end();
     if (!end) return false;
-    if (!heard_) stop_s_ = std::min(stop_s_, time_s + kEndPatience_s);
+    if (!heard_) last_s_ = std::min(stop_s_, time_s + kMostEndPatience_s);
     heard_ = true;
+    if (const std::uint64_t come = come_of(world); come != come_ && !reached_) {
+      come_ = come;
+      stop_s_ = std::min(last_s_, time_s + kEndPatience_s);
+    }
     if (!reached_ && has_reached(*end, world)) {
       stop_s_ = std::min(stop_s_, time_s + kFinalPicture_s);
       reached_ = true;
@@ -236,6 +241,12 @@ class Ending {
   }
 
  private:
+  // Changes with everything that leads to the final topology.
+  static std::uint64_t come_of(const World& world) {
+    std::uint64_t come = world.pulled_bytes() + 1;
+    for (const ReplicaBody* body : world.bodies()) come += body->mesh().revision();
+    return come;
+  }
   static bool has_reached(const SessionEnd& end, const World& world) {
     const std::vector<const ReplicaBody*> bodies = world.bodies();
     for (std::size_t b = 0; b < bodies.size(); ++b)
@@ -243,7 +254,8 @@ class Ending {
     return true;
   }
 
-  double stop_s_;
+  double stop_s_, last_s_ = 0;
+  std::uint64_t come_ = 0;
   bool heard_ = false;
   bool reached_ = false;
 };

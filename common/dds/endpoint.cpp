@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/core/error.h"
+#include "common/dds/expediting_transport.h"
 #include "common/dds/parts.h"
 
 namespace sectio {
@@ -87,6 +88,19 @@ void set_common(Qos& qos, const TopicQos& topic, std::int32_t depth) {
   throw std::runtime_error("DDS refuses to " + verb + ' ' + topic.name);
 }
 
+// A viewer that hears a slow channel of states sits behind a thin link, in whose queue a repeat waits for long: it
+// isn't asked for again and again meanwhile, and a newer state comes anyway.
+constexpr std::size_t kFirstSlowChannel = 2;
+void calm(dds::DataWriterQos& qos) {
+  constexpr double kCalm = 4;
+  auto& times = qos.reliable_writer_qos().times;
+  const auto longer = [](const eprosima::fastrtps::Duration_t& time) {
+    return duration(kCalm * static_cast<double>(time.to_ns()) * 1e-9);
+  };
+  times.heartbeatPeriod = longer(times.heartbeatPeriod);
+  times.nackResponseDelay = longer(times.nackResponseDelay);
+}
+
 dds::Publisher* publisher_of(Participant::Parts& parts, const std::string& channel) {
   dds::Publisher*& publisher = parts.publishers[channel];
   if (publisher == nullptr) {
@@ -107,6 +121,7 @@ struct SampleWriter::Core {
   const Peers* peers = nullptr;
   std::vector<Channel> channels;  // one, when the topic has none by name
   std::uint32_t max_bytes = 0;
+  bool expedited = false;
 };
 
 SampleWriter::SampleWriter(Participant& participant, const TopicQos& topic) : core_(std::make_unique<Core>()) {
@@ -120,10 +135,11 @@ SampleWriter::SampleWriter(Participant& participant, const TopicQos& topic) : co
   qos.reliable_writer_qos().times.nackResponseDelay = duration(topic.repair.nack_response_s);
   qos.reliable_writer_qos().times.nackSupressionDuration = duration(topic.repair.nack_suppression_s);
   qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
-  *core_ = {&parts.peers, {}, topic.max_bytes};
+  *core_ = {&parts.peers, {}, topic.max_bytes, topic.expedited};
   std::vector<std::string> names(topic.channels.begin(), topic.channels.end());
   if (names.empty()) names = {""};
   for (const std::string& name : names) {
+    if (core_->channels.size() == kFirstSlowChannel) calm(qos);
     dds::Publisher* publisher = publisher_of(parts, name);
     dds::DataWriter* writer = publisher ? publisher->create_datawriter(topic_of(parts, topic), qos) : nullptr;
     if (writer == nullptr) refuse(parts, "write", topic);
@@ -139,6 +155,7 @@ SampleWriter::~SampleWriter() {
 SampleWriter::SampleWriter(SampleWriter&&) noexcept = default;
 
 bool SampleWriter::write(const Bytes& bytes, std::size_t channel) {
+  const Expedite expedite(core_->expedited);
   return bytes.size() <= core_->max_bytes && core_->channels[channel].writer->write(const_cast<Bytes*>(&bytes));
 }
 

@@ -18,6 +18,7 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/dds/expediting_transport.h"
 #include "common/dds/parts.h"
 #include "common/dds/qos.h"
 
@@ -156,7 +157,10 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   if (!options.off_host()) udp->interfaceWhiteList = {"127.0.0.1"};
   if (options.off_host()) udp->maxMessageSize = keys ? kMaxDatagramWithKeysBytes : kMaxDatagramOffHostBytes;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(udp);
+  if (options.off_host())
+    qos.transport().user_transports.push_back(expediting(udp));
+  else
+    qos.transport().user_transports.push_back(udp);
   qos.transport().listen_socket_buffer_size = kSocketBufferBytes;
   qos.transport().send_socket_buffer_size = kSocketBufferBytes;
 
@@ -164,8 +168,9 @@ dds::DomainParticipantQos participant_qos(const NetworkOptions& options, const s
   const Lease& lease = options.off_host() ? kLeaseOffHost : kLeaseOnHost;
   builtin.discovery_config.leaseDuration = duration(lease.duration_s);
   builtin.discovery_config.leaseDuration_announcementperiod = duration(lease.announcement_s);
-  builtin.discovery_config.initial_announcements.count = 10;
-  builtin.discovery_config.initial_announcements.period = duration(0.05);
+  // Off host they count on a thin link.
+  builtin.discovery_config.initial_announcements.count = options.off_host() ? 4 : 10;
+  builtin.discovery_config.initial_announcements.period = duration(options.off_host() ? 0.2 : 0.05);
   std::vector<std::string> peers = options.peers;
   if (peers.empty() && !options.off_host()) peers = {"127.0.0.1"};
   for (const std::string& address : peers) {

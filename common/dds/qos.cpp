@@ -17,6 +17,7 @@ constexpr bool kReliable = true;
 constexpr bool kBestEffort = false;
 constexpr bool kLateJoiners = true;
 constexpr bool kNowOnly = false;
+constexpr bool kExpedited = true;
 constexpr std::uint32_t kKiB = 1024;
 constexpr std::uint32_t kMiB = 1024 * kKiB;
 constexpr std::int32_t kManyPieces = 4096;  // a reader that looks ten times a second finds 60 Hz of 100 000 vertices
@@ -25,9 +26,9 @@ constexpr std::int32_t kManyPieces = 4096;  // a reader that looks ten times a s
 // clang-format off
 constexpr std::array kTopics{
     // Each packet carries the last few poses: nothing is sent again.
-    TopicQos{"tool_packets",      SECTIO_TYPE(ToolPacket),      kBestEffort, kNowOnly,     32,   4 * kKiB},
-    TopicQos{"tool_wishes",       SECTIO_TYPE(ToolWish),        kBestEffort, kNowOnly,     8,    kKiB},
-    TopicQos{"contact_models",    SECTIO_TYPE(ContactMessage),  kBestEffort, kNowOnly,     1,    kKiB},
+    TopicQos{"tool_packets",      SECTIO_TYPE(ToolPacket),      kBestEffort, kNowOnly,     32,   4 * kKiB, kStream, {}, 16, kExpedited},
+    TopicQos{"tool_wishes",       SECTIO_TYPE(ToolWish),        kBestEffort, kNowOnly,     8,    kKiB,     kStream, {}, 16, kExpedited},
+    TopicQos{"contact_models",    SECTIO_TYPE(ContactMessage),  kBestEffort, kNowOnly,     1,    kKiB,     kStream, {}, 16, kExpedited},
     TopicQos{"topology_deltas",   SECTIO_TYPE(DeltaMessage),    kReliable,   kNowOnly,     1024, 16 * kMiB, kStream, kDeltaChannels},
     // A joiner asks for a keyframe, and needs no older deltas or chunks.
     TopicQos{"keyframes",         SECTIO_TYPE(KeyframeChunk),   kReliable,   kNowOnly,     1024, 64 * kKiB, kBurst, kKeyframeChannels},
@@ -37,7 +38,7 @@ constexpr std::array kTopics{
     TopicQos{"state_headers",     SECTIO_TYPE(StateHeader),     kReliable,   kNowOnly,     8,    kMiB,     kStream, kStateChannels},
     TopicQos{"state_pieces",      SECTIO_TYPE(StatePiece),      kReliable,   kNowOnly,     128,  2 * kKiB, kStream, kStateChannels, kManyPieces},
     TopicQos{"scalar_pieces",     SECTIO_TYPE(ScalarPiece),     kReliable,   kNowOnly,     128,  kKiB,     kStream, kStateChannels, kManyPieces},
-    TopicQos{"viewer_reports",    SECTIO_TYPE(ViewerReport),    kBestEffort, kNowOnly,     4,    kKiB},
+    TopicQos{"link_reports",    SECTIO_TYPE(LinkReport),    kBestEffort, kNowOnly,     4,    kKiB},
     TopicQos{"scene",             SECTIO_TYPE(SceneInfo),       kReliable,   kLateJoiners, 1,    2 * kMiB},
     TopicQos{"events",            SECTIO_TYPE(SessionEvent),    kReliable,   kLateJoiners, 256,  4 * kKiB},
     TopicQos{"server_status",     SECTIO_TYPE(ServerStatus),    kBestEffort, kNowOnly,     1,    64 * kKiB},
@@ -60,7 +61,7 @@ template <> const TopicQos& qos_of<KeyframeRequest>() { return kTopics[5]; }
 template <> const TopicQos& qos_of<StateHeader>() { return kTopics[6]; }
 template <> const TopicQos& qos_of<StatePiece>() { return kTopics[7]; }
 template <> const TopicQos& qos_of<ScalarPiece>() { return kTopics[8]; }
-template <> const TopicQos& qos_of<ViewerReport>() { return kTopics[9]; }
+template <> const TopicQos& qos_of<LinkReport>() { return kTopics[9]; }
 template <> const TopicQos& qos_of<SceneInfo>() { return kTopics[10]; }
 template <> const TopicQos& qos_of<SessionEvent>() { return kTopics[11]; }
 template <> const TopicQos& qos_of<ServerStatus>() { return kTopics[12]; }

@@ -40,7 +40,8 @@ struct TopicQos {
   Repair repair = kStream;                     // reliable topics only
   std::span<const char* const> channels = {};  // none: every reader hears all
   std::int32_t reader_depth =
-      16;  // a reader keeps these, if more than writers do: the newest of each of several servers
+      16;                  // a reader keeps these, if more than writers do: the newest of each of several servers
+  bool expedited = false;  // its packets are marked, so that they leave first where a queue heeds marks
 };
 
 // A program that is silent for the duration of its lease is dropped. Announcements go to each port of each peer that a

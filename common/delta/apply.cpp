@@ -60,8 +60,7 @@ class MeshWriter {
     if (delta_.revision <= mesh_.revision_) return ApplyStatus::stale;
     if (delta_.base_revision > mesh_.revision_) return ApplyStatus::gap;
     if (!delta_.temporary && mesh_.has_temporary_elements()) return ApplyStatus::malformed;
-    if (delta_.base_revision != mesh_.revision_ || delta_.revision != delta_.base_revision + 1 || !well_formed())
-      return ApplyStatus::malformed;
+    if (delta_.base_revision != mesh_.revision_ || !well_formed()) return ApplyStatus::malformed;
     if (hash_after() != delta_.hash_after) return ApplyStatus::hash_mismatch;
     collect_patch();
     std::vector<Link> links;

@@ -35,7 +35,7 @@ struct TriangleEdit {
 // Edits are in ascending order of slot, one a slot; each names the whole new content of its slot.
 struct TopologyDelta {
   std::uint64_t base_revision = 0;
-  std::uint64_t revision = 0;  // base_revision + 1
+  std::uint64_t revision = 0;  // base_revision + 1; more for several deltas as one (merged_delta.h)
   std::uint64_t hash_after = 0;
   std::uint32_t vertex_slots_after = 0;
   std::uint32_t triangle_slots_after = 0;

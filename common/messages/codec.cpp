@@ -217,7 +217,7 @@ SECTIO_CODEC(StatePiece);
 SECTIO_CODEC(ScalarPiece);
 SECTIO_CODEC(SceneInfo);
 SECTIO_CODEC(SessionEvent);
-SECTIO_CODEC(ViewerReport);
+SECTIO_CODEC(LinkReport);
 SECTIO_CODEC(ServerStatus);
 SECTIO_CODEC(SessionOrder);
 SECTIO_CODEC(SessionEnd);

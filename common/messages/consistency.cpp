@@ -11,6 +11,8 @@
 namespace sectio {
 namespace {
 
+constexpr std::uint64_t kMaxMergedRevisions = 1u << 16;  // told as one
+
 template <class Edit>
 bool is_ascending(const std::vector<Edit>& edits) {
   return std::adjacent_find(edits.begin(), edits.end(), [](const Edit& a, const Edit& b) { return a.id >= b.id; }) ==
@@ -39,8 +41,8 @@ bool is_consistent(const Triangle& triangle) {
 }
 
 bool is_consistent(const TopologyDelta& delta) {
-  return delta.revision > 0 && delta.base_revision == delta.revision - 1 && is_ascending(delta.vertices) &&
-         is_ascending(delta.triangles);
+  return delta.revision > delta.base_revision && delta.revision - delta.base_revision <= kMaxMergedRevisions &&
+         is_ascending(delta.vertices) && is_ascending(delta.triangles);
 }
 
 bool is_consistent(const KeyframeChunk& chunk) {

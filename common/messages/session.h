@@ -17,7 +17,7 @@ constexpr std::size_t kMaxBodies = 256;
 constexpr std::size_t kMaxTools = 16;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxEventTextBytes = 256;
-constexpr std::size_t kMaxViewerReports = 64;
+constexpr std::size_t kMaxLinkReports = 64;
 
 struct BodyInfo {
   std::string name;
@@ -87,15 +87,25 @@ struct BodyCheck {
   }
 };
 
-// A viewer's word on its link.
-struct ViewerReport {
+enum class ProgramKind : std::uint8_t { viewer, hand };
+
+// A program's word on its link: a viewer's, which hears states, or a hand's, which hears contact models. Times of 0 are
+// not known.
+struct LinkReport {
   std::uint64_t client = 0;
   std::string name;
-  double rate_hz = 0;        // states that it has chosen to hear
-  double states_per_s = 0;   // states that came
-  double lost_fraction = 0;  // share of the pieces that those states' headers named
-  double late_s = 0;         // the promptest state of late was so much longer under way than the promptest ever
-  bool operator==(const ViewerReport&) const = default;
+  ProgramKind kind = ProgramKind::viewer;
+  double rate_hz = 0;         // states that it has chosen to hear; poses that it sends
+  double came_per_s = 0;      // states, contact models
+  double lost_fraction = 0;   // share of the pieces that those states' headers named; of the models
+  double late_s = 0;          // the promptest state of late was so much longer under way than the promptest ever
+  double age_median_s = 0;    // a state's when the viewer takes it, a pose's when the model that answers it comes
+  double age_p99_s = 0;       // likewise
+  double round_trip_s = 0;    // to the server and back, the shortest of late
+  double clock_offset_s = 0;  // the server's clock less the program's, to within half of the round trip
+  double sent_s = 0;          // by a clock of the program that doesn't jump
+  double heard_s = 0;         // by the server's clock; the server fills it in
+  bool operator==(const LinkReport&) const = default;
 };
 
 struct ServerStatus {
@@ -111,8 +121,9 @@ struct ServerStatus {
   std::vector<BodyVersion> bodies;
   Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // gravity turns to this
   std::vector<BodyCheck> checks;              // one a body
-  std::vector<ViewerReport> viewer_reports;   // the last seconds', the newest of each viewer
+  std::vector<LinkReport> link_reports;       // the last seconds', the newest of each program
   double speed = 1;                           // simulated time compared with the clock; 0: paused
+  double sent_s = 0;                          // by a clock of the server that doesn't jump: link_clock.h
 };
 
 constexpr double kMostGravity_m_per_s2 = 1000;

@@ -111,21 +111,29 @@ void fields(Visitor& visit, M& message) {
   visit("is_asleep", asleep);
 }
 
-template <class Visitor, FieldsOf<ViewerReport> M>
+template <class Visitor, FieldsOf<LinkReport> M>
 void fields(Visitor& visit, M& message) {
-  auto& [client, name, rate_hz, states_per_s, lost_fraction, late_s] = message;
+  auto& [client, name, kind, rate_hz, came_per_s, lost_fraction, late_s, age_median_s, age_p99_s, round_trip_s,
+         clock_offset_s, sent_s, heard_s] = message;
   visit("client", client);
   visit("name", name, at_most(kMaxNameBytes));
+  visit("kind", kind, at_most(static_cast<double>(ProgramKind::hand)));
   visit("rate_hz", rate_hz, kNotNegative);
-  visit("states_per_s", states_per_s, kNotNegative);
+  visit("came_per_s", came_per_s, kNotNegative);
   visit("lost_fraction_1", lost_fraction, from_to(0, 1));
   visit("late_s", late_s, kNotNegative);
+  visit("age_median_s", age_median_s, kNotNegative);
+  visit("age_p99_s", age_p99_s, kNotNegative);
+  visit("round_trip_s", round_trip_s, kNotNegative);
+  visit("clock_offset_s", clock_offset_s);
+  visit("sent_s", sent_s);
+  visit("heard_s", heard_s);
 }
 
 template <class Visitor, FieldsOf<ServerStatus> M>
 void fields(Visitor& visit, M& message) {
   auto& [epoch, step, sim_time_s, step_wall_time_s, stability_margin, cuts_made, cuts_refused, samples_refused, viewers,
-         bodies, gravity_target_m_per_s2, checks, viewer_reports, speed] = message;
+         bodies, gravity_target_m_per_s2, checks, link_reports, speed, sent_s] = message;
   visit("epoch", epoch);
   visit("step", step);
   visit("sim_time_s", sim_time_s);
@@ -138,8 +146,9 @@ void fields(Visitor& visit, M& message) {
   visit("bodies", bodies, at_most(kMaxBodies));
   visit("gravity_target_world_m_per_s2", gravity_target_m_per_s2, kGravity_m_per_s2);
   visit("checks", checks, at_most(kMaxBodies));
-  visit("viewer_reports", viewer_reports, at_most(kMaxViewerReports));
+  visit("link_reports", link_reports, at_most(kMaxLinkReports));
   visit("speed_1", speed, from_to(0, kFastest));
+  visit("sent_s", sent_s);
 }
 
 template <class Visitor, FieldsOf<SessionOrder> M>

@@ -48,7 +48,7 @@ void fields(Visitor& visit, M& message) {
   visit("triangles", triangles, at_most(kMaxTriangleSlots));
 }
 
-bool is_consistent(const TopologyDelta& delta);  // one revision on; ascending in slot
+bool is_consistent(const TopologyDelta& delta);  // revisions and slots ascend
 
 template <class Visitor, FieldsOf<DeltaMessage> M>
 void fields(Visitor& visit, M& message) {

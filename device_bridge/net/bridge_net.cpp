@@ -6,6 +6,9 @@
 
 #include <atomic>
 #include <ctime>
+#include <map>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -16,6 +19,7 @@
 #include "common/dds/endpoints.h"
 #include "common/dds/keys.h"
 #include "common/messages/contact.h"
+#include "common/messages/link.h"
 #include "common/messages/session.h"
 #include "common/messages/speaker.h"
 #include "common/messages/tool.h"
@@ -27,6 +31,7 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kRingSamples = 64;
+constexpr double kReportInterval_s = 0.5;
 constexpr long kPoll_ns = 1'000'000;  // how long a contact model may lie while the servo loop is quiet
 
 // std::counting_semaphore of GCC 12 may sleep through a release; the POSIX one is safe to post from real time.
@@ -86,6 +91,7 @@ class Messenger {
     take_scenes();
     take_models();
     take_wishes();
+    report();
   }
 
  private:
@@ -102,6 +108,8 @@ class Messenger {
     const std::size_t keep = std::max(fresh, kPosesPerPacket);
     if (packet_.samples.size() > keep)
       packet_.samples.erase(packet_.samples.begin(), packet_.samples.end() - static_cast<std::ptrdiff_t>(keep));
+    newest_pose_ = {sample.tool_time_s, steady_now_s()};
+    poses_ += fresh;
     if (endpoints_.write(packet_))
       handover_.packets.fetch_add(1, std::memory_order_relaxed);
     else
@@ -115,7 +123,10 @@ class Messenger {
         handover_.camera = scene->camera;
         handover_.has_camera = true;
       }
-      if (packet_.tool_id < scene->tools.size()) continue;
+      if (packet_.tool_id < scene->tools.size()) {
+        name_ = scene->tools[packet_.tool_id].name;
+        continue;
+      }
       std::string tools;
       for (std::size_t i = 0; i < scene->tools.size(); ++i)
         tools += (i > 0 ? ", " : "") + std::to_string(i) + " " + scene->tools[i].name;
@@ -127,10 +138,45 @@ class Messenger {
 
   void take_models() {
     while (const auto contact = endpoints_.take<ContactMessage>())
-      if (contact->model.tool_id == packet_.tool_id && strongest_.feel(steady_now_s(), *contact))
-        handover_.newest.store(strongest_.model());
+      if (contact->model.tool_id == packet_.tool_id) {
+        note(contact->epoch, contact->model);
+        if (strongest_.feel(steady_now_s(), *contact)) handover_.newest.store(strongest_.model());
+      }
     while (const auto end = endpoints_.take<SessionEnd>()) strongest_.end(steady_now_s(), end->epoch);
     if (strongest_.all_ended(steady_now_s())) handover_.ended = true;
+  }
+
+  // How long ago the pose was sent that the model answers, by this program's clock alone.
+  void note(std::uint64_t epoch, const ContactModel& model) {
+    if (newest_pose_)
+      ages_.add(steady_now_s() - newest_pose_->sent_s + (newest_pose_->tool_time_s - model.tool_time_s));
+    Models& models = models_.try_emplace(epoch, Models{model.sequence, model.sequence, 0}).first->second;
+    models.first = std::min(models.first, model.sequence);
+    models.last = std::max(models.last, model.sequence);
+    ++models.came;
+  }
+
+  void report() {
+    while (const auto status = endpoints_.take<ServerStatus>()) clock_.hear(steady_now_s(), packet_.source, *status);
+    const double now_s = steady_now_s(), span_s = now_s - reported_s_;
+    if (span_s < kReportInterval_s) return;
+    report_.client = packet_.source;
+    report_.name = name_;
+    report_.kind = ProgramKind::hand;
+    report_.rate_hz = static_cast<double>(poses_) / span_s;
+    double came = 0, sent = 0;
+    for (const auto& [epoch, models] : models_) {
+      came += static_cast<double>(models.came);
+      sent += static_cast<double>(models.last - models.first + 1);
+    }
+    report_.came_per_s = came / span_s;
+    report_.lost_fraction = sent > 0 ? std::max(0.0, 1 - came / sent) : 0;
+    ages_.take(report_);
+    clock_.stamp(now_s, report_);
+    if (!endpoints_.write(report_)) log_limited(LogLevel::warning, "report", "DDS refused to send a report");
+    reported_s_ = now_s;
+    poses_ = 0;
+    models_.clear();
   }
 
   // The source of wishes that has begun, of several.
@@ -147,12 +193,28 @@ class Messenger {
     }
   }
 
-  Endpoints<Reads<ContactMessage, SceneInfo, SessionEnd, ToolWish>, Writes<ToolPacket>> endpoints_;
+  Endpoints<Reads<ContactMessage, SceneInfo, SessionEnd, ToolWish, ServerStatus>, Writes<ToolPacket, LinkReport>>
+      endpoints_;
   Handover& handover_;
   ToolPacket packet_;
   StrongestContact strongest_;
   ToolWish last_wish_;
   Speaker wisher_;
+
+  struct SentPose {
+    double tool_time_s, sent_s;
+  };
+  std::optional<SentPose> newest_pose_;
+  std::string name_ = "?";
+  LinkClock clock_;
+  Ages ages_;
+  LinkReport report_;
+  double reported_s_ = steady_now_s();
+  struct Models {
+    std::uint64_t first, last, came;  // first and last by their numbers
+  };
+  std::uint64_t poses_ = 0;                 // since the last report
+  std::map<std::uint64_t, Models> models_;  // likewise, by epoch
 };
 
 }  // namespace

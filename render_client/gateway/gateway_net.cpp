@@ -4,19 +4,33 @@
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
 #include "common/messages/epoch.h"
+#include "common/messages/link.h"
 
 namespace sectio {
+
+constexpr double kReportInterval_s = 0.5;
 
 struct GatewayNet::Wire {
   explicit Wire(const NetworkOptions& options) : endpoints(options, "gateway") {}
 
   Endpoints<Reads<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, SessionEvent,
                   ServerStatus, ContactMessage, SessionEnd>,
-            Writes<KeyframeRequest, ToolWish, SessionOrder>>
+            Writes<KeyframeRequest, ToolWish, SessionOrder, LinkReport>>
       endpoints;
   std::uint64_t client = microseconds_since_1970();
   std::uint64_t newest_epoch = 0, ended_epoch = 0;
   bool any_scene = false;
+  LinkClock clock;
+  Ages ages;
+  LinkReport link;
+  int states = 0;  // since the last report
+  double reported_s = steady_now_s();
+
+  void hear(const StateHeader& header) {
+    ++states;
+    if (clock.known()) ages.add(steady_now_s() + clock.offset_s() - header.sent_s);
+  }
+  void report();
 
   template <class Message>
   void pass_on(Gateway& gateway) {
@@ -42,9 +56,15 @@ void GatewayNet::poll(Gateway& gateway) {
   w.pass_on<KeyframeChunk>(gateway);
   w.pass_on<StatePiece>(gateway);
   w.pass_on<ScalarPiece>(gateway);
-  w.pass_on<StateHeader>(gateway);
+  while (auto header = w.endpoints.take<StateHeader>()) {
+    w.hear(*header);
+    gateway.feed(std::move(*header));
+  }
   w.pass_on<SessionEvent>(gateway);
-  w.pass_on<ServerStatus>(gateway);
+  while (auto status = w.endpoints.take<ServerStatus>()) {
+    w.clock.hear(steady_now_s(), w.client, *status);
+    gateway.feed(std::move(*status));
+  }
   w.pass_on<ContactMessage>(gateway);
   while (const auto end = w.endpoints.take<SessionEnd>()) {
     if (!takes_over(w.ended_epoch, end->epoch)) w.ended_epoch = end->epoch;
@@ -52,7 +72,22 @@ void GatewayNet::poll(Gateway& gateway) {
   }
 }
 
+void GatewayNet::Wire::report() {
+  const double now_s = steady_now_s(), span_s = now_s - reported_s;
+  if (span_s < kReportInterval_s) return;
+  link.client = client;
+  link.name = "gateway";
+  link.rate_hz = kStateRates_hz.front();
+  link.came_per_s = states / span_s;
+  ages.take(link);
+  clock.stamp(now_s, link);
+  if (!endpoints.write(link)) log_limited(LogLevel::warning, "report", "DDS refused to send a report");
+  reported_s = now_s;
+  states = 0;
+}
+
 void GatewayNet::send(Gateway& gateway, double now_s) {
+  wire_->report();
   for (KeyframeRequest request : gateway.take_requests(now_s)) {
     request.client = wire_->client;
     if (!wire_->endpoints.write(request)) log_limited(LogLevel::warning, "request", "DDS refused a keyframe request");

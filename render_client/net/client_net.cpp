@@ -13,12 +13,10 @@
 namespace sectio {
 
 struct ClientNet::Wire {
-  Endpoints<
-      Reads<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, SessionEvent, SessionEnd>,
-      Writes<KeyframeRequest, ViewerReport>>
+  Endpoints<Reads<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, SessionEvent,
+                  SessionEnd, ServerStatus>,
+            Writes<KeyframeRequest, LinkReport>>
       endpoints;
-  // For a record alone.
-  std::unique_ptr<Endpoints<Reads<ServerStatus>, Writes<>>> status = {};
 };
 
 namespace {
@@ -26,7 +24,7 @@ namespace {
 constexpr double kReportInterval_s = 0.5;
 constexpr double kKeyframePatience_s = 3;  // after the last wish for one, chunks are heard for so long
 constexpr std::size_t kFirstLevelOffHost = 1;
-constexpr double kThin_s = 4;
+constexpr double kThin_s = 10;
 constexpr std::size_t kThinBytes = 400'000;
 
 }  // namespace
@@ -37,8 +35,11 @@ ClientNet::ClientNet(const NetworkOptions& options, std::string name)
       wire_(new Wire{{options, "render_client " + std::to_string(client_)}}),
       name_(std::move(name)),
       meter_(options.off_host() ? kFirstLevelOffHost : 0),
-      off_host_(options.off_host()),
-      options_(options) {}
+      off_host_(options.off_host()) {
+  if (!off_host_) return;
+  channels_.states = false;
+  hear_channels();
+}
 
 ClientNet::~ClientNet() = default;
 
@@ -53,7 +54,6 @@ void ClientNet::drain(const Use& use) {
 
 void ClientNet::poll(double now_s, World& world) {
   wire_->endpoints.renew_after_sleep();
-  if (wire_->status) wire_->status->renew_after_sleep();
   drain<SceneInfo>([&](const SceneInfo& scene) { world.announce(scene); });
   if (!world.scene()) return;  // the readers keep what comes before the scene
 
@@ -67,7 +67,11 @@ void ClientNet::poll(double now_s, World& world) {
   });
   drain<ScalarPiece>([&](ScalarPiece piece) { world.feed(std::move(piece)); });
   drain<DeltaMessage>([&](DeltaMessage message) { world.feed(std::move(message)); });
-  drain<KeyframeChunk>([&](KeyframeChunk chunk) { world.feed(std::move(chunk)); });
+  drain<KeyframeChunk>([&](KeyframeChunk chunk) {
+    if (pull_began_s_ < 0) pull_began_s_ = now_s;
+    pulled_bytes_ += chunk.bytes.size();
+    world.feed(std::move(chunk));
+  });
   drain<SessionEvent>([&](SessionEvent event) {
     if (!world.knows(event.epoch)) return;
     const auto is_repeated = [&](const SessionEvent& e) { return e.epoch != event.epoch && is_same_event(e, event); };
@@ -76,7 +80,10 @@ void ClientNet::poll(double now_s, World& world) {
     if (events_.size() > kMaxEvents) events_.pop_front();
   });
   drain<SessionEnd>([&](const SessionEnd& end) { world.feed(end); });
-  while (auto status = wire_->status ? wire_->status->take<ServerStatus>() : std::nullopt) record_->hear(*status);
+  drain<ServerStatus>([&](const ServerStatus& status) {
+    clock_.hear(now_s, client_, status);
+    if (clock_.known()) meter_.set_clock_offset(clock_.offset_s());
+  });
   const std::vector<KeyframeRequest> requests = world.take_requests(now_s);
   choose_channels(now_s, world, !requests.empty());
   for (KeyframeRequest request : requests) {
@@ -94,14 +101,21 @@ void ClientNet::choose_channels(double now_s, const World& world, bool pulls) {
   wanted.keyframes = now_s - pulled_s_ < kKeyframePatience_s;
   // Before the bodies are known there is nothing to draw: the link is for their keyframes.
   const bool known = world.knows_all_bodies();
-  wanted.level = off_host_ && !known ? kStateRates_hz.size() - 1 : meter_.choose(now_s);
+  if (known && !channels_.states)
+    meter_.begin(static_cast<double>(pulled_bytes_) / std::max(0.05, now_s - pull_began_s_));
+  wanted.states = channels_.states || known;
+  wanted.level = meter_.choose(now_s);
   // A link that hasn't brought them by now bears no stream of changes: the viewer lives on keyframes.
   if (off_host_ && !known && now_s - joined_s_ > kThin_s && world.pulled_bytes() < kThinBytes) wanted.deltas = false;
   if (wanted == channels_) return;
   channels_ = wanted;
+  hear_channels();
+}
+
+void ClientNet::hear_channels() {
   std::vector<std::string> names;
   names.reserve(3);
-  names.emplace_back(kStateChannels.at(channels_.level));
+  if (channels_.states) names.emplace_back(kStateChannels.at(channels_.level));
   if (channels_.keyframes) names.emplace_back(kKeyframeChannels[0]);
   if (channels_.deltas) names.emplace_back(kDeltaChannels[0]);
   wire_->endpoints.hear(std::move(names));
@@ -110,15 +124,15 @@ void ClientNet::choose_channels(double now_s, const World& world, bool pulls) {
 void ClientNet::report(double now_s) {
   if (now_s < next_report_s_) return;
   next_report_s_ = now_s + kReportInterval_s;
-  ViewerReport report = meter_.report();
+  LinkReport report = meter_.report();
   report.client = client_;
   report.name = name_;
+  clock_.stamp(now_s, report);
   if (!wire_->endpoints.write(report)) log_limited(LogLevel::warning, "report", "DDS refused to send a report");
 }
 
 void ClientNet::record(HeardRecord& record) {
   record_ = &record;
-  wire_->status = std::make_unique<Endpoints<Reads<ServerStatus>, Writes<>>>(options_, "render_client record");
 }
 
 bool ClientNet::connected() const {

@@ -42,6 +42,7 @@ class ClientNet {
  private:
   struct Wire;
   void choose_channels(double now_s, const World& world, bool pulls);
+  void hear_channels();
   void report(double now_s);
   template <class Message, class Use>
   void drain(const Use& use);
@@ -54,16 +55,18 @@ class ClientNet {
 
   std::string name_;
   LinkMeter meter_;
+  LinkClock clock_;
   const bool off_host_;
-  const NetworkOptions options_;
   struct Channels {
     std::size_t level = 0;  // index into kStateRates_hz
-    bool keyframes = true, deltas = true;
+    bool states = true, keyframes = true, deltas = true;
     bool operator==(const Channels&) const = default;
   };
-  Channels channels_;         // heard now
-  double joined_s_ = -1;      // when the scene was heard
-  double pulled_s_ = -1e300;  // when a keyframe was last wanted
+  Channels channels_;     // heard now
+  double joined_s_ = -1;  // when the scene was heard
+  double pull_began_s_ = -1;
+  std::size_t pulled_bytes_ = 0;  // since then
+  double pulled_s_ = -1e300;      // when a keyframe was last wanted
   double next_report_s_ = -1e300;
 };
 

@@ -9,10 +9,6 @@ namespace {
 
 constexpr double kAnew_s = 0.5;  // a session that goes back further begins anew
 
-std::size_t edits_of(const TopologyDelta& delta) {
-  return delta.vertices.size() + delta.triangles.size();
-}
-
 }  // namespace
 
 HeardRecord::HeardRecord(const std::string& path, const std::string& viewer)
@@ -20,12 +16,9 @@ HeardRecord::HeardRecord(const std::string& path, const std::string& viewer)
 
 void HeardRecord::hear(const DeltaMessage& message) {
   if (ended_) return;
-  held_edits_ += edits_of(message.delta);
-  if (held_edits_ > kMostHeldEdits) {  // the world, too, may need a keyframe then
-    deltas_.clear();
-    held_edits_ = edits_of(message.delta);
-  }
-  deltas_[{message.epoch, message.body_id}][message.delta.revision] = message.delta;
+  DeltaQueue& deltas = deltas_[{message.epoch, message.body_id}];
+  if (deltas.edits() > kMostHeldEdits) deltas.clear();  // the world, too, may need a keyframe then
+  deltas.add(message.delta);
 }
 
 void HeardRecord::hear(const StateHeader& header) {
@@ -76,21 +69,16 @@ void HeardRecord::keep_body(const BodyKey& key, const TriangleMesh& mesh, bool w
   const auto& [epoch, body_id] = key;
   const BodyVersion now{mesh.revision(), mesh.hash()};
   const auto before = versions_.find(key);
-  std::map<std::uint64_t, TopologyDelta>& deltas = deltas_[key];
-  bool linked = before != versions_.end();
-  for (std::uint64_t r = linked ? before->second.revision + 1 : 1; linked && r <= now.revision; ++r) {
-    const auto delta = deltas.find(r);
-    linked = delta != deltas.end() && (r < now.revision || delta->second.hash_after == now.topology_hash);
-  }
-  if (linked && now.revision < before->second.revision) linked = false;
+  DeltaQueue& deltas = deltas_[key];
+  std::vector<const TopologyDelta*> way;
+  bool linked = before != versions_.end() && deltas.links(before->second.revision, now.revision);
+  for (std::uint64_t r = linked ? before->second.revision : now.revision; r < now.revision; r = way.back()->revision)
+    way.push_back(deltas.next(r, now.revision));
+  if (!way.empty() && way.back()->hash_after != now.topology_hash) linked = false;
   if (linked)
-    for (std::uint64_t r = before->second.revision + 1; r <= now.revision; ++r)
-      record_.add(DeltaMessage{epoch, body_id, deltas.at(r)});
+    for (const TopologyDelta* delta : way) record_.add(DeltaMessage{epoch, body_id, *delta});
   if (whole || !linked) record_.add_keyframe(epoch, body_id, mesh);
-  for (auto delta = deltas.begin(); delta != deltas.end() && delta->first <= now.revision;) {
-    held_edits_ -= edits_of(delta->second);
-    delta = deltas.erase(delta);
-  }
+  deltas.forget_before(now.revision);
   versions_[key] = now;
 }
 

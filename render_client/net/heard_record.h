@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/delta/delta_queue.h"
 #include "common/messages/session.h"
 #include "common/messages/state.h"
 #include "common/messages/topology.h"
@@ -52,10 +53,9 @@ class HeardRecord {
   std::string path_;
   SessionRecord record_;
   bool ended_ = false;
-  std::map<std::uint64_t, std::size_t> scenes_;                       // in the record: epoch, number of bodies
-  std::map<BodyKey, BodyVersion> versions_;                           // likewise
-  std::map<BodyKey, std::map<std::uint64_t, TopologyDelta>> deltas_;  // heard, by revision
-  std::size_t held_edits_ = 0;
+  std::map<std::uint64_t, std::size_t> scenes_;  // in the record: epoch, number of bodies
+  std::map<BodyKey, BodyVersion> versions_;      // likewise
+  std::map<BodyKey, DeltaQueue> deltas_;         // heard
   std::vector<Waiting> waiting_;
   std::map<std::uint64_t, double> times_s_;  // by epoch: of the newest state since the last keep()
   double newest_s_ = 0, keyframes_kept_s_ = 0;

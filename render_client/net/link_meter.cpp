@@ -8,6 +8,7 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kMaxServers = 64;
+constexpr double kBytesForSecond_per_s = 6e5;  // 20 states a second of 10 000 triangles that all move
 constexpr double kSilent_s = 1;  // beyond a few intervals: the link is full, or the server has nothing to say
 constexpr double kSettle_s = 1;  // after a change, until the queue that led to it is empty
 
@@ -20,6 +21,7 @@ void LinkMeter::hear(double now_s, const StateHeader& header) {
   least_s = std::min(least_s, delay_s);
   window_late_s_ = std::min(window_late_s_, delay_s - least_s);
   ++window_headers_;
+  if (clock_offset_s_) delays_.add(delay_s);
   heard_s_ = now_s;
   for (const BodyState& body : header.bodies)
     for (const std::uint8_t bits : body.pieces_sent) window_named_ += static_cast<unsigned>(std::popcount(bits));
@@ -32,10 +34,11 @@ void LinkMeter::hear(const StatePiece&) {
 void LinkMeter::measure(double now_s) {
   const double span_s = std::max(1e-3, now_s - window_began_s_);
   report_.rate_hz = kStateRates_hz[level_];
-  report_.states_per_s = window_headers_ / span_s;
+  report_.came_per_s = window_headers_ / span_s;
   report_.late_s = window_headers_ > 0 ? window_late_s_ : 0;
   report_.lost_fraction =
       window_named_ > window_came_ ? 1 - static_cast<double>(window_came_) / static_cast<double>(window_named_) : 0;
+  if (clock_offset_s_) delays_.take(report_, *clock_offset_s_);
   window_began_s_ = now_s;
   window_late_s_ = 1e300;
   window_headers_ = 0;
@@ -48,6 +51,10 @@ void LinkMeter::change_to(std::size_t level, double now_s) {
   level_ = level;
   changed_s_ = now_s;
   prompt_since_s_ = -1;
+}
+
+void LinkMeter::begin(double bytes_per_s) {
+  level_ = bytes_per_s > kBytesForSecond_per_s ? 1 : bytes_per_s > kBytesForSecond_per_s / 3 ? 2 : 3;
 }
 
 std::size_t LinkMeter::choose(double now_s) {

@@ -10,7 +10,9 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 
+#include "common/messages/link.h"
 #include "common/messages/session.h"
 #include "common/messages/state.h"
 
@@ -29,11 +31,15 @@ class LinkMeter {
 
   void hear(double now_s, const StateHeader& header);
   void hear(const StatePiece& piece);
+  // The server's clock less this program's; without it, the age of states isn't known.
+  void set_clock_offset(double offset_s) { clock_offset_s_ = offset_s; }
 
+  // The rate with which to begin, on a link that has brought so many bytes a second.
+  void begin(double bytes_per_s);
   // The rate from now on, an index of kStateRates_hz. `now_s` ascends.
   std::size_t choose(double now_s);
   // The last window, without `client` and `name`.
-  const ViewerReport& report() const { return report_; }
+  const LinkReport& report() const { return report_; }
 
  private:
   void measure(double now_s);
@@ -51,7 +57,9 @@ class LinkMeter {
   double window_late_s_ = 1e300;
   int window_headers_ = 0;
   std::uint64_t window_named_ = 0, window_came_ = 0;
-  ViewerReport report_;
+  LinkReport report_;
+  Ages delays_;  // by two clocks
+  std::optional<double> clock_offset_s_;
 };
 
 }  // namespace sectio

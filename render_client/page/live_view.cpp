@@ -4,6 +4,7 @@
 
 #include "common/core/json_text.h"
 #include "common/core/report_figures.h"
+#include "common/messages/link.h"
 
 namespace sectio {
 
@@ -188,6 +189,10 @@ std::string LiveView::describe(double now_s) const {
         .value(status->cuts_refused)
         .key("speed")
         .value(status->speed);
+  json.key("links").open('[');
+  if (const auto& status = session.status())
+    for (const LinkReport& report : status->link_reports) json.value(line_of(report));
+  json.close(']');
   describe_score(json);
   const std::optional<JointPose> wanted = wish();
   json.key("held");

@@ -19,17 +19,14 @@ constexpr std::uint32_t kPiecesAhead = 64;
 }  // namespace
 
 void ReplicaBody::feed(TopologyDelta delta, ReplicaCounts& counts) {
-  if (known_ && delta.revision <= mesh_.revision()) return;
-  const bool full = deltas_.size() >= kMaxQueuedDeltas || queued_edits_ + edits(delta) > kMaxQueuedEdits;
+  if (known_ && delta.base_revision < mesh_.revision()) return;
+  const bool full = deltas_.size() >= kMaxQueuedDeltas || deltas_.edits() + edits(delta) > kMaxQueuedEdits;
   if (full) {  // a keyframe will bring more than these deltas could
     counts.deltas_dropped += deltas_.size() + 1;
     deltas_.clear();
-    queued_edits_ = 0;
     return;
   }
-  const std::size_t added = edits(delta);
-  const std::uint64_t revision = delta.revision;
-  if (deltas_.emplace(revision, std::move(delta)).second) queued_edits_ += added;
+  deltas_.add(std::move(delta));
 }
 
 void ReplicaBody::feed(TriangleMesh keyframe, ReplicaCounts& counts) {
@@ -61,27 +58,19 @@ void ReplicaBody::drop_superseded() {
   pieces_until_cleaning_ = std::max(kMaxPieces, pieces_.size() + kMaxPieces / 4);
 }
 
-// All deltas after `from`, up to `to`, are at hand.
-bool ReplicaBody::linked(std::uint64_t from, std::uint64_t to) const {
-  if (from >= to) return from == to;
-  if (to - from > deltas_.size()) return false;
-  const auto count = std::distance(deltas_.upper_bound(from), deltas_.upper_bound(to));
-  return static_cast<std::uint64_t>(count) == to - from;
-}
-
 bool ReplicaBody::can_reach(std::uint64_t revision) const {
   if (!known_) return false;
-  return linked(mesh_.revision(), revision) || (keyframe_ && linked(keyframe_->revision(), revision));
+  return deltas_.links(mesh_.revision(), revision) || (keyframe_ && deltas_.links(keyframe_->revision(), revision));
 }
 
 bool ReplicaBody::advance(std::uint64_t revision, ReplicaCounts& counts) {
   if (!known_) return false;
   while (mesh_.revision() < revision) {
     const std::uint64_t before = mesh_.revision();
-    if (!linked(before, revision) && keyframe_ && keyframe_->revision() <= revision)
+    if (!deltas_.links(before, revision) && keyframe_ && keyframe_->revision() <= revision)
       adopt_keyframe(counts);
     else
-      apply_next(counts);
+      apply_next(revision, counts);
     if (mesh_.revision() == before && !(keyframe_ && keyframe_->revision() <= revision)) return false;
   }
   return mesh_.revision() == revision;
@@ -90,7 +79,7 @@ bool ReplicaBody::advance(std::uint64_t revision, ReplicaCounts& counts) {
 void ReplicaBody::catch_up(ReplicaCounts& counts) {
   if (!known_) return;
   for (std::uint64_t before = mesh_.revision();; before = mesh_.revision()) {
-    apply_next(counts);
+    apply_next(~std::uint64_t{0}, counts);
     if (mesh_.revision() == before && keyframe_) adopt_keyframe(counts);
     if (mesh_.revision() == before) return;
   }
@@ -98,23 +87,21 @@ void ReplicaBody::catch_up(ReplicaCounts& counts) {
 
 bool ReplicaBody::stuck() const {
   if (!known_) return true;
-  if (deltas_.empty() || keyframe_) return false;
-  return deltas_.begin()->first != mesh_.revision() + 1;
+  return !deltas_.empty() && !keyframe_ && deltas_.next(mesh_.revision()) == nullptr;
 }
 
-void ReplicaBody::apply_next(ReplicaCounts& counts) {
-  const auto next = deltas_.find(mesh_.revision() + 1);
-  if (next == deltas_.end()) return;
-  const ApplyStatus status = apply(next->second, mesh_);
+void ReplicaBody::apply_next(std::uint64_t most, ReplicaCounts& counts) {
+  const TopologyDelta* next = deltas_.next(mesh_.revision(), most);
+  if (next == nullptr) return;
+  const ApplyStatus status = apply(*next, mesh_);
   if (status == ApplyStatus::applied) {
     ++counts.deltas_applied;
-    follow(next->second);
+    follow(*next);
+    forget_old();
   } else {
     ++(status == ApplyStatus::hash_mismatch ? counts.hash_mismatches : counts.deltas_dropped);
+    deltas_.forget(*next);
   }
-  queued_edits_ -= edits(next->second);
-  deltas_.erase(next);
-  forget_old();
 }
 
 void ReplicaBody::adopt_keyframe(ReplicaCounts& counts) {
@@ -135,8 +122,7 @@ void ReplicaBody::adopt_keyframe(ReplicaCounts& counts) {
 }
 
 void ReplicaBody::forget_old() {
-  const auto newer = deltas_.upper_bound(mesh_.revision());
-  for (auto it = deltas_.begin(); it != newer; it = deltas_.erase(it)) queued_edits_ -= edits(it->second);
+  deltas_.forget_before(mesh_.revision());
   if (keyframe_ && keyframe_->revision() <= mesh_.revision()) keyframe_.reset();
 }
 
@@ -237,7 +223,7 @@ void ReplicaBody::fill(BodyFrame& frame) const {
 std::size_t ReplicaBody::waiting_bytes() const {
   constexpr std::size_t kDeltaBytes = sizeof(TopologyDelta) + 64;
   constexpr std::size_t kPieceBytes = sizeof(StatePiece) + 3 * 2 * kVerticesPerPiece + 64;
-  return deltas_.size() * kDeltaBytes + queued_edits_ * sizeof(VertexEdit) + pieces_.size() * kPieceBytes;
+  return deltas_.size() * kDeltaBytes + deltas_.edits() * sizeof(VertexEdit) + pieces_.size() * kPieceBytes;
 }
 
 std::size_t ReplicaBody::bytes() const {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/delta/delta_queue.h"
 #include "common/delta/keyframe.h"
 #include "common/messages/state.h"
 #include "render_client/replica/frame.h"
@@ -73,9 +74,8 @@ class ReplicaBody {
  private:
   enum class Slot : std::uint8_t { dead, waiting, placed };
 
-  bool linked(std::uint64_t from, std::uint64_t to) const;
   void adopt_keyframe(ReplicaCounts& counts);
-  void apply_next(ReplicaCounts& counts);
+  void apply_next(std::uint64_t most, ReplicaCounts& counts);
   void follow(const TopologyDelta& delta);
   void forget_old();
   void drop_superseded();
@@ -83,9 +83,8 @@ class ReplicaBody {
 
   bool known_ = false;
   TriangleMesh mesh_;
-  std::optional<TriangleMesh> keyframe_;           // newer than the mesh
-  std::map<std::uint64_t, TopologyDelta> deltas_;  // by revision
-  std::size_t queued_edits_ = 0;
+  std::optional<TriangleMesh> keyframe_;  // newer than the mesh
+  DeltaQueue deltas_;
 
   // One entry a vertex slot.
   std::vector<Vec3f> positions_world_m_;

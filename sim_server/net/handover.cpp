@@ -34,6 +34,15 @@ SessionEnd Handover::wait_for_end() {
   return *report_.end;
 }
 
+void Handover::show_life(double for_s) {
+  using Clock = std::chrono::steady_clock;
+  alive_until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(for_s));
+}
+
+bool Handover::shows_life() const {
+  return std::chrono::steady_clock::now() < alive_until_.load();
+}
+
 bool Handover::pick_up(Outbox& batch, double patience_s) {
   std::unique_lock lock(mutex_);
   if (!outbox_.urgent() && !stop_) wake_.wait_for(lock, std::chrono::duration<double>(patience_s));

@@ -2,6 +2,8 @@
 // both of them touch, and the only lock between them.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -16,8 +18,9 @@ namespace sectio {
 struct PublisherReport {
   std::uint64_t writes_refused = 0;
   double busy_s = 0;
-  std::size_t copy_bytes = 0;     // set with the end
-  std::optional<SessionEnd> end;  // when it has been sent
+  std::size_t copy_bytes = 0;                          // set with the end
+  std::chrono::steady_clock::time_point chunk_sent{};  // the last piece of a keyframe
+  std::optional<SessionEnd> end;                       // when it has been sent
 };
 
 class Handover {
@@ -28,6 +31,8 @@ class Handover {
   void stop();    // pick_up() fails once nothing urgent is left,
   void resume();  // until then
   SessionEnd wait_for_end();
+  // The simulation is at work, and will say so again before this time is over.
+  void show_life(double for_s);
 
   // Network's thread. Swaps the outbox for `batch`, which is empty, when it is urgent or the patience is over. False
   // when there is no more to do.
@@ -35,6 +40,7 @@ class Handover {
   void report(const PublisherReport& report);
 
   // Any thread.
+  bool shows_life() const;
   PublisherReport last_report() const;
 
  private:
@@ -44,6 +50,7 @@ class Handover {
   Outbox outbox_;
   bool stop_ = false;
   PublisherReport report_;
+  std::atomic<std::chrono::steady_clock::time_point> alive_until_{};
 };
 
 }  // namespace sectio

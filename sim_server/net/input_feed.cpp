@@ -37,13 +37,14 @@ std::vector<StepRecord> InputFeed::past_from(std::uint64_t first_step) const {
   return {from, from + count};
 }
 
-void InputFeed::serve() {
+void InputFeed::serve(bool lives) {
   std::optional<std::uint64_t> wanted;
   while (const auto request = endpoints_.take<StepRequest>()) {
     if (request->epoch != epoch_) continue;
     standby_heard_ = Clock::now();
     if (request->first_step > 0) wanted = std::min(wanted.value_or(request->first_step), request->first_step);
   }
+  if (!lives) return;
   if (wanted)
     if (std::vector<StepRecord> steps = past_from(*wanted); !steps.empty()) write(std::move(steps));
   if (standby_is_there() && Seconds(Clock::now() - written_).count() >= kHeartbeat_s) write({});

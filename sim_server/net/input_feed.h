@@ -17,7 +17,7 @@ class InputFeed {
  public:
   static constexpr double kPresence_s = 2;      // a standby that asks for nothing for longer has gone
   static constexpr std::size_t kSteps = 4096;   // a server without a log has so many of the past
-  static constexpr double kHeartbeat_s = 0.01;  // the server lives, whatever its simulation does
+  static constexpr double kHeartbeat_s = 0.01;  // from one word that the server lives to the next
 
   // `log`: where steps of the past are; null: only the last kSteps are kept. Endpoints and log outlive it.
   InputFeed(ServerEndpoints& endpoints, std::uint64_t epoch, InputLog* log, std::size_t most_bytes)
@@ -25,8 +25,9 @@ class InputFeed {
 
   // The steps that the outbox holds, before their outputs.
   void send(std::span<const StepRecord> steps);
-  // Answers requests for steps of the past, and says that this server lives.
-  void serve();
+  // Answers requests for steps of the past, and says that this server lives. One whose simulation hangs doesn't: a
+  // standby then goes on.
+  void serve(bool lives);
   // All outputs up to this step have been sent.
   void sent(std::uint64_t step) { newest_step_ = step; }
 

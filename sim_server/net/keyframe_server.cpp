@@ -91,7 +91,7 @@ std::vector<std::uint32_t> KeyframeServer::send_chunks(const std::function<bool(
     const Clock::time_point now = Clock::now();
     if (Seconds(now - each.sent).count() > kChunkRepeat_s) {
       if (!may_send(each.chunk.bytes.size())) break;
-      if (write(each.chunk)) each.sent = now;
+      if (write(each.chunk)) each.sent = sent_ = now;
       ++i;
       if (window.next + 1 == served->chunks.size()) complete.push_back(window.body_id);
     }

@@ -28,6 +28,7 @@ class KeyframeServer {
   // Sends a few of the chunks that are due. Returns the bodies whose last chunk is among them.
   std::vector<std::uint32_t> send_chunks(const std::function<bool(const KeyframeChunk&)>& write);
   bool has_chunks_left() const { return !windows_.empty(); }
+  std::chrono::steady_clock::time_point last_sent() const { return sent_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -56,7 +57,7 @@ class KeyframeServer {
   std::vector<Served> served_;
   std::deque<Window> windows_;
   double tokens_bytes_ = 0;
-  Clock::time_point filled_{};
+  Clock::time_point filled_{}, sent_{};
 };
 
 }  // namespace sectio

@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
 constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
+constexpr double kLongestTask_s = 3600;  // steps that are run again, a report: nobody takes that for a hang
 constexpr double kLeaveTimeout_s = 5;    // how long the end is served to viewers
 constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
 constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
@@ -39,14 +40,17 @@ void yield_to_another_server(const ServerNet& net, const ServeOptions& options) 
 }
 
 // Waits for servers that are too far behind this one. Returns the seconds that it took.
-double wait_for_the_slowest(const ServerNet& net, double sim_time_s) {
+double wait_for_the_slowest(ServerNet& net, double sim_time_s) {
   const auto begun = Clock::now();
   const auto too_far = [&] {
     const std::optional<double> slowest_s = net.others().slowest_s();
     return slowest_s && sim_time_s > *slowest_s + kTogether_s;
   };
   if (!too_far()) return 0;
-  while (!stop_was_requested() && too_far()) std::this_thread::sleep_for(kStartPollPeriod);
+  while (!stop_was_requested() && too_far()) {
+    net.show_life();
+    std::this_thread::sleep_for(kStartPollPeriod);
+  }
   return Seconds(Clock::now() - begun).count();
 }
 
@@ -141,15 +145,18 @@ void LiveServer::lead() {
       continue;
     }
     const double next_s = static_cast<double>(session_.run->steps() + 1) * session_.scene.step_s;
-    if (const double waited_s = wait_for_the_slowest(*session_.net, next_s); waited_s > 0) {
+    // A body that an instrument touches is never held.
+    if (const double waited_s = touched_ ? 0 : wait_for_the_slowest(*session_.net, next_s); waited_s > 0) {
       cost_.waited_for_servers_s += waited_s;
       due_ = Clock::now();
     }
+    const bool comes_late = session_.net->others().furthest_s().value_or(0) > next_s + 2 * kTogether_s;
     if (!take_input()) break;
     const auto start = Clock::now();
     run_step();
     if (planner_.now() == Budget::slowed) due_ = start;  // the session runs slower, not in bursts
     due_ += steady_duration(session_.scene.step_s / session_.pace.speed());
+    if (comes_late) due_ = Clock::now();  // it runs until it is where the others are
     std::this_thread::sleep_until(due_);
   }
 }
@@ -223,6 +230,7 @@ std::string LiveServer::directory_of(int attempt) const {
 // The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
 // that takes the session over: bodies of another term are asked for anew.
 void LiveServer::begin_anew(double from_s) {
+  session_.net->show_life(kLongestTask_s);
   const std::string directory = directory_of(tries_ + 1);
   std::unique_ptr<SessionRun> next;
   if (session_.past || from_s <= 0) {
@@ -278,6 +286,8 @@ void LiveServer::run_step() {
     std::this_thread::sleep_for(Seconds(std::exchange(stall_s_, 0)));
   const double step_wall_time_s = Seconds(Clock::now() - start).count();
   session_.run->end_step(output, step_wall_time_s);
+  touched_ =
+      std::ranges::any_of(output.contacts, [](const ContactModel& model) { return model.state != ContactState::free; });
   view_world(session_.run->simulation(), session_.scene.tools.size(), world_);
   const auto published = Clock::now();
   for (const std::string& fault : session_.run->take_faults())
@@ -290,6 +300,7 @@ void LiveServer::run_step() {
 }
 
 RunResult LiveServer::finish() {
+  session_.net->show_life(kLongestTask_s);
   if (session_.scene.exercise) tell_score();
   session_.net->end_session(stop_was_requested() ? "stopped" : "complete");
   if (const std::uint32_t lost = session_.net->lost_viewers(); lost > 0)

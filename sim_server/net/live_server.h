@@ -40,6 +40,7 @@ class LiveServer {
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;
+  bool touched_ = false;  // an instrument, by the last step
   Clock::time_point due_;
 };
 

@@ -114,13 +114,26 @@ bool OtherServers::has_more_right(std::uint64_t epoch, const Other& other) const
   return !other.came_late && epoch < own_.epoch;
 }
 
+// It has other bodies of our session.
+bool OtherServers::goes_along(std::uint64_t epoch, const Other& other) const {
+  return other.same_world && other.body.empty() && !other.ended && !is_silent(other) && !is_succeeded(epoch);
+}
+
 std::optional<double> OtherServers::slowest_s() const {
   const std::lock_guard lock(mutex_);
   std::optional<double> slowest;
   for (const auto& [epoch, other] : others_)
-    if (other.same_world && other.body.empty() && !other.ended && !is_silent(other) && !is_succeeded(epoch))
+    if (goes_along(epoch, other) && own_time_s_ - other.sim_time_s < kFarBehind_s)
       slowest = std::min(slowest.value_or(other.sim_time_s), other.sim_time_s);
   return slowest;
+}
+
+std::optional<double> OtherServers::furthest_s() const {
+  const std::lock_guard lock(mutex_);
+  std::optional<double> furthest;
+  for (const auto& [epoch, other] : others_)
+    if (goes_along(epoch, other)) furthest = std::max(furthest.value_or(other.sim_time_s), other.sim_time_s);
+  return furthest;
 }
 
 }  // namespace sectio

@@ -19,6 +19,7 @@ class OtherServers {
   static constexpr double kSilence_s = 1;    // a server that is silent for longer is taken for dead
   static constexpr double kSettled_s = 0.5;  // a server that has run for longer yields to no equal
   static constexpr double kHeadStart_s = 1;  // less is no head start: messages take their time
+  static constexpr double kFarBehind_s = 1;  // nobody waits for a server that is further behind: it has come late
 
   // `own`: the scene that this server announces. The endpoints outlive it.
   OtherServers(ServerEndpoints& endpoints, const SceneInfo& own);
@@ -46,8 +47,10 @@ class OtherServers {
   // The first of our bodies that another server has with more right: then this server has to end. The one that has
   // begun stays; when both or none have, the one that has simulated more by kHeadStart_s; else the lower epoch.
   std::optional<std::string> claimed_body() const;
-  // The simulated time of the slowest server; nothing when no other server speaks.
+  // The simulated time of the slowest server that is worth waiting for, and of the one that is furthest; nothing when
+  // no other server speaks.
   std::optional<double> slowest_s() const;
+  std::optional<double> furthest_s() const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -66,6 +69,7 @@ class OtherServers {
     bool ended = false;
   };
 
+  bool goes_along(std::uint64_t epoch, const Other& other) const;
   bool is_silent(const Other& other) const;
   bool speaks(const Other& other) const;
   bool is_succeeded(std::uint64_t epoch) const;

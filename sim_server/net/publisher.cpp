@@ -14,6 +14,13 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kStatusInterval_s = 0.5;
 constexpr double kReportLife_s = 3;
+constexpr double kMostUnsent_s = 0.25;  // deltas wait so long for a state
+constexpr std::size_t kMostUnsentSlots = 1u << 16;
+
+LinkReport heard_now(LinkReport report) {
+  report.heard_s = steady_now_s();
+  return report;
+}
 
 // The slower streams leave out small motion, up to a fifth of a millimetre, which is a pixel.
 constexpr std::array<StateEncoder::Fineness, kStateRates_hz.size()> kFineness{{{60, 1}, {40, 2}, {24, 10}, {10, 40}}};
@@ -45,6 +52,7 @@ void Publisher::announce() {
 
 // For whoever reads a record from there on.
 void Publisher::keep_keyframes() {
+  send_deltas();
   keyframes_kept_s_ = record_->time_s();
   record_->add(scene_);
   for (std::uint32_t b = 0; b < shadows_.size(); ++b) record_->add_keyframe(scene_.epoch, b, shadows_[b].mesh);
@@ -65,7 +73,7 @@ void Publisher::send(Outbox& batch) {
   if (batch.meshes)
     for (std::size_t b = 0; b < shadows_.size(); ++b) shadows_[b] = {std::move((*batch.meshes)[b]), true};
   if (record_ && (batch.meshes || !batch.new_bodies.empty())) keep_keyframes();
-  for (const BodyDelta& delta : batch.deltas) send_delta(delta);
+  for (const BodyDelta& delta : batch.deltas) take(delta);
   if (batch.snapshot_fresh) {
     std::swap(last_snapshot_, batch.snapshot);
     any_snapshot_ = true;
@@ -73,6 +81,7 @@ void Publisher::send(Outbox& batch) {
   }
   look_for_readers();
   send_states(batch.snapshot_due);
+  send_old_deltas();
   for (const Event& event : batch.events) send_event(event);
   if (Clock::now() >= next_status_) send_status(batch);
 }
@@ -96,16 +105,37 @@ void Publisher::add_body(BodyInfo info, TriangleMesh mesh) {
   announce();
 }
 
-void Publisher::send_delta(const BodyDelta& delta) {
+void Publisher::take(const BodyDelta& delta) {
   Shadow& shadow = shadows_[delta.body_id];
-  const ApplyStatus status = apply(delta.delta, shadow.mesh);
-  if (status == ApplyStatus::stale) return;
-  if (status != ApplyStatus::applied)
+  if (delta.delta.revision <= shadow.mesh.revision()) return;
+  if (shadow.unsent.slots() > kMostUnsentSlots) send_delta(delta.body_id);
+  if (shadow.unsent.empty()) shadow.unsent_since = Clock::now();
+  if (!shadow.unsent.add(delta.delta, shadow.mesh)) {
+    send_delta(delta.body_id);
+    shadow.unsent_since = Clock::now();
+    static_cast<void>(shadow.unsent.add(delta.delta, shadow.mesh));
+  }
+  if (const ApplyStatus status = apply(delta.delta, shadow.mesh); status != ApplyStatus::applied)
     log_limited(LogLevel::error, "shadow",
                 std::string("a delta doesn't fit the published topology: ") + to_string(status));
   for (std::size_t i = 0; i < streams_.size(); ++i)
     if (is_heard(i)) streams_[i].encoder.changed(delta.body_id, delta.delta);
-  if (!write(DeltaMessage{scene_.epoch, delta.body_id, delta.delta})) shadow.keyframe_wanted = true;
+}
+
+void Publisher::send_delta(std::uint32_t body_id) {
+  Shadow& shadow = shadows_[body_id];
+  if (shadow.unsent.empty()) return;
+  if (!write(DeltaMessage{scene_.epoch, body_id, shadow.unsent.take()})) shadow.keyframe_wanted = true;
+}
+
+void Publisher::send_deltas() {
+  for (std::uint32_t b = 0; b < shadows_.size(); ++b) send_delta(b);
+}
+
+// No state takes them along when nobody hears any.
+void Publisher::send_old_deltas() {
+  for (std::uint32_t b = 0; b < shadows_.size(); ++b)
+    if (Seconds(Clock::now() - shadows_[b].unsent_since).count() > kMostUnsent_s) send_delta(b);
 }
 
 // A viewer that begins to hear a stream lacks all pieces.
@@ -134,6 +164,7 @@ void Publisher::send_state(std::size_t channel) {
   stream.unsent = false;
   stream.sent = Clock::now();
   if (!is_heard(channel)) return;
+  send_deltas();
   stream.encoder.encode(last_snapshot_);
   StateHeader header = stream.encoder.header();
   header.sent_s = steady_now_s();
@@ -158,11 +189,13 @@ void Publisher::send_status(const Outbox& batch) {
   status.speed = batch.speed;
   status.bodies = versions();
   status.checks = batch.report.checks;
-  for (const auto& [client, report] : reports_) status.viewer_reports.push_back(report.report);
+  for (const auto& [client, report] : reports_) status.link_reports.push_back(report.report);
+  status.sent_s = steady_now_s();
   write(status);
 }
 
 SessionEnd Publisher::send_end(const std::string& reason) {
+  send_deltas();
   for (std::size_t i = 0; i < streams_.size() && any_snapshot_; ++i) {
     for (std::uint32_t b = 0; b < shadows_.size(); ++b) streams_[i].encoder.refresh(b);
     send_state(i);
@@ -195,16 +228,19 @@ void Publisher::take_requests() {
 }
 
 void Publisher::take_reports() {
-  while (auto report = endpoints_.take<ViewerReport>())
-    if (reports_.size() < kMaxViewerReports || reports_.contains(report->client))
-      reports_[report->client] = {*report, Clock::now()};
+  while (auto report = endpoints_.take<LinkReport>())
+    if (reports_.size() < kMaxLinkReports || reports_.contains(report->client))
+      reports_[report->client] = {heard_now(*report), Clock::now()};
   std::erase_if(reports_,
                 [](const auto& each) { return Seconds(Clock::now() - each.second.heard).count() > kReportLife_s; });
 }
 
 void Publisher::begin_keyframes() {
-  for (std::uint32_t b = 0; b < shadows_.size(); ++b)
-    if (shadows_[b].keyframe_wanted && keyframes_.begin(b, shadows_[b].mesh)) shadows_[b].keyframe_wanted = false;
+  for (std::uint32_t b = 0; b < shadows_.size(); ++b) {
+    if (!shadows_[b].keyframe_wanted) continue;
+    send_delta(b);  // the next one begins where the keyframe ends
+    if (keyframes_.begin(b, shadows_[b].mesh)) shadows_[b].keyframe_wanted = false;
+  }
 }
 
 std::vector<BodyVersion> Publisher::versions() const {

@@ -1,6 +1,9 @@
 // Everything that a server tells viewers and hands. It keeps its own copy of the topology, from which it serves
 // keyframes to viewers that join late or have lost a delta. One thread.
 //
+// Between two states the deltas of a body are merged into one, which goes out before the state that needs it: nobody
+// sees what comes and goes in between.
+//
 // States go out in several streams, the slower the coarser, of which each viewer hears one (kStateRates_hz); a stream
 // that nobody hears costs nothing.
 #pragma once
@@ -12,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "common/delta/merged_delta.h"
 #include "common/record/session_record.h"
 #include "sim_server/net/keyframe_server.h"
 #include "sim_server/net/outbox.h"
@@ -39,6 +43,7 @@ class Publisher {
   // Takes what viewers ask for and report, and sends a few chunks of the keyframes that are due.
   void serve_viewers();
   bool has_chunks_left() const { return keyframes_.has_chunks_left(); }
+  std::chrono::steady_clock::time_point last_chunk_sent() const { return keyframes_.last_sent(); }
 
   // The last state, then the final versions of the bodies, which it returns.
   SessionEnd send_end(const std::string& reason);
@@ -48,9 +53,11 @@ class Publisher {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Shadow {  // a body as viewers have been told of it
-    TriangleMesh mesh;
+  struct Shadow {       // a body as viewers have been told of it
+    TriangleMesh mesh;  // with the deltas that are unsent
     bool keyframe_wanted = false;
+    MergedDelta unsent = {};
+    Clock::time_point unsent_since{};
   };
   struct Stream {
     StateEncoder encoder;
@@ -60,12 +67,15 @@ class Publisher {
     Clock::time_point sent{};
   };
   struct Report {
-    ViewerReport report;
+    LinkReport report;
     Clock::time_point heard{};
   };
 
   void add_body(BodyInfo info, TriangleMesh mesh);
-  void send_delta(const BodyDelta& delta);
+  void take(const BodyDelta& delta);
+  void send_delta(std::uint32_t body_id);
+  void send_deltas();
+  void send_old_deltas();
   void send_event(const Event& event);
   void look_for_readers();
   void send_states(bool at_once);

@@ -13,7 +13,7 @@ namespace sectio {
 
 using ServerEndpoints =
     Endpoints<Reads<ToolPacket, SessionOrder,            // Intake
-                    KeyframeRequest, ViewerReport,       // Publisher
+                    KeyframeRequest, LinkReport,         // Publisher
                     SceneInfo, StateHeader, SessionEnd,  // OtherServers
                     StepRequest, StepInputs>,            // InputFeed, Follower
               Writes<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, ContactMessage,

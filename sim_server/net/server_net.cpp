@@ -24,6 +24,7 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kIdle_s = 0.005;  // how long a request may lie
 constexpr double kChunkPause_s = 0.001;
+constexpr double kMostLeave_s = 60;
 constexpr std::size_t kInputBytes = 200'000;  // steps of the past in one message
 
 Clock::duration to_duration(double seconds) {
@@ -102,7 +103,7 @@ void NetworkSide::send(Outbox& batch) {
   publisher_->send(batch);
   publisher_->serve_viewers();
   feed_->sent(batch.step);
-  feed_->serve();
+  feed_->serve(handover_.shows_life());
 }
 
 void NetworkSide::run() {
@@ -119,6 +120,7 @@ void NetworkSide::run() {
     }
     busy_s_ += Seconds(Clock::now() - begun).count();
     report.busy_s = busy_s_;
+    if (publisher_) report.chunk_sent = publisher_->last_chunk_sent();
     report.writes_refused = publisher_ ? publisher_->writes_refused() : 0;
     handover_.report(report);
     batch.clear();
@@ -138,6 +140,7 @@ struct ServerNet::State {
         intake(endpoints, scene.tools.size(), options.fastest_m_per_s),
         body_infos(scene.bodies),
         rhythm(1 / options.state_rate_hz) {
+    handover.show_life(kHang_s);
     if (!options.standby) network.lead(options, scene, std::move(meshes));
     begin();
   }
@@ -191,7 +194,12 @@ ServerNet::ServerNet(const ServerNetOptions& options, SceneInfo scene, std::vect
 
 ServerNet::~ServerNet() = default;
 
+void ServerNet::show_life(double for_s) {
+  state_->handover.show_life(for_s);
+}
+
 void ServerNet::take_samples(std::vector<ToolSample>& samples) {
+  show_life();
   state_->renew_after_sleep();
   state_->intake.take_samples(samples);
 }
@@ -240,6 +248,7 @@ void ServerNet::take_over(Succession succession) {
 
 void ServerNet::publish(const StepOutput& output, const WorldView& world, double step_wall_time_s,
                         std::optional<StepRecord> input) {
+  show_life();
   State& s = *state_;
   const bool due = s.rhythm.is_due(output.publish_now);
   s.others.advance(output.sim_time_s);
@@ -290,9 +299,10 @@ std::uint32_t ServerNet::lost_viewers() const {
 }
 
 bool ServerNet::wait_for_viewers_to_leave(double timeout_s) {
-  const Clock::time_point end = Clock::now() + to_duration(timeout_s);
+  const Clock::time_point begun = Clock::now();
   while (viewers() > 0 || lost_viewers() > 0) {
-    if (Clock::now() >= end) return false;
+    const Clock::time_point served = std::max(begun, state_->handover.last_report().chunk_sent);
+    if (Clock::now() >= std::min(served + to_duration(timeout_s), begun + to_duration(kMostLeave_s))) return false;
     std::this_thread::sleep_for(Seconds(kIdle_s));
   }
   return true;

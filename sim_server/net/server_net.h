@@ -72,6 +72,12 @@ class ServerNet {
   // So many other servers of the session are in the domain, standbys included, whether they have been heard or not.
   std::size_t servers_known() const;
 
+  // The simulation is at work. publish() and take_samples() say so, too; a server that says nothing for kHang_s is
+  // taken for one that hangs, and followed by its standby. With `for_s`, it is at work for so long. Simulation's
+  // thread.
+  static constexpr double kHang_s = 2;
+  void show_life(double for_s = kHang_s);
+
   // Simulation's thread; never waits for the network. Deltas, events and contact models always; the state at the
   // state's rate, or at once with publish_now. The step's input goes to a standby.
   void publish(const StepOutput& output, const WorldView& world, double step_wall_time_s,
@@ -98,7 +104,8 @@ class ServerNet {
   std::uint32_t viewers() const;
   // Viewers that fell silent without a word and have not come back.
   std::uint32_t lost_viewers() const;
-  // Serves all of them until the last one has left or the time is over; true for the former.
+  // Serves all of them until the last one has left or the time is over; true for the former. The time begins anew while
+  // one pulls a keyframe over a thin link, but not for ever.
   bool wait_for_viewers_to_leave(double timeout_s);
 
   std::uint64_t epoch() const;

@@ -11,7 +11,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kRepeat_s = 0.25;   // a standby that takes over says again what was said so shortly before
+constexpr double kRepeat_s = 0.5;    // a standby that takes over says again what was said so shortly before
 constexpr double kMostLost_s = 0.5;  // a standby that is further behind than that can't take over
 constexpr int kStepsPerLook = 64;
 constexpr std::ptrdiff_t kMostSamplesKept = 4096;

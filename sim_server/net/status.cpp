@@ -8,6 +8,7 @@
 #include "common/core/error.h"
 #include "common/dds/endpoints.h"
 #include "common/dds/find_session.h"
+#include "common/messages/link.h"
 #include "common/messages/session.h"
 #include "common/messages/session_fields.h"
 #include "common/messages/text.h"
@@ -52,12 +53,7 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
                   c.asleep ? "  asleep" : "");
     text += line;
   }
-  for (const ViewerReport& v : status.viewer_reports) {
-    std::snprintf(line, sizeof line,
-                  "viewer %-13.64s hears %.0f states/s, %.1f came, %.1f %% of their pieces lost, %.0f ms late\n",
-                  v.name.c_str(), v.rate_hz, v.states_per_s, 100 * v.lost_fraction, 1e3 * v.late_s);
-    text += line;
-  }
+  for (const LinkReport& report : status.link_reports) text += line_of(report) + "\n";
   return text;
 }
 

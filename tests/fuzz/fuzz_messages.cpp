@@ -90,7 +90,7 @@ void take(Viewer& viewer, std::uint8_t kind, std::span<const std::uint8_t> bytes
     case 13:
       return read<SessionEnd>(bytes, feed);
     case 14:
-      return read<ViewerReport>(bytes, nothing);
+      return read<LinkReport>(bytes, nothing);
     case 15:
       return read<StepInputs>(bytes, nothing);
     default:

@@ -67,8 +67,8 @@ int chart(int argc, char** argv) {
     LinkedSession own = session;
     if (argc > 2) own.bin = argv[2];
     print_row(name, run(own, directory));
+    std::filesystem::remove_all(directory);
   }
-  std::filesystem::remove_all(directory);
   return 0;
 }
 

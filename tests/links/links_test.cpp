@@ -56,6 +56,20 @@ TEST_F(Links, D_10_a_viewer_behind_a_thin_link_is_given_what_fits) {
   EXPECT_LT(figures.offered.bytes, 40'000'000u) << "repeats of what waits in a queue were 400 MB";
 }
 
+TEST_F(Links, D_10_a_viewer_behind_a_very_thin_link_is_whole_at_the_end) {
+  const SessionFigures figures = session({.viewers = {behind(1)}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 0);
+}
+
+// The link's queue lets marked packets overtake, as a switch does that heeds the marks.
+TEST_F(Links, D_10_a_hand_doesnt_wait_behind_pictures_on_the_uplink_that_it_shares_with_them) {
+  const SessionFigures figures = session({.server = {.up = {.rate_bit_per_s = 5 * kMbit}}, .viewers = {{}}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.offered.expedited, 1000u);
+  EXPECT_LT(figures.model_age_median_s, 0.02);
+}
+
 TEST_F(Links, D_10_a_slow_viewer_takes_nothing_from_the_others_and_from_the_hand) {
   const SessionFigures figures =
       session({.server = {.up = {.rate_bit_per_s = 100 * kMbit}}, .viewers = {behind(5), {}, {}}});

@@ -24,6 +24,7 @@ void LinkQueue::offer(EthernetFrame frame, double now_s) {
   send_until(now_s);
   ++traffic_.frames;
   traffic_.bytes += frame.size();
+  traffic_.expedited += is_expedited(frame);
   // The search for addresses (ARP) is spared: it would ask again after a second, which says nothing about a program.
   if (is_ipv4(frame) && std::uniform_real_distribution<double>(0, 1)(random_) < link_.loss) {
     ++traffic_.lost;

@@ -27,6 +27,7 @@ struct LinkTraffic {
   std::uint64_t frames = 0, bytes = 0;  // offered
   std::uint64_t dropped = 0;            // because the queue was full
   std::uint64_t lost = 0;               // by chance
+  std::uint64_t expedited = 0;          // marked for expedited forwarding
 };
 
 class LinkQueue {

@@ -102,6 +102,24 @@ TEST_F(Divided, a_second_server_for_a_body_is_refused_with_one_line_and_disturbs
   EXPECT_EQ(json("screen.json")["bodies"].size(), 1u);
 }
 
+// The clock of the others doesn't stand still meanwhile.
+TEST_F(Divided, a_server_that_comes_late_catches_up_and_holds_nobody) {
+  auto left = share({"--server", "left", "--play-traces", "--wait-for-viewers", "1", "--export", file("left")});
+  auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(left->wait_for("the session begins")) << left->output();
+  for (int s = 0; s < 2; ++s) ASSERT_TRUE(left->wait_for_next("simulated")) << left->output();
+  auto right = share({"--server", "right", "--play-traces", "--export", file("right")});
+  EXPECT_EQ(left->exit_code(), 0) << left->output();
+  EXPECT_EQ(right->exit_code(), 0) << right->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_LT(json("left/report.json")["session"]["waited_for_servers_s"].get<double>(), 0.5);
+  auto one = share({"--offline", "--export", file("one")});
+  EXPECT_EQ(one->exit_code(), 0) << one->output();
+  const nlohmann::json whole = json("one/report.json");
+  EXPECT_EQ(json("left/report.json")["bodies"][0]["topology_hash"], whole["bodies"][0]["topology_hash"]);
+  EXPECT_EQ(json("right/report.json")["bodies"][0]["topology_hash"], whole["bodies"][1]["topology_hash"]);
+}
+
 TEST_F(Divided, a_hand_reaches_the_server_that_has_the_organ_it_touches) {
   auto left = share({"--server", "left", "--endless", "--export", file("left")});
   auto right = share({"--server", "right", "--endless", "--export", file("right")});

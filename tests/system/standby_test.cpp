@@ -111,6 +111,36 @@ TEST_F(Standby, follows_a_server_that_is_killed_or_halted_at_any_moment_and_ends
   EXPECT_EQ(stood_down, halted);
 }
 
+// The network's thread lives on; a server that says so of a simulation that hangs would hold its standby back for ever.
+TEST_F(Standby, follows_a_server_whose_simulation_hangs) {
+  const auto first =
+      one("first", {"--play-traces", "--wait-for-viewers", "1", "--stall-at-s", "1.5", "--stall-s", "4"});
+  const auto second = one("second", {"--play-traces", "--standby"});
+  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  EXPECT_TRUE(second->wait_for("the server fell silent: this one goes on after step ")) << second->output();
+  EXPECT_EQ(first->exit_code(), 1) << first->output();
+  EXPECT_NE(first->output().find("this one stands down"), std::string::npos) << first->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+  EXPECT_EQ(hash_of("second"), undisturbed_hash());
+}
+
+// A pause isn't a hang.
+TEST_F(Standby, stands_by_while_its_server_pauses) {
+  const auto first = one("first", {"--play-traces", "--steps", "2500", "--wait-for-viewers", "1"});
+  const auto second = one("second", {"--play-traces", "--standby"});
+  ASSERT_TRUE(second->wait_for("standing by")) << second->output();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(first->wait_for("step ")) << first->output();
+  EXPECT_EQ(program("sim_server", in_session({"pause"}))->exit_code(), 0);
+  let_pass(std::chrono::milliseconds(3500));
+  EXPECT_EQ(program("sim_server", in_session({"go-on"}))->exit_code(), 0);
+  EXPECT_EQ(first->exit_code(), 0) << first->output();
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+  EXPECT_EQ(second->output().find("fell silent"), std::string::npos) << second->output();
+}
+
 // Fast DDS may leave two programs that know of each other in one direction alone. Here is a server that never sends
 // inputs: its standby joins the session anew, and ends when the server does.
 TEST_F(Standby, that_hears_no_inputs_joins_anew_and_does_not_outlive_the_session) {

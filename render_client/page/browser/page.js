@@ -192,6 +192,7 @@ function show() {
     item.append(element('span', 'equals server: ' + equal, { className: equal, title: b.hash }));
     return item;
   }));
+  show_list('links', JSON.stringify(state.links), () => state.links.map((line) => element('li', line)));
   show_list('score_lines', JSON.stringify(state.score), () =>
     [document.createTextNode(state.score.filter((line) => !line.startsWith(ALONG)).map(in_words).join('\n'))]);
   byId('score_of').hidden = state.score.length === 0 && tries.length === 0;

@@ -101,7 +101,7 @@ TEST(Codec, refuses_contact_models_that_could_shake_a_hand) {
 
 TEST(Codec, refuses_deltas_that_are_none) {
   const auto refused = [](const auto& change) { return is_refused(some_delta(), change); };
-  EXPECT_TRUE(refused([](DeltaMessage& m) { m.delta.revision = 7; }));
+  EXPECT_TRUE(refused([](DeltaMessage& m) { m.delta.revision = m.delta.base_revision; }));
   EXPECT_TRUE(refused([](DeltaMessage& m) { m.delta.revision = 0, m.delta.base_revision = ~0ull; }));
   EXPECT_TRUE(refused([](DeltaMessage& m) { m.body_id = kMaxBodies; }));
   EXPECT_TRUE(refused([](DeltaMessage& m) { m.delta.vertex_slots_after = kMaxVertexSlots + 1; }));

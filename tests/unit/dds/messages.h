@@ -112,8 +112,8 @@ inline SessionEvent some_event() {
   return {7, 100, 3, 1, 2, "cut ended"};
 }
 
-inline ViewerReport some_report() {
-  return {42, "screen", 20, 19.5, 0.1, 0.03};
+inline LinkReport some_report() {
+  return {42, "screen", ProgramKind::hand, 20, 19.5, 0.1, 0.03, 0.02, 0.05, 0.004, -7, 100, 93};
 }
 
 inline ServerStatus some_status() {

@@ -28,7 +28,7 @@ TEST(Qos, every_topic_travels_as_its_kind_needs) {
       {qos_of<SessionEvent>(), true, true, 16, 1024},   {qos_of<SessionEnd>(), true, true, 1, 1},
       {qos_of<ServerStatus>(), false, false, 1, 1},     {qos_of<SessionOrder>(), true, true, 1, 16},
       {qos_of<ScalarPiece>(), true, false, 64, 256},    {qos_of<ToolWish>(), false, false, 1, 32},
-      {qos_of<ViewerReport>(), false, false, 1, 16}};
+      {qos_of<LinkReport>(), false, false, 1, 16}};
   for (const Expected& row : table) {
     EXPECT_EQ(row.actual.reliable, row.reliable) << row.actual.name;
     EXPECT_EQ(row.actual.late_joiners, row.late_joiners) << row.actual.name;
