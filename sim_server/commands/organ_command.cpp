@@ -13,6 +13,7 @@
 #include "common/mesh/obj_text.h"
 #include "sim_server/commands/commands.h"
 #include "sim_server/scene/mesh_import.h"
+#include "sim_server/scene/mesh_mend.h"
 #include "sim_server/scene/mesh_process.h"
 #include "sim_server/scene/tissues.h"
 #include "sim_server/wrap/fit_ellipsoids.h"
@@ -76,6 +77,7 @@ std::string as_regions(const OrganFlags& flags, double unit_m, const Vec3& middl
     const std::string& part = flags.inside[i];
     TriangleSoup soup = read_mesh_file(flags.in, {}, {.part = part, .any_format = true});
     for (Vec3& p : soup.vertices_body_m) p = unit_m * p - middle_m;
+    mend(soup);  // formats that give each triangle corners of its own
     try {
       const EllipsoidFit fit = fit_ellipsoids(soup, std::min(kMostShapes, kMaxRegionParts / flags.inside.size()));
       std::printf("region %s: %.4g ml, overlap of %.0f %% with %zu ellipsoid%s\n", region_name(part).c_str(),

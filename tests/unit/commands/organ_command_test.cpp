@@ -13,6 +13,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
+#include "tests/support/shapes.h"
 
 namespace sectio {
 namespace {
@@ -178,6 +179,30 @@ TEST_F(OrganCommand, labels_of_an_image_are_a_body_with_regions_inside) {
   EXPECT_EQ(region_at(regions, Vec3(0, 0.012, 0)), 1u) << "the rod lies along the image's first axis";
   EXPECT_EQ(region_at(regions, Vec3(0, 0, 0.012)), kNoRegion);
   for (int i = 0; i < 50; ++i) simulation.step({});
+}
+
+// A reader of meshes gives each triangle corners of its own.
+TEST_F(OrganCommand, a_part_of_a_file_of_meshes_is_a_region_inside) {
+  std::string text;
+  int first = 1;
+  for (const auto& [name, radii_m] :
+       {std::pair{"liver", Vec3(0.05, 0.04, 0.03)}, {"tumour", Vec3(0.015, 0.01, 0.012)}}) {
+    const TriangleSoup soup = test::ellipsoid(3, radii_m);
+    text += std::string("o ") + name + "\n";
+    for (const Vec3& p : soup.vertices_body_m)
+      text += "v " + std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+    for (const auto& t : soup.triangles)
+      text += "f " + std::to_string(t[0] + first) + " " + std::to_string(t[1] + first) + " " +
+              std::to_string(t[2] + first) + "\n";
+    first += static_cast<int>(soup.vertices_body_m.size());
+  }
+  ASSERT_EQ(run({write("parts.obj", text), "--part", "liver", "--inside", "tumour", "--size-mm", "6"}), 0);
+  const Scene scene = load_scene((folder_ / "out" / "scene.yaml").string(), standard_traits());
+  const Regions& regions = scene.bodies[0].regions;
+  ASSERT_EQ(regions.size(), 1u);
+  EXPECT_EQ(region_at(regions, Vec3(0.013, 0, 0)), 0u);
+  EXPECT_EQ(region_at(regions, Vec3(0, 0, 0.01)), 0u);
+  EXPECT_EQ(region_at(regions, Vec3(0.018, 0, 0)), kNoRegion);
 }
 
 TEST_F(OrganCommand, a_bad_image_is_refused_in_one_line) {
