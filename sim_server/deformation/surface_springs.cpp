@@ -70,7 +70,8 @@ void SurfaceSprings::divide_at_rest() {
   parts_ = parts_at_rest_ = static_cast<int>(std::clamp(parts, 1.0, double{kMostParts}));
   if (parts_ == 1) return;
   for (VertexId v = 0; v < physical_mass_.size(); ++v)
-    if (rows_.contains(v)) rows_.set_mass(v, static_cast<float>(part_s() * inverse_mass_[v]), 1);
+    if (rows_.contains(v))
+      rows_.set_mass(v, static_cast<float>(part_s() * inverse_mass_[v]), fixed_[v] != 0 ? 0.0f : 1.0f);
 }
 
 void SurfaceSprings::resize(std::uint32_t vertex_slots) {

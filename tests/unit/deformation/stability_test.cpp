@@ -168,5 +168,22 @@ TEST(FineSurface, divides_a_step_that_is_beyond_its_stable_one) {
   EXPECT_LT(too_stiff.largest_stable_step_s(), 0.001) << "a body refuses it";
 }
 
+TEST(FineSurface, that_is_fixed_stays_under_its_weight) {
+  const TriangleMesh mesh = test::organ();
+  SurfaceSpringMaterial stiff;
+  stiff.skin_thickness_m = 0.2;
+  SurfaceSpringSettings settings;
+  settings.fixed = [](const Vec3& rest_world_m) { return rest_world_m.z() < 0; };
+  SurfaceSprings divided(mesh, {}, stiff, settings);
+  ASSERT_GT(divided.parts(), 1);
+  Particles p(mesh, {});
+  const Particles start = p;
+  p.run(divided, 50);
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v) {
+    if (mesh.rest_body_m(v).z() >= 0) continue;
+    ASSERT_EQ(p.x[v], start.x[v]) << v;
+  }
+}
+
 }  // namespace
 }  // namespace sectio
