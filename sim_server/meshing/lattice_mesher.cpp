@@ -9,6 +9,7 @@
 #include "common/math/intersect.h"
 #include "sim_server/meshing/lattice.h"
 #include "sim_server/meshing/relax.h"
+#include "sim_server/meshing/sharpen.h"
 
 namespace sectio {
 namespace {
@@ -211,7 +212,14 @@ double cell_for_tetrahedra(double volume_m3, double tetrahedra) {
 TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m) {
   TetMesh mesh = LatticeMesher(surface, cell_m).run();
   if (mesh.tetrahedra.empty()) throw InputError("the surface is thinner than the cells of the lattice everywhere");
-  relax(mesh, surface, cell_m);
+  const SurfaceCreases creases(surface, cell_m);
+  if (!creases.empty()) {
+    TetMesh sharp = mesh;
+    const std::vector<Seat> seats = sharpen(sharp, creases, cell_m);
+    relax(sharp, creases, seats);
+    if (check(sharp).valid) return sharp;
+  }
+  relax(mesh, creases, {});
   const TetReport report = check(mesh);
   if (!report.valid) {
     char text[120];

@@ -4,60 +4,17 @@
 #include <cmath>
 #include <map>
 
-#include "common/math/intersect.h"
-
 namespace sectio {
 namespace {
 
-// A grid of cubes with the triangles whose boxes meet each cube; finds the closest triangle near a point.
-class NearTriangles {
- public:
-  NearTriangles(const TriangleSoup& surface, double size_m) : surface_(surface), size_m_(size_m) {
-    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-      Box3 box;
-      for (const VertexId v : surface.triangles[t]) box.extend(surface.vertices_body_m[v]);
-      const Key low = key(box.min()), high = key(box.max());
-      for (int i = low[0]; i <= high[0]; ++i)
-        for (int j = low[1]; j <= high[1]; ++j)
-          for (int k = low[2]; k <= high[2]; ++k) cubes_[{i, j, k}].push_back(t);
-    }
-  }
-
-  // The closest point of the surface if a triangle lies within a cube's size of p; p itself if none is near.
-  Vec3 closest(const Vec3& p) const {
-    const Key at = key(p);
-    ClosestPoint best{p, Vec3::Zero(), HUGE_VAL};
-    for (int i = at[0] - 1; i <= at[0] + 1; ++i)
-      for (int j = at[1] - 1; j <= at[1] + 1; ++j)
-        for (int k = at[2] - 1; k <= at[2] + 1; ++k) {
-          const auto found = cubes_.find({i, j, k});
-          if (found == cubes_.end()) continue;
-          for (const std::uint32_t t : found->second) {
-            const auto& [a, b, c] = surface_.triangles[t];
-            const auto& x = surface_.vertices_body_m;
-            const ClosestPoint candidate = closest_on_triangle(p, {x[a], x[b], x[c]});
-            if (candidate.squared_distance < best.squared_distance) best = candidate;
-          }
-        }
-    return best.point;
-  }
-
- private:
-  using Key = std::array<int, 3>;
-  Key key(const Vec3& p) const {
-    const Vec3 scaled = p / size_m_;
-    return {static_cast<int>(std::floor(scaled.x())), static_cast<int>(std::floor(scaled.y())),
-            static_cast<int>(std::floor(scaled.z()))};
-  }
-  const TriangleSoup& surface_;
-  double size_m_;
-  std::map<Key, std::vector<std::uint32_t>> cubes_;
-};
-
 class Relaxation {
  public:
-  Relaxation(TetMesh& mesh, const TriangleSoup& surface, double cell_m)
-      : mesh_(mesh), near_(surface, cell_m), boundary_(mesh.vertices_body_m.size(), 0), star_(boundary_.size()) {
+  Relaxation(TetMesh& mesh, const SurfaceCreases& creases, const std::vector<Seat>& seats)
+      : mesh_(mesh),
+        creases_(creases),
+        seats_(seats),
+        boundary_(mesh.vertices_body_m.size(), 0),
+        star_(boundary_.size()) {
     const TetSurface outside = surface_of(mesh);
     for (const VertexId v : outside.of_volume) boundary_[v] = 1;
     for (const auto& t : outside.soup.triangles)
@@ -139,14 +96,15 @@ class Relaxation {
     const Score before = score(v, elements);
     for (const double way : {1.0, 0.5, 0.25}) {
       Vec3 to = start + way * (middle - start);
-      if (boundary_[v]) to = near_.closest(to);
+      if (boundary_[v]) to = creases_.closest(to, seats_.empty() ? Seat{} : seats_[v]);
       if (move(v, to, elements) && score(v, elements).better_than(before)) return;
       move(v, start, elements);
     }
   }
 
   TetMesh& mesh_;
-  NearTriangles near_;
+  const SurfaceCreases& creases_;
+  const std::vector<Seat>& seats_;  // empty: no vertex has one
   std::vector<std::uint8_t> boundary_;
   std::vector<std::vector<std::uint32_t>> star_;
   std::map<VertexId, std::vector<VertexId>> skin_edges_;
@@ -155,8 +113,8 @@ class Relaxation {
 
 }  // namespace
 
-void relax(TetMesh& mesh, const TriangleSoup& surface, double cell_m, int passes) {
-  Relaxation relaxation(mesh, surface, cell_m);
+void relax(TetMesh& mesh, const SurfaceCreases& creases, const std::vector<Seat>& seats, int passes) {
+  Relaxation relaxation(mesh, creases, seats);
   for (int n = 0; n < passes; ++n) relaxation.pass();
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "common/core/error.h"
 #include "common/mesh/check.h"
 #include "sim_server/meshing/fill.h"
@@ -79,6 +81,59 @@ TEST(LatticeMesher, boundary_vertices_lie_on_the_surface) {
   }
 }
 
+TriangleSoup turned(TriangleSoup soup, const Eigen::Quaterniond& by) {
+  for (Vec3& p : soup.vertices_body_m) p = by * p;
+  return soup;
+}
+
+TEST(LatticeMesher, sharp_edges_and_corners_of_boxes_stay_however_they_are_turned) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const Vec3 size_m(0.2, 0.05, 0.07);
+  int corners = 0;
+  for (int pose = 0; pose < 8; ++pose) {
+    const Eigen::Quaterniond by =
+        Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+    const TetMesh mesh = fill_with_lattice(turned(test::box(4, 2, 2, size_m), by), 0.02);
+    EXPECT_NEAR(check(mesh).volume_m3 / size_m.prod(), 1, 0.004);  // 0.97 when edges are cut off
+    const TetSurface outside = surface_of(mesh);
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 at = by * Vec3((corner & 1) * size_m.x(), (corner >> 1 & 1) * size_m.y(), (corner >> 2) * size_m.z());
+      double nearest_m = 1;
+      for (const Vec3& p : outside.soup.vertices_body_m) nearest_m = std::min(nearest_m, (p - at).norm());
+      corners += nearest_m < 1e-9;
+    }
+  }
+  // Now and then a corner has no place: the tetrahedra there would be too flat.
+  EXPECT_GE(corners, 58) << "of 64";
+}
+
+TEST(LatticeMesher, a_notch_stays_sharp) {
+  // A groove along the whole length of a box, whose bottom is a crease that points inwards.
+  TriangleSoup notched = test::box(8, 8, 8, Vec3(0.1, 0.1, 0.1));
+  for (Vec3& p : notched.vertices_body_m)
+    if (p.z() > 0.099) p.z() -= 0.03 * (1 - std::abs(p.y() - 0.05) / 0.05);
+  const SurfaceReport given = check_soup(notched);
+  ASSERT_TRUE(given.valid());
+  const TetMesh mesh = fill_with_lattice(turned(notched, Eigen::Quaterniond(0.9, 0.1, 0.3, 0.2).normalized()), 0.017);
+  EXPECT_NEAR(check(mesh).volume_m3 / given.volume_m3, 1, 0.013);  // its rims are acute: some stay cut off
+}
+
+TEST(LatticeMesher, a_smooth_organ_has_no_creases_and_a_box_has_twelve) {
+  EXPECT_TRUE(SurfaceCreases(test::ellipsoid(3, Vec3(0.09, 0.06, 0.05)), 0.02).empty());
+  const TriangleSoup box = test::box(3, 3, 3, Vec3(0.1, 0.1, 0.1));
+  const SurfaceCreases creases(box, 0.02);
+  EXPECT_EQ(creases.seat_of(Vec3(0.04, 0.03, 0)).size(), 1u);
+  EXPECT_EQ(creases.seat_of(Vec3(0.04, 0, 0)).size(), 2u);
+  EXPECT_EQ(creases.seat_of(Vec3(0.1, 0, 0)).size(), 3u);
+  const auto corner = creases.between(Vec3(0.09, 0.002, 0), creases.seat_of(Vec3(0.09, 0.002, 0)),
+                                      Vec3(0.1, 0.001, 0.001), creases.seat_of(Vec3(0.1, 0.001, 0.001)));
+  ASSERT_TRUE(corner);
+  EXPECT_NEAR((corner->point - Vec3(0.1, 0.001, 0)).norm(), 0, 0.002);
+  // A face that the cells can't follow counts for nothing.
+  EXPECT_TRUE(SurfaceCreases(test::box(1, 1, 1, Vec3(0.01, 0.01, 0.01)), 0.02).empty());
+}
+
 TEST(LatticeMesher, all_is_the_same_each_time) {
   const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
   const TetMesh once = fill_with_lattice(organ, 0.02), again = fill_with_lattice(organ, 0.02);
@@ -90,12 +145,13 @@ TEST(LatticeMesher, it_is_settled_and_settling_enlarges_the_step) {
   const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
   TetMesh mesh = fill_with_lattice(organ, 0.02);
   const double best_s = explicit_step_limit_s(mesh, {});
-  relax(mesh, organ, 0.02, 2);
+  const SurfaceCreases creases(organ, 0.02);
+  relax(mesh, creases, {}, 2);
   EXPECT_LT(explicit_step_limit_s(mesh, {}), 1.1 * best_s);
   const TetMesh settled = mesh;
   test::jitter(mesh, 0.002);
   const double shaken_s = explicit_step_limit_s(mesh, {});
-  relax(mesh, organ, 0.02);
+  relax(mesh, creases, {});
   EXPECT_GT(explicit_step_limit_s(mesh, {}), 1.1 * shaken_s);
   EXPECT_TRUE(check(mesh).valid);
   EXPECT_EQ(mesh.tetrahedra, settled.tetrahedra);
