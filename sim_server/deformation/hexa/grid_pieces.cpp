@@ -7,7 +7,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kOnPlane = 1e-9;  // cells
+constexpr double kOnPlane = 1e-5;  // cells; files have coordinates in single precision
 
 template <std::size_t N>
 using Simplex = std::array<Vec3, N>;
