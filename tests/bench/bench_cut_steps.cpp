@@ -1,0 +1,62 @@
+// Steps that cut, whole: each step of a scene with 10 000 triangles in which the mesh changes, in processor's time. A
+// scene is played several times, and a step counts with its fastest time: what else the machine does is not the step's.
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "common/core/processor_time.h"
+#include "sim_server/engine/standard_traits.h"
+#include "sim_server/prepare/prepare.h"
+#include "sim_server/session/trace_player.h"
+#include "sim_server/simulation.h"
+
+namespace sectio {
+namespace {
+
+constexpr int kTimes = 3;
+
+struct StepTime {
+  double s = 1e9;
+  bool cuts = false;
+};
+
+void play(const Scene& scene, std::vector<StepTime>& steps) {
+  Simulation simulation(scene);
+  StepInput input;
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    input.samples = samples_of_traces(scene, k + 1);
+    const double start_s = processor_time_s();
+    const StepOutput& output = simulation.step(input);
+    steps[k].s = std::min(steps[k].s, processor_time_s() - start_s);
+    steps[k].cuts = !output.deltas.empty();
+  }
+}
+
+void print(const char* what, std::vector<double> times_s) {
+  if (times_s.empty()) return;
+  std::sort(times_s.begin(), times_s.end());
+  const auto at = [&](double share) {
+    return 1e3 * times_s[static_cast<std::size_t>(share * static_cast<double>(times_s.size() - 1))];
+  };
+  std::printf("%s: %zu steps, median %.3f ms, 99th percentile %.3f ms, longest %.3f ms\n", what, times_s.size(),
+              at(0.5), at(0.99), at(1));
+}
+
+void run(const char* name) {
+  const Scene scene =
+      prepared(load_scene(std::string(SECTIO_SOURCE_DIR "/deploy/scenes/") + name + ".yaml", standard_traits()));
+  std::vector<StepTime> steps(steps_of(scene, 0));
+  for (int i = 0; i < kTimes; ++i) play(scene, steps);
+  std::vector<double> cut_s, other_s;
+  for (const StepTime& step : steps) (step.cuts ? cut_s : other_s).push_back(step.s);
+  std::printf("%s, %zu triangles\n", name, scene.bodies[0].mesh.triangles.size());
+  print("  steps that cut", cut_s);
+  print("  other steps", other_s);
+}
+
+}  // namespace
+}  // namespace sectio
+
+int main() {
+  for (const char* name : {"liver_incision", "kidney_loop"}) sectio::run(name);
+}
