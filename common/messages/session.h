@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/looks.h"
 #include "common/material/regions.h"
 #include "common/math/camera.h"
 #include "common/math/types.h"
@@ -24,6 +25,8 @@ struct BodyInfo {
   Vec3 skin_colour = Vec3::Constant(0.6);  // red, green, blue; 0 to 1
   Vec3 wall_colour = Vec3::Constant(0.5);
   Regions regions = {};  // the inside's
+  BodySurface surface = BodySurface::tissue;
+  std::vector<TissueLayer> layers = {};  // in walls, from the skin down; to ascending depths
 };
 
 struct ToolInfo {

@@ -34,13 +34,22 @@ void fields(Visitor& visit, M& message) {
   visit("parts", parts, at_most(kMaxRegionParts));
 }
 
+template <class Visitor, FieldsOf<TissueLayer> M>
+void fields(Visitor& visit, M& message) {
+  auto& [to_depth_m, colour] = message;
+  visit("to_depth_m", to_depth_m, kNotNegative);
+  visit("colour_rgb", colour, kColour);
+}
+
 template <class Visitor, FieldsOf<BodyInfo> M>
 void fields(Visitor& visit, M& message) {
-  auto& [name, skin_colour, wall_colour, regions] = message;
+  auto& [name, skin_colour, wall_colour, regions, surface, layers] = message;
   visit("name", name, kName);
   visit("skin_colour_rgb", skin_colour, kColour);
   visit("wall_colour_rgb", wall_colour, kColour);
   visit("regions", regions, at_most(kMaxRegions));
+  visit("surface", surface, at_most(static_cast<double>(BodySurface::cloth)));
+  visit("layers", layers, at_most(kMaxLayers));
 }
 
 bool is_consistent(const BodyInfo& body);  // its regions can be drawn: flaw_of(regions)

@@ -20,6 +20,8 @@ inline Frame frame_of(const Scene& scene, Simulation& simulation) {
     body.skin_colour = simulation.body(b).skin_colour;
     body.wall_colour = simulation.body(b).wall_colour;
     body.regions = simulation.body(b).regions;
+    body.surface = simulation.body(b).surface;
+    body.layers = simulation.body(b).layers;
     for (const Vec3& rest : mesh.rest_body_m()) body.rest_body_m.push_back(rest.cast<float>());
     body.positions_world_m.assign(positions.begin(), positions.end());
     body.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());

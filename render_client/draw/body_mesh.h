@@ -1,5 +1,6 @@
 // A body's triangles arranged for drawing: skin first, then walls, with a normal for each (vertex, surface), so that
-// the lip between skin and wall is a crisp crease while both sides are smooth.
+// the lip between skin and wall is a crisp crease while both sides are smooth. Walls that meet in a vertex with a
+// crease at rest, as the two sides of a cut do at its bottom and its ends, have a normal each.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +35,8 @@ class BodyMesh {
 
  private:
   template <class Belongs>
-  void add_triangles(const BodyFrame& body, const Belongs& belongs);
-  void measure_depth();
+  void add_triangles(const BodyFrame& body, const Belongs& belongs, bool has_creases);
+  void measure_depth(std::size_t end, std::vector<float>& depth_m) const;
   float mean_skin_edge_m() const;
 
   std::vector<CanvasVertex> vertices_;

@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include "common/material/looks.h"
 #include "common/material/regions.h"
 #include "common/math/types.h"
 #include "render_client/draw/image.h"
@@ -40,6 +41,8 @@ enum class Shading : std::uint8_t {
   scalar_field,  // a colour map of the vertices' scalar, lit from both sides
   metal,         // bare steel
   polymer,       // insulation
+  plastic,       // a body of plastic, lit from both sides
+  cloth,         // a body of cloth, lit from both sides
   glow,          // hot tip
   drape,         // cloth beneath the bodies
 };
@@ -52,9 +55,10 @@ struct Material {
   // A section through the mesh shows this colour, and the regions where its places were at rest.
   Vec3f inside_colour = Vec3f::Constant(0.6f);
   Eigen::Matrix4f rest_from_world = Eigen::Matrix4f::Identity();
+  std::span<const TissueLayer> layers = {};  // a wall's, by its depth; at most kMaxLayers
 };
 
-// Throws a soft shadow on skin, walls and drapes: a cone between two spheres.
+// Throws a soft shadow on bodies and drapes: a cone between two spheres.
 struct Occluder {
   Vec3f from_world_m = Vec3f::Zero();
   Vec3f to_world_m = Vec3f::Zero();

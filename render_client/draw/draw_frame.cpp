@@ -27,6 +27,19 @@ Occluder to_world(const Occluder& tool, const Pose& pose) {
           pose.to_world(tool.to_world_m.cast<double>()).cast<float>(), tool.from_radius_m, tool.to_radius_m};
 }
 
+Shading shading_of(BodySurface surface) {
+  switch (surface) {
+    case BodySurface::plastic:
+      return Shading::plastic;
+    case BodySurface::steel:
+      return Shading::metal;
+    case BodySurface::cloth:
+      return Shading::cloth;
+    default:
+      return Shading::skin;
+  }
+}
+
 std::string format(const char* pattern, double value) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), pattern, value);
@@ -200,10 +213,12 @@ void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, cons
   if (drawn.shows_field) {
     canvas_.draw(drawn.canvas_mesh, all, material, in_world);
   } else {
-    material.shading = Shading::skin;
+    const bool is_tissue = body.surface == BodySurface::tissue;
+    material.shading = shading_of(body.surface);
     canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), material, in_world);
-    material.shading = Shading::wall;
+    if (is_tissue) material.shading = Shading::wall;
     material.colour = material.inside_colour;
+    material.layers = body.layers;
     canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), material, in_world);
   }
   if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);

@@ -9,6 +9,7 @@
 #include <GL/glext.h>
 #endif
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <map>
@@ -24,6 +25,7 @@ namespace sectio {
 
 namespace {
 
+constexpr float kNeverDeep_m = 1e3f;     // to which the last layer reaches
 constexpr float kBehindAll = 0.999999f;  // a depth just in front of the background
 
 bool is_tissue(Shading shading) {
@@ -31,7 +33,8 @@ bool is_tissue(Shading shading) {
 }
 
 bool takes_shadows(Shading shading) {
-  return shading == Shading::skin || shading == Shading::wall || shading == Shading::drape;
+  return shading == Shading::skin || shading == Shading::wall || shading == Shading::drape ||
+         shading == Shading::plastic || shading == Shading::cloth;
 }
 
 struct GpuMesh {
@@ -72,6 +75,7 @@ class GlCanvas final : public Canvas {
   const Program& program(const ShaderVariant& variant);
   static void set_region_uniforms(const Program& program, const RegionTable& table);
   void set_occluder_uniforms(const Program& program) const;
+  static void set_layer_uniforms(const Program& program, std::span<const TissueLayer> layers);
   void set_section_uniforms(const Program& program, const Material& material) const;
   Eigen::Vector2f half_size_px() const;
   void draw_elements(MeshId mesh, IndexRange range);
@@ -250,6 +254,17 @@ void GlCanvas::set_occluder_uniforms(const Program& program) const {
   program.set("occluder_count", view_.occluder_count);
 }
 
+void GlCanvas::set_layer_uniforms(const Program& program, std::span<const TissueLayer> layers) {
+  std::array<Vec4f, kMaxLayers> uniform;
+  for (std::size_t i = 0; i < kMaxLayers; ++i) {
+    const TissueLayer& layer = layers[std::min(i, layers.size() - 1)];
+    const bool is_last = i + 1 >= layers.size();
+    uniform[i] << layer.colour.cwiseProduct(layer.colour).cast<float>(),
+        is_last ? kNeverDeep_m : static_cast<float>(layer.to_depth_m);
+  }
+  program.set("layer", std::span<const Vec4f>(uniform));
+}
+
 void GlCanvas::set_section_uniforms(const Program& program, const Material& material) const {
   const Eigen::Matrix4f view_to_world = view_.view_from_world.inverse();
   program.set("section", Vec4f(view_to_world.transpose() * *view_.section));
@@ -312,7 +327,8 @@ void GlCanvas::draw(MeshId mesh, IndexRange range, const Material& material, con
                               .regions = m.region_cells != 0 && (shading == Shading::skin || shading == Shading::wall),
                               .shadows = view_.occluder_count > 0 && takes_shadows(shading),
                               .pattern_per_pixel = shading == Shading::skin && material.pattern_per_pixel,
-                              .section = view_.section && is_tissue(shading)};
+                              .section = view_.section && is_tissue(shading),
+                              .layers = shading == Shading::wall && !material.layers.empty()};
   if (variant.regions) {
     glActiveTexture(GL_TEXTURE2);
     glBindTexture(GL_TEXTURE_3D, m.region_cells);
@@ -326,6 +342,7 @@ void GlCanvas::draw(MeshId mesh, IndexRange range, const Material& material, con
   program.set("half_size_px", half_size_px());
   if (variant.regions) set_region_uniforms(program, m.regions);
   if (variant.shadows) set_occluder_uniforms(program);
+  if (variant.layers) set_layer_uniforms(program, material.layers);
   if (variant.section) set_section_uniforms(program, material);
   if ((shading == Shading::skin && !variant.section) || shading == Shading::drape) {
     glEnable(GL_CULL_FACE);

@@ -49,6 +49,10 @@ const char* fragment_source(Shading shading) {
       return shaders::kMetal;
     case Shading::polymer:
       return shaders::kPolymer;
+    case Shading::plastic:
+      return shaders::kPlastic;
+    case Shading::cloth:
+      return shaders::kCloth;
     case Shading::drape:
       return shaders::kDrape;
     case Shading::glow:
@@ -81,9 +85,9 @@ Program Program::of_variant(const ShaderVariant& variant) {
                compile(GL_FRAGMENT_SHADER,
                        {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
                         variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "",
-                        variant.section ? "#define SECTION\n" : "", shaders::kLighting, shaders::kBackdrop,
-                        variant.regions ? shaders::kRegions : "", variant.section ? shaders::kSection : "",
-                        fragment_source(variant.shading)})});
+                        variant.section ? "#define SECTION\n" : "", variant.layers ? "#define LAYERS\n" : "",
+                        shaders::kLighting, shaders::kBackdrop, variant.regions ? shaders::kRegions : "",
+                        variant.section ? shaders::kSection : "", fragment_source(variant.shading)})});
 }
 
 Program Program::of_background() {

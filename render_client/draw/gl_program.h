@@ -21,9 +21,10 @@ constexpr bool kWireframesAreLines = false;
 struct ShaderVariant {
   Shading shading = Shading::skin;
   bool regions = false;            // skin and walls
-  bool shadows = false;            // skin, walls and drapes
+  bool shadows = false;            // bodies and drapes
   bool pattern_per_pixel = false;  // skin
   bool section = false;            // skin, walls and scalar fields
+  bool layers = false;             // walls
   auto operator<=>(const ShaderVariant&) const = default;
 };
 

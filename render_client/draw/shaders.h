@@ -1,6 +1,6 @@
 // GLSL 3.30, of which all but the wireframe is GLSL ES 3.00, too. A program is compiled for each shading, in variants
-// by the definitions REGIONS, SHADOWS, PATTERN_PER_PIXEL and SECTION (gl_program.h): a software rasteriser runs both
-// branches of an `if`. All lighting is in view space, in linear light, with lamps fixed to the camera.
+// by the definitions REGIONS, LAYERS, SHADOWS, PATTERN_PER_PIXEL and SECTION (gl_program.h): a software rasteriser
+// runs both branches of an `if`. All lighting is in view space, in linear light, with lamps fixed to the camera.
 #pragma once
 
 namespace sectio::shaders {
@@ -70,8 +70,8 @@ float key_light_at(vec3 p) {
     float t = max(s * along - height, 0.0);
     float gap = length(ap + t * kKey - s * ab);
     float radius = mix(occluder_from[i].w, occluder_to[i].w, s);
-    float soft = 0.0008 + 0.12 * t;
-    light -= min(radius / soft, 1.0) * (1.0 - smoothstep(radius - soft, radius + soft, gap));
+    float soft = 0.0006 + 0.07 * t;
+    light -= min(1.5 * radius / soft, 1.0) * (1.0 - smoothstep(radius - soft, radius + soft, gap));
   }
 #endif
   return max(light, 0.0);
@@ -112,7 +112,8 @@ void emit_tissue(vec3 n, vec3 film_n, vec3 albedo, float ambient, float wetness)
   const vec3 wrap = vec3(0.30, 0.12, 0.08);
   vec3 diffuse = key * 0.95 * vec3(1.0, 0.98, 0.95) * max((dot(n, kKey) + wrap) / (1.0 + wrap), 0.0);
   diffuse += 0.22 * vec3(0.85, 0.92, 1.0) * max((dot(n, kFill) + wrap) / (1.0 + wrap), 0.0);
-  diffuse += ambient * mix(vec3(0.17, 0.14, 0.13), vec3(0.23, 0.24, 0.27), 0.5 + 0.5 * n.y);
+  // An instrument that takes the key light takes some of the sky, too.
+  diffuse += ambient * mix(0.6, 1.0, key) * mix(vec3(0.17, 0.14, 0.13), vec3(0.23, 0.24, 0.27), 0.5 + 0.5 * n.y);
   vec3 colour = albedo * diffuse * mix(0.55, 1.0, ambient);
 
   float facing = max(dot(film_n, v), 0.0);
@@ -182,6 +183,15 @@ void main() {
 // regions a wall is parenchyma: red grains and paler septa, mouths of vessels, a pale capsule along the lip, and blood
 // that gathers towards the bottom, where little light comes.
 constexpr const char* kWall = R"(
+#ifdef LAYERS
+uniform vec4 layer[4];  // in linear light, and the depth to which each reaches
+vec3 layer_at(float depth) {
+  vec3 colour = layer[0].rgb;
+  for (int i = 1; i < 4; ++i)
+    colour = mix(colour, layer[i].rgb, smoothstep(layer[i - 1].w - 0.00015, layer[i - 1].w + 0.00015, depth));
+  return colour;
+}
+#endif
 void main() {
 #ifdef SECTION
   if (drawn_as_section()) return;
@@ -198,10 +208,16 @@ void main() {
 #ifdef REGIONS
   albedo = tissue_at(rest.xyz, albedo, smoothstep(0.30, 0.80, coarse.r), 0.68 + 0.54 * fine.a);
   float openness = 0.70 + 0.30 * exp2(-60.0 * depth);
+#elif defined(LAYERS)
+  albedo = layer_at(depth + 0.0008 * (coarse.b - 0.5)) * (0.66 + 0.5 * coarse.r) * (0.70 + 0.54 * fine.a);
+  float openness = 0.55 + 0.45 * exp2(-110.0 * depth);
 #else
   float low = depth + 0.004 * (coarse.r - 0.5);
   albedo = mix(albedo, vec3(0.15, 0.010, 0.010), 0.75 * smoothstep(0.001, 0.010, low));
-  float lip = 1.0 - smoothstep(0.00010, 0.0005, depth + 0.0003 * (coarse.b - 0.5));
+  // A capsule thinner than a pixel would flicker: it is drawn as wide as a pixel, and fainter.
+  float pixel = fwidth(depth);
+  float lip = 1.0 - smoothstep(0.00010, 0.0005 + pixel, depth + 0.0003 * (coarse.b - 0.5));
+  lip *= 0.0005 / (0.0005 + pixel);
   albedo = mix(albedo, vec3(0.55, 0.33, 0.28), lip);
   float openness = 0.36 + 0.64 * exp2(-170.0 * depth);
 #endif
@@ -250,6 +266,31 @@ void main() {
   vec3 light = albedo * (1.4 * max(dot(n, kKey), 0.0) + 0.4 * max(dot(n, kFill), 0.0) + 0.25);
   light += (0.03 + 0.4 * exp2(-8.0 * max(dot(n, v), 0.0))) * surroundings(mirror) * 0.6;
   emit(light + 0.12 * lobe(dot(mirror, kKey), 50.0));
+})";
+
+// Bodies of other matter than tissue.
+constexpr const char* kPlastic = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  if (!gl_FrontFacing) n = -n;
+  vec3 v = normalize(-p_view);
+  float key = key_light_at(p_view);
+  vec3 mirror = reflect(-v, n);
+  vec3 albedo = base_colour * base_colour;
+  vec3 light = albedo * (1.1 * key * max(dot(n, kKey), 0.0) + 0.35 * max(dot(n, kFill), 0.0) + 0.22);
+  light += (0.03 + 0.3 * exp2(-8.0 * max(dot(n, v), 0.0))) * surroundings(mirror) * 0.5 * mix(0.3, 1.0, key);
+  emit(light + 0.15 * key * lobe(dot(mirror, kKey), 60.0));
+})";
+
+constexpr const char* kCloth = R"(
+void main() {
+  vec3 n = normalize(n_view);
+  if (!gl_FrontFacing) n = -n;
+  vec4 folds = texture(noise, rest.xyz * 5.0 + 0.21);
+  vec4 weave = texture(relief, rest.xyz * 150.0);
+  vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * folds.r) * (0.88 + 0.20 * weave.a);
+  float key = mix(0.25, 1.0, key_light_at(p_view));
+  emit(albedo * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22));
 })";
 
 constexpr const char* kGlow = R"(

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/material/looks.h"
 #include "common/material/regions.h"
 #include "common/math/camera.h"
 #include "common/math/types.h"
@@ -22,6 +23,8 @@ struct BodyFrame {
   Vec3 skin_colour = Vec3::Constant(0.6);
   Vec3 wall_colour = Vec3::Constant(0.5);
   Regions regions;  // inside the body
+  BodySurface surface = BodySurface::tissue;
+  std::vector<TissueLayer> layers;  // in walls, from the skin down
   // One entry a slot; dead triangles have v[0] == kNone. A renderer renews its index buffers when the revision changes.
   std::vector<Vec3f> rest_body_m;
   std::vector<Vec3f> positions_world_m;

@@ -173,6 +173,8 @@ void Replica::fill(const StateHeader& header, Frame& frame) {
     frame.bodies[b].skin_colour = scene_->bodies[b].skin_colour;
     frame.bodies[b].wall_colour = scene_->bodies[b].wall_colour;
     frame.bodies[b].regions = scene_->bodies[b].regions;
+    frame.bodies[b].surface = scene_->bodies[b].surface;
+    frame.bodies[b].layers = scene_->bodies[b].layers;
     bodies_[b].fill(frame.bodies[b]);
   }
   frame.tools.resize(header.tools.size());

@@ -11,6 +11,14 @@ void view_world(const Simulation& simulation, std::size_t tools, WorldView& view
   for (std::uint32_t t = 0; t < tools; ++t) view.tool_poses_world[t] = simulation.tool_pose_world(t);
 }
 
+namespace {
+
+BodyInfo info_of(const BodySpec& body) {
+  return {body.name, body.skin_colour, body.wall_colour, body.regions, body.surface, body.layers};
+}
+
+}  // namespace
+
 SceneInfo scene_info(const Scene& scene) {
   SceneInfo info;
   info.session = scene.session;
@@ -18,8 +26,7 @@ SceneInfo scene_info(const Scene& scene) {
   info.camera = scene.camera;
   info.floor_z_m = scene.floor_z_m;
   info.world_bodies = scene.world_bodies;
-  for (const BodySpec& body : scene.bodies)
-    info.bodies.push_back({body.name, body.skin_colour, body.wall_colour, body.regions});
+  for (const BodySpec& body : scene.bodies) info.bodies.push_back(info_of(body));
   for (const ToolSpec& tool : scene.tools) {
     const ToolGeometry& g = tool.geometry;
     info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}, g.gauge_m});
@@ -29,10 +36,8 @@ SceneInfo scene_info(const Scene& scene) {
 
 SceneInfo scene_info_now(const Scene& scene, const Simulation& simulation) {
   SceneInfo info = scene_info(scene);
-  for (auto b = static_cast<std::uint32_t>(info.bodies.size()); b < simulation.body_count(); ++b) {
-    const BodySpec& part = simulation.body(b);
-    info.bodies.push_back({part.name, part.skin_colour, part.wall_colour, part.regions});
-  }
+  for (auto b = static_cast<std::uint32_t>(info.bodies.size()); b < simulation.body_count(); ++b)
+    info.bodies.push_back(info_of(simulation.body(b)));
   return info;
 }
 

@@ -168,6 +168,30 @@ void read_looks(KeyReader& map, BodySpec& body) {
   map.vector("wall", body.wall_colour, between(0, 1), "Red, green and blue of walls that cuts have opened.");
 }
 
+void read_surface(KeyReader& map, BodySpec& body) {
+  const std::vector<std::string> names{"tissue", "plastic", "steel", "cloth"};
+  std::string name = names.front();
+  map.choice("surface", name, names, "What it is made of, for the eye alone.");
+  body.surface = static_cast<BodySurface>(std::ranges::find(names, name) - names.begin());
+}
+
+void read_layers(KeyReader& map, BodySpec& body) {
+  map.each(
+      "layers",
+      [&](KeyReader& part) {
+        TissueLayer layer;
+        part.number("to_depth_m", layer.to_depth_m, between(0, 1),
+                    "How far below the skin it reaches, along the wall; the last one reaches all the way.");
+        part.required().vector("colour", layer.colour, between(0, 1), "Red, green and blue.");
+        part.check(body.layers.empty() || body.layers.back().to_depth_m > 0, "the layer above it needs to_depth_m");
+        part.check(layer.to_depth_m == 0 || body.layers.empty() || layer.to_depth_m > body.layers.back().to_depth_m,
+                   "it must reach deeper than the layer above it");
+        body.layers.push_back(layer);
+      },
+      "Layers that walls of cuts show by their depth, from the skin down: skin, fat, muscle; at most four.");
+  map.check("layers", body.layers.size() <= kMaxLayers, "a body has at most " + std::to_string(kMaxLayers));
+}
+
 }  // namespace
 
 Box read_box(KeyReader& map) {
@@ -215,6 +239,8 @@ BodySpec read_body(KeyReader& map, const EngineTraits& traits) {
       "fixed", [&](KeyReader& part) { body.fixed = read_box(part); }, "A box: vertices inside stay where they are.");
   map.part(
       "colours", [&](KeyReader& part) { read_looks(part, body); }, "Colours where the body has no region.");
+  read_surface(map, body);
+  read_layers(map, body);
   body.regions = read_regions(map);
   map.check("volume", allowed.volume, "the model " + body.model + " has no volume");
   map.part(

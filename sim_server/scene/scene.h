@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/material/elastic_material.h"
+#include "common/material/looks.h"
 #include "common/material/regions.h"
 #include "common/math/camera.h"
 #include "common/math/trace.h"
@@ -120,6 +121,8 @@ struct BodySpec {
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
   Regions regions;  // the inside's, in the frame of the mesh
+  BodySurface surface = BodySurface::tissue;
+  std::vector<TissueLayer> layers;  // in walls, from the skin down
 };
 
 struct ToolSpec {

@@ -104,6 +104,8 @@ inline SceneInfo some_scene() {
   tumour.parts = {{RegionForm::ellipsoid, Vec3(0.01, 0, 0), Vec3(0.01, 0.02, 0.01), 0, 0, some_pose().orientation},
                   {RegionForm::tube, Vec3(0, 0, 0), Vec3(0, 0, 0.1), 0.002, 0.001, {1, 0, 0, 0}}};
   scene.bodies[0].regions = {tumour};
+  scene.bodies[0].surface = BodySurface::plastic;
+  scene.bodies[0].layers = {{0.002, Vec3(0.9, 0.7, 0.6)}, {0, Vec3(0.9, 0.8, 0.4)}};
   scene.tools = {{"left", "cautery_hook", {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}, 0.008}};
   return scene;
 }

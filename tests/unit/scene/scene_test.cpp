@@ -41,6 +41,28 @@ TEST_F(SceneFile, every_key_arrives) {
   EXPECT_LT(scene.tools[1].geometry.d_tool_m.z(), 0);
 }
 
+TEST_F(SceneFile, a_body_has_a_surface_and_layers) {
+  EXPECT_EQ(load(kScene).bodies[0].surface, BodySurface::tissue);
+  EXPECT_TRUE(load(kScene).bodies[0].layers.empty());
+  const std::string contact = "contact: {style: templates}";
+  const auto with_layers = [&](const std::string& layers) {
+    return contact + "\n    surface: cloth\n    layers: [" + layers + "]";
+  };
+  const BodySpec body =
+      load(with(contact, with_layers("{to_depth_m: 0.002, colour: [1, 0, 0]}, {colour: [0, 1, 0]}"))).bodies[0];
+  EXPECT_EQ(body.surface, BodySurface::cloth);
+  ASSERT_EQ(body.layers.size(), 2u);
+  EXPECT_EQ(body.layers[0].to_depth_m, 0.002);
+  EXPECT_EQ(body.layers[1].colour, Vec3(0, 1, 0));
+  EXPECT_NE(refusal(contact, with_layers("{colour: [1, 0, 0]}, {colour: [0, 1, 0]}")).find("needs to_depth_m"),
+            std::string::npos);
+  EXPECT_NE(refusal(contact, with_layers("{to_depth_m: 0.002, colour: [1, 0, 0]}, "
+                                         "{to_depth_m: 0.001, colour: [0, 1, 0]}"))
+                .find("deeper"),
+            std::string::npos);
+  EXPECT_NE(refusal(contact, contact + "\n    surface: wood").find("surface"), std::string::npos);
+}
+
 TEST_F(SceneFile, an_instrument_has_a_limit_of_its_speed) {
   EXPECT_EQ(load(kScene).tools[0].max_speed_m_per_s, 5);
   const Scene scene = load(with("kind: scalpel", "kind: scalpel, max_speed_m_per_s: 0.4"));
