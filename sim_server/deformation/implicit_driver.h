@@ -50,7 +50,8 @@ class ImplicitDriver {
 
   template <class A>
   void archive(A& a) {
-    a(residual_, residual_m_, not_met_, parts_, products_);
+    a(residual_, residual_m_, not_met_, parts_, iterations_, products_, before_position_, before_velocity_,
+      left_position_, left_velocity_);
   }
 
  private:

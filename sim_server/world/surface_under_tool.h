@@ -52,6 +52,11 @@ class OwnDent {
   void learn(const Vec3& around_m_per_s, const Vec3& tool_m_per_s, double step_s);
   double share() const;  // g
 
+  template <class A>
+  void archive(A& a) {
+    a(along_m2_per_s2_, square_m2_per_s2_);
+  }
+
  private:
   double along_m2_per_s2_ = 0, square_m2_per_s2_ = 0;  // sums that fade
 };

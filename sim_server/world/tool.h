@@ -48,8 +48,8 @@ struct Tool {
 
   template <class A>
   void archive(A& a) {
-    a(fitter, grasp, pose, force_is_capped, time_s, source, sequence, velocity_m_per_s, tip, sag_m, before, poses,
-      continuous, is_withdrawn);
+    a(fitter, grasp, pose, force_is_capped, time_s, source, sequence, velocity_m_per_s, tip, sags_more_m, own_dent,
+      before, poses, continuous, is_withdrawn);
   }
 
  private:
