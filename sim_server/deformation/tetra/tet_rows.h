@@ -45,6 +45,11 @@ struct alignas(64) TetFaceColumn {
 // For the corners of a face, where a row's sums at its edges to them begin: bytes from the row's first.
 struct alignas(64) TetFaceEdges {
   std::array<std::uint32_t, kLanes> a{}, b{}, c{};
+
+  template <class A>
+  void archive(A& ar) {
+    ar(a, b, c);
+  }
 };
 constexpr std::uint32_t kBytesAtEdge = 48;
 
@@ -128,8 +133,8 @@ class TetRows {
 
   template <class A>
   void archive(A& a) {
-    a(slices_, edges_, faces_, blocks_, pressure_scale_, row_of_, colour_, width_, open_, base_slices_, rows_,
-      overflow_rows_, colours_, most_faces_, taken_by_, step_s_);
+    a(slices_, edges_, faces_, blocks_, face_edges_, pressure_scale_, row_of_, colour_, width_, open_, base_slices_,
+      rows_, overflow_rows_, colours_, most_faces_, taken_by_, step_s_);
   }
 
  private:
