@@ -82,6 +82,7 @@ TEST_F(SceneEngines, the_journal_of_a_run_holds_the_scalars_and_replay_tells_the
   const Scene ready = scene();
   Simulation simulation(ready, table_);
   Recorder recorder(ready, simulation, file_.folder() + "/out");
+  recorder.begin_journal();
   for (int i = 0; i < 700; ++i) recorder.add(simulation.step({}), 0);
   recorder.finish();
   const std::vector<JournalScalars> scalars = read_scalars(file_.folder() + "/out/journal");
