@@ -102,6 +102,7 @@ struct Session {
       : scene(load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/bar_one_sequence.yaml", standard_traits())),
         simulation(scene),
         record(scene, simulation, directory) {
+    record.begin_journal();
     std::size_t next = 0;
     for (std::uint64_t k = 1; k <= kSteps; ++k) {
       StepInput input;
