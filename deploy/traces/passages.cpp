@@ -32,7 +32,7 @@ Line arc(const Vec3& middle_world_m, double radius_m, double from_deg, double to
 }
 
 std::vector<Place> lines(std::initializer_list<Line> strokes) {
-  constexpr double kAloft_m = 0.018, kTurn_s = 0.2, kRest_s = 0.1;
+  constexpr double kAloft_m = 0.018, kClear_m = 0.026, kTurn_s = 0.2, kRest_s = 0.1;  // clear: of every body
   std::vector<Place> places;
   for (const Line& line : strokes) {
     const std::vector<Vec3>& tips = line.tips_world_m;
@@ -50,6 +50,7 @@ std::vector<Place> lines(std::initializer_list<Line> strokes) {
     }
     places.push_back({above(tips.back()), places.back().ahead_deg, kRest_s, 0.06});
   }
+  places.front().tip_world_m.z() = places.back().tip_world_m.z() = kClear_m;
   return places;
 }
 
@@ -79,7 +80,7 @@ const auto kPassages = std::to_array<Passage>({
                       {.tips_world_m = {{0.000, 0.001, 0.004}, {0.013, 0.001, 0.004}}},
                       {.tips_world_m = {{0.014, 0.001, 0.004}, {0.028, 0.001, 0.004}}}})},
     {.name = "skin_saw",
-     .places = {{.tip_world_m = {-0.026, 0.001, 0.018}, .ahead_deg = 0, .rest_s = 0.2},
+     .places = {{.tip_world_m = {-0.026, 0.001, 0.026}, .ahead_deg = 0, .rest_s = 0.2},
                 {.tip_world_m = {-0.026, 0.001, 0.004}, .ahead_deg = 0, .rest_s = 0.1},
                 {.tip_world_m = {-0.014, 0.001, 0.004}, .ahead_deg = 0},
                 {.tip_world_m = {-0.019, 0.001, 0.004}, .ahead_deg = 0},
@@ -90,7 +91,7 @@ const auto kPassages = std::to_array<Passage>({
                 {.tip_world_m = {0.007, 0.001, 0.004}, .ahead_deg = 0, .rest_s = 0.3},
                 {.tip_world_m = {0.002, 0.001, 0.004}, .ahead_deg = 0},
                 {.tip_world_m = {0.014, 0.001, 0.004}, .ahead_deg = 0},
-                {.tip_world_m = {0.014, 0.001, 0.018}, .ahead_deg = 0, .rest_s = 0.1, .speed_m_per_s = 0.06}}},
+                {.tip_world_m = {0.014, 0.001, 0.026}, .ahead_deg = 0, .rest_s = 0.1, .speed_m_per_s = 0.06}}},
     {.name = "skin_rings",  // arcs that overlap by 3 mm; that end where the other begins; 0.6 mm before it
      .places = lines({arc({-0.03, 0, 0.004}, 0.009, 0, 190), arc({-0.03, 0, 0.004}, 0.009, 170, 370),
                       arc({0, 0, 0.004}, 0.009, 0, 180), arc({0, 0, 0.004}, 0.009, 180, 360),
