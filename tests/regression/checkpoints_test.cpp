@@ -14,23 +14,16 @@
 #include "sim_server/session/step_record.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
+#include "tests/regression/shipped_scenes.h"
 
 namespace sectio {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kScenes = SECTIO_SOURCE_DIR "/deploy/scenes";
+const fs::path kScenes = scenes_folder();
 constexpr std::uint64_t kSavedEvery = 211;  // steps; a prime, so that the moments are of all kinds
 constexpr std::uint64_t kCompared = 40;     // steps after each of them
-
-std::vector<std::string> scene_names() {
-  std::vector<std::string> names;
-  for (const fs::directory_entry& file : fs::directory_iterator(kScenes))
-    if (file.path().extension() == ".yaml") names.push_back(file.path().stem().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 Scene scene_of(const std::string& name) {
   return prepared(load_scene((kScenes / (name + ".yaml")).string(), standard_traits()));

@@ -14,6 +14,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/session/offline_run.h"
+#include "tests/regression/shipped_scenes.h"
 
 namespace sectio {
 namespace {
@@ -21,16 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-const fs::path kScenes = SECTIO_SOURCE_DIR "/deploy/scenes";
+const fs::path kScenes = scenes_folder();
 const fs::path kGolden = SECTIO_SOURCE_DIR "/tests/regression/golden.json";
-
-std::vector<std::string> scene_names() {
-  std::vector<std::string> names;
-  for (const fs::directory_entry& file : fs::directory_iterator(kScenes))
-    if (file.path().extension() == ".yaml") names.push_back(file.path().stem().string());
-  std::sort(names.begin(), names.end());
-  return names;
-}
 
 std::string read_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
