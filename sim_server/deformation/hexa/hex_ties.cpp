@@ -131,12 +131,7 @@ double HexTies::stiffness_n_per_m(std::uint32_t node) const {
 }
 
 std::vector<HexTie> clamps_of(const HexLattice& lattice, double young_pa, std::vector<std::uint8_t>& held) {
-  struct Clamp {
-    HexTie tie;
-    double n_per_m = 0;          // E times area over h
-    Vec3 moment = Vec3::Zero();  // the same times the place
-  };
-  std::map<std::uint32_t, Clamp> clamps;                                         // by cell
+  std::map<std::uint32_t, HexTie> clamps;                                        // by cell
   std::vector<std::array<double, 3>> fixed(lattice.nodes.size()), free = fixed;  // area by node and axis, in faces
   const double h = lattice.grid.cell_m;
   for (const HexSkin& part : lattice.skin) {
@@ -149,25 +144,20 @@ std::vector<HexTie> clamps_of(const HexLattice& lattice, double young_pa, std::v
         if (lattice.nodes[n][part.axis] == level) (part.fixed ? fixed : free)[n][part.axis] += area;
       continue;
     }
+    HexTie& tie = clamps[part.cell];
+    tie.nodes = cell.nodes;
+    tie.to.fill(kNone);
     const Vec3 place(cell.place[0], cell.place[1], cell.place[2]);
-    const double k_n_per_m = young_pa * cell.stiffness * area * h;
-    Clamp& clamp = clamps[part.cell];
-    clamp.n_per_m += k_n_per_m;
-    clamp.moment += k_n_per_m * ((a + b + c) / 3 - place);
     // The middles of the sides are a rule of degree two.
     for (const Vec3& middle : {Vec3((a + b) / 2), Vec3((b + c) / 2), Vec3((c + a) / 2)})
-      clamp.tie.add(middle - place, kSpreadClamp * k_n_per_m / 3);
+      tie.add(middle - place, kClamp * young_pa * cell.stiffness / h * area * h * h / 3);
   }
   for (std::uint32_t n = 0; n < held.size(); ++n)
     for (std::size_t k = 0; k < 3; ++k)
       if (fixed[n][k] > kLeastHeldArea && fixed[n][k] > free[n][k] - kLeastHeldArea) held[n] = 1;
   std::vector<HexTie> ties;
-  for (auto& [cell, clamp] : clamps) {
-    clamp.tie.nodes = lattice.cells[cell].nodes;
-    clamp.tie.to.fill(kNone);
-    clamp.tie.add(clamp.moment / clamp.n_per_m, kClamp * clamp.n_per_m);
-    if (!std::ranges::all_of(clamp.tie.nodes, [&](std::uint32_t n) { return held[n] != 0; })) ties.push_back(clamp.tie);
-  }
+  for (const auto& [cell, tie] : clamps)
+    if (!std::ranges::all_of(tie.nodes, [&](std::uint32_t n) { return held[n] != 0; })) ties.push_back(tie);
   return ties;
 }
 

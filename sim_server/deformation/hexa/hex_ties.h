@@ -58,10 +58,9 @@ class HexTies {
 };
 
 // The fixed parts of the surface. Nodes in a plane of the lattice more than half of whose surface around them is
-// fixed are `held`. Elsewhere a cell is clamped by a stiffness of kClamp E / h a unit of area in the middle of its
-// fixed part, and by kSpreadClamp E / h spread over that, in units of E = young_pa. One that is spread locks cells that
-// the surface crosses obliquely: they can't be at rest all over a plane without being so as a whole.
-constexpr double kClamp = 30, kSpreadClamp = 2;
+// fixed are `held`; elsewhere a cell is clamped by a stiffness of kClamp E / h a unit of area, in units of E =
+// young_pa. Nothing stronger: a plane oblique to the lattice would lock it.
+constexpr double kClamp = 16;
 std::vector<HexTie> clamps_of(const HexLattice& lattice, double young_pa, std::vector<std::uint8_t>& held);
 
 }  // namespace sectio

@@ -149,7 +149,7 @@ TEST_P(VolumeCuts, C_LIM_1_short_edges_collapse_when_the_blade_is_out) {
   EXPECT_FALSE(short_after.contains("fine"));
   for (const auto& [why, count] : short_after) RecordProperty("short_edges_" + why, count);
   EXPECT_LE(parts_without_added_mass(mesh), parts_without_added_mass(mesh_before));
-  EXPECT_LE(engine.diagnostics().added_mass_fraction, 0.8 * added);
+  EXPECT_LE(engine.diagnostics().added_mass_fraction, 0.8 * added + 1e-15);  // a lattice has none but for rounding
   RecordProperty("added_mass_percent",
                  std::to_string(100 * added) + ", " + std::to_string(100 * engine.diagnostics().added_mass_fraction));
   for (int n = 0; n < 100; ++n) block.body().deform({}, {}, 0.001);
