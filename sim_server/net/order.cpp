@@ -24,6 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kOrderPollPeriod = std::chrono::milliseconds(20);
+constexpr auto kAllHeard = std::chrono::seconds(2);  // a server that hears the order has said its status meanwhile
 
 // A server as it speaks after the order.
 struct Answer {
@@ -83,11 +84,15 @@ void give_order(NetworkOptions network, SessionOrder order, const std::string& n
   }
   if (servers.empty()) throw InputError("session '" + network.session + "': no server was heard");
   if (!endpoints.write(order)) throw InputError(name + ": DDS refused to send the order");
+  Clock::time_point disobeyed = Clock::now();  // for the last time
   while (Clock::now() < until) {
     listen(true);
     const auto obeying = static_cast<std::uint32_t>(
         std::ranges::count_if(servers, [&](const auto& server) { return obeys(order, server.second); }));
-    if (obeying == servers.size() && obeying >= endpoints.writer<SessionOrder>().readers()) {
+    if (obeying < servers.size()) disobeyed = Clock::now();
+    // A standby hears orders, too, and says nothing.
+    if (obeying == servers.size() &&
+        (obeying >= endpoints.writer<SessionOrder>().readers() || Clock::now() - disobeyed > kAllHeard)) {
       log_info(name + ": " + std::to_string(obeying) + (obeying == 1 ? " server obeys" : " servers obey"));
       return;
     }

@@ -146,8 +146,8 @@ TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
               w.name.c_str(), body.model.c_str(), body.volume.tetrahedra, 1e3 * body.volume.cell_m,
               1e3 * truth.back().norm(), expected, actual, expected / actual);
   EXPECT_GT(expected, 0);
-  // Known failures: a plate that stands on its rim bends, where the border of what is held falls is chance, and the laws are
-  // of meshes without sharp edges.
+  // Known failures: a plate that stands on its rim bends, where the border of what is held falls is chance, and the
+  // laws are of meshes without sharp edges.
   const double factor = w.is_miss ? 8 : 2;
   EXPECT_LT(expected, factor * actual) << planned.table;
   EXPECT_GT(expected, actual / factor) << planned.table;

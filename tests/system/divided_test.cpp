@@ -112,7 +112,7 @@ TEST_F(Divided, a_server_that_comes_late_catches_up_and_holds_nobody) {
   EXPECT_EQ(left->exit_code(), 0) << left->output();
   EXPECT_EQ(right->exit_code(), 0) << right->output();
   expect_equal_at_the_end(*screen);
-  EXPECT_LT(json("left/report.json")["session"]["waited_for_servers_s"].get<double>(), 0.5);
+  EXPECT_LT(json("left/report.json")["session_cost"]["waited_for_servers_s"].get<double>(), 0.5);
   auto one = share({"--offline", "--export", file("one")});
   EXPECT_EQ(one->exit_code(), 0) << one->output();
   const nlohmann::json whole = json("one/report.json");

@@ -133,9 +133,9 @@ TEST_F(Standby, stands_by_while_its_server_pauses) {
   ASSERT_TRUE(second->wait_for("standing by")) << second->output();
   const auto screen = viewer("screen", {"--no-pictures"});
   ASSERT_TRUE(first->wait_for("step ")) << first->output();
-  EXPECT_EQ(program("sim_server", in_session({"pause"}))->exit_code(), 0);
+  EXPECT_EQ(program("sim_server", in_session({"pause", "--patience-s", "60"}))->exit_code(), 0);
   let_pass(std::chrono::milliseconds(3500));
-  EXPECT_EQ(program("sim_server", in_session({"go-on"}))->exit_code(), 0);
+  EXPECT_EQ(program("sim_server", in_session({"go-on", "--patience-s", "60"}))->exit_code(), 0);
   EXPECT_EQ(first->exit_code(), 0) << first->output();
   EXPECT_EQ(second->exit_code(), 0) << second->output();
   EXPECT_EQ(second->output().find("fell silent"), std::string::npos) << second->output();
