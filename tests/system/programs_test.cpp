@@ -90,8 +90,8 @@ TEST_F(Programs, C_EXP_3_a_running_session_is_tilted_and_its_journal_knows) {
 
 TEST_F(Programs, a_step_beyond_the_stable_one_is_refused_with_the_one_that_would_do) {
   expect_bad_input("sim_server",
-                   {"--scene", changed_scene("young_pa: " + value_of("young_pa"), "young_pa: 1e8"), "--offline"}, "step_s",
-                   "the largest that would do");
+                   {"--scene", changed_scene("young_pa: " + value_of("young_pa"), "young_pa: 1e8"), "--offline"},
+                   "step_s", "the largest that would do");
 }
 
 TEST_F(Programs, a_damaged_mesh_is_one_line_with_file_and_place) {
