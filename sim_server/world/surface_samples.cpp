@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "common/math/intersect.h"
+
 namespace sectio {
 namespace {
 
@@ -31,11 +33,12 @@ struct Hold {
   double depth_m = -1e9;
   Vec3 target_m = Vec3::Zero(), normal = Vec3::UnitZ();
 };
-Hold hold_by(const Capsule& c, double tip_radius_m, const Vec3& at, const Vec3& outwards) {
+Hold hold_by(const Capsule& c, double tip_radius_m, bool pierced, const Vec3& at, const Vec3& outwards) {
   const Vec3 axis = nearest_on_axis(c, at), out = axis - at;
   const double distance = out.norm();
   if (outwards.dot(out) > kLooks * distance)
     return {c.radius_m - distance, axis - c.radius_m / distance * out, out / distance};
+  if (!pierced) return {};
   const Vec3 from_tip = at - c.from_world_m;
   const double back_m = from_tip.dot(c.back_world);
   const Vec3 aside = from_tip - back_m * c.back_world;
@@ -48,7 +51,8 @@ Hold hold_by(const Capsule& c, double tip_radius_m, const Vec3& at, const Vec3& 
 struct Sampler {
   std::span<const MovingCapsule> capsules;
   double tip_radius_m = 0;
-  int ways = 1;  // into which the motion is divided
+  int ways = 1;          // into which the motion is divided
+  bool pierced = false;  // the tip is inside; the axis behind it goes out through a face
 
   // Pushes the sample ahead of each way of the motion; false when it is out of reach at the end.
   bool push(SurfaceSample& s, const Vec3& outwards) const {
@@ -57,7 +61,7 @@ struct Sampler {
       Hold deepest;
       for (const MovingCapsule& moving : capsules) {
         const Capsule c = way == ways ? moving.after : between(moving, static_cast<double>(way) / ways);
-        const Hold hold = hold_by(c, tip_radius_m, at, outwards);
+        const Hold hold = hold_by(c, tip_radius_m, pierced, at, outwards);
         if (hold.depth_m > deepest.depth_m) deepest = hold;
       }
       if (way == ways && deepest.depth_m > -kBeforeCapsule_m) {
@@ -119,6 +123,12 @@ std::vector<SurfaceSample> samples_at(const SurfaceView& view, const CollisionEn
   }
   std::vector<TriangleId> near;
   tree.near_segments(view, ends, segments, reach_m, near);
+  const Capsule& tip = capsules.back().after;
+  const Vec3 behind_m = tip.from_world_m + kFarthest_m * tip.back_world;
+  sampler.pierced = std::ranges::any_of(near, [&](TriangleId t) {
+    const auto crossing = cross_segment(tip.from_world_m, behind_m, view.corners(t));
+    return crossing && !crossing->entering;
+  });
   std::vector<SurfaceSample> samples;
   for (const TriangleId t : near) {
     const auto& v = view.mesh.triangle(t).v;

@@ -2,6 +2,7 @@
 // Forces are the raw ones, before anything filters them for a hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/ball_on_block.h"
@@ -149,8 +150,9 @@ TEST(RoundInstruments, damp_nothing_by_themselves) {
 }
 
 TEST(RoundInstruments, do_not_pull_after_they_have_gone_through) {
-  for (const Bed& bed : {Bed{"neo_hookean", 500}, {"neo_hookean_lattice", 500, 0.01}, {"surface_springs"}}) {
+  for (const Bed& bed : {Bed{"neo_hookean", 500}, {"neo_hookean_lattice", 500, 0.005}, {"surface_springs"}}) {
     Ball ball(bed);
+    const double start_j = ball.op.simulation.energy_j();
     const double below_m = kBed_m.z() + 0.02;
     ball.push_n([&] { ball.press(below_m, 0.1); });
     ball.least_n = HUGE_VAL;
@@ -160,6 +162,68 @@ TEST(RoundInstruments, do_not_pull_after_they_have_gone_through) {
     ball.press(-0.02, 0.1), ball.hold(0.2);
     EXPECT_EQ(ball.op.state(), ContactState::free) << bed;
     EXPECT_EQ(ball.op.count(EventKind::body_frozen), 0u) << bed;
+    EXPECT_TRUE(std::ranges::any_of(
+        ball.op.events, [](const Event& e) { return e.kind == EventKind::contact_ended && !e.text.empty(); }))
+        << "says that the skin slipped off: " << bed;
+    ball.op.rest(1000);
+    EXPECT_EQ(ball.op.count(EventKind::driver_taken_over), ball.op.count(EventKind::driver_handed_back)) << bed;
+    EXPECT_LT(ball.op.simulation.energy_j() - start_j, 1e-6) << "as it was: " << bed;
+  }
+}
+
+// A ball that presses a side is felt alike whether its shaft stands upright beside the block or points away from it.
+TEST(RoundInstruments, press_a_side_with_the_shaft_beside_the_body) {
+  for (const Bed& bed : {Bed{"neo_hookean", 1500}, {"neo_hookean_lattice", 3456, 0.005}, {"tetra_springs", 1500}}) {
+    const auto pressed_n = [&](const Eigen::Quaterniond& turn, double height_m) {
+      test::Operation op(bed_under_ball(bed));
+      std::vector<double> force_n;
+      for (int i = 0; i <= 300; ++i) {
+        const double depth_m = -0.001 + i * 1.5e-5;
+        op.step({{0, {Vec3(-0.5 * kBed_m.x() - kRadius_m + depth_m, 0, height_m), turn}}});
+        force_n.push_back(-op.force_n(0).x());
+      }
+      return force_n;
+    };
+    const Eigen::Quaterniond upright = Eigen::Quaterniond::Identity(),
+                             away(Eigen::AngleAxisd(-0.5 * M_PI, Vec3::UnitY()));
+    for (const double height_m : {0.015, 0.02, 0.026}) {
+      const std::vector<double> beside_n = pressed_n(upright, height_m), away_n = pressed_n(away, height_m);
+      const double most_n = std::ranges::max(away_n);
+      EXPECT_GT(most_n, 0.05) << bed;
+      for (std::size_t i = 0; i < beside_n.size(); ++i)
+        ASSERT_NEAR(beside_n[i], away_n[i], 0.08 * most_n) << bed << ", " << height_m << " m, step " << i;
+    }
+  }
+}
+
+// Two balls squeeze the block from its sides, and open again.
+TEST(RoundInstruments, let_go_of_what_two_of_them_squeeze) {
+  for (const Bed& bed : {Bed{"neo_hookean", 1500}, {"neo_hookean_lattice", 3456, 0.005}, {"tetra_springs", 1500}}) {
+    Scene scene = bed_under_ball(bed);
+    scene.tools.push_back(scene.tools[0]);
+    scene.tools[1].name = "other";
+    test::Operation op(scene);
+    const auto start = op.simulation.positions_world_m(0);
+    const std::vector<Vec3f> before(start.begin(), start.end());
+    const auto at = [&](double gap_m) {
+      const double x_m = 0.5 * kBed_m.x() + kRadius_m + gap_m;
+      op.step({{0, {Vec3(-x_m, 0, 0.02), Eigen::Quaterniond::Identity()}},
+               {1, {Vec3(x_m, 0, 0.02), Eigen::Quaterniond::Identity()}}});
+    };
+    constexpr int kSteps = 400;
+    const double from_m = 0.002, to_m = -0.004;
+    for (int i = 0; i <= kSteps; ++i) at(from_m + (to_m - from_m) * i / kSteps);
+    EXPECT_GT(op.force_n(0).norm(), 0.05) << bed;
+    EXPECT_NEAR((op.force_n(0) + op.force_n(1)).x(), 0, 0.35 * op.force_n(0).norm())
+        << "alike but for the mesh on either side: " << bed;
+    for (int i = 0; i <= kSteps; ++i) at(to_m + (from_m - to_m) * i / kSteps);
+    op.rest(600);
+    EXPECT_EQ(op.state(0), ContactState::free) << bed;
+    EXPECT_EQ(op.state(1), ContactState::free) << bed;
+    float apart_m = 0;
+    const auto now = op.simulation.positions_world_m(0);
+    for (std::size_t i = 0; i < now.size(); ++i) apart_m = std::max(apart_m, (now[i] - before[i]).norm());
+    EXPECT_LT(apart_m, 1e-4f) << "nothing sticks to a ball: " << bed;
   }
 }
 
