@@ -19,11 +19,19 @@ Scene scene_of(const BladeTissue& tissue, const BladeStroke& stroke) {
   body.mesh = box(6 * tissue.squares, 4 * tissue.squares, 3 * tissue.squares, Vec3(0.06, 0.04, kBlockTop_m));
   body.cutting.style = tissue.style;
   body.cutting.threshold_force_n = 0.03;
-  body.material.toughness_j_per_m2 = kToughness_j_per_m2;
+  body.material.toughness_j_per_m2 = tissue.toughness_j_per_m2;
   if (tissue.tetrahedra > 0) body.volume.tetrahedra = tissue.tetrahedra;
   if (tissue.cell_m > 0) body.volume.cell_m = tissue.cell_m;
   scene.tools[0].geometry = stroke.geometry;
   return scene;
+}
+
+ToolGeometry knife() {
+  ToolGeometry g;
+  g.a_tool_m = Vec3::Zero(), g.b_tool_m = Vec3(-0.01, 0, 0.05);
+  g.c_tool_m = Vec3(0.001, 0, 0.05), g.d_tool_m = Vec3(-0.005, 0, 0.052);
+  g.sharp_length_m = 0.045;
+  return g;
 }
 
 class Hand {
@@ -47,6 +55,7 @@ class Hand {
     done.mean_n = n > 0 ? sum / n : 0;
     done.ripple_n = n > 0 ? std::sqrt(std::max(0.0, squares / n - done.mean_n * done.mean_n)) : 0;
     done.booked_j = booked_j_ - booked_j;
+    done.last_n = force_n_;
     return done;
   }
 
@@ -99,16 +108,25 @@ BladeStroke plunge(double deep_m) {
 }
 
 BladeStroke right_through() {
-  ToolGeometry g;
-  g.a_tool_m = Vec3::Zero(), g.b_tool_m = Vec3(-0.01, 0, 0.05);
-  g.c_tool_m = Vec3(0.001, 0, 0.05), g.d_tool_m = Vec3(-0.005, 0, 0.052);
-  g.sharp_length_m = 0.045;
   const Vec3 along(0.06 + 4 * kAside_m, 0, 0);
   return {"through",
           "knife",
-          g,
+          knife(),
           Vec3(-0.03 - 2 * kAside_m, 0.0017, -0.005),
           {{"through", along, 0.06 * kBlockTop_m, true, 2 * kAside_m + kEnds_m}}};
+}
+
+Vec3 edge_of_knife() {
+  return (knife().c_tool_m - knife().a_tool_m).normalized();
+}
+
+BladeStroke slice(double slice_over_push) {
+  const Vec3 edge = edge_of_knife(), ahead = Vec3::UnitY().cross(edge);
+  return {"slice",
+          "knife",
+          knife(),
+          Vec3(-0.03 - kAside_m, 0.0017, -0.001),
+          {{"in", Vec3(kAside_m + 0.02, 0, 0)}, {"slice", 0.006 * (ahead - slice_over_push * edge)}}};
 }
 
 std::vector<LegWork> work_of(const BladeTissue& tissue, const BladeStroke& stroke, double speed_m_per_s) {

@@ -16,6 +16,7 @@ struct BladeTissue {
   int squares = 2;        // on the surface, over 10 mm
   double tetrahedra = 0;  // a volume's
   double cell_m = 0;      // a lattice's
+  double toughness_j_per_m2 = 200;
 };
 
 // A straight way of the blade.
@@ -35,18 +36,22 @@ struct BladeStroke {
   std::vector<BladeLeg> legs;
 };
 
-constexpr double kToughness_j_per_m2 = 200;
+constexpr double kToughness_j_per_m2 = BladeTissue{}.toughness_j_per_m2;
 
 // In the block of felt_block(), whose top is z = kBlockTop_m. `long_m`: the way of the slide.
 BladeStroke slide_and_return(double deep_m, double long_m);  // down, along, back and forth in the slit, out, in, out
 BladeStroke plunge(double deep_m);                           // down, and out
 BladeStroke right_through();                                 // a long edge, from side to side
+// The same edge goes in by 20 mm, and 6 mm further while it is drawn along itself by `slice_over_push` times as much.
+BladeStroke slice(double slice_over_push);
+Vec3 edge_of_knife();  // unit, from its tip upwards along its sharp side
 
 struct LegWork {
   BladeLeg leg;
   double work_j = 0;                // by the hand, from the simulation's own force
   double booked_j = 0;              // by instrument_work_j
   double mean_n = 0, ripple_n = 0;  // the force's size, rms; a steady leg's without its ends
+  Vec3 last_n = Vec3::Zero();       // the force on the blade at the end
 };
 std::vector<LegWork> work_of(const BladeTissue& tissue, const BladeStroke& stroke, double speed_m_per_s);
 

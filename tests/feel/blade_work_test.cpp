@@ -68,6 +68,20 @@ TEST_P(BladeWorkThrough, of_a_knife_from_side_to_side) {
   EXPECT_LT(legs[0].ripple_n, 0.1 * legs[0].mean_n);
 }
 
+// Atkins, Xu and Jeronimidis (2004): with xi the slice over the push, J L / (1 + xi^2) across and xi times that along
+// the edge; and steady cutting without a slice at J L.
+TEST(BladeSlices, with_the_less_push_the_more_it_is_drawn) {
+  constexpr double kSoft_j_per_m2 = 40;
+  const Vec3 edge = edge_of_knife(), ahead = Vec3::UnitY().cross(edge);
+  const double due_n = kSoft_j_per_m2 * kBlockTop_m / edge.z();
+  for (const double xi : {0.0, 1.0, 2.0}) {
+    const auto legs = work_of({"", "neo_hookean", "progressive", 2, 2000, 0, kSoft_j_per_m2}, slice(xi), 0.05);
+    const double push_n = -legs.back().last_n.dot(ahead), slice_n = legs.back().last_n.dot(edge);
+    EXPECT_NEAR(push_n * (1 + xi * xi) / due_n, 1, xi > 0 ? 0.1 : 0.05) << xi;
+    EXPECT_NEAR(slice_n * (1 + xi * xi) / due_n, xi, 0.1 * std::max(1.0, xi)) << xi;
+  }
+}
+
 // The skin holds a point up to its threshold, breaks, and lets the force drop; then the front holds the edge by as much
 // as is in the tissue.
 TEST(BladeBreaksIn, with_a_drop_of_its_force) {
