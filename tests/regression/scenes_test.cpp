@@ -1,6 +1,7 @@
-// Every scene of deploy/scenes, offline: two runs are alike to the last bit, the journal replays to the same bodies,
-// and both are what tests/regression/golden.json holds. A change of a scene's outcome on purpose renews that file
-// (SECTIO_RENEW_GOLDEN=1 in the environment, or `ninja renew_golden`), and the commit shows it.
+// Every scene of deploy/scenes, offline: the run is what tests/regression/golden.json holds, and its journal replays to
+// the same bodies. One scene for each kind of model is run twice, and the runs are alike to the last bit; test_checkpoints
+// runs every scene a second time. A change of a scene's outcome on purpose renews the file (SECTIO_RENEW_GOLDEN=1 in the
+// environment, or `ninja renew_golden`), and the commit shows it.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "common/delta/journal.h"
 #include "sim_server/engine/standard_traits.h"
@@ -79,12 +81,18 @@ class Scenes : public testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Deployed, Scenes, testing::ValuesIn(scene_names()),
                          [](const auto& scene) { return scene.param; });
 
-TEST_P(Scenes, D_8_two_runs_and_the_replay_are_alike_and_as_they_were) {
-  const ordered_json first = run("first"), second = run("second");
-  EXPECT_EQ(first, second);
-  for (const fs::directory_entry& file : fs::directory_iterator(directory / "first")) {
-    if (!file.is_regular_file() || file.path().filename() == "report.json") continue;  // checkpoints go by the clock
-    EXPECT_EQ(read_file(file.path()), read_file(directory / "second" / file.path().filename())) << file.path();
+// Surfaces, tetrahedra, a lattice, templates, and bodies that touch.
+constexpr std::string_view kRunTwice[] = {"liver_incision", "bar_volume_cut", "bar_lattice_cut", "incision_templates",
+                                          "two_organs"};
+
+TEST_P(Scenes, D_8_the_run_and_its_replay_are_as_they_were) {
+  const ordered_json first = run("first");
+  if (std::ranges::find(kRunTwice, GetParam()) != std::end(kRunTwice)) {
+    EXPECT_EQ(first, run("second"));
+    for (const fs::directory_entry& file : fs::directory_iterator(directory / "first")) {
+      if (!file.is_regular_file() || file.path().filename() == "report.json") continue;  // checkpoints go by the clock
+      EXPECT_EQ(read_file(file.path()), read_file(directory / "second" / file.path().filename())) << file.path();
+    }
   }
 
   const std::vector<JournalBody> replayed = read_journal((directory / "first" / "journal").string());
