@@ -25,6 +25,7 @@ BladeWatch::BladeWatch(const Scene& scene) : scene_(scene) {
 
 std::string BladeWatch::reason(std::uint32_t tool, const Blade& blade) const {
   if (!blade.refusal.empty()) return "every cut was refused: " + blade.refusal;
+  if (!blade.remark.empty()) return blade.remark;
   const InstrumentKind& kind = instrument_of(scene_.tools[tool].kind);
   if (kind.only_closing) return "its jaws never closed on tissue";
   if (kind.edge_enters) return "its edge never reached into the tissue on the way of its sharp side";
@@ -50,6 +51,7 @@ std::vector<std::string> BladeWatch::add(const StepOutput& output) {
     if (event.kind == EventKind::penetrated) blade.watched = false;
     if (event.kind == EventKind::contact_began) blade.body_id = event.body_id;
     if (event.kind == EventKind::cut_refused) blade.refusal = event.text;
+    if (event.kind == EventKind::did_not_cut) blade.remark = event.text;
   }
   std::vector<std::string> warnings;
   for (const ContactModel& contact : output.contacts) {

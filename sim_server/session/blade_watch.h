@@ -29,10 +29,11 @@ class BladeWatch {
     double contact_time_s = 0, largest_force_n = 0;
     std::uint32_t body_id = 0;  // touched last
     std::string refusal;        // its last refused cut's
+    std::string remark;         // on a cut that it did not begin
 
     template <class A>
     void archive(A& a) {
-      a(watched, contact_time_s, largest_force_n, body_id, refusal);
+      a(watched, contact_time_s, largest_force_n, body_id, refusal, remark);
     }
   };
   std::string reason(std::uint32_t tool, const Blade& blade) const;

@@ -70,7 +70,6 @@ void distribute_reactions(SimulatedWorld& world, StepContext& context, std::uint
     EdgeContact& contact = world.contact(body_id, e);
     contact.deformed(
         reactions.subspan(static_cast<std::size_t>(from - constraints.begin()), static_cast<std::size_t>(to - from)));
-    context.output.report.cuts_refused += contact.take_refused();
     for (const auto& [kind, text] : contact.take_events()) {
       context.emit(kind, body_id, world.edges[e].tool_id, std::string(text));
       context.output.publish_now |= kind == EventKind::contact_began;

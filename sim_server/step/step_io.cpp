@@ -18,6 +18,8 @@ const char* to_string(EventKind kind) {
       return "island freed";
     case EventKind::cut_refused:
       return "cut refused";
+    case EventKind::did_not_cut:
+      return "did not cut";
     case EventKind::step_overrun:
       return "step overrun";
     case EventKind::driver_taken_over:

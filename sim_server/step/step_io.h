@@ -69,8 +69,9 @@ enum class EventKind : std::uint8_t {
   speed_set,
   begun_anew,  // bodies are as they were at first
   score_told,
-  sought,     // the played session goes on from another time
-  task_told,  // the exercise's aim, a line each
+  sought,       // the played session goes on from another time
+  task_told,    // the exercise's aim, a line each
+  did_not_cut,  // a blade is in tissue where its body has no cut for it; the text says why
 };
 const char* to_string(EventKind kind);
 

@@ -167,14 +167,14 @@ bool EdgeContact::enter_open_cut() {
   return true;
 }
 
-// A style that cuts where the tip goes has no cut for a blade that goes through the body beside its tip.
+// A style that cuts where the tip goes has no cut for a blade that goes through the body beside its tip. Nothing was
+// begun, so nothing is refused: a hand that grazes tissue is told, and may go on.
 void EdgeContact::say_when_tip_is_outside(const JointPose& before) {
   if (said_tip_is_outside_ || phase_ != Phase::pressing || body_.cut_traits.edge_cuts_anywhere || body_.rigid()) return;
   if (!cuts() || body_.tree().inside(body_.view(), edge_.tip_world_m())) return;
-  if (!sharp_edge_deep_inside(body_, edge_, before)) return;
+  if (!sharp_edge_deep_inside(body_, edge_, before) || tip_is_in_groove(body_, edge_)) return;
   said_tip_is_outside_ = true;
-  ++refused_;
-  events_.push_back({EventKind::cut_refused, "the edge went in, but the tip, which cuts in this style, is outside"});
+  events_.push_back({EventKind::did_not_cut, "the edge went in, but the tip, which cuts in this style, is outside"});
 }
 
 void EdgeContact::press() {

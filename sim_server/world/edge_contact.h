@@ -75,15 +75,12 @@ class EdgeContact {
 
   // The events since the last call.
   std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
-  // Cuts that were refused before anything was planned, since the last call.
-  std::uint32_t take_refused() { return std::exchange(refused_, 0); }
   double cutting_work_j() const { return stroke_.resistance().work_j(); }  // by the hand against fronts, so far
 
   template <class A>
   void archive(A& a) {
     a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, stroke_, ended_at_, deep_steps_,
-      groove_searches_, point_, normal_, contact_points_, constraints_, force_n_, said_tip_is_outside_, refused_,
-      events_);
+      groove_searches_, point_, normal_, contact_points_, constraints_, force_n_, said_tip_is_outside_, events_);
   }
 
  private:
@@ -156,7 +153,6 @@ class EdgeContact {
   Vec3 force_n_ = Vec3::Zero();
 
   bool said_tip_is_outside_ = false;  // in this contact
-  std::uint32_t refused_ = 0;
   std::vector<ContactEvent> events_;
 };
 

@@ -49,6 +49,13 @@ TEST(BladeWatch, the_reason_of_refused_cuts_is_given) {
   EXPECT_NE(w.warnings[0].find("every cut was refused: no entry"), std::string::npos) << w.warnings[0];
 }
 
+TEST(BladeWatch, a_remark_says_why_a_blade_did_not_cut) {
+  Watched w("scalpel");
+  w.touch(3, 2, {{0, EventKind::did_not_cut, 0, 0, "its tip is outside"}});
+  EXPECT_EQ(w.warnings,
+            std::vector<std::string>{"tool tool has touched tissue for 2 s without cutting: its tip is outside"});
+}
+
 TEST(BladeWatch, one_that_cuts_touches_shortly_or_has_no_edge_is_not_named) {
   Watched cuts("scalpel"), short_touch("scalpel"), probe("probe");
   cuts.touch(5, 2, {{0, EventKind::penetrated, 0, 0, ""}});
