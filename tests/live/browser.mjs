@@ -71,7 +71,15 @@ export class Browser {
     const ended = new Promise((done) => this.#process.on('exit', done));
     this.#process.kill();
     await ended;
-    rmSync(this.#profile, { recursive: true, force: true, maxRetries: 5 });
+    // Its other processes write there a little longer.
+    await until('the end of all that writes to the profile', () => {
+      try {
+        rmSync(this.#profile, { recursive: true, force: true });
+        return true;
+      } catch {
+        return false;
+      }
+    });
   }
 }
 
