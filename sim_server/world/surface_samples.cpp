@@ -13,6 +13,7 @@ constexpr double kSpacing = 0.5;      // between samples, and of a way that push
 constexpr int kMostAlong = 24;        // samples along an edge
 constexpr double kFarthest_m = 0.02;  // a longer motion in a step is no push: the instrument has jumped
 constexpr double kLooks = 0.2;        // cosine to the way to the axis from which on a face looks at it
+constexpr double kBesideTip = 0.5;    // a face no farther behind the tip, over the radius, is around the ball
 constexpr double kPierced = 0.5;      // cosine to the axis from which on a face can have been pierced
 
 Vec3 nearest_on_axis(const Capsule& c, const Vec3& p) {
@@ -38,9 +39,9 @@ Hold hold_by(const Capsule& c, double tip_radius_m, bool pierced, const Vec3& at
   const double distance = out.norm();
   if (outwards.dot(out) > kLooks * distance)
     return {c.radius_m - distance, axis - c.radius_m / distance * out, out / distance};
-  if (!pierced) return {};
   const Vec3 from_tip = at - c.from_world_m;
   const double back_m = from_tip.dot(c.back_world);
+  if (!pierced && back_m > kBesideTip * tip_radius_m) return {};
   const Vec3 aside = from_tip - back_m * c.back_world;
   const double ahead_m = std::sqrt(std::max(0.0, tip_radius_m * tip_radius_m - aside.squaredNorm()));
   if (outwards.dot(c.back_world) < kPierced || aside.norm() >= c.radius_m || std::abs(back_m) > kFarthest_m) return {};
@@ -126,8 +127,9 @@ std::vector<SurfaceSample> samples_at(const SurfaceView& view, const CollisionEn
   const Capsule& tip = capsules.back().after;
   const Vec3 behind_m = tip.from_world_m + kFarthest_m * tip.back_world;
   sampler.pierced = std::ranges::any_of(near, [&](TriangleId t) {
-    const auto crossing = cross_segment(tip.from_world_m, behind_m, view.corners(t));
-    return crossing && !crossing->entering;
+    const Corners c = view.corners(t);
+    const auto crossing = cross_segment(tip.from_world_m, behind_m, c);
+    return crossing && (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized().dot(tip.back_world) >= kPierced;
   });
   std::vector<SurfaceSample> samples;
   for (const TriangleId t : near) {

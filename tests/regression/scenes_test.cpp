@@ -1,7 +1,7 @@
 // Every scene of deploy/scenes, offline: the run is what tests/regression/golden.json holds, and its journal replays to
-// the same bodies. One scene for each kind of model is run twice, and the runs are alike to the last bit; test_checkpoints
-// runs every scene a second time. A change of a scene's outcome on purpose renews the file (SECTIO_RENEW_GOLDEN=1 in the
-// environment, or `ninja renew_golden`), and the commit shows it.
+// the same bodies. One scene for each kind of model is run twice, and the runs are alike to the last bit;
+// test_checkpoints runs every scene a second time. A change of a scene's outcome on purpose renews the file
+// (SECTIO_RENEW_GOLDEN=1 in the environment, or `ninja renew_golden`), and the commit shows it.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
