@@ -136,6 +136,29 @@ std::vector<ToolDepth> depths_along(const TriangleSoup& surface, const ToolUse& 
   return depths;
 }
 
+double gripped_share(const TriangleSoup& surface, const BodySituation& s) {
+  constexpr int kAlong = 6;  // samples along an edge of a triangle
+  double most = 0;
+  for (const ToolUse& tool : s.tools) {
+    const auto begun = std::ranges::find_if(tool.moments, &ToolMoment::grips);
+    if (!(tool.grip_radius_m > 0) || begun == tool.moments.end()) continue;
+    double held = 0, all = 0;
+    for (const auto& [i, j, k] : surface.triangles) {
+      const Vec3 &a = surface.vertices_body_m[i], u = surface.vertices_body_m[j] - a,
+                 w = surface.vertices_body_m[k] - a;
+      const double area = u.cross(w).norm();
+      for (int m = 0; m < kAlong; ++m)
+        for (int n = 0; m + n < kAlong; ++n) {
+          all += area;
+          const Vec3 at = a + (m + 1.0 / 3) / kAlong * u + (n + 1.0 / 3) / kAlong * w;
+          if ((at - begun->tip_m).norm() < tool.grip_radius_m) held += area;
+        }
+    }
+    most = std::max(most, held / all);
+  }
+  return most;
+}
+
 std::vector<BodyLoad> loads_on(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s) {
   std::vector<BodyLoad> loads;
   add_weight(surface, shape, s, loads);

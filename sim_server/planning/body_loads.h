@@ -53,6 +53,9 @@ struct ToolDepth {
 };
 std::vector<ToolDepth> depths_along(const TriangleSoup& surface, const ToolUse& tool);
 
+// The largest share of the surface that jaws hold at once.
+double gripped_share(const TriangleSoup& surface, const BodySituation& situation);
+
 // A displacement by weight, in thicknesses; smaller ones matter less.
 constexpr double kSagThatMatters = 0.02;
 

@@ -175,8 +175,10 @@ class Planner {
   void set_cost(Candidate& c, double surface_vertices) const {
     const Rate& rate = calibration_.rate.at(c.method->name);
     const bool is_loose = !c.method->needs_volume() && !in_.is_held;
+    const double part_ns =
+        rate.part_ns + rate.element_ns * c.elements + rate.held_ns * in_.gripped_share * surface_vertices;
     const double per_step_ns =
-        rate.element_ns * c.elements * c.substeps + rate.vertex_ns * c.vertices +
+        calibration_.step_ns + part_ns * c.substeps + rate.vertex_ns * c.vertices +
         (is_loose ? calibration_.loose_vertex_ns * c.vertices : 0) +
         (in_.has_tools ? calibration_.touch_ns + calibration_.touched_vertex_ns * surface_vertices : 0);
     c.cpu = 1e-9 * per_step_ns / c.step_s;

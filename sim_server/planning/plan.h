@@ -20,6 +20,8 @@ struct Rate {
   double vertex_ns = 0;   // for each vertex and step, whatever the number of substeps
   // The largest substep of the integrator, over cell / sqrt(modulus / density); see modulus_pa() in plan.cpp.
   double limit = 0;
+  double part_ns = 0;  // for each substep, whatever the number of elements
+  double held_ns = 0;  // for each substep and each vertex that jaws hold
 };
 // Processor time of cutting. Lengths are in edges: of the lattice's cubes (resolution.h), or of a surface's triangles.
 struct CutRate {
@@ -33,6 +35,7 @@ struct CutRate {
 struct Calibration {
   std::map<std::string, Rate> rate;    // by name of the method
   std::map<std::string, CutRate> cut;  // by model
+  double step_ns = 0;                  // for each step of a body, whatever it is
   double loose_vertex_ns = 0;          // for each step and vertex of a surface that nothing holds
   double touch_ns = 0;                 // for each step with an instrument at the surface
   double touched_vertex_ns = 0;        // for each such step and vertex of the surface
@@ -52,6 +55,7 @@ struct PlanInput {
   std::vector<BodyLoad> loads;
   std::vector<Stroke> strokes;
   bool has_tools = false, is_held = true;
+  double gripped_share = 0;  // between jaws, of the surface
   double step_s = 0.001;
   double surface_limit_s = 0;         // the largest stable part of a step of a model of the surface alone
   std::string no_surface, no_volume;  // why the scene rules out models without or with an inside; empty: it doesn't

@@ -183,6 +183,7 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene, std::span<const
   in.loads = planning::loads_on(with_surface.mesh, in.shape, situation);
   in.strokes = planning::strokes_in(with_surface.mesh, in.shape, situation);
   in.is_held = !situation.fixed_m.empty();
+  in.gripped_share = planning::gripped_share(with_surface.mesh, situation);
   const auto surface_method = std::ranges::find_if(methods, [](const Method& m) { return !m.needs_volume(); });
   if (in.no_surface.empty() && surface_method != methods.end())
     in.surface_limit_s = surface_limit_s(body, scene, *surface_method, engines);

@@ -1,12 +1,11 @@
 // The cost that the planner expects of a body against its true cost, as a report tells it, both measured in this run:
 // the processor's time, the least of several stretches.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "common/core/processor_time.h"
+#include "sim_server/prepare/machine_speed.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
@@ -17,20 +16,23 @@ namespace {
 
 using planning::Load;
 
-constexpr double kFactor = 2;  // 1.3 is the aim; other programs use the machine meanwhile
+constexpr double kFactor = 1.4, kDisturbed = 2;  // 1.3 is the aim
+// Other programs halve the machine's speed within seconds: a case is repeated unless the speed after it is that before.
+constexpr double kSameSpeed = 1.12;
+constexpr int kTries = 4;
 
 class Cost : public testing::TestWithParam<PlannedCase> {
  protected:
-  static void SetUpTestSuite() {
-    folder() = std::filesystem::path(testing::TempDir()) / ("sectio_cost_" + std::to_string(getpid()));
-    setenv("XDG_CACHE_HOME", folder().c_str(), 1);
-  }
-  static void TearDownTestSuite() { std::filesystem::remove_all(folder()); }
-  static std::filesystem::path& folder() {
-    static std::filesystem::path path;
-    return path;
+  static planning::Calibration& speed() {
+    static planning::Calibration last = measure_calibration(standard_engines());
+    return last;
   }
 };
+
+bool same_speed(const planning::Calibration& a, const planning::Calibration& b) {
+  const auto of = [](const planning::Calibration& c) { return c.rate.at("surface_springs").element_ns; };
+  return std::max(of(a), of(b)) < kSameSpeed * std::min(of(a), of(b));
+}
 
 const PlannedCase kCases[] = {
     {"coarse_bar", Load::bending, {0.12, 0.02, 0.02}, {}, 20000, 0.45, 0.04},
@@ -80,13 +82,21 @@ double cost_of(Scene scene) {
 }
 
 TEST_P(Cost, is_near_the_estimate) {
-  const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines());
-  const BodySpec& body = planned.scene.bodies[0];
-  const double cost = cost_of(planned.scene), ratio = *body.plan.cpu_estimate / cost;
-  std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f\n", GetParam().name.c_str(), body.model.c_str(),
-              *body.plan.cpu_estimate, cost, ratio);
-  EXPECT_LT(ratio, kFactor);
-  EXPECT_GT(ratio, 1 / kFactor);
+  double ratio = 1;
+  bool quiet = false;
+  for (int n = 0; n < kTries && !quiet; ++n) {
+    const planning::Calibration before = speed();
+    const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines(), before);
+    const BodySpec& body = planned.scene.bodies[0];
+    const double cost = cost_of(planned.scene);
+    speed() = measure_calibration(standard_engines());
+    quiet = same_speed(before, speed());
+    ratio = *body.plan.cpu_estimate / cost;
+    std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f%s\n", GetParam().name.c_str(), body.model.c_str(),
+                *body.plan.cpu_estimate, cost, ratio, quiet ? "" : ", disturbed");
+  }
+  EXPECT_LT(ratio, quiet ? kFactor : kDisturbed);
+  EXPECT_GT(ratio, 1 / (quiet ? kFactor : kDisturbed));
 }
 
 }  // namespace

@@ -68,7 +68,9 @@ inline Scene scene_of(const PlannedCase& c) {
       ToolSpec t = tool("forceps");
       t.grip_radius_m = 0.6 * std::max(c.size_m.y(), c.size_m.z());
       const Vec3 end(c.size_m.x(), c.size_m.y() / 2, c.size_m.z() / 2);
-      add(t, {{0, {end, turned(0)}, 0.3}, {0.1, {end, turned(0)}, 0}, {1, {end, turned(M_PI / 4)}, 0}});
+      const Eigen::Quaterniond along(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));  // the shaft goes on from the bar
+      const auto held = [&](double rad) { return Pose{end, turned(rad) * along}; };
+      add(t, {{0, held(0), 0.3}, {0.1, held(0), 0}, {1, held(M_PI / 4), 0}});
       break;
     }
     case planning::Load::indentation: {

@@ -170,6 +170,14 @@ TEST_F(Loads, ball_dents_as_wide_as_it_touches) {
   EXPECT_NEAR(loads()[0].what.width_m, 2 * std::sqrt(0.005 * 0.002), 1e-9);
 }
 
+TEST_F(Loads, forceps_hold_the_surface_in_their_reach) {
+  ToolUse& tool = add_tool(Vec3(0.05, 0.01, 0.02));
+  tool.grip_radius_m = 0.005;
+  EXPECT_EQ(gripped_share(bar, situation), 0) << "they are open";
+  tool.moments[0].grips = true;
+  EXPECT_NEAR(gripped_share(bar, situation), M_PI * 0.005 * 0.005 / (2 * 0.02 * 0.02 + 4 * 0.1 * 0.02), 1e-3);
+}
+
 TEST_F(Loads, forceps_twist_when_they_turn) {
   ToolUse& tool = add_tool(Vec3(0.1, 0.01, 0.01));
   tool.grip_radius_m = 0.01;
