@@ -35,7 +35,7 @@ std::array<double, 8> steepness(const HexCell& cell) {
 double stiffest_of(const HexLattice& lattice) {
   double stiffest = 0;
   for (const HexCell& cell : lattice.cells) stiffest = std::max(stiffest, cell.stiffness);
-  return stiffest;
+  return stiffest > 0 ? stiffest : 1;  // all is fixed
 }
 
 // G_n, in units of V / h^2.
@@ -49,6 +49,7 @@ std::vector<double> stiffness_at_nodes(const HexLattice& lattice) {
 }
 
 double sum_over_corners(const HexCell& cell, std::span<const double> g, std::span<const double> m) {
+  if (cell.fill == 0) return 0;
   double sum = 0;
   for (const std::uint32_t n : cell.nodes) sum += g[n] / m[n];
   return kShared / 12 * sum;
@@ -77,12 +78,15 @@ HexRows rows_of(const HexLattice& lattice, const HexMaterial& material) {
   rows.omega2_per_shear = static_cast<float>(4 * material.shear_pa / (material.density_kg_per_m3 * h * h));
   rows.stiffest = stiffest_of(lattice);
   const std::vector<double> g = stiffness_at_nodes(lattice), m = effective_masses(lattice);
-  rows.batches.resize((lattice.cells.size() + kLanes - 1) / kLanes);
+  std::vector<const HexCell*> cells;  // their tissue can move
+  for (const HexCell& cell : lattice.cells)
+    if (cell.fill > 0) cells.push_back(&cell);
+  rows.batches.resize((cells.size() + kLanes - 1) / kLanes);
   for (std::size_t b = 0; b < rows.batches.size(); ++b) {
     HexBatch& batch = rows.batches[b];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const bool used = kLanes * b + lane < lattice.cells.size();
-      const HexCell& cell = lattice.cells[kLanes * b + (used ? lane : 0)];
+      const bool used = kLanes * b + lane < cells.size();
+      const HexCell& cell = *cells[kLanes * b + (used ? lane : 0)];
       for (std::size_t c = 0; c < 8; ++c) batch.offset[c][lane] = byte_offset(cell.nodes[c]);
       if (!used) continue;
       const double weight = cell.fill * cell.stiffness;

@@ -72,7 +72,8 @@ class Assembly {
   void join(std::uint32_t a, std::uint32_t b) { together_.join(a, b); }
   void meet(std::uint32_t low, std::uint32_t high) { meetings_.emplace_back(low, high); }
 
-  void make_cells(const std::function<double(std::uint32_t)>& factor) {
+  void make_cells(const std::function<double(std::uint32_t)>& factor,
+                  const std::function<bool(std::uint32_t)>& is_fixed) {
     std::vector<std::uint32_t> roots;
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s)
       if (together_.root(s) == s) roots.push_back(s);
@@ -86,6 +87,7 @@ class Assembly {
     for (std::uint32_t s = 0; s < lattice_.shares.size(); ++s) {
       HexShare& share = lattice_.shares[s];
       share.cell = cell_of[together_.root(s)];
+      if (is_fixed(share.tet)) continue;
       HexCell& cell = lattice_.cells[share.cell];
       cell.fill += share.volume;
       cell.stiffness += share.volume * (factor ? factor(share.tet) : 1);
@@ -93,6 +95,10 @@ class Assembly {
       cell.spread += share.volume * share.square;
     }
     for (HexCell& cell : lattice_.cells) {
+      if (cell.fill == 0) {
+        cell.spread = HexCell{}.spread;
+        continue;
+      }
       cell.stiffness /= cell.fill;
       const Vec3 mean = cell.offset / cell.fill;  // from 0 to 1
       cell.spread = 4 * (cell.spread / cell.fill - mean.cwiseProduct(mean)).cwiseMax(kLeastSpread);
@@ -172,7 +178,9 @@ void LatticeMaker::look_at(std::span<const std::uint32_t> tetrahedra, const TetM
   known_.resize(mesh.tetrahedra.size());
   for (const std::uint32_t t : tetrahedra) {
     known_[t] = {};
-    if (mesh.tetrahedra[t] != kNoTetrahedron) share_out(t, mesh);
+    if (mesh.tetrahedra[t] == kNoTetrahedron) continue;
+    share_out(t, mesh);
+    known_[t].is_fixed = is_fixed && std::ranges::all_of(mesh.tetrahedra[t], is_fixed);
   }
   std::vector<std::uint32_t> around(tetrahedra.begin(), tetrahedra.end());
   for (const std::uint32_t t : tetrahedra)
@@ -204,7 +212,7 @@ void LatticeMaker::find_contacts(std::uint32_t t, const TetMesh& mesh, const Tet
   for (std::size_t corner = 0; corner < 4; ++corner) {
     const std::uint32_t u = across(t, corner, mesh, stars);
     known.outside[corner] = u == kNone;
-    if (u == kNone && is_fixed) {
+    if (is_fixed && !known.is_fixed && (u == kNone || known_[u].is_fixed)) {
       const auto& [i, j, k] = kTetFaces[corner];
       const Tetrahedron& c = mesh.tetrahedra[t];
       find_skin(face_of(t, corner, mesh), is_fixed(c[i]) && is_fixed(c[j]) && is_fixed(c[k]), known);
@@ -257,7 +265,7 @@ HexLattice LatticeMaker::make(const TetMesh& mesh, const std::function<double(st
         next_along(a, b) < 3 ? assembly.meet(own, other) : assembly.meet(other, own);
     }
   }
-  assembly.make_cells(stiffness_factor);
+  assembly.make_cells(stiffness_factor, [&](std::uint32_t t) { return known_[t].is_fixed; });
   assembly.make_nodes();
   for (std::uint32_t t = 0; t < known_.size(); ++t)
     for (const HexSkin& part : known_[t].skin) {

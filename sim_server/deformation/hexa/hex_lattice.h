@@ -55,7 +55,9 @@ struct HexShare {
   Vec3 square = Vec3::Zero();  // see GridPiece
 };
 
-// A part of the body's surface that is fixed, or that lies in a plane of the lattice; only where something is fixed.
+// A part of the surface of the tissue that can move: fixed, or in a plane of the lattice; only where something is fixed.
+// Tetrahedra all of whose corners are fixed don't count: cells have none of their stiffness and mass, and where they
+// meet others the surface is fixed.
 struct HexSkin {
   std::uint32_t cell = 0;  // the cell that has the material beneath
   std::uint8_t axis = 3;   // the plane's; 3: it lies in none
@@ -103,6 +105,7 @@ class LatticeMaker {
     std::vector<Contact> across;            // with tetrahedra of higher numbers
     std::vector<HexSkin> skin;              // `cell` is the number of a share
     std::array<std::uint8_t, 4> outside{};  // the face opposite a corner is on the surface
+    bool is_fixed = false;                  // all its corners are
   };
   void share_out(std::uint32_t t, const TetMesh& mesh);
   struct Face;

@@ -136,7 +136,7 @@ void HexSolid::hold_nodes(double omega2) {
     if (const double more_kg = free_mass_[n] - node_mass_[n]; more_kg > kRounding * node_mass_[n])
       weightless_.push_back({static_cast<std::uint32_t>(n), static_cast<float>(more_kg)});
   }
-  added_mass_fraction_ = added_kg / kg;
+  added_mass_fraction_ = kg > 0 ? added_kg / kg : 0;
   descent_ = std::make_unique<HexDescent>(*lattice_, hex_material_, std::move(ties));
   invert_masses();
 }
@@ -157,16 +157,9 @@ void HexSolid::find_held(std::vector<std::uint8_t>& held) const {
     const auto most = static_cast<std::size_t>(std::ranges::max_element(weight_[v]) - weight_[v].begin());
     held[lattice_->cells[lattice_->points[v].cell].nodes[most]] = 1;
   }
-  for (const HexShare& share : lattice_->shares) {
-    const Tetrahedron& t = mesh.tetrahedra[share.tet];
-    if (!std::ranges::all_of(t, fixed)) continue;
-    Eigen::AlignedBox3d box;
-    for (const VertexId v : t) box.extend(lattice_->grid.at(mesh.vertices_body_m[v]));
-    for (const std::uint32_t n : lattice_->cells[share.cell].nodes) {
-      const GridPlace& p = lattice_->nodes[n];
-      if (box.contains(Vec3(p[0], p[1], p[2]))) held[n] = 1;
-    }
-  }
+  // Nodes of fixed tissue alone.
+  for (std::size_t n = 0; n < held.size(); ++n)
+    if (node_mass_[n] == 0) held[n] = 1;
 }
 
 void HexSolid::invert_masses() {

@@ -152,6 +152,30 @@ TEST(HexLattice, cuts_that_cross_divide_the_copies_of_copies) {
 }
 
 // Two bodies in one cell are two copies from the start.
+// The border is in the middle of the second layer of cells: the third node is the first that the tissue beyond moves.
+TEST(HexLattice, fixed_tissue_ends_where_its_tetrahedra_do) {
+  const TetMesh mesh = bar();
+  const double border_m = 0.015, cell_m = 0.01;
+  LatticeMaker maker(grid_around(mesh, cell_m));
+  std::vector<std::uint32_t> all(mesh.tetrahedra.size());
+  for (std::uint32_t t = 0; t < all.size(); ++t) all[t] = t;
+  maker.look_at(all, mesh, TetStars(mesh), [&](VertexId v) { return mesh.vertices_body_m[v].x() < border_m + 1e-9; });
+  const HexLattice lattice = maker.make(mesh);
+  EXPECT_NEAR(filled(lattice), 0.025 * 0.02 * 0.02 / std::pow(cell_m, 3), 1e-9);
+  for (const HexCell& cell : lattice.cells) {
+    EXPECT_NEAR(cell.fill, cell.place[0] == 0 ? 0 : cell.place[0] == 1 ? 0.5 : 1, 1e-9);
+    EXPECT_NEAR(cell.offset.x(), cell.place[0] == 1 ? 0.5 : 0, 1e-9);
+  }
+  double clamped = 0;
+  for (const HexSkin& part : lattice.skin) {
+    if (!part.fixed) continue;
+    const auto& [a, b, c] = part.corners;
+    for (const Vec3& x : part.corners) EXPECT_NEAR(x.x(), 1.5, 1e-9);
+    clamped += 0.5 * (b - a).cross(c - a).norm();
+  }
+  EXPECT_NEAR(clamped, 4, 1e-9) << "all of the section";
+}
+
 TEST(HexLattice, pieces_that_do_not_touch_share_no_cell) {
   TetMesh mesh = bar(2);
   const auto n = static_cast<VertexId>(mesh.vertices_body_m.size());
