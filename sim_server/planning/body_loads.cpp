@@ -7,6 +7,7 @@ namespace sectio::planning {
 namespace {
 
 constexpr double kSlender = 1.5;  // least overhang of a beam, in thicknesses
+constexpr double kSteep = 0.75;   // rise over run from what is held to the middle of a body that still bends
 constexpr double kFlat = 0.05;    // fixed vertices within this share of the thickness are a face
 constexpr double kTwist_rad = 15 * M_PI / 180;
 constexpr double kUnknownBall_m = 0.005;  // assumed dent of an instrument that has no trace
@@ -25,22 +26,26 @@ double overhang_m(const TriangleSoup& surface, const std::vector<Vec3>& fixed) {
   return std::sqrt(furthest);
 }
 
-// The extent of the surface along the direction of gravity, and how far the middle of what is held is below its own.
-struct Height {
-  double extent_m = 0, held_below_m = 0;
-};
-Height height_of(const TriangleSoup& surface, const BodySituation& s) {
-  double lowest = HUGE_VAL, highest = -HUGE_VAL, held = 0;
+double extent_m(const TriangleSoup& surface, const Vec3& along) {
+  double lowest = HUGE_VAL, highest = -HUGE_VAL;
   for (const Vec3& p : surface.vertices_body_m) {
-    lowest = std::min(lowest, -p.dot(s.down_body));
-    highest = std::max(highest, -p.dot(s.down_body));
+    lowest = std::min(lowest, p.dot(along));
+    highest = std::max(highest, p.dot(along));
   }
-  for (const Vec3& p : s.fixed_m) held -= p.dot(s.down_body) / static_cast<double>(s.fixed_m.size());
-  return {highest - lowest, (lowest + highest) / 2 - held};
+  return highest - lowest;
 }
 
-// Bending by the body's weight: the sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12. A stout body,
-// or one that lies, is stretched or pressed together by rho g H^2 / (2 E).
+// From the middle of what is held to that of the body.
+Vec3 reach_m(const TriangleSoup& surface, const std::vector<Vec3>& fixed) {
+  Eigen::AlignedBox3d box;
+  Vec3 held = Vec3::Zero();
+  for (const Vec3& p : surface.vertices_body_m) box.extend(p);
+  for (const Vec3& p : fixed) held += p / static_cast<double>(fixed.size());
+  return box.center() - held;
+}
+
+// Bending by the body's weight: the sag of a cantilever's tip is rho g A L^4 / (8 E I), I = A t^2 / 12. A body that is
+// stout or upright, or one that lies, is stretched or pressed together by rho g H^2 / (2 E).
 void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodySituation& s,
                 std::vector<BodyLoad>& loads) {
   if (s.most_gravity_m_per_s2 == 0) return;
@@ -48,19 +53,20 @@ void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodyS
                weight_per_young = s.material.density_kg_per_m3 * s.most_gravity_m_per_s2 / s.material.young_pa;
   const bool is_held = !s.fixed_m.empty() && !s.lies_on_floor;
   const double length = is_held ? overhang_m(surface, s.fixed_m) : 0;
-  const Height height = height_of(surface, s);
+  const double height_m = extent_m(surface, s.down_body);
   BodyLoad load{{Load::hanging, std::min(t, shape.size_m.minCoeff()), s.material.poisson}, "lies on the floor"};
   load.is_weight = true;
-  double moved = 0.5 * weight_per_young * height.extent_m * height.extent_m;
-  // A body whose held part is above or below its middle by more than a quarter of its height hangs or stands.
-  const bool at_the_side = 4 * std::abs(height.held_below_m) < height.extent_m;
-  if (is_held) load.from = height.held_below_m > 0 ? "stands" : "hangs";
-  if (is_held && at_the_side) load.from = "is held at its side";
+  double moved = 0.5 * weight_per_young * height_m * height_m;
+  const Vec3 reach = is_held ? reach_m(surface, s.fixed_m) : Vec3::Zero();
+  const double up = -reach.dot(s.down_body), aside = reach.cross(s.down_body).norm();
+  const bool at_the_side = std::abs(up) < kSteep * aside;
+  if (is_held) load.from = at_the_side ? "is held at its side" : up > 0 ? "stands" : "hangs";
   Eigen::AlignedBox3d held;
   for (const Vec3& p : s.fixed_m) held.extend(p);
   if (is_held && held.sizes().minCoeff() > kFlat * t) load.what.overhang_m = length;
   if (length >= kSlender * t && at_the_side) {
     load.what.load = Load::bending;
+    load.what.breadth = extent_m(surface, reach.cross(s.down_body).normalized()) / t;
     load.from = "its weight";
     moved = 1.5 * weight_per_young * std::pow(length, 4) / (t * t);
   }

@@ -50,6 +50,7 @@ struct LoadCase {
   double chi = 0.2236;    // indentation: a over the thickness of the tissue beneath
   double bed_ratio = 1;   // indentation: foundation_radius_m over a
   double overhang_m = 0;  // by weight: overhang, where the fixed part ends inside the tissue; 0: it is held at its end
+  double breadth = 1;     // bending: the extent across gravity and overhang, in thicknesses
   bool sharp_edges = true;  // the chart's bodies are boxes, whose edges tetrahedra bevel
   bool fills_cells = true;  // hexahedra: no cell is partly empty
   // How much a load by weight matters, up to 1. The error is relative to what the weight moves, or to a fixed

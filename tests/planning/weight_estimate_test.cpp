@@ -1,6 +1,6 @@
 // The planner's expected errors of bodies under their own weight against measured ones: organs and turned boxes that
-// hang, stand, lie, or are held at a side, each in the model that is taken for it, against a lattice of nine cells
-// across.
+// hang, stand, or are held at a side, each in the model that is taken for it, against a lattice of nine cells across,
+// which ends finely where the body is held.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct Weighed {
   Vec3 turned_deg;
   Box fixed;  // in the world; empty: it lies on a floor at its lowest point
   double young_pa = 5000, error_budget = 0.1;
-  bool is_miss = false;  // a known failure
+  double factor = 2;  // demanded; more where it is a known failure
 };
 
 constexpr double kFar = 1;
@@ -53,9 +53,15 @@ const Weighed kBodies[] = {
     {"flat_organ_stands", ellipsoid(3, Vec3(0.05, 0.04, 0.015)), Vec3::Zero(), below(-0.008), 2000, 0.15},
     {"turned_bar_hangs", block(Vec3(0.08, 0.025, 0.02)), Vec3(20, 70, 0), above(0.025)},
     {"turned_bar_at_side", block(Vec3(0.09, 0.022, 0.02)), Vec3(30, 10, 15), beyond(-0.02), 25000, 0.1},
-    {"turned_block_hangs", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), above(0.018), 3000, 0.1, true},
-    {"turned_block_stands", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), below(-0.018), 4000, 0.05, true},
-    {"turned_plate_stands", block(Vec3(0.06, 0.05, 0.02)), Vec3(10, 20, 30), below(-0.012), 15000, 0.1, true},
+    {"turned_block_hangs", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), above(0.018), 3000, 0.1},
+    {"turned_block_stands", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), below(-0.018), 4000, 0.05},
+    {"turned_plate_stands", block(Vec3(0.06, 0.05, 0.02)), Vec3(10, 20, 30), below(-0.012), 15000, 0.1},
+    {"liver_at_side", bent(Vec3(0.06, 0.035, 0.02), 0.25), Vec3(15, 0, 20), beyond(-0.02), 12000, 0.08},
+    {"thin_organ_at_side", ellipsoid(3, Vec3(0.05, 0.03, 0.011)), Vec3(0, 20, 0), beyond(-0.015), 30000, 0.08},
+    {"egg_stands", ellipsoid(3, Vec3(0.025, 0.025, 0.04)), Vec3(0, 40, 0), below(-0.016), 6000, 0.1},
+    {"kidney_hangs", bent(Vec3(0.05, 0.022, 0.022), 0.3), Vec3(0, 70, 0), above(0.02), 4000, 0.05, 3},
+    {"turned_cube_stands", block(Vec3(0.04, 0.04, 0.04)), Vec3(30, 30, 0), below(-0.01), 5000, 0.1},
+    {"turned_plate_at_side", block(Vec3(0.07, 0.05, 0.014)), Vec3(0, 15, 20), beyond(-0.015), 40000, 0.06},
 };
 
 Scene scene_of(const Weighed& w) {
@@ -133,7 +139,7 @@ TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
   fine.bodies[0].model = "neo_hookean_lattice";
   const double thickness_m = planning::shape_of(w.mesh).thickness_m;
   fine.bodies[0].volume.cell_m = thickness_m / 9;
-  fine.bodies[0].volume.tetrahedra = 12000;
+  fine.bodies[0].volume.tetrahedra = 40000;
   const auto truth = moved_m(fine), now = moved_m(planned.scene);
   double wrong = 0, all = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -146,11 +152,8 @@ TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
               w.name.c_str(), body.model.c_str(), body.volume.tetrahedra, 1e3 * body.volume.cell_m,
               1e3 * truth.back().norm(), expected, actual, expected / actual);
   EXPECT_GT(expected, 0);
-  // Known failures: a plate that stands on its rim bends, where the border of what is held falls is chance, and the
-  // laws are of meshes without sharp edges.
-  const double factor = w.is_miss ? 8 : 2;
-  EXPECT_LT(expected, factor * actual) << planned.table;
-  EXPECT_GT(expected, actual / factor) << planned.table;
+  EXPECT_LT(expected, w.factor * actual) << planned.table;
+  EXPECT_GT(expected, actual / w.factor) << planned.table;
 }
 
 }  // namespace
