@@ -56,8 +56,8 @@ struct HexShare {
 };
 
 // A part of the surface of the tissue that can move: fixed, or in a plane of the lattice; only where something is
-// fixed. Tetrahedra all of whose corners are fixed don't count: cells have none of their stiffness and mass, and where they
-// meet others the surface is fixed.
+// fixed. Tetrahedra all of whose corners are fixed don't count: cells have none of their stiffness and mass, and where
+// they meet others the surface is fixed.
 struct HexSkin {
   std::uint32_t cell = 0;  // the cell that has the material beneath
   std::uint8_t axis = 3;   // the plane's; 3: it lies in none
