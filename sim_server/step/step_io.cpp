@@ -46,6 +46,8 @@ const char* to_string(EventKind kind) {
       return "body frozen";
     case EventKind::body_recovered:
       return "body recovered";
+    case EventKind::left_world:
+      return "left the world";
     case EventKind::body_thawed:
       return "body thawed";
     case EventKind::mass_added:

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "common/math/hash.h"
+#include "common/math/solid_angle.h"
 
 namespace sectio {
 namespace {
@@ -17,6 +18,8 @@ constexpr double kTremorLow_hz = 8, kTremorHigh_hz = 12;
 constexpr double kRise_s = 0.5, kAloft_s = 0.6;  // up; over to where it goes down
 constexpr double kPause_s = 1;
 constexpr double kLeastSaw_m = 0.003, kMostSaw_m = 0.008;
+constexpr std::size_t kMoments = 400;  // of a trace
+constexpr int kEdgeParts = 4;          // of a cutting edge
 constexpr double kLeastLift_m = 0.02, kClear_m = 0.005;  // at least; above all bodies
 
 // Each use of a seed has numbers of its own, so that one property of a hand leaves the others as they are.
@@ -62,6 +65,49 @@ Vec3 middle_of(const Scene& scene) {
   return Vec3::Zero();
 }
 
+// A point inside a body as it is at rest. The surface is closed.
+bool in_tissue(const Scene& scene, const Vec3& p_world) {
+  const auto contains = [&](const BodySpec& body) {
+    const Vec3 p = body.pose.to_local(p_world);
+    const std::vector<Vec3>& x = body.mesh.vertices_body_m;
+    Eigen::AlignedBox3d box;
+    for (const Vec3& vertex : x) box.extend(vertex);
+    if (!box.contains(p)) return false;
+    double share = 0;
+    for (const auto& [a, b, c] : body.mesh.triangles) share += share_seen_from(p, x[a], x[b], x[c]);
+    return std::abs(share) > 0.9;
+  };
+  return std::ranges::any_of(scene.bodies, contains);
+}
+
+bool cuts_tissue(const Scene& scene, const ToolSpec& tool, const TracePoint& at) {
+  const InstrumentShape shape = instrument_of(tool.kind).shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
+  for (double share = 0; share <= 1; share += 1.0 / kEdgeParts) {
+    const Vec3 p = shape.edge_tip_tool_m + share * (shape.edge_heel_tool_m - shape.edge_tip_tool_m);
+    if (in_tissue(scene, at.pose_world.to_world(p))) return true;
+  }
+  return false;
+}
+
+struct Way {
+  double from_s, to_s, length_m;
+};
+
+Way way_between(const TracePoint& a, const TracePoint& b) {
+  return {a.time_s, b.time_s, (b.pose_world.position_m - a.pose_world.position_m).norm()};
+}
+
+double time_at(const std::vector<Way>& ways, double fraction) {
+  double left_m = 0;
+  for (const Way& way : ways) left_m += fraction * way.length_m;
+  for (const Way& way : ways) {
+    if (way.length_m > 0 && left_m <= way.length_m)
+      return way.from_s + left_m / way.length_m * (way.to_s - way.from_s);
+    left_m -= way.length_m;
+  }
+  return ways.front().from_s;
+}
+
 double top_of(const Scene& scene) {
   double top_m = -HUGE_VAL;
   for (const BodySpec& body : scene.bodies) {
@@ -80,10 +126,18 @@ void delay_all(Scene& scene, double at_s, double for_s, const std::function<Trac
   scene.duration_s += for_s;
 }
 
-// The lead of those that cut says when.
-const Trace* lead_of(const Scene& scene) {
-  const auto lead = std::ranges::find_if(scene.tools, cuts);
-  return lead == scene.tools.end() ? nullptr : &lead->trace;
+// The ways of a tool from one moment to the next through tissue; its whole way if it passes none.
+std::vector<Way> ways_through_tissue(const Scene& scene, const ToolSpec& tool) {
+  const Trace moments = moments_of(tool.trace, kMoments);
+  std::vector<Way> all, through;
+  bool was_in = false;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const bool is_in = cuts_tissue(scene, tool, moments[i]);
+    if (i > 0) all.push_back(way_between(moments[i - 1], moments[i]));
+    if (i > 0 && was_in && is_in) through.push_back(all.back());
+    was_in = is_in;
+  }
+  return through.empty() ? all : through;
 }
 
 // The fraction of the lead's way at which the i-th of n things happens: within the middle of its share.
@@ -99,11 +153,14 @@ double time_behind(const Trace& trace, double at_s, double back_m) {
   return back_s;
 }
 
-// Does something n times along the lead's way, the last time first: that moves none of those before it.
+// Does something n times along the way of the first tool that cuts, the last time first: that moves none of those before it.
 template <typename Act>
 void along_the_way(Scene& scene, std::uint32_t n, Random& when, const Act& act) {
-  for (std::uint32_t i = n; i-- > 0;)
-    if (const Trace* lead = lead_of(scene)) act(*lead, time_at_path(*lead, fraction_of(i, n, when)));
+  if (n == 0) return;
+  const auto lead = std::ranges::find_if(scene.tools, cuts);
+  if (lead == scene.tools.end()) return;
+  const std::vector<Way> ways = ways_through_tissue(scene, *lead);
+  for (std::uint32_t i = n; i-- > 0;) act(lead->trace, time_at(ways, fraction_of(i, n, when)));
 }
 
 void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
@@ -131,6 +188,17 @@ void saw(Scene& scene, const Hand& hand, std::uint64_t seed) {
     const double back_s = time_behind(lead, at_s, how.between(kLeastSaw_m, kMostSaw_m));
     delay_all(scene, at_s, 2 * (at_s - back_s), [&](const ToolSpec& tool) { return sawing(tool.trace, at_s, back_s); });
   });
+}
+
+// What a hand or a turn of gravity has set going has as long as before until the end of the run.
+double duration_at(const Scene& scene, double factor) {
+  double hand_s = 0;
+  for (const ToolSpec& tool : scene.tools)
+    if (!tool.trace.empty()) hand_s = std::max(hand_s, std::min(tool.trace.back().time_s, scene.duration_s));
+  double duration_s = scene.duration_s + (factor - 1) * hand_s;
+  for (const GravityChange& change : scene.gravity_changes)
+    duration_s = std::max(duration_s, scene.duration_s + (factor - 1) * change.at_s);
+  return duration_s;
 }
 
 }  // namespace
@@ -231,19 +299,9 @@ Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s) {
 }
 
 double time_at_path(const Trace& trace, double fraction) {
-  const auto step_m = [&](std::size_t i) {
-    return (trace[i].pose_world.position_m - trace[i - 1].pose_world.position_m).norm();
-  };
-  double length_m = 0;
-  for (std::size_t i = 1; i < trace.size(); ++i) length_m += step_m(i);
-  double left_m = fraction * length_m;
-  for (std::size_t i = 1; i < trace.size(); ++i) {
-    const double step = step_m(i);
-    if (step > 0 && left_m <= step)
-      return trace[i - 1].time_s + left_m / step * (trace[i].time_s - trace[i - 1].time_s);
-    left_m -= step;
-  }
-  return trace.front().time_s;
+  std::vector<Way> ways;
+  for (std::size_t i = 1; i < trace.size(); ++i) ways.push_back(way_between(trace[i - 1], trace[i]));
+  return ways.empty() ? trace.front().time_s : time_at(ways, fraction);
 }
 
 Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed) {
@@ -251,9 +309,9 @@ Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed) {
   const Motion motion{middle_of(scene), turn.between(-hand.turn_deg, hand.turn_deg) * M_PI / 180,
                       shift.in_ball(hand.shift_m)};
   const double factor = hand.slower / hand.faster;
+  scene.duration_s = duration_at(scene, factor);
   for (ToolSpec& tool : scene.tools) tool.trace = stretched(moved(std::move(tool.trace), motion), factor);
   for (GravityChange& change : scene.gravity_changes) change.at_s *= factor;
-  scene.duration_s *= factor;
   pause(scene, hand, seed);
   saw(scene, hand, seed);
   lift(scene, hand, seed);

@@ -54,6 +54,18 @@ std::string describe(const ParticleState& particles, VertexId v) {
   return text("vertex %.0f moves at %.3g m/s", v, u.norm());
 }
 
+// Any explosion leaves some of the body nearer than that.
+bool is_far_out(const SharedBody& body) {
+  const std::span<const Vec4f> x = body.particles.position_world_m;
+  bool any = false;
+  for (VertexId v = 0; v < body.mesh.vertex_slots(); ++v) {
+    if (!body.mesh.vertex_alive(v)) continue;
+    any = true;
+    if (!x[v].head<3>().allFinite() || within(x.subspan(v, 1), kReach_m / 2)) return false;
+  }
+  return any && within(body.particles.velocity_world_m_per_s, kSpeed_m_per_s);
+}
+
 }  // namespace
 
 VertexId first_beyond_bounds(const ParticleState& particles) {
@@ -93,7 +105,8 @@ Recovery::Remedy Recovery::next_remedy(double step_s) {
 }
 
 Recovery::Remedy Recovery::mend(const SharedBody& body, DeformationEngine& deformation, double step_s) {
-  const Remedy remedy = next_remedy(step_s);
+  left_ = left_ || is_far_out(body);
+  const Remedy remedy = left_ ? Remedy::left : next_remedy(step_s);
   restore(body, deformation, remedy == Remedy::reshaped);
   deformation.use_stable_driver(static_cast<int>(std::ceil(kStable_s / step_s)));
   return remedy;
@@ -117,6 +130,7 @@ void Recovery::restore(const SharedBody& body, DeformationEngine& deformation, b
 }
 
 bool Recovery::thaws(bool touched, double step_s, DeformationEngine& deformation) {
+  if (left_) return false;
   untouched_s_ = touched ? 0 : untouched_s_ + step_s;
   if (untouched_s_ < std::ldexp(kThawAfter_s, std::min(frozen_ - 1, kMostDoublings))) return false;
   mended_ = 0;

@@ -5,6 +5,9 @@
 //   reshaped   the shape at rest comes back, where the body is
 //   frozen     the body stays in its last good state. When nothing has touched it for a while it is set free again,
 //              after each freeze twice as long a while
+//
+// A body that has fallen or slid out of the world as a whole is in no trouble: it has left, and stays at the edge for
+// good.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +28,7 @@ VertexId first_beyond_bounds(const ParticleState& particles);
 
 class Recovery {
  public:
-  enum class Remedy : std::uint8_t { restored, reshaped, frozen };
+  enum class Remedy : std::uint8_t { restored, reshaped, frozen, left };
 
   void count_step() { ++steps_; }  // call once a step
   // Call before the body deforms: keeps its state now and then, and after every change of topology. Call it only with
@@ -36,12 +39,13 @@ class Recovery {
   // Mends the body, which has a flaw, by the next rung of the ladder.
   Remedy mend(const SharedBody& body, DeformationEngine& deformation, double step_s);
 
-  // Call in each step of a frozen body. True: it is free again, and the stable driver goes on.
+  // Call in each step of a frozen body. True: it is free again, and the stable driver goes on. Never true of a body that
+  // has left.
   bool thaws(bool touched, double step_s, DeformationEngine& deformation);
 
   template <class A>
   void archive(A& a) {
-    a(good_, revision_, steps_, mended_at_, mended_, frozen_, untouched_s_);
+    a(good_, revision_, steps_, mended_at_, mended_, frozen_, untouched_s_, left_);
   }
 
  private:
@@ -62,6 +66,7 @@ class Recovery {
   std::uint64_t mended_at_ = 0;
   int mended_ = 0, frozen_ = 0;
   double untouched_s_ = 0;
+  bool left_ = false;
 };
 
 }  // namespace sectio

@@ -133,6 +133,38 @@ TEST(Hand, those_that_do_not_cut_wait_while_others_are_lifted) {
   EXPECT_LT((place(lifts.tools[0].trace, 5.6) - place(stroke(), 4)).norm(), 1e-9);
 }
 
+// A block beneath the second half of the stroke.
+void put_block(Scene& scene) {
+  BodySpec block;
+  for (const double z : {0.0, 0.03})
+    for (const double y : {-0.02, 0.02})
+      for (const double x : {0.03, 0.07}) block.mesh.vertices_body_m.emplace_back(x, y, z);
+  block.mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                          {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  scene.bodies.push_back(block);
+}
+
+TEST(Hand, lifts_are_where_the_blade_is_in_tissue) {
+  Scene scene = scene_of({{"scalpel", stroke()}});
+  put_block(scene);
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Trace trace = in_hand(scene, {.lifts = 1}, seed).tools[0].trace;
+    double left_at_x_m = 0;
+    for (std::size_t i = 1; i < trace.size() && left_at_x_m == 0; ++i)
+      if (trace[i].time_s > 1 && place(trace, trace[i].time_s).z() > 0.03)
+        left_at_x_m = place(trace, trace[i - 1].time_s).x();
+    EXPECT_GT(left_at_x_m, 0.035) << seed;
+    EXPECT_LT(left_at_x_m, 0.06) << seed;
+  }
+}
+
+TEST(Hand, what_has_been_set_going_takes_its_time_whatever_the_hand_does) {
+  Scene scene = scene_of({{"scalpel", stroke()}});
+  scene.duration_s = 6;  // 3 s after the turn of gravity, 2 s after the hand
+  EXPECT_NEAR(in_hand(scene, {.faster = 4}, 1).duration_s, 3 / 4.0 + 3, 1e-12);
+  EXPECT_NEAR(in_hand(scene, {.slower = 3}, 1).duration_s, 3 * 4 + 2, 1e-12);
+}
+
 TEST(Hand, a_saw_goes_back_along_its_way_and_forth_again) {
   const Trace trace = sawing(stroke(), 3, 2);
   EXPECT_EQ(trace.back().time_s, stroke().back().time_s + 2);
