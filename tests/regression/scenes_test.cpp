@@ -1,5 +1,5 @@
-// Every scene of deploy/scenes, offline: the run is what tests/regression/golden.json holds, and its journal replays to
-// the same bodies. One scene for each kind of model is run twice, and the runs are alike to the last bit;
+// Every scene of deploy/scenes, offline: the run is ok and is what tests/regression/golden.json holds, and its journal
+// replays to the same bodies. One scene for each kind of model is run twice, and the runs are alike to the last bit;
 // test_checkpoints runs every scene a second time. A change of a scene's outcome on purpose renews the file
 // (SECTIO_RENEW_GOLDEN=1 in the environment, or `ninja renew_golden`), and the commit shows it.
 #include <gtest/gtest.h>
@@ -94,6 +94,8 @@ TEST_P(Scenes, D_8_the_run_and_its_replay_are_as_they_were) {
       EXPECT_EQ(read_file(file.path()), read_file(directory / "second" / file.path().filename())) << file.path();
     }
   }
+
+  EXPECT_TRUE(first["ok"].get<bool>()) << first["reasons"].dump();
 
   const std::vector<JournalBody> replayed = read_journal((directory / "first" / "journal").string());
   ASSERT_EQ(replayed.size(), first["bodies"].size());
