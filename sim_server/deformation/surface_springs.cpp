@@ -24,8 +24,13 @@ constexpr int kColumnPoints = 8;  // sample points in the column of tissue benea
 // turns springs towards one direction, which raises lambda_max from sum k / 2 (a flat ring) towards sum k.
 constexpr double kMassMargin = 2, kLeastMassMargin = 1.05;
 
-constexpr int kClampedInARow = 100;    // steps in which a vertex got too fast: that is no blow, but an instability
-constexpr int kStableAfterClamp = 50;  // steps of the implicit driver after a vertex got too fast
+// A vertex that nothing holds goes no faster: soft tissue recoils at less. A faster one would cross its neighbours within
+// a step, and go on to cross them to and fro, since no bound on the step foresees a spring that is pressed through its
+// own length.
+constexpr double kFreeSpeed_m_per_s = 2;
+// When some vertex is capped in so many of the last parts of steps, the implicit driver brings the surface to rest.
+constexpr int kLookBack = 128, kCappedAtMost = 96;
+constexpr int kStableAfterCap = 50;  // steps
 
 }  // namespace
 
@@ -290,16 +295,58 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   was_implicit_ = settings_.adapts && (h > largest_stable_step_s() || (stable_for_ > 0 && stable_for_-- > 0));
   if (was_implicit_) return implicit_step(position_world_m, velocity_m_per_s, constraints, reactions);
 
+  find_held(constraints);
   if (parts_ == 1) {
     explicit_step(position_world_m, velocity_m_per_s);
-    return project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
+    project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
+    return slow_down_held(position_world_m, velocity_m_per_s);
   }
   divided_.begin(constraints, position_world_m, parts_);
   for (int part = 0; part < parts_; ++part) {
     explicit_step(position_world_m, velocity_m_per_s);
     divided_.project_substep(part, part_s(), inverse_mass_, position_world_m, velocity_m_per_s);
+    slow_down_held(position_world_m, velocity_m_per_s);
   }
   divided_.finish(reactions);
+}
+
+void SurfaceSprings::find_held(std::span<const PointConstraint> constraints) {
+  held_.clear();
+  for (const PointConstraint& c : constraints)
+    for (const VertexId v : c.v)
+      if (v != kNone && rows_.contains(v)) held_.push_back({v});
+  std::ranges::sort(held_, {}, &Held::v);
+  const auto twice = std::ranges::unique(held_, {}, &Held::v);
+  held_.erase(twice.begin(), twice.end());
+}
+
+// The speed of held vertices is capped after their instrument has felt what they would have done.
+void SurfaceSprings::slow_down_held(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const {
+  const auto h = static_cast<float>(part_s());
+  for (const auto& [v, before] : held_) {
+    const Vec4f fast = velocity_m_per_s[v];
+    const float speed = fast.norm();
+    if (!(speed > kMaxSpeed_m_per_s)) continue;
+    velocity_m_per_s[v] = static_cast<float>(kMaxSpeed_m_per_s) / speed * fast;
+    position_world_m[v] += h * (velocity_m_per_s[v] - fast);
+  }
+}
+
+// What update_velocities() gives a vertex whose speed is not capped.
+Vec4f SurfaceSprings::free_velocity(const Held& held, const VelocityUpdate& update,
+                                    std::span<const Vec4f> position_world_m) const {
+  const VertexRow row = rows_.row(held.v);
+  const Vec3f x = position_world_m[held.v].head<3>();
+  Vec3f force = row.k_home * (row.home_world_m - x);
+  for (std::uint32_t n = 0; n < rows_.degree(held.v); ++n) {
+    const HalfEdge e = rows_.half_edge(held.v, n);
+    const Vec3f d = position_world_m[e.to].head<3>() - x;
+    const float l = d.norm();
+    if (l > 0) force += (e.k - e.k_l0 / l) * d;
+  }
+  Vec4f velocity = update.damping_factor * held.before_m_per_s;
+  velocity.head<3>() += row.step_over_mass * force + row.gravity_share * update.gravity_step;
+  return velocity;
 }
 
 void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
@@ -307,12 +354,23 @@ void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<
   VelocityUpdate update;
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
   update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
-  update.max_speed_m_per_s = static_cast<float>(kMaxSpeed_m_per_s);
-  const VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
+  update.max_speed_m_per_s = static_cast<float>(kFreeSpeed_m_per_s);
+  for (Held& held : held_) held.before_m_per_s = velocity_m_per_s[held.v];
+  VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
+  if (outcome.clamped > 0)
+    for (const Held& held : held_) {
+      const Vec4f free = free_velocity(held, update, position_world_m);
+      if (!free.allFinite() || !(free.norm() > kFreeSpeed_m_per_s)) continue;
+      velocity_m_per_s[held.v] = free;
+      outcome.clamped -= std::min(1u, outcome.clamped);
+    }
   clamped_ += outcome.clamped;
   if (first_bad_vertex_ == kNone) first_bad_vertex_ = outcome.not_finite;
-  clamped_in_a_row_ = outcome.clamped > 0 ? clamped_in_a_row_ + 1 : 0;
-  if (clamped_in_a_row_ >= kClampedInARow * parts_) stable_for_ = kStableAfterClamp;
+  capped_parts_ += outcome.clamped > 0;
+  if (++parts_looked_at_ == kLookBack) {
+    if (capped_parts_ > kCappedAtMost) stable_for_ = kStableAfterCap;
+    parts_looked_at_ = capped_parts_ = 0;
+  }
   push(velocity_m_per_s);
   update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
   frames_.stop_at_beds(position_world_m, velocity_m_per_s);

@@ -19,8 +19,8 @@
 // springs can push it as a whole.
 //
 // The step is divided into as many equal parts as the surface needs at rest, and these in two or four when cuts need
-// much added mass; the implicit driver takes the steps when they need more than a body may have, or when a vertex gets
-// too fast.
+// much added mass; the implicit driver takes the steps when they need more than a body may have, or when a vertex that
+// nothing holds is too fast again and again.
 //
 // Components: (R, t) is the body's pose for an anchored component and found by shape matching for a free one.
 // Deterministic, one thread; an explicit step does not allocate.
@@ -41,6 +41,7 @@
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/rest_frames.h"
 #include "sim_server/deformation/spring_energy.h"
+#include "sim_server/deformation/spring_kernel.h"
 #include "sim_server/deformation/spring_rows.h"
 #include "sim_server/deformation/spring_star.h"
 
@@ -136,7 +137,7 @@ class SurfaceSprings final : public DeformationEngine {
   double mass_kg(VertexId v) const override { return physical_mass_[v]; }  // without added mass
   double inverse_mass_per_kg(VertexId v) const override { return inverse_mass_[v]; }
   bool fixed(VertexId v) const override { return fixed_[v] != 0; }
-  std::uint64_t clamped() const { return clamped_; }  // velocities reduced to 5 m/s so far
+  std::uint64_t clamped() const { return clamped_; }  // velocities of free vertices that were capped so far
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   void save(DeformationState& state) const override;
   void restore(const SharedBody& body, const DeformationState* state) override;
@@ -145,7 +146,7 @@ class SurfaceSprings final : public DeformationEngine {
     a(settings_.gravity_m_per_s2, settings_.given_gravity_m_per_s2, body_, least_area_m2_, layer_m_, rows_,
       rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_, cut_, temporary_,
       frames_, omega2_, physical_mass_kg_, added_mass_kg_, driver_, parts_, parts_at_rest_, refused_, implicit_steps_,
-      stable_for_, was_implicit_, clamped_in_a_row_, forces_, clamped_, first_bad_vertex_);
+      stable_for_, was_implicit_, parts_looked_at_, capped_parts_, forces_, clamped_, first_bad_vertex_);
   }
   const SpringRows& rows() const { return rows_; }
   int parts() const { return parts_; }  // an explicit step's
@@ -182,6 +183,14 @@ class SurfaceSprings final : public DeformationEngine {
   double part_s() const { return settings_.step_s / parts_; }
   void divide();
   void divide_at_rest();
+  // A vertex that a constraint holds, with its velocity before the last step.
+  struct Held {
+    VertexId v = kNone;
+    Vec4f before_m_per_s = Vec4f::Zero();
+  };
+  void find_held(std::span<const PointConstraint> constraints);
+  void slow_down_held(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
+  Vec4f free_velocity(const Held& held, const VelocityUpdate& update, std::span<const Vec4f> position_world_m) const;
   void explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                      std::span<const PointConstraint> constraints, std::span<Reaction> reactions);
@@ -214,6 +223,7 @@ class SurfaceSprings final : public DeformationEngine {
 
   SpringEnergy energy_;
   ImplicitDriver driver_;
+  std::vector<Held> held_;
   ConstraintSupports corners_;
   DividedConstraints divided_;
   int parts_ = 1, parts_at_rest_ = 1;
@@ -221,7 +231,7 @@ class SurfaceSprings final : public DeformationEngine {
   std::uint64_t implicit_steps_ = 0;
   int stable_for_ = 0;  // steps that the implicit driver takes whatever the bound says
   bool was_implicit_ = false;
-  int clamped_in_a_row_ = 0;
+  int parts_looked_at_ = 0, capped_parts_ = 0;
 
   std::vector<Force> forces_;
   SpringStar star_;

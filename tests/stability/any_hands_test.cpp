@@ -115,7 +115,8 @@ class AnyHands {
     if (out.step % 25 != 0) return;
     const double energy_j = op_.simulation.energy_j(), work_j = out.report.instrument_work_j;
     ASSERT_TRUE(std::isfinite(energy_j) && std::isfinite(work_j));
-    if (account_) from_nowhere_ += energy_j > before_j_ + 1.1 * std::max(0.0, work_j - worked_j_) + 1e-3;
+    // Positions and velocities of an explicit step are half a step apart: that changes the sum by some percent.
+    if (account_) from_nowhere_ += energy_j > 1.1 * (before_j_ + std::max(0.0, work_j - worked_j_)) + 1e-3;
     account_ = true;
     before_j_ = energy_j;
     worked_j_ = work_j;
@@ -156,6 +157,7 @@ TEST_P(Hands, do_what_they_like_and_no_number_is_bad) {
   RecordProperty("energy_from_nowhere", std::to_string(from_nowhere));
   RecordProperty("most_added_mass", std::to_string(most_mass));
   EXPECT_LE(most_mass, 0.1 + 1e-9);
+  EXPECT_LE(from_nowhere, static_cast<std::size_t>(2 + operations() / 5)) << "times in 25 steps";
   std::printf("%s: frozen %zu, recovered %zu, energy from nowhere %zu, added mass %.3f\n", GetParam().c_str(), frozen,
               recovered, from_nowhere, most_mass);
 }
