@@ -24,9 +24,9 @@ constexpr int kColumnPoints = 8;  // sample points in the column of tissue benea
 // turns springs towards one direction, which raises lambda_max from sum k / 2 (a flat ring) towards sum k.
 constexpr double kMassMargin = 2, kLeastMassMargin = 1.05;
 
-// A vertex that nothing holds goes no faster: soft tissue recoils at less. A faster one would cross its neighbours within
-// a step, and go on to cross them to and fro, since no bound on the step foresees a spring that is pressed through its
-// own length.
+// The largest speed of a vertex that nothing holds: soft tissue recoils at less. A faster vertex would cross its
+// neighbours within a step, and go on to cross them to and fro, since no bound on the step foresees a spring that is
+// pressed through its own length.
 constexpr double kFreeSpeed_m_per_s = 2;
 // When some vertex is capped in so many of the last parts of steps, the implicit driver brings the surface to rest.
 constexpr int kLookBack = 128, kCappedAtMost = 96;
@@ -332,7 +332,7 @@ void SurfaceSprings::slow_down_held(std::span<Vec4f> position_world_m, std::span
   }
 }
 
-// What update_velocities() gives a vertex whose speed is not capped.
+// The velocity that update_velocities() would give a vertex without a cap.
 Vec4f SurfaceSprings::free_velocity(const Held& held, const VelocityUpdate& update,
                                     std::span<const Vec4f> position_world_m) const {
   const VertexRow row = rows_.row(held.v);

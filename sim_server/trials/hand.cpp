@@ -18,8 +18,8 @@ constexpr double kTremorLow_hz = 8, kTremorHigh_hz = 12;
 constexpr double kRise_s = 0.5, kAloft_s = 0.6;  // up; over to where it goes down
 constexpr double kPause_s = 1;
 constexpr double kLeastSaw_m = 0.003, kMostSaw_m = 0.008;
-constexpr std::size_t kMoments = 400;  // of a trace
-constexpr int kEdgeParts = 4;          // of a cutting edge
+constexpr std::size_t kMoments = 400;                    // at which a trace is looked at
+constexpr int kEdgeParts = 4;                            // into which a cutting edge is divided
 constexpr double kLeastLift_m = 0.02, kClear_m = 0.005;  // at least; above all bodies
 
 // Each use of a seed has numbers of its own, so that one property of a hand leaves the others as they are.
@@ -101,8 +101,7 @@ double time_at(const std::vector<Way>& ways, double fraction) {
   double left_m = 0;
   for (const Way& way : ways) left_m += fraction * way.length_m;
   for (const Way& way : ways) {
-    if (way.length_m > 0 && left_m <= way.length_m)
-      return way.from_s + left_m / way.length_m * (way.to_s - way.from_s);
+    if (way.length_m > 0 && left_m <= way.length_m) return way.from_s + left_m / way.length_m * (way.to_s - way.from_s);
     left_m -= way.length_m;
   }
   return ways.front().from_s;
@@ -153,7 +152,8 @@ double time_behind(const Trace& trace, double at_s, double back_m) {
   return back_s;
 }
 
-// Does something n times along the way of the first tool that cuts, the last time first: that moves none of those before it.
+// Does something n times along the way of the first tool that cuts, the last time first: that moves none of those
+// before it.
 template <typename Act>
 void along_the_way(Scene& scene, std::uint32_t n, Random& when, const Act& act) {
   if (n == 0) return;
@@ -190,7 +190,7 @@ void saw(Scene& scene, const Hand& hand, std::uint64_t seed) {
   });
 }
 
-// What a hand or a turn of gravity has set going has as long as before until the end of the run.
+// The run goes on as long as before after the hand, and after each turn of gravity: tissue moves no faster than it did.
 double duration_at(const Scene& scene, double factor) {
   double hand_s = 0;
   for (const ToolSpec& tool : scene.tools)

@@ -39,8 +39,8 @@ class Recovery {
   // Mends the body, which has a flaw, by the next rung of the ladder.
   Remedy mend(const SharedBody& body, DeformationEngine& deformation, double step_s);
 
-  // Call in each step of a frozen body. True: it is free again, and the stable driver goes on. Never true of a body that
-  // has left.
+  // Call in each step of a frozen body. True: it is free again, and the stable driver goes on. A body that has left
+  // never is.
   bool thaws(bool touched, double step_s, DeformationEngine& deformation);
 
   template <class A>
