@@ -299,13 +299,13 @@ void SurfaceSprings::step(std::span<Vec4f> position_world_m, std::span<Vec4f> ve
   if (parts_ == 1) {
     explicit_step(position_world_m, velocity_m_per_s);
     project(constraints, inverse_mass_, h, position_world_m, velocity_m_per_s, reactions);
-    return slow_down_held(position_world_m, velocity_m_per_s);
+    return slow_down_unpushed(position_world_m, velocity_m_per_s);
   }
   divided_.begin(constraints, position_world_m, parts_);
   for (int part = 0; part < parts_; ++part) {
     explicit_step(position_world_m, velocity_m_per_s);
     divided_.project_substep(part, part_s(), inverse_mass_, position_world_m, velocity_m_per_s);
-    slow_down_held(position_world_m, velocity_m_per_s);
+    slow_down_unpushed(position_world_m, velocity_m_per_s);
   }
   divided_.finish(reactions);
 }
@@ -320,15 +320,15 @@ void SurfaceSprings::find_held(std::span<const PointConstraint> constraints) {
   held_.erase(twice.begin(), twice.end());
 }
 
-// The speed of held vertices is capped after their instrument has felt what they would have done.
-void SurfaceSprings::slow_down_held(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const {
+// Those that no instrument has pushed are as free as others.
+void SurfaceSprings::slow_down_unpushed(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const {
   const auto h = static_cast<float>(part_s());
-  for (const auto& [v, before] : held_) {
-    const Vec4f fast = velocity_m_per_s[v];
+  for (const Held& held : held_) {
+    const Vec4f fast = velocity_m_per_s[held.v];
     const float speed = fast.norm();
-    if (!(speed > kMaxSpeed_m_per_s)) continue;
-    velocity_m_per_s[v] = static_cast<float>(kMaxSpeed_m_per_s) / speed * fast;
-    position_world_m[v] += h * (velocity_m_per_s[v] - fast);
+    if (fast != held.free_m_per_s || !(speed > kFreeSpeed_m_per_s)) continue;
+    velocity_m_per_s[held.v] = static_cast<float>(kFreeSpeed_m_per_s) / speed * fast;
+    position_world_m[held.v] += h * (velocity_m_per_s[held.v] - fast);
   }
 }
 
@@ -355,13 +355,13 @@ void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * h);
   update.gravity_step = (h * settings_.gravity_m_per_s2).cast<float>();
   update.max_speed_m_per_s = static_cast<float>(kFreeSpeed_m_per_s);
-  for (Held& held : held_) held.before_m_per_s = velocity_m_per_s[held.v];
+  for (Held& held : held_) held = {held.v, velocity_m_per_s[held.v]};
   VelocityOutcome outcome = update_velocities(rows_, update, position_world_m, velocity_m_per_s);
   if (outcome.clamped > 0)
-    for (const Held& held : held_) {
+    for (Held& held : held_) {
       const Vec4f free = free_velocity(held, update, position_world_m);
       if (!free.allFinite() || !(free.norm() > kFreeSpeed_m_per_s)) continue;
-      velocity_m_per_s[held.v] = free;
+      velocity_m_per_s[held.v] = held.free_m_per_s = free;
       outcome.clamped -= std::min(1u, outcome.clamped);
     }
   clamped_ += outcome.clamped;

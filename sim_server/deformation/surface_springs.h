@@ -183,13 +183,14 @@ class SurfaceSprings final : public DeformationEngine {
   double part_s() const { return settings_.step_s / parts_; }
   void divide();
   void divide_at_rest();
-  // A vertex that a constraint holds, with its velocity before the last step.
+  // A vertex that a constraint may push, with its velocity before the last step, and after it when that is beyond the
+  // cap of free vertices. Its constraint decides with all of its velocity.
   struct Held {
     VertexId v = kNone;
-    Vec4f before_m_per_s = Vec4f::Zero();
+    Vec4f before_m_per_s = Vec4f::Zero(), free_m_per_s = Vec4f::Zero();
   };
   void find_held(std::span<const PointConstraint> constraints);
-  void slow_down_held(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
+  void slow_down_unpushed(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
   Vec4f free_velocity(const Held& held, const VelocityUpdate& update, std::span<const Vec4f> position_world_m) const;
   void explicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
   void implicit_step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,

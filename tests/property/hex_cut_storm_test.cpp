@@ -37,8 +37,18 @@ TEST_P(HexStorm, S_6_the_stable_step_is_the_same_before_and_after) {
   const auto live = [&] {
     for (int n = 0; n < 25; ++n) solid.step(x, v, {}, {});
   };
+  // Tissue that is held at all its corners is in no cell.
+  const auto loose = [&] {
+    const auto is_held = [&](VertexId corner) { return is_fixed(volume.vertex(corner).rest_body_m); };
+    double sum_m3 = 0;
+    for (std::uint32_t t = 0; t < volume.tetrahedra().size(); ++t)
+      if (const Tetrahedron& tet = volume.tetrahedra()[t]; tet != kNoTetrahedron && !std::ranges::all_of(tet, is_held))
+        sum_m3 += volume.volume_m3(t);
+    return sum_m3;
+  };
+  constexpr double kFast_m_per_s = 0.1;
   live();
-  double least_fill = 1;
+  double least_fill = 1, loose_m3 = loose();
   int jumps = 0;
   for (int n = 0; n < 15; ++n) {
     const Vec3 at = Vec3::Constant(0.04) + 0.035 * vector(), normal = vector().normalized();
@@ -51,7 +61,9 @@ TEST_P(HexStorm, S_6_the_stable_step_is_the_same_before_and_after) {
     const Vec3 before = momentum();
     const double energy_j = solid.energy_j({}, {}), size_j = 1060 * whole_m3 * 9.81 * 0.08;
     solid.change(change);
-    EXPECT_LT((momentum() - before).norm(), 1e-6 * 1060 * whole_m3);
+    const double now_held_m3 = loose_m3 - loose();
+    loose_m3 -= now_held_m3;
+    EXPECT_LT((momentum() - before).norm(), 1060 * (1e-6 * whole_m3 + kFast_m_per_s * now_held_m3));
     // Copies have the deformation at the centroids of their own material: equal energy in uniform strain only.
     jumps += std::abs(solid.energy_j({}, {}) - energy_j) > 0.02 * size_j;
     EXPECT_EQ(solid.explicit_limit_s(), limit_s);
@@ -60,7 +72,7 @@ TEST_P(HexStorm, S_6_the_stable_step_is_the_same_before_and_after) {
       filled_m3 += cell.fill * cells_m3;
       least_fill = std::min(least_fill, cell.fill);
     }
-    EXPECT_NEAR(filled_m3, whole_m3, 1e-7 * whole_m3);
+    EXPECT_NEAR(filled_m3, loose_m3, 1e-7 * whole_m3);
     x.resize(volume.vertex_count(), Vec4f::Zero());
     v.resize(volume.vertex_count(), Vec4f::Zero());
     live();
