@@ -320,7 +320,7 @@ void SurfaceSprings::find_held(std::span<const PointConstraint> constraints) {
   held_.erase(twice.begin(), twice.end());
 }
 
-// Those that no instrument has pushed are as free as others.
+// Vertices that no instrument has pushed are as free as others.
 void SurfaceSprings::slow_down_unpushed(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const {
   const auto h = static_cast<float>(part_s());
   for (const Held& held : held_) {

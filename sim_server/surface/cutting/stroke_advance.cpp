@@ -177,8 +177,8 @@ class Advance {
   }
 
   // The cut is open up to the blade already, or beyond it and the blade has not gone back itself. Tissue swings to and
-  // fro under a slow blade, and an end that is made anew at each swing drives it on. A cut that has only just passed its
-  // last point does not show yet where it heads.
+  // fro under a slow blade, and an end that is made anew at each swing drives it on. A cut that has only just passed
+  // its last point does not show yet where it heads.
   bool has_followed(const BladePlace& place) const {
     if (!stroke_.cuts() || !stroke_.temporary_inverse || !stroke_.blade) return false;
     const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end;
