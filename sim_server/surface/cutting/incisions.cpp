@@ -117,8 +117,18 @@ std::vector<std::vector<VertexId>> joints_of(const MeshDraft& draft, const Groov
 }
 
 Vec3 heading_at(const MeshDraft& draft, VertexId end) {
-  const auto lip = lip_to(draft, end);
-  return lip ? (draft.rest(end) - draft.rest(lip->from)).stableNormalized() : Vec3::Zero();
+  constexpr double kHeading_m = 2e-3;
+  constexpr int kMostLips = 32;
+  const Vec3 at = draft.rest(end);
+  Vec3 way = Vec3::Zero();
+  VertexId v = end;
+  for (int n = 0; n < kMostLips && way.norm() < kHeading_m; ++n) {
+    const auto lip = lip_to(draft, v);
+    if (!lip || lip->from == end) break;
+    v = lip->from;
+    way = at - draft.rest(v);
+  }
+  return way.stableNormalized();
 }
 
 std::optional<PlaceOnCurve> nearest_on_curves(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,

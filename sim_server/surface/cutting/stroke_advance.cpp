@@ -136,7 +136,7 @@ class Advance {
   }
 
   // The surface doesn't lead to the blade from where its cut has come to. A branch that has cut nothing is given up:
-  // the next step looks for a better place.
+  // the next step looks for a better place, or begins anew when the blade is far already.
   void wait_for(const BladePlace& place) {
     if (!stroke_.cuts()) return;
     owed_m_ = distance_m(place);
@@ -144,7 +144,10 @@ class Advance {
     const VertexId v = stroke_.cell.apex;
     const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
     if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
-    stroke_.seen.on_lid_body_m = draft_.rest(v);
+    if (owed_m_ < kMostOwed_m)
+      stroke_.seen.on_lid_body_m = draft_.rest(v);
+    else
+      stroke_.seen.begins_anew = true;
     stroke_.cell = {};
     stroke_.bottom = kNone;
     stroke_.lips.reset();
