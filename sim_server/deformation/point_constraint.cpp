@@ -1,7 +1,6 @@
 #include "sim_server/deformation/point_constraint.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/core/error.h"
 
@@ -35,6 +34,10 @@ inline Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<con
   return sum;
 }
 
+double depth_of(const PointConstraint& c, const Vec3& point) {
+  return (point - c.target_world_m).dot(c.normal);
+}
+
 // The same for a sample with a spring in series, or with friction. The sum of impulses may push along the inward normal
 // but not pull. Over h, an impulse J moves the point by h J / m, and the spring gives way by a J / h, as far as it can:
 // beyond, the point is driven ahead, at a bounded speed whoever drives it: samples share vertices.
@@ -42,12 +45,11 @@ inline Vec3 carried(std::span<const ConstraintSupports::Share> by, std::span<con
 Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, double depth_before_m, const Vec3& velocity,
                        double point_mass, double step_s, const Vec3& so_far) {
   const double given = -so_far.dot(c.normal), a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
-  const double depth = (point - c.target_world_m).dot(c.normal);
+  const double depth = depth_of(c, point);
   const double speed_m_per_s = std::min(kFastestHand_m_per_s, c.target_velocity_m_per_s.norm() + kFaster_m_per_s);
   const double may_move_m = speed_m_per_s * step_s - std::max(moves * given, depth_before_m - depth);
   const double driven = std::min(depth - c.gives_most_m, std::max(0.0, may_move_m));
-  const double spring = std::min(given + (depth - a * given) / (moves + a), a > 0 ? c.gives_most_m / a : HUGE_VAL);
-  const double total = std::max({0.0, spring, given + driven / moves});
+  const double total = std::max({0.0, given + (depth - a * given) / (moves + a), given + driven / moves});
   const Vec3 slip = velocity - c.target_velocity_m_per_s;
   Vec3 along = so_far + given * c.normal - point_mass * (slip - slip.dot(c.normal) * c.normal);
   const double size = along.norm(), most = c.friction * total;
@@ -89,9 +91,6 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
   inverse_of.assign(constraints.size(), 0);
   for (std::size_t n = 0; n < constraints.size(); ++n)
     for (const auto& [particle, weight] : supports.of(n)) inverse_of[n] += weight * weight * inverse_mass[particle];
-  const auto depth_of = [](const PointConstraint& c, const Vec3& point) {
-    return (point - c.target_world_m).dot(c.normal);
-  };
   thread_local std::vector<double> depth_before_m;
   depth_before_m.assign(constraints.size(), 0);
   for (std::size_t n = 0; n < constraints.size(); ++n)

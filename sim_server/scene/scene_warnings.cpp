@@ -39,13 +39,6 @@ Box3 box_of(const std::vector<Vec3>& points) {
   return box;
 }
 
-// A point on the surface is not inside.
-bool contains(const std::vector<Vec3>& vertices, const TriangleSoup& soup, const Vec3& p) {
-  double share = 0;
-  for (const auto& [a, b, c] : soup.triangles) share += share_seen_from(p, vertices[a], vertices[b], vertices[c]);
-  return std::abs(share) > 0.9;
-}
-
 // Points just beneath the middles of a body's triangles: bodies whose surfaces coincide have these inside each other.
 std::vector<Vec3> beneath_surface(const std::vector<Vec3>& vertices, const TriangleSoup& soup) {
   std::vector<Vec3> points;
@@ -68,7 +61,7 @@ bool reaches_into(const BodySpec& body, const BodySpec& other) {
     if (box.contains(p)) candidates.push_back(p);
   const std::size_t stride = 1 + candidates.size() / kMostPoints;
   for (std::size_t i = 0; i < candidates.size(); i += stride)
-    if (contains(around, other.mesh, candidates[i])) return true;
+    if (is_inside(candidates[i], around, other.mesh.triangles)) return true;
   return false;
 }
 

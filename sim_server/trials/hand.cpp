@@ -65,46 +65,29 @@ Vec3 middle_of(const Scene& scene) {
   return Vec3::Zero();
 }
 
-// A point inside a body as it is at rest. The surface is closed.
-bool in_tissue(const Scene& scene, const Vec3& p_world) {
-  const auto contains = [&](const BodySpec& body) {
-    const Vec3 p = body.pose.to_local(p_world);
-    const std::vector<Vec3>& x = body.mesh.vertices_body_m;
-    Eigen::AlignedBox3d box;
-    for (const Vec3& vertex : x) box.extend(vertex);
-    if (!box.contains(p)) return false;
-    double share = 0;
-    for (const auto& [a, b, c] : body.mesh.triangles) share += share_seen_from(p, x[a], x[b], x[c]);
-    return std::abs(share) > 0.9;
-  };
-  return std::ranges::any_of(scene.bodies, contains);
-}
-
-bool cuts_tissue(const Scene& scene, const ToolSpec& tool, const TracePoint& at) {
+// Whether a part of the edge is inside a body as it is at rest.
+bool is_in_tissue(const ToolSpec& tool, const TracePoint& at, const Scene& scene,
+                  const std::vector<Eigen::AlignedBox3d>& boxes_body_m) {
   const InstrumentShape shape = instrument_of(tool.kind).shape(tool.geometry, {tool.intensity, at.opening_rad, 0});
-  for (double share = 0; share <= 1; share += 1.0 / kEdgeParts) {
-    const Vec3 p = shape.edge_tip_tool_m + share * (shape.edge_heel_tool_m - shape.edge_tip_tool_m);
-    if (in_tissue(scene, at.pose_world.to_world(p))) return true;
+  for (int i = 0; i <= kEdgeParts; ++i) {
+    const Vec3 along = i * (shape.edge_heel_tool_m - shape.edge_tip_tool_m) / kEdgeParts;
+    const Vec3 p_world = at.pose_world.to_world(shape.edge_tip_tool_m + along);
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+      const TriangleSoup& mesh = scene.bodies[b].mesh;
+      const Vec3 p = scene.bodies[b].pose.to_local(p_world);
+      if (boxes_body_m[b].contains(p) && is_inside(p, mesh.vertices_body_m, mesh.triangles)) return true;
+    }
   }
   return false;
 }
 
-struct Way {
-  double from_s, to_s, length_m;
-};
-
-Way way_between(const TracePoint& a, const TracePoint& b) {
-  return {a.time_s, b.time_s, (b.pose_world.position_m - a.pose_world.position_m).norm()};
-}
-
-double time_at(const std::vector<Way>& ways, double fraction) {
-  double left_m = 0;
-  for (const Way& way : ways) left_m += fraction * way.length_m;
-  for (const Way& way : ways) {
-    if (way.length_m > 0 && left_m <= way.length_m) return way.from_s + left_m / way.length_m * (way.to_s - way.from_s);
-    left_m -= way.length_m;
-  }
-  return ways.front().from_s;
+std::vector<bool> are_in_tissue(const ToolSpec& tool, const Trace& moments, const Scene& scene) {
+  std::vector<Eigen::AlignedBox3d> boxes_body_m(scene.bodies.size());
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+    for (const Vec3& vertex : scene.bodies[b].mesh.vertices_body_m) boxes_body_m[b].extend(vertex);
+  std::vector<bool> are_in;
+  for (const TracePoint& at : moments) are_in.push_back(is_in_tissue(tool, at, scene, boxes_body_m));
+  return are_in;
 }
 
 double top_of(const Scene& scene) {
@@ -125,20 +108,6 @@ void delay_all(Scene& scene, double at_s, double for_s, const std::function<Trac
   scene.duration_s += for_s;
 }
 
-// The ways of a tool from one moment to the next through tissue; its whole way if it passes none.
-std::vector<Way> ways_through_tissue(const Scene& scene, const ToolSpec& tool) {
-  const Trace moments = moments_of(tool.trace, kMoments);
-  std::vector<Way> all, through;
-  bool was_in = false;
-  for (std::size_t i = 0; i < moments.size(); ++i) {
-    const bool is_in = cuts_tissue(scene, tool, moments[i]);
-    if (i > 0) all.push_back(way_between(moments[i - 1], moments[i]));
-    if (i > 0 && was_in && is_in) through.push_back(all.back());
-    was_in = is_in;
-  }
-  return through.empty() ? all : through;
-}
-
 // The fraction of the lead's way at which the i-th of n things happens: within the middle of its share.
 double fraction_of(std::uint32_t i, std::uint32_t n, Random& random) {
   return (i + random.between(0.3, 0.7)) / n;
@@ -152,15 +121,15 @@ double time_behind(const Trace& trace, double at_s, double back_m) {
   return back_s;
 }
 
-// Does something n times along the way of the first tool that cuts, the last time first: that moves none of those
-// before it.
+// Does something n times along the way of the first tool that cuts through tissue, the last time first: that moves none
+// of those before it.
 template <typename Act>
 void along_the_way(Scene& scene, std::uint32_t n, Random& when, const Act& act) {
-  if (n == 0) return;
   const auto lead = std::ranges::find_if(scene.tools, cuts);
-  if (lead == scene.tools.end()) return;
-  const std::vector<Way> ways = ways_through_tissue(scene, *lead);
-  for (std::uint32_t i = n; i-- > 0;) act(lead->trace, time_at(ways, fraction_of(i, n, when)));
+  if (n == 0 || lead == scene.tools.end()) return;
+  const Trace moments = moments_of(lead->trace, kMoments);
+  const std::vector<bool> in_tissue = are_in_tissue(*lead, moments, scene);
+  for (std::uint32_t i = n; i-- > 0;) act(lead->trace, time_at_path(moments, fraction_of(i, n, when), in_tissue));
 }
 
 void lift(Scene& scene, const Hand& hand, std::uint64_t seed) {
@@ -298,10 +267,22 @@ Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s) {
   return result;
 }
 
-double time_at_path(const Trace& trace, double fraction) {
-  std::vector<Way> ways;
-  for (std::size_t i = 1; i < trace.size(); ++i) ways.push_back(way_between(trace[i - 1], trace[i]));
-  return ways.empty() ? trace.front().time_s : time_at(ways, fraction);
+double time_at_path(const Trace& trace, double fraction, const std::vector<bool>& counts) {
+  const auto step_m = [&](std::size_t i) {
+    if (!counts.empty() && !(counts[i - 1] && counts[i])) return 0.0;
+    return (trace[i].pose_world.position_m - trace[i - 1].pose_world.position_m).norm();
+  };
+  double length_m = 0;
+  for (std::size_t i = 1; i < trace.size(); ++i) length_m += step_m(i);
+  if (length_m == 0 && !counts.empty()) return time_at_path(trace, fraction);
+  double left_m = fraction * length_m;
+  for (std::size_t i = 1; i < trace.size(); ++i) {
+    const double step = step_m(i);
+    if (step > 0 && left_m <= step)
+      return trace[i - 1].time_s + left_m / step * (trace[i].time_s - trace[i - 1].time_s);
+    left_m -= step;
+  }
+  return trace.front().time_s;
 }
 
 Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed) {
@@ -312,6 +293,8 @@ Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed) {
   scene.duration_s = duration_at(scene, factor);
   for (ToolSpec& tool : scene.tools) tool.trace = stretched(moved(std::move(tool.trace), motion), factor);
   for (GravityChange& change : scene.gravity_changes) change.at_s *= factor;
+  for (Expectation& e : scene.expect)
+    if (e.measure->value == &Outcome::touched_s) e.range.low *= factor, e.range.high *= factor;
   pause(scene, hand, seed);
   saw(scene, hand, seed);
   lift(scene, hand, seed);

@@ -50,10 +50,11 @@ Trace trembling(const Trace& trace, double rms_m, std::uint64_t seed);
 constexpr double kLiftTakes_s = 1.6;
 Trace lifted(const Trace& trace, double at_s, double up_m, double resume_s);
 
-// The time at which a fraction of the path is behind; of a trace that stays in place, its beginning.
-double time_at_path(const Trace& trace, double fraction);
+// The time at which a fraction of the path is behind; of a trace that stays in place, its beginning. The path is what
+// lies between neighbours that count, or all of it when there are none. `counts`: one a point; empty: all count.
+double time_at_path(const Trace& trace, double fraction, const std::vector<bool>& counts = {});
 
-// The scene as this hand plays it: traces, duration, and turns of gravity, which wait for it.
+// The scene as this hand plays it: traces, duration, turns of gravity, which wait for it, and how long it should touch.
 Scene in_hand(Scene scene, const Hand& hand, std::uint64_t seed);
 
 // "shift 1 mm, turn 3 deg, lifts 1"; "exact" for a hand that follows its traces.

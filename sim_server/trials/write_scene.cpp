@@ -39,6 +39,7 @@ void write_scene(const Scene& scene, const std::string& directory) {
   };
   for (std::size_t i = 0; i < scene.gravity_changes.size(); ++i)
     values.emplace_back(key("gravity_changes[%zu].at_s", i), exactly(scene.gravity_changes[i].at_s));
+  for (const Expectation& e : scene.expect) values.emplace_back("expect." + e.measure->key, e.range.in_words());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     values.emplace_back(key("bodies[%zu].mesh.file", i), absolute(scene.bodies[i].mesh_file));
     values.emplace_back(key("bodies[%zu].volume.file", i), absolute(scene.bodies[i].volume.file));

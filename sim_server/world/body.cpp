@@ -298,11 +298,12 @@ Body::Happenings Body::guard(bool touched, double step_s) {
   const Recovery::Remedy remedy = recovery_.mend(shared(), *engines.deformation, step_s);
   particles_moved();
   if (frozen) return events;  // something else moved it
-  frozen = remedy == Recovery::Remedy::frozen || remedy == Recovery::Remedy::left;
   if (remedy == Recovery::Remedy::left) {
+    frozen = true;
     events.emplace_back(EventKind::left_world, *what);
     return events;
   }
+  frozen = remedy == Recovery::Remedy::frozen;
   const char* const how = remedy == Recovery::Remedy::reshaped ? "its shape at rest" : "its last good state";
   events.emplace_back(frozen ? EventKind::body_frozen : EventKind::body_recovered, how + (": " + *what));
   return events;

@@ -117,7 +117,6 @@ std::vector<std::vector<VertexId>> joints_of(const MeshDraft& draft, const Groov
 }
 
 Vec3 heading_at(const MeshDraft& draft, VertexId end) {
-  constexpr double kHeading_m = 2e-3;
   constexpr int kMostLips = 32;
   const Vec3 at = draft.rest(end);
   Vec3 way = Vec3::Zero();

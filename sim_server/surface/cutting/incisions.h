@@ -39,6 +39,7 @@ std::optional<Lid> lid_of(const MeshDraft& draft, const Grooves& grooves, const 
 // The polygons that close the surface where cuts meet; counter-clockwise seen from outside.
 std::vector<std::vector<VertexId>> joints_of(const MeshDraft& draft, const Grooves& grooves, VertexId lip);
 
+constexpr double kHeading_m = 2e-3;  // the last part of a cut, which says where it heads
 // The unit direction in which a cut goes on at its end, at rest.
 Vec3 heading_at(const MeshDraft& draft, VertexId end);
 

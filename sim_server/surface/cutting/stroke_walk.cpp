@@ -10,7 +10,6 @@ namespace {
 constexpr int kMaxCellsPerStep = 100000;
 constexpr double kSnapToRung = 0.25;      // a lip is crossed at a rung this close to it, as a ratio of the lip's length
 constexpr double kSnapToNode_m = 1.5e-3;  // at a place where cuts have met, if it is this close
-constexpr double kHeading_m = 2e-3;       // the last part of a cut, which says where it heads
 constexpr double kSame_m = 1e-7;
 constexpr double kCosRim = 0.7, kCosFold = 0.9;  // between the normals of faces that meet in a rim, or lie back to back
 constexpr std::size_t kPointsBehind = 6;         // a cut can't run into so many of its own last points

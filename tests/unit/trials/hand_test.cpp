@@ -165,6 +165,13 @@ TEST(Hand, what_has_been_set_going_takes_its_time_whatever_the_hand_does) {
   EXPECT_NEAR(in_hand(scene, {.slower = 3}, 1).duration_s, 3 * 4 + 2, 1e-12);
 }
 
+TEST(Hand, a_fast_hand_need_not_touch_for_so_long) {
+  Scene scene = scene_of({{"probe", stroke()}});
+  const auto touched = std::ranges::find(measures(), "touched_s", &Measure::key);
+  scene.expect = {{&*touched, at_least(1)}};
+  EXPECT_EQ(in_hand(scene, {.faster = 4}, 1).expect[0].range.in_words(), "at least 0.25");
+}
+
 TEST(Hand, a_saw_goes_back_along_its_way_and_forth_again) {
   const Trace trace = sawing(stroke(), 3, 2);
   EXPECT_EQ(trace.back().time_s, stroke().back().time_s + 2);
