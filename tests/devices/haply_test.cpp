@@ -45,11 +45,7 @@ TEST_F(Haply, its_motion_cuts_and_its_hand_feels_the_tissue) {
                             in_session({"--device", device(port), "--record", file("hand.csv"), "--wait-for-server"}));
   ASSERT_TRUE(hand->wait_for("servers: 1")) << hand->output();
   haply->send(SIGUSR1);
-  const auto cuts = [&] {
-    const std::string said = sim->output().substr(0, sim->output().rfind(" cuts"));
-    return said.empty() ? 0 : std::stoi(said.substr(said.find_last_not_of("0123456789") + 1));
-  };
-  while (cuts() < 300) ASSERT_TRUE(sim->wait_for_next(" cuts")) << sim->output();
+  while (cuts_told_by(*sim) < 300) ASSERT_TRUE(sim->wait_for_next(" cuts")) << sim->output();
   hand->send(SIGINT);
   EXPECT_EQ(hand->exit_code(), 0) << hand->output();
   sim->send(SIGINT);

@@ -54,11 +54,7 @@ TEST_F(Spacemouse, its_cap_leads_a_scalpel_into_the_liver) {
   ASSERT_TRUE(hand->wait_for("servers: 1")) << hand->output();
   spacenavd.say({1, 0, 0, 0, 0, 0, 0, 0});
   spacenavd.say({0, 0, -350, 0, 0, 0, 0, 16});  // down
-  const auto cuts = [&] {
-    const std::string said = sim->output().substr(0, sim->output().rfind(" cuts"));
-    return said.empty() ? 0 : std::stoi(said.substr(said.find_last_not_of("0123456789") + 1));
-  };
-  while (cuts() == 0) ASSERT_TRUE(sim->wait_for_next(" cuts")) << sim->output();
+  while (cuts_told_by(*sim) == 0) ASSERT_TRUE(sim->wait_for_next(" cuts")) << sim->output();
   spacenavd.say({0, 0, 350, 0, 0, 0, 0, 16});
   ASSERT_TRUE(hand->wait_for_next("servers: 1")) << hand->output();
 

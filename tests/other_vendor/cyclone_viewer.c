@@ -19,6 +19,7 @@ enum {
   kVertexBytes = 25,
   kTriangleBytes = 13,
   kVerticesOfPiece = 192,
+  kDeltasToTell = 50,
 };
 static const uint64_t kNoRevision = UINT64_MAX;
 static const uint32_t kFree = UINT32_MAX;
@@ -249,8 +250,9 @@ static void hear_chunk(const sectio_wire_KeyframeChunk* chunk) {
 static void hear_delta(const sectio_wire_DeltaMessage* message) {
   if (message->epoch != session.epoch) return;
   if (message->body_id >= session.bodies_count) fail("a delta of an unknown body", message->body_id);
-  ++session.deltas_count;
   apply(&session.bodies[message->body_id], &message->delta);
+  if (++session.deltas_count % kDeltasToTell == 0)
+    printf("body %u: revision %llu\n", message->body_id, (unsigned long long)message->delta.revision);
 }
 
 static void hear_state(const sectio_wire_StateHeader* header) {

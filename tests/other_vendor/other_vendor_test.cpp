@@ -34,7 +34,8 @@ TEST_F(OtherVendor, holds_the_bodies_of_a_session_from_its_beginning_and_from_it
   const auto killed = cyclone_viewer();
   ASSERT_TRUE(killed->wait_for("body 0")) << killed->output();
   killed->send(SIGKILL);
-  ASSERT_TRUE(early->wait_for("event of kind 2")) << early->output();  // it cuts
+  ASSERT_TRUE(early->wait_for("event of kind 2")) << early->output();   // it cuts
+  ASSERT_TRUE(early->wait_for("body 0: revision")) << early->output();  // and the body has changed
   const auto late = cyclone_viewer();
   ASSERT_EQ(server->exit_code(), 0) << server->output();
   EXPECT_EQ(server->output().find("went silent"), std::string::npos) << server->output();  // it waits for none of them

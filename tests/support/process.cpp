@@ -6,6 +6,7 @@
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <regex>
 #include <stdexcept>
 
 namespace sectio::test {
@@ -79,6 +80,15 @@ bool Process::read_more(Clock::time_point deadline) {
   }
   output_.append(text, static_cast<std::size_t>(size));
   return true;
+}
+
+int cuts_told_by(const Process& server) {
+  static const std::regex progress(R"( s simulated, (\d+) cuts)");
+  const std::string& output = server.output();
+  int cuts = 0;
+  for (std::sregex_iterator line(output.begin(), output.end(), progress), end; line != end; ++line)
+    cuts = std::stoi((*line)[1]);
+  return cuts;
 }
 
 }  // namespace sectio::test

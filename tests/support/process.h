@@ -50,4 +50,7 @@ class Process {
   std::optional<int> exit_code_;
 };
 
+// The number of cuts in the last progress that a server has printed; 0: it has printed none.
+int cuts_told_by(const Process& server);
+
 }  // namespace sectio::test

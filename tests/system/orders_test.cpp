@@ -54,12 +54,8 @@ TEST_F(Orders, a_paused_session_stands_still_serves_a_late_viewer_and_goes_on_at
 TEST_F(Orders, a_session_that_is_begun_anew_ends_like_the_first_and_keeps_the_first_try) {
   const auto server = watched_server();
   const auto screen = viewer("screen", {"--no-pictures"});
-  const auto cuts = [&] {
-    const std::string said = server->output().substr(0, server->output().rfind(" cuts"));
-    return said.empty() ? 0 : std::stoi(said.substr(said.find_last_not_of("0123456789") + 1));
-  };
   do ASSERT_TRUE(server->wait_for_next(" cuts")) << server->output();
-  while (cuts() == 0);
+  while (cuts_told_by(*server) == 0);
   give("anew");
   expect_equal_at_the_end(*screen);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
