@@ -150,8 +150,9 @@ class Attempt {
     }
     Stroke s;
     s.edge_id = e.edge_id;
-    s.touched = draft_.triangle(e.triangle).v;
-    s.bary = e.bary;
+    const BladePlace place = place_on_skin(draft_, e.triangle, e.bary);
+    s.touched = draft_.triangle(place.triangle).v;
+    s.bary = place.bary;
     strokes.push_back(std::move(s));
   }
 

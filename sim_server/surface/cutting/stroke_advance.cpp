@@ -126,8 +126,7 @@ class Advance {
         return closed == StrokeEnd::going ? end : closed;
       }
       if (walked == WalkEnd::waits) {
-        wait_for(place);
-        return end;
+        return wait_for(place) ? end : StrokeEnd::refused;
       }
       end = StrokeEnd::joined;
       has_cut_ = true;
@@ -136,11 +135,18 @@ class Advance {
   }
 
   // The surface doesn't lead to the blade from where its cut has come to. A branch that has cut nothing is given up:
-  // the next step looks for a better place, or begins anew when the blade is far already.
-  void wait_for(const BladePlace& place) {
-    if (!stroke_.cuts()) return;
+  // the next step looks for a better place, or begins anew when the blade is far already. A cut of more is left as soon
+  // as the blade is far enough for a branch beside its end. False: the draft must be dropped.
+  [[nodiscard]] bool wait_for(const BladePlace& place) {
+    if (!stroke_.cuts()) return true;
     owed_m_ = distance_m(place);
-    if (stroke_.points > 1 || stroke_.bottom == kNone) return;
+    if (stroke_.points > 1) {
+      if (owed_m_ < kNode_m) return true;
+      if (const auto curve = nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeaves_m))
+        stroke_.seen.on_lid_body_m = curve->rest_body_m;
+      return leave_cut();
+    }
+    if (stroke_.bottom == kNone) return true;
     const VertexId v = stroke_.cell.apex;
     const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
     if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
@@ -152,6 +158,7 @@ class Advance {
     stroke_.bottom = kNone;
     stroke_.lips.reset();
     stroke_.has_moved = has_cut_;
+    return true;
   }
 
   WalkEnd walk_to(const WalkTarget& target) {
