@@ -150,6 +150,7 @@ class Advance {
     const VertexId v = stroke_.cell.apex;
     const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
     if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
+    stroke_.seen.on_lid_body_m.reset();
     if (owed_m_ < kMostOwed_m)
       stroke_.seen.on_lid_body_m = draft_.rest(v);
     else

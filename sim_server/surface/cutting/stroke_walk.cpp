@@ -225,7 +225,7 @@ class Walk {
     const Triangle beyond_edge = draft_.triangle(across);
     if (beyond_edge.surface == Surface::wall) return meet({u, w}, t, corners);
     VertexId next = t < settings_.snap_ratio ? u : t > 1 - settings_.snap_ratio ? w : kNone;
-    if (next != kNone && is_behind(next)) next = kNone;
+    if (next != kNone && (is_behind(next) || is_lip(stroke_.cell.apex, next))) next = kNone;
     Cell beyond;
     if (next == kNone) {
       t = std::clamp(t, settings_.inset, 1 - settings_.inset);
