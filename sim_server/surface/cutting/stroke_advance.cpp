@@ -188,8 +188,9 @@ class Advance {
   }
 
   // The cut is open up to the blade already, or beyond it and the blade has not gone back itself. Tissue swings to and
-  // fro under a slow blade, and an end that is made anew at each swing drives it on. A cut that has only just passed
-  // its last point does not show yet where it heads.
+  // fro under a slow blade, and an end that is made anew at each swing drives it on; under a blade that is drawn out
+  // tissue goes back, and the cut would follow it into a hook. A cut that has only just passed its last point does not
+  // show yet where it heads.
   bool has_followed(const BladePlace& place) const {
     if (!stroke_.cuts() || !stroke_.temporary_inverse || !stroke_.blade) return false;
     const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end;
@@ -197,7 +198,9 @@ class Advance {
     const bool is_short = cut.norm() < kNode_m && !stroke_.heading_body.isZero();
     const Vec3 ahead = is_short ? stroke_.heading_body : Vec3(cut.stableNormalized());
     const double far_m = way.norm(), step_m = settings_.min_step_m;
-    const double went_m = (blade_.tip_world_m - stroke_.blade->tip_world_m).norm();
+    Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
+    went_world_m -= std::max(0.0, went_world_m.dot(blade_.up_world)) * blade_.up_world;
+    const double went_m = went_world_m.norm();
     if (far_m < step_m) return went_m < step_m;
     return far_m < kNode_m && went_m < kOwnWay * far_m && way.dot(ahead) < kAhead * far_m;
   }
