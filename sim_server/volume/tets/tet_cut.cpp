@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <unordered_map>
-#include <unordered_set>
 
 #include "common/core/error.h"
+#include "common/core/number_table.h"
 #include "common/core/sort_unique.h"
 
 namespace sectio {
@@ -38,9 +37,8 @@ class SheetCut {
     for (const Vec3& p : outline_) centre_ += p / static_cast<double>(outline_.size());
     if (outline_.size() == 4 && !flat_) twist_m_ = normal_.dot(outline_[0] - centre_);
     for (const VertexId v : sheet.joined) {
-      set_side(v, 0);
-      on_sheet_.push_back(v);
-      joined_[v] = true;
+      put_on_sheet(v);
+      at(v).joined = true;
     }
   }
 
@@ -57,7 +55,7 @@ class SheetCut {
     std::sort(on_sheet_.begin(), on_sheet_.end());
     if (exact_ != 0)
       std::erase_if(on_sheet_, [&](VertexId v) {  // elements extend beyond the sheet there
-        return !opened_.contains(v) && !joined_.contains(v) && !inside(volume_.vertex(v).rest_body_m);
+        return !at(v).opened && !at(v).joined && !inside(volume_.vertex(v).rest_body_m);
       });
     outcome_.on_sheet = std::move(on_sheet_);
     outcome_.made = static_cast<std::uint32_t>(volume_.tetrahedra().size()) - tets_before_;
@@ -65,9 +63,21 @@ class SheetCut {
   }
 
  private:
-  // Signed distance from the sheet; a point on it counts as above (simulation of simplicity).
+  // A vertex that the cut has looked at.
+  struct Met {
+    double height_m = 0;  // signed distance from the sheet; 0: not known yet
+    bool on_sheet = false, joined = false;
+    bool at_end = false;  // of the cut
+    bool opened = false;  // a corner of a cut face
+  };
+  Met& at(VertexId v) const { return met_.at(v); }
+  // A point on the sheet counts as above it (simulation of simplicity).
   double height(VertexId v) const {
-    const Vec3& p = volume_.vertex(v).rest_body_m;
+    double& known_m = at(v).height_m;
+    if (known_m == 0) known_m = height_at(volume_.vertex(v).rest_body_m);
+    return known_m;
+  }
+  double height_at(const Vec3& p) const {
     const double h = normal_.dot(p - centre_) - (twist_m_ == 0 ? 0 : twist_m_ * twist_at(p));
     return h == 0 ? 1e-300 : h;
   }
@@ -124,12 +134,12 @@ class SheetCut {
     return area_m2(polygon_) > settings_.snap * settings_.snap * whole_m2;
   }
 
-  // The side of a vertex: -1 or 1 beside the sheet, 0 on it. Recorded for relevant vertices only.
-  int side(VertexId v) const {
-    const auto known = side_.find(v);
-    return known != side_.end() ? known->second : height(v) > 0 ? 1 : -1;
+  // The side of a vertex: -1 or 1 beside the sheet, 0 on it.
+  int side(VertexId v) const { return at(v).on_sheet ? 0 : height(v) > 0 ? 1 : -1; }
+  void put_on_sheet(VertexId v) {
+    at(v).on_sheet = true;
+    on_sheet_.push_back(v);
   }
-  void set_side(VertexId v, int side) { side_[v] = side; }
 
   struct Crossed {
     std::uint32_t count = 0, beside = 0;  // edges that cross the plane: inside the outline, outside it
@@ -208,17 +218,17 @@ class SheetCut {
   // Searches through the stars of the ends of crossed edges.
   void follow(std::span<const std::uint32_t> begin) {
     std::vector<std::uint32_t> queue(begin.begin(), begin.end());
-    std::unordered_set<std::uint32_t> seen(queue.begin(), queue.end());  // never iterated
-    std::unordered_set<std::uint64_t> followed;                          // edges
+    NumberSet seen, followed;  // tetrahedra, edges
+    for (const std::uint32_t t : queue) seen.insert(t);
     std::vector<Crossing> edges;
     for (std::size_t k = 0; k < queue.size(); ++k) {
       edges.clear();
       visit(queue[k], edges);
       for (const Crossing& c : edges) {
-        if (!followed.insert(std::uint64_t{c.a} << 32 | c.b).second) continue;
+        if (!followed.insert(std::uint64_t{c.a} << 32 | c.b)) continue;
         for (const std::uint32_t t : volume_.star(c.a)) {
           const Tetrahedron& corners = volume_.tetrahedra()[t];
-          if (std::ranges::find(corners, c.b) != corners.end() && seen.insert(t).second) queue.push_back(t);
+          if (std::ranges::find(corners, c.b) != corners.end() && seen.insert(t)) queue.push_back(t);
         }
       }
     }
@@ -234,8 +244,7 @@ class SheetCut {
   }
   void snap_to(VertexId v) {
     if (side(v) == 0) return;
-    set_side(v, 0);
-    on_sheet_.push_back(v);
+    put_on_sheet(v);
     ++outcome_.snapped;
   }
 
@@ -244,9 +253,7 @@ class SheetCut {
   }
   void split() {
     for (const Crossing& c : crossings_) {
-      const VertexId n = volume_.split(c.a, c.b, c.t);
-      on_sheet_.push_back(n);
-      set_side(n, 0);
+      put_on_sheet(volume_.split(c.a, c.b, c.t));
       ++outcome_.splits;
     }
   }
@@ -262,17 +269,19 @@ class SheetCut {
         if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
       }
     sort_unique(crossings_);
-    std::unordered_set<VertexId> snapped;
+    std::vector<VertexId> snapped;
     for (const Crossing& c : crossings_) {  // parts of edges that step 3 has split are divided more coarsely
       const double coarse = (lasting_ >> side & 1) != 0 ? kLasting : 1;
       const double snap = coarse * settings_.snap * std::max(1.0, mean_edge_m_ / length_m(c));
-      if (std::min(c.t, 1 - c.t) <= snap) snapped.insert(c.t < 0.5 ? c.a : c.b);
+      if (std::min(c.t, 1 - c.t) <= snap) snapped.push_back(c.t < 0.5 ? c.a : c.b);
     }
-    std::erase_if(crossings_, [&](const Crossing& c) { return snapped.contains(c.a) || snapped.contains(c.b); });
-    at_end_.merge(snapped);
+    sort_unique(snapped);
+    const auto is_snapped = [&](VertexId v) { return std::ranges::binary_search(snapped, v); };
+    std::erase_if(crossings_, [&](const Crossing& c) { return is_snapped(c.a) || is_snapped(c.b); });
+    for (const VertexId v : snapped) at(v).at_end = true;
     const auto first = static_cast<VertexId>(volume_.vertex_count());
     split();
-    for (VertexId v = first; v < volume_.vertex_count(); ++v) at_end_.insert(v);
+    for (VertexId v = first; v < volume_.vertex_count(); ++v) at(v).at_end = true;
   }
   // An edge from one end of the opening to the other has no vertex that could get a twin, and would keep it closed.
   void open_across() {
@@ -280,7 +289,7 @@ class SheetCut {
     for (const std::array<VertexId, 3>& face : entered_faces()) {
       if (!inside(middle(face))) continue;
       for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}})
-        if (at_end_.contains(face[i]) && at_end_.contains(face[j])) edges.push_back({face[i], face[j], 0.5});
+        if (at(face[i]).at_end && at(face[j]).at_end) edges.push_back({face[i], face[j], 0.5});
     }
     std::sort(edges.begin(), edges.end());
     crossings_.clear();
@@ -291,21 +300,19 @@ class SheetCut {
   }
   // The cut faces, corners ascending. Each is between two tetrahedra.
   std::vector<std::array<VertexId, 3>> entered_faces() {
-    std::vector<std::uint32_t> around;
-    for (const VertexId v : on_sheet_) around.insert(around.end(), volume_.star(v).begin(), volume_.star(v).end());
-    sort_unique(around);
     std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
-    for (const std::uint32_t t : around) {
-      const Tetrahedron& c = volume_.tetrahedra()[t];
-      std::array<bool, 4> on{};
-      for (std::size_t i = 0; i < 4; ++i) on[i] = side(c[i]) == 0;
-      for (const auto& [i, j, k] : kTetFaces) {
-        if (!on[i] || !on[j] || !on[k]) continue;
-        std::array<VertexId, 3> face{c[i], c[j], c[k]};
-        std::sort(face.begin(), face.end());
-        faces.emplace_back(face, t);
+    for (const VertexId v : on_sheet_)
+      for (const std::uint32_t t : volume_.star(v)) {
+        const Tetrahedron& c = volume_.tetrahedra()[t];
+        std::array<bool, 4> on{};
+        for (std::size_t i = 0; i < 4; ++i) on[i] = at(c[i]).on_sheet;
+        for (const auto& [i, j, k] : kTetFaces) {
+          if (!on[i] || !on[j] || !on[k] || v != std::min({c[i], c[j], c[k]})) continue;
+          std::array<VertexId, 3> face{c[i], c[j], c[k]};
+          std::sort(face.begin(), face.end());
+          faces.emplace_back(face, t);
+        }
       }
-    }
     std::sort(faces.begin(), faces.end());
     std::vector<std::array<VertexId, 3>> entered;
     for (std::size_t n = 1; n < faces.size(); ++n) {
@@ -353,40 +360,39 @@ class SheetCut {
     for (const VertexId v : face)
       if (side(v) != 0) return false;
     if (side_of(t) == side_of(u)) return false;
-    const bool joins = std::ranges::any_of(face, [&](VertexId v) { return joined_.contains(v); });
+    const bool joins = std::ranges::any_of(face, [&](VertexId v) { return at(v).joined; });
     return inside(middle(face), [&](std::size_t side) { return !joins || is_exact(side); });
   }
 
   void separate(VertexId v) {
-    struct FaceAt {
-      VertexId u, w;
-      std::uint32_t place;
-      bool operator<(const FaceAt& o) const { return u != o.u ? u < o.u : w != o.w ? w < o.w : place < o.place; }
-    };
-    const std::vector<std::uint32_t> star(volume_.star(v).begin(), volume_.star(v).end());
-    std::vector<FaceAt> faces;
+    star_.assign(volume_.star(v).begin(), volume_.star(v).end());
+    const std::span<const std::uint32_t> star = star_;
+    faces_.clear();
     for (std::uint32_t place = 0; place < star.size(); ++place) {
-      std::array<VertexId, 3> others{};
+      std::array<std::uint64_t, 3> others{};
       std::ranges::copy_if(volume_.tetrahedra()[star[place]], others.begin(), [&](VertexId x) { return x != v; });
       std::sort(others.begin(), others.end());
-      for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}}) faces.push_back({others[i], others[j], place});
+      const auto& [a, b, c] = others;
+      for (const std::uint64_t edge : {a << 32 | b, a << 32 | c, b << 32 | c}) faces_.emplace_back(edge, place);
     }
-    std::sort(faces.begin(), faces.end());
-    std::vector<std::uint32_t> parent(star.size());
-    std::iota(parent.begin(), parent.end(), 0u);
+    std::sort(faces_.begin(), faces_.end());
+    parent_.resize(star.size());
+    std::iota(parent_.begin(), parent_.end(), 0u);
     const auto root = [&](std::uint32_t p) {
-      while (parent[p] != p) p = parent[p] = parent[parent[p]];
+      while (parent_[p] != p) p = parent_[p] = parent_[parent_[p]];
       return p;
     };
-    for (std::size_t k = 1; k < faces.size(); ++k) {
-      const FaceAt &f = faces[k - 1], &g = faces[k];
-      if (f.u != g.u || f.w != g.w) continue;
-      if (cut_between(star[f.place], star[g.place], {v, f.u, f.w})) {
-        opened_.insert({v, f.u, f.w});
+    for (std::size_t k = 1; k < faces_.size(); ++k) {
+      const auto [edge, place] = faces_[k - 1];
+      const auto [next_edge, next_place] = faces_[k];
+      if (edge != next_edge) continue;
+      const std::array<VertexId, 3> face{v, static_cast<VertexId>(edge >> 32), static_cast<VertexId>(edge)};
+      if (cut_between(star[place], star[next_place], face)) {
+        for (const VertexId corner : face) at(corner).opened = true;
         continue;
       }
-      const std::uint32_t a = root(f.place), b = root(g.place);
-      parent[std::max(a, b)] = std::min(a, b);
+      const std::uint32_t a = root(place), b = root(next_place);
+      parent_[std::max(a, b)] = std::min(a, b);
     }
     for (std::uint32_t r = 1; r < star.size(); ++r) {  // the component of the first tetrahedron keeps v
       if (root(r) != r) continue;
@@ -394,10 +400,9 @@ class SheetCut {
       for (std::uint32_t p = r; p < star.size(); ++p)
         if (root(p) == r) component.push_back(star[p]);
       const VertexId twin = volume_.part(v, component);
-      set_side(twin, 0);
-      if (joined_.contains(v)) joined_[twin] = true;
-      opened_.insert(twin);
-      on_sheet_.push_back(twin);
+      put_on_sheet(twin);
+      at(twin).joined = bool{at(v).joined};
+      at(twin).opened = true;
       ++outcome_.twins;
     }
   }
@@ -413,11 +418,10 @@ class SheetCut {
   double mean_edge_m_ = 0;  // mean of the edges that the sheet crosses
   std::vector<Crossing> crossings_;
   std::vector<VertexId> on_sheet_;
-  std::unordered_map<VertexId, int> side_;  // never iterated
-  std::unordered_map<VertexId, bool> joined_;
-  std::unordered_set<VertexId> at_end_;  // vertices at the end of the cut; never iterated
-  std::unordered_set<VertexId> opened_;  // vertices of cut faces; never iterated
-  std::vector<Vec3> polygon_, left_;     // scratch
+  mutable NumberTable<Met> met_;                                // by vertex
+  std::vector<Vec3> polygon_, left_;                            // scratch, as the rest
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> faces_;  // at a vertex: the edge opposite it, place in its star
+  std::vector<std::uint32_t> star_, parent_;                    // by place
   TetCutOutcome outcome_;
 };
 
