@@ -307,8 +307,8 @@ bool WebServer::State::ping_if_due(lws* wsi, Socket& socket) {
   const double now_s = steady_now_s();
   if (now_s - std::max(socket.heard_s, socket.pinged_s) <= kPing_s) return false;
   socket.pinged_s = now_s;
-  padded.assign(LWS_PRE, 0);
-  lws_write(wsi, padded.data() + LWS_PRE, 0, LWS_WRITE_PING);
+  padded.assign(LWS_PRE + 1, 'p');  // libwebsockets says nothing of the answer to an empty ping
+  lws_write(wsi, padded.data() + LWS_PRE, 1, LWS_WRITE_PING);
   lws_callback_on_writable(wsi);
   return true;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::seconds kLongest{60};
 constexpr std::chrono::milliseconds kTurn{10};
-constexpr unsigned kBinary = 2, kClose = 8, kMasked = 0x80, kFinal = 0x80;
+constexpr unsigned kBinary = 2, kClose = 8, kPing = 9, kPong = 10, kMasked = 0x80, kFinal = 0x80;
 
 std::uint64_t number(const std::string& bytes, std::size_t at, std::size_t count) {
   std::uint64_t value = 0;
@@ -111,11 +111,18 @@ void WebPeer::take_frames() {
     const std::string part = incoming_.substr(begin, size);
     at = begin + size;
     if ((first & 0xf) == kClose) goodbye = part.size() > 2 ? part.substr(2) : "";
+    if ((first & 0xf) == kPing) answer(part);
     if ((first & 0xf) > kBinary) continue;
     message_.insert(message_.end(), part.begin(), part.end());
     if ((first & kFinal) != 0) take(std::exchange(message_, {}));
   }
   incoming_.erase(0, at);
+}
+
+void WebPeer::answer(const std::string& ping) {
+  ++pings;
+  send_raw({static_cast<char>(kPong | kFinal), static_cast<char>(kMasked | ping.size())});
+  send_raw(std::string(4, '\0') + ping);
 }
 
 void WebPeer::take(const std::vector<std::uint8_t>& frame) {

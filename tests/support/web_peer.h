@@ -60,10 +60,12 @@ class WebPeer {
   std::optional<SceneInfo> scene;
   std::vector<std::string> notices;
   std::size_t states = 0;
-  std::string goodbye;  // the reason with which the connection was closed
+  std::size_t pings = 0;  // each has been answered, as a browser does
+  std::string goodbye;    // the reason with which the connection was closed
 
  private:
   void take_frames();
+  void answer(const std::string& ping);
   void take(const std::vector<std::uint8_t>& frame);
 
   int socket_ = -1;

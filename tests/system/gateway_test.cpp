@@ -112,6 +112,15 @@ struct Surgeon {
   }
 };
 
+TEST_F(GatewayProgram, who_only_watches_may_stay_as_long_as_pings_are_answered) {
+  const auto sim = program("sim_server", in_session({"--scene", kScene, "--endless"}));
+  const auto web = gateway();
+  WebPeer eve(port_of(*web), {"Eve", ""});
+  EXPECT_TRUE(eve.wait_until([&] { return eve.pings == 5; })) << eve.goodbye;
+  sim->send(SIGINT);
+  EXPECT_EQ(web->exit_code(), 0) << web->output();
+}
+
 TEST_F(GatewayProgram, two_people_hold_an_instrument_each_and_one_whose_link_stops_loses_it) {
   const auto sim = program("sim_server", in_session({"--scene", kTwoScalpels, "--endless"}));
   const auto left = program("device_bridge", in_session({"--device", "wish", "--tool-id", "0"}));
