@@ -48,7 +48,8 @@ struct Socket {
   lws* wsi = nullptr;
   std::vector<std::uint8_t> incoming;
   double heard_s = 0, pinged_s = 0;
-  double pieces = 0;  // how many have come of late
+  double pieces = 0;     // how many have come of late
+  bool is_full = false;  // it takes no more until the other side has read
 };
 
 struct Connection {
@@ -316,12 +317,15 @@ bool WebServer::State::ping_if_due(lws* wsi, Socket& socket) {
 // One frame for each time that the socket can take one.
 int WebServer::State::send(lws* wsi) {
   const auto at = sockets.find(wsi);
+  // Whoever reads is alive, though the answer to a ping comes late: the ping waits behind all that is to be read.
+  if (at != sockets.end() && std::exchange(at->second.is_full, false)) at->second.heard_s = steady_now_s();
   if (at != sockets.end() && ping_if_due(wsi, at->second)) return 0;
   if (at == sockets.end() || !handlers.next_frame(at->second.id, frame)) return 0;
   padded.assign(LWS_PRE, 0);
   padded.insert(padded.end(), frame.begin(), frame.end());
   if (lws_write(wsi, padded.data() + LWS_PRE, frame.size(), LWS_WRITE_BINARY) < static_cast<int>(frame.size()))
     return -1;
+  at->second.is_full = lws_send_pipe_choked(wsi) != 0;
   lws_callback_on_writable(wsi);
   return 0;
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <stdexcept>
 
 namespace sectio::test {
@@ -69,14 +70,18 @@ std::string WebPeer::header(std::uint64_t size_bytes, bool is_last) {
 }
 
 bool WebPeer::read(std::chrono::milliseconds time) {
-  char bytes[1 << 16];
   pollfd ready{socket_, POLLIN, 0};
-  for (auto left = time; !is_closed_ && poll(&ready, 1, static_cast<int>(left.count())) > 0; left = {}) {
-    const ssize_t size = recv(socket_, bytes, sizeof bytes, MSG_DONTWAIT);
-    if (size <= 0) is_closed_ = true;
-    if (size > 0) incoming_.append(bytes, static_cast<std::size_t>(size));
-    take_frames();
-  }
+  for (auto left = time; !is_closed_ && poll(&ready, 1, static_cast<int>(left.count())) > 0; left = {})
+    read_little(1 << 16);
+  return !is_closed_;
+}
+
+bool WebPeer::read_little(std::size_t most_bytes) {
+  std::string bytes(most_bytes, '\0');
+  const ssize_t size = recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  is_closed_ = is_closed_ || size == 0 || (size < 0 && errno != EAGAIN);
+  if (size > 0) incoming_.append(bytes, 0, static_cast<std::size_t>(size));
+  take_frames();
   return !is_closed_;
 }
 

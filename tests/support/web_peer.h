@@ -46,6 +46,8 @@ class WebPeer {
 
   // Reads what has come; false once the other side has closed.
   bool read(std::chrono::milliseconds time = std::chrono::milliseconds(0));
+  // Reads so many bytes at most.
+  bool read_little(std::size_t most_bytes);
   // Reads, and does `meanwhile` again and again, until the condition holds. False after a minute, or at the end.
   bool wait_until(const std::function<bool()>& condition, const std::function<void()>& meanwhile = {});
   // Whether the other side closes the connection.

@@ -121,6 +121,23 @@ TEST_F(GatewayProgram, who_only_watches_may_stay_as_long_as_pings_are_answered) 
   EXPECT_EQ(web->exit_code(), 0) << web->output();
 }
 
+// Half a kilobyte for each state that another browser sees: what waits on the way takes longer than a ping may.
+TEST_F(GatewayProgram, who_reads_slowly_may_stay) {
+  const auto sim = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--endless"}));
+  const auto web = gateway();
+  const int port = port_of(*web);
+  WebPeer ben(port, {"Ben", ""}), eve(port, {"Eve", ""});
+  bool is_there = true;
+  std::size_t seen = 0;
+  const auto read_a_little = [&] {
+    for (; seen < ben.states; ++seen) is_there = eve.read_little(512);
+  };
+  EXPECT_TRUE(ben.wait_until([&] { return ben.pings == 9 || !is_there; }, read_a_little));
+  EXPECT_TRUE(is_there) << eve.goodbye;
+  sim->send(SIGINT);
+  EXPECT_EQ(web->exit_code(), 0) << web->output();
+}
+
 TEST_F(GatewayProgram, two_people_hold_an_instrument_each_and_one_whose_link_stops_loses_it) {
   const auto sim = program("sim_server", in_session({"--scene", kTwoScalpels, "--endless"}));
   const auto left = program("device_bridge", in_session({"--device", "wish", "--tool-id", "0"}));
