@@ -14,9 +14,10 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kColumns{"time_s", "x_world_m", "y_world_m", "z_world_m",
                                                    "qw",     "qx",        "qy",        "qz"};
-constexpr std::string_view kOpening = "opening_rad";  // optional
-constexpr double kUnitTolerance = 1e-3;               // largest deviation of a quaternion's length from 1
-constexpr double kRounding = 1e-12;                   // one that deviates less stays as it is written
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // spreadsheets begin UTF-8 with it
+constexpr std::string_view kOpening = "opening_rad";         // optional
+constexpr double kUnitTolerance = 1e-3;                      // largest deviation of a quaternion's length from 1
+constexpr double kRounding = 1e-12;                          // one that deviates less stays as it is written
 
 struct Place {
   const std::string& file;
@@ -48,6 +49,7 @@ std::array<std::size_t, kColumns.size()> find_columns(const std::vector<std::str
   for (std::size_t k = 0; k < kColumns.size(); ++k) {
     const auto found = std::find(names.begin(), names.end(), kColumns[k]);
     if (found == names.end()) at.fail(kColumns[k], "column missing");
+    if (std::find(found + 1, names.end(), kColumns[k]) != names.end()) at.fail(kColumns[k], "column given twice");
     columns[k] = static_cast<std::size_t>(found - names.begin());
   }
   return columns;
@@ -85,6 +87,7 @@ std::vector<TracePoint> load_trace(const std::string& path) {
   Place at{path};
   for (std::string line; std::getline(in, line);) {
     ++at.line;
+    if (at.line == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
     const std::string_view text = trimmed(line);
     if (text.empty() || text.front() == '#') continue;
     const auto fields = split(text);

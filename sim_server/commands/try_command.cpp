@@ -25,7 +25,8 @@ void check(const Flags& flags) {
     if (!good) throw InputError(flaw);
   };
   refuse_unless(o.runs > 0, "--runs: expected > 0, got 0");
-  refuse_unless(o.processes > 0, "--processes: expected > 0, got 0");
+  refuse_unless(o.processes > 0 && o.processes <= 1000,
+                "--processes: expected 1 to 1000, got " + std::to_string(o.processes));
   refuse_unless(o.processor_limit_s > 0, "--limit-s: expected > 0, got 0");
   const std::pair<const char*, double> lengths[] = {{"--shift-mm", flags.shift_mm},
                                                     {"--turn-deg", o.hand.turn_deg},

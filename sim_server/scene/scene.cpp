@@ -137,13 +137,13 @@ void read_expectations(KeyReader& map, Scene& scene) {
   }
 }
 
-// Two pictures' worth at 60 a second, in which a hand goes 33 mm at its fastest.
-constexpr double kLongestStep_s = 0.0334;
+// The longest: two pictures' worth at 60 a second, in which a hand goes 33 mm at its fastest.
+constexpr double kShortestStep_s = 1e-6, kLongestStep_s = 0.0334;
 
 void read_scene(KeyReader& map, const EngineTraits& traits, Scene& scene) {
   map.required().name("session", scene.session, "Name of the session on the network.");
   map.number_or(
-      "auto", scene.step_is_free, "step_s", scene.step_s, above_to(0, kLongestStep_s),
+      "auto", scene.step_is_free, "step_s", scene.step_s, between(kShortestStep_s, kLongestStep_s),
       "Length of a step. A hand needs 0.001; steps of 0.008 to 0.033 with driver implicit are for bodies that "
       "instruments touch slowly or not at all. Models divide it into as many parts as they need; where the springs of "
       "a surface would need more than 32, it is refused with the largest that would do. auto: the program chooses it, "

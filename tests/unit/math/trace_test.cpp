@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <regex>
 
 #include "common/core/error.h"
 
@@ -65,6 +66,12 @@ TEST_F(Trace, what_is_written_is_read_back_bit_for_bit) {
   EXPECT_EQ(load_trace(write(text)), trace);
 }
 
+TEST_F(Trace, a_spreadsheet_may_have_written_it) {
+  const std::string text = kHeader + "0,0,0,0,1,0,0,0\n1,0,0,2,1,0,0,0\n";
+  EXPECT_EQ(load_trace(write("\xef\xbb\xbf" + std::regex_replace(text, std::regex("\n"), "\r\n"))),
+            load_trace(write(text)));
+}
+
 TEST_F(Trace, errors_name_file_line_and_column) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"time_s,x_world_m,y_world_m\n", ":1: z_world_m: column missing"},
@@ -74,6 +81,7 @@ TEST_F(Trace, errors_name_file_line_and_column) {
       {kHeader + "0,0,0,0,1,0,0\n", ":2: row: expected 8 columns, got 7"},
       {kHeader + "0,0,0,0,0,0,0,0\n", ":2: qw: expected a unit quaternion"},
       {kHeader + "1,0,0,0,1,0,0,0\n1,0,0,0,1,0,0,0\n", ":3: time_s: times must ascend"},
+      {"qz," + kHeader, ":1: qz: column given twice"},
       {"opening_rad," + kHeader + "4,0,0,0,0,1,0,0,0\n", ":2: opening_rad: expected 0 to pi"},
       {kHeader, ": no point"},
       {"", ": no point"},

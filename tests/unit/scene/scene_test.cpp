@@ -250,6 +250,7 @@ TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
   EXPECT_EQ(refusal("poisson: 0.4", "poisson: 0.5"),
             "s.yaml:11: bodies[0].material.poisson: expected in [0, 0.5), got 0.5");
   EXPECT_EQ(refusal("step_s: 0.002", "step_s: fast"), "s.yaml:2: step_s: expected a finite number, got fast");
+  EXPECT_EQ(refusal("step_s: 0.002", "step_s: 1e-300"), "s.yaml:2: step_s: expected in [1e-06, 0.0334], got 1e-300");
   for (const char* bad : {".nan", "nan", ".inf", "1e999", "\"1\"", "1,5", "0x10", "", "[1]", "{a: 1}", "1 2", "~"}) {
     const std::string message = refusal("step_s: 0.002", std::string("step_s: ") + bad);
     EXPECT_EQ(message.rfind("s.yaml:", 0), 0u) << bad << message;
