@@ -181,6 +181,22 @@ TEST(B_PROG, retreating_over_the_cut_itself) {
   EXPECT_EQ(pad.refused + pad.rejected_deltas, 0u);
 }
 
+TEST(B_PROG, a_blade_that_is_drawn_out_leaves_the_end_where_it_is) {
+  PadUnderScalpel pad;
+  come_to_cell(pad);
+  pad.go(0.0225, 0.015);
+  const Vec3 end = pad.mesh.rest_body_m(pad.stroke()->temporary_tip);
+  for (int i = 1; i < 10; ++i) {
+    for (std::size_t v = 0; v < pad.particles.size(); ++v)  // the tissue that it had pushed ahead comes back
+      pad.particles.place(v, pad.view().position(v) + Vec3(1e-4, 0, 0));
+    pad.go(0.0225, 0.015, 0.004 - 4e-4 * i);
+    ASSERT_NO_FATAL_FAILURE(pad.expect_valid());
+    ASSERT_TRUE(pad.going());
+    EXPECT_EQ(pad.mesh.rest_body_m(pad.stroke()->temporary_tip), end);
+  }
+  EXPECT_EQ(pad.refused, 0u);
+}
+
 TEST(B_PROG, a_touch_without_motion_cuts_nothing) {
   PadUnderScalpel pad;
   const TriangleMesh before = pad.mesh;
