@@ -11,6 +11,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/stop_signal.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "device_bridge/drivers/device_table.h"
@@ -80,13 +81,12 @@ bool parse(int argc, char** argv, Options& o) {
   return true;
 }
 
-// SIGINT and SIGTERM are taken here and nowhere else: blocked before any thread is made, waited for by main.
+// Signals to stop are taken here and nowhere else: blocked before any thread is made, waited for by main.
 class Signals {
  public:
   Signals() {
     sigemptyset(&set_);
-    sigaddset(&set_, SIGINT);
-    sigaddset(&set_, SIGTERM);
+    for (const int number : stop_signals()) sigaddset(&set_, number);
     pthread_sigmask(SIG_BLOCK, &set_, nullptr);
   }
   // True when one came; false after the time.

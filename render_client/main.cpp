@@ -1,7 +1,6 @@
 // The viewer: replica, pictures, files. It draws at its own steady rate, independent of the server's.
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <memory>
@@ -13,6 +12,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/report_figures.h"
+#include "common/core/stop_signal.h"
 #include "common/core/wall_time.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
@@ -131,8 +131,6 @@ bool parse(int argc, char** argv, Options& o) {
   return true;
 }
 
-volatile std::sig_atomic_t stop_requested = 0;
-
 // Draws frames and writes the pictures to files; with --no-pictures it does nothing.
 class Screen {
  public:
@@ -224,7 +222,7 @@ class Ending {
   Ending(double duration_s, double begun_s) : stop_s_(duration_s > 0 ? begun_s + duration_s : 1e300) {}
 
   bool due(double time_s, const World& world) {
-    if (stop_requested || time_s >= stop_s_) return true;
+    if (stop_was_requested() || time_s >= stop_s_) return true;
     const std::optional<SessionEnd> end = world.session_end();
     if (!end) return false;
     if (!heard_) last_s_ = std::min(stop_s_, time_s + kMostEndPatience_s);
@@ -268,14 +266,13 @@ void write_report(const std::string& path, const std::string& text) {
 }
 
 int view(Options options) {
-  std::signal(SIGINT, [](int) { stop_requested = 1; });
-  std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  catch_stop_signals();
   write_report(options.report_file, "");  // a file that can't be written is refused now, not at the end
   std::optional<HeardRecord> heard;
   if (!options.record_file.empty()) heard.emplace(options.record_file, options.name);
   Screen screen(options);
   const double patience_s = options.duration_s > 0 ? options.duration_s : kForEver_s;
-  if (!find_session(options.network, patience_s, [] { return stop_requested != 0; })) return 1;
+  if (!find_session(options.network, patience_s, stop_was_requested)) return 1;
   ClientNet net(options.network, options.name.substr(0, kMaxNameBytes));
   if (heard) net.record(*heard);
   World world;

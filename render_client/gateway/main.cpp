@@ -1,5 +1,4 @@
 // The gateway: lets browsers take part in a session. One thread.
-#include <csignal>
 #include <cstdio>
 #include <map>
 #include <random>
@@ -7,6 +6,7 @@
 #include "common/core/arguments.h"
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/stop_signal.h"
 #include "common/core/wall_time.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
@@ -59,8 +59,6 @@ std::string new_token() {
   return token;
 }
 
-volatile std::sig_atomic_t stop_requested = 0;
-
 constexpr double kForEver_s = 1e9;
 constexpr std::size_t kConnectionsBesides = 192;  // for the files of the page, pictures and counts
 constexpr double kFarewell_s = 0.5;               // for the session's end to reach browsers
@@ -105,14 +103,13 @@ class Stills {
 };
 
 int run(Options& o) {
-  std::signal(SIGINT, [](int) { stop_requested = 1; });
-  std::signal(SIGTERM, [](int) { stop_requested = 1; });
+  catch_stop_signals();
   if (o.token.empty()) o.token = new_token();
   o.limits.max_clients = o.max_clients;
   o.web.protocol = live_protocol();
   o.web.max_connections = o.max_clients + kConnectionsBesides;
   o.web.max_message_bytes = Gateway::kMaxMessageBytes;
-  if (!find_session(o.network, kForEver_s, [] { return stop_requested != 0; })) return 1;
+  if (!find_session(o.network, kForEver_s, stop_was_requested)) return 1;
   Gateway gateway({o.token, o.lead_token}, o.limits, microseconds_since_1970());
   gateway.tries().keep_in(o.tries);
   GatewayNet net(o.network);
@@ -170,7 +167,7 @@ int run(Options& o) {
       log_info("the session has ended");
       stop_s = now_s + kFarewell_s;
     }
-    return !stop_requested && now_s < stop_s;
+    return !stop_was_requested() && now_s < stop_s;
   };
   WebServer web(o.web, handlers);
   server = &web;

@@ -6,10 +6,10 @@
 #include <optional>
 #include <set>
 
+#include "common/core/stop_signal.h"
 #include "common/record/session_record.h"
 #include "sim_server/net/pace.h"
 #include "sim_server/net/serve.h"
-#include "sim_server/net/stop_signal.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/session/played_inputs.h"
 #include "sim_server/session/progress.h"

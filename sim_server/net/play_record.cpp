@@ -6,10 +6,10 @@
 
 #include "common/core/error.h"
 #include "common/core/log.h"
+#include "common/core/stop_signal.h"
 #include "common/messages/epoch.h"
 #include "sim_server/net/pace.h"
 #include "sim_server/net/played_record.h"
-#include "sim_server/net/stop_signal.h"
 
 namespace sectio {
 namespace {

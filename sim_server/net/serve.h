@@ -31,8 +31,8 @@ struct ServeOptions {
   double stall_s = 0;                  // ... for so long
 };
 
-// Throws InputError when another server of the session has a body of this one. SIGINT and SIGTERM
-// end the session in order; nothing is lost.
+// Throws InputError when another server of the session has a body of this one. SIGINT, SIGTERM and
+// SIGHUP end the session in order; nothing is lost.
 RunResult serve(const Scene& scene, const ServeOptions& options);
 
 }  // namespace sectio

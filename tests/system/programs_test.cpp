@@ -1,6 +1,7 @@
 // The real programs with what people and accidents do to them: wrong files and flags, kill -9, ^C, two at a time.
 #include <algorithm>
 #include <cctype>
+#include <csignal>
 
 #include "common/core/error.h"
 #include "tests/support/session_programs.h"
@@ -204,6 +205,21 @@ TEST_F(Programs, a_bridge_that_is_started_again_is_followed_from_its_first_sampl
   sim->send(SIGINT);
   EXPECT_EQ(sim->exit_code(), 0) << sim->output();
   EXPECT_EQ(json("out/report.json")["run"]["events"]["penetrated"], 2);
+}
+
+TEST_F(Programs, a_terminal_that_is_closed_ends_each_in_order) {
+  const auto as_it_was = std::signal(SIGHUP, SIG_DFL);  // nohup, where these tests run beneath it
+  auto sim = server({"--endless", "--export", file("out")});
+  auto screen = viewer("screen", {"--no-pictures"});
+  auto hand = program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--record", file("a.csv")}));
+  std::signal(SIGHUP, as_it_was);
+  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  for (Process* each : {hand.get(), screen.get(), sim.get()}) {
+    each->send(SIGHUP);
+    EXPECT_EQ(each->exit_code(), 0) << each->output();
+  }
+  EXPECT_GT(json("out/report.json")["run"]["steps"], 0);
+  EXPECT_GT(json("screen.json")["states_drawn"], 0);
 }
 
 TEST_F(Programs, interrupted_the_server_leaves_whole_files_and_says_goodbye) {
