@@ -44,7 +44,8 @@ std::map<std::uint64_t, std::uint64_t> checkpoints_in(const std::string& directo
     std::uint64_t step = 0;
     const auto [rest, bad] = std::from_chars(name.data(), name.data() + name.size(), step);
     std::error_code no_size;
-    if (bad == std::errc() && rest == name.data() + name.size()) found[step] = file->file_size(no_size);
+    if (bad == std::errc() && rest == name.data() + name.size() && file->is_regular_file(no_size))
+      found[step] = file->file_size(no_size);
   }
   return found;
 }

@@ -42,13 +42,11 @@ std::unique_ptr<SessionRun> SessionRun::resumed(const Scene& scene, const Past& 
   const bool elsewhere = past.directory != directory;
   InputLogReader reader(path);
   std::unique_ptr<SessionRun> run(new SessionRun(scene, directory, false));
-  const std::optional<std::uint64_t> inputs_bytes =
-      reader.header().state_hash == run->header_.state_hash ? run->jump(past.directory, past.last_step) : std::nullopt;
+  std::optional<std::uint64_t> inputs_bytes;
+  if (reader.header().state_hash == run->header_.state_hash && run->jump(past.directory, past.last_step, reader))
+    inputs_bytes = reader.whole_bytes();
   const std::uint64_t jumped = run->steps_;
-  if (!inputs_bytes)
-    run->recorder_->begin_journal();
-  else if (!reader.seek(*inputs_bytes))
-    throw InputError(path + ": it ends before its own checkpoint");
+  if (!inputs_bytes) run->recorder_->begin_journal();
   if (inputs_bytes && elsewhere && !copy_beginning(path, input_log_path(directory), *inputs_bytes))
     throw InputError(path + ": can't be copied");
   if (inputs_bytes && elsewhere)
@@ -76,24 +74,25 @@ std::unique_ptr<SessionRun> SessionRun::resumed(const Scene& scene, const Past& 
   return run;
 }
 
-std::optional<std::uint64_t> SessionRun::jump(const std::string& directory, std::uint64_t last_step) {
+bool SessionRun::jump(const std::string& directory, std::uint64_t last_step, InputLogReader& inputs) {
   for (std::uint64_t most = last_step;;) {
     const std::optional<Checkpoint> to = find_checkpoint(directory, header_.state_hash, most);
-    if (!to || to->step <= steps_) return std::nullopt;
+    if (!to || to->step <= steps_) return false;
     try {
       simulation_.load(to->simulation);
       if (state_hash_of(simulation_) != to->state_hash) throw InputError("it is of another state");
       Archive recorder(to->recorder);
       recorder_->archive(recorder);
       recorder_->continue_journal(directory, to->journal_bytes);
+      if (!inputs.seek(to->inputs_bytes)) throw InputError("the journal of inputs ends before it");
       steps_ = checkpoint_at_ = to->step;
       epoch_ = to->epoch;
-      return to->inputs_bytes;
+      return true;
     } catch (const InputError& error) {
       log_warning("the checkpoint of step " + std::to_string(to->step) + " is passed over: " + error.what());
       simulation_ = Simulation(scene_);
       begin();
-      if (to->step == 0) return std::nullopt;
+      if (to->step == 0) return false;
       most = to->step - 1;
     }
   }

@@ -33,9 +33,9 @@ class SessionRun {
   static std::unique_ptr<SessionRun> resumed(const Scene& scene, const Past& past, const std::string& directory,
                                              std::optional<std::uint64_t>& last_epoch);
 
-  // Goes to the last checkpoint of a session up to a step, if that is ahead: the inputs in its directory go on at the
-  // byte that is returned. Nothing: there is none, and the run is where it was.
-  std::optional<std::uint64_t> jump(const std::string& directory, std::uint64_t last_step);
+  // Goes to the last checkpoint of a session up to a step, if that is ahead and `inputs`, the journal in its directory,
+  // reaches so far: then that goes on there. False: there is none, and both are where they were.
+  bool jump(const std::string& directory, std::uint64_t last_step, InputLogReader& inputs);
 
   // Runs one step: the input is kept before. `record`: what others need to run it, too. The output is valid until the
   // next step.

@@ -98,6 +98,18 @@ TEST_F(Resume, a_torn_end_is_left_out_with_a_word_and_the_session_goes_on_before
   EXPECT_EQ(hash(), whole);
 }
 
+TEST_F(Resume, a_journal_that_ends_before_the_last_checkpoint_goes_on_from_the_one_before) {
+  auto server = begin({"--play-traces", "--steps", "2400"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  const std::string whole = hash(), inputs = file("out/inputs");
+  std::filesystem::resize_file(inputs, std::filesystem::file_size(inputs) * 3 / 5);
+  server = resume({"--play-traces", "--steps", "2400"});
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_NE(server->output().find("is passed over: the journal of inputs ends before it"), std::string::npos)
+      << server->output();
+  EXPECT_EQ(hash(), whole);
+}
+
 TEST_F(Resume, a_full_disk_ends_the_journals_and_not_the_session) {
   auto whole = begin({"--play-traces"});
   ASSERT_EQ(whole->exit_code(), 0) << whole->output();
