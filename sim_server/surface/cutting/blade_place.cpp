@@ -13,9 +13,10 @@ namespace {
 constexpr double kAboveHeel_m = 2e-3, kBelowTip_m = 3e-4;
 constexpr double kLongestLine_m = 0.05;  // a blade without an end
 constexpr double kNear_m = 0.015;        // from a blade's line to the corners of a lid that it may enter
-constexpr double kReachEdges = 2.5;      // of the skin by which a place is mapped, in edges
+constexpr double kReachEdges = 2.5;      // the skin by which a place is mapped reaches so far, in edges
 constexpr double kCosRim = 0.7;          // between the normals of faces that meet in a rim
 constexpr double kLeastPivot = 1e-3;
+constexpr double kSame_m = 1e-9;
 
 double distance_to_line_m(const BladeLine& line, const Vec3& x) {
   return distance_to_segment(x, line.heel_world_m, line.tip_world_m);
@@ -95,7 +96,9 @@ void smooth(const MeshDraft& draft, BladePlace& place) {
   }
   const Eigen::LDLT<Mat3> solver(squares);
   if (solver.info() != Eigen::Success || solver.vectorD().minCoeff() < kLeastPivot) return;
-  const Vec3 smooth_m = place.rest_body_m + rest * solver.solve(right).row(0).transpose();
+  const Eigen::Vector2d off_m = solver.solve(right).row(0).transpose();
+  if (off_m.norm() < kSame_m) return;  // where nothing is stretched, the point stays bit for bit
+  const Vec3 smooth_m = place.rest_body_m + rest * off_m;
   double least_m2 = std::numeric_limits<double>::max();
   for (const TriangleId t : around) {
     const auto c = draft.triangle(t).v;

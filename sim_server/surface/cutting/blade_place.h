@@ -41,7 +41,7 @@ struct BladePlace {
   Vec3 point_world_m = Vec3::Zero();
 };
 
-// The place in the material of a point of the skin: at rest, by the skin around it, so that its triangle may be another.
+// The place in the material of a point of the skin: at rest, by the skin around it. Its triangle may be another.
 BladePlace place_on_skin(const MeshDraft& draft, TriangleId triangle, const Vec3& bary);
 
 // The place where the line of a blade first enters the skin, of the triangles given.

@@ -67,7 +67,7 @@ class SheetCut {
   struct Met {
     double height_m = 0;  // signed distance from the sheet; 0: not known yet
     bool on_sheet = false, joined = false;
-    bool at_end = false;  // of the cut
+    bool at_end = false;  // the cut ends here
     bool opened = false;  // a corner of a cut face
   };
   Met& at(VertexId v) const { return met_.at(v); }

@@ -8,13 +8,13 @@
 namespace sectio {
 namespace {
 
-TEST(NumberTable, HasWhatAMapHas) {
+TEST(NumberTable, has_what_a_map_has) {
   std::mt19937_64 random(7);
   std::uniform_int_distribution<std::uint64_t> number(0, 5000);
   std::map<std::uint64_t, int> map;
   NumberTable<int> table;
   for (int k = 0; k < 20000; ++k) {
-    const std::uint64_t n = number(random) << 32 | number(random) % 3;  // as pairs of numbers are
+    const std::uint64_t n = number(random) << 32 | number(random) % 3;  // like pairs of numbers
     const bool is_new = map.try_emplace(n, k).second;
     const auto [value, was_new] = table.insert(n);
     ASSERT_EQ(was_new, is_new);
@@ -27,7 +27,7 @@ TEST(NumberTable, HasWhatAMapHas) {
   for (std::uint64_t n = 0; n < 5000; ++n) EXPECT_EQ(table.contains(n << 32), map.contains(n << 32));
 }
 
-TEST(NumberTable, AnEmptyOneHasNothing) {
+TEST(NumberTable, an_empty_one_has_nothing) {
   const NumberTable<int> table;
   EXPECT_EQ(table.find(0), nullptr);
   NumberSet set;
