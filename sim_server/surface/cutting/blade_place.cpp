@@ -97,7 +97,7 @@ void smooth(const MeshDraft& draft, BladePlace& place) {
   const Eigen::LDLT<Mat3> solver(squares);
   if (solver.info() != Eigen::Success || solver.vectorD().minCoeff() < kLeastPivot) return;
   const Eigen::Vector2d off_m = solver.solve(right).row(0).transpose();
-  if (off_m.norm() < kSame_m) return;  // where nothing is stretched, the point stays bit for bit
+  if (off_m.norm() < kSame_m) return;  // nothing is stretched: the point stays bit for bit
   const Vec3 smooth_m = place.rest_body_m + rest * off_m;
   double least_m2 = std::numeric_limits<double>::max();
   for (const TriangleId t : around) {

@@ -140,13 +140,13 @@ class Advance {
   [[nodiscard]] bool wait_for(const BladePlace& place) {
     if (!stroke_.cuts()) return true;
     owed_m_ = distance_m(place);
+    if (stroke_.bottom == kNone) return true;
     if (stroke_.points > 1) {
       if (owed_m_ < kNode_m) return true;
       if (const auto curve = nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeaves_m))
         stroke_.seen.on_lid_body_m = curve->rest_body_m;
       return leave_cut();
     }
-    if (stroke_.bottom == kNone) return true;
     const VertexId v = stroke_.cell.apex;
     const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
     if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
