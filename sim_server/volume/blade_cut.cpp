@@ -22,7 +22,8 @@ constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // along which tip and heel w
 // A blade that comes in from the side has pressed that side in before it broke through: tissue behind the track, as
 // thin as a thread and with nothing behind it, is cut together with the rest.
 TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
-  const double overlap_m = tissue_.metres(settings_.overlap_edges);
+  const bool leaves_halves = !settings_.follows_blade() && !tracks_.slit.empty();  // elements at the ends of slits
+  const double overlap_m = tissue_.metres(leaves_halves ? settings_.half_cut_edges : settings_.overlap_edges);
   if (track.is_at_entry) {
     const std::size_t mark = topology_.mark();
     const TetCutOutcome outcome =

@@ -8,6 +8,29 @@
 #include "common/math/intersect.h"
 
 namespace sectio {
+namespace {
+
+constexpr double kSlides = 4;  // a blade that goes so many times as far along its edge as across it slides in its cut
+
+// How far tip and heel have gone across the edge, the one that has gone less and the one that has gone further.
+std::pair<double, double> across_m(const BladeEdge& from, const BladeEdge& to) {
+  const Vec3 up = (to.heel_m - to.tip_m).normalized();
+  return std::minmax({(to.tip_m - from.tip_m).cross(up).norm(), (to.heel_m - from.heel_m).cross(up).norm()});
+}
+
+}  // namespace
+
+// Where a blade slides along its edge, out of the tissue and in again, it cuts on from the place that it came to last:
+// a sheet from the place of a lifted blade to that of one put down would leave what lies beneath.
+void BladeTrack::add(const BladeEdge& edge, double same_m) {
+  const auto slides = [&](const BladeEdge& from) {
+    return (edge.tip_m - from.tip_m).norm() > kSlides * across_m(from, edge).second;
+  };
+  if (edges.size() > 1 && slides(edges.back()) && across_m(edges[edges.size() - 2], edge).second < same_m)
+    edges.pop_back();
+  edges.push_back(edge);
+}
+
 void BladeTrack::restart() {
   edges = {edges.back()};
   is_at_entry = false;
@@ -83,13 +106,14 @@ void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const Bl
 void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const FrontSettings& settings = tissue.settings;
   BladeTrack& track = by_edge[motion.edge_id];
+  const double same_m = tissue.metres(settings.follows_blade() ? 0 : settings.same_place_edges);
   for (const Blade& blade : motion.path) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
     if (track.has_front || slit.empty())
-      track.edges.push_back(around_blade.at_rest(blade));
+      track.add(around_blade.at_rest(blade), same_m);
     else if (const auto [edge, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
-             track.edges.push_back(edge), track.is_in_slit = is_in_slit)
+             track.add(edge, same_m), track.is_in_slit = is_in_slit)
       track.restart();
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (track.has_left_front(tissue)) {
@@ -98,13 +122,15 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
     }
     track.since_cut_m = track.ahead_m(settings);
   }
-  const auto is_far = [&](const BladeEdge& e, double m) {
-    return (e.tip_m - track.edges.back().tip_m).norm() > m && (e.heel_m - track.edges.back().heel_m).norm() > m;
-  };
   const double longest_m = tissue.metres(settings.longest_sheet_edges);
   const double behind_m = tissue.metres(settings.follows_blade() ? settings.front_behind_edges : settings.behind_edges);
   const double reach_m = std::min(longest_m, std::max(0.0, track.since_cut_m) + behind_m);
-  while (track.edges.size() > 2 && is_far(track.edges[1], reach_m)) {
+  const auto gone_m = [&](const BladeEdge& from) {
+    const BladeEdge& now = track.edges.back();
+    if (!settings.follows_blade()) return across_m(from, now).first;
+    return std::min((from.tip_m - now.tip_m).norm(), (from.heel_m - now.heel_m).norm());
+  };
+  while (track.edges.size() > 2 && gone_m(track.edges[1]) > reach_m) {
     track.edges.erase(track.edges.begin());
     track.is_at_entry = false;
   }

@@ -49,6 +49,8 @@ struct BladeTrack {
   std::vector<VertexId> front_vertices;  // vertices of the front
   std::vector<VertexId> vertices_near;   // around the blade; the next cut begins its search there
 
+  // The blade is here now. `same_m`: places this close to each other, across the edge, are one.
+  void add(const BladeEdge& edge, double same_m);
   // The blade is where nothing is left to cut: the track goes on from here.
   void restart();
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }

@@ -20,11 +20,13 @@ struct FrontSettings {
 
   // The sheet that it cuts along.
   double overlap_edges = 0.25;  // the sheet begins this far behind the track
+  double half_cut_edges = 1.0;  // without fronts and with a slit: elements at its end have been cut in part
   double lag_edges = 0.05;      // a front ends this far behind the blade, which touches what it cuts next
   double thread_edges = 0.5;    // tissue ahead, this thin and with nothing behind it, is cut together with the rest
   double joined_edges = 1.0;    // vertices of a slit this close to the blade are on the sheet
   double joined_beside_edges = 0.5;  // if they are no further than this from its plane
   double longest_sheet_edges = 8;    // a sheet is flat, a track is not
+  double same_place_edges = 0.1;     // without fronts: a blade that slides along its edge stays at a place by so much
   double behind_edges = 2.0;         // without fronts a sheet reaches this far back, into what was cut in part
   double front_behind_edges = 0.5;   // and with fronts, since the tissue is open so far
 
