@@ -31,12 +31,12 @@ namespace {
 
 constexpr float kDeep_m = 0.03f;     // a wall vertex below the lips, until it is measured
 constexpr float kAcross_m = 0.002f;  // a wall that goes from lip to lip and has no vertex below them
-constexpr float kCrease = 0.25f;     // cosine between the normals, at rest, of triangles that are one wall at a vertex
+constexpr float kCrease = 0.25f;     // cosine between the normals, at rest, of triangles that are smooth at a vertex
 
 }  // namespace
 
 template <class Belongs>
-void BodyMesh::add_triangles(const BodyFrame& body, const Belongs& belongs, bool has_creases) {
+void BodyMesh::add_triangles(const BodyFrame& body, const Belongs& belongs) {
   const std::size_t first = source_.size();
   std::vector<std::uint32_t> drawn_vertex(body.rest_body_m.size(), kNone);  // the first copy of each vertex
   std::vector<std::uint32_t> next_copy;
@@ -45,11 +45,10 @@ void BodyMesh::add_triangles(const BodyFrame& body, const Belongs& belongs, bool
     if (!triangle.alive() || !belongs(triangle)) continue;
     const auto& x = body.rest_body_m;
     const Vec3f a = x[triangle.v[0]], b = x[triangle.v[1]], c = x[triangle.v[2]];
-    const Vec3f n = has_creases ? Vec3f((b - a).cross(c - a).stableNormalized()) : Vec3f::Zero();
+    const Vec3f n = (b - a).cross(c - a).stableNormalized();
     for (const VertexId v : triangle.v) {
       std::uint32_t copy = drawn_vertex[v];
-      while (copy != kNone && has_creases && !n.isZero() && normal[copy - first].dot(n) < kCrease)
-        copy = next_copy[copy - first];
+      while (copy != kNone && !n.isZero() && normal[copy - first].dot(n) < kCrease) copy = next_copy[copy - first];
       if (copy == kNone) {
         copy = static_cast<std::uint32_t>(source_.size());
         source_.push_back(v);
@@ -65,18 +64,15 @@ void BodyMesh::add_triangles(const BodyFrame& body, const Belongs& belongs, bool
 void BodyMesh::arrange(const BodyFrame& body) {
   indices_.clear();
   source_.clear();
-  add_triangles(
-      body, [](const Triangle& t) { return t.surface == Surface::skin; }, false);
+  add_triangles(body, [](const Triangle& t) { return t.surface == Surface::skin; });
   skin_index_count_ = static_cast<std::uint32_t>(indices_.size());
   std::vector<std::uint8_t> on_skin(body.rest_body_m.size(), 0);
   for (const VertexId v : source_) on_skin[v] = 1;
   const auto from_lip_to_lip = [&](const Triangle& t) { return on_skin[t.v[0]] && on_skin[t.v[1]] && on_skin[t.v[2]]; };
   const auto first_wall = source_.size();
-  add_triangles(
-      body, [&](const Triangle& t) { return t.surface == Surface::wall && !from_lip_to_lip(t); }, true);
+  add_triangles(body, [&](const Triangle& t) { return t.surface == Surface::wall && !from_lip_to_lip(t); });
   const auto first_across = source_.size();
-  add_triangles(
-      body, [&](const Triangle& t) { return t.surface == Surface::wall && from_lip_to_lip(t); }, true);
+  add_triangles(body, [&](const Triangle& t) { return t.surface == Surface::wall && from_lip_to_lip(t); });
   vertices_.assign(source_.size(), {});
   for (std::size_t i = 0; i < source_.size(); ++i) vertices_[i].rest_m = body.rest_body_m[source_[i]];
   std::vector<float> depth_m(body.rest_body_m.size(), kDeep_m);

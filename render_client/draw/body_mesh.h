@@ -1,6 +1,6 @@
-// A body's triangles arranged for drawing: skin first, then walls, with a normal for each (vertex, surface), so that
-// the lip between skin and wall is a crisp crease while both sides are smooth. Walls that meet in a vertex with a
-// crease at rest, as the two sides of a cut do at its bottom and its ends, have a normal each.
+// A body's triangles arranged for drawing: skin first, then walls, with a normal for each (vertex, surface). So the
+// lip between skin and wall is a crisp crease while both sides are smooth. Faces that meet in a vertex with a crease
+// at rest have a normal each: those of a box at its edges, the two sides of a cut at its bottom and its ends.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class BodyMesh {
 
  private:
   template <class Belongs>
-  void add_triangles(const BodyFrame& body, const Belongs& belongs, bool has_creases);
+  void add_triangles(const BodyFrame& body, const Belongs& belongs);
   void measure_depth(std::size_t end, std::vector<float>& depth_m) const;
   float mean_skin_edge_m() const;
 

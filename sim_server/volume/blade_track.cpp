@@ -20,7 +20,7 @@ std::pair<double, double> across_m(const BladeEdge& from, const BladeEdge& to) {
 
 }  // namespace
 
-// Where a blade slides along its edge, out of the tissue and in again, it cuts on from the place that it came to last:
+// A blade that slides along its edge, out of the tissue and in again, cuts on from the place that it came to last:
 // a sheet from the place of a lifted blade to that of one put down would leave what lies beneath.
 void BladeTrack::add(const BladeEdge& edge, double same_m) {
   const auto slides = [&](const BladeEdge& from) {

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "render_client/draw/body_mesh.h"
+#include "tests/support/shapes.h"
 #include "tests/unit/draw/drawn.h"
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
@@ -88,6 +89,19 @@ TEST(Matter, the_two_walls_of_a_cut_have_a_normal_each_where_they_meet) {
     EXPECT_LT(n[0].y() * n[1].y(), -0.05f) << "one faces left, the other right";
   }
   EXPECT_GE(bottoms, 8);
+}
+
+TEST(Matter, skin_has_a_normal_on_each_side_of_a_sharp_edge) {
+  const TriangleSoup box = test::box(2, 2, 2, Vec3(0.02, 0.02, 0.02));
+  BodyFrame body;
+  for (const Vec3& x : box.vertices_body_m) body.rest_body_m.push_back(x.cast<float>());
+  body.positions_world_m = body.rest_body_m;
+  for (const auto& t : box.triangles) body.triangles.push_back({{t[0], t[1], t[2]}, Surface::skin});
+  BodyMesh mesh;
+  mesh.arrange(body);
+  ASSERT_TRUE(mesh.move(body));
+  EXPECT_EQ(mesh.vertices().size(), 6u * 9) << "each face of the box has its own";
+  for (const CanvasVertex& v : mesh.vertices()) EXPECT_GT(v.normal.cwiseAbs().maxCoeff(), 0.999f);
 }
 
 }  // namespace
