@@ -199,10 +199,12 @@ class Advance {
     const Vec3 ahead = is_short ? stroke_.heading_body : Vec3(cut.stableNormalized());
     const double far_m = way.norm(), step_m = settings_.min_step_m;
     Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
+    const double deeper_m = std::max(0.0, -went_world_m.dot(blade_.up_world));
     went_world_m -= std::max(0.0, went_world_m.dot(blade_.up_world)) * blade_.up_world;
-    const double went_m = went_world_m.norm();
-    if (far_m < step_m) return went_m < step_m;
-    return far_m < kNode_m && went_m < kOwnWay * far_m && way.dot(ahead) < kAhead * far_m;
+    if (far_m < step_m) return went_world_m.norm() < step_m;
+    const Vec3 way_world = (place.point_world_m - position_of(draft_, stroke_)).stableNormalized();
+    const double own_way_m = std::max(deeper_m, went_world_m.dot(way_world));
+    return far_m < kNode_m && own_way_m < kOwnWay * far_m && way.dot(ahead) < kAhead * far_m;
   }
 
   // The lid is over the last pieces of the cut itself.
