@@ -181,20 +181,37 @@ TEST(B_PROG, retreating_over_the_cut_itself) {
   EXPECT_EQ(pad.refused + pad.rejected_deltas, 0u);
 }
 
+// The tissue beneath a blade moves, and carries the cut along.
+void carry(PadUnderScalpel& pad, const Vec3& way_m) {
+  for (std::size_t v = 0; v < pad.particles.size(); ++v) pad.particles.place(v, pad.view().position(v) + way_m);
+}
+
 TEST(B_PROG, a_blade_that_is_drawn_out_leaves_the_end_where_it_is) {
   PadUnderScalpel pad;
   come_to_cell(pad);
   pad.go(0.0225, 0.015);
   const Vec3 end = pad.mesh.rest_body_m(pad.stroke()->temporary_tip);
   for (int i = 1; i < 10; ++i) {
-    for (std::size_t v = 0; v < pad.particles.size(); ++v)  // the tissue that it had pushed ahead comes back
-      pad.particles.place(v, pad.view().position(v) + Vec3(1e-4, 0, 0));
+    carry(pad, Vec3(1e-4, 0, 0));  // the tissue that it had pushed comes back
     pad.go(0.0225, 0.015, 0.004 - 4e-4 * i);
     ASSERT_NO_FATAL_FAILURE(pad.expect_valid());
     ASSERT_TRUE(pad.going());
     EXPECT_EQ(pad.mesh.rest_body_m(pad.stroke()->temporary_tip), end);
   }
   EXPECT_EQ(pad.refused, 0u);
+}
+
+TEST(B_PROG, a_blade_that_goes_on_is_not_followed_to_where_tissue_swings_aside) {
+  PadUnderScalpel pad;
+  come_to_cell(pad);
+  pad.go(0.0225, 0.015);
+  const Vec3 end = pad.mesh.rest_body_m(pad.stroke()->temporary_tip);
+  carry(pad, Vec3(1.6e-4, -2e-4, 0));
+  pad.go(0.0225 + 1.6e-4, 0.015);
+  EXPECT_EQ(pad.mesh.rest_body_m(pad.stroke()->temporary_tip), end);
+  pad.go(0.0225 + 8e-4, 0.015);
+  EXPECT_GT((pad.mesh.rest_body_m(pad.stroke()->temporary_tip) - end).x(), 5e-4) << "ahead of the end it is";
+  pad.expect_valid();
 }
 
 TEST(B_PROG, a_touch_without_motion_cuts_nothing) {
