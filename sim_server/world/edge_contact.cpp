@@ -380,14 +380,18 @@ void EdgeContact::let_go() {
 }
 
 void EdgeContact::follow(Cause cause, std::span<const TriangleId> changed) {
-  if (cause == Cause::indented) return;  // contacts are said on the surface without temporary elements
+  const bool entry_is_gone = entry_ && !body_.view().alive(entry_->triangle);
+  if (entry_is_gone) entry_.reset();
+  if (cause == Cause::indented) {  // contacts are said on the surface without temporary elements, but for an entry
+    if (entry_is_gone) set_free();
+    return;
+  }
   if (is_round() && phase_ == Phase::pressing) {
     constraints_.clear();
     return press_round(edge_.pose());
   }
   tracker_.topology_changed(body_.view(), changed);
   if (cause == Cause::cut) return hold_end_again();  // planned() says what became of the strokes
-  if (entry_ && !body_.view().alive(entry_->triangle)) entry_.reset();
   std::erase_if(constraints_, [&](const PointConstraint& c) {
     return std::ranges::any_of(
         c.v, [&](VertexId v) { return v != kNone && (v >= body_.mesh.vertex_slots() || !body_.mesh.vertex_alive(v)); });
