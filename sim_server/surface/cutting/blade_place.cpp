@@ -68,6 +68,7 @@ Eigen::Matrix<double, 3, 2> plane_of(const Vec3& normal, const Vec3& direction) 
 // x: positions and X: places at rest, both from the point and in the mean plane of the skin. Least squares of
 // X_i = b + G x_i with weights (1 - r^2/R^2)^2, r from the point at rest; b is what the triangle is off.
 void smooth(const MeshDraft& draft, BladePlace& place) {
+  if (draft.triangle(place.triangle).surface != Surface::skin) return;
   const double reach_m = kReachEdges * mean_edge_m(draft, place.triangle);
   const auto around = skin_around(draft, place.triangle, place.rest_body_m, reach_m);
   std::vector<VertexId> vertices;
@@ -95,7 +96,7 @@ void smooth(const MeshDraft& draft, BladePlace& place) {
     right += near * near * row * (rest.transpose() * from_rest_m).transpose();
   }
   const Eigen::LDLT<Mat3> solver(squares);
-  if (solver.info() != Eigen::Success || solver.vectorD().minCoeff() < kLeastPivot) return;
+  if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() >= kLeastPivot)) return;
   const Eigen::Vector2d off_m = solver.solve(right).row(0).transpose();
   if (off_m.norm() < kSame_m) return;  // nothing is stretched: the point stays bit for bit
   const Vec3 smooth_m = place.rest_body_m + rest * off_m;
