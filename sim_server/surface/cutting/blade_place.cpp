@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
 
 namespace sectio {
@@ -14,7 +15,6 @@ constexpr double kAboveHeel_m = 2e-3, kBelowTip_m = 3e-4;
 constexpr double kLongestLine_m = 0.05;  // a blade without an end
 constexpr double kNear_m = 0.015;        // from a blade's line to the corners of a lid that it may enter
 constexpr double kReachEdges = 2.5;      // the skin by which a place is mapped reaches so far, in edges
-constexpr double kCosRim = 0.7;          // between the normals of faces that meet in a rim
 constexpr double kLeastPivot = 1e-3;
 constexpr double kSame_m = 1e-9;
 
@@ -79,8 +79,7 @@ void smooth(const MeshDraft& draft, BladePlace& place) {
     normal_world += (draft.position(v[1]) - draft.position(v[0])).cross(draft.position(v[2]) - draft.position(v[0]));
     vertices.insert(vertices.end(), v.begin(), v.end());
   }
-  std::ranges::sort(vertices);
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  sort_unique(vertices);
   const auto v = draft.triangle(place.triangle).v;
   const auto rest = plane_of(normal_rest.stableNormalized(), draft.rest(v[1]) - draft.rest(v[0]));
   const auto world = plane_of(normal_world.stableNormalized(), draft.position(v[1]) - draft.position(v[0]));
@@ -117,9 +116,9 @@ BladePlace place_in_triangle(const MeshDraft& draft, TriangleId t, const Vec3& b
   BladePlace place;
   place.triangle = t;
   place.bary = bary;
-  place.rest_body_m = bary[0] * draft.rest(v[0]) + bary[1] * draft.rest(v[1]) + bary[2] * draft.rest(v[2]);
-  place.point_world_m =
-      bary[0] * draft.position(v[0]) + bary[1] * draft.position(v[1]) + bary[2] * draft.position(v[2]);
+  const VertexState at = VertexState::mix({draft.state(v[0]), draft.state(v[1]), draft.state(v[2])}, bary);
+  place.rest_body_m = at.rest_body_m;
+  place.point_world_m = at.position_world_m;
   return place;
 }
 

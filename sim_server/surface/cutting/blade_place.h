@@ -9,6 +9,8 @@
 
 namespace sectio {
 
+inline constexpr double kCosRim = 0.7;  // between the normals of faces that meet in a rim
+
 // The line of an instrument that cuts, at one pose: from the tip upwards along the sharp edge (paper B, figure 3: A to
 // C; a cautery hook: D to C).
 struct Blade {
@@ -41,7 +43,8 @@ struct BladePlace {
   Vec3 point_world_m = Vec3::Zero();
 };
 
-// The place in the material of a point of the skin: at rest, by the skin around it. Its triangle may be another.
+// The place in the material of a point of the skin: at rest, by the skin around it. Its triangle may be another. On a
+// wall: as its triangle has it.
 BladePlace place_on_skin(const MeshDraft& draft, TriangleId triangle, const Vec3& bary);
 
 // The place where the line of a blade first enters the skin, of the triangles given.

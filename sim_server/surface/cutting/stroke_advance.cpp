@@ -150,11 +150,12 @@ class Advance {
     const VertexId v = stroke_.cell.apex;
     const auto from = lip_from(draft_, v), to = lip_to(draft_, v);
     if (from && to && draft_.rest(from->to) == draft_.rest(to->from)) grooves_.ends[v] = stroke_.bottom;
-    stroke_.seen.on_lid_body_m.reset();
-    if (owed_m_ < kMostOwed_m)
+    if (owed_m_ < kMostOwed_m) {
       stroke_.seen.on_lid_body_m = draft_.rest(v);
-    else
+    } else {
+      stroke_.seen.on_lid_body_m.reset();
       stroke_.seen.begins_anew = true;
+    }
     stroke_.cell = {};
     stroke_.bottom = kNone;
     stroke_.lips.reset();
@@ -199,11 +200,11 @@ class Advance {
     const Vec3 ahead = is_short ? stroke_.heading_body : Vec3(cut.stableNormalized());
     const double far_m = way.norm(), step_m = settings_.min_step_m;
     Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
-    const double deeper_m = std::max(0.0, -went_world_m.dot(blade_.up_world));
-    went_world_m -= std::max(0.0, went_world_m.dot(blade_.up_world)) * blade_.up_world;
+    const double up_m = went_world_m.dot(blade_.up_world);
+    went_world_m -= std::max(0.0, up_m) * blade_.up_world;
     if (far_m < step_m) return went_world_m.norm() < step_m;
     const Vec3 way_world = (place.point_world_m - position_of(draft_, stroke_)).stableNormalized();
-    const double own_way_m = std::max(deeper_m, went_world_m.dot(way_world));
+    const double own_way_m = std::max(-up_m, went_world_m.dot(way_world));
     return far_m < kNode_m && own_way_m < kOwnWay * far_m && way.dot(ahead) < kAhead * far_m;
   }
 

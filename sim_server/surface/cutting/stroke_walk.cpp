@@ -11,8 +11,8 @@ constexpr int kMaxCellsPerStep = 100000;
 constexpr double kSnapToRung = 0.25;      // a lip is crossed at a rung this close to it, as a ratio of the lip's length
 constexpr double kSnapToNode_m = 1.5e-3;  // at a place where cuts have met, if it is this close
 constexpr double kSame_m = 1e-7;
-constexpr double kCosRim = 0.7, kCosFold = 0.9;  // between the normals of faces that meet in a rim, or lie back to back
-constexpr std::size_t kPointsBehind = 6;         // a cut can't run into so many of its own last points
+constexpr double kCosFold = 0.9;          // between the normals of faces that lie back to back
+constexpr std::size_t kPointsBehind = 6;  // a cut can't run into so many of its own last points
 
 // The normal along which a way is seen. On a way over a rim, either face alone would hide the part on the other.
 Vec3 across_rims(const Vec3& normal, const WalkTarget& target) {
