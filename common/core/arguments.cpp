@@ -2,9 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
+#include <limits>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -91,10 +95,18 @@ void Arguments::option(const std::string& flag, T& value, const std::string& mea
                                                                               : "expected a finite number, got " + text;
     });
   }
-  if constexpr (std::is_unsigned_v<T>) {  // strtoull, which is behind it, turns -1 into the greatest number of all
-    option->check([](const std::string& text) {
-      return text.find('-') == std::string::npos ? "" : "expected >= 0, got " + text;
-    });
+  // The conversion behind it wraps what is too large and takes 010 for 8: it gets what has been read here.
+  if constexpr (std::is_integral_v<T>) {
+    const auto read = [](std::string& text) {
+      T number = 0;
+      const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+      if (error != std::errc() || rest != text.data() + text.size())
+        return "expected a whole number from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
+               std::to_string(std::numeric_limits<T>::max()) + ", got " + text;
+      text = std::to_string(number);
+      return std::string();
+    };
+    option->transform(CLI::Validator(read, ""));
   }
 }
 
@@ -155,7 +167,10 @@ int Arguments::run(int argc, const char* const* argv, const Action& without_comm
 int run_program(const std::string& program, const std::function<int()>& body) {
   set_log_program(program);
   try {
-    return body();
+    const int exit_code = body();
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return exit_code;
+    log_error(std::string("standard output: can't be written: ") + std::strerror(errno));
+    return exit_code == 0 ? 1 : exit_code;
   } catch (const InputError& error) {
     log_error(error.what());
     return kExitBadInput;

@@ -14,6 +14,7 @@ struct Command {
   double duration_s = 5;
   std::uint32_t tool_id = 0;
   std::uint64_t steps = 0;
+  int display = 0;
   std::vector<std::string> peers;
   std::string device = "scripted";
   bool quiet = false;
@@ -24,6 +25,7 @@ struct Command {
     arguments.option("--duration-s", duration_s, "time to run");
     arguments.option("--tool-id", tool_id, "index of the tool");
     arguments.option("--steps", steps, "how many");
+    arguments.option("--display", display, "which one");
     arguments.option("--peer", peers, "address of a peer; may be repeated");
     arguments.choice("--device", device, {"scripted", "virtual_hand"}, "device");
     arguments.toggle("--quiet", quiet, "no progress");
@@ -44,6 +46,14 @@ TEST(Arguments, fills_every_kind) {
   EXPECT_TRUE(c.quiet);
 }
 
+TEST(Arguments, whole_numbers_are_decimal_up_to_the_largest) {
+  Command c;
+  ASSERT_TRUE(c.parse({"--scene", "a", "--steps", "18446744073709551615", "--tool-id", "010", "--display", "-1"}));
+  EXPECT_EQ(c.steps, 18446744073709551615u);
+  EXPECT_EQ(c.tool_id, 10u);
+  EXPECT_EQ(c.display, -1);
+}
+
 TEST(Arguments, defaults_stay) {
   Command c;
   ASSERT_TRUE(c.parse({"--scene", "a.yaml"}));
@@ -62,6 +72,17 @@ TEST(Arguments, bad_flags_throw_one_line_that_names_them) {
       {{"--scene", "a", "--duration-s", "nan"}, "--duration-s"},
       {{"--scene", "a", "--tool-id", "-1"}, "--tool-id"},
       {{"--scene", "a", "--steps", "-5"}, "--steps"},
+      {{"--scene", "a", "--steps", "99999999999999999999"}, "--steps"},
+      {{"--scene", "a", "--steps", "18446744073709551616"}, "--steps"},
+      {{"--scene", "a", "--steps", "1e3"}, "--steps"},
+      {{"--scene", "a", "--steps", "3.5"}, "--steps"},
+      {{"--scene", "a", "--steps", "0x10"}, "--steps"},
+      {{"--scene", "a", "--steps", ""}, "--steps"},
+      {{"--scene", "a", "--steps", " 5"}, "--steps"},
+      {{"--scene", "a", "--tool-id", "4294967296"}, "--tool-id"},
+      {{"--scene", "a", "--display", "2147483648"}, "--display"},
+      {{"--scene", "a", "--display", "-99999999999999999999"}, "--display"},
+      {{"--scene", "a", "--duration-s", "1e999"}, "--duration-s"},
       {{"--scene", "a", "--device", "mouse"}, "--device"},
   };
   for (const auto& [argv, flag] : cases) {
