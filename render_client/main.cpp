@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -14,6 +13,7 @@
 #include "common/core/report_figures.h"
 #include "common/core/stop_signal.h"
 #include "common/core/wall_time.h"
+#include "common/core/write_file.h"
 #include "common/dds/find_session.h"
 #include "common/dds/network_arguments.h"
 #include "render_client/draw/canvas.h"
@@ -131,6 +131,17 @@ bool parse(int argc, char** argv, Options& o) {
   return true;
 }
 
+// A disk that is full costs a viewer its files, and not the session.
+bool try_to_write(const auto& write) {
+  try {
+    write();
+    return true;
+  } catch (const InputError& error) {
+    log_error(error.what());
+    return false;
+  }
+}
+
 // Draws frames and writes the pictures to files; with --no-pictures it does nothing.
 class Screen {
  public:
@@ -177,37 +188,44 @@ class Screen {
     const Image& image = painter_->draw_frame(frame, draw);
     if (window_) window_->show(image);
     if (std::exchange(keeps_picture_, false)) keep(image, frame.sim_time_s);
-    if (pngs_) pngs_->write(image);
+    if (pngs_ && !try_to_write([&] { pngs_->write(image); })) pngs_.reset();
     if (!options_.sheet_file.empty()) shots_.offer(image, frame.sim_time_s);
     for (int i = 0; video_ && i <= missed; ++i)
       if (!video_->write(image)) {
         log_error(options_.video_file + ": the video encoder has died; the video ends here");
         video_.reset();
+        is_whole_ = false;
       }
   }
 
-  void finish() {
-    if (video_ && !video_->finish()) log_error(options_.video_file + ": the video is incomplete");
+  // False when something that was asked for is not there.
+  bool finish() {
+    if (video_ && !video_->finish()) {
+      log_error(options_.video_file + ": the video is incomplete");
+      is_whole_ = false;
+    }
     const std::vector<Shot> shots = shots_.shots();
-    if (!shots.empty()) write_png(options_.sheet_file, contact_sheet(shots, kSheetColumns, kSheetTile_px));
+    if (!shots.empty())
+      try_to_write([&] { write_png(options_.sheet_file, contact_sheet(shots, kSheetColumns, kSheetTile_px)); });
+    return is_whole_;
   }
 
  private:
+  bool try_to_write(const auto& write) {
+    const bool done = sectio::try_to_write(write);
+    is_whole_ = is_whole_ && done;
+    return done;
+  }
   static void keep(const Image& image, double sim_time_s) {
     char path[64];
     std::snprintf(path, sizeof path, "sectio_%.3f_s.png", sim_time_s);
-    try {
-      write_png(path, image);
-      log_info(std::string("kept ") + path);
-    } catch (const InputError& error) {
-      log_error(error.what());
-    }
+    if (sectio::try_to_write([&] { write_png(path, image); })) log_info(std::string("kept ") + path);
   }
 
   const Options& options_;
   std::unique_ptr<Window> window_;
   Viewpoint viewpoint_;
-  bool keeps_picture_ = false;
+  bool keeps_picture_ = false, is_whole_ = true;
   std::optional<SectionPlane> section_;
   std::unique_ptr<Canvas> canvas_;
   std::unique_ptr<FramePainter> painter_;
@@ -258,16 +276,9 @@ class Ending {
   bool reached_ = false;
 };
 
-void write_report(const std::string& path, const std::string& text) {
-  if (path.empty()) return;
-  std::ofstream file(path);
-  file << text;
-  if (!file.flush()) throw InputError(path + ": can't be written");
-}
-
 int view(Options options) {
   catch_stop_signals();
-  write_report(options.report_file, "");  // a file that can't be written is refused now, not at the end
+  if (!options.report_file.empty()) check_can_write(options.report_file);  // now, not at the end
   std::optional<HeardRecord> heard;
   if (!options.record_file.empty()) heard.emplace(options.record_file, options.name);
   Screen screen(options);
@@ -310,13 +321,15 @@ int view(Options options) {
     if (due_s < steady_now_s() - kMaxRepeat_s) due_s = steady_now_s();
     std::this_thread::sleep_until(Clock::time_point(std::chrono::duration_cast<Clock::duration>(Seconds(due_s))));
   }
-  screen.finish();
+  bool whole = screen.finish();
 
   const std::vector<BodyVersion> versions = world.catch_up();
   if (heard) heard->keep(world);
+  if (heard && !heard->finish()) whole = false;
   const std::vector<std::string> names = world.body_names();
   const std::optional<SessionEnd> end = world.session_end();
-  write_report(options.report_file, record.json(options.name, world, net.counts(), versions, end));
+  const std::string report = record.json(options.name, world, net.counts(), versions, end);
+  if (!options.report_file.empty() && !try_to_write([&] { write_file(options.report_file, report); })) whole = false;
   bool differs = false;
   for (std::size_t b = 0; b < versions.size(); ++b) {
     const std::string equal = equals_server(b, versions, end);
@@ -326,7 +339,7 @@ int view(Options options) {
                 equal.c_str());
   }
   if (versions.empty()) log_error("no server of " + session + " was met");
-  return differs || versions.empty() ? 1 : 0;
+  return differs || versions.empty() || !whole ? 1 : 0;
 }
 
 }  // namespace

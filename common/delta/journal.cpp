@@ -1,6 +1,7 @@
 #include "common/delta/journal.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 
 #include "common/core/error.h"
@@ -88,7 +89,11 @@ void JournalWriter::append(std::uint32_t body_id, std::span<const std::uint8_t> 
 void JournalWriter::write(std::span<const std::uint8_t> bytes) {
   file_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   file_.flush();
-  if (!file_) throw InputError(path_ + ": can't be written: is the disk full?");
+  if (!file_) {
+    std::error_code not_a_file;
+    std::filesystem::resize_file(path_, size_, not_a_file);  // to what is whole
+    throw InputError(path_ + ": can't be written: is the disk full?");
+  }
   size_ += bytes.size();
 }
 

@@ -14,6 +14,9 @@ namespace sectio {
 
 bool is_mcap(const std::string& path);
 
+// A word about a file that is whole as far as it goes, and was never finished.
+constexpr const char* kNoEnd = "it has no end: its writer was killed, its disk was full, or the rest is missing";
+
 class McapReader {
  public:
   struct Message {

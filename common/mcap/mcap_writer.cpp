@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 
 #include "common/core/error.h"
@@ -52,7 +53,11 @@ struct McapWriter::State {
     file.write(reinterpret_cast<const char*>(out.bytes().data()), static_cast<std::streamsize>(out.bytes().size()));
     file.flush();
     if (file) at += out.bytes().size();
-    failed = failed || !file;
+    if (file || failed) return;
+    failed = true;
+    file.close();
+    std::error_code not_a_file;
+    std::filesystem::resize_file(path, at, not_a_file);  // to what is whole
   }
   void write_record(McapOp op, const ByteWriter& content) {
     ByteWriter out;
@@ -62,6 +67,7 @@ struct McapWriter::State {
   void write_chunk();
   void write_summary();
 
+  std::string path;
   std::ofstream file;
   std::size_t chunk_bytes = 0;
   std::uint64_t at = 0;
@@ -82,6 +88,7 @@ struct McapWriter::State {
 McapWriter::McapWriter(const std::string& path, std::size_t chunk_bytes) : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.chunk_bytes = chunk_bytes;
+  s.path = path;
   s.file.open(path, std::ios::binary | std::ios::trunc);
   ByteWriter begin, header;
   put_magic(begin);

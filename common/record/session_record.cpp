@@ -16,7 +16,7 @@ void SessionRecord::add(const TopicQos& topic, std::span<const std::uint8_t> byt
   auto channel = channels_.find(topic.name);
   if (channel == channels_.end())
     channel = channels_.emplace(topic.name, writer_.add_channel(topic.name, topic.type, kIdlText)).first;
-  is_full_ = !writer_.add(channel->second, time_ns_, bytes) || is_full_;
+  if (!writer_.add(channel->second, time_ns_, bytes)) is_full_ = true;
 }
 
 void SessionRecord::add_keyframe(std::uint64_t epoch, std::uint32_t body_id, const TriangleMesh& mesh) {
@@ -28,7 +28,11 @@ void SessionRecord::add_keyframe(std::uint64_t epoch, std::uint32_t body_id, con
 std::optional<std::string> SessionRecord::take_fault() {
   if (!is_full_ || told_) return std::nullopt;
   told_ = true;
-  return path_ + ": the record ends here: is the disk full?";
+  return fault();
+}
+
+std::optional<std::string> SessionRecord::finish() {
+  return writer_.finish() ? std::nullopt : std::optional(fault());
 }
 
 }  // namespace sectio

@@ -2,6 +2,7 @@
 // others read it by the schemas in it, which are idl/; `sim_server play` shows it.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -37,17 +38,22 @@ class SessionRecord {
   void add(const TopicQos& topic, std::span<const std::uint8_t> bytes);
   void add_keyframe(std::uint64_t epoch, std::uint32_t body_id, const TriangleMesh& mesh);
 
-  // A word about why the record ends here, once; nothing while it goes on.
+  // A word about why the record ends here, once; nothing while it goes on. Another thread may ask.
   std::optional<std::string> take_fault();
+  // Nothing is added afterwards. A word about why not all of it is on the disk, or nothing.
+  std::optional<std::string> finish();
 
  private:
   static constexpr std::size_t kRecordChunkBytes = 1u << 18;  // written in a millisecond: the hand waits meanwhile
+
+  std::string fault() const { return path_ + ": the record ends here: is the disk full?"; }
 
   std::string path_;
   McapWriter writer_;
   std::map<std::string, std::uint16_t> channels_;  // by topic
   std::uint64_t time_ns_ = 0;
-  bool is_full_ = false, told_ = false;
+  std::atomic<bool> is_full_ = false;
+  bool told_ = false;  // by take_fault()
 };
 
 }  // namespace sectio

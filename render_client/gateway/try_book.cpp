@@ -9,6 +9,7 @@
 #include "common/core/json_text.h"
 #include "common/core/log.h"
 #include "common/core/wall_time.h"
+#include "common/core/write_file.h"
 
 namespace sectio {
 
@@ -84,9 +85,11 @@ void TryBook::tick(const std::vector<std::string>& hands) {
 
 void TryBook::keep() const {
   const std::string path = directory_ + "/try_" + std::to_string(begun_us_) + ".json";
-  std::ofstream file(path);
-  file << try_as_json() << "\n";
-  if (!file.flush()) log_limited(LogLevel::warning, "tries", path + ": can't be written");
+  try {
+    write_file(path, try_as_json() + "\n");
+  } catch (const InputError& error) {
+    log_limited(LogLevel::warning, "tries", error.what());
+  }
 }
 
 std::string TryBook::task_as_json() const {

@@ -44,7 +44,19 @@ void HeardRecord::keep(const World& world) {
   for (const Waiting& message : waiting_)
     if (scenes_.contains(message.epoch)) record_.add(*message.topic, message.bytes);
   waiting_.clear();
-  if (const auto fault = record_.take_fault()) log_warning(*fault);
+  lose(record_.take_fault());
+}
+
+bool HeardRecord::finish() {
+  ended_ = true;
+  lose(record_.finish());
+  return is_whole_;
+}
+
+void HeardRecord::lose(const std::optional<std::string>& fault) {
+  if (!fault) return;
+  if (is_whole_) log_warning(*fault);
+  is_whole_ = false;
 }
 
 // The clock of the record goes on. False where it would go back.

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +37,8 @@ class HeardRecord {
   // After World::frame(): writes what the world has taken over, and the messages that came meanwhile. The record ends
   // where the session begins anew.
   void keep(const World& world);
+  // Nothing is kept afterwards. False when not all of it is on the disk; a warning has said so.
+  bool finish();
 
  private:
   static constexpr std::size_t kMostHeldEdits = 1u << 21;   // edits in deltas that the world hasn't taken over
@@ -46,13 +49,14 @@ class HeardRecord {
     std::vector<std::uint8_t> bytes;
   };
 
+  void lose(const std::optional<std::string>& fault);
   void wait(std::uint64_t epoch, const TopicQos& topic, std::vector<std::uint8_t> bytes);
   bool advance(const World& world);
   void keep_body(const BodyKey& key, const TriangleMesh& mesh, bool whole);
 
   std::string path_;
   SessionRecord record_;
-  bool ended_ = false;
+  bool ended_ = false, is_whole_ = true;
   std::map<std::uint64_t, std::size_t> scenes_;  // in the record: epoch, number of bodies
   std::map<BodyKey, BodyVersion> versions_;      // likewise
   std::map<BodyKey, DeltaQueue> deltas_;         // heard

@@ -9,17 +9,14 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
+#include <vector>
 
 #include "common/core/error.h"
+#include "common/core/write_file.h"
 
 namespace sectio {
 
 namespace {
-
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
 
 // libpng calls back on an error and must not return; an exception unwinds through it as Debian's libpng is built
 // with unwind tables.
@@ -28,6 +25,11 @@ struct CloseFile {
 }
 
 void ignore_warning(png_structp, png_const_charp) {}
+
+void append(png_structp png, png_bytep bytes, png_size_t size) {
+  auto& all = *static_cast<std::vector<std::uint8_t>*>(png_get_io_ptr(png));
+  all.insert(all.end(), bytes, bytes + size);
+}
 
 struct Writer {
   png_structp png = nullptr;
@@ -38,14 +40,13 @@ struct Writer {
 }  // namespace
 
 void write_png(const std::string& path, const Image& image) {
-  const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path.c_str(), "wb"));
-  if (!file) throw InputError(path + ": can't be written: " + std::strerror(errno));
+  std::vector<std::uint8_t> bytes;
   std::string place = path;
   Writer writer;
   writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &place, fail, ignore_warning);
   if (!writer.png) throw InputError(path + ": libpng can't start");
   writer.info = png_create_info_struct(writer.png);
-  png_init_io(writer.png, file.get());
+  png_set_write_fn(writer.png, &bytes, append, nullptr);
   png_set_compression_strategy(writer.png, Z_RLE);
   png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(image.width_px),
@@ -55,7 +56,7 @@ void write_png(const std::string& path, const Image& image) {
   png_set_filler(writer.png, 0, PNG_FILLER_AFTER);
   for (int y = 0; y < image.height_px; ++y) png_write_row(writer.png, image.pixel(0, y));
   png_write_end(writer.png, nullptr);
-  if (std::fflush(file.get()) != 0) throw InputError(path + ": can't be written: " + std::strerror(errno));
+  write_file(path, bytes);
 }
 
 void prepare_output_directory(const std::string& directory) {

@@ -8,7 +8,7 @@
 
 namespace sectio {
 
-// Throws InputError when the file can't be written.
+// The file is written as a whole or not at all (common/core/write_file.h), with the same InputError.
 void write_png(const std::string& path, const Image& image);
 
 // Makes the directory and its parents where they are missing; throws InputError unless files can be written there.

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/write_file.h"
 #include "common/material/regions.h"
 #include "common/math/intersect.h"
 #include "common/mesh/obj_text.h"
@@ -33,10 +33,6 @@ struct OrganFlags {
   std::vector<std::string> inside;
   double size_mm = 0;
 };
-
-void write_text(const fs::path& path, const std::string& text) {
-  if (!(std::ofstream(path) << text)) throw InputError(path.string() + ": can't be written");
-}
 
 Box3 box_of(const TriangleSoup& soup) {
   Box3 box;
@@ -141,8 +137,8 @@ int make_organ(const OrganFlags& flags) {
   fs::create_directories(flags.out, error);
   if (error) throw InputError(flags.out + ": can't be made: " + error.message());
   const fs::path folder(flags.out);
-  write_text(folder / "organ.obj", obj_text(organ.soup, "unit: m"));
-  write_text(folder / "scene.yaml", as_scene(box.sizes(), flags.tissue, regions));
+  write_file((folder / "organ.obj").string(), obj_text(organ.soup, "unit: m"));
+  write_file((folder / "scene.yaml").string(), as_scene(box.sizes(), flags.tissue, regions));
   std::printf("mesh: %s\nscene: %s\n", (folder / "organ.obj").c_str(), (folder / "scene.yaml").c_str());
   draw(folder);
   return 0;

@@ -166,6 +166,14 @@ void LiveServer::tell(EventKind kind, const std::string& text) {
   session_.net->tell({session_.run->steps(), kind, 0, 0, text.substr(0, kMaxEventTextBytes)});
 }
 
+void LiveServer::tell_faults() {
+  if (const auto fault = session_.record ? session_.record->take_fault() : std::nullopt)
+    session_.run->recorder().not_ok(*fault);
+  for (const std::string& fault : session_.run->take_faults())
+    session_.net->tell(
+        {session_.run->steps(), EventKind::recording_stopped, 0, 0, fault.substr(0, kMaxEventTextBytes)});
+}
+
 void LiveServer::tell_task() {
   for (const std::string& line : session_.run->recorder().task_lines()) tell(EventKind::task_told, line);
 }
@@ -244,6 +252,7 @@ void LiveServer::begin_anew(double from_s) {
   ++tries_;
   tell_score();
   session_.run->recorder().finish();
+  tell_faults();
   // The network reads the journal of the former run until it is told of this one.
   const auto former = std::exchange(session_.run, std::move(next));
   if (session_.record)
@@ -290,8 +299,7 @@ void LiveServer::run_step() {
       std::ranges::any_of(output.contacts, [](const ContactModel& model) { return model.state != ContactState::free; });
   view_world(session_.run->simulation(), session_.scene.tools.size(), world_);
   const auto published = Clock::now();
-  for (const std::string& fault : session_.run->take_faults())
-    session_.net->tell({output.step, EventKind::recording_stopped, 0, 0, fault.substr(0, kMaxEventTextBytes)});
+  tell_faults();
   session_.net->publish(output, world_, step_wall_time_s, std::move(record));
   session_.run->recorder().add_publish(Seconds(Clock::now() - published).count());
   session_.progress.show(output);
@@ -313,6 +321,9 @@ RunResult LiveServer::finish() {
   cost_.slowed_steps = planner_.steps(Budget::slowed);
   cost_.most_behind_s = planner_.most_behind_s();
   session_.run->recorder().set(cost_);
+  session_.net.reset();  // its thread writes the record
+  if (const auto fault = session_.record ? session_.record->finish() : std::nullopt)
+    session_.run->recorder().not_ok(*fault);
   return session_.run->recorder().finish();
 }
 

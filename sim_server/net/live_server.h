@@ -28,6 +28,7 @@ class LiveServer {
   void go_back(double to_s);
   std::string directory_of(int attempt) const;
   void tell(EventKind kind, const std::string& text);
+  void tell_faults();
   void tell_task();
   void tell_score();
   bool take_input();

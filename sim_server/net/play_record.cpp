@@ -52,9 +52,9 @@ class RecordServer {
     }
     net_->end_session(stop_was_requested() ? "stopped" : "complete");
     net_->wait_for_viewers_to_leave(kLeave_s);
-    if (goes_on || !record_.world().differs_from_end()) return 0;
-    log_error(options_.play + ": its bodies are others than those that it ends with");
-    return kExitNotOk;
+    const bool differs = !goes_on && record_.world().differs_from_end();
+    if (differs) log_error(options_.play + ": its bodies are others than those that it ends with");
+    return differs || record_.is_damaged() ? kExitNotOk : 0;
   }
 
  private:

@@ -23,8 +23,11 @@ PlayedRecord::PlayedRecord(const std::string& path) : path_(path), reader_(path)
     if (message->topic == scene && (places_.empty() || places_.back().at != at))
       places_.push_back({time_of(*message), at});
   }
-  if (!reader_.is_finished())
+  is_damaged_ = reader_.at() < reader_.size() && !reader_.is_finished();
+  if (is_damaged_)
     log_warning(path_ + ": damaged at byte " + std::to_string(reader_.at()) + ": read as far as it is whole");
+  else if (!reader_.is_finished())
+    log_warning(path_ + ": " + kNoEnd);
   if (places_.empty()) throw InputError(path_ + ": a record without a scene");
   begin_at(places_.front());
   while (next_ && !world_.can_be_shown()) take_next();

@@ -23,6 +23,7 @@ class PlayedRecord {
   bool advance(double sim_time_s);
   double time_s() const { return time_s_; }  // the world's
   PlayedWorld& world() { return world_; }
+  bool is_damaged() const { return is_damaged_; }
 
  private:
   struct Place {
@@ -38,6 +39,7 @@ class PlayedRecord {
   std::optional<McapReader::Message> next_;
   PlayedWorld world_;
   double end_s_ = 0, time_s_ = 0;
+  bool is_damaged_ = false;
 };
 
 }  // namespace sectio

@@ -64,10 +64,6 @@ void Publisher::send(Outbox& batch) {
     for (const StepRecord& step : batch.inputs) record_->add(StepInputs{scene_.epoch, step.step - 1, {step}});
     if (record_->time_s() >= keyframes_kept_s_ + kKeyframesKeptEvery_s) keep_keyframes();
     for (const ContactModel& model : batch.contacts) record_->add(ContactMessage{scene_.epoch, model});
-    if (const auto fault = record_->take_fault()) {
-      log_warning(*fault);
-      batch.events.push_back({batch.step, EventKind::recording_stopped, 0, 0, fault->substr(0, kMaxEventTextBytes)});
-    }
   }
   for (auto& [info, mesh] : batch.new_bodies) add_body(std::move(info), std::move(mesh));
   if (batch.meshes)

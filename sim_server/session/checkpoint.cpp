@@ -1,11 +1,9 @@
 #include "sim_server/session/checkpoint.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <condition_variable>
 #include <cstdio>
@@ -21,6 +19,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/program_id.h"
+#include "common/core/write_file.h"
 #include "common/delta/checksum.h"
 #include "common/math/archive.h"
 
@@ -62,26 +61,6 @@ std::vector<std::uint8_t> read_file(const std::string& path) {
   file.seekg(0);
   if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()))) bytes.clear();
   return bytes;
-}
-
-// Empty: it is written, and on the disk.
-std::string write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
-  const std::string part = path + ".part";
-  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file < 0) return std::strerror(errno);
-  std::string why;
-  while (why.empty() && !bytes.empty()) {
-    const ssize_t written = ::write(file, bytes.data(), bytes.size());
-    if (written > 0)
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
-    else if (written == 0 || errno != EINTR)
-      why = std::strerror(errno);
-  }
-  if (why.empty() && ::fdatasync(file) != 0) why = std::strerror(errno);
-  ::close(file);
-  if (why.empty() && ::rename(part.c_str(), path.c_str()) != 0) why = std::strerror(errno);
-  if (!why.empty()) ::unlink(part.c_str());
-  return why;
 }
 
 // The one that is missed least: the steps between its neighbours are the fewest.
@@ -166,11 +145,16 @@ struct CheckpointWriter::State {
       const Checkpoint checkpoint = std::move(*next);
       lock.unlock();
       const std::vector<std::uint8_t> bytes = to_bytes(checkpoint);
-      const std::string why = write_file(path_of(directory, checkpoint.step), bytes);
-      if (why.empty()) remember(checkpoint.step, bytes.size());
+      std::string why;
+      try {
+        write_file(path_of(directory, checkpoint.step), bytes, OnDisk::now);
+        remember(checkpoint.step, bytes.size());
+      } catch (const InputError& error) {
+        why = error.what();
+      }
       lock.lock();
       next.reset();
-      if (!why.empty() && !failing) fault = checkpoints_path(directory) + ": no checkpoint could be kept: " + why;
+      if (!why.empty() && !failing) fault = "no checkpoint could be kept: " + why;
       failing = !why.empty();
     }
   }

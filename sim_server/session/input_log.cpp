@@ -141,9 +141,13 @@ bool InputLogReader::seek(std::uint64_t byte) {
 }
 
 std::string InputLogReader::damage() const {
-  if (at_ == size_ || (record_ && record_->is_finished())) return {};
+  if (at_ == size_ || is_finished()) return {};
   return path_ + ": damaged at byte " + std::to_string(at_) + ": the last " + std::to_string(size_ - at_) +
          " bytes are not read";
+}
+
+std::string InputLogReader::note() const {
+  return damage().empty() && record_ && !is_finished() ? path_ + ": " + kNoEnd : damage();
 }
 
 struct InputLog::State {

@@ -45,8 +45,11 @@ class InputLogReader {
   // After the last record: where the whole part ends, and a word about the rest; empty when there is none.
   std::uint64_t whole_bytes() const { return at_; }
   std::string damage() const;
+  // The same, or a word about a record that nobody finished.
+  std::string note() const;
 
  private:
+  bool is_finished() const { return record_ && record_->is_finished(); }
   void open_record();
   std::optional<std::vector<std::uint8_t>> read();
 

@@ -15,12 +15,12 @@ PlayedInputs::PlayedInputs(const std::string& path, SessionRun& run)
 bool PlayedInputs::take(SessionRun& run, StepInput& input) {
   const std::optional<StepInputs> inputs = journal_.next();
   if (!inputs) {
-    if (!journal_.damage().empty()) run.recorder().warn(journal_.damage());
+    if (!journal_.damage().empty()) run.recorder().not_ok(journal_.damage());
     return false;
   }
   const StepRecord& record = inputs->steps.front();
   const std::string why = difference(record, run.simulation());
-  if (!why.empty()) run.recorder().warn("step " + std::to_string(record.step) + ": " + why);
+  if (!why.empty()) run.recorder().not_ok("step " + std::to_string(record.step) + ": " + why);
   input = input_of(record);
   return why.empty();
 }

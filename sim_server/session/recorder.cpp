@@ -1,11 +1,13 @@
 #include "sim_server/session/recorder.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "common/core/processor_time.h"
+#include "common/core/write_file.h"
 #include "common/delta/journal.h"
 #include "common/math/archive.h"
 #include "sim_server/session/blade_watch.h"
@@ -20,6 +22,10 @@ constexpr double kPauseInCut_s = 0.25;   // a longer one ends a cut
 
 std::string journal_path(const std::string& directory) {
   return directory + "/journal";
+}
+
+std::string report_path(const std::string& directory) {
+  return directory + "/report.json";
 }
 
 }  // namespace
@@ -53,7 +59,10 @@ Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     for (const std::string& note : simulation.body(i).mesh_notes) log_info(simulation.body(i).name + ": " + note);
   if (scene.exercise) state_->score.emplace(scene, simulation);
-  if (!directory.empty()) make_directory(directory);
+  if (directory.empty()) return;
+  make_directory(directory);
+  std::error_code none;
+  std::filesystem::remove(report_path(directory), none);  // it is of an earlier run
 }
 
 Recorder::~Recorder() = default;
@@ -94,7 +103,7 @@ void Recorder::add(const StepOutput& output, double step_wall_time_s) {
       s.keep_journal(output);
     } catch (const InputError& error) {
       s.journal.reset();
-      fault(error.what());
+      not_ok(error.what());
     }
   }
   if (s.score) s.score->add(output);
@@ -167,7 +176,8 @@ void Recorder::warn(const std::string& text) {
   log_warning(text);
 }
 
-void Recorder::fault(const std::string& text) {
+void Recorder::not_ok(const std::string& text) {
+  if (std::ranges::find(state_->lost, text) != state_->lost.end()) return;
   warn(text);
   state_->faults.push_back(text);
   state_->lost.push_back(text);
@@ -219,26 +229,31 @@ RunResult Recorder::finish() {
   }
   s.figures.outcome = s.outcome.finish(s.figures);
   RunResult result;
-  result.reasons = reasons_against(s.figures, s.scene, s.simulation);
-  for (const std::string& reason : result.reasons) log_warning("not ok: " + reason);
-  result.report = report_text(s.figures, s.scene, s.simulation, result.reasons);
+  const std::vector<std::string> reasons = reasons_against(s.figures, s.scene, s.simulation);
+  for (const std::string& reason : reasons) log_warning("not ok: " + reason);
+  const auto report = [&] {
+    result.reasons = reasons;
+    result.reasons.insert(result.reasons.end(), s.lost.begin(), s.lost.end());
+    result.report = report_text(s.figures, s.scene, s.simulation, result.reasons);
+  };
   const auto try_to = [&](const auto& write) {
     try {
       write();
     } catch (const InputError& error) {
-      fault(error.what());
+      not_ok(error.what());
+      return false;
     }
+    return true;
   };
   if (s.journal && s.figures.steps > s.scalars_kept_at) try_to([&] { s.keep_scalars(s.figures.steps); });
   s.journal.reset();  // closes the file
-  if (s.directory.empty()) return result;
-  for (std::uint32_t i = 0; i < s.simulation.body_count(); ++i)
+  for (std::uint32_t i = 0; !s.directory.empty() && i < s.simulation.body_count(); ++i)
     try_to([&] {
       write_obj(obj_path(s.directory, s.simulation.body(i).name), s.simulation.mesh(i),
                 s.simulation.positions_world_m(i));
     });
-  try_to([&] { write_text(s.directory + "/report.json", result.report); });
-  result.reasons.insert(result.reasons.end(), s.lost.begin(), s.lost.end());
+  report();
+  if (!s.directory.empty() && !try_to([&] { write_file(report_path(s.directory), result.report); })) report();
   return result;
 }
 

@@ -12,14 +12,13 @@ namespace sectio {
 
 class Archive;
 
-// A disk that is full ends no run: a warning says what isn't kept.
-//
 // Gathers a run's figures. With a directory, leaves there BODY.obj of every final surface, journal (all deltas, and
-// twice a second the scalars that engines publish) and report.json.
+// twice a second the scalars that engines publish) and report.json. A disk that is full ends no run: a warning says
+// what isn't kept, and the report that this is not ok.
 class Recorder {
  public:
-  // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Logs notes on the
-  // meshes. Scene and simulation must outlive the recorder; add() comes right after the step.
+  // Makes the directory, and removes the report of an earlier run; empty: nothing is written. Throws InputError when it
+  // can't be written. Logs notes on the meshes. Scene and simulation must outlive the recorder; add() comes right after the step.
   Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory);
   ~Recorder();
 
@@ -34,7 +33,9 @@ class Recorder {
   void add(const StepOutput& output, double step_wall_time_s);
   // Into the log and the report, each text once.
   void warn(const std::string& text);
-  // Warnings about files that could not be written, since the last call.
+  // The same where something that was asked for isn't there: the run is not ok.
+  void not_ok(const std::string& text);
+  // What not_ok() has been told since the last call.
   std::vector<std::string> take_faults();
   // The score of the exercise so far, for a person; a line that says so when the scene has none.
   std::vector<std::string> score_lines() const;
@@ -47,8 +48,6 @@ class Recorder {
   RunResult finish();
 
  private:
-  void fault(const std::string& text);
-
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/core/report_figures.h"
+#include "common/core/write_file.h"
 #include "common/delta/journal.h"
 #include "sim_server/session/run_files.h"
 
@@ -60,7 +61,7 @@ std::string replay(const std::string& journal, const std::string& export_directo
     const std::string& body = bodies[scalars.body_id].name;
     lines += line_of(scalars, body);
     if (export_directory.empty()) continue;
-    write_text(export_directory + "/" + body + "." + scalars.field.name + ".csv", csv_of(scalars.field));
+    write_file(export_directory + "/" + body + "." + scalars.field.name + ".csv", csv_of(scalars.field));
   }
   return lines;
 }

@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "common/core/error.h"
+#include "common/core/write_file.h"
 
 namespace sectio {
 
@@ -52,11 +52,6 @@ bool copy_beginning(const std::string& from, const std::string& to, std::uint64_
   return true;
 }
 
-void write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path);
-  if (!(file << text).flush()) throw InputError(path + ": can't be written");
-}
-
 std::string obj_path(const std::string& directory, const std::string& body) {
   std::string name = body;
   std::replace(name.begin(), name.end(), '/', '_');
@@ -64,7 +59,7 @@ std::string obj_path(const std::string& directory, const std::string& body) {
 }
 
 void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView positions_world_m) {
-  std::ofstream file(path);
+  std::string text;
   std::vector<std::uint32_t> number(mesh.vertex_slots(), 0);
   std::uint32_t next = 1;
   char line[96];
@@ -73,15 +68,17 @@ void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView 
     number[v] = next++;
     const Vec3f x = positions_world_m[v];
     std::snprintf(line, sizeof line, "v %.9g %.9g %.9g\n", double(x[0]), double(x[1]), double(x[2]));
-    file << line;
+    text += line;
   }
   for (const Surface surface : {Surface::skin, Surface::wall}) {
-    file << (surface == Surface::skin ? "g skin\n" : "g wall\n");
-    for (const Triangle& t : mesh.triangles())
-      if (t.alive() && t.surface == surface)
-        file << "f " << number[t.v[0]] << ' ' << number[t.v[1]] << ' ' << number[t.v[2]] << '\n';
+    text += surface == Surface::skin ? "g skin\n" : "g wall\n";
+    for (const Triangle& t : mesh.triangles()) {
+      if (!t.alive() || t.surface != surface) continue;
+      std::snprintf(line, sizeof line, "f %u %u %u\n", number[t.v[0]], number[t.v[1]], number[t.v[2]]);
+      text += line;
+    }
   }
-  if (!file.flush()) throw InputError(path + ": can't be written");
+  write_file(path, text);
 }
 
 }  // namespace sectio

@@ -27,7 +27,6 @@ class DirectoryLock {
 void make_directory(const std::string& path);
 // The first bytes of a file as another one; the file itself is shortened. False when it has fewer.
 bool copy_beginning(const std::string& from, const std::string& to, std::uint64_t bytes);
-void write_text(const std::string& path, const std::string& text);
 // Wavefront OBJ of the live surface, skin and wall as groups, in metres.
 void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView positions_world_m);
 

@@ -103,8 +103,7 @@ void SessionRun::keep(const StepInputs& one_step) {
   const auto fault = inputs_->append(one_step);
   if (!fault) return;
   checkpoints_.reset();  // nothing would lead on from them
-  recorder_->warn(*fault);
-  faults_.push_back(*fault);
+  recorder_->not_ok(*fault);
 }
 
 StepRecord SessionRun::begin_step(std::uint64_t epoch, const StepInput& input) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/core/write_file.h"
 #include "sim_server/scene/yaml_value.h"
 #include "sim_server/session/run_files.h"
 
@@ -48,10 +49,10 @@ void write_scene(const Scene& scene, const std::string& directory) {
     const ToolSpec& tool = scene.tools[i];
     if (tool.trace.empty()) continue;
     const std::string file = tool.name + ".csv";
-    write_text(directory + "/" + file, trace_text(tool.trace));
+    write_file(directory + "/" + file, trace_text(tool.trace));
     values.emplace_back(key("tools[%zu].trace", i), file);
   }
-  write_text(directory + "/scene.yaml", yaml_with(scene.file, values));
+  write_file(directory + "/scene.yaml", yaml_with(scene.file, values));
 }
 
 }  // namespace sectio

@@ -1,6 +1,8 @@
 // A record of a session: run again, played for viewers, torn, and on a disk that is full.
 #include <filesystem>
 
+#include "common/mcap/mcap_reader.h"
+#include "common/messages/codec.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
@@ -48,6 +50,25 @@ TEST_F(Record, of_a_server_that_was_killed_is_read_as_far_as_it_is_whole) {
   EXPECT_EQ(again->output().find("differs"), std::string::npos) << again->output();
 }
 
+TEST_F(Record, that_is_damaged_is_read_as_far_as_it_is_whole_and_that_is_no_success) {
+  const auto server = recorded({"--steps", "2500"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  const auto size = std::filesystem::file_size(file("a.mcap"));
+  {
+    std::fstream bytes(file("a.mcap"), std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(static_cast<std::streamoff>(size * 2 / 3));
+    bytes << "damage";
+  }
+  const auto again = replay();
+  EXPECT_EQ(again->exit_code(), 3) << again->output();
+  EXPECT_NE(again->output().find("a.mcap: damaged at byte "), std::string::npos) << again->output();
+  EXPECT_EQ(again->output().find("2500 steps"), std::string::npos) << again->output();
+  EXPECT_EQ(again->output().find("differs"), std::string::npos) << again->output();
+  const auto play = program("sim_server", in_session({"play", file("a.mcap"), "--speed", "10"}));
+  EXPECT_EQ(play->exit_code(), 3) << play->output();
+  EXPECT_NE(play->output().find("a.mcap: damaged at byte "), std::string::npos) << play->output();
+}
+
 TEST_F(Record, of_topology_alone_is_read_as_far_as_it_is_whole) {
   const auto offline = program("sim_server", {"--scene", kScene, "--offline", "--export", file("out")});
   ASSERT_EQ(offline->exit_code(), 0) << offline->output();
@@ -65,14 +86,22 @@ TEST_F(Record, ends_with_a_full_disk_and_the_session_goes_on) {
   const std::string script = "ulimit -f 1200; trap '' XFSZ; exec \"$@\"";
   Process server("/bin/sh", in_session({"-c", script, "sh", SECTIO_BIN_DIR "/sim_server", "--scene", kScene,
                                         "--play-traces", "--wait-for-viewers", "1", "--record", file("a.mcap")}));
-  const auto screen = viewer("screen", {"--no-pictures"});
+  const auto screen = viewer("screen", {"--no-pictures", "--record", file("heard.mcap")});
   expect_equal_at_the_end(*screen);
-  EXPECT_EQ(server.exit_code(), 0) << server.output();
+  EXPECT_EQ(server.exit_code(), 3) << server.output();
   EXPECT_NE(server.output().find("a.mcap: the record ends here: is the disk full?"), std::string::npos)
       << server.output();
-  EXPECT_EQ(std::filesystem::file_size(file("a.mcap")), 1200u * 512);
+  EXPECT_LE(std::filesystem::file_size(file("a.mcap")), 1200u * 512);
   const auto again = replay();
   EXPECT_EQ(again->exit_code(), 0) << again->output();
+  EXPECT_NE(again->output().find("a.mcap: it has no end: "), std::string::npos) << again->output();
+  McapReader heard(file("heard.mcap"));
+  bool told = false;
+  while (const auto message = heard.next(qos_of<SessionEvent>().name)) {
+    const auto event = decode<SessionEvent>(message->bytes);
+    told = told || (event && event->text.find("a.mcap: the record ends here") != std::string::npos);
+  }
+  EXPECT_TRUE(told);
 }
 
 }  // namespace

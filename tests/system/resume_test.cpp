@@ -80,9 +80,11 @@ TEST_F(Resume, a_torn_end_is_left_out_with_a_word_and_the_session_goes_on_before
   const std::string whole = hash(), inputs = file("out/inputs");
   std::filesystem::resize_file(inputs, std::filesystem::file_size(inputs) - 7);
   const auto torn = replay();
-  EXPECT_EQ(torn->exit_code(), 0) << torn->output();
+  EXPECT_EQ(torn->exit_code(), 3) << torn->output();
   EXPECT_NE(torn->output().find("799 steps"), std::string::npos) << torn->output();
   EXPECT_NE(torn->output().find("out/inputs: damaged at byte "), std::string::npos) << torn->output();
+  const auto play = program("sim_server", in_session({"play", inputs, "--speed", "100"}));
+  EXPECT_EQ(play->exit_code(), 3) << play->output();
   // A flipped bit in the middle ends what is whole.
   {
     std::fstream bytes(inputs, std::ios::in | std::ios::out | std::ios::binary);
