@@ -67,7 +67,7 @@ std::optional<Vec3> parse_point(const std::string& flag, const std::string& text
 
 void check(Options& o) {
   char rest = 0;
-  if (std::sscanf(o.size.c_str(), "%dx%d%c", &o.width_px, &o.height_px, &rest) != 2 || o.width_px < 16 ||
+  if (std::sscanf(o.size.c_str(), "%5dx%5d%c", &o.width_px, &o.height_px, &rest) != 2 || o.width_px < 16 ||
       o.height_px < 16 || o.width_px > 8192 || o.height_px > 8192)
     throw InputError("--size: expected WIDTHxHEIGHT in pixels, 16 to 8192 each, got " + o.size);
   if (!o.video_file.empty() && (o.width_px % 2 != 0 || o.height_px % 2 != 0))

@@ -115,7 +115,7 @@ int run(int argc, char** argv) {
   arguments.toggle("--section", options.section, "leave out the tissue in front of the view's target");
   if (!arguments.parse(argc, argv)) return 0;
   char rest = 0;
-  if (std::sscanf(options.size.c_str(), "%dx%d%c", &options.width_px, &options.height_px, &rest) != 2 ||
+  if (std::sscanf(options.size.c_str(), "%5dx%5d%c", &options.width_px, &options.height_px, &rest) != 2 ||
       std::min(options.width_px, options.height_px) < 16 || std::max(options.width_px, options.height_px) > 8192)
     throw InputError("--size: expected WIDTHxHEIGHT in pixels, 16 to 8192 each, got " + options.size);
   if (options.samples != 1 && options.samples != 4)

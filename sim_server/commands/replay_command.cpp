@@ -19,8 +19,7 @@ int replay_inputs(const std::string& path, double from_s) {
   const Scene scene = recorded_scene(path);
   SessionRun run(scene, "");
   if (from_s > 0 && reader.header().state_hash == run.header().state_hash)
-    run.jump(std::filesystem::path(path).parent_path().string(), static_cast<std::uint64_t>(from_s / scene.step_s),
-             reader);
+    run.jump(std::filesystem::path(path).parent_path().string(), steps_until(from_s, scene.step_s), reader);
   bool same = false;
   std::fputs(rerun_report(reader, run.simulation(), same, run.steps()).c_str(), stdout);
   return same && reader.damage().empty() ? 0 : kExitNotOk;
@@ -42,6 +41,7 @@ Arguments::Action replay_command(Arguments& arguments) {
   arguments.option("--from-s", flags->from_s,
                    "simulated time: DIRECTORY/inputs is compared from the last checkpoint before it on");
   return [flags] {
+    if (!(flags->from_s >= 0)) throw InputError("--from-s: expected >= 0, got " + std::to_string(flags->from_s));
     if (is_input_log(flags->journal)) return replay_inputs(flags->journal, flags->from_s);
     std::string damage;
     std::fputs(replay(flags->journal, flags->directory, damage).c_str(), stdout);

@@ -59,6 +59,8 @@ Scene scene_to_run(const RunFlags& flags) {
 }
 
 int run_session(const RunFlags& flags) {
+  if (flags.options.until_s < 0 && flags.options.until_s != ServeOptions().until_s)
+    throw InputError("--until-s: expected >= 0, got " + std::to_string(flags.options.until_s));
   Scene scene = scene_to_run(flags);
   ServeOptions options = flags.options;
   options.resume = flags.resume;

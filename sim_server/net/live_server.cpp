@@ -244,7 +244,7 @@ void LiveServer::begin_anew(double from_s) {
   if (session_.past || from_s <= 0) {
     next = std::make_unique<SessionRun>(session_.scene, directory);
   } else {
-    const auto last_step = static_cast<std::uint64_t>(std::llround(from_s / session_.scene.step_s));
+    const auto last_step = steps_until(from_s, session_.scene.step_s);
     log_info("running " + std::to_string(last_step) + " steps again");
     std::optional<std::uint64_t> former_epoch;
     next = SessionRun::resumed(session_.scene, {directory_of(tries_), last_step}, directory, former_epoch);

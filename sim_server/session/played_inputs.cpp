@@ -26,7 +26,7 @@ bool PlayedInputs::take(SessionRun& run, StepInput& input) {
 }
 
 void PlayedInputs::run_unseen(SessionRun& run, double step_s, double until_s) {
-  run.jump(directory_, static_cast<std::uint64_t>(until_s / step_s), journal_);
+  run.jump(directory_, steps_until(until_s, step_s), journal_);
   StepInput input;
   while (static_cast<double>(run.steps()) * step_s < until_s && take(run, input)) {
     run.begin_step(0, input);

@@ -1,6 +1,8 @@
 #include "sim_server/session/step_record.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "common/math/hash.h"
 
@@ -13,6 +15,11 @@ bool continues(const ToolPacket& packet, const ToolSample& sample) {
 }
 
 }  // namespace
+
+std::uint64_t steps_until(double time_s, double step_s) {
+  constexpr double kMost = 1e18;
+  return static_cast<std::uint64_t>(std::clamp(std::floor(time_s / step_s + 1e-6), 0.0, kMost));
+}
 
 std::uint64_t topology_hash_of(const Simulation& simulation) {
   std::uint64_t hash = simulation.body_count();

@@ -11,6 +11,9 @@ namespace sectio {
 
 constexpr std::uint64_t kStatesHashedEvery = 64;  // steps
 
+// Whole steps up to a simulated time: none before 0, as many as there can be when it is too far away.
+std::uint64_t steps_until(double time_s, double step_s);
+
 // The topology of all bodies. O(bodies).
 std::uint64_t topology_hash_of(const Simulation& simulation);
 // The topology, and the position of every vertex. O(all). Never 0.

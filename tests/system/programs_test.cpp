@@ -64,6 +64,20 @@ class Programs : public test::SessionPrograms {
   }
 };
 
+TEST_F(Programs, a_number_out_of_range_is_refused_before_anything_is_written) {
+  const Flags run{"--scene", kScene, "--offline", "--export", file("out")};
+  const auto with = [](Flags flags, const Flags& more) {
+    flags.insert(flags.end(), more.begin(), more.end());
+    return flags;
+  };
+  expect_bad_input("sim_server", with(run, {"--steps", "99999999999999999999"}), "--steps", "expected a whole number");
+  expect_bad_input("sim_server", with(run, {"--wait-for-viewers", "4294967296"}), "--wait-for-viewers", "4294967295");
+  expect_bad_input("sim_server", with(run, {"--until-s", "-5"}), "--until-s", "expected >= 0");
+  expect_bad_input("sim_server", {"replay", "a.mcap", "--from-s", "-5"}, "--from-s", "expected >= 0");
+  expect_bad_input("render_client", {"--size", "4294968576x720"}, "--size", "expected WIDTHxHEIGHT");
+  EXPECT_FALSE(std::filesystem::exists(file("out")));
+}
+
 TEST_F(Programs, a_scene_that_will_not_do_is_one_line_with_file_line_and_key) {
   expect_bad_input("sim_server", {"--scene", file("none.yaml"), "--offline"}, file("none.yaml"), "can't be read");
   refuse_scene("young_pa:", "youngs_pa:", "unknown key; did you mean young_pa?");

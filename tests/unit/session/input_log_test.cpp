@@ -56,6 +56,14 @@ TEST_F(InputLogs, a_session_that_is_run_again_is_the_same_bit_for_bit) {
   EXPECT_EQ(rerun_hash, last_hash);
 }
 
+TEST(StepRecords, a_time_is_so_many_whole_steps) {
+  for (std::uint64_t steps = 0; steps < 5000; ++steps)
+    EXPECT_EQ(steps_until(1e-3 * static_cast<double>(steps), 1e-3), steps);
+  EXPECT_EQ(steps_until(0.0129999, 1e-3), 12u);
+  EXPECT_EQ(steps_until(-1, 1e-3), 0u);
+  EXPECT_GT(steps_until(1e300, 1e-3), 1'000'000'000'000'000u);
+}
+
 TEST_F(InputLogs, the_first_step_that_differs_is_named) {
   record(600, [](StepRecord& record) {
     if (record.step >= 130) record.packets[0].samples[0].pose_world.position_m.z() -= 0.0005;
