@@ -16,6 +16,8 @@ namespace {
 // Runs the inputs of a session through the simulation again.
 int replay_inputs(const std::string& path, double from_s) {
   InputLogReader reader(path);
+  if (from_s > 0 && is_mcap(path))
+    throw InputError("--from-s: a record has no checkpoints, as DIRECTORY/inputs of an --export has: " + path);
   const Scene scene = recorded_scene(path);
   SessionRun run(scene, "");
   if (from_s > 0 && reader.header().state_hash == run.header().state_hash)

@@ -48,12 +48,12 @@ Scene scene_to_run(const RunFlags& flags) {
     take_share(scene, flags);  // a share of the whole plan: the servers of a session have one step
     return prepared(std::move(scene));
   }
-  for (const auto& [flag, given] :
-       {std::pair("--scene", !flags.scene.empty()),
-        {"--bodies", !flags.bodies.empty()},
-        {"--server", !flags.server.empty()},
-        {"--offline", flags.offline},
-        {"--export", !flags.options.directory.empty() && flags.options.until_s < 0 && !flags.options.standby}})
+  for (const auto& [flag, given] : {std::pair("--scene", !flags.scene.empty()),
+                                    {"--bodies", !flags.bodies.empty()},
+                                    {"--server", !flags.server.empty()},
+                                    {"--offline", flags.offline},
+                                    {"--export", !flags.options.directory.empty() && flags.options.until_s < 0 &&
+                                                     !flags.options.standby && !is_mcap(flags.resume)}})
     if (given) throw InputError(std::string(flag) + ": --resume goes on with what the directory says");
   return recorded_scene(input_log_path(flags.resume));
 }
@@ -68,7 +68,10 @@ int run_session(const RunFlags& flags) {
     throw InputError("--standby --resume: needs --export, a directory of its own");
   if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))
     throw InputError("--until-s: needs --resume, and --export for the session that branches off there");
-  if (!flags.resume.empty() && options.directory.empty()) options.directory = flags.resume;
+  if (!flags.resume.empty() && options.directory.empty()) {
+    if (is_mcap(flags.resume)) throw InputError("--resume: a record needs --export, for the session that goes on");
+    options.directory = flags.resume;
+  }
   if (!options.record.empty() && flags.offline) throw InputError("--record: of a session on the network");
   if (options.standby && flags.offline) throw InputError("--standby: of a session on the network");
   if (!(options.fastest_m_per_s >= 0 && options.fastest_m_per_s <= 100))
@@ -88,10 +91,10 @@ Arguments::Action run_command(Arguments& arguments) {
   options.network.session.clear();
   arguments.option("--scene", flags->scene, "scene file (YAML)");
   arguments.option("--resume", flags->resume,
-                   "directory of an earlier --export: the session goes on after the last step that it holds; with "
-                   "--standby that of the server, so that a late standby begins there");
+                   "directory of an earlier --export, or a server's --record: the session goes on after the last step "
+                   "that it holds; with --standby that of the server, so that a late standby begins there");
   arguments.option("--until-s", options.until_s,
-                   "with --resume: goes on from this simulated time, and leaves the earlier --export as it is");
+                   "with --resume: goes on from this simulated time, in the directory of --export");
   arguments.option("--bodies", flags->bodies,
                    "names, with commas: only these bodies; other servers of the session have the rest");
   arguments.option("--server", flags->server, "only the bodies for which the scene says `server:` with this name");

@@ -68,8 +68,8 @@ std::string to_json(const InputLogHeader& header) {
   return nlohmann::json{{"scene", header.scene}, {"bodies", header.bodies}, {"state_hash", header.state_hash}}.dump();
 }
 
-std::string input_log_path(const std::string& directory) {
-  return directory + "/inputs";
+std::string input_log_path(const std::string& directory_or_record) {
+  return is_mcap(directory_or_record) ? directory_or_record : directory_or_record + "/inputs";
 }
 
 bool is_input_log(const std::string& path) {

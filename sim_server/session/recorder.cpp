@@ -59,13 +59,15 @@ Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::
   for (std::uint32_t i = 0; i < simulation.body_count(); ++i)
     for (const std::string& note : simulation.body(i).mesh_notes) log_info(simulation.body(i).name + ": " + note);
   if (scene.exercise) state_->score.emplace(scene, simulation);
-  if (directory.empty()) return;
-  make_directory(directory);
-  std::error_code none;
-  std::filesystem::remove(report_path(directory), none);  // it is of an earlier run
+  if (!directory.empty()) make_directory(directory);
 }
 
 Recorder::~Recorder() = default;
+
+void Recorder::forget_report() {
+  std::error_code none;
+  if (!state_->directory.empty()) std::filesystem::remove(report_path(state_->directory), none);
+}
 
 void Recorder::begin_journal() {
   if (state_->directory.empty()) return;

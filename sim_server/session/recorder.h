@@ -17,11 +17,13 @@ class Archive;
 // what isn't kept, and the report that this is not ok.
 class Recorder {
  public:
-  // Makes the directory, and removes the report of an earlier run; empty: nothing is written. Throws InputError when it
-  // can't be written. Logs notes on the meshes. Scene and simulation must outlive the recorder; add() comes right after the step.
+  // Makes the directory; empty: nothing is written. Throws InputError when it can't be written. Logs notes on the
+  // meshes. Scene and simulation must outlive the recorder; add() comes right after the step.
   Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory);
   ~Recorder();
 
+  // Removes the report of an earlier run: one that is there says that the session has ended.
+  void forget_report();
   // The journal begins with the bodies as they are.
   void begin_journal();
   // It goes on with a journal of which so many bytes are of steps that have been run; in another directory with a copy.

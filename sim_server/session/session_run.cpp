@@ -1,6 +1,7 @@
 #include "sim_server/session/session_run.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -23,6 +24,7 @@ SessionRun::SessionRun(const Scene& scene, const std::string& directory, bool fr
   for (const BodySpec& body : scene.bodies) header_.bodies.push_back(body.name);
   header_.state_hash = state_hash_of(simulation_);
   if (!fresh) return;
+  recorder_->forget_report();
   recorder_->begin_journal();
   if (directory.empty()) return;
   inputs_ = std::make_unique<InputLog>(input_log_path(directory), header_);
@@ -108,6 +110,7 @@ void SessionRun::keep(const StepInputs& one_step) {
 
 StepRecord SessionRun::begin_step(std::uint64_t epoch, const StepInput& input) {
   epoch_ = epoch;
+  if (!std::exchange(goes_on_, true)) recorder_->forget_report();
   StepRecord record = record_of(steps_ + 1, input, simulation_);
   keep({epoch, steps_, {record}});
   return record;

@@ -23,9 +23,9 @@ class SessionRun {
   SessionRun(const Scene& scene, const std::string& directory);
 
   // A session that goes on from its journal of inputs: from its end or, in another directory, from an earlier step on.
-  // The steps after its last checkpoint (session/checkpoint.h) are run again.
+  // The steps after its last checkpoint (session/checkpoint.h) are run again; of a record all of them.
   struct Past {
-    std::string directory;
+    std::string directory;  // or the record
     std::uint64_t last_step = ~std::uint64_t{0};
   };
   // `last_epoch`: the one that the session had last; nothing when it had not begun. Throws InputError when it is the
@@ -70,6 +70,7 @@ class SessionRun {
   std::unique_ptr<CheckpointWriter> checkpoints_;  // null: none are kept
   std::uint64_t steps_ = 0, epoch_ = 0, checkpoint_at_ = 0;
   std::chrono::steady_clock::time_point next_checkpoint_{};
+  bool goes_on_ = false;  // a step has been run that was not in the journal
   std::vector<std::string> faults_;
 };
 

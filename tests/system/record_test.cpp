@@ -37,6 +37,28 @@ TEST_F(Record, is_run_again_and_played_with_the_hashes_of_its_session) {
   EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], hash);
 }
 
+TEST_F(Record, goes_on_from_any_moment_in_another_directory) {
+  auto server = recorded({"--steps", "2500"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  const std::string hash = hash_of("out");
+  for (const Flags& until : {Flags{"--until-s", "1.2"}, Flags{}}) {
+    Flags flags{"--resume", file("a.mcap"), "--export", file("again"), "--play-traces", "--steps", "2500"};
+    flags.insert(flags.end(), until.begin(), until.end());
+    server = program("sim_server", in_session(flags));
+    ASSERT_TRUE(server->wait_for(until.empty() ? "goes on after step 2500" : "goes on after step 1200"))
+        << server->output();
+    EXPECT_EQ(server->exit_code(), 0) << server->output();
+    EXPECT_EQ(hash_of("again"), hash);
+    EXPECT_EQ(std::filesystem::file_size(file("again/inputs")), std::filesystem::file_size(file("out/inputs")));
+  }
+  server = program("sim_server", in_session({"--resume", file("a.mcap")}));
+  EXPECT_EQ(server->exit_code(), 2) << server->output();
+  EXPECT_NE(server->output().find("--resume: a record needs --export"), std::string::npos) << server->output();
+  server = program("sim_server", {"replay", file("a.mcap"), "--from-s", "1"});
+  EXPECT_EQ(server->exit_code(), 2) << server->output();
+  EXPECT_NE(server->output().find("--from-s: a record has no checkpoints"), std::string::npos) << server->output();
+}
+
 TEST_F(Record, of_a_server_that_was_killed_is_read_as_far_as_it_is_whole) {
   const auto server = recorded({});
   ASSERT_TRUE(server->wait_for(": step ")) << server->output();

@@ -165,6 +165,21 @@ TEST_F(Resume, a_session_that_another_server_holds_is_not_resumed) {
   ASSERT_TRUE(server->wait_for_next("step ")) << server->output();
 }
 
+TEST_F(Resume, a_report_says_that_the_session_has_ended_and_goes_when_it_goes_on) {
+  auto server = begin({"--play-traces", "--steps", "300"});
+  ASSERT_EQ(server->exit_code(), 0) << server->output();
+  std::filesystem::copy(file("out"), file("copy"), std::filesystem::copy_options::recursive);
+  server = resume({"--play-traces", "--endless"});
+  ASSERT_TRUE(server->wait_for("the session goes on\n")) << server->output();
+  ASSERT_TRUE(server->wait_for("step ")) << server->output();
+  const auto second = program("sim_server", in_session({"--resume", file("copy"), "--endless"}));
+  EXPECT_EQ(second->exit_code(), 2) << second->output();
+  EXPECT_TRUE(std::filesystem::exists(file("copy/report.json")));
+  EXPECT_FALSE(std::filesystem::exists(file("out/report.json")));
+  kill(*server);
+  EXPECT_FALSE(std::filesystem::exists(file("out/report.json")));
+}
+
 // Each kind of body, of contact and of cut: what decides a step's bits must be in its inputs or in the scene.
 // It may wake up, and would write on.
 TEST_F(Resume, a_journal_that_a_halted_server_holds_is_left_alone) {
