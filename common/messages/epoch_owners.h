@@ -19,7 +19,7 @@ using ProgramId = std::array<std::uint8_t, 12>;
 class EpochOwners {
  public:
   static constexpr std::size_t kMostEpochs = 64;
-  static constexpr std::size_t kMostOfOne = 4;  // epochs that one program may announce
+  static constexpr std::size_t kMostOfOne = 4;  // epochs of one program: of a session begun anew, the newest
   static constexpr std::size_t kMostInLine = 4;
 
   // `is_there`: whether a program is still in the session.
@@ -27,7 +27,7 @@ class EpochOwners {
 
   // The program announces the epoch. True when it may speak for it.
   bool announce(std::uint64_t epoch, const ProgramId& program) {
-    if (!lines_.contains(epoch) && !has_room(program)) return false;
+    if (!lines_.contains(epoch) && !make_room(program)) return false;
     std::vector<ProgramId>& line = lines_[epoch];
     if (std::find(line.begin(), line.end(), program) == line.end()) {
       if (line.size() >= kMostInLine) std::erase_if(line, [&](const ProgramId& each) { return !is_there_(each); });
@@ -49,10 +49,10 @@ class EpochOwners {
   bool knows(std::uint64_t epoch) const { return lines_.contains(epoch); }
 
  private:
-  bool has_room(const ProgramId& program) {
-    std::size_t own = 0;
-    for (const auto& [epoch, line] : lines_) own += line.front() == program ? 1 : 0;
-    if (own >= kMostOfOne) return false;
+  bool make_room(const ProgramId& program) {
+    const auto is_own = [&](const auto& each) { return each.second.front() == program; };
+    if (std::count_if(lines_.begin(), lines_.end(), is_own) >= static_cast<std::ptrdiff_t>(kMostOfOne))
+      lines_.erase(std::find_if(lines_.begin(), lines_.end(), is_own));
     if (lines_.size() >= kMostEpochs)
       std::erase_if(lines_,
                     [&](const auto& each) { return std::none_of(each.second.begin(), each.second.end(), is_there_); });

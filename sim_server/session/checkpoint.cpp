@@ -31,7 +31,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kCheckpointMagic = "SECTIOC1";
 constexpr std::uint64_t kCheckpointSeed = 2;
 constexpr std::size_t kHeaderBytes = 16;  // magic, checksum
-constexpr std::size_t kNewest = 3;        // these are kept, however large they are
+constexpr const char* kOtherBuild = "another build of the program has written it";
+constexpr std::size_t kNewest = 3;  // these are kept, however large they are
 
 // By step; the size of each.
 std::map<std::uint64_t, std::uint64_t> checkpoints_in(const std::string& directory) {
@@ -55,12 +56,31 @@ std::string path_of(const std::string& directory, std::uint64_t step) {
   return checkpoints_path(directory) + name;
 }
 
-std::vector<std::uint8_t> read_file(const std::string& path) {
+std::vector<std::uint8_t> read_file(const std::string& path, std::size_t most_bytes = ~std::size_t{0}) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   std::vector<std::uint8_t> bytes(file ? static_cast<std::size_t>(std::max<std::streamoff>(0, file.tellg())) : 0);
+  bytes.resize(std::min(bytes.size(), most_bytes));
   file.seekg(0);
   if (!file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()))) bytes.clear();
   return bytes;
+}
+
+// Empty: as far as its first bytes say, it is one of this program and of this session.
+std::string foreign(const std::string& path, std::uint64_t session) {
+  constexpr std::size_t kFirstBytes = 512;
+  const std::vector<std::uint8_t> bytes = read_file(path, kFirstBytes);
+  if (bytes.size() < kHeaderBytes) return {};
+  try {
+    Archive archive(std::span<const std::uint8_t>(bytes).subspan(kHeaderBytes));
+    std::string program;
+    std::uint64_t its_session = 0;
+    archive(program);
+    if (program != program_id()) return kOtherBuild;
+    archive(its_session);
+    return its_session == session ? "" : "it is of another session";
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 // The one that is missed least: the steps between its neighbours are the fewest.
@@ -102,7 +122,7 @@ std::optional<Checkpoint> checkpoint_from(std::span<const std::uint8_t> bytes, s
     Archive archive(bytes);
     std::string program;
     archive(program);
-    if (program != program_id()) return no("another build of the program has written it");
+    if (program != program_id()) return no(kOtherBuild);
     std::optional<Checkpoint> checkpoint(std::in_place);
     archive(*checkpoint);
     return checkpoint;
@@ -118,15 +138,20 @@ std::string checkpoints_path(const std::string& directory) {
 std::optional<Checkpoint> find_checkpoint(const std::string& directory, std::uint64_t session,
                                           std::uint64_t last_step) {
   const auto found = checkpoints_in(directory);
-  for (auto at = found.upper_bound(last_step); at != found.begin();) {
+  std::optional<Checkpoint> checkpoint;
+  std::map<std::string, std::vector<std::string>> passed_over;  // by the reason
+  for (auto at = found.upper_bound(last_step); at != found.begin() && !checkpoint;) {
     --at;
     const std::string path = path_of(directory, at->first);
-    std::string why;
-    std::optional<Checkpoint> checkpoint = checkpoint_from(read_file(path), why);
-    if (checkpoint && checkpoint->session == session && checkpoint->step <= last_step) return checkpoint;
-    log_warning(path + ": passed over: " + (checkpoint ? "it is of another session" : why));
+    std::string why = foreign(path, session);
+    if (why.empty()) checkpoint = checkpoint_from(read_file(path), why);
+    if (checkpoint && checkpoint->step > last_step) checkpoint.reset(), why = "its name is not its step";
+    if (!checkpoint) passed_over[why].push_back(path);
   }
-  return std::nullopt;
+  for (const auto& [why, paths] : passed_over)
+    log_warning(paths.front() + ": passed over: " + why +
+                (paths.size() > 1 ? "; and " + std::to_string(paths.size() - 1) + " like it" : ""));
+  return checkpoint;
 }
 
 void share_checkpoints(const std::string& from_directory, const std::string& to_directory, std::uint64_t last_step) {

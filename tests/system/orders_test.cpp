@@ -51,6 +51,20 @@ TEST_F(Orders, a_paused_session_stands_still_serves_a_late_viewer_and_goes_on_at
   expect_equal_at_the_end(*screen);
 }
 
+// Each time it has another epoch, of the same program.
+TEST_F(Orders, a_session_is_begun_anew_as_often_as_people_like_and_whoever_stays_goes_on) {
+  const auto server = watched_server();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
+  for (int i = 0; i < 9; ++i) give("anew");
+  do ASSERT_TRUE(server->wait_for_next(" cuts")) << server->output();
+  while (cuts_told_by(*server) == 0);
+  server->send(SIGINT);
+  EXPECT_TRUE(server->exit_code()) << server->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_GT(json("screen.json")["bodies"][0]["revision"], 0);
+}
+
 TEST_F(Orders, a_session_that_is_begun_anew_ends_like_the_first_and_keeps_the_first_try) {
   const auto server = watched_server();
   const auto screen = viewer("screen", {"--no-pictures"});

@@ -84,6 +84,19 @@ TEST_F(Checkpoints, torn_and_damaged_ones_are_passed_over) {
   EXPECT_FALSE(find_checkpoint(directory_, 7, 1000));
 }
 
+TEST_F(Checkpoints, those_of_another_build_are_told_of_in_one_line_and_not_read) {
+  write(1, 40);
+  for (std::uint64_t step = 2; step <= 40; ++step) {
+    flip_byte(path_of(step), 16 + 8 + 2);                 // in the identity of the program
+    fs::resize_file(path_of(step), 16 + 8 + 64 + 8 + 8);  // there is no more to read
+  }
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(find_checkpoint(directory_, 7, 1000)->step, 1u);
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::ranges::count(said, '\n'), 1) << said;
+  EXPECT_NE(said.find("another build of the program has written it; and 38 like it"), std::string::npos) << said;
+}
+
 TEST(Checkpoint, no_byte_can_change_and_none_can_be_missing) {
   const std::vector<std::uint8_t> whole = to_bytes(some_checkpoint(1, 50));
   std::string why;
