@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
   throw InputError(path + ": can't be written: " + std::strerror(error));
 }
 
-constexpr int kMostLinks = 40;  // as the system follows
+constexpr int kMostLinks = 40;  // so many does the system follow
 
 fs::path without_links(fs::path path) {
   std::error_code none;
@@ -27,7 +27,7 @@ fs::path without_links(fs::path path) {
   return path;
 }
 
-// Where the bytes go first. A link is followed: its target is replaced.
+// The file that takes the bytes first. A link is followed: its target is replaced.
 struct Place {
   explicit Place(const std::string& path) : target(without_links(path).string()), opened(target) {
     std::error_code none;

@@ -63,18 +63,73 @@ std::optional<McapReader::Message> McapReader::next() {
   return std::nullopt;
 }
 
+bool McapReader::read(std::uint64_t bytes) {
+  record_.resize(bytes);
+  return static_cast<bool>(file_.read(reinterpret_cast<char*>(record_.data()), static_cast<std::streamsize>(bytes)));
+}
+
+std::optional<McapReader::Head> McapReader::read_head() {
+  if (size_ - at_ < kRecordHead || !read(kRecordHead)) return std::nullopt;
+  ByteReader in(record_);
+  const auto op = in.get<std::uint8_t>();
+  const auto length = in.get<std::uint64_t>();
+  if (length > size_ - at_ - kRecordHead || length > kMostMcapRecordBytes) return std::nullopt;
+  return Head{op, length};
+}
+
+std::optional<McapReader::Chunk> McapReader::next_chunk() {
+  std::optional<Chunk> chunk;
+  std::vector<std::uint16_t> channels;
+  while (!finished_) {
+    file_.seekg(static_cast<std::streamoff>(at_));
+    const std::optional<Head> head = read_head();
+    if (!head) break;
+    const auto op = static_cast<McapOp>(head->op);
+    const bool is_message = op == McapOp::message;
+    if (is_message || op == McapOp::chunk) {
+      constexpr std::size_t kBeforeContent = 16;  // times of a chunk; channel, number and time of a message
+      if (chunk || head->length < kBeforeContent || !read(kBeforeContent)) break;
+      ByteReader in(record_);
+      if (is_message) channels.push_back(in.get<std::uint16_t>()), in.get<std::uint32_t>();
+      chunk = Chunk{at_, in.get<std::uint64_t>(), 0, {}};
+      chunk->last_ns = is_message ? chunk->first_ns : in.get<std::uint64_t>();
+    } else if (op == McapOp::message_index && chunk && head->length >= 2) {
+      if (!read(2)) break;
+      channels.push_back(ByteReader(record_).get<std::uint16_t>());
+    } else if (op == McapOp::channel && (!read(head->length) || !take({head->op, record_}))) {
+      break;
+    }
+    finished_ = op == McapOp::data_end;
+    at_ += kRecordHead + head->length;
+  }
+  if (!chunk) return std::nullopt;
+  const auto is_known = [&](std::uint16_t channel) { return topics_.contains(channel); };
+  if (channels.empty() || !std::ranges::all_of(channels, is_known))
+    chunk->topics = topics_in(chunk->place);
+  else
+    for (const std::uint16_t channel : channels) chunk->topics.push_back(topics_.at(channel));
+  return chunk;
+}
+
+// A channel is described in the first chunk with a message of it; a chunk may have no index.
+std::vector<std::string> McapReader::topics_in(std::uint64_t place) {
+  const std::uint64_t at = at_;
+  const bool finished = finished_;
+  std::vector<std::string> topics;
+  go_to(place);
+  for (auto message = next(); message && place_ == place; message = next())
+    if (std::ranges::find(topics, message->topic) == topics.end()) topics.push_back(message->topic);
+  go_to(at);
+  finished_ = finished;
+  return topics;
+}
+
 // The next record of the file; a chunk is unpacked.
 bool McapReader::read_more() {
   broken_ = true;
-  if (size_ - at_ < kRecordHead) return false;
-  std::vector<std::uint8_t> head(kRecordHead);
-  if (!file_.read(reinterpret_cast<char*>(head.data()), kRecordHead)) return false;
-  ByteReader in(head);
-  const auto op = in.get<std::uint8_t>();
-  const auto length = in.get<std::uint64_t>();
-  if (length > size_ - at_ - kRecordHead || length > kMostMcapRecordBytes) return false;
-  record_.resize(length);
-  if (!file_.read(reinterpret_cast<char*>(record_.data()), static_cast<std::streamsize>(length))) return false;
+  const std::optional<Head> head = read_head();
+  if (!head || !read(head->length)) return false;
+  const auto [op, length] = *head;
   if (op == static_cast<std::uint8_t>(McapOp::chunk)) {
     if (!open_chunk(record_)) {
       chunk_.clear();

@@ -34,6 +34,13 @@ class McapReader {
   // The place in the file of the last message, or of the chunk that it is in; and back to a place that has been read.
   std::uint64_t place() const { return place_; }
   void go_to(std::uint64_t place);
+  // The next chunk, or message outside of chunks, by its head and the index behind it: it is passed, and go_to() leads
+  // back to it. Nothing at the end, and where the file is damaged between chunks.
+  struct Chunk {
+    std::uint64_t place = 0, first_ns = 0, last_ns = 0;
+    std::vector<std::string> topics;  // its messages have these
+  };
+  std::optional<Chunk> next_chunk();
   // The metadata that stand before the messages read so far, by name.
   const std::map<std::string, std::map<std::string, std::string>>& metadata() const { return metadata_; }
   // The end of the part that has been read, and whether the file ends there as it should.
@@ -46,6 +53,13 @@ class McapReader {
     std::uint8_t op = 0;
     std::span<const std::uint8_t> content;
   };
+  struct Head {
+    std::uint8_t op = 0;
+    std::uint64_t length = 0;
+  };
+  bool read(std::uint64_t bytes);
+  std::optional<Head> read_head();
+  std::vector<std::string> topics_in(std::uint64_t place);
   bool read_more();
   bool open_chunk(std::span<const std::uint8_t> content);
   bool take(const Record& record);

@@ -1,6 +1,8 @@
 #include "sim_server/net/played_record.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/core/log.h"
@@ -9,23 +11,25 @@
 namespace sectio {
 namespace {
 
+double seconds(std::uint64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
 double time_of(const McapReader::Message& message) {
-  return 1e-9 * static_cast<double>(message.time_ns);
+  return seconds(message.time_ns);
 }
 
 }  // namespace
 
 PlayedRecord::PlayedRecord(const std::string& path) : path_(path), reader_(path) {
   const std::string scene = qos_of<SceneInfo>().name;
-  while (const auto message = reader_.next()) {
-    end_s_ = std::max(end_s_, time_of(*message));
-    const std::uint64_t at = reader_.place();
-    if (message->topic == scene && (places_.empty() || places_.back().at != at))
-      places_.push_back({time_of(*message), at});
+  while (const auto chunk = reader_.next_chunk()) {
+    end_s_ = std::max(end_s_, seconds(chunk->last_ns));
+    if (std::ranges::find(chunk->topics, scene) != chunk->topics.end())
+      places_.push_back({seconds(chunk->first_ns), chunk->place});
   }
   is_damaged_ = reader_.at() < reader_.size() && !reader_.is_finished();
   if (is_damaged_)
-    log_warning(path_ + ": damaged at byte " + std::to_string(reader_.at()) + ": read as far as it is whole");
+    tell_damage(reader_.at(), "read as far as it is whole");
   else if (!reader_.is_finished())
     log_warning(path_ + ": " + kNoEnd);
   if (places_.empty()) throw InputError(path_ + ": a record without a scene");
@@ -41,10 +45,41 @@ void PlayedRecord::begin_at(const Place& place) {
   next_ = reader_.next();
 }
 
-void PlayedRecord::take_next() {
+void PlayedRecord::step_on() {
   time_s_ = std::max(time_s_, time_of(*next_));
   world_.take(*next_);
   next_ = reader_.next();
+}
+
+void PlayedRecord::take_next() {
+  step_on();
+  if (!next_ && !reader_.is_finished() && reader_.at() < reader_.size()) pass_damage();
+}
+
+void PlayedRecord::tell_damage(std::uint64_t at, const std::string& what) {
+  if (std::exchange(told_at_, at) != at) log_warning(path_ + ": damaged at byte " + std::to_string(at) + ": " + what);
+}
+
+// To the next place from which all bodies are known; where there is none, it ends here.
+void PlayedRecord::pass_damage() {
+  is_damaged_ = true;
+  const std::uint64_t at = reader_.at();
+  PlayedWorld before = std::move(world_);
+  const double before_s = time_s_;
+  for (const Place& place : places_) {
+    if (place.at <= at) continue;
+    begin_at(place);
+    while (next_ && !world_.can_be_shown()) step_on();
+    if (!world_.can_be_shown()) continue;
+    char text[64];
+    std::snprintf(text, sizeof text, "it goes on at %.2f s", time_s_);
+    tell_damage(at, text);
+    return world_.begin_elsewhere();
+  }
+  world_ = std::move(before);
+  time_s_ = before_s;
+  next_.reset();
+  tell_damage(at, "read as far as it is whole");
 }
 
 bool PlayedRecord::advance(double sim_time_s) {

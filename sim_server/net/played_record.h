@@ -11,8 +11,8 @@ namespace sectio {
 
 class PlayedRecord {
  public:
-  // Reads the record once for its times; a damaged one is read as far as it is whole, with a warning. Throws InputError
-  // "PATH: why" when it shows nothing.
+  // Reads the heads of the chunks for their times. Damage is passed over with a warning, up to the next moment at which
+  // all bodies are told. Throws InputError "PATH: why" when it shows nothing.
   explicit PlayedRecord(const std::string& path);
 
   double end_s() const { return end_s_; }
@@ -23,7 +23,7 @@ class PlayedRecord {
   bool advance(double sim_time_s);
   double time_s() const { return time_s_; }  // the world's
   PlayedWorld& world() { return world_; }
-  bool is_damaged() const { return is_damaged_; }
+  bool is_damaged() const { return is_damaged_; }  // in what has been read
 
  private:
   struct Place {
@@ -32,6 +32,9 @@ class PlayedRecord {
   };
   void begin_at(const Place& place);
   void take_next();
+  void step_on();
+  void pass_damage();
+  void tell_damage(std::uint64_t at, const std::string& what);
 
   std::string path_;
   McapReader reader_;
@@ -40,6 +43,7 @@ class PlayedRecord {
   PlayedWorld world_;
   double end_s_ = 0, time_s_ = 0;
   bool is_damaged_ = false;
+  std::uint64_t told_at_ = 0;  // the byte of the damage that was told last
 };
 
 }  // namespace sectio

@@ -29,6 +29,8 @@ class PlayedWorld {
   bool has_jumped() const { return has_jumped_; }
   // Deltas, events and report since the last forget_news(), with the newest state.
   const StepOutput& news() const { return news_; }
+  // Viewers must learn of all bodies anew.
+  void begin_elsewhere() { has_jumped_ = true; }
   void forget_news();
   void forget_deltas();  // viewers get the bodies as a whole
 

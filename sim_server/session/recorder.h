@@ -37,7 +37,7 @@ class Recorder {
   void warn(const std::string& text);
   // The same where something that was asked for isn't there: the run is not ok.
   void not_ok(const std::string& text);
-  // What not_ok() has been told since the last call.
+  // The texts that not_ok() has been given since the last call.
   std::vector<std::string> take_faults();
   // The score of the exercise so far, for a person; a line that says so when the scene has none.
   std::vector<std::string> score_lines() const;

@@ -64,13 +64,14 @@ try {
   await page.until('a replica that equals the server', equal);
   const hand = (place, pull = 0) => page.evaluate(`hand(${JSON.stringify(place)}, ${pull})`);
   const tip = async () => (await page.state()).tools[0].at_m;
-  // The place at which the instrument has come to rest.
+  // The place at which the instrument has come to rest: a page that is slow shows one state for long.
   const still = async (what) => {
     let last = null;
     return until(what, async () => {
-      const at = await tip();
-      const rests = apart(at, last) < 1e-5;
-      last = at;
+      const { step, tools: [{ at_m: at }] } = await page.state();
+      if (last && step < last.step + 50) return false;
+      const rests = last && apart(at, last.at) < 1e-5;
+      last = { step, at };
       return rests && at;
     });
   };

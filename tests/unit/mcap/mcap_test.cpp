@@ -57,6 +57,28 @@ TEST_F(Mcap, brings_back_what_was_written_in_order) {
   EXPECT_EQ(count, 1000u);
 }
 
+TEST_F(Mcap, chunks_are_found_by_their_heads_and_lead_to_their_messages) {
+  write(1000);
+  McapReader reader(path);
+  std::vector<McapReader::Chunk> chunks;
+  while (const auto chunk = reader.next_chunk()) {
+    ASSERT_EQ(chunk->topics.size(), 2u);
+    chunks.push_back(*chunk);
+  }
+  EXPECT_TRUE(reader.is_finished());
+  ASSERT_GT(chunks.size(), 20u);
+  EXPECT_EQ(chunks.back().last_ns, 999'000u);
+  McapReader other(path);  // has read nothing before
+  std::vector<McapReader::Chunk> some;
+  for (int i = 0; i < 20; ++i) some.push_back(*other.next_chunk());
+  for (int i = 19; i >= 0; --i) {
+    other.go_to(some[static_cast<std::size_t>(i)].place);
+    const auto message = other.next();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(message->time_ns, some[static_cast<std::size_t>(i)].first_ns);
+  }
+}
+
 TEST_F(Mcap, of_every_prefix_what_is_whole_is_read) {
   write(200);
   std::uint64_t before = 200;
