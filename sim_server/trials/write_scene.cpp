@@ -43,7 +43,7 @@ void write_scene(const Scene& scene, const std::string& directory) {
   for (const Expectation& e : scene.expect) values.emplace_back("expect." + e.measure->key, e.range.in_words());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     values.emplace_back(key("bodies[%zu].mesh.file", i), absolute(scene.bodies[i].mesh_file));
-    values.emplace_back(key("bodies[%zu].volume.file", i), absolute(scene.bodies[i].volume.file));
+    values.emplace_back(key("bodies[%zu].volume.tets.file", i), absolute(scene.bodies[i].volume.file));
   }
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     const ToolSpec& tool = scene.tools[i];

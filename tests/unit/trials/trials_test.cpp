@@ -76,5 +76,15 @@ TEST(Trials, a_failure_becomes_a_scene_that_repeats_it) {
   EXPECT_EQ(again.expect.size(), scene.expect.size());
 }
 
+TEST(Trials, the_scene_of_a_failure_names_tetrahedra_wherever_it_lies) {
+  const Scene scene = load_scene(SECTIO_SOURCE_DIR "/deploy/scenes/paper_box.yaml", standard_traits());
+  const auto directory = std::filesystem::temp_directory_path() / ("try_box_" + std::to_string(::getpid()));
+  write_scene(scene, directory.string());
+  const Scene again = load_scene((directory / "scene.yaml").string(), standard_traits());
+  std::filesystem::remove_all(directory);
+  EXPECT_TRUE(std::filesystem::path(again.bodies[0].volume.file).is_absolute());
+  EXPECT_EQ(again.bodies[0].volume.file_unit_m, scene.bodies[0].volume.file_unit_m);
+}
+
 }  // namespace
 }  // namespace sectio
