@@ -115,6 +115,7 @@ void VolumeDeformation::stand_on_floor(const ParticleState& particles) {
     if (above_m > kFloorReach_m || model_->inverse_mass_per_kg(v) == 0) continue;
     PointConstraint stand = hold(v, {at_world_m[v].x(), at_world_m[v].y(), floor_->z_m});
     stand.unilateral = true;
+    stand.sticks = floor_->kept_velocity == 0;  // a speed that is taken away after a step leaves its way: tissue creeps
     stand.normal = -Vec3::UnitZ();
     constraints_.push_back(stand);
   }
