@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 #include <utility>
 
 #include "common/core/sort_unique.h"
@@ -62,7 +61,9 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, doub
     return distance_to_segment(x, last.tip_m, last.heel_m) < reach_m &&
            std::abs(normal.dot(x - to.tip_m)) < tissue_.metres(settings_.joined_beside_edges);
   });
-  return cut(topology_, sheet, settings_.tets, begin);
+  TetCutSettings tets = settings_.tets;
+  tets.crumb_m3 = settings_.crumb_cubic_edges * std::pow(mean_edge_m, 3);
+  return cut(topology_, sheet, tets, begin);
 }
 
 // A blade that comes out has cut the tissue of its last step, even if tissue that it bulged still lies behind it. A
@@ -76,9 +77,8 @@ bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
   track.is_through = outcome.twins > 0 && (outcome.beyond & kEnd) == 0;
   if (!track.is_through) topology_.undo_to(mark);
   if (!track.is_through && !is_lifted) outcome = cut_along(track, 0, has_fronts ? kAlong : 0);
-  const bool may_wait = !is_lifted && is_patient(track);
-  if (outcome.twins == 0 || (is_lifted && !track.is_through) || (may_wait && leaves_fragments())) {
-    topology_.undo_to(mark);  // nothing opens yet; or it does so later, further on
+  if (outcome.twins == 0 || (is_lifted && !track.is_through)) {
+    topology_.undo_to(mark);  // nothing opens yet
     track.is_through = false;
     if (is_lifted) open_bridges_of(tracks_.slit, track);
     return false;
@@ -128,7 +128,7 @@ void BladeCut::open_bridges_of(const Slit& slit, const BladeTrack& track) {
 bool BladeCut::cut_front(BladeTrack& track) {
   const std::size_t mark = topology_.mark();
   TetCutOutcome outcome = cut_along(track, -tissue_.metres(settings_.lag_edges), kEnd | kAlong);
-  track.has_front = outcome.twins > 0 && !(is_patient(track) && leaves_fragments());
+  track.has_front = outcome.twins > 0;
   track.front_vertices.clear();
   track.tissue_ends = track.has_front && outcome.ahead_m < tissue_.metres(settings_.thread_edges);
   if (track.has_front)
@@ -164,32 +164,6 @@ bool BladeCut::run(std::span<const BladeAtWork> at_work) {
     any = true;
   }
   return any;
-}
-
-// A fragment is a component that is less than half of an element. O(operations).
-bool BladeCut::leaves_fragments() const {
-  const double enough_m3 = settings_.least_fragment_cubic_edges * std::pow(tissue_.volume.mean_edge_m, 3);
-  std::unordered_set<std::uint32_t> large;  // asked, never walked
-  std::vector<std::uint32_t> found;
-  for (const TetEdit& e : topology_.change().tetrahedra) {
-    if (e.before == e.after || large.contains(e.id)) continue;
-    found.assign(1, e.id);
-    double volume_m3 = 0;
-    bool is_large = false;
-    for (std::size_t k = 0; k < found.size() && !is_large; ++k) {
-      volume_m3 += topology_.volume_m3(found[k]);
-      is_large = volume_m3 > enough_m3;
-      for (std::size_t corner = 0; corner < 4 && !is_large; ++corner) {
-        const std::uint32_t u = topology_.across(found[k], corner);
-        if (u == kNone || std::ranges::find(found, u) != found.end()) continue;
-        found.push_back(u);
-        is_large = large.contains(u);
-      }
-    }
-    if (!is_large) return true;
-    large.insert(found.begin(), found.end());
-  }
-  return false;
 }
 
 }  // namespace sectio

@@ -37,10 +37,6 @@ class BladeCut {
   // Tissue between the sides of a slit that the blade has left or gone through.
   void open_to_blade(Slit& slit, const BladeTrack& track) const;
   void open_bridges_of(const Slit& slit, const BladeTrack& track);
-  bool is_patient(const BladeTrack& track) const {
-    return track.since_cut_m < tissue_.metres(settings_.patience_edges);
-  }
-  bool leaves_fragments() const;
 
   const Tissue& tissue_;
   const FrontSettings& settings_;

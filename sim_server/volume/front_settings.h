@@ -16,7 +16,6 @@ struct FrontSettings {
   double follow_every_edges = 0.05;  // with fronts: it goes this far before its front is made anew
   double retry_after_edges = 0.1;    // it goes this far after a cut that could not be made
   double give_up_after_edges = 0.5;  // a front that could not be made anew for this far stays as it is
-  double patience_edges = 1.5;       // it goes this far in the hope of a cut that leaves no fragments
 
   // The sheet that it cuts along.
   double overlap_edges = 0.25;  // the sheet begins this far behind the track
@@ -50,10 +49,10 @@ struct FrontSettings {
   std::size_t fewest_vertices_around = 8;
 
   // Bounds that a cut must keep.
-  double least_fragment_cubic_edges = 0.06;  // volume; half of an element
-  double least_half_cubic_edges = 10;        // volume of a part that can lie against the blade that has cut it off
-  double least_kept_area_ratio = 0.75;       // over the area that a front had opened, when it is made anew
-  int pinch_rounds = 3;                      // edges are opened that opening others has pinched, this often
+  double crumb_cubic_edges = 0.06;      // volume of half of an element
+  double least_half_cubic_edges = 10;   // volume of a part that can lie against the blade that has cut it off
+  double least_kept_area_ratio = 0.75;  // over the area that a front had opened, when it is made anew
+  int pinch_rounds = 3;                 // edges are opened that opening others has pinched, this often
 
   bool follows_blade() const { return !tets.semi_progressive; }
   double next_cut_edges() const { return follows_blade() ? follow_every_edges : cut_every_edges; }

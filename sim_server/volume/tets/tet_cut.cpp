@@ -51,6 +51,7 @@ class SheetCut {
       if (is_exact(side)) end_at(side);
     if (exact_ != 0) open_across();
     std::sort(on_sheet_.begin(), on_sheet_.end());
+    if (settings_.crumb_m3 > 0) keep_crumbs();
     for (std::size_t k = 0, end = on_sheet_.size(); k < end; ++k) separate(on_sheet_[k]);
     std::sort(on_sheet_.begin(), on_sheet_.end());
     if (exact_ != 0)
@@ -325,6 +326,10 @@ class SheetCut {
     return entered;
   }
 
+  double face_m2(VertexId a, VertexId b, VertexId c) const {
+    const Vec3& p = volume_.vertex(a).rest_body_m;
+    return 0.5 * (volume_.vertex(b).rest_body_m - p).cross(volume_.vertex(c).rest_body_m - p).norm();
+  }
   int sum_of_sides(std::uint32_t t) const {
     int sum = 0;
     for (const VertexId v : volume_.tetrahedra()[t]) sum += side(v);
@@ -334,6 +339,7 @@ class SheetCut {
   // the sheet stays with the neighbour with which it shares the largest face, as it would come off as a crumb
   // otherwise.
   int side_of(std::uint32_t t) const {
+    if (const int* kept = kept_on_.find(t)) return *kept;
     if (const int sum = sum_of_sides(t); sum != 0) return sum > 0 ? 1 : -1;
     const Tetrahedron& c = volume_.tetrahedra()[t];
     double largest = 0, heights = 0;
@@ -343,8 +349,7 @@ class SheetCut {
       const std::uint32_t u = volume_.across(t, corner);
       const int sum = u == kNone ? 0 : sum_of_sides(u);
       const auto& [i, j, k] = kTetFaces[corner];
-      const Vec3& p = volume_.vertex(c[i]).rest_body_m;
-      const double area = (volume_.vertex(c[j]).rest_body_m - p).cross(volume_.vertex(c[k]).rest_body_m - p).norm();
+      const double area = face_m2(c[i], c[j], c[k]);
       if (sum == 0 || area <= largest) continue;
       largest = area;
       with = sum > 0 ? 1 : -1;
@@ -362,6 +367,43 @@ class SheetCut {
     if (side_of(t) == side_of(u)) return false;
     const bool joins = std::ranges::any_of(face, [&](VertexId v) { return at(v).joined; });
     return inside(middle(face), [&](std::size_t side) { return !joins || is_exact(side); });
+  }
+
+  void keep_crumbs() {
+    for (const VertexId v : on_sheet_)
+      for (const std::uint32_t t : volume_.star(v)) {
+        double above_m2 = 0, below_m2 = 0;
+        if (!is_crumb(t, above_m2, below_m2) || above_m2 + below_m2 == 0) continue;
+        for (const std::uint32_t u : part_) kept_on_.at(u) = above_m2 > below_m2 ? 1 : -1;
+      }
+  }
+  // Sets `part_` to the tetrahedra that stay connected with one, until they are more than a crumb; and the areas of the
+  // sheet that part it from what is above and below.
+  bool is_crumb(std::uint32_t first, double& above_m2, double& below_m2) {
+    if (more_than_crumb_.contains(first)) return false;
+    part_.assign(1, first);
+    double volume_m3 = 0;
+    bool is_more = false;
+    for (std::size_t k = 0; k < part_.size() && !is_more; ++k) {
+      const std::uint32_t t = part_[k];
+      volume_m3 += volume_.volume_m3(t);
+      is_more = volume_m3 > settings_.crumb_m3;
+      for (std::size_t corner = 0; corner < 4 && !is_more; ++corner) {
+        const std::uint32_t u = volume_.across(t, corner);
+        if (u == kNone || std::ranges::find(part_, u) != part_.end()) continue;
+        const Tetrahedron& c = volume_.tetrahedra()[t];
+        const auto& [i, j, l] = kTetFaces[corner];
+        if (cut_between(t, u, {c[i], c[j], c[l]})) {
+          (side_of(u) > 0 ? above_m2 : below_m2) += face_m2(c[i], c[j], c[l]);
+        } else {
+          part_.push_back(u);
+          is_more = more_than_crumb_.contains(u);
+        }
+      }
+    }
+    if (is_more)
+      for (const std::uint32_t t : part_) more_than_crumb_.insert(t);
+    return !is_more;
   }
 
   void separate(VertexId v) {
@@ -419,9 +461,12 @@ class SheetCut {
   std::vector<Crossing> crossings_;
   std::vector<VertexId> on_sheet_;
   mutable NumberTable<Met> met_;                                // by vertex
+  NumberTable<int> kept_on_;                                    // crumbs, by tetrahedron: the side
+  NumberSet more_than_crumb_;                                   // tetrahedra
   std::vector<Vec3> polygon_, left_;                            // scratch, as the rest
   std::vector<std::pair<std::uint64_t, std::uint32_t>> faces_;  // at a vertex: the edge opposite it, place in its star
   std::vector<std::uint32_t> star_, parent_;                    // by place
+  std::vector<std::uint32_t> part_;
   TetCutOutcome outcome_;
 };
 

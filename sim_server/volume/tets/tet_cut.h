@@ -9,7 +9,9 @@
 //      on through them; then split the edges on the sheet, between vertices of 2 and 3, where that side crosses them,
 //      in the same way
 //   5  cut the faces whose three corners lie on the sheet and which have a tetrahedron on each side
-//   6  give each vertex on the sheet a twin for every further component of its tetrahedra when cut faces no longer
+//   6  a crumb that would come off stays on the other side of the sheet: its other faces are open, so it holds nothing
+//      together
+//   7  give each vertex on the sheet a twin for every further component of its tetrahedra when cut faces no longer
 //      connect them: the parts separate, and the tip of a cut that ends inside stays closed
 //
 // Cuts through or along earlier cuts, and through vertices and edges, are no special cases. Deterministic.
@@ -38,6 +40,8 @@ struct TetCutSettings {
   // Paper C's rule: only tetrahedra that the sheet cuts through are cut. Otherwise the cut follows the sheet into the
   // element in which it ends, up to that element's crossed edges.
   bool semi_progressive = false;
+  // What would come off smaller than this is a crumb; 0: nothing is.
+  double crumb_m3 = 0;
   // When no blade is in the tissue, edges with a smaller ratio are collapsed (collapse_onto()); 0: none is.
   double collapse_ratio = 0.15;
 };

@@ -129,6 +129,26 @@ TEST(TetCut, a_second_cut_across_and_one_along_the_first) {
   EXPECT_TRUE(report(volume).conforming) << report(volume).first_defect;
 }
 
+// A second cut, a millimetre above the first, parts a slice from what is above it.
+TEST(TetCut, a_crumb_stays_on_the_other_side_and_leaves_the_first_cut_open) {
+  for (const double crumb_m3 : {0.0, 1e-5}) {
+    TetTopology volume(off_planes());
+    TetCutSettings settings;
+    settings.crumb_m3 = crumb_m3;
+    settings.snap = 0;
+    cut(volume, sheet(kMiddle, Vec3(1, 0, 0), Vec3(0, 1, 0)), settings);
+    ASSERT_EQ(part_volumes(volume.mesh()).size(), 2u);
+    const Vec3 above = kMiddle + Vec3(0, 0, 0.001);
+    EXPECT_EQ(cut(volume, sheet(above, Vec3(1, 0, 0), Vec3(0, 1, 0)), settings).twins > 0, crumb_m3 == 0);
+    EXPECT_TRUE(report(volume).conforming) << report(volume).first_defect;
+    const std::vector<double> parts = part_volumes(volume.mesh());
+    ASSERT_EQ(parts.size(), crumb_m3 == 0 ? 3u : 2u);
+    if (crumb_m3 > 0) {
+      EXPECT_NEAR(parts[0], parts[1], 1e-9 * parts[0]);
+    }
+  }
+}
+
 bool same(const TetTopology& a, const TetTopology& b) {
   if (a.vertex_count() != b.vertex_count()) return false;
   for (VertexId v = 0; v < a.vertex_count(); ++v) {
