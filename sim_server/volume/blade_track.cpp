@@ -18,6 +18,15 @@ std::pair<double, double> across_m(const BladeEdge& from, const BladeEdge& to) {
   return std::minmax({(to.tip_m - from.tip_m).cross(up).norm(), (to.heel_m - from.heel_m).cross(up).norm()});
 }
 
+// A blade that breaks in sideways comes from outside: its first place is one where it is clear of the body. When that
+// is far behind, the blade has come through a slit, and opens nothing on its way.
+std::span<const Blade> way_of(const Tissue& tissue, const BladeMotion& motion, const Slit& slit) {
+  const std::span<const Blade> path = motion.path;
+  const bool is_far = path.size() > 1 &&
+                      (path[1].tip_world_m - path[0].tip_world_m).norm() > tissue.metres(tissue.settings.around_edges);
+  return is_far && !slit.empty() ? path.subspan(1) : path;
+}
+
 }  // namespace
 
 // A blade that slides along its edge, out of the tissue and in again, cuts on from the place that it came to last:
@@ -31,10 +40,11 @@ void BladeTrack::add(const BladeEdge& edge, double same_m) {
   edges.push_back(edge);
 }
 
-void BladeTrack::restart() {
-  edges = {edges.back()};
+void BladeTrack::restart_from(BladeEdge place) {
+  edges = {place, edges.back()};
+  if (edges.front() == edges.back()) edges.pop_back();
   is_at_entry = false;
-  open_to = edges.back();
+  open_to = place;
   forward = Vec3::Zero();
 }
 
@@ -56,15 +66,15 @@ BladeEdge BladeTrack::furthest(const FrontSettings& settings) const {
   return edge;
 }
 
-bool BladeTrack::has_left_front(const Tissue& tissue) const {
-  if (ahead_m(tissue.settings) >= 0) return false;
+BladeTrack::Beyond BladeTrack::beyond_front(const Tissue& tissue) const {
+  if (ahead_m(tissue.settings) >= 0) return Beyond::nowhere;
   const BladeEdge& now = edges.back();
   const Vec3 up = (open_to.heel_m - open_to.tip_m).normalized();
   const Vec3 normal = forward.cross(up).stableNormalized();
   const Vec3 tip = now.tip_m - open_to.tip_m, heel = now.heel_m - open_to.heel_m;
-  return std::max(std::abs(normal.dot(tip)), std::abs(normal.dot(heel))) >
-             tissue.metres(tissue.settings.left_beside_edges) ||
-         -0.5 * forward.dot(tip + heel) > tissue.metres(tissue.settings.left_behind_edges);
+  if (-0.5 * forward.dot(tip + heel) > tissue.metres(tissue.settings.left_behind_edges)) return Beyond::behind;
+  const double beside_m = std::max(std::abs(normal.dot(tip)), std::abs(normal.dot(heel)));
+  return beside_m > tissue.metres(tissue.settings.left_beside_edges) ? Beyond::beside : Beyond::nowhere;
 }
 
 TissueAround BladeTracks::around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
@@ -88,7 +98,7 @@ void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const Bl
   for (const VertexId slot : at.v) track.vertices_near.push_back(tissue.volume.surface.vertex_of(slot));
   track.vertices_near = without_front(track.vertices_near);
   if (motion && !motion->path.empty()) {
-    Blade blade = motion->path.front();
+    Blade blade = way_of(tissue, *motion, slit).front();
     const TissueAround around_blade = around(tissue, blade, motion->frame_world, track);
     Vec3 undeformed = Vec3::Zero();
     for (std::size_t i = 0; i < 3; ++i)
@@ -107,18 +117,18 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   const FrontSettings& settings = tissue.settings;
   BladeTrack& track = by_edge[motion.edge_id];
   const double same_m = tissue.metres(settings.follows_blade() ? 0 : settings.same_place_edges);
-  for (const Blade& blade : motion.path) {
+  for (const Blade& blade : way_of(tissue, motion, slit)) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
     if (track.has_front || slit.empty())
       track.add(around_blade.at_rest(blade), same_m);
     else if (const auto [edge, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
              track.add(edge, same_m), track.is_in_slit = is_in_slit)
-      track.restart();
+      track.restart_from(track.edges.back());
     if (track.edges.size() == 1) track.open_to = track.edges.back();
-    if (track.has_left_front(tissue)) {
+    if (const auto beyond = track.beyond_front(tissue); beyond != BladeTrack::Beyond::nowhere) {
       finalise_fronts();
-      track.restart();
+      track.restart_from(beyond == BladeTrack::Beyond::beside ? track.open_to : track.edges.back());
     }
     track.since_cut_m = track.ahead_m(settings);
   }

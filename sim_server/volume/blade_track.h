@@ -51,15 +51,17 @@ struct BladeTrack {
 
   // The blade is here now. `same_m`: places this close to each other, across the edge, are one.
   void add(const BladeEdge& edge, double same_m);
-  // The blade is where nothing is left to cut: the track goes on from here.
-  void restart();
+  // The blade is where nothing is left to cut, or has left its front: the track goes on from a place.
+  void restart_from(BladeEdge place);
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
   // Across the edge, of the end that has gone further; negative: it has gone back.
   double ahead_m(const FrontSettings& settings) const;
   // Each end where it is, or where the tissue is open when it has gone back.
   BladeEdge furthest(const FrontSettings& settings) const;
-  // The blade has turned round and is where its front has nothing to do with it.
-  bool has_left_front(const Tissue& tissue) const;
+  // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
+  // tissue has swung, and what lies between has still been cut.
+  enum class Beyond { nowhere, behind, beside };
+  Beyond beyond_front(const Tissue& tissue) const;
 
   template <class A>
   void archive(A& a) {

@@ -1,6 +1,7 @@
 // Cuts in bodies that are volumes, through the whole simulation (paper C, 3.2).
 #include <gtest/gtest.h>
 
+#include <random>
 #include <set>
 
 #include "common/delta/keyframe.h"
@@ -364,6 +365,51 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
   for (int n = 0; n < 200; ++n) block.body().deform({}, {}, 0.001);
   EXPECT_EQ(block.engine().first_bad_vertex(), kNone);
   for (const Vec3f& x : block.body().positions_world_m()) EXPECT_LT(x.norm(), 0.1f);
+}
+
+// Nothing comes off but what is cut off, however a hand trembles: what would be a crumb stays with its neighbour.
+TEST(VolumeFrontsOfHands, a_trembling_blade_leaves_no_crumbs) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    BlockUnderBlade block("neo_hookean", 0, "progressive");
+    std::mt19937 random(seed);
+    std::normal_distribution<double> tremor(0, 0.0004);
+    for (double y_m = -0.025; y_m < 0.026; y_m += 0.0004) {
+      const Vec3 tip(0.0013 + tremor(random), y_m + tremor(random), 0.012 + tremor(random));
+      const CutPlan plan = block.plan(std::array{block.motion(7, tip, Vec3::UnitZ(), y_m > 0.0255)});
+      ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
+      block.body().deform({}, {}, 0.001);
+      ASSERT_EQ(check(block.cutting().volume().mesh()).components, 1u) << seed << ", " << y_m;
+    }
+    EXPECT_GT(block.walls_m2(), 1.7 * 0.04 * 0.028) << seed;
+  }
+}
+
+// Tissue that hangs swings aside under the blade. All that its edge went over is cut: no thread is left between the end
+// of the front and the place from which the cut goes on.
+TEST(VolumeFrontsOfHands, tissue_that_swings_aside_leaves_no_thread) {
+  for (const double aside_m : {0.0025, 0.0035, -0.003}) {
+    BlockUnderBlade block("neo_hookean", 0, "progressive");
+    const auto to = [&](double x_m, double y_m, bool lift = false) {
+      const CutPlan plan = block.plan(std::array{block.motion(7, Vec3(x_m, y_m, -0.01), Vec3::UnitZ(), lift)});
+      ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
+    };
+    for (double y_m = -0.025; y_m < 0.004; y_m += 0.0005) to(0.0013, y_m);
+    for (double y_m = 0.0035; y_m < 0.026; y_m += 0.0005) to(0.0013 + aside_m, y_m);
+    EXPECT_EQ(check(block.cutting().volume().mesh()).components, 2u) << aside_m;
+  }
+}
+
+// What presses on the skin behind a slit has come through the slit: a place outside the body, far behind, is on no way
+// through tissue.
+TEST(VolumeFrontsOfHands, a_blade_that_comes_in_through_a_slit_cuts_nothing_behind_it) {
+  BlockUnderBlade block("neo_hookean", 0, "progressive");
+  for (double y_m = -0.025; y_m < 0.01; y_m += 0.0005) block.cut_to(y_m, 0.01);
+  block.cut_to(0.01, 0.01, true);
+  const double before_m2 = block.walls_m2();
+  BladeMotion motion = block.motion(8, Vec3(0.006, 0.012, 0.01), Vec3::UnitZ(), false);
+  motion.path.insert(motion.path.begin(), block.motion(8, Vec3(0.006, -0.025, 0.01), Vec3::UnitZ(), false).path[0]);
+  ASSERT_TRUE(block.body().apply(cut_as_planned(block.plan(std::array{motion}))));
+  EXPECT_LT(block.walls_m2(), before_m2 + 2 * 0.01 * 0.03);
 }
 
 }  // namespace
