@@ -7,8 +7,10 @@
 namespace sectio {
 
 struct SurfaceCutting::Ticket final : CutTicket {
-  explicit Ticket(SurfaceCuts after_plan) : after(std::make_shared<const SurfaceCuts>(std::move(after_plan))) {}
+  Ticket(SurfaceCuts after_plan, LipSearch search_then)
+      : after(std::make_shared<const SurfaceCuts>(std::move(after_plan))), search(search_then) {}
   std::shared_ptr<const SurfaceCuts> after;
+  LipSearch search;
 };
 
 CutPlan SurfaceCutting::plan(const SharedBody& body, std::span<const Entry> entries,
@@ -21,12 +23,21 @@ CutPlan SurfaceCutting::plan(const SharedBody& body, std::span<const Entry> entr
   SurfaceCutPlan planned =
       plan_cut(body.mesh, body.particles.view(), *cuts_, entries, motions, settings_, loops_free_islands_);
   for (const Stroke& s : planned.after.strokes) planned.going_on.push_back(s.edge_id);
-  planned.ticket = std::make_shared<Ticket>(std::move(planned.after));
+  planned.ticket = std::make_shared<Ticket>(std::move(planned.after), LipSearch{0, false, search_.edge_m});
   return planned;
 }
 
 void SurfaceCutting::accept(const SharedBody&, const CutTicket& planned) {
-  cuts_ = static_cast<const Ticket&>(planned).after;  // only its own come back
+  const auto& ticket = static_cast<const Ticket&>(planned);  // only its own come back
+  cuts_ = ticket.after;
+  search_ = ticket.search;
+}
+
+TidyPlan SurfaceCutting::tidy(const SharedBody& body) const {
+  if (search_.next == kNone || !cuts_->strokes.empty() || cuts_->grooves.rungs.empty()) return {};
+  TidiedLips tidied = tidy_lips(body.mesh, body.particles.view(), cuts_->grooves, search_);
+  return {std::move(tidied.delta), tidied.edges_collapsed,
+          std::make_shared<Ticket>(SurfaceCuts{std::move(tidied.grooves), {}, {}}, tidied.search)};
 }
 
 void SurfaceCutting::reject() {

@@ -7,6 +7,7 @@
 
 #include "sim_server/surface/cutting/cutting_engine.h"
 #include "sim_server/surface/cutting/plan_cut.h"
+#include "sim_server/surface/cutting/tidy_lips.h"
 
 namespace sectio {
 
@@ -30,7 +31,8 @@ class SurfaceCutting final : public CuttingEngine {
     return sectio::in_open_cut(body.mesh, body.particles.view(), *cuts_, blade);
   }
   bool is_temporary(std::span<const TriangleId> triangles) const override;
-  void archive(Archive& a, const SharedBody&) override { a(cuts_); }
+  TidyPlan tidy(const SharedBody& body) const override;
+  void archive(Archive& a, const SharedBody&) override { a(cuts_, search_); }
 
  private:
   struct Ticket;
@@ -38,6 +40,7 @@ class SurfaceCutting final : public CuttingEngine {
   StrokeSettings settings_;
   bool loops_free_islands_;
   std::shared_ptr<const SurfaceCuts> cuts_ = std::make_shared<const SurfaceCuts>();
+  LipSearch search_;
 };
 
 }  // namespace sectio
