@@ -63,7 +63,7 @@ void grasp(SimulatedWorld& world, StepContext& context);         // jaws close, 
 void tilt(SimulatedWorld& world, StepContext& context);          // gravity turns
 void touch(SimulatedWorld& world, StepContext& context);         // edges meet surfaces, and say what they want to cut
 void cut(SimulatedWorld& world, StepContext& context);           // engines plan cuts; accepted ones change the topology
-void tidy(SimulatedWorld& world, StepContext& context);          // short edges collapse, away from instruments
+void tidy(SimulatedWorld& world, StepContext& context);          // slivers are mended, away from instruments
 void split(SimulatedWorld& world, StepContext& context);         // parts that came off become bodies
 void indent(SimulatedWorld& world, StepContext& context);        // temporary elements follow instruments that press
 void deform(SimulatedWorld& world, StepContext& context);        // bodies move

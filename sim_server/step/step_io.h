@@ -102,7 +102,7 @@ struct StepReport {
   double added_mass_fraction = 0;  // by selective mass scaling
   std::uint64_t cuts_made = 0;     // deltas so far
   std::uint64_t cuts_refused = 0;
-  std::uint64_t edges_collapsed = 0;  // in volumes, so far: short ones that cuts had left
+  std::uint64_t edges_collapsed = 0;  // so far: short ones that cuts had left
   double removed_volume_m3 = 0;       // fragments', at rest, so far
   double penetration_m = 0;           // pressing instruments beneath the surface, after this step
   double instrument_work_j = 0;       // on deforming bodies, so far, what cutting took included

@@ -14,7 +14,7 @@ namespace sectio {
 
 enum class Cause : std::uint8_t {
   cut,        // an instrument cut, or its stroke went on without one
-  tidied,     // a short edge that cuts had left collapsed
+  tidied,     // slivers and short edges that cuts had left were mended
   indented,   // temporary elements under instruments came, moved or went
   part_left,  // a part came off and is a body of its own, or was removed
 };

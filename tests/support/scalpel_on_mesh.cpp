@@ -41,6 +41,23 @@ bool ScalpelOnMesh::accept(const SurfaceCutPlan& plan) {
   return fits;
 }
 
+int ScalpelOnMesh::tidy() {
+  int changes = 0;
+  for (LipSearch search{0, false, edge_m_}; search.next != kNone;) {
+    const TidiedLips tidied = tidy_lips(mesh, view(), cuts.grooves, search);
+    search = tidied.search;
+    edge_m_ = search.edge_m;
+    if (tidied.delta.empty()) continue;
+    if (apply(tidied.delta, mesh) != ApplyStatus::applied) {
+      ++rejected_deltas;
+      break;
+    }
+    cuts.grooves = tidied.grooves;
+    ++changes;
+  }
+  return changes;
+}
+
 SurfaceCutPlan ScalpelOnMesh::to(const Vec3& surface_point, const Vec3& up, double depth_m, bool lift) {
   return step({{0, {{surface_point - depth_m * up, up, 1e9}}, lift}});
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim_server/surface/cutting/plan_cut.h"
+#include "sim_server/surface/cutting/tidy_lips.h"
 #include "tests/support/mesh_at_rest.h"
 
 namespace sectio::test {
@@ -21,6 +22,9 @@ class ScalpelOnMesh : public MeshAtRest {
   // One tool, one pose: tip `depth_m` beneath `surface_point`, upright along `up`.
   SurfaceCutPlan to(const Vec3& surface_point, const Vec3& up, double depth_m, bool lift = false);
   SurfaceCutPlan lift() { return step({{0, {}, true}}); }
+
+  // Mends slivers until there is nothing more to mend; how often the mesh has changed. For an instrument that is away.
+  int tidy();
 
   const Stroke* stroke() const { return cuts.stroke_of(0); }
   bool going() const { return stroke() != nullptr; }
@@ -42,6 +46,7 @@ class ScalpelOnMesh : public MeshAtRest {
   std::uint32_t refused = 0, rejected_deltas = 0, made = 0;
 
  private:
+  double edge_m_ = 0;  // of the mesh when it was first tidied
   int euler_uncut_ = 2;
 };
 

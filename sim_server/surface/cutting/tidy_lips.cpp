@@ -212,6 +212,8 @@ class Tidier {
     std::size_t in_fan = 0;
     for (const TriangleId t : draft_.fan(lip)) in_fan += draft_.triangle(t).surface == Surface::skin;
     if (in_fan != skin.size()) return {};  // cuts meet here
+    if (ring.size() == 2 && draft_.triangle(draft_.triangle_of_edge(ring[1], ring[0])).surface != Surface::skin)
+      return {};  // another cut's lip is beside this one
     for (const TriangleId t : skin) remove(mend, t);
     return ring;
   }

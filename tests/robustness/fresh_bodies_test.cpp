@@ -1,0 +1,220 @@
+// Bodies, tissues and strokes that no shipped scene has, drawn from seeds and played by the server from files, as a
+// stranger's would be. SECTIO_FRESH_BODIES: how many; SECTIO_FRESH_SEED: the first one's seed.
+#include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "common/math/trace.h"
+#include "tests/support/process.h"
+#include "tests/support/shapes.h"
+
+namespace sectio::test {
+namespace {
+
+constexpr double kAbove_m = 0.012, kDown_s = 0.3;
+constexpr int kPointsAStroke = 120;
+using Vec2 = Eigen::Vector2d;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+class Numbers {
+ public:
+  explicit Numbers(std::uint64_t seed) : random_(seed) {}
+  double between(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random_); }
+  template <class T, std::size_t N>
+  T one_of(const std::array<T, N>& all) {
+    return all[std::uniform_int_distribution<std::size_t>(0, N - 1)(random_)];
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+// |x/a|^e + |y/b|^e + |z/c|^e = 1, from a ball (e = 2) to nearly a box, with three waves over it.
+class Lump {
+ public:
+  explicit Lump(Numbers& numbers)
+      : half_axes_m(numbers.between(0.035, 0.08), numbers.between(0.03, 0.06), numbers.between(0.022, 0.04)),
+        power_(numbers.one_of(std::array{2.0, 2.0, 3.0, 5.0})) {
+    for (Wave& w : waves_) {
+      for (int k = 0; k < 3; ++k) w.along[k] = numbers.between(-1, 1);
+      w.count = numbers.between(2, 6), w.height = numbers.between(-0.04, 0.04), w.phase = numbers.between(0, kTurn);
+    }
+  }
+
+  double radius_m(const Vec3& way) const {
+    double sum = 0, waves = 1;
+    for (int k = 0; k < 3; ++k) sum += std::pow(std::abs(way[k] / half_axes_m[k]), power_);
+    for (const Wave& w : waves_) waves += w.height * std::sin(w.count * way.dot(w.along) + w.phase);
+    return waves * std::pow(sum, -1 / power_);
+  }
+  Vec3 top_m(const Vec2& at) const {
+    double low_m = 0, high_m = 0.12;
+    for (int k = 0; k < 50; ++k) {
+      const Vec3 x(at.x(), at.y(), 0.5 * (low_m + high_m));
+      (x.norm() < radius_m(x.normalized()) ? low_m : high_m) = x.z();
+    }
+    return {at.x(), at.y(), low_m};
+  }
+  Vec3 normal(const Vec2& at) const {
+    const Vec2 x(2e-3, 0), y(0, 2e-3);
+    return (top_m(at + x) - top_m(at - x)).cross(top_m(at + y) - top_m(at - y)).normalized();
+  }
+  TriangleSoup mesh(int levels) const {
+    TriangleSoup soup = ellipsoid(levels, Vec3::Ones());
+    for (Vec3& x : soup.vertices_body_m) x = radius_m(x.normalized()) * x.normalized();
+    return soup;
+  }
+
+  const Vec3 half_axes_m;
+
+ private:
+  struct Wave {
+    Vec3 along;
+    double count, height, phase;
+  };
+  double power_;
+  std::array<Wave, 3> waves_;
+};
+
+using Way = std::vector<Vec2>;  // seen from above
+
+// Comes down, goes along the way as deep as it can be held there, and comes up. Returns the length of the way.
+double add_stroke(std::vector<TracePoint>& trace, const Lump& lump, const Way& way, double depth_m,
+                  double speed_m_per_s, double lean) {
+  const auto pose = [&](std::size_t k, double above_m) {
+    const Vec3 up = lump.normal(way[k]);
+    const Vec2 on = way[std::min(k + 1, way.size() - 1)] - way[k > 0 ? k - 1 : 0];
+    Vec3 ahead(on.x(), on.y(), 0);
+    ahead = (ahead - ahead.dot(up) * up).normalized();
+    const Vec3 shaft = (up + lean * up.cross(ahead)).normalized(), aside = shaft.cross(ahead).normalized();
+    Eigen::Matrix3d axes;
+    axes << aside.cross(shaft), aside, shaft;
+    return Pose{lump.top_m(way[k]) + above_m * up, Eigen::Quaterniond(axes)};
+  };
+  double time_s = trace.empty() ? 0.1 : trace.back().time_s + 0.1, length_m = 0;
+  const std::size_t last = way.size() - 1;
+  for (int k = 0; k <= 40; ++k)
+    trace.push_back({time_s + kDown_s * k / 40, pose(0, kAbove_m - (kAbove_m + depth_m) * k / 40), 0});
+  for (std::size_t k = 1; k <= last; ++k) {
+    const double piece_m = (lump.top_m(way[k]) - lump.top_m(way[k - 1])).norm();
+    length_m += piece_m;
+    trace.push_back({trace.back().time_s + piece_m / speed_m_per_s, pose(k, -depth_m), 0});
+  }
+  time_s = trace.back().time_s + 0.2;
+  for (int k = 0; k <= 40; ++k)
+    trace.push_back({time_s + kDown_s * k / 40, pose(last, -depth_m + (kAbove_m + depth_m) * k / 40), 0});
+  return length_m;
+}
+
+// Leaves a mesh, a trace and a scene in the directory. Returns a line for a person.
+std::string make_scene(std::uint64_t seed, const std::string& directory) {
+  Numbers numbers(seed);
+  const Lump lump(numbers);
+  const int levels = numbers.one_of(std::array{4, 5, 5});
+  const char* kind = numbers.one_of(std::array{"line", "wave", "corner", "ring", "cross", "tee"});
+  const double room_m = 0.6 * std::min(lump.half_axes_m.x(), lump.half_axes_m.y());
+  const Vec2 middle(numbers.between(-0.15, 0.15) * room_m, numbers.between(-0.15, 0.15) * room_m);
+  const double heading = numbers.between(0, kTurn), length_m = numbers.between(0.6, 1.2) * room_m;
+  const auto along = [&](auto&& place) {
+    Way way;
+    for (int k = 0; k <= kPointsAStroke; ++k)
+      way.push_back(middle + Eigen::Rotation2Dd(heading) * Vec2(place(double(k) / kPointsAStroke)));
+    return way;
+  };
+  const auto line = [&](const Vec2& from, const Vec2& to) {
+    return along([&](double s) { return from + s * (to - from); });
+  };
+  const Vec2 half(length_m / 2, 0), across(0, length_m / 2);
+  const std::string name = kind;
+  std::vector<Way> ways;
+  std::string expect = "pieces_freed: 0";
+  if (name == "line") ways = {line(-half, half)};
+  if (name == "wave")
+    ways = {along([&](double s) { return Vec2((s - 0.5) * length_m, 0.12 * length_m * std::sin(kTurn * s)); })};
+  if (name == "corner") {
+    const Eigen::Rotation2Dd turn(numbers.between(0.5, 1.8));
+    ways = {line(-half, {0, 0})};
+    const Way on = line({0, 0}, turn * half);
+    ways[0].insert(ways[0].end(), on.begin() + 1, on.end());
+  }
+  if (name == "ring") {
+    const double radius_m = 0.4 * length_m, narrow = numbers.between(0.7, 1);
+    const double angle = kTurn + numbers.between(0.001, 0.004) / radius_m;
+    ways = {
+        along([&](double s) { return Vec2(radius_m * std::cos(angle * s), narrow * radius_m * std::sin(angle * s)); })};
+    expect = "pieces_freed: 1";
+  }
+  if (name == "cross") {
+    const Eigen::Rotation2Dd turn(numbers.between(0.6, 1.57));
+    ways = {line(-half, half), line(turn * -half, turn * half)};
+  }
+  if (name == "tee") ways = {line(-half, half), line(-across, {0, numbers.between(-0.001, 0.001)})};
+  expect += ways.size() > 1 ? ", joins: at least 1" : ", incisions: 1";
+
+  const double depth_m = numbers.between(0.0025, 0.006), lean = numbers.between(-0.25, 0.25);
+  const double speed_m_per_s = std::pow(10, numbers.between(-2, -1));
+  std::vector<TracePoint> trace;
+  double sum_m = 0;
+  for (const Way& way : ways) sum_m += add_stroke(trace, lump, way, depth_m, speed_m_per_s, lean);
+  // The blade leans, and the tissue gives way.
+  expect += fmt::format(", cut_m: {:.4f} to {:.4f}", 0.9 * sum_m - 0.002, 1.25 * sum_m + 0.003);
+
+  std::filesystem::create_directories(directory);
+  std::ofstream mesh(directory + "/body.obj"), hand(directory + "/hand.csv"), scene(directory + "/scene.yaml");
+  const TriangleSoup soup = lump.mesh(levels);
+  for (const Vec3& x : soup.vertices_body_m) mesh << fmt::format("v {:.7f} {:.7f} {:.7f}\n", x.x(), x.y(), x.z());
+  for (const auto& t : soup.triangles) mesh << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  hand << trace_columns() << "\n";
+  for (const TracePoint& point : trace) {
+    std::string row;
+    append_trace_point(row, point);
+    hand << row << "\n";
+  }
+  const double young_pa = std::pow(10, numbers.between(3.5, 4.5));
+  scene << fmt::format(
+      "session: fresh_{}\nstep_s: auto\nduration_s: {:.3f}\nexpect: {{{}}}\n"
+      "camera: {{eye_world_m: [0.02, -0.12, 0.16], target_world_m: [0, 0, 0.02], field_of_view_deg: 32}}\n"
+      "bodies:\n  - name: body\n    mesh: {{file: body.obj, unit: m}}\n"
+      "    material: {{young_pa: {:.0f}, poisson: 0.45, density_kg_per_m3: 1050, pretension: {:.3f},\n"
+      "               foundation_radius_m: 0.03, damping_per_s: 30}}\n"
+      "    cutting: {{threshold_force_n: 0.02}}\n"
+      "    fixed: {{min_world_m: [-1, -1, -1], max_world_m: [1, 1, {:.4f}]}}\n"
+      "tools:\n  - {{name: scalpel, kind: scalpel, trace: hand.csv}}\n",
+      seed, trace.back().time_s + 0.8, expect, young_pa, numbers.between(0.03, 0.3), -0.35 * lump.half_axes_m.z());
+  return fmt::format("{}, {} triangles, {:.0f} mm long, {:.1f} mm deep, {:.0f} mm/s, {:.0f} Pa", name,
+                     soup.triangles.size(), 1e3 * sum_m, 1e3 * depth_m, 1e3 * speed_m_per_s, young_pa);
+}
+
+std::uint64_t number_from(const char* variable, std::uint64_t usual) {
+  const char* text = std::getenv(variable);
+  return text ? std::strtoull(text, nullptr, 10) : usual;
+}
+
+TEST(FreshBodies, are_cut_as_their_strokes_say) {
+  const std::uint64_t first = number_from("SECTIO_FRESH_SEED", 1), count = number_from("SECTIO_FRESH_BODIES", 4);
+  std::uint64_t good = 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const std::string directory = testing::TempDir() + "sectio_fresh_" + std::to_string(seed);
+    const std::string what = make_scene(seed, directory);
+    Process server(SECTIO_BIN_DIR "/sim_server",
+                   {"--scene", directory + "/scene.yaml", "--offline", "--log-level", "warning"});
+    const auto code = server.exit_code(std::chrono::seconds(300));
+    good += code == 0;
+    EXPECT_EQ(code, 0) << directory << ": " << what << "\n" << server.output().substr(0, 400);
+    if (code == 0) std::filesystem::remove_all(directory);
+  }
+  std::printf("%lu of %lu\n", static_cast<unsigned long>(good), static_cast<unsigned long>(count));
+}
+
+}  // namespace
+}  // namespace sectio::test
