@@ -23,6 +23,7 @@ std::vector<int> stop_signals() {
 
 void catch_stop_signals() {
   for (const int number : stop_signals()) std::signal(number, request_stop);
+  std::signal(SIGPIPE, SIG_IGN);
 }
 
 bool stop_was_requested() {

@@ -137,7 +137,7 @@ void Recorder::State::keep_scalars(std::uint64_t step) {
 
 void Recorder::State::gather(const StepOutput& output, double step_wall_time_s) {
   RunFigures& f = figures;
-  f.step_times_s.push_back(static_cast<float>(step_wall_time_s));
+  f.step_times.add(step_wall_time_s);
   f.last = output.report;
   f.body_cpu_s.resize(output.report.checks.size(), 0);
   f.body_residual_m.resize(output.report.checks.size(), 0);
@@ -215,7 +215,7 @@ std::vector<std::string> Recorder::task_lines() const {
 }
 
 void Recorder::add_publish(double time_s) {
-  state_->figures.publish_times_s.push_back(static_cast<float>(time_s));
+  state_->figures.publish_times.add(time_s);
 }
 
 void Recorder::set(const SyncCost& cost) {

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "common/core/report_figures.h"
 #include "common/mesh/check.h"
@@ -79,10 +78,10 @@ Json run_report(const RunFigures& f, const Scene& scene) {
   run["asleep_fraction"] =
       static_cast<double>(f.body_steps_asleep) / static_cast<double>(std::max(f.body_steps, std::uint64_t{1}));
   run["contact_time_s"] = f.last.contact_time_s;
-  run["step_time_median_s"] = quantile(f.step_times_s, 0.5);
-  run["step_time_total_s"] = std::accumulate(f.step_times_s.begin(), f.step_times_s.end(), 0.0);
+  run["step_time_median_s"] = f.step_times.quantile(0.5);
+  run["step_time_total_s"] = f.step_times.total_s();
   run["processor_time_s"] = f.processor_s;
-  run["step_time_p99_s"] = quantile(f.step_times_s, 0.99);
+  run["step_time_p99_s"] = f.step_times.quantile(0.99);
   run["stability_margin"] = f.least_margin;
   run["added_mass_fraction"] = f.largest_added_mass;
   run["largest_force_n"] = f.largest_force_n;
@@ -98,9 +97,9 @@ Json run_report(const RunFigures& f, const Scene& scene) {
 Json session_report(const RunFigures& f) {
   Json session;
   session["copy_bytes"] = f.cost->copy_bytes;
-  session["publish_time_median_s"] = quantile(f.publish_times_s, 0.5);
-  session["publish_time_p99_s"] = quantile(f.publish_times_s, 0.99);
-  session["publish_time_total_s"] = std::accumulate(f.publish_times_s.begin(), f.publish_times_s.end(), 0.0);
+  session["publish_time_median_s"] = f.publish_times.quantile(0.5);
+  session["publish_time_p99_s"] = f.publish_times.quantile(0.99);
+  session["publish_time_total_s"] = f.publish_times.total_s();
   session["network_time_total_s"] = f.cost->network_total_s;
   session["waited_for_servers_s"] = f.cost->waited_for_servers_s;
   session["deferred_steps"] = f.cost->deferred_steps;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/core/time_digest.h"
 #include "sim_server/session/exercise_score.h"
 #include "sim_server/step/step_io.h"
 
@@ -44,7 +45,7 @@ struct CutCost {
 // The figures of a run, gathered step by step (Recorder).
 struct RunFigures {
   std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
-  std::vector<float> step_times_s, publish_times_s;    // wall clock
+  TimeDigest step_times, publish_times;                // wall clock
   double processor_s = 0;                              // the whole run's
   std::map<std::string, std::uint64_t> events;         // how many of each kind
   std::map<std::string, std::uint64_t> refusals;       // cuts that were refused, by reason

@@ -64,6 +64,17 @@ class Programs : public test::SessionPrograms {
   }
 };
 
+// As `sim_server 2>&1 | tee log` at a ^C, which ends both: nobody reads what the server still says.
+TEST_F(Programs, a_session_outlives_the_reader_of_its_log) {
+  const Flags flags = in_session({"--scene", kScene, "--play-traces", "--steps", "1500", "--export", file("out")});
+  Flags all{"-c", "{ \"$0\" \"$@\"; echo $? >'" + file("code") + "'; } 2>&1 | head -n 1", SECTIO_BIN_DIR "/sim_server"};
+  all.insert(all.end(), flags.begin(), flags.end());
+  Process server("/bin/sh", all);
+  EXPECT_EQ(server.exit_code(), 0) << server.output();
+  EXPECT_EQ(read_file(file("code")), "1\n") << "its report could not be printed";
+  EXPECT_EQ(json("out/report.json")["run"]["steps"], 1500);
+}
+
 TEST_F(Programs, a_number_out_of_range_is_refused_before_anything_is_written) {
   const Flags run{"--scene", kScene, "--offline", "--export", file("out")};
   const auto with = [](Flags flags, const Flags& more) {
