@@ -1,7 +1,6 @@
 // Bodies, tissues and strokes that no shipped scene has, drawn from seeds and played by the server from files, as a
 // stranger's would be. SECTIO_FRESH_BODIES: how many; SECTIO_FRESH_SEED: the first one's seed.
 #include <gtest/gtest.h>
-#include <spdlog/fmt/fmt.h>
 
 #include <array>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <fstream>
 #include <numbers>
 #include <random>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -167,32 +167,38 @@ std::string make_scene(std::uint64_t seed, const std::string& directory) {
   double sum_m = 0;
   for (const Way& way : ways) sum_m += add_stroke(trace, lump, way, depth_m, speed_m_per_s, lean);
   // The blade leans, and the tissue gives way.
-  expect += fmt::format(", cut_m: {:.4f} to {:.4f}", 0.9 * sum_m - 0.002, 1.25 * sum_m + 0.003);
+  expect += ", cut_m: " + std::to_string(0.9 * sum_m - 0.002) + " to " + std::to_string(1.25 * sum_m + 0.003);
 
   std::filesystem::create_directories(directory);
   std::ofstream mesh(directory + "/body.obj"), hand(directory + "/hand.csv"), scene(directory + "/scene.yaml");
   const TriangleSoup soup = lump.mesh(levels);
-  for (const Vec3& x : soup.vertices_body_m) mesh << fmt::format("v {:.7f} {:.7f} {:.7f}\n", x.x(), x.y(), x.z());
-  for (const auto& t : soup.triangles) mesh << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  for (const Vec3& x : soup.vertices_body_m) mesh << "v " << x.x() << " " << x.y() << " " << x.z() << "\n";
+  for (const auto& t : soup.triangles) mesh << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
   hand << trace_columns() << "\n";
   for (const TracePoint& point : trace) {
     std::string row;
     append_trace_point(row, point);
     hand << row << "\n";
   }
-  const double young_pa = std::pow(10, numbers.between(3.5, 4.5));
-  scene << fmt::format(
-      "session: fresh_{}\nstep_s: auto\nduration_s: {:.3f}\nexpect: {{{}}}\n"
-      "camera: {{eye_world_m: [0.02, -0.12, 0.16], target_world_m: [0, 0, 0.02], field_of_view_deg: 32}}\n"
-      "bodies:\n  - name: body\n    mesh: {{file: body.obj, unit: m}}\n"
-      "    material: {{young_pa: {:.0f}, poisson: 0.45, density_kg_per_m3: 1050, pretension: {:.3f},\n"
-      "               foundation_radius_m: 0.03, damping_per_s: 30}}\n"
-      "    cutting: {{threshold_force_n: 0.02}}\n"
-      "    fixed: {{min_world_m: [-1, -1, -1], max_world_m: [1, 1, {:.4f}]}}\n"
-      "tools:\n  - {{name: scalpel, kind: scalpel, trace: hand.csv}}\n",
-      seed, trace.back().time_s + 0.8, expect, young_pa, numbers.between(0.03, 0.3), -0.35 * lump.half_axes_m.z());
-  return fmt::format("{}, {} triangles, {:.0f} mm long, {:.1f} mm deep, {:.0f} mm/s, {:.0f} Pa", name,
-                     soup.triangles.size(), 1e3 * sum_m, 1e3 * depth_m, 1e3 * speed_m_per_s, young_pa);
+  const double young_pa = std::pow(10, numbers.between(3.5, 4.5)), pretension = numbers.between(0.03, 0.3);
+  scene << "session: fresh_" << seed << "\nstep_s: auto\nduration_s: " << trace.back().time_s + 0.8 << "\nexpect: {"
+        << expect << R"(}
+camera: {eye_world_m: [0.02, -0.12, 0.16], target_world_m: [0, 0, 0.02], field_of_view_deg: 32}
+bodies:
+  - name: body
+    mesh: {file: body.obj, unit: m}
+    cutting: {threshold_force_n: 0.02}
+    material: {poisson: 0.45, density_kg_per_m3: 1050, foundation_radius_m: 0.03, damping_per_s: 30, young_pa: )"
+        << young_pa << ", pretension: " << pretension << R"(}
+    fixed: {min_world_m: [-1, -1, -1], max_world_m: [1, 1, )"
+        << -0.35 * lump.half_axes_m.z() << R"(]}
+tools:
+  - {name: scalpel, kind: scalpel, trace: hand.csv}
+)";
+  std::ostringstream words;
+  words << name << ", " << soup.triangles.size() << " triangles, " << 1e3 * sum_m << " mm long, " << 1e3 * depth_m
+        << " mm deep, " << 1e3 * speed_m_per_s << " mm/s, " << young_pa << " Pa";
+  return words.str();
 }
 
 std::uint64_t number_from(const char* variable, std::uint64_t usual) {

@@ -18,7 +18,7 @@ constexpr std::size_t kRungsAStep = 8, kChangesAStep = 4, kLargestRing = 12;
 constexpr double kCurveStays_m = 2e-4;  // a rung may go whose place is this close to the curve without it
 constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
-constexpr double kLeastGain = 0.1;      // of the worst triangle, in units of the limit
+constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
 
 using Corners = std::array<VertexId, 3>;
@@ -28,7 +28,7 @@ struct Mend {
   std::vector<TriangleId> removed;
   std::vector<Triangle> added;
   std::vector<VertexId> rungs;         // lips whose rungs go
-  VertexId bottom = kNone;             // of these
+  VertexId bottom = kNone;             // theirs
   double before = 1e30, after = 1e30;  // the worst triangle; below 1: a sliver
 };
 
@@ -224,7 +224,7 @@ class Tidier {
     return (a + along * way - x).norm();
   }
 
-  // The other triangles around the bottom of a rung than the walls of one side, as a ring from gp to gq: a bed, once the
+  // The triangles around the bottom of a rung that are no walls of one side, as a ring from gp to gq: a bed, once the
   // other side has left as an island.
   std::optional<std::vector<VertexId>> bed_beside(VertexId g, VertexId gp, VertexId gq,
                                                   std::span<const TriangleId> walls, Mend& mend) const {
@@ -257,7 +257,7 @@ class Tidier {
     mend.rungs = twins;
     mend.bottom = g;
     std::vector<TriangleId> of_sides;
-    VertexId gp = kNone, gq = kNone;  // of the last side
+    VertexId gp = kNone, gq = kNone;  // the last side's
     for (const VertexId v : twins) {
       if (grooves_.end_at(v) != kNone || grooves_.bottom_of(v) != g) return {};
       Mend side;
@@ -344,7 +344,8 @@ TidiedLips tidy_lips(const TriangleMesh& mesh, ParticleView particles, const Gro
     }
     const VertexId lip = rung->lip;
     const std::size_t before = changes;
-    if (!tidier.mend_around(lip, changes, tidied.edges_collapsed)) {  // as it was, without this one
+    if (!tidier.mend_around(lip, changes,
+                            tidied.edges_collapsed)) {  // the mesh stays as it was; the next look is at the next one
       search.next = lip + 1;
       return {{}, grooves, search, 0};
     }

@@ -40,7 +40,7 @@ struct TetCutSettings {
   // Paper C's rule: only tetrahedra that the sheet cuts through are cut. Otherwise the cut follows the sheet into the
   // element in which it ends, up to that element's crossed edges.
   bool semi_progressive = false;
-  // What would come off smaller than this is a crumb; 0: nothing is.
+  // A part smaller than this would come off as a crumb; 0: none would.
   double crumb_m3 = 0;
   // When no blade is in the tissue, edges with a smaller ratio are collapsed (collapse_onto()); 0: none is.
   double collapse_ratio = 0.15;

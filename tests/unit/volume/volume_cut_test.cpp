@@ -399,8 +399,8 @@ TEST(VolumeFrontsOfHands, tissue_that_swings_aside_leaves_no_thread) {
   }
 }
 
-// What presses on the skin behind a slit has come through the slit: a place outside the body, far behind, is on no way
-// through tissue.
+// A blade that presses on the skin behind a slit has come through the slit: a place outside the body, far behind, is on
+// no way through tissue.
 TEST(VolumeFrontsOfHands, a_blade_that_comes_in_through_a_slit_cuts_nothing_behind_it) {
   BlockUnderBlade block("neo_hookean", 0, "progressive");
   for (double y_m = -0.025; y_m < 0.01; y_m += 0.0005) block.cut_to(y_m, 0.01);
