@@ -89,7 +89,7 @@ inline const auto kMotions = std::to_array<Motion>({
     {.name = "skin_parallel",
      .shape = skin_pad,
      .strokes = {{.through = {{-0.030, 0.0005, 0}, {0.030, 0.0005, 0}}},
-                 {.through = {{-0.026, -0.0036, 0}, {0.026, -0.0036, 0}}}},
+                 {.through = {{-0.026, -0.0040, 0}, {0.026, -0.0040, 0}}}},
      .depth_m = 0.005,
      .speed_m_per_s = 0.030,
      .lean_deg = 10},
