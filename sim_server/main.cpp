@@ -6,9 +6,12 @@ int main(int argc, char** argv) {
     Arguments program("sim_server",
                       "Owns the bodies of a scene and cuts them: a session on the network, or --offline.");
     const Arguments::Action run = run_command(program);
-    program.command("replay", "rebuilds the bodies of a session from its journal, with their hashes; ends with 3 when it "
-                              "differs or is damaged", replay_command);
-    program.command("play", "a recorded session again, for viewers; ends with 3 when it differs or is damaged", play_command);
+    program.command("replay",
+                    "rebuilds the bodies of a session from its journal, with their hashes; ends with 3 when it "
+                    "differs or is damaged",
+                    replay_command);
+    program.command("play", "a recorded session again, for viewers; ends with 3 when it differs or is damaged",
+                    play_command);
     program.command("mesh", "fills a closed surface with tetrahedra and reports their quality", mesh_command);
     program.command("organ", "makes a body and a scene around the triangles of any file", organ_command);
     program.command("plan", "the models that the bodies with model: auto get, and why", plan_command);

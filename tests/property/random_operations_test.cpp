@@ -124,7 +124,7 @@ TEST_P(RandomOperations, leave_a_whole_body) {
     }
     const double change = check(op.mesh()).volume_m3 / volume_m3 - 1;
     if (std::string(style) == "progressive") {
-      EXPECT_NEAR(change, 0, 1e-9) << "lips that touch take nothing away";
+      EXPECT_NEAR(change, 0, 5e-5) << "lips that touch take nothing away, slivers that are mended next to nothing";
     } else {
       // Grooves take away; where a slit crosses a convex edge of a coarse mesh, its pair of points stands beside the
       // edge and so just outside of it.

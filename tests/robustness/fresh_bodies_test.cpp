@@ -187,7 +187,7 @@ camera: {eye_world_m: [0.02, -0.12, 0.16], target_world_m: [0, 0, 0.02], field_o
 bodies:
   - name: body
     mesh: {file: body.obj, unit: m}
-    cutting: {threshold_force_n: 0.02}
+    cutting: {threshold_displacement_m: 0.001}
     material: {poisson: 0.45, density_kg_per_m3: 1050, foundation_radius_m: 0.03, damping_per_s: 30, young_pa: )"
         << young_pa << ", pretension: " << pretension << R"(}
     fixed: {min_world_m: [-1, -1, -1], max_world_m: [1, 1, )"

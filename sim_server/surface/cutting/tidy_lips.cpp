@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kRungsAStep = 8, kChangesAStep = 4, kLargestRing = 12;
 constexpr double kCurveStays_m = 2e-4;  // a rung may go whose place is this close to the curve without it
 constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
+constexpr double kVolumeStays = 2e-3;   // of the body, in cubic edges, for each mend
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
 constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
@@ -144,8 +145,21 @@ class Tidier {
     mend.before = std::min(mend.before, score(draft_.triangle(t).v));
   }
 
+  // Six times the volume at rest between a triangle and a point.
+  double sixfold_volume_m3(const Corners& v, const Vec3& origin) const {
+    return (rest(v[0]) - origin).cross(rest(v[1]) - origin).dot(rest(v[2]) - origin);
+  }
+  double volume_change_m3(const Mend& mend) const {
+    const Vec3 origin = rest(mend.added[0].v[0]);
+    double sum_m3 = 0;
+    for (const Triangle& t : mend.added) sum_m3 += sixfold_volume_m3(t.v, origin);
+    for (const TriangleId t : mend.removed) sum_m3 -= sixfold_volume_m3(draft_.triangle(t).v, origin);
+    return sum_m3 / 6;
+  }
+
   void keep_if_better(std::optional<Mend>& best, std::optional<Mend> mend) const {
     if (!mend || mend->after < mend->before + kLeastGain) return;
+    if (std::abs(volume_change_m3(*mend)) > kVolumeStays * edge_m_ * edge_m_ * edge_m_) return;
     if (!best || std::min(mend->after, 2.0) > std::min(best->after, 2.0)) best = std::move(mend);
   }
 

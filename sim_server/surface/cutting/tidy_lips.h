@@ -1,6 +1,6 @@
-// Slivers that cuts have left beside lips and in walls are mended once no blade is at the body: an edge is flipped, or a
-// vertex of the skin or a rung of a groove goes. A rung goes only where the curve of the cut stays within a fifth of a
-// millimetre; both lips keep the same places at rest, and no vertex moves.
+// Slivers that cuts have left beside lips and in walls are mended once no blade is at the body: an edge is flipped, or
+// a vertex of the skin or a rung of a groove goes. A rung goes only where the curve of the cut stays within a fifth of
+// a millimetre; both lips keep the same places at rest, and no vertex moves.
 #pragma once
 
 #include <cstdint>
