@@ -183,6 +183,7 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   }
   particles.resize(mesh.vertex_slots());
   place(change.seeds);
+  if (change.cause == Cause::tidied) bring_dead_to_rest(delta);
   if (delta.empty()) {
     tree_stale_ |= !change.seeds.empty();
     if (change.ticket) engines.cutting->accept(shared(), *change.ticket);
@@ -213,6 +214,14 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
 void Body::place(Seeds seeds) {
   if (!particles.slots_are_particles()) return;
   for (const auto& [v, state] : seeds) particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
+}
+
+// Nothing brakes a particle without springs, and one that moves keeps the body awake. Cuts take vertices back, with
+// their motion, and place them themselves.
+void Body::bring_dead_to_rest(const TopologyDelta& delta) {
+  if (!particles.slots_are_particles()) return;
+  for (const VertexEdit& e : delta.vertices)
+    if (!e.alive && e.id < particles.size()) particles.velocity_world_m_per_s[e.id].setZero();
 }
 
 // Releases an island, which is no part of the body any more: it lies on a bed, and nothing holds it.

@@ -119,6 +119,7 @@ class Body {
   void separate_lips(double step_s);
   using Seeds = std::span<const std::pair<VertexId, VertexState>>;
   void place(Seeds seeds);
+  void bring_dead_to_rest(const TopologyDelta& delta);
   void free_islands(std::span<const Island> islands);
 
   LipFinder lips_;

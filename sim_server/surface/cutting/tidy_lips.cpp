@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kRungsAStep = 8, kChangesAStep = 4, kLargestRing = 12;
 constexpr double kCurveStays_m = 2e-4;  // a rung may go whose place is this close to the curve without it
 constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
-constexpr double kVolumeStays = 2e-3;   // of the body, in cubic edges, for each mend
+constexpr double kVolumeStays = 2e-3;   // the body's, in cubic edges, for each mend
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
 constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
