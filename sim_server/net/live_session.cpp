@@ -17,8 +17,7 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
       steps(options.endless ? std::nullopt : std::optional(steps_of(scene, options.steps))),
       progress(steps),
       pace(options.speed) {
-  const std::uint64_t last_step =
-      options.until_s < 0 ? ~std::uint64_t{0} : steps_until(options.until_s, scene.step_s);
+  const std::uint64_t last_step = options.until_s < 0 ? ~std::uint64_t{0} : steps_until(options.until_s, scene.step_s);
   run = options.resume.empty() ? std::make_unique<SessionRun>(scene, options.directory)
                                : SessionRun::resumed(scene, {options.resume, last_step}, options.directory, last_epoch);
   if (!options.play.empty()) {

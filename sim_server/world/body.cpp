@@ -183,7 +183,7 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   }
   particles.resize(mesh.vertex_slots());
   place(change.seeds);
-  if (change.cause == Cause::tidied) bring_dead_to_rest(delta);
+  bring_dead_to_rest(delta);
   if (delta.empty()) {
     tree_stale_ |= !change.seeds.empty();
     if (change.ticket) engines.cutting->accept(shared(), *change.ticket);
@@ -216,8 +216,7 @@ void Body::place(Seeds seeds) {
   for (const auto& [v, state] : seeds) particles.place(v, state.position_world_m, state.velocity_world_m_per_s);
 }
 
-// Nothing brakes a particle without springs, and one that moves keeps the body awake. Cuts take vertices back, with
-// their motion, and place them themselves.
+// Nothing brakes a particle without springs, and one that moves keeps the body awake.
 void Body::bring_dead_to_rest(const TopologyDelta& delta) {
   if (!particles.slots_are_particles()) return;
   for (const VertexEdit& e : delta.vertices)
