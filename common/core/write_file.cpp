@@ -75,6 +75,11 @@ void write_file(const std::string& path, std::string_view text) {
   write_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
+void keep_beginning(const std::string& path, std::uint64_t bytes) {
+  std::error_code not_a_file;
+  fs::resize_file(path, bytes, not_a_file);
+}
+
 void check_can_write(const std::string& path) {
   const Place place(path);
   if (!place.is_beside()) {

@@ -16,6 +16,9 @@ enum class OnDisk { later, now };  // now: it outlives the end of the machine
 void write_file(const std::string& path, std::span<const std::uint8_t> bytes, OnDisk on_disk = OnDisk::later);
 void write_file(const std::string& path, std::string_view text);
 
+// Shortens a file to its beginning, which is whole; leaves alone what is no file.
+void keep_beginning(const std::string& path, std::uint64_t bytes);
+
 // Throws what write_file() would throw because of where the file is; leaves nothing there.
 void check_can_write(const std::string& path);
 

@@ -1,10 +1,10 @@
 #include "common/delta/journal.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <string_view>
 
 #include "common/core/error.h"
+#include "common/core/write_file.h"
 #include "common/delta/bytes.h"
 #include "common/delta/checksum.h"
 
@@ -90,8 +90,7 @@ void JournalWriter::write(std::span<const std::uint8_t> bytes) {
   file_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   file_.flush();
   if (!file_) {
-    std::error_code not_a_file;
-    std::filesystem::resize_file(path_, size_, not_a_file);  // to what is whole
+    keep_beginning(path_, size_);
     throw InputError(path_ + ": can't be written: is the disk full?");
   }
   size_ += bytes.size();

@@ -3,10 +3,10 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <string_view>
 
 #include "common/core/error.h"
+#include "common/core/write_file.h"
 #include "common/delta/bytes.h"
 #include "common/mcap/mcap_format.h"
 
@@ -56,8 +56,7 @@ struct McapWriter::State {
     if (file || failed) return;
     failed = true;
     file.close();
-    std::error_code not_a_file;
-    std::filesystem::resize_file(path, at, not_a_file);  // to what is whole
+    keep_beginning(path, at);
   }
   void write_record(McapOp op, const ByteWriter& content) {
     ByteWriter out;

@@ -31,6 +31,9 @@ struct Triangle {
 
   bool alive() const { return v[0] != kNone; }
   int corner_of(VertexId x) const { return v[0] == x ? 0 : v[1] == x ? 1 : v[2] == x ? 2 : -1; }
+  // The corners after and before this one, counter-clockwise.
+  VertexId after(VertexId x) const { return v[static_cast<std::size_t>((corner_of(x) + 1) % 3)]; }
+  VertexId before(VertexId x) const { return v[static_cast<std::size_t>((corner_of(x) + 2) % 3)]; }
   bool operator==(const Triangle&) const = default;
 
   template <class A>

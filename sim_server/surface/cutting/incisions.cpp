@@ -9,10 +9,6 @@
 namespace sectio {
 namespace {
 
-VertexId corner(const Triangle& t, VertexId v, int further) {
-  return t.v[static_cast<std::size_t>((t.corner_of(v) + further) % 3)];
-}
-
 bool is_wall(const MeshDraft& draft, TriangleId t) {
   return t != kNone && draft.triangle(t).surface == Surface::wall;
 }
@@ -21,7 +17,7 @@ bool is_wall(const MeshDraft& draft, TriangleId t) {
 bool flip(MeshDraft& draft, VertexId p, VertexId q) {
   const TriangleId t = draft.triangle_of_edge(p, q), u = draft.triangle_of_edge(q, p);
   if (t == kNone || u == kNone) return false;
-  const VertexId r = corner(draft.triangle(t), p, 2), s = corner(draft.triangle(u), q, 2);
+  const VertexId r = draft.triangle(t).before(p), s = draft.triangle(u).before(q);
   const Surface surface = draft.triangle(t).surface;
   const std::array added{Triangle{{r, p, s}, surface}, Triangle{{s, q, r}, surface}};
   return draft.replace(std::array{t, u}, added);
@@ -43,7 +39,7 @@ std::optional<PlainGroove> plain_groove(const MeshDraft& draft, const Grooves& g
   const auto is_quad = [&](const Lip& l, VertexId g_from, VertexId g_to) {
     const TriangleId upper = draft.triangle_of_edge(l.to, l.from), lower = draft.triangle_of_edge(g_from, g_to);
     if (!is_wall(draft, upper) || !is_wall(draft, lower)) return false;
-    const VertexId x = corner(draft.triangle(upper), l.to, 2), y = corner(draft.triangle(lower), g_from, 2);
+    const VertexId x = draft.triangle(upper).before(l.to), y = draft.triangle(lower).before(g_from);
     return (x == g_from && y == l.to) || (x == g_to && y == l.from);
   };
   if (!is_quad(lip, groove.bottom_from, groove.bottom_to) ||
@@ -71,7 +67,7 @@ std::optional<Lip> lip_from(const MeshDraft& draft, VertexId v) {
   for (const TriangleId t : draft.fan(v)) {
     const Triangle triangle = draft.triangle(t);
     if (triangle.surface == Surface::skin && is_wall(draft, draft.neighbour(t, triangle.corner_of(v))))
-      return Lip{v, corner(triangle, v, 1)};
+      return Lip{v, triangle.after(v)};
   }
   return std::nullopt;
 }
@@ -80,7 +76,7 @@ std::optional<Lip> lip_to(const MeshDraft& draft, VertexId v) {
   for (const TriangleId t : draft.fan(v)) {
     const Triangle triangle = draft.triangle(t);
     if (triangle.surface == Surface::skin && is_wall(draft, draft.neighbour(t, (triangle.corner_of(v) + 2) % 3)))
-      return Lip{corner(triangle, v, 2), v};
+      return Lip{triangle.before(v), v};
   }
   return std::nullopt;
 }

@@ -56,18 +56,14 @@ std::vector<TriangleId> MeshDraft::fan(VertexId v) const {
 }
 
 TriangleId MeshDraft::triangle_of_edge(VertexId from, VertexId to) const {
-  for (const TriangleId t : fan(from)) {
-    const Triangle triangle_t = triangle(t);
-    if (triangle_t.v[static_cast<std::size_t>((triangle_t.corner_of(from) + 1) % 3)] == to) return t;
-  }
+  for (const TriangleId t : fan(from))
+    if (triangle(t).after(from) == to) return t;
   return kNone;
 }
 
 TriangleId MeshDraft::find_triangle(VertexId a, VertexId b, VertexId c) const {
   const TriangleId t = triangle_of_edge(a, b);
-  if (t == kNone) return kNone;
-  const Triangle found = triangle(t);
-  return found.v[static_cast<std::size_t>((found.corner_of(a) + 2) % 3)] == c ? t : kNone;
+  return t != kNone && triangle(t).before(a) == c ? t : kNone;
 }
 
 MeshDraft::TriangleRecord& MeshDraft::edit_triangle(TriangleId t) {

@@ -115,10 +115,8 @@ bool ring_holds(const MeshDraft& draft, VertexId v, std::size_t triangles) {
   const std::vector<TriangleId> fan = draft.fan(v);
   if (fan.size() < 3 || fan.size() != triangles) return false;
   std::set<VertexId> neighbours;
-  for (const TriangleId t : fan) {
-    const Triangle triangle = draft.triangle(t);
-    if (!neighbours.insert(triangle.v[static_cast<std::size_t>((triangle.corner_of(v) + 1) % 3)]).second) return false;
-  }
+  for (const TriangleId t : fan)
+    if (!neighbours.insert(draft.triangle(t).after(v)).second) return false;
   return true;
 }
 

@@ -229,7 +229,7 @@ class Walk {
     Cell beyond;
     if (next == kNone) {
       t = std::clamp(t, settings_.inset, 1 - settings_.inset);
-      const VertexId y = beyond_edge.v[static_cast<std::size_t>((beyond_edge.corner_of(u) + 1) % 3)];
+      const VertexId y = beyond_edge.after(u);
       next = insert_on_edge(draft_, u, w, VertexState::mix(draft_.state(u), draft_.state(w), t));
       if (next == kNone) return refuse("an edge that the blade crosses can't be divided");
       beyond = {next, {u, y, w}};

@@ -14,13 +14,6 @@ Triangle with(Triangle t, VertexId old_vertex, VertexId new_vertex) {
   return t;
 }
 
-VertexId corner_after(const Triangle& t, VertexId v) {
-  return t.v[static_cast<std::size_t>((t.corner_of(v) + 1) % 3)];
-}
-VertexId corner_before(const Triangle& t, VertexId v) {
-  return t.v[static_cast<std::size_t>((t.corner_of(v) + 2) % 3)];
-}
-
 // Opens the path a - v - b: the right side gets `twin` in place of v, and `fill` closes the hole a, twin, b, v.
 bool unzip(MeshDraft& draft, VertexId a, VertexId v, VertexId b, VertexId twin, std::span<const Triangle> fill) {
   const std::vector<TriangleId> right = right_of_path(draft, a, v, b);
@@ -37,11 +30,11 @@ bool unzip(MeshDraft& draft, VertexId a, VertexId v, VertexId b, VertexId twin, 
 std::vector<TriangleId> right_of_path(const MeshDraft& draft, VertexId a, VertexId v, VertexId b) {
   std::vector<TriangleId> fan = draft.fan(v);
   const auto first =
-      std::find_if(fan.begin(), fan.end(), [&](TriangleId t) { return corner_after(draft.triangle(t), v) == a; });
+      std::find_if(fan.begin(), fan.end(), [&](TriangleId t) { return draft.triangle(t).after(v) == a; });
   if (first == fan.end()) return {};
   std::rotate(fan.begin(), first, fan.end());
   const auto last =
-      std::find_if(fan.begin(), fan.end(), [&](TriangleId t) { return corner_before(draft.triangle(t), v) == b; });
+      std::find_if(fan.begin(), fan.end(), [&](TriangleId t) { return draft.triangle(t).before(v) == b; });
   if (last == fan.end()) return {};
   fan.erase(last + 1, fan.end());
   return fan;

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/core/sort_unique.h"
+#include "common/math/intersect.h"
 #include "sim_server/surface/cutting/incisions.h"
 
 namespace sectio {
@@ -22,14 +24,13 @@ constexpr double kFlat = 0.94;          // cosine of the angle at which faces ma
 constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
 
-using Corners = std::array<VertexId, 3>;
+using Face = std::array<VertexId, 3>;
 
 // One way to mend a sliver: triangles that fill the hole of others.
 struct Mend {
   std::vector<TriangleId> removed;
   std::vector<Triangle> added;
-  std::vector<VertexId> rungs;         // lips whose rungs go
-  VertexId bottom = kNone;             // theirs
+  std::vector<VertexId> rung;          // the lips and the bottom of the rung that goes, if one does
   double before = 1e30, after = 1e30;  // the worst triangle; below 1: a sliver
 };
 
@@ -45,12 +46,9 @@ class Tidier {
         if (score(draft_.triangle(t).v) < 1) consider_all(t, best);
       if (!best) return true;
       if (!draft_.replace(best->removed, best->added)) return false;
-      std::sort(best->rungs.begin(), best->rungs.end());
       edges_collapsed += best->added.size() < best->removed.size();
-      std::vector<VertexId> dead = best->rungs;
-      if (best->bottom != kNone) dead.push_back(best->bottom);
-      std::sort(dead.begin(), dead.end());
-      grooves_.forget(dead);
+      sort_unique(best->rung);
+      grooves_.forget(best->rung);
       ++changes;
     }
     return true;
@@ -60,7 +58,7 @@ class Tidier {
   Vec3 rest(VertexId v) const { return draft_.rest(v); }
 
   // At rest: least angle and least height, each over its limit.
-  double score(const Corners& v) const {
+  double score(const Face& v) const {
     const std::array x{rest(v[0]), rest(v[1]), rest(v[2])};
     const double area_2 = (x[1] - x[0]).cross(x[2] - x[0]).norm();
     double longest = 0, least_rad = 10;
@@ -73,13 +71,13 @@ class Tidier {
   }
 
   template <typename Place>
-  Vec3 area_vector(const Corners& v, const Place& place) const {
+  Vec3 area_vector(const Face& v, const Place& place) const {
     return (place(v[1]) - place(v[0])).cross(place(v[2]) - place(v[0]));
   }
-  Vec3 rest_area(const Corners& v) const {
+  Vec3 rest_area(const Face& v) const {
     return area_vector(v, [&](VertexId x) { return rest(x); });
   }
-  Vec3 world_area(const Corners& v) const {
+  Vec3 world_area(const Face& v) const {
     return area_vector(v, [&](VertexId x) { return draft_.position(x); });
   }
 
@@ -99,7 +97,7 @@ class Tidier {
     }
     sum.rest = sum.rest.stableNormalized();
     for (const TriangleId t : triangles) {
-      const Corners v = draft_.triangle(t).v;
+      const Face v = draft_.triangle(t).v;
       if (const Vec3 area = rest_area(v); score(v) > 0.3 && area.dot(sum.rest) < kFlat * area.norm()) return {};
     }
     return sum;
@@ -120,7 +118,7 @@ class Tidier {
         for (std::size_t k = i + 1; k < j; ++k) {
           const double sides = std::min(best[i][k], best[k][j]);
           if (sides <= best[i][j]) continue;
-          const Corners v{ring[i], ring[k], ring[j]};
+          const Face v{ring[i], ring[k], ring[j]};
           const Vec3 area = rest_area(v);
           if (area.dot(facing.rest) < kFlat * area.norm() || world_area(v).dot(facing.world) <= 0) continue;
           if (const double worst = std::min(sides, score(v)); worst > best[i][j]) best[i][j] = worst, middle[i][j] = k;
@@ -146,7 +144,7 @@ class Tidier {
   }
 
   // Six times the volume at rest between a triangle and a point.
-  double sixfold_volume_m3(const Corners& v, const Vec3& origin) const {
+  double sixfold_volume_m3(const Face& v, const Vec3& origin) const {
     return (rest(v[0]) - origin).cross(rest(v[1]) - origin).dot(rest(v[2]) - origin);
   }
   double volume_change_m3(const Mend& mend) const {
@@ -164,7 +162,7 @@ class Tidier {
   }
 
   void consider_all(TriangleId t, std::optional<Mend>& best) const {
-    const Corners v = draft_.triangle(t).v;
+    const Face v = draft_.triangle(t).v;
     for (std::size_t i = 0; i < 3; ++i) keep_if_better(best, flipped(t, static_cast<int>(i)));
     for (const VertexId x : v) {
       if (grooves_.bottom_of(x) != kNone)
@@ -178,13 +176,12 @@ class Tidier {
     const TriangleId u = draft_.neighbour(t, side);
     const Triangle here = draft_.triangle(t), there = draft_.triangle(u);
     if (here.surface != there.surface) return {};
-    const VertexId a = here.v[static_cast<std::size_t>(side)], b = here.v[static_cast<std::size_t>((side + 1) % 3)];
+    const VertexId a = here.v[static_cast<std::size_t>(side)], b = here.after(a);
     if (here.surface == Surface::wall) {  // diagonals alone: rungs and bottoms stay
       const VertexId under_a = grooves_.bottom_of(a), under_b = grooves_.bottom_of(b);
       if ((under_a == kNone) == (under_b == kNone) || under_a == b || under_b == a) return {};
     }
-    const VertexId c = here.v[static_cast<std::size_t>((side + 2) % 3)];
-    const VertexId d = there.v[static_cast<std::size_t>((there.corner_of(a) + 1) % 3)];
+    const VertexId c = here.before(a), d = there.after(a);
     if (c == d || has_edge(c, d)) return {};
     Mend mend;
     remove(mend, t), remove(mend, u);
@@ -203,7 +200,7 @@ class Tidier {
       const Triangle triangle = draft_.triangle(t);
       if (triangle.surface != Surface::skin) return {};
       remove(mend, t);
-      ring.push_back(triangle.v[static_cast<std::size_t>((triangle.corner_of(v) + 1) % 3)]);
+      ring.push_back(triangle.after(v));
     }
     const auto plane = facing(mend.removed);
     if (!plane || !fill(ring, *plane, Surface::skin, mend)) return {};
@@ -219,8 +216,7 @@ class Tidier {
     for (TriangleId t = draft_.triangle_of_edge(lip, away->to);
          t != kNone && draft_.triangle(t).surface == Surface::skin && ring.size() <= kLargestRing;
          t = draft_.triangle_of_edge(lip, ring.back())) {
-      const Triangle triangle = draft_.triangle(t);
-      ring.push_back(triangle.v[static_cast<std::size_t>((triangle.corner_of(lip) + 2) % 3)]);
+      ring.push_back(draft_.triangle(t).before(lip));
       skin.push_back(t);
     }
     std::size_t in_fan = 0;
@@ -232,12 +228,6 @@ class Tidier {
     return ring;
   }
 
-  static double off_line_m(const Vec3& x, const Vec3& a, const Vec3& b) {
-    const Vec3 way = b - a;
-    const double along = std::clamp(way.dot(x - a) / std::max(way.squaredNorm(), 1e-30), 0.0, 1.0);
-    return (a + along * way - x).norm();
-  }
-
   // The triangles around the bottom of a rung that are no walls of one side, as a ring from gp to gq: a bed, once the
   // other side has left as an island.
   std::optional<std::vector<VertexId>> bed_beside(VertexId g, VertexId gp, VertexId gq,
@@ -247,8 +237,7 @@ class Tidier {
     while (ring.back() != gq && ring.size() <= kLargestRing) {
       const TriangleId t = draft_.triangle_of_edge(g, ring.back());
       if (t == kNone || std::ranges::find(walls, t) != walls.end()) return {};
-      const Triangle triangle = draft_.triangle(t);
-      ring.push_back(triangle.v[static_cast<std::size_t>((triangle.corner_of(g) + 2) % 3)]);
+      ring.push_back(draft_.triangle(t).before(g));
       if (grooves_.bottom_of(ring.back()) != kNone) return {};  // a lip: another cut meets this one
       bed.push_back(t);
     }
@@ -268,8 +257,8 @@ class Tidier {
     const VertexId g = grooves_.bottom_of(lip);
     if (twins.size() > 2) return {};
     Mend mend;
-    mend.rungs = twins;
-    mend.bottom = g;
+    mend.rung = twins;
+    mend.rung.push_back(g);
     std::vector<TriangleId> of_sides;
     VertexId gp = kNone, gq = kNone;  // the last side's
     for (const VertexId v : twins) {
@@ -281,8 +270,8 @@ class Tidier {
       if (v != twins[0] && (gq != gp || grooves_.bottom_of(p) != came_from)) return {};  // no plain groove
       gp = grooves_.bottom_of(p);
       if (gq == kNone || gp == kNone || gq == gp || has_edge(gp, gq) || (ring->size() > 2 && has_edge(p, q))) return {};
-      if (off_line_m(rest(v), rest(p), rest(q)) > kCurveStays_m ||
-          off_line_m(rest(g), rest(gp), rest(gq)) > kDepthStays * (rest(v) - rest(g)).norm())
+      if (distance_to_segment(rest(v), rest(p), rest(q)) > kCurveStays_m ||
+          distance_to_segment(rest(g), rest(gp), rest(gq)) > kDepthStays * (rest(v) - rest(g)).norm())
         return {};
       const auto plane = facing(side.removed);
       if (!plane || (ring->size() > 2 && !fill(*ring, *plane, Surface::skin, mend))) return {};
@@ -297,7 +286,7 @@ class Tidier {
             remove(side, t);
         }
       if (side.removed.size() != skin + 4) return {};
-      const Corners upper_1{q, p, gp}, lower_1{q, gp, gq}, upper_2{q, p, gq}, lower_2{p, gp, gq};
+      const Face upper_1{q, p, gp}, lower_1{q, gp, gq}, upper_2{q, p, gq}, lower_2{p, gp, gq};
       const double first = has_edge(q, gp) ? -1 : std::min(score(upper_1), score(lower_1));
       const double second = has_edge(p, gq) ? -1 : std::min(score(upper_2), score(lower_2));
       if (std::max(first, second) < 0) return {};
