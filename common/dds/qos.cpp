@@ -17,7 +17,7 @@ constexpr bool kReliable = true;
 constexpr bool kBestEffort = false;
 constexpr bool kLateJoiners = true;
 constexpr bool kNowOnly = false;
-constexpr bool kExpedited = true;
+constexpr bool kExpedites = true;
 constexpr std::uint32_t kKiB = 1024;
 constexpr std::uint32_t kMiB = 1024 * kKiB;
 constexpr std::int32_t kManyPieces = 4096;  // a reader that looks ten times a second finds 60 Hz of 100 000 vertices
@@ -26,9 +26,9 @@ constexpr std::int32_t kManyPieces = 4096;  // a reader that looks ten times a s
 // clang-format off
 constexpr std::array kTopics{
     // Each packet carries the last few poses: nothing is sent again.
-    TopicQos{"tool_packets",      SECTIO_TYPE(ToolPacket),      kBestEffort, kNowOnly,     32,   4 * kKiB, kStream, {}, 16, kExpedited},
-    TopicQos{"tool_wishes",       SECTIO_TYPE(ToolWish),        kBestEffort, kNowOnly,     8,    kKiB,     kStream, {}, 16, kExpedited},
-    TopicQos{"contact_models",    SECTIO_TYPE(ContactMessage),  kBestEffort, kNowOnly,     1,    kKiB,     kStream, {}, 16, kExpedited},
+    TopicQos{"tool_packets",      SECTIO_TYPE(ToolPacket),      kBestEffort, kNowOnly,     32,   4 * kKiB, kStream, {}, 16, kExpedites},
+    TopicQos{"tool_wishes",       SECTIO_TYPE(ToolWish),        kBestEffort, kNowOnly,     8,    kKiB,     kStream, {}, 16, kExpedites},
+    TopicQos{"contact_models",    SECTIO_TYPE(ContactMessage),  kBestEffort, kNowOnly,     1,    kKiB,     kStream, {}, 16, kExpedites},
     TopicQos{"topology_deltas",   SECTIO_TYPE(DeltaMessage),    kReliable,   kNowOnly,     1024, 16 * kMiB, kStream, kDeltaChannels},
     // A joiner asks for a keyframe, and needs no older deltas or chunks.
     TopicQos{"keyframes",         SECTIO_TYPE(KeyframeChunk),   kReliable,   kNowOnly,     1024, 64 * kKiB, kBurst, kKeyframeChannels},

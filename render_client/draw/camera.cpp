@@ -26,11 +26,11 @@ Mat3 view_axes(const Camera& camera) {
   return axes;
 }
 
+}  // namespace
+
 double tangent_of_half_angle(const Camera& camera) {
   return std::tan(0.5 * std::clamp(camera.field_of_view_deg, 1.0, 150.0) * std::numbers::pi / 180.0);
 }
-
-}  // namespace
 
 Eigen::Matrix4f view_from_world(const Camera& camera) {
   const Mat3 axes = view_axes(camera);

@@ -4,16 +4,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "render_client/draw/camera.h"
+
 namespace sectio {
 
 namespace {
 
 constexpr double kNearest_m = 0.02, kFarthest_m = 5;
 constexpr double kFromPole_rad = 0.05;
-
-double tangent_of_half_angle(const Camera& camera) {
-  return std::tan(0.5 * camera.field_of_view_deg * std::numbers::pi / 180);
-}
 
 }  // namespace
 

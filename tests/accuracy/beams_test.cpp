@@ -8,7 +8,7 @@
 #include "tests/support/brick_reference.h"
 #include "tests/support/static_body.h"
 
-namespace sectio {
+namespace sectio::beams_test {
 namespace {
 
 using test::BoxLattice;
@@ -245,4 +245,4 @@ TEST(Accuracy, A_17_errors_fall_with_the_square_of_the_cell_and_of_strain_with_t
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::beams_test

@@ -9,7 +9,7 @@
 #include "tests/support/gripper.h"
 #include "tests/support/moving_body.h"
 
-namespace sectio {
+namespace sectio::contact_test {
 namespace {
 
 using test::MovingModel;
@@ -161,4 +161,4 @@ TEST(Accuracy, A_11_a_punch_on_a_membrane_on_a_bed) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::contact_test

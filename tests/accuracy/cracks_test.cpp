@@ -7,7 +7,7 @@
 #include "tests/support/moving_body.h"
 #include "tests/support/static_body.h"
 
-namespace sectio {
+namespace sectio::cracks_test {
 namespace {
 
 using test::MovingModel;
@@ -168,4 +168,4 @@ TEST(Accuracy, A_13_known_failure_springs_open_too_little) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::cracks_test

@@ -7,7 +7,7 @@
 #include "tests/support/moving_body.h"
 #include "tests/support/static_body.h"
 
-namespace sectio {
+namespace sectio::large_bending_test {
 namespace {
 
 using test::MovingBody;
@@ -89,4 +89,4 @@ TEST(Accuracy, A_7_elastica_under_its_own_weight) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::large_bending_test

@@ -10,7 +10,7 @@
 #include "tests/support/shapes.h"
 #include "tests/support/volume_settings.h"
 
-namespace sectio {
+namespace sectio::motion_test {
 namespace {
 
 using test::MovingBody;
@@ -227,4 +227,4 @@ TEST(Accuracy, A_21_the_implicit_driver_damps_by_less_than_a_tenth_of_backward_e
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::motion_test

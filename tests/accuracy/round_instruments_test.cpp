@@ -10,7 +10,7 @@
 #include "tests/support/gripper.h"
 #include "tests/support/raw_reactions.h"
 
-namespace sectio {
+namespace sectio::round_instruments_test {
 namespace {
 
 struct Bed {
@@ -231,4 +231,4 @@ TEST(RoundInstruments, let_go_of_what_two_of_them_squeeze) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::round_instruments_test

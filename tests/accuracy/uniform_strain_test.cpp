@@ -8,7 +8,7 @@
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "tests/support/static_body.h"
 
-namespace sectio {
+namespace sectio::uniform_strain_test {
 namespace {
 
 constexpr double kSide = 0.1, kArea = kSide * kSide, kYoung = 1e4;
@@ -167,4 +167,4 @@ TEST(Accuracy, A_2_known_failure_springs_have_a_poisson_s_ratio_of_their_own) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::uniform_strain_test

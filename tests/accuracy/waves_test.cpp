@@ -5,7 +5,7 @@
 
 #include "tests/support/moving_body.h"
 
-namespace sectio {
+namespace sectio::waves_test {
 namespace {
 
 using test::MovingBody;
@@ -83,4 +83,4 @@ TEST(Accuracy, A_15_wave_speed_along_a_bar) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::waves_test

@@ -27,8 +27,6 @@ const BladeMotion* motion_of(std::span<const BladeMotion> motions, std::uint32_t
 
 namespace {
 
-constexpr double kMostOwed_m = 3e-3;  // from the end of a cut to its blade, at rest
-
 // How much of a stroke there is room for in this step.
 enum class Share : std::uint8_t {
   moves,

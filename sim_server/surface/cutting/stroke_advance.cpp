@@ -13,7 +13,6 @@ constexpr double kStaysBeside_m = 8e-4;       // the same, if it was in a groove
 constexpr double kResumes_m = 3e-3;           // from the end of the groove that it leaves
 constexpr double kNode_m = 1.5e-3;            // least distance of a branch from an end
 constexpr double kLeaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next
-constexpr double kMostOwed_m = 3e-3;          // from a groove that a blade has left to where its cut begins anew
 constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way leads over it
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
 constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length

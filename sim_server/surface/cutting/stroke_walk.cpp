@@ -10,7 +10,7 @@ namespace {
 constexpr int kMaxCellsPerStep = 100000;
 constexpr double kSnapToRung = 0.25;      // a lip is crossed at a rung this close to it, as a ratio of the lip's length
 constexpr double kSnapToNode_m = 1.5e-3;  // at a place where cuts have met, if it is this close
-constexpr double kSame_m = 1e-7;
+constexpr double kSamePlace_m = 1e-7;
 constexpr double kCosFold = 0.9;          // between the normals of faces that lie back to back
 constexpr std::size_t kPointsBehind = 6;  // a cut can't run into so many of its own last points
 
@@ -155,7 +155,7 @@ class Walk {
 
   bool is_behind(VertexId v) const {
     const Vec3 place = draft_.rest(v);
-    return std::ranges::any_of(stroke_.behind_body_m, [&](const Vec3& x) { return (x - place).norm() < kSame_m; });
+    return std::ranges::any_of(stroke_.behind_body_m, [&](const Vec3& x) { return (x - place).norm() < kSamePlace_m; });
   }
   bool is_lip(VertexId u, VertexId v) const {
     const auto is_wall = [&](TriangleId t) { return t != kNone && draft_.triangle(t).surface == Surface::wall; };
