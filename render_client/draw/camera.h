@@ -8,7 +8,7 @@
 
 namespace sectio {
 
-// Of the vertical field of view, which is held between 1 and 150 degrees.
+// The vertical field of view is held between 1 and 150 degrees.
 double tangent_of_half_angle(const Camera& camera);
 
 // Rigid. An up vector along the line of sight, or an eye on its target, is replaced by a usable one.

@@ -4,6 +4,8 @@
 #include <map>
 #include <unordered_set>
 
+#include "sim_server/surface/cutting/cap.h"
+
 namespace sectio {
 namespace {
 
@@ -104,18 +106,6 @@ std::vector<std::vector<VertexId>> rim_of(const MeshDraft& draft, const std::vec
   return loops;
 }
 
-VertexState centre_of(const MeshDraft& draft, const std::vector<VertexId>& loop) {
-  VertexState c;
-  for (const VertexId v : loop) {
-    const VertexState s = draft.state(v);
-    c.rest_body_m += s.rest_body_m;
-    c.position_world_m += s.position_world_m;
-    c.velocity_world_m_per_s += s.velocity_world_m_per_s;
-  }
-  const double n = static_cast<double>(loop.size());
-  return {c.rest_body_m / n, c.position_world_m / n, c.velocity_world_m_per_s / n};
-}
-
 }  // namespace
 
 std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
@@ -145,18 +135,28 @@ std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, Vert
     added.push_back(t);
   }
   for (const auto& loop : loops) {
-    const VertexState centre = centre_of(draft, loop);
-    const VertexId c_out = draft.add_vertex(centre), c_in = draft.add_vertex(centre);
-    Vec3 area = Vec3::Zero();
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const VertexId a = loop[i], b = loop[(i + 1) % loop.size()];
-      added.push_back({{a, b, c_out}, Surface::wall});
-      added.push_back({{twin[b], twin[a], c_in}, Surface::wall});
-      area += (draft.position(a) - centre.position_world_m).cross(draft.position(b) - centre.position_world_m);
+    std::vector<VertexState> rim;
+    std::vector<VertexId> out(loop), in;  // the cap's vertices, on the ground and on the island
+    for (const VertexId v : loop) {
+      rim.push_back(draft.state(v));
+      in.push_back(twin[v]);
     }
-    island.bed_point_world_m = centre.position_world_m;
+    const Cap cap = cap_of(rim);
+    for (const VertexState& s : cap.inner) {
+      out.push_back(draft.add_vertex(s));
+      in.push_back(draft.add_vertex(s));
+    }
+    for (const auto& [a, b, c] : cap.triangles) {
+      added.push_back({{out[a], out[b], out[c]}, Surface::wall});
+      added.push_back({{in[b], in[a], in[c]}, Surface::wall});
+    }
+    const Vec3& centre = cap.inner.back().position_world_m;
+    Vec3 area = Vec3::Zero();
+    for (std::size_t i = 0; i < rim.size(); ++i)
+      area += (rim[i].position_world_m - centre).cross(rim[(i + 1) % rim.size()].position_world_m - centre);
+    island.bed_point_world_m = centre;
     island.bed_normal_world = area.stableNormalized();
-    island.any_vertex = c_in;
+    island.any_vertex = in.back();
   }
   if (!draft.replace(removed, added)) return std::nullopt;
   return island;
