@@ -20,7 +20,9 @@ constexpr std::size_t kRungsAStep = 8, kChangesAStep = 4, kLargestRing = 12;
 constexpr double kCurveStays_m = 2e-4;  // a rung may go whose place is this close to the curve without it
 constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
 constexpr double kVolumeStays = 2e-3;   // the body's, in cubic edges, for each mend
+constexpr double kVolumeOfBed = 1e-2;   // likewise, where a bottom and the bed beside it are made anew
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
+constexpr double kFlatBed = 0.5;        // of a bed, which is as uneven as the bottoms of its cuts are deep
 constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
 
@@ -30,7 +32,8 @@ using Face = std::array<VertexId, 3>;
 struct Mend {
   std::vector<TriangleId> removed;
   std::vector<Triangle> added;
-  std::vector<VertexId> rung;          // the lips and the bottom of the rung that goes, if one does
+  std::vector<VertexId> rung;  // the lips and the bottom of the rung that goes, if one does
+  bool changes_bed = false;
   double before = 1e30, after = 1e30;  // the worst triangle; below 1: a sliver
 };
 
@@ -88,9 +91,10 @@ class Tidier {
   // The directions, at rest and in the world, of triangles that lie in one plane but for slivers.
   struct Facing {
     Vec3 rest, world;
+    double least_cosine;
   };
-  std::optional<Facing> facing(std::span<const TriangleId> triangles) const {
-    Facing sum{Vec3::Zero(), Vec3::Zero()};
+  std::optional<Facing> facing(std::span<const TriangleId> triangles, double least_cosine = kFlat) const {
+    Facing sum{Vec3::Zero(), Vec3::Zero(), least_cosine};
     for (const TriangleId t : triangles) {
       sum.rest += rest_area(draft_.triangle(t).v);
       sum.world += world_area(draft_.triangle(t).v);
@@ -98,7 +102,7 @@ class Tidier {
     sum.rest = sum.rest.stableNormalized();
     for (const TriangleId t : triangles) {
       const Face v = draft_.triangle(t).v;
-      if (const Vec3 area = rest_area(v); score(v) > 0.3 && area.dot(sum.rest) < kFlat * area.norm()) return {};
+      if (const Vec3 area = rest_area(v); score(v) > 0.3 && area.dot(sum.rest) < least_cosine * area.norm()) return {};
     }
     return sum;
   }
@@ -120,7 +124,8 @@ class Tidier {
           if (sides <= best[i][j]) continue;
           const Face v{ring[i], ring[k], ring[j]};
           const Vec3 area = rest_area(v);
-          if (area.dot(facing.rest) < kFlat * area.norm() || world_area(v).dot(facing.world) <= 0) continue;
+          if (area.dot(facing.rest) < facing.least_cosine * area.norm() || world_area(v).dot(facing.world) <= 0)
+            continue;
           if (const double worst = std::min(sides, score(v)); worst > best[i][j]) best[i][j] = worst, middle[i][j] = k;
         }
       }
@@ -157,7 +162,8 @@ class Tidier {
 
   void keep_if_better(std::optional<Mend>& best, std::optional<Mend> mend) const {
     if (!mend || mend->after < mend->before + kLeastGain) return;
-    if (std::abs(volume_change_m3(*mend)) > kVolumeStays * edge_m_ * edge_m_ * edge_m_) return;
+    const double most = (mend->changes_bed ? kVolumeOfBed : kVolumeStays) * edge_m_ * edge_m_ * edge_m_;
+    if (std::abs(volume_change_m3(*mend)) > most) return;
     if (!best || std::min(mend->after, 2.0) > std::min(best->after, 2.0)) best = std::move(mend);
   }
 
@@ -300,8 +306,9 @@ class Tidier {
     if (twins.size() == 1) {
       Mend bed;
       const auto ring = bed_beside(g, gp, gq, of_sides, bed);
-      const auto plane = ring ? facing(bed.removed) : std::nullopt;
+      const auto plane = ring ? facing(bed.removed, kFlatBed) : std::nullopt;
       if (!plane || !fill(*ring, *plane, Surface::wall, mend)) return {};
+      mend.changes_bed = true;
       mend.before = std::min(mend.before, bed.before);
       mend.removed.insert(mend.removed.end(), bed.removed.begin(), bed.removed.end());
       of_sides.insert(of_sides.end(), bed.removed.begin(), bed.removed.end());
