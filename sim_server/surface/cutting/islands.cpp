@@ -1,15 +1,19 @@
 #include "sim_server/surface/cutting/islands.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <set>
 #include <unordered_set>
+#include <utility>
 
 #include "sim_server/surface/cutting/cap.h"
 
 namespace sectio {
 namespace {
 
-constexpr double kLeastAreaM2 = 4e-6;  // an island's skin at rest: a crumb between two cuts stays on its ground
+constexpr double kLeastAreaM2 = 4e-6;      // an island's skin at rest: a crumb between two cuts stays on its ground
+constexpr std::size_t kMostOfCrumb = 200;  // triangles
 
 // A breadth-first search over skin.
 class SkinSearch {
@@ -81,29 +85,82 @@ std::unordered_set<TriangleId> with_walls(const MeshDraft& draft, const Grooves&
   return inside;
 }
 
-// The rim of the region as loops of vertices, with the region to the left. Empty if a vertex is on the rim twice.
-std::vector<std::vector<VertexId>> rim_of(const MeshDraft& draft, const std::vector<TriangleId>& region,
-                                          const std::unordered_set<TriangleId>& inside) {
-  std::map<VertexId, VertexId> next;
+using Edge = std::pair<VertexId, VertexId>;
+
+// A vertex of a rim, with the triangles of one side that lie between the rim's edges there. A rim that meets itself has
+// several corners at one vertex, and others on the other side.
+struct RimCorner {
+  VertexId vertex = kNone;
+  std::vector<TriangleId> wedge;
+};
+using BottomRim = std::vector<RimCorner>;
+
+enum class Side : std::uint8_t { region, ground };
+
+// The edges around the region, with it to the left.
+std::set<Edge> edges_around(const MeshDraft& draft, const std::vector<TriangleId>& region,
+                            const std::unordered_set<TriangleId>& inside) {
+  std::set<Edge> edges;
   for (const TriangleId id : region) {
     const Triangle t = draft.triangle(id);
     for (int i = 0; i < 3; ++i)
-      if (!inside.contains(draft.neighbour(id, i)) &&
-          !next.emplace(t.v[static_cast<std::size_t>(i)], t.v[static_cast<std::size_t>((i + 1) % 3)]).second)
-        return {};
+      if (!inside.contains(draft.neighbour(id, i)))
+        edges.emplace(t.v[static_cast<std::size_t>(i)], t.v[static_cast<std::size_t>((i + 1) % 3)]);
   }
-  std::vector<std::vector<VertexId>> loops;
-  while (!next.empty()) {
-    std::vector<VertexId>& loop = loops.emplace_back();
-    for (auto it = next.begin(); it != next.end();) {
-      loop.push_back(it->first);
-      const VertexId to = it->second;
-      next.erase(it);
-      it = next.find(to);
+  return edges;
+}
+
+// The corner at the end of an edge, found by turning around it within one side; the edge becomes the next one.
+RimCorner turn_corner(const MeshDraft& draft, const std::unordered_set<TriangleId>& inside, Side side, Edge& edge) {
+  const auto [from, at] = edge;
+  RimCorner corner{at, {}};
+  const bool in_region = side == Side::region;
+  TriangleId t = in_region ? draft.triangle_of_edge(from, at) : draft.triangle_of_edge(at, from);
+  while (t != kNone && inside.contains(t) == in_region) {
+    corner.wedge.push_back(t);
+    const Triangle triangle = draft.triangle(t);
+    const VertexId to = in_region ? triangle.after(at) : triangle.before(at);
+    edge = {at, to};
+    t = in_region ? draft.triangle_of_edge(to, at) : draft.triangle_of_edge(at, to);
+  }
+  return corner;
+}
+
+// Empty if a rim has fewer than three corners.
+std::vector<BottomRim> rims_of(const MeshDraft& draft, const std::unordered_set<TriangleId>& inside, Side side,
+                               std::set<Edge> edges) {
+  std::vector<BottomRim> rims;
+  while (!edges.empty()) {
+    BottomRim& rim = rims.emplace_back();
+    const Edge first = *edges.begin();
+    Edge edge = first;
+    do {
+      if (edges.erase(edge) == 0) return {};
+      rim.push_back(turn_corner(draft, inside, side, edge));
+    } while (edge != first);
+    std::rotate(rim.begin(), rim.end() - 1, rim.end());
+    if (rim.size() < 3) return {};
+  }
+  return rims;
+}
+
+// The ground that is connected with a corner of its rim; nothing if that is more than a crumb.
+std::optional<std::vector<TriangleId>> crumb_at(const MeshDraft& draft, const RimCorner& corner,
+                                                const std::unordered_set<TriangleId>& inside) {
+  std::vector<TriangleId> crumb = corner.wedge;
+  std::unordered_set<TriangleId> seen(crumb.begin(), crumb.end());
+  for (std::size_t k = 0; k < crumb.size(); ++k)
+    for (int i = 0; i < 3; ++i) {
+      const TriangleId n = draft.neighbour(crumb[k], i);
+      if (inside.contains(n) || !seen.insert(n).second) continue;
+      crumb.push_back(n);
+      if (crumb.size() > kMostOfCrumb) return std::nullopt;
     }
-    if (loop.size() < 3) return {};
-  }
-  return loops;
+  std::vector<TriangleId> skin;
+  std::ranges::copy_if(crumb, std::back_inserter(skin),
+                       [&](TriangleId t) { return draft.triangle(t).surface == Surface::skin; });
+  if (area_m2(draft, skin) >= kLeastAreaM2) return std::nullopt;
+  return crumb;
 }
 
 }  // namespace
@@ -111,52 +168,69 @@ std::vector<std::vector<VertexId>> rim_of(const MeshDraft& draft, const std::vec
 std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
   std::vector<TriangleId> region = parted_skin(draft, left, right);
   if (region.empty() || area_m2(draft, region) < kLeastAreaM2) return std::nullopt;
-  const std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
-  const auto loops = rim_of(draft, region, inside);
-  if (loops.empty()) return std::nullopt;
-
-  Island island;
-  std::map<VertexId, VertexId> twin;
-  for (const auto& loop : loops)
-    for (const VertexId v : loop) twin[v] = draft.add_vertex(draft.state(v));
-
-  std::vector<TriangleId> removed;
-  std::vector<Triangle> added;
-  for (const TriangleId id : region) {
-    Triangle t = draft.triangle(id);
-    bool on_rim = false;
-    for (VertexId& v : t.v)
-      if (const auto it = twin.find(v); it != twin.end()) {
-        v = it->second;
-        on_rim = true;
+  std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
+  std::vector<BottomRim> of_ground;
+  for (bool has_grown = true; std::exchange(has_grown, false);) {
+    of_ground = rims_of(draft, inside, Side::ground, edges_around(draft, region, inside));
+    for (std::size_t k = 0; k < of_ground.size() && !has_grown; ++k)
+      if (const auto crumb = crumb_at(draft, of_ground[k].front(), inside)) {
+        region.insert(region.end(), crumb->begin(), crumb->end());
+        inside.insert(crumb->begin(), crumb->end());
+        has_grown = true;
       }
-    if (!on_rim) continue;
-    removed.push_back(id);
-    added.push_back(t);
   }
-  for (const auto& loop : loops) {
-    std::vector<VertexState> rim;
-    std::vector<VertexId> out(loop), in;  // the cap's vertices, on the ground and on the island
-    for (const VertexId v : loop) {
-      rim.push_back(draft.state(v));
-      in.push_back(twin[v]);
-    }
-    const Cap cap = cap_of(rim);
-    for (const VertexState& s : cap.inner) {
-      out.push_back(draft.add_vertex(s));
-      in.push_back(draft.add_vertex(s));
-    }
-    for (const auto& [a, b, c] : cap.triangles) {
-      added.push_back({{out[a], out[b], out[c]}, Surface::wall});
-      added.push_back({{in[b], in[a], in[c]}, Surface::wall});
-    }
-    const Vec3& centre = cap.inner.back().position_world_m;
+  const auto of_region = rims_of(draft, inside, Side::region, edges_around(draft, region, inside));
+  if (of_region.empty() || of_ground.empty()) return std::nullopt;
+
+  std::map<TriangleId, Triangle> changed;
+  std::vector<Triangle> added;
+  // Gives a corner its own vertex.
+  const auto part = [&](const RimCorner& corner) {
+    const VertexId own = draft.add_vertex(draft.state(corner.vertex));
+    for (const TriangleId t : corner.wedge)
+      for (VertexId& v : changed.try_emplace(t, draft.triangle(t)).first->second.v)
+        if (v == corner.vertex) v = own;
+    return own;
+  };
+  const auto states_of = [&](const BottomRim& rim) {
+    std::vector<VertexState> states;
+    for (const RimCorner& corner : rim) states.push_back(draft.state(corner.vertex));
+    return states;
+  };
+  // Closes a rim whose corners have these vertices; returns the middle of the cap.
+  const auto close = [&](std::vector<VertexId> vertices, const Cap& cap, Side side) {
+    for (const VertexState& s : cap.inner) vertices.push_back(draft.add_vertex(s));
+    for (const auto& [a, b, c] : cap.triangles)
+      added.push_back({side == Side::ground ? std::array{vertices[a], vertices[b], vertices[c]}
+                                            : std::array{vertices[b], vertices[a], vertices[c]},
+                       Surface::wall});
+    return vertices.back();
+  };
+  Island island;
+  for (const BottomRim& rim : of_region) {
+    const std::vector<VertexState> states = states_of(rim);
+    const Cap cap = cap_of(states);
+    std::vector<VertexId> vertices;
+    for (const RimCorner& corner : rim) vertices.push_back(part(corner));
+    island.any_vertex = close(std::move(vertices), cap, Side::region);
+    island.bed_point_world_m = cap.inner.back().position_world_m;
     Vec3 area = Vec3::Zero();
-    for (std::size_t i = 0; i < rim.size(); ++i)
-      area += (rim[i].position_world_m - centre).cross(rim[(i + 1) % rim.size()].position_world_m - centre);
-    island.bed_point_world_m = centre;
+    for (std::size_t i = 0; i < states.size(); ++i)
+      area += (states[i].position_world_m - island.bed_point_world_m)
+                  .cross(states[(i + 1) % states.size()].position_world_m - island.bed_point_world_m);
     island.bed_normal_world = area.stableNormalized();
-    island.any_vertex = in.back();
+  }
+  std::set<VertexId> met;
+  for (const BottomRim& rim : of_ground) {
+    std::vector<VertexId> vertices;
+    for (const RimCorner& corner : rim)
+      vertices.push_back(met.insert(corner.vertex).second ? corner.vertex : part(corner));
+    close(std::move(vertices), cap_of(states_of(rim)), Side::ground);
+  }
+  std::vector<TriangleId> removed;
+  for (const auto& [t, after] : changed) {
+    removed.push_back(t);
+    added.push_back(after);
   }
   if (!draft.replace(removed, added)) return std::nullopt;
   return island;

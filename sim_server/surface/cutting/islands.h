@@ -17,8 +17,9 @@ struct Island {
 };
 
 // `left` and `right` are the halves of a vertex that a cut has just opened. The search runs from both sides at once, so
-// that its time grows with the smaller side only. Nothing if the skin is still connected, or if the bottom of the
-// groove is no simple loop, or if the skin is but a crumb; the island then stays attached, and the surface is valid.
+// that its time grows with the smaller side only. A bottom that meets itself, as where a cut overruns its beginning, is
+// parted there on both sides; ground that would then be a crumb by itself goes with the island. Nothing if the skin is
+// still connected, or if the skin is but a crumb; the island then stays attached, and the surface is valid.
 std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right);
 
 }  // namespace sectio
