@@ -19,7 +19,8 @@ double cell_for_tetrahedra(double volume_m3, double tetrahedra);
 
 // `surface` must be closed, oriented and without self-intersection. The result passes check() (common/mesh/tet_mesh.h),
 // and its boundary vertices lie on the surface. Throws InputError when the surface is too thin for the cells or needs
-// more than 5 million lattice points.
-TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m);
+// more than 5 million lattice points. `relaxes`: without it, a tenth of the time and the same form, but a shorter stable
+// step.
+TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m, bool relaxes = true);
 
 }  // namespace sectio

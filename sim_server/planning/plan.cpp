@@ -14,6 +14,7 @@ constexpr int kMostSubsteps = 1000;    // in a step
 constexpr double kThinnest = 1.5;      // fewest cells across a body of hexahedra
 constexpr double kFewestTetrahedra = 200;  // fewer don't represent a body's shape
 constexpr double kMostElements = 400000;
+constexpr double kOff = 5;           // a law is off by no more, for candidates that aren't measured
 constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partly empty ones at the border
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
@@ -164,8 +165,15 @@ class Planner {
     return true;
   }
 
-  void take(const Built& built, Candidate& c) const {
+  void take(const Built& built, Candidate& c) {
     c.built = true;
+    c.weighed = built.weighed;
+    if (c.weighed) {
+      const auto weight = std::ranges::find_if(in_.loads, &BodyLoad::is_weight);
+      off_law_[c.method] = std::clamp(*c.weighed / *error_of(*weight, in_.shape, *c.method, c.cell_m), 1 / kOff, kOff);
+      for (Candidate& other : all_)
+        if (other.method == c.method) set_error(other);
+    }
     c.elements = built.elements;
     c.vertices = built.vertices;
     c.substeps = c.method->is_implicit ? 1 : built.substeps;
@@ -212,13 +220,23 @@ class Planner {
     }
   }
 
-  void add(Candidate c) {
+  double error_under(const BodyLoad& load, const Candidate& c) const {
+    if (load.is_weight && c.weighed) return *c.weighed;
+    const auto off = off_law_.find(c.method);
+    const double law = *error_of(load, in_.shape, *c.method, c.cell_m);
+    return load.is_weight && off != off_law_.end() ? off->second * law : law;
+  }
+  void set_error(Candidate& c) const {
     c.error = 0;
     for (const BodyLoad& l : in_.loads)
-      if (const double e = *error_of(l, in_.shape, *c.method, c.cell_m); e > c.error) {
+      if (const double e = error_under(l, c); e > c.error) {
         c.error = e;
         c.worst = l.what.load;
       }
+  }
+
+  void add(Candidate c) {
+    set_error(c);
     // The surface of a volume has a number of vertices proportional to the power 2/3.
     const double shell = std::min(c.vertices, 6 * std::pow(c.vertices, 2.0 / 3));
     set_cost(c, c.method->needs_volume() ? shell : c.vertices);
@@ -228,6 +246,7 @@ class Planner {
   const PlanInput& in_;
   const Calibration& calibration_;
   std::vector<Candidate> all_;
+  std::map<const Method*, double> off_law_;  // measured error by weight over the law's
   BodyPlan plan_;
 };
 

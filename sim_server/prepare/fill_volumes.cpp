@@ -12,7 +12,7 @@
 namespace sectio {
 namespace {
 
-FilledVolume filled(const BodySpec& body) {
+FilledVolume filled(const BodySpec& body, Filling filling) {
   if (body.volume.file.empty()) {
     FillSettings settings;
     settings.mesher = body.volume.mesher == "tetgen" ? Mesher::tetgen
@@ -20,6 +20,8 @@ FilledVolume filled(const BodySpec& body) {
                                                      : Mesher::lattice;
     settings.tetrahedra = body.volume.tetrahedra;
     settings.material = body.material;
+    settings.relaxes = filling != Filling::form;
+    settings.reports = filling == Filling::whole;
     return fill(body.mesh, settings);
   }
   TetFile file = read_tet_file(body.volume.file, body.volume.file_unit_m);
@@ -51,12 +53,12 @@ constexpr double kCrumb = 2;  // mean tetrahedra: what comes off and is smaller 
 
 }  // namespace
 
-void fill_volume(BodySpec& body) {
+void fill_volume(BodySpec& body, Filling filling) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
   if (body.cutting.style == "templates")
     throw InputError("cutting: templates cut a surface; a volume is cut progressive or semi_progressive");
-  FilledVolume volume = filled(body);
+  FilledVolume volume = filled(body, filling);
   const TetSurface surface = surface_of(volume.mesh);
   body.tets = with_first(volume.mesh, surface.of_volume);
   body.mesh = surface.soup;
