@@ -20,7 +20,6 @@ FilledVolume filled(const BodySpec& body, Filling filling) {
                                                      : Mesher::lattice;
     settings.tetrahedra = body.volume.tetrahedra;
     settings.material = body.material;
-    settings.relaxes = filling != Filling::form;
     settings.reports = filling == Filling::whole;
     return fill(body.mesh, settings);
   }

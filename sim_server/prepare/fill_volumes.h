@@ -13,9 +13,9 @@ namespace sectio {
 Scene fill_volumes(Scene scene, const EngineTable& engines);
 Scene fill_volumes(Scene scene);  // with the standard engines
 
-// The same for one body, whatever its model needs, without what the model adds to the specification. Bodies on trial
-// have no report on their tetrahedra; those whose form alone counts, as a lattice's, aren't relaxed either.
-enum class Filling { whole, on_trial, form };
+// The same for one body, whatever its model needs, without what the model adds to the specification. On trial there is
+// no report on its tetrahedra.
+enum class Filling { whole, on_trial };
 void fill_volume(BodySpec& body, Filling filling = Filling::whole);
 
 }  // namespace sectio

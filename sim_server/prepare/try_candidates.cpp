@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/world/body.h"
 
 namespace sectio {
@@ -12,7 +13,6 @@ using planning::Candidate;
 
 constexpr double kMostTried = 2500;  // elements
 
-// A lattice has no more than its form from its tetrahedra, which are made fast.
 bool is_fine(const BodySpec& body, const Candidate& c) {
   return body.volume.file.empty() && c.method->needs_volume() && c.elements > kMostTried;
 }
@@ -76,9 +76,8 @@ Trials::Made Trials::made(const OnTrial& subject, const Candidate& c) {
 Scene Trials::filled(const BodySpec& body, const Candidate& c) {
   Scene one = alone(body, scene_, c);
   if (!c.method->needs_volume()) return one;
-  const Filling filling = c.method->embeds() ? Filling::form : Filling::on_trial;
-  const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra, filling});
-  if (is_new) fill_volume(at->second = one.bodies[0], filling);
+  const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra});
+  if (is_new) fill_volume(at->second = one.bodies[0], Filling::on_trial);
   one.bodies[0].mesh = at->second.mesh;
   one.bodies[0].tets = at->second.tets;
   return one;
