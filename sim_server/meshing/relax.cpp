@@ -30,9 +30,9 @@ class Relaxation {
     }
   }
 
-  void pass() {
+  void pass(const RelaxWhere& where) {
     for (VertexId v = 0; v < star_.size(); ++v)
-      if (may_improve(v) && !improve(v)) tried_[v] = ++moment_;
+      if (may_improve(v) && (!where || where(mesh_.vertices_body_m[v])) && !improve(v)) tried_[v] = ++moment_;
   }
 
  private:
@@ -134,9 +134,10 @@ class Relaxation {
 
 }  // namespace
 
-void relax(TetMesh& mesh, const SurfaceCreases& creases, const std::vector<Seat>& seats, int passes) {
+void relax(TetMesh& mesh, const SurfaceCreases& creases, const std::vector<Seat>& seats, const RelaxWhere& where,
+           int passes) {
   Relaxation relaxation(mesh, creases, seats);
-  for (int n = 0; n < passes; ++n) relaxation.pass();
+  for (int n = 0; n < passes; ++n) relaxation.pass(where);
 }
 
 }  // namespace sectio

@@ -8,6 +8,7 @@
 #include "common/material/region_volumes.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/meshing/fill.h"
+#include "sim_server/meshing/lattice_mesher.h"
 #include "sim_server/planning/body_loads.h"
 #include "sim_server/volume/volume_material.h"
 
@@ -17,19 +18,34 @@ namespace {
 // Cells across the thickness, where that is no more than so many cells in the body. Tetrahedra are as many as a filled
 // body has at the most (planning/resolution.h), and more, since the border of what is held recedes by half of one.
 constexpr double kAcross = 9, kMostCells = 5000, kTetrahedra = 40000;
+constexpr double kNearBorder = 2;  // edges of the tetrahedra's lattice
 
 // The coarse lattice, for large strains.
 constexpr double kCoarseAcross = 3, kMostCoarseCells = 200, kCoarseTetrahedra = 2500;
 constexpr double kMoreWeight = 0.1;  // relative
 constexpr double kLeastAmplified = 0.3, kMostAmplified = 5;
+// Where large strains make a body stiffer, it moves otherwise than for small ones, and so does its error, by so much.
+constexpr double kOtherwise = 0.02;
 constexpr double kResidual = 2e-3;
 constexpr double kLongStep_s = 3;  // inertia counts for nothing
 constexpr int kMostTries = 4;      // of Newton's method
 
-std::unique_ptr<HexSolid> solid_of(const BodySpec& body, double tetrahedra, double cell_m) {
+// The distance from the border of a box.
+double to_border_m(const Box& box, const Vec3& x_world_m) {
+  const Vec3 below = box.min_world_m - x_world_m, above = x_world_m - box.max_world_m;
+  const Vec3 beyond = below.cwiseMax(above);
+  const double inside = beyond.maxCoeff();
+  return inside < 0 ? -inside : beyond.cwiseMax(0).norm();
+}
+
+std::unique_ptr<HexSolid> solid_of(const BodySpec& body, const planning::BodyShape& shape, double tetrahedra,
+                                   double cell_m) {
   FillSettings filling;
   filling.tetrahedra = tetrahedra;
-  filling.relaxes = filling.reports = false;
+  filling.reports = false;
+  // Which tetrahedra are held depends on where their corners are; nothing else here depends on their shapes.
+  const double near_m = kNearBorder * cell_for_tetrahedra(shape.volume_m3, tetrahedra);
+  filling.relaxes = [&](const Vec3& p) { return to_border_m(*body.fixed, body.pose.to_world(p)) < near_m; };
   const TetMesh mesh = fill(body.mesh, filling).mesh;
   VolumeMaterial material = volume_material(body.material);
   if (vary_in_stiffness(body.regions))
@@ -132,9 +148,9 @@ class WeighedBody::Field {
 WeighedBody::WeighedBody(const BodySpec& body, const planning::BodyShape& shape, const Vec3& gravity_body_m_per_s2)
     : floor_m_(planning::kSagThatMatters * shape.thickness_m) {
   try {
-    reference_ = std::make_unique<Field>(solid_of(body, kTetrahedra, cell_for(shape, kAcross, kMostCells)),
+    reference_ = std::make_unique<Field>(solid_of(body, shape, kTetrahedra, cell_for(shape, kAcross, kMostCells)),
                                          gravity_body_m_per_s2);
-    const auto coarse = solid_of(body, kCoarseTetrahedra, cell_for(shape, kCoarseAcross, kMostCoarseCells));
+    const auto coarse = solid_of(body, shape, kCoarseTetrahedra, cell_for(shape, kCoarseAcross, kMostCoarseCells));
     amplification_ = amplification_of(*coarse, gravity_body_m_per_s2);
   } catch (const InputError&) {  // tetrahedra that can't follow the surface; a candidate will say so
     reference_.reset();
@@ -155,7 +171,8 @@ std::optional<double> WeighedBody::error_of(std::span<const SagPoint> candidate)
     kg += p.mass_kg;
   }
   if (!(kg > 0)) return std::nullopt;
-  return amplification_ * std::sqrt(wrong / kg) / std::max(std::sqrt(moved / kg), floor_m_);
+  const double error = std::sqrt(wrong / kg) / std::max(std::sqrt(moved / kg), floor_m_);
+  return std::hypot(amplification_ * error, kOtherwise * std::max(0.0, 1 - amplification_));
 }
 
 }  // namespace sectio
