@@ -14,7 +14,6 @@ constexpr int kMostSubsteps = 1000;    // in a step
 constexpr double kThinnest = 1.5;      // fewest cells across a body of hexahedra
 constexpr double kFewestTetrahedra = 200;  // fewer don't represent a body's shape
 constexpr double kMostElements = 400000;
-constexpr double kOff = 5;           // a law is off by no more, for candidates that aren't measured
 constexpr double kBesideFaces = 1.5;  // factor of the number of cells for partly empty ones at the border
 const std::vector<double> kAcross = {1.5, 2, 3, 4, 5, 6, 8, 10, 12, 16};
 
@@ -168,12 +167,8 @@ class Planner {
   void take(const Built& built, Candidate& c) {
     c.built = true;
     c.weighed = built.weighed;
-    if (c.weighed) {
-      const auto weight = std::ranges::find_if(in_.loads, &BodyLoad::is_weight);
-      off_law_[c.method] = std::clamp(*c.weighed / *error_of(*weight, in_.shape, *c.method, c.cell_m), 1 / kOff, kOff);
-      for (Candidate& other : all_)
-        if (other.method == c.method) set_error(other);
-    }
+    for (Candidate& other : all_)
+      if (c.weighed && other.method == c.method) set_error(other);
     c.elements = built.elements;
     c.vertices = built.vertices;
     c.substeps = c.method->is_implicit ? 1 : built.substeps;
@@ -222,9 +217,12 @@ class Planner {
 
   double error_under(const BodyLoad& load, const Candidate& c) const {
     if (load.is_weight && c.weighed) return *c.weighed;
-    const auto off = off_law_.find(c.method);
-    const double law = *error_of(load, in_.shape, *c.method, c.cell_m);
-    return load.is_weight && off != off_law_.end() ? off->second * law : law;
+    const Candidate* nearest = nullptr;
+    const auto ratio = [&](const Candidate& other) { return std::abs(std::log(other.cell_m / c.cell_m)); };
+    for (const Candidate& other : all_)
+      if (other.method == c.method && other.weighed && (!nearest || ratio(other) < ratio(*nearest))) nearest = &other;
+    if (!load.is_weight || !nearest) return *error_of(load, in_.shape, *c.method, c.cell_m);
+    return *nearest->weighed * finer(*c.method, nearest->cell_m, c.cell_m);
   }
   void set_error(Candidate& c) const {
     c.error = 0;
@@ -246,7 +244,6 @@ class Planner {
   const PlanInput& in_;
   const Calibration& calibration_;
   std::vector<Candidate> all_;
-  std::map<const Method*, double> off_law_;  // measured error by weight over the law's
   BodyPlan plan_;
 };
 

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
+#include <cstdio>
 
-#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/world/body.h"
 
 namespace sectio {
@@ -15,12 +16,6 @@ constexpr double kMostTried = 2500;  // elements
 
 bool is_fine(const BodySpec& body, const Candidate& c) {
   return body.volume.file.empty() && c.method->needs_volume() && c.elements > kMostTried;
-}
-
-// The law's error by weight of the candidate over that of the coarser one that was made.
-double better(const Candidate& c, double made_cell_m) {
-  const auto law = std::ranges::find(c.method->laws, planning::Load::hanging, &planning::LoadLaw::load);
-  return law == c.method->laws.end() ? 1 : std::pow(c.cell_m / made_cell_m, law->law.p);
 }
 
 }  // namespace
@@ -55,7 +50,7 @@ planning::Built Trials::of(const OnTrial& subject, const Candidate& c) {
     trial.surface_vertices *= std::pow(more, 2.0 / 3);
     trial.size.elements *= finer * finer * finer;
     trial.size.part_limit_s /= finer;
-    if (trial.weighed) *trial.weighed *= better(c, trial.cell_m);
+    if (trial.weighed) *trial.weighed *= planning::finer(*c.method, trial.cell_m, c.cell_m);
   }
   const double parts_needed = std::clamp(std::ceil(c.step_s / trial.size.part_limit_s), 1.0, 1000.0);
   return {trial.size.elements, trial.size.vertices, trial.surface_vertices,
@@ -63,21 +58,28 @@ planning::Built Trials::of(const OnTrial& subject, const Candidate& c) {
 }
 
 Trials::Made Trials::made(const OnTrial& subject, const Candidate& c) {
+  const clock_t t0 = clock();
   const Scene one = filled(subject.body, c);
+  const clock_t t1 = clock();
   Body body(one.bodies[0], one, 0, engines_.model(one.bodies[0].model).make);
   DeformationEngine& engine = *body.engines.deformation;
   Made made{engine.size(body.shared()), static_cast<double>(body.mesh.vertex_count()), c.cell_m, {}};
   if (!subject.gravity_body_m_per_s2) return made;
+  const clock_t t2 = clock();
+  weighed(subject);
+  const clock_t t3 = clock();
   if (const auto sag = engine.sag(*subject.gravity_body_m_per_s2); !sag.empty())
     made.weighed = weighed(subject).error_of(sag);
+  fprintf(stderr, "TRIED %s tets %.0f cell %.4g elements %.0f: fill %.3f body %.3f reference %.3f sag %.3f -> %.4f\n", c.method->name.c_str(), c.tetrahedra, c.cell_m, made.size.elements, double(t1-t0)/1e6, double(t2-t1)/1e6, double(t3-t2)/1e6, double(clock()-t3)/1e6, made.weighed.value_or(-1));
   return made;
 }
 
 Scene Trials::filled(const BodySpec& body, const Candidate& c) {
   Scene one = alone(body, scene_, c);
   if (!c.method->needs_volume()) return one;
-  const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra});
-  if (is_new) fill_volume(at->second = one.bodies[0], Filling::on_trial);
+  const Filling filling = c.method->embeds() ? Filling::form : Filling::on_trial;
+  const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra, filling});
+  if (is_new) fill_volume(at->second = one.bodies[0], filling);
   one.bodies[0].mesh = at->second.mesh;
   one.bodies[0].tets = at->second.tets;
   return one;

@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 #include <tuple>
-#include <utility>
 
 #include "sim_server/engine/engine_table.h"
 #include "sim_server/planning/plan.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/prepare/weighed_body.h"
 #include "sim_server/scene/scene.h"
 
@@ -45,7 +45,7 @@ class Trials {
   const Scene& scene_;
   const EngineTable& engines_;
   std::map<std::tuple<std::string, const planning::Method*, double, double>, Made> known_;
-  std::map<std::pair<std::string, double>, BodySpec> volumes_;  // which methods share
+  std::map<std::tuple<std::string, double, Filling>, BodySpec> volumes_;  // which methods share
   std::map<std::string, WeighedBody> weighed_;
 };
 

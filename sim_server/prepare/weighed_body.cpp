@@ -7,9 +7,8 @@
 #include "common/core/error.h"
 #include "common/material/region_volumes.h"
 #include "sim_server/deformation/hexa/hex_solid.h"
-#include "sim_server/meshing/fill.h"
-#include "sim_server/meshing/lattice_mesher.h"
 #include "sim_server/planning/body_loads.h"
+#include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/volume/volume_material.h"
 
 namespace sectio {
@@ -17,43 +16,30 @@ namespace {
 
 // Cells across the thickness, where that is no more than so many cells in the body. Tetrahedra are as many as a filled
 // body has at the most (planning/resolution.h), and more, since the border of what is held recedes by half of one.
-constexpr double kAcross = 9, kMostCells = 5000, kTetrahedra = 40000;
-constexpr double kNearBorder = 2;  // edges of the tetrahedra's lattice
+constexpr double kAcross = 9, kMostCells = 3000, kTetrahedra = 40000;
 
 // The coarse lattice, for large strains.
 constexpr double kCoarseAcross = 3, kMostCoarseCells = 200, kCoarseTetrahedra = 2500;
 constexpr double kMoreWeight = 0.1;  // relative
 constexpr double kLeastAmplified = 0.3, kMostAmplified = 5;
+constexpr double kUnsettled = 1.5;  // the amplification where no equilibrium is found
 // Where large strains make a body stiffer, it moves otherwise than for small ones, and so does its error, by so much.
 constexpr double kOtherwise = 0.02;
 constexpr double kResidual = 2e-3;
 constexpr double kLongStep_s = 3;  // inertia counts for nothing
-constexpr int kMostTries = 4;      // of Newton's method
+constexpr int kMostProductsToSettle = 3000;
 
-// The distance from the border of a box.
-double to_border_m(const Box& box, const Vec3& x_world_m) {
-  const Vec3 below = box.min_world_m - x_world_m, above = x_world_m - box.max_world_m;
-  const Vec3 beyond = below.cwiseMax(above);
-  const double inside = beyond.maxCoeff();
-  return inside < 0 ? -inside : beyond.cwiseMax(0).norm();
-}
-
-std::unique_ptr<HexSolid> solid_of(const BodySpec& body, const planning::BodyShape& shape, double tetrahedra,
-                                   double cell_m) {
-  FillSettings filling;
-  filling.tetrahedra = tetrahedra;
-  filling.reports = false;
-  // Which tetrahedra are held depends on where their corners are; nothing else here depends on their shapes.
-  const double near_m = kNearBorder * cell_for_tetrahedra(shape.volume_m3, tetrahedra);
-  filling.relaxes = [&](const Vec3& p) { return to_border_m(*body.fixed, body.pose.to_world(p)) < near_m; };
-  const TetMesh mesh = fill(body.mesh, filling).mesh;
+std::unique_ptr<HexSolid> solid_of(BodySpec body, double tetrahedra, double cell_m) {
+  body.volume = {};
+  body.volume.tetrahedra = tetrahedra;
+  fill_volume(body, Filling::form);
   VolumeMaterial material = volume_material(body.material);
   if (vary_in_stiffness(body.regions))
-    for (const std::uint32_t region : regions_of(body.regions, mesh))
+    for (const std::uint32_t region : regions_of(body.regions, body.tets))
       material.stiffness_factor.push_back(region == kNoRegion ? 1 : body.regions[region].stiffness_factor);
   VolumeSettings settings;
-  for (const Vec3& p : mesh.vertices_body_m) settings.fixed.push_back(body.fixed->contains(body.pose.to_world(p)));
-  return std::make_unique<HexSolid>(mesh, grid_around(mesh, cell_m), material, settings);
+  for (const Vec3& p : body.tets.vertices_body_m) settings.fixed.push_back(body.fixed->contains(body.pose.to_world(p)));
+  return std::make_unique<HexSolid>(body.tets, grid_around(body.tets, cell_m), material, settings);
 }
 
 double cell_for(const planning::BodyShape& shape, double across, double most_cells) {
@@ -69,12 +55,16 @@ std::vector<Vec3> settled(HexSolid& solid, const Vec3& gravity_m_per_s2, std::ve
     inverse_mass.push_back(kg > 0 && solid.node_inverse_mass_per_kg()[n] > 0 ? 1 / kg : 0);
     inertial_m.push_back(solid.lattice().rest_m(n) + kLongStep_s * kLongStep_s * gravity_m_per_s2);
   }
+  const NewtonStep::Problem problem{
+      kLongStep_s, kResidual, solid.node_mass_kg(), inverse_mass, inertial_m, {}, nullptr, {}};
   NewtonStep newton;
-  for (int n = 0; n < kMostTries; ++n)
-    if (newton.solve(solid.energy(), {kLongStep_s, kResidual, solid.node_mass_kg(), inverse_mass, inertial_m, {}, {}, {}},
-                     from_m)
-            .met)
-      return from_m;
+  int products = 0;
+  while (products < kMostProductsToSettle) {
+    const NewtonOutcome outcome = newton.solve(solid.energy(), problem, from_m);
+    if (outcome.met) return from_m;
+    if (outcome.iterations == 0) break;
+    products += outcome.products;
+  }
   return {};
 }
 
@@ -85,9 +75,9 @@ double amplification_of(HexSolid& solid, const Vec3& gravity_m_per_s2) {
   for (std::uint32_t n = 0; n < solid.node_mass_kg().size(); ++n) rest_m.push_back(solid.lattice().rest_m(n));
   solid.energy().set_homes(Pose{});
   const std::vector<Vec3> now = settled(solid, gravity_m_per_s2, rest_m);
-  if (now.empty()) return kMostAmplified;
+  if (now.empty()) return kUnsettled;
   const std::vector<Vec3> more = settled(solid, (1 + kMoreWeight) * gravity_m_per_s2, now);
-  if (more.empty()) return kMostAmplified;
+  if (more.empty()) return kUnsettled;
   double moved = 0, moved_more = 0;
   for (std::size_t n = 0; n < now.size(); ++n) {
     moved += solid.node_mass_kg()[n] * (now[n] - rest_m[n]).squaredNorm();
@@ -148,9 +138,9 @@ class WeighedBody::Field {
 WeighedBody::WeighedBody(const BodySpec& body, const planning::BodyShape& shape, const Vec3& gravity_body_m_per_s2)
     : floor_m_(planning::kSagThatMatters * shape.thickness_m) {
   try {
-    reference_ = std::make_unique<Field>(solid_of(body, shape, kTetrahedra, cell_for(shape, kAcross, kMostCells)),
+    reference_ = std::make_unique<Field>(solid_of(body, kTetrahedra, cell_for(shape, kAcross, kMostCells)),
                                          gravity_body_m_per_s2);
-    const auto coarse = solid_of(body, shape, kCoarseTetrahedra, cell_for(shape, kCoarseAcross, kMostCoarseCells));
+    const auto coarse = solid_of(body, kCoarseTetrahedra, cell_for(shape, kCoarseAcross, kMostCoarseCells));
     amplification_ = amplification_of(*coarse, gravity_body_m_per_s2);
   } catch (const InputError&) {  // tetrahedra that can't follow the surface; a candidate will say so
     reference_.reset();
