@@ -71,7 +71,7 @@ class DeformationEngine : public Engine {
   // The next steps are taken by the driver that is stable at any step, where there is one.
   virtual void use_stable_driver(int /*steps*/) {}
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
-  // How far its weight moves the body, for small strains, where the engine knows: one a particle that isn't held. In the
+  // How far its weight moves the body, for small strains, if the engine knows: one a particle that isn't held. In the
   // body's frame, before anything has changed its topology.
   virtual std::vector<SagPoint> sag(const Vec3& /*gravity_body_m_per_s2*/) { return {}; }
   virtual ModelSize size(const SharedBody& body) const {

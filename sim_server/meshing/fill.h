@@ -21,8 +21,8 @@ struct FillSettings {
   double tetrahedra = 8000;  // approximate number
   ElasticMaterial material;
   double tetgen_limit_s = 60;
-  RelaxWhere relaxes;   // of the lattice mesher: where not, a tenth of the time, and the same form
-  bool reports = true;  // false: the lattice mesher's mesh alone, in half the time
+  RelaxWhere relaxes = {};  // the lattice mesher does so there; elsewhere: a tenth of the time, and the same form
+  bool reports = true;      // false: the lattice mesher's mesh alone, in half the time
 };
 
 struct FillReport {

@@ -18,7 +18,7 @@ constexpr double kLeftOver = 1.1;
 // of tetrahedra bevels.
 constexpr double kWithoutEdges = 0.4;
 
-// Where a body is held, stresses grow towards the rim like r^(q - 1), q about 0.75 beside nearly incompressible tissue:
+// At the rim of what is held stresses grow like r^(q - 1), q about 0.75 beside nearly incompressible tissue:
 // whatever the elements, displacements converge with the power 2 q.
 constexpr double kRim = 1.5;
 

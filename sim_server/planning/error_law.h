@@ -48,8 +48,8 @@ struct LoadCase {
   Load load = Load::bending;
   double width_m = 0;  // length along which n counts cells
   double poisson = 0.45;
-  double chi = 0.2236;    // indentation: a over the thickness of the tissue beneath
-  double bed_ratio = 1;   // indentation: foundation_radius_m over a
+  double chi = 0.2236;      // indentation: a over the thickness of the tissue beneath
+  double bed_ratio = 1;     // indentation: foundation_radius_m over a
   bool sharp_edges = true;  // the chart's bodies are boxes, whose edges tetrahedra bevel
   bool fills_cells = true;  // hexahedra: no cell is partly empty
   // How much a load by weight matters, up to 1. The error is relative to what the weight moves, or to a fixed

@@ -74,8 +74,8 @@ struct Candidate {
   double cut_cpu = 0;     // while a blade cuts, with all that it has cut; 0: none does
   double cut_step_s = 0;  // processor's time of a step in which the topology changes
   double elements_after_cut = 0;
-  Load worst = Load::bending;  // the load with this error
-  bool built = false;          // elements, vertices and substeps are counted, not estimated
+  Load worst = Load::bending;     // the load with this error
+  bool built = false;             // elements, vertices and substeps are counted, not estimated
   std::optional<double> weighed;  // the error by weight as it was measured; else it is the law's
 
   double most_cpu() const { return std::max(cpu, cut_cpu); }

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
-#include <cstdio>
 
 #include "sim_server/world/body.h"
 
@@ -58,19 +56,13 @@ planning::Built Trials::of(const OnTrial& subject, const Candidate& c) {
 }
 
 Trials::Made Trials::made(const OnTrial& subject, const Candidate& c) {
-  const clock_t t0 = clock();
   const Scene one = filled(subject.body, c);
-  const clock_t t1 = clock();
   Body body(one.bodies[0], one, 0, engines_.model(one.bodies[0].model).make);
   DeformationEngine& engine = *body.engines.deformation;
   Made made{engine.size(body.shared()), static_cast<double>(body.mesh.vertex_count()), c.cell_m, {}};
   if (!subject.gravity_body_m_per_s2) return made;
-  const clock_t t2 = clock();
-  weighed(subject);
-  const clock_t t3 = clock();
   if (const auto sag = engine.sag(*subject.gravity_body_m_per_s2); !sag.empty())
     made.weighed = weighed(subject).error_of(sag);
-  fprintf(stderr, "TRIED %s tets %.0f cell %.4g elements %.0f: fill %.3f body %.3f reference %.3f sag %.3f -> %.4f\n", c.method->name.c_str(), c.tetrahedra, c.cell_m, made.size.elements, double(t1-t0)/1e6, double(t2-t1)/1e6, double(t3-t2)/1e6, double(clock()-t3)/1e6, made.weighed.value_or(-1));
   return made;
 }
 

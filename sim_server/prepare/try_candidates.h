@@ -45,7 +45,7 @@ class Trials {
   const Scene& scene_;
   const EngineTable& engines_;
   std::map<std::tuple<std::string, const planning::Method*, double, double>, Made> known_;
-  std::map<std::tuple<std::string, double, Filling>, BodySpec> volumes_;  // which methods share
+  std::map<std::tuple<std::string, double, Filling>, BodySpec> volumes_;  // methods share them
   std::map<std::string, WeighedBody> weighed_;
 };
 

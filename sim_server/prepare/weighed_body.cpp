@@ -16,14 +16,14 @@ namespace {
 
 // Cells across the thickness, where that is no more than so many cells in the body. Tetrahedra are as many as a filled
 // body has at the most (planning/resolution.h), and more, since the border of what is held recedes by half of one.
-constexpr double kAcross = 9, kMostCells = 3000, kTetrahedra = 40000;
+constexpr double kAcross = 9, kMostCells = 4000, kTetrahedra = 40000;
 
 // The coarse lattice, for large strains.
 constexpr double kCoarseAcross = 3, kMostCoarseCells = 200, kCoarseTetrahedra = 2500;
 constexpr double kMoreWeight = 0.1;  // relative
-constexpr double kLeastAmplified = 0.3, kMostAmplified = 5;
+constexpr double kLeastAmplified = 0.3, kMostAmplified = 3;
 constexpr double kUnsettled = 1.5;  // the amplification where no equilibrium is found
-// Where large strains make a body stiffer, it moves otherwise than for small ones, and so does its error, by so much.
+// A body that large strains make stiffer moves otherwise than for small ones: an error that these don't show.
 constexpr double kOtherwise = 0.02;
 constexpr double kResidual = 2e-3;
 constexpr double kLongStep_s = 3;  // inertia counts for nothing
@@ -55,8 +55,8 @@ std::vector<Vec3> settled(HexSolid& solid, const Vec3& gravity_m_per_s2, std::ve
     inverse_mass.push_back(kg > 0 && solid.node_inverse_mass_per_kg()[n] > 0 ? 1 / kg : 0);
     inertial_m.push_back(solid.lattice().rest_m(n) + kLongStep_s * kLongStep_s * gravity_m_per_s2);
   }
-  const NewtonStep::Problem problem{
-      kLongStep_s, kResidual, solid.node_mass_kg(), inverse_mass, inertial_m, {}, nullptr, {}};
+  const NewtonStep::Problem problem{kLongStep_s, kResidual, solid.node_mass_kg(), inverse_mass, inertial_m, {},
+                                    nullptr,     {}};
   NewtonStep newton;
   int products = 0;
   while (products < kMostProductsToSettle) {
@@ -94,7 +94,7 @@ class WeighedBody::Field {
   Field(std::unique_ptr<HexSolid> solid, const Vec3& gravity_m_per_s2)
       : solid_(std::move(solid)), moved_m_(solid_->sag_of_nodes_m(gravity_m_per_s2)) {
     for (std::uint32_t e = 0; e < lattice().cells.size(); ++e) {
-      // Of several copies of a cell, that with the most tissue.
+      // The copy of a cell with the most tissue.
       const auto [at, is_new] = cell_at_.try_emplace(lattice().cells[e].place, e);
       if (!is_new && lattice().cells[at->second].fill < lattice().cells[e].fill) at->second = e;
     }

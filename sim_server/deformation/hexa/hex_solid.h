@@ -58,7 +58,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   HexDescent& energy() { return *descent_; }  // for the implicit driver
   const HexMaterial& material() const { return hex_material_; }
   std::span<const double> node_mass_kg() const { return node_mass_; }
-  std::span<const double> node_inverse_mass_per_kg() const { return inverse_mass_; }  // of the motion; 0: held
+  std::span<const double> node_inverse_mass_per_kg() const { return inverse_mass_; }  // 0: held
   std::span<const Vec4f> node_position_world_m() const { return position_; }
   std::span<const Vec4f> node_velocity_m_per_s() const { return velocity_; }
   double elastic_energy_j(std::span<const Vec4f> node_position_world_m) const;
