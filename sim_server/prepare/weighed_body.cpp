@@ -15,14 +15,14 @@ namespace sectio {
 namespace {
 
 // Cells across the thickness, where that is no more than so many cells in the body. Tetrahedra are as many as a filled
-// body has at the most (planning/resolution.h), and more, since the border of what is held recedes by half of one.
+// body has at the most (planning/resolution.h), and more: the border of what is held recedes by about half of one.
 constexpr double kAcross = 9, kMostCells = 4000, kTetrahedra = 40000;
 
 // The coarse lattice, for large strains.
 constexpr double kCoarseAcross = 3, kMostCoarseCells = 200, kCoarseTetrahedra = 2500;
 constexpr double kMoreWeight = 0.1;  // relative
 constexpr double kLeastAmplified = 0.3, kMostAmplified = 3;
-constexpr double kUnsettled = 1.5;  // the amplification where no equilibrium is found
+constexpr double kUnsettled = 3;  // the amplification where no equilibrium is found
 // A body that large strains make stiffer moves otherwise than for small ones: an error that these don't show.
 constexpr double kOtherwise = 0.02;
 constexpr double kResidual = 2e-3;

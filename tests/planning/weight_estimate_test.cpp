@@ -178,12 +178,9 @@ Weighed random_body(std::mt19937& random, int number) {
   constexpr const char* kHolds[] = {"hangs", "stands", "at_side"};
   Weighed w;
   w.name = std::string("random_") + kForms[form] + "_" + kHolds[hold];
-  const double a = between(0.03, 0.06), b = a * between(0.4, 0.9), c = b * between(0.4, 1.0);
-  w.mesh = form == 0   ? ellipsoid(3, Vec3(a, b, c))
-           : form == 1 ? bent(Vec3(a, b, c), between(0.15, 0.5))
-                       : block(1.5 * Vec3(a, b, c));
-  w.turned_deg = hold == 2 ? Vec3(between(-30, 30), between(-25, 25), between(-25, 25))
-                           : Vec3(between(0, 60), between(-30, 90), between(0, 90));
+  const double a = between(0.03, 0.06), b = a * between(0.4, 0.9), c = b * between(0.4, 1.0), by = between(0.15, 0.5);
+  w.mesh = form == 0 ? ellipsoid(3, Vec3(a, b, c)) : form == 1 ? bent(Vec3(a, b, c), by) : block(1.5 * Vec3(a, b, c));
+  for (double& angle_deg : w.turned_deg) angle_deg = hold == 2 ? between(-25, 25) : between(-30, 90);
   w.poisson = between(0.3, 0.48);
   w.error_budget = between(0.03, 0.15);
   Eigen::AlignedBox3d world;
@@ -194,7 +191,7 @@ Weighed random_body(std::mt19937& random, int number) {
   if (hold == 2) w.fixed = beyond(world.min().x() + share * along_m);
   const double free_m = (1 - share) * along_m, moves_m = between(0.03, 0.2) * free_m, thickness_m = 2 * c;
   const double sag_m2 = hold == 2 ? 0.9 * std::pow(free_m, 4) / (thickness_m * thickness_m) : 0.5 * free_m * free_m;
-  w.young_pa = (hold == 1 ? 4 : 1) * 1050 * 9.81 * sag_m2 / moves_m;  // it must not bend aside
+  w.young_pa = (hold == 1 ? 10 : 1) * 1050 * 9.81 * sag_m2 / moves_m;  // it must not bend aside
   return w;
 }
 
