@@ -16,7 +16,11 @@ struct Face {
   std::array<VertexId, 3> key;  // ascending
   std::uint32_t tet;
   std::uint32_t side;
-  bool operator<(const Face& o) const { return key != o.key ? key < o.key : tet < o.tet; }
+  bool operator<(const Face& o) const {
+    const auto pair = [](std::uint32_t high, std::uint32_t low) { return std::uint64_t{high} << 32 | low; };
+    const std::uint64_t first = pair(key[0], key[1]), other = pair(o.key[0], o.key[1]);
+    return first != other ? first < other : pair(key[2], tet) < pair(o.key[2], o.tet);
+  }
 };
 
 std::array<VertexId, 3> corners(const Tetrahedron& t, std::size_t side) {

@@ -8,6 +8,7 @@
 #include "common/math/types.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
 #include "sim_server/deformation/point_constraint.h"
+#include "sim_server/deformation/sag.h"
 #include "sim_server/engine/engine.h"
 
 namespace sectio {
@@ -70,6 +71,9 @@ class DeformationEngine : public Engine {
   // The next steps are taken by the driver that is stable at any step, where there is one.
   virtual void use_stable_driver(int /*steps*/) {}
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
+  // How far its weight moves the body, for small strains, if the engine knows: one a particle that isn't held. In the
+  // body's frame, before anything has changed its topology.
+  virtual std::vector<SagPoint> sag(const Vec3& /*gravity_body_m_per_s2*/) { return {}; }
   virtual ModelSize size(const SharedBody& body) const {
     const double vertices = body.mesh.vertex_count();
     return {vertices, vertices};

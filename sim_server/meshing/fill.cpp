@@ -15,7 +15,7 @@ TetMesh lattice(const TriangleSoup& surface, double volume_m3, const FillSetting
   double cell_m = cell_for_tetrahedra(volume_m3, settings.tetrahedra);
   for (int tries = 4;; --tries) {
     try {
-      return fill_with_lattice(surface, cell_m);
+      return fill_with_lattice(surface, cell_m, settings.relaxes);
     } catch (const InputError& error) {
       if (tries == 0) throw;
       notes.push_back(std::string("lattice: ") + error.what());
@@ -36,6 +36,10 @@ FilledVolume fill(const TriangleSoup& surface, const FillSettings& settings) {
   if (!outside.valid()) throw InputError("the surface can't be filled: " + outside.first_defect);
   if (!(outside.volume_m3 > 0)) throw InputError("the surface can't be filled: it is inside out");
   FilledVolume best;
+  if (settings.mesher == Mesher::lattice && !settings.reports) {
+    best.mesh = lattice(surface, outside.volume_m3, settings, best.notes);
+    return best;
+  }
   const auto compare = [&](TetMesh mesh, const char* name) {
     best.compared.push_back(report_on(mesh, name, outside.volume_m3, settings.material));
     if (best.compared.back().stable_step_s <= best.report.stable_step_s) return;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/mesh/tet_mesh.h"
+#include "sim_server/meshing/relax.h"
 #include "sim_server/meshing/stable_step.h"
 
 namespace sectio {
@@ -20,6 +21,8 @@ struct FillSettings {
   double tetrahedra = 8000;  // approximate number
   ElasticMaterial material;
   double tetgen_limit_s = 60;
+  RelaxWhere relaxes = {};  // the lattice mesher does so there; elsewhere: a tenth of the time, and the same form
+  bool reports = true;      // false: the lattice mesher's mesh alone, in half the time
 };
 
 struct FillReport {

@@ -81,22 +81,22 @@ class Lattice {
   // Calls visit(edge, p, q) for all edges whose boxes might meet the box.
   template <class Visit>
   void for_edges_near(const Box3& box, Visit visit) const {
+    constexpr double kRounding = 1e-6;
     const Vec3 low = (box.min() - origin_m_) / half_m_, high = (box.max() - origin_m_) / half_m_;
-    Place from, to;
-    for (std::size_t i = 0; i < 3; ++i) {
-      from[i] = std::max(0, static_cast<int>(std::floor(low[static_cast<Eigen::Index>(i)])) - 2);
-      to[i] = std::min(2 * cells_[i] + 1, static_cast<int>(std::ceil(high[static_cast<Eigen::Index>(i)])) + 1);
-    }
-    for (int x = from[0]; x <= to[0]; ++x)
-      for (int y = from[1] + ((from[1] ^ x) & 1); y <= to[1]; y += 2)
-        for (int z = from[2] + ((from[2] ^ x) & 1); z <= to[2]; z += 2) {
-          const Place p{x, y, z};
-          if (!contains(p)) continue;
-          for (std::uint64_t n = 0; n < 7; ++n) {
-            const Place q = plus(p, kSteps[n]);
-            if (contains(q)) visit(7 * std::uint64_t{slot(p)} + n, point(p), point(q));
+    for (std::uint64_t n = 0; n < 7; ++n) {
+      Place from, to;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        from[i] = std::max(0, static_cast<int>(std::ceil(low[k] - std::max(0, kSteps[n][i]) - kRounding)));
+        to[i] = std::min(2 * cells_[i], static_cast<int>(std::floor(high[k] - std::min(0, kSteps[n][i]) + kRounding)));
+      }
+      for (int x = from[0]; x <= to[0]; ++x)
+        for (int y = from[1] + ((from[1] ^ x) & 1); y <= to[1]; y += 2)
+          for (int z = from[2] + ((from[2] ^ x) & 1); z <= to[2]; z += 2) {
+            const Place p{x, y, z}, q = plus(p, kSteps[n]);
+            if (contains(p) && contains(q)) visit(7 * std::uint64_t{slot(p)} + n, point(p), point(q));
           }
-        }
+    }
   }
 
   // Calls visit(point, earlier point, edge between them) for all points but the first, each after the point that it is

@@ -209,17 +209,17 @@ double cell_for_tetrahedra(double volume_m3, double tetrahedra) {
   return std::cbrt(12 * volume_m3 / tetrahedra);
 }
 
-TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m) {
+TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m, const RelaxWhere& relaxes) {
   TetMesh mesh = LatticeMesher(surface, cell_m).run();
   if (mesh.tetrahedra.empty()) throw InputError("the surface is thinner than the cells of the lattice everywhere");
   const SurfaceCreases creases(surface, cell_m);
   if (!creases.empty()) {
     TetMesh sharp = mesh;
     const std::vector<Seat> seats = sharpen(sharp, creases, cell_m);
-    relax(sharp, creases, seats);
+    relax(sharp, creases, seats, relaxes);
     if (check(sharp).valid) return sharp;
   }
-  relax(mesh, creases, {});
+  relax(mesh, creases, {}, relaxes);
   const TetReport report = check(mesh);
   if (!report.valid) {
     char text[120];

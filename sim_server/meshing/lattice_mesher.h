@@ -11,6 +11,7 @@
 #pragma once
 
 #include "common/mesh/tet_mesh.h"
+#include "sim_server/meshing/relax.h"
 
 namespace sectio {
 
@@ -19,7 +20,7 @@ double cell_for_tetrahedra(double volume_m3, double tetrahedra);
 
 // `surface` must be closed, oriented and without self-intersection. The result passes check() (common/mesh/tet_mesh.h),
 // and its boundary vertices lie on the surface. Throws InputError when the surface is too thin for the cells or needs
-// more than 5 million lattice points.
-TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m);
+// more than 5 million lattice points. `relaxes`: see relax().
+TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m, const RelaxWhere& relaxes = {});
 
 }  // namespace sectio

@@ -19,6 +19,7 @@ class NearTriangles {
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
       Box3 box;
       for (const VertexId v : surface.triangles[t]) box.extend(surface.vertices_body_m[v]);
+      around_.push_back({box.center(), 0.5 * box.diagonal().norm()});
       const Key low = key(box.min()), high = key(box.max());
       for (int i = low[0]; i <= high[0]; ++i)
         for (int j = low[1]; j <= high[1]; ++j)
@@ -43,6 +44,8 @@ class NearTriangles {
           if (cube == cubes_.end()) continue;
           for (const std::uint32_t t : cube->second) {
             if (!counts(t)) continue;
+            const double reach = std::sqrt(best) + around_[t].radius_m;
+            if ((p - around_[t].centre_m).squaredNorm() > (1 + kMargin) * reach * reach) continue;
             const auto& [a, b, c] = surface_.triangles[t];
             const auto& x = surface_.vertices_body_m;
             const ClosestPoint candidate = closest_on_triangle(p, {x[a], x[b], x[c]});
@@ -64,8 +67,15 @@ class NearTriangles {
     return {static_cast<int>(std::floor(scaled.x())), static_cast<int>(std::floor(scaled.y())),
             static_cast<int>(std::floor(scaled.z()))};
   }
+  struct Ball {
+    Vec3 centre_m = Vec3::Zero();
+    double radius_m = 0;
+  };
+  static constexpr double kMargin = 1e-9;  // for rounding
+
   const TriangleSoup& surface_;
   double size_m_;
+  std::vector<Ball> around_;  // by triangle
   std::map<Key, std::vector<std::uint32_t>> cubes_;
 };
 

@@ -14,7 +14,9 @@ class Relaxation {
         creases_(creases),
         seats_(seats),
         boundary_(mesh.vertices_body_m.size(), 0),
-        star_(boundary_.size()) {
+        star_(boundary_.size()),
+        tried_(boundary_.size(), 0),
+        changed_(boundary_.size(), 0) {
     const TetSurface outside = surface_of(mesh);
     for (const VertexId v : outside.of_volume) boundary_[v] = 1;
     for (const auto& t : outside.soup.triangles)
@@ -28,8 +30,9 @@ class Relaxation {
     }
   }
 
-  void pass() {
-    for (VertexId v = 0; v < star_.size(); ++v) improve(v);
+  void pass(const RelaxWhere& where) {
+    for (VertexId v = 0; v < star_.size(); ++v)
+      if (may_improve(v) && (!where || where(mesh_.vertices_body_m[v])) && !improve(v)) tried_[v] = ++moment_;
   }
 
  private:
@@ -89,7 +92,19 @@ class Relaxation {
     return sum / count;
   }
 
-  void improve(VertexId v) {
+  // A vertex that found nothing better needn't look again before something has changed around it.
+  bool may_improve(VertexId v) const {
+    return std::ranges::any_of(star_[v], [&](std::uint32_t t) {
+      return std::ranges::any_of(mesh_.tetrahedra[t], [&](VertexId w) { return changed_[w] >= tried_[v]; });
+    });
+  }
+  void moved(VertexId v) {
+    ++moment_;
+    for (const std::uint32_t t : star_[v])
+      for (const VertexId w : mesh_.tetrahedra[t]) changed_[w] = moment_;
+  }
+
+  bool improve(VertexId v) {
     const Vec3 start = mesh_.vertices_body_m[v], middle = middle_of_neighbours(v);
     double elements = 0;
     move(v, start, elements);
@@ -97,9 +112,13 @@ class Relaxation {
     for (const double way : {1.0, 0.5, 0.25}) {
       Vec3 to = start + way * (middle - start);
       if (boundary_[v]) to = creases_.closest(to, seats_.empty() ? Seat{} : seats_[v]);
-      if (move(v, to, elements) && score(v, elements).better_than(before)) return;
+      if (move(v, to, elements) && score(v, elements).better_than(before)) {
+        moved(v);
+        return true;
+      }
       move(v, start, elements);
     }
+    return false;
   }
 
   TetMesh& mesh_;
@@ -109,13 +128,16 @@ class Relaxation {
   std::vector<std::vector<std::uint32_t>> star_;
   std::map<VertexId, std::vector<VertexId>> skin_edges_;
   std::vector<double> stiffness_, volume_;  // sums over the star
+  std::uint64_t moment_ = 0;
+  std::vector<std::uint64_t> tried_, changed_;  // by vertex: when it found nothing; when its D changed
 };
 
 }  // namespace
 
-void relax(TetMesh& mesh, const SurfaceCreases& creases, const std::vector<Seat>& seats, int passes) {
+void relax(TetMesh& mesh, const SurfaceCreases& creases, const std::vector<Seat>& seats, const RelaxWhere& where,
+           int passes) {
   Relaxation relaxation(mesh, creases, seats);
-  for (int n = 0; n < passes; ++n) relaxation.pass();
+  for (int n = 0; n < passes; ++n) relaxation.pass(where);
 }
 
 }  // namespace sectio

@@ -8,7 +8,6 @@ namespace {
 
 constexpr double kSlender = 1.5;  // least overhang of a beam, in thicknesses
 constexpr double kSteep = 0.75;   // rise over run from what is held to the middle of a body that still bends
-constexpr double kFlat = 0.05;    // fixed vertices within this share of the thickness are a face
 constexpr double kTwist_rad = 15 * M_PI / 180;
 constexpr double kUnknownBall_m = 0.005;  // assumed dent of an instrument that has no trace
 constexpr std::size_t kMostPoints = 1500;
@@ -61,12 +60,8 @@ void add_weight(const TriangleSoup& surface, const BodyShape& shape, const BodyS
   const double up = -reach.dot(s.down_body), aside = reach.cross(s.down_body).norm();
   const bool at_the_side = std::abs(up) < kSteep * aside;
   if (is_held) load.from = at_the_side ? "is held at its side" : up > 0 ? "stands" : "hangs";
-  Eigen::AlignedBox3d held;
-  for (const Vec3& p : s.fixed_m) held.extend(p);
-  if (is_held && held.sizes().minCoeff() > kFlat * t) load.what.overhang_m = length;
   if (length >= kSlender * t && at_the_side) {
     load.what.load = Load::bending;
-    load.what.breadth = extent_m(surface, reach.cross(s.down_body).normalized()) / t;
     load.from = "its weight";
     moved = 1.5 * weight_per_young * std::pow(length, 4) / (t * t);
   }

@@ -22,6 +22,15 @@ Vec3 area_normal(const Corners& c) {
   return 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
 }
 
+// False if the line certainly misses a triangle. `direction`: unit.
+bool may_cross(const Vec3& origin, const Vec3& direction, const Corners& c) {
+  constexpr double kMargin = 1 + 1e-6;
+  const Vec3 from = c[0] - origin;
+  const double beside = from.squaredNorm() - std::pow(from.dot(direction), 2);
+  return beside <= kMargin * std::max((c[1] - c[0]).squaredNorm(), (c[2] - c[0]).squaredNorm()) +
+                       (kMargin - 1) * from.squaredNorm();
+}
+
 // The depth of tissue beneath the middle of a triangle.
 double depth_beneath_m(const TriangleSoup& surface, std::size_t t) {
   const Corners c = corners(surface, t);
@@ -29,7 +38,9 @@ double depth_beneath_m(const TriangleSoup& surface, std::size_t t) {
   double nearest = HUGE_VAL;
   for (std::size_t k = 0; k < surface.triangles.size(); ++k) {
     if (k == t) continue;
-    const auto hit = cross_ray(from, inwards, corners(surface, k));
+    const Corners other = corners(surface, k);
+    if (!may_cross(from, inwards, other)) continue;
+    const auto hit = cross_ray(from, inwards, other);
     if (hit && hit->parameter > 1e-9) nearest = std::min(nearest, hit->parameter);
   }
   return nearest;
@@ -109,8 +120,11 @@ bool lies_on_cells(const BodyShape& shape, double cell_m) {
 
 std::optional<Chord> chord(const TriangleSoup& surface, const Vec3& origin, const Vec3& direction) {
   std::optional<Chord> found;
+  const Vec3 unit = direction.normalized();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto hit = cross_ray(origin, direction, corners(surface, t));
+    const Corners other = corners(surface, t);
+    if (!may_cross(origin, unit, other)) continue;
+    const auto hit = cross_ray(origin, direction, other);
     if (!hit) continue;
     if (!found) found = Chord{hit->parameter, hit->parameter};
     found->enters = std::min(found->enters, hit->parameter);

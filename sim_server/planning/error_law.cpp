@@ -17,19 +17,10 @@ constexpr double kLeftOver = 1.1;
 // The factor for bodies without sharp edges. Most of the bending error of a box is due to its edges, which the mesher
 // of tetrahedra bevels.
 constexpr double kWithoutEdges = 0.4;
-// Tetrahedra: the fixed part ends at the border of an element, so the overhang is wrong by a part of an element, and
-// the sag grows with the fourth power of the overhang. The same for stout bodies, in which the strain is largest at
-// the clamp; fitted to organs.
-constexpr double kClamp = 4 * 0.1, kClampOfStout = 0.5;
-// Hexahedra end where their tetrahedra do, which are half as long. In stout bodies the singular rim of the clamp is
-// left: with stresses of r^(q - 1) and q about 0.75 beside nearly incompressible tissue, the displacement is wrong by
-// (h / overhang)^(2 q). Fitted to the bodies of tests/planning/weight_estimate_test.cpp.
-constexpr double kClampOfCells = 0.25, kRimOfStout = 1.1, kRimPower = 1.5;
-// Hexahedra bend too easily where the sides can't contract, as in a plate: in proportion to the breadth, up to that of
-// a plate; round bodies are thin at their sides. Measured on plates and bars of cells on their faces.
-constexpr double kBroad = 0.11, kBroadPower = 3.3, kPlate = 4;
-// Tetrahedra in hexahedra are half a cell long: round bodies lack what is beyond their chords, as 1 / n^2.
-constexpr double kRound = 0.14;
+
+// At the rim of what is held stresses grow like r^(q - 1), q about 0.75 beside nearly incompressible tissue:
+// whatever the elements, displacements converge with the power 2 q.
+constexpr double kRim = 1.5;
 
 const std::initializer_list<FittedLaw> kFitted = {
 #include "sim_server/planning/fitted_laws.inc"
@@ -92,14 +83,6 @@ double error_of_springs(const LoadCase& load, double error) {
   return error;
 }
 
-double at_the_clamp(const LoadCase& load, const Method& method, double cell_m) {
-  if (!(load.overhang_m > 0)) return 0;
-  const bool is_stout = load.load == Load::hanging;
-  const double cells = cell_m / load.overhang_m;
-  if (method.embeds()) return is_stout ? kRimOfStout * std::pow(cells, kRimPower) : kClampOfCells * cells;
-  return (is_stout ? kClampOfStout : kClamp) * cells;
-}
-
 std::optional<double> error_of_full_load(const LoadCase& load, const Method& method, double cell_m) {
   const bool is_on_faces = method.elements == Elements::cells_on_faces;
   const bool is_partly_empty = load.load == Load::hanging && is_on_faces && !load.fills_cells;
@@ -109,20 +92,22 @@ std::optional<double> error_of_full_load(const LoadCase& load, const Method& met
   if (n < kFewestCells[static_cast<std::size_t>(load.load)]) return std::max(1.0, law->at(n));
   const bool is_solid = method.elements == Elements::tetrahedra && !method.is_of_springs;
   const double edges = load.load == Load::bending && is_solid && !load.sharp_edges ? kWithoutEdges : 1;
-  double error = std::hypot(edges * law->at(n), at_the_clamp(load, method, cell_m));
+  double error = edges * law->at(n);
   if (load.load == Load::indentation && method.elements == Elements::surface) {
     const double chart = layer_stiffness(kChartPoisson, kChartChi) * (1 - kChartPoisson * kChartPoisson);
     const double here = layer_stiffness(load.poisson, load.chi) * (1 - load.poisson * load.poisson);
     return std::hypot(error, chart / here - 1, 1 / load.bed_ratio - 1);
   }
-  if (load.load == Load::bending && method.embeds())
-    error = load.sharp_edges ? error + kBroad * std::pow(n, -kBroadPower) * (std::clamp(load.breadth, 1.0, kPlate) - 1)
-                             : std::hypot(error, kRound / (n * n));
   if (load.load == Load::bending && is_on_faces && !load.fills_cells) error *= kLeftOver;
   return method.is_of_springs && method.needs_volume() ? error_of_springs(load, error) : error;
 }
 
 }  // namespace
+
+double finer(const Method& method, double from_cell_m, double to_cell_m) {
+  const ErrorLaw* law = law_for(Load::hanging, method.laws);
+  return std::pow(to_cell_m / from_cell_m, std::min(law ? law->p : kRim, kRim));
+}
 
 std::optional<double> relative_error(const LoadCase& load, const Method& method, double cell_m) {
   // The homes of a surface hold the weight: it moves nothing.

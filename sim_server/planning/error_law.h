@@ -42,15 +42,14 @@ std::string to_text(std::span<const FittedLaw> laws);
 // The laws in fitted_laws.inc of the method with this name, for those who make a Method.
 std::vector<LoadLaw> fitted_laws(std::string_view method);
 
-// A load with its parameters. Defaults are those of the chart; relative_error() corrects for others.
+// A load with its parameters. Defaults are those of the chart; relative_error() corrects for others, but by weight only
+// roughly: there it says what to try first (plan.h).
 struct LoadCase {
   Load load = Load::bending;
   double width_m = 0;  // length along which n counts cells
   double poisson = 0.45;
-  double chi = 0.2236;    // indentation: a over the thickness of the tissue beneath
-  double bed_ratio = 1;   // indentation: foundation_radius_m over a
-  double overhang_m = 0;  // by weight: overhang, where the fixed part ends inside the tissue; 0: it is held at its end
-  double breadth = 1;     // bending: the extent across gravity and overhang, in thicknesses
+  double chi = 0.2236;      // indentation: a over the thickness of the tissue beneath
+  double bed_ratio = 1;     // indentation: foundation_radius_m over a
   bool sharp_edges = true;  // the chart's bodies are boxes, whose edges tetrahedra bevel
   bool fills_cells = true;  // hexahedra: no cell is partly empty
   // How much a load by weight matters, up to 1. The error is relative to what the weight moves, or to a fixed
@@ -59,6 +58,9 @@ struct LoadCase {
 };
 // Nothing if there is no law.
 std::optional<double> relative_error(const LoadCase& load, const Method& method, double cell_m);
+
+// The error by weight with cells of one size over that with cells of another: a power, whatever the law's factor is.
+double finer(const Method& method, double from_cell_m, double to_cell_m);
 
 // The stiffness of a ball on a layer bonded to its ground over that of a ball on a half-space with Poisson's ratio 0
 // (Dimitriadis et al. 2002).

@@ -164,8 +164,11 @@ class Planner {
     return true;
   }
 
-  void take(const Built& built, Candidate& c) const {
+  void take(const Built& built, Candidate& c) {
     c.built = true;
+    c.weighed = built.weighed;
+    for (Candidate& other : all_)
+      if (c.weighed && other.method == c.method) set_error(other);
     c.elements = built.elements;
     c.vertices = built.vertices;
     c.substeps = c.method->is_implicit ? 1 : built.substeps;
@@ -212,13 +215,26 @@ class Planner {
     }
   }
 
-  void add(Candidate c) {
+  double error_under(const BodyLoad& load, const Candidate& c) const {
+    if (load.is_weight && c.weighed) return *c.weighed;
+    const Candidate* nearest = nullptr;
+    const auto ratio = [&](const Candidate& other) { return std::abs(std::log(other.cell_m / c.cell_m)); };
+    for (const Candidate& other : all_)
+      if (other.method == c.method && other.weighed && (!nearest || ratio(other) < ratio(*nearest))) nearest = &other;
+    if (!load.is_weight || !nearest) return *error_of(load, in_.shape, *c.method, c.cell_m);
+    return *nearest->weighed * finer(*c.method, nearest->cell_m, c.cell_m);
+  }
+  void set_error(Candidate& c) const {
     c.error = 0;
     for (const BodyLoad& l : in_.loads)
-      if (const double e = *error_of(l, in_.shape, *c.method, c.cell_m); e > c.error) {
+      if (const double e = error_under(l, c); e > c.error) {
         c.error = e;
         c.worst = l.what.load;
       }
+  }
+
+  void add(Candidate c) {
+    set_error(c);
     // The surface of a volume has a number of vertices proportional to the power 2/3.
     const double shell = std::min(c.vertices, 6 * std::pow(c.vertices, 2.0 / 3));
     set_cost(c, c.method->needs_volume() ? shell : c.vertices);

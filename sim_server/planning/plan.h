@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -73,16 +74,18 @@ struct Candidate {
   double cut_cpu = 0;     // while a blade cuts, with all that it has cut; 0: none does
   double cut_step_s = 0;  // processor's time of a step in which the topology changes
   double elements_after_cut = 0;
-  Load worst = Load::bending;  // the load with this error
-  bool built = false;          // elements, vertices and substeps are counted, not estimated
+  Load worst = Load::bending;     // the load with this error
+  bool built = false;             // elements, vertices and substeps are counted, not estimated
+  std::optional<double> weighed;  // the error by weight as it was measured; else it is the law's
 
   double most_cpu() const { return std::max(cpu, cut_cpu); }
 };
 
-// The counts of a candidate that was built.
+// The counts of a candidate that was built, and its error by weight if that was measured.
 struct Built {
   double elements = 0, vertices = 0, surface_vertices = 0;
   int substeps = 1;
+  std::optional<double> weighed = {};
 };
 
 struct BodyPlan {
@@ -92,7 +95,8 @@ struct BodyPlan {
   std::vector<std::pair<const Method*, std::string>> ruled_out;  // with the reason
 };
 
-// Chooses a candidate, has it built if `build` is given, and chooses again with its counts until the choice stays. The
+// Chooses a candidate, has it built if `build` is given, and chooses again with its counts and its measured error until
+// the choice stays. Candidates that aren't built yet go by those of their method that are (finer()). The
 // choice is a surface if it keeps both budgets, else the cheapest candidate that does, else that with the
 // smallest max(error / budget, cost / budget). The cost of a body that is cut is the cost while it is cut.
 BodyPlan plan(const PlanInput& input, const Calibration& calibration,

@@ -13,6 +13,7 @@
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/prepare/kept_plans.h"
 #include "sim_server/prepare/machine_speed.h"
+#include "sim_server/prepare/try_candidates.h"
 #include "sim_server/world/body.h"
 
 namespace sectio {
@@ -69,85 +70,6 @@ planning::BodySituation situation_of(const BodySpec& body, const Scene& scene) {
   return s;
 }
 
-// The body alone in its scene, with the model of a candidate.
-Scene alone(const BodySpec& body, const Scene& scene, const Candidate& c) {
-  Scene one;
-  one.file = scene.file;
-  one.step_s = c.step_s > 0 ? c.step_s : scene.step_s;
-  one.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  one.bodies.push_back(body);
-  BodySpec& spec = one.bodies[0];
-  spec.volume.tetrahedra = std::max(12.0, c.tetrahedra);
-  spec.model = c.method->model;
-  if (c.method->is_implicit) spec.volume.driver = "implicit";
-  if (c.method->embeds()) spec.volume.cell_m = c.cell_m;
-  return one;
-}
-
-// The counts and the stable step of a candidate that was built. A fine one is built with fewer tetrahedra, and counted
-// up by powers of their number.
-struct Trial {
-  ModelSize size;
-  double surface_vertices = 0;
-
-  planning::Built in_steps_of(double step_s) const {
-    const double parts_needed = std::clamp(std::ceil(step_s / size.part_limit_s), 1.0, 1000.0);
-    return {size.elements, size.vertices, surface_vertices,
-            std::isfinite(size.part_limit_s) ? static_cast<int>(parts_needed) : size.parts};
-  }
-};
-
-// `one`: the body alone, filled.
-Trial built(const Scene& one, const EngineTable& engines) {
-  Body made(one.bodies[0], one, 0, engines.model(one.bodies[0].model).make);
-  return {made.engines.deformation->size(made.shared()), static_cast<double>(made.mesh.vertex_count())};
-}
-
-class Trials {
- public:
-  explicit Trials(const EngineTable& engines) : engines_(engines) {}
-
-  Trial of(const BodySpec& body, const Scene& scene, const Candidate& c) {
-    const bool is_fine = c.tetrahedra > kMostTried && body.volume.file.empty();
-    Candidate coarse = c;
-    if (is_fine) coarse.tetrahedra = kMostTried;
-    if (is_fine)
-      coarse.cell_m *= std::cbrt(std::max(1.0, (c.method->embeds() ? c.elements : c.tetrahedra) / kMostTried));
-    // Many elements: all such candidates of a method have one trial, with the cell of the first of them.
-    const bool is_one_of_many = is_fine && (!c.method->embeds() || c.elements > kMostTried);
-    const auto [at, is_new] =
-        known_.try_emplace({body.name, c.method, is_one_of_many ? 0 : c.cell_m, coarse.tetrahedra});
-    auto& [trial, cell_m] = at->second;
-    if (is_new) trial = built(filled(body, scene, coarse), engines_), cell_m = coarse.cell_m;
-    return is_fine ? counted_up(trial, c, cell_m / c.cell_m) : trial;
-  }
-
- private:
-  // Methods share the tetrahedra of a body.
-  Scene filled(const BodySpec& body, const Scene& scene, const Candidate& c) {
-    Scene one = alone(body, scene, c);
-    if (!c.method->needs_volume()) return one;
-    const auto [at, is_new] = volumes_.try_emplace({body.name, one.bodies[0].volume.tetrahedra});
-    if (is_new) fill_volume(at->second = one.bodies[0]);
-    one.bodies[0].mesh = at->second.mesh;
-    one.bodies[0].tets = at->second.tets;
-    return one;
-  }
-  static Trial counted_up(Trial trial, const Candidate& c, double finer) {
-    const double more = c.tetrahedra / kMostTried;
-    trial.size.vertices *= more;
-    trial.surface_vertices *= std::pow(more, 2.0 / 3);
-    trial.size.elements *= finer * finer * finer;
-    trial.size.part_limit_s /= finer;
-    return trial;
-  }
-
-  static constexpr double kMostTried = 2500;
-  const EngineTable& engines_;
-  std::map<std::tuple<std::string, const Method*, double, double>, std::pair<Trial, double>> known_;
-  std::map<std::pair<std::string, double>, BodySpec> volumes_;
-};
-
 // With a model of the surface.
 double surface_limit_s(const BodySpec& body, const Scene& scene, const Method& method, const EngineTable& engines) {
   Candidate c;
@@ -157,8 +79,14 @@ double surface_limit_s(const BodySpec& body, const Scene& scene, const Method& m
   return Body(one.bodies[0], one, 0, engines.model(method.model).make).engines.deformation->largest_stable_step_s();
 }
 
-planning::PlanInput input_of(BodySpec& body, const Scene& scene, std::span<const Method> methods,
-                             const EngineTable& engines) {
+// A body to plan for: as its candidates are on trial, and as planning knows it.
+struct Subject {
+  OnTrial body;
+  planning::PlanInput in;
+};
+
+Subject subject_of(const BodySpec& body, const Scene& scene, std::span<const Method> methods,
+                   const EngineTable& engines) {
   planning::PlanInput in;
   in.body = body.name;
   in.methods = methods;
@@ -184,12 +112,15 @@ planning::PlanInput input_of(BodySpec& body, const Scene& scene, std::span<const
   in.strokes = planning::strokes_in(with_surface.mesh, in.shape, situation);
   in.is_held = !situation.fixed_m.empty();
   in.gripped_share = planning::gripped_share(with_surface.mesh, situation);
+  std::optional<Vec3> gravity_body;
+  if (in.is_held && !situation.lies_on_floor && situation.most_gravity_m_per_s2 > 0)
+    gravity_body = situation.most_gravity_m_per_s2 * situation.down_body;
   const auto surface_method = std::ranges::find_if(methods, [](const Method& m) { return !m.needs_volume(); });
   if (in.no_surface.empty() && surface_method != methods.end())
     in.surface_limit_s = surface_limit_s(body, scene, *surface_method, engines);
   if (!in.no_surface.empty() && !in.no_volume.empty())
     throw InputError("no model does both: " + in.no_surface + ", and " + in.no_volume);
-  return in;
+  return {{std::move(with_surface), in.shape, gravity_body}, std::move(in)};
 }
 
 struct Choice {
@@ -198,17 +129,14 @@ struct Choice {
   double worst = 0;  // the bodies' demand over their budget
 };
 
-Choice choose(const Scene& scene, std::vector<planning::PlanInput> inputs, double step_s,
-              const planning::Calibration& calibration, Trials& trials) {
+Choice choose(const std::vector<Subject>& subjects, double step_s, const planning::Calibration& calibration,
+              Trials& trials) {
   Choice choice;
-  choice.inputs = std::move(inputs);
-  std::size_t n = 0;
-  for (const BodySpec& body : scene.bodies) {
-    if (!is_auto(body)) continue;
-    planning::PlanInput& in = choice.inputs[n++];
+  for (const Subject& subject : subjects) {
+    planning::PlanInput& in = choice.inputs.emplace_back(subject.in);
     in.step_s = step_s;
-    choice.plans.push_back(planning::plan(
-        in, calibration, [&](const Candidate& c) { return trials.of(body, scene, c).in_steps_of(c.step_s); }));
+    choice.plans.push_back(
+        planning::plan(in, calibration, [&](const Candidate& c) { return trials.of(subject.body, c); }));
     const Candidate& taken = choice.plans.back().chosen;
     choice.worst = std::max({choice.worst, taken.error / in.budgets.error, taken.most_cpu() / in.budgets.cpu});
   }
@@ -235,12 +163,12 @@ Scene with_step(Scene scene, const EngineTable& engines) {
   return scene;
 }
 
-KeptPlan made_plan(Scene scene, const EngineTable& engines, std::span<const Method> methods,
+KeptPlan made_plan(const Scene& scene, const EngineTable& engines, std::span<const Method> methods,
                    const planning::Calibration& speed) {
-  std::vector<planning::PlanInput> inputs;
-  for (BodySpec& body : scene.bodies) {
+  std::vector<Subject> subjects;
+  for (const BodySpec& body : scene.bodies) {
     try {
-      if (is_auto(body)) inputs.push_back(input_of(body, scene, methods, engines));
+      if (is_auto(body)) subjects.push_back(subject_of(body, scene, methods, engines));
     } catch (const InputError& error) {
       throw InputError(scene.file + ": body '" + body.name + "': " + error.what());
     }
@@ -248,10 +176,10 @@ KeptPlan made_plan(Scene scene, const EngineTable& engines, std::span<const Meth
   std::vector<double> steps_s{scene.step_s};
   if (scene.step_is_free) steps_s.assign(std::begin(kFreeSteps_s), std::end(kFreeSteps_s));
   std::optional<Choice> best;
-  Trials trials(engines);
+  Trials trials(scene, engines);
   for (const double step_s : steps_s) {
     if (scene.step_is_free && !is_stable(scene, step_s, methods, engines)) continue;
-    Choice choice = choose(scene, inputs, step_s, speed, trials);
+    Choice choice = choose(subjects, step_s, speed, trials);
     if (!best || choice.worst < best->worst) best = std::move(choice);
     if (best->worst <= 1) break;
   }

@@ -7,12 +7,30 @@
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/meshing/fill.h"
+#include "sim_server/meshing/lattice_mesher.h"
 #include "sim_server/meshing/tet_file.h"
 
 namespace sectio {
 namespace {
 
-FilledVolume filled(const BodySpec& body) {
+constexpr double kNearBorder = 2;  // edges of the tetrahedra's lattice
+
+// The distance from the border of a box.
+double to_border_m(const Box& box, const Vec3& x_world_m) {
+  const Vec3 beyond = (box.min_world_m - x_world_m).cwiseMax(x_world_m - box.max_world_m);
+  const double inside = -beyond.maxCoeff();
+  return inside > 0 ? inside : beyond.cwiseMax(0).norm();
+}
+
+RelaxWhere near_border(const BodySpec& body) {
+  if (!body.fixed) return [](const Vec3&) { return false; };
+  const double volume_m3 = check_soup(body.mesh).volume_m3;
+  return [&body, near_m = kNearBorder * cell_for_tetrahedra(volume_m3, body.volume.tetrahedra)](const Vec3& p) {
+    return to_border_m(*body.fixed, body.pose.to_world(p)) < near_m;
+  };
+}
+
+FilledVolume filled(const BodySpec& body, Filling filling) {
   if (body.volume.file.empty()) {
     FillSettings settings;
     settings.mesher = body.volume.mesher == "tetgen" ? Mesher::tetgen
@@ -20,6 +38,8 @@ FilledVolume filled(const BodySpec& body) {
                                                      : Mesher::lattice;
     settings.tetrahedra = body.volume.tetrahedra;
     settings.material = body.material;
+    settings.reports = filling == Filling::whole;
+    if (filling == Filling::form) settings.relaxes = near_border(body);
     return fill(body.mesh, settings);
   }
   TetFile file = read_tet_file(body.volume.file, body.volume.file_unit_m);
@@ -51,12 +71,12 @@ constexpr double kCrumb = 2;  // mean tetrahedra: what comes off and is smaller 
 
 }  // namespace
 
-void fill_volume(BodySpec& body) {
+void fill_volume(BodySpec& body, Filling filling) {
   if (body.contact.style == "templates")
     throw InputError("contact: templates subdivide a surface; that of a volume stays as it is");
   if (body.cutting.style == "templates")
     throw InputError("cutting: templates cut a surface; a volume is cut progressive or semi_progressive");
-  FilledVolume volume = filled(body);
+  FilledVolume volume = filled(body, filling);
   const TetSurface surface = surface_of(volume.mesh);
   body.tets = with_first(volume.mesh, surface.of_volume);
   body.mesh = surface.soup;

@@ -13,7 +13,10 @@ namespace sectio {
 Scene fill_volumes(Scene scene, const EngineTable& engines);
 Scene fill_volumes(Scene scene);  // with the standard engines
 
-// The same for one body, whatever its model needs, without what the model adds to the specification.
-void fill_volume(BodySpec& body);
+// The same for one body, whatever its model needs, without what the model adds to the specification. On trial there is
+// no report on its tetrahedra. For its form alone they are relaxed near the border of what is held only, which decides
+// on those that are held.
+enum class Filling { whole, on_trial, form };
+void fill_volume(BodySpec& body, Filling filling = Filling::whole);
 
 }  // namespace sectio

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
 
 #include "sim_server/planning/body_loads.h"
 #include "sim_server/prepare/choose_model.h"
@@ -22,6 +25,7 @@ struct Weighed {
   Box fixed;  // in the world; empty: it lies on a floor at its lowest point
   double young_pa = 5000, error_budget = 0.1;
   double factor = 2;  // demanded; more where it is a known failure
+  double poisson = 0.45;
 };
 
 constexpr double kFar = 1;
@@ -45,6 +49,12 @@ TriangleSoup block(const Vec3& size_m) {
   return soup;
 }
 
+Eigen::Quaterniond turned(const Vec3& deg) {
+  const Vec3 rad = M_PI / 180 * deg;
+  return Eigen::AngleAxisd(rad.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rad.y(), Vec3::UnitY()) *
+         Eigen::AngleAxisd(rad.x(), Vec3::UnitX());
+}
+
 const Weighed kBodies[] = {
     {"organ_hangs", ellipsoid(3, Vec3(0.03, 0.025, 0.045)), Vec3::Zero(), above(0.03)},
     {"organ_stands", ellipsoid(3, Vec3(0.03, 0.025, 0.045)), Vec3::Zero(), below(-0.03), 8000},
@@ -56,10 +66,10 @@ const Weighed kBodies[] = {
     {"turned_block_hangs", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), above(0.018), 3000, 0.1},
     {"turned_block_stands", block(Vec3(0.04, 0.035, 0.05)), Vec3(25, 15, 0), below(-0.018), 4000, 0.05},
     {"turned_plate_stands", block(Vec3(0.06, 0.05, 0.02)), Vec3(10, 20, 30), below(-0.012), 15000, 0.1},
-    {"liver_at_side", bent(Vec3(0.06, 0.035, 0.02), 0.25), Vec3(15, 0, 20), beyond(-0.02), 12000, 0.08},
+    {"liver_at_side", bent(Vec3(0.06, 0.035, 0.02), 0.25), Vec3(15, 0, 20), beyond(-0.02), 12000, 0.08, 2.2},
     {"thin_organ_at_side", ellipsoid(3, Vec3(0.05, 0.03, 0.011)), Vec3(0, 20, 0), beyond(-0.015), 30000, 0.08},
     {"egg_stands", ellipsoid(3, Vec3(0.025, 0.025, 0.04)), Vec3(0, 40, 0), below(-0.016), 6000, 0.1},
-    {"kidney_hangs", bent(Vec3(0.05, 0.022, 0.022), 0.3), Vec3(0, 70, 0), above(0.02), 4000, 0.05, 3},
+    {"kidney_hangs", bent(Vec3(0.05, 0.022, 0.022), 0.3), Vec3(0, 70, 0), above(0.02), 4000, 0.05},
     {"turned_cube_stands", block(Vec3(0.04, 0.04, 0.04)), Vec3(30, 30, 0), below(-0.01), 5000, 0.1},
     {"turned_plate_at_side", block(Vec3(0.07, 0.05, 0.014)), Vec3(0, 15, 20), beyond(-0.015), 40000, 0.06},
 };
@@ -74,11 +84,9 @@ Scene scene_of(const Weighed& w) {
   body.name = w.name;
   body.model = "auto";
   body.mesh = w.mesh;
-  const Vec3 rad = M_PI / 180 * w.turned_deg;
-  body.pose.orientation = Eigen::AngleAxisd(rad.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rad.y(), Vec3::UnitY()) *
-                          Eigen::AngleAxisd(rad.x(), Vec3::UnitX());
+  body.pose.orientation = turned(w.turned_deg);
   body.material.young_pa = w.young_pa;
-  body.material.poisson = 0.45;
+  body.material.poisson = w.poisson;
   body.material.density_kg_per_m3 = 1050;
   body.material.damping_per_s = 25;
   body.fixed = w.fixed;
@@ -131,8 +139,8 @@ void PrintTo(const Weighed& w, std::ostream* out) {
   *out << w.name;
 }
 
-TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
-  const Weighed& w = GetParam();
+// Expected over actual error.
+double ratio_of(const Weighed& w) {
   const PlannedScene planned = plan_scene(scene_of(w), standard_engines(), calibration());
   const BodySpec& body = planned.scene.bodies[0];
   Scene fine = scene_of(w);
@@ -151,9 +159,59 @@ TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
   std::printf("%-20s %-20s tetrahedra %6.0f cell %.3g mm: moved %.3g mm, expected %.4f, is %.4f, ratio %.2f\n",
               w.name.c_str(), body.model.c_str(), body.volume.tetrahedra, 1e3 * body.volume.cell_m,
               1e3 * truth.back().norm(), expected, actual, expected / actual);
-  EXPECT_GT(expected, 0);
-  EXPECT_LT(expected, w.factor * actual) << planned.table;
-  EXPECT_GT(expected, actual / w.factor) << planned.table;
+  return expected / actual;
+}
+
+TEST_P(EstimateOfWeight, is_within_a_factor_of_two) {
+  const Weighed& w = GetParam();
+  const double ratio = ratio_of(w);
+  EXPECT_LT(ratio, w.factor);
+  EXPECT_GT(ratio, 1 / w.factor);
+}
+
+// An ellipsoid, a bent one or a box, turned and held above, below or beside, which moves by a few to a few tens of
+// percent of what is free.
+Weighed random_body(std::mt19937& random, int number) {
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random()) / 4294967296.0;
+  };
+  const int form = number % 3, hold = number / 3 % 3;
+  constexpr const char* kForms[] = {"ellipsoid", "bent", "block"};
+  constexpr const char* kHolds[] = {"hangs", "stands", "at_side"};
+  Weighed w;
+  w.name = std::string("random_") + kForms[form] + "_" + kHolds[hold];
+  const double a = between(0.03, 0.06), b = a * between(0.4, 0.9), c = b * between(0.4, 1.0), by = between(0.15, 0.5);
+  w.mesh = form == 0 ? ellipsoid(3, Vec3(a, b, c)) : form == 1 ? bent(Vec3(a, b, c), by) : block(1.5 * Vec3(a, b, c));
+  for (double& angle_deg : w.turned_deg) angle_deg = hold == 2 ? between(-25, 25) : between(-30, 90);
+  w.poisson = between(0.3, 0.48);
+  w.error_budget = between(0.03, 0.15);
+  Eigen::AlignedBox3d world;
+  for (const Vec3& p : w.mesh.vertices_body_m) world.extend(turned(w.turned_deg) * p);
+  const double share = between(0.12, 0.4), along_m = world.sizes()[hold == 2 ? 0 : 2];
+  if (hold == 0) w.fixed = above(world.max().z() - share * along_m);
+  if (hold == 1) w.fixed = below(world.min().z() + share * along_m);
+  if (hold == 2) w.fixed = beyond(world.min().x() + share * along_m);
+  const double free_m = (1 - share) * along_m, moves_m = between(0.03, 0.2) * free_m, thickness_m = 2 * c;
+  const double sag_m2 = hold == 2 ? 0.9 * std::pow(free_m, 4) / (thickness_m * thickness_m) : 0.5 * free_m * free_m;
+  w.young_pa = (hold == 1 ? 10 : 1) * 1050 * 9.81 * sag_m2 / moves_m;  // it must not bend aside
+  return w;
+}
+
+// SECTIO_SEED and SECTIO_BODIES: others, and more.
+TEST(EstimateOfWeight, of_nine_random_bodies_at_least_seven_are_within_a_factor_of_two) {
+  const auto given = [](const char* name, int usual) {
+    const char* text = std::getenv(name);
+    return text ? std::atoi(text) : usual;
+  };
+  std::mt19937 random(static_cast<unsigned>(given("SECTIO_SEED", 20261125)));
+  const int bodies = given("SECTIO_BODIES", 9);
+  int within = 0;
+  for (int n = 0; n < bodies; ++n) {
+    const double ratio = ratio_of(random_body(random, n));
+    within += ratio < 2 && ratio > 0.5;
+  }
+  std::printf("%d of %d within a factor of two\n", within, bodies);
+  EXPECT_GE(within, 7 * bodies / 9);
 }
 
 }  // namespace

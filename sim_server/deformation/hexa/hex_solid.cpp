@@ -7,6 +7,8 @@
 
 #include "common/core/error.h"
 #include "common/math/lame.h"
+#include "sim_server/deformation/hexa/hex_at_rest.h"
+#include "sim_server/deformation/sag.h"
 #include "sim_server/deformation/shape_matching.h"
 
 namespace sectio {
@@ -451,6 +453,29 @@ double HexSolid::energy_j(std::span<const Vec4f>, std::span<const Vec4f>) const 
     energy -= node_mass_[n] * settings_.gravity_m_per_s2.dot(position_[n].head<3>().cast<double>());
   }
   return energy;
+}
+
+std::vector<Vec3> HexSolid::sag_of_nodes_m(const Vec3& gravity_body_m_per_s2) {
+  std::vector<Vec3> rest_m;
+  for (std::uint32_t n = 0; n < node_mass_.size(); ++n) rest_m.push_back(lattice_->rest_m(n));
+  const HexAtRest at_rest(*lattice_, hex_material_);
+  SagProblem problem{node_mass_, inverse_mass_, gravity_body_m_per_s2, std::vector<Mat3>(rest_m.size(), Mat3::Zero()),
+                     [&](std::span<Vec4f> p_m, std::span<Vec4f> force_n) {
+                       at_rest.add_product(p_m, force_n);
+                       descent_->ties().add_product(p_m, force_n);
+                     }};
+  for (std::uint32_t n = 0; n < rest_m.size(); ++n)
+    problem.blocks_n_per_m[n] = descent_->block(n, rest_m).stiffness_n_per_m;
+  return sectio::sag_m(problem);
+}
+
+std::vector<Vec3> HexSolid::sag_m(const Vec3& gravity_body_m_per_s2) {
+  const std::vector<Vec3> nodes = sag_of_nodes_m(gravity_body_m_per_s2);
+  std::vector<Vec3> moved(nodes.empty() ? 0 : weight_.size(), Vec3::Zero());
+  for (VertexId v = 0; v < moved.size(); ++v)
+    for (std::size_t c = 0; c < 8; ++c)
+      moved[v] += double{weight_[v][c]} * nodes[lattice_->cells[lattice_->points[v].cell].nodes[c]];
+  return moved;
 }
 
 }  // namespace sectio

@@ -44,6 +44,8 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   void restore(std::span<const Vec4f> nodes_world_m, const Pose& frame, std::span<Vec4f> position_world_m,
                std::span<Vec4f> velocity_m_per_s) override;
   IntegratorDiagnostics diagnostics() const override;
+  std::vector<Vec3> sag_m(const Vec3& gravity_body_m_per_s2) override;
+  std::vector<Vec3> sag_of_nodes_m(const Vec3& gravity_body_m_per_s2);  // the same of the lattice's
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
 
   void archive(Archive& a) override;
@@ -56,6 +58,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   HexDescent& energy() { return *descent_; }  // for the implicit driver
   const HexMaterial& material() const { return hex_material_; }
   std::span<const double> node_mass_kg() const { return node_mass_; }
+  std::span<const double> node_inverse_mass_per_kg() const { return inverse_mass_; }  // 0: held
   std::span<const Vec4f> node_position_world_m() const { return position_; }
   std::span<const Vec4f> node_velocity_m_per_s() const { return velocity_; }
   double elastic_energy_j(std::span<const Vec4f> node_position_world_m) const;

@@ -5,6 +5,7 @@
 
 #include "common/core/error.h"
 #include "common/math/lame.h"
+#include "sim_server/deformation/sag.h"
 
 namespace sectio {
 namespace {
@@ -211,6 +212,12 @@ double TetSolid::objective_j(std::span<const Vec4f> position_world_m, std::span<
   for (VertexId v = 0; v < body_.vertex_count(); ++v)
     inertia += body_.mass_kg(v) * (position_world_m[v] - inertial_world_m[v]).head<3>().cast<double>().squaredNorm();
   return inertia / (2 * step_s * step_s) + elastic_energy_j(position_world_m);
+}
+
+std::vector<Vec3> TetSolid::sag_m(const Vec3& gravity_body_m_per_s2) {
+  std::vector<double> mass_kg;
+  for (VertexId v = 0; v < body_.vertex_count(); ++v) mass_kg.push_back(body_.mass_kg(v));
+  return sectio::sag_m(energy_, mesh().vertices_body_m, mass_kg, body_.inverse_mass(), gravity_body_m_per_s2);
 }
 
 }  // namespace sectio

@@ -47,6 +47,8 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   const TetRows& rows() const { return rows_; }
   const TetMesh& mesh() const override { return body_.mesh(); }
 
+  std::vector<Vec3> sag_m(const Vec3& gravity_body_m_per_s2) override;
+
   // The energy of the implicit driver.
   TetEnergy& energy() { return energy_; }
   const ImplicitDriver& driver() const { return driver_; }

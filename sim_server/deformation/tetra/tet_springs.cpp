@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/core/error.h"
+#include "sim_server/deformation/sag.h"
 #include "sim_server/deformation/spring_star.h"
 
 namespace sectio {
@@ -270,6 +271,13 @@ TensileTest tensile_test(const TetMesh& mesh, std::span<const Spring> springs) {
   test.mean_young_pa = 1 / compliance;
   test.mean_poisson = poisson;
   return test;
+}
+
+std::vector<Vec3> TetSprings::sag_m(const Vec3& gravity_body_m_per_s2) {
+  std::vector<double> mass_kg;
+  for (VertexId v = 0; v < body_.vertex_count(); ++v) mass_kg.push_back(body_.mass_kg(v));
+  energy_.read(rows_, body_.vertex_count());
+  return sectio::sag_m(energy_, mesh().vertices_body_m, mass_kg, body_.inverse_mass(), gravity_body_m_per_s2);
 }
 
 }  // namespace sectio

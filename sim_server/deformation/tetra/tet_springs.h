@@ -84,6 +84,7 @@ class TetSprings final : public VolumeModel {
     first_bad_vertex_ = kNone;
   }
   void use_stable_driver(int steps) override { stable_for_ = std::max(stable_for_, steps); }
+  std::vector<Vec3> sag_m(const Vec3& gravity_body_m_per_s2) override;
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override {
     return elastic_energy_j(position_world_m) + energy_of_motion_j(position_world_m, velocity_m_per_s);
   }

@@ -47,6 +47,7 @@ class VolumeDeformation final : public DeformationEngine {
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }
   IntegratorDiagnostics diagnostics() const override { return model_->diagnostics(); }
   ModelSize size(const SharedBody&) const override { return model_->size(); }
+  std::vector<SagPoint> sag(const Vec3& gravity_body_m_per_s2) override { return model_->sag(gravity_body_m_per_s2); }
   VertexId first_bad_vertex() const override { return model_->first_bad_vertex(); }
   void save(DeformationState& state) const override;
   void restore(const SharedBody& body, const DeformationState* state) override;

@@ -8,6 +8,14 @@ int VolumeModel::substeps_for(double substep_limit_s) const {
   return std::max(1, static_cast<int>(std::min(1000.0, std::ceil(settings_.step_s / substep_limit_s))));
 }
 
+std::vector<SagPoint> VolumeModel::sag(const Vec3& gravity_body_m_per_s2) {
+  const std::vector<Vec3> moved_m = sag_m(gravity_body_m_per_s2);
+  std::vector<SagPoint> points;
+  for (VertexId v = 0; v < moved_m.size(); ++v)
+    if (inverse_mass_per_kg(v) > 0) points.push_back({mesh().vertices_body_m[v], moved_m[v], mass_kg(v)});
+  return points;
+}
+
 VelocityUpdate VolumeModel::velocity_update(double substep_s) const {
   VelocityUpdate update;
   update.damping_factor = static_cast<float>(1 - material_.damping_per_s * substep_s);

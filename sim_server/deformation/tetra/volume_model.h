@@ -14,6 +14,7 @@
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
+#include "sim_server/deformation/sag.h"
 #include "sim_server/deformation/spring_kernel.h"
 
 namespace sectio {
@@ -68,6 +69,10 @@ class VolumeModel {
     return {static_cast<double>(mesh().tetrahedra.size()), static_cast<double>(mesh().vertices_body_m.size())};
   }
   virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
+
+  // See DeformationEngine::sag(). From the displacement of each vertex; none if it isn't known.
+  std::vector<SagPoint> sag(const Vec3& gravity_body_m_per_s2);
+  virtual std::vector<Vec3> sag_m(const Vec3& /*gravity_body_m_per_s2*/) { return {}; }
 
   // For recovery, as in DeformationEngine: what a model keeps beyond positions and velocities of the vertices.
   // restore() takes an empty span for the shape at rest at the pose `frame`, brings all to rest, and may place

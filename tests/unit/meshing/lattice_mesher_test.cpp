@@ -146,7 +146,7 @@ TEST(LatticeMesher, it_is_settled_and_settling_enlarges_the_step) {
   TetMesh mesh = fill_with_lattice(organ, 0.02);
   const double best_s = explicit_step_limit_s(mesh, {});
   const SurfaceCreases creases(organ, 0.02);
-  relax(mesh, creases, {}, 2);
+  relax(mesh, creases, {}, {}, 2);
   EXPECT_LT(explicit_step_limit_s(mesh, {}), 1.1 * best_s);
   const TetMesh settled = mesh;
   test::jitter(mesh, 0.002);
@@ -155,6 +155,21 @@ TEST(LatticeMesher, it_is_settled_and_settling_enlarges_the_step) {
   EXPECT_GT(explicit_step_limit_s(mesh, {}), 1.1 * shaken_s);
   EXPECT_TRUE(check(mesh).valid);
   EXPECT_EQ(mesh.tetrahedra, settled.tetrahedra);
+}
+
+TEST(LatticeMesher, relaxes_where_it_is_asked_to) {
+  const TriangleSoup organ = test::ellipsoid(4, Vec3(0.09, 0.06, 0.05));
+  const TetMesh all = fill_with_lattice(organ, 0.02),
+                none = fill_with_lattice(organ, 0.02, [](const Vec3&) { return false; }),
+                half = fill_with_lattice(organ, 0.02, [](const Vec3&p) { return p.x() > 0; });
+  EXPECT_EQ(all.tetrahedra, half.tetrahedra);
+  int moved = 0;
+  for (VertexId v = 0; v < half.vertices_body_m.size(); ++v) {
+    const bool is_moved = half.vertices_body_m[v] != none.vertices_body_m[v];
+    moved += is_moved;
+    EXPECT_FALSE(is_moved && none.vertices_body_m[v].x() <= 0);
+  }
+  EXPECT_GT(moved, 20);
 }
 
 TEST(LatticeMesher, the_step_limit_is_that_of_a_known_element) {

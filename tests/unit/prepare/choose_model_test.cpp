@@ -12,6 +12,7 @@
 #include "sim_server/prepare/fill_volumes.h"
 #include "sim_server/prepare/kept_plans.h"
 #include "sim_server/prepare/machine_speed.h"
+#include "sim_server/prepare/weighed_body.h"
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
 
@@ -137,9 +138,24 @@ TEST_F(Plans, model_of_another_table_is_measured_and_chosen) {
   Scene scene = bar_scene();
   scene.bodies[0].plan.error_budget = 1e-3;
   scene.bodies[0].plan.cpu_budget = 20;
+  EXPECT_NE(plan_scene(scene, engines).scene.bodies[0].model, "exact_springs") << "weighing shows that it isn't exact";
+  scene.bodies[0].fixed.reset();  // laws are believed as nothing can be weighed
   const PlannedScene planned = plan_scene(scene, engines);
   EXPECT_EQ(planned.scene.bodies[0].model, "exact_springs") << planned.table;
   EXPECT_NE(text_of_cache().find("exact "), std::string::npos);
+}
+
+TEST(WeighedBody, a_body_that_stays_where_it_is_has_an_error_of_all_that_it_should_move) {
+  const BodySpec bar = bar_scene().bodies[0];
+  const WeighedBody weighed(bar, planning::shape_of(bar.mesh), Vec3(0, 0, -9.81));
+  std::vector<SagPoint> stays;
+  for (const Vec3& p : bar.mesh.vertices_body_m)
+    if (p.x() > 0.04) stays.push_back({p, Vec3::Zero(), 1e-3});
+  const auto error = weighed.error_of(stays);
+  ASSERT_TRUE(error);
+  EXPECT_GT(*error, 0.5);
+  EXPECT_LT(*error, 1.5);
+  EXPECT_FALSE(weighed.error_of({})) << "nobody knows";
 }
 
 TEST_F(Plans, second_planning_of_the_same_scene_reads_the_first) {
