@@ -6,13 +6,13 @@
 namespace sectio {
 namespace {
 
-constexpr double kHeight = 0.87;  // of an equilateral triangle, in edges
+constexpr double kHeight = 0.87;  // an equilateral triangle has this, in edges
 constexpr double kCoarser = 1.3;  // edges of a ring, in edges of the one around it
 constexpr double kFewest = 5;     // vertices of a ring
 
 struct Ring {
   std::vector<std::uint32_t> vertices;
-  std::vector<double> shares;  // of the way round the rim at rest; one more than vertices, from 0 to 1
+  std::vector<double> shares;  // along the rim at rest; one more than vertices, from 0 to 1
 };
 
 // The strip between two rings: edges of both are taken in the order of their middles along the rim.

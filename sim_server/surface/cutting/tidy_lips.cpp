@@ -22,7 +22,7 @@ constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
 constexpr double kVolumeStays = 2e-3;   // the body's, in cubic edges, for each mend
 constexpr double kVolumeOfBed = 1e-2;   // likewise, where a bottom and the bed beside it are made anew
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
-constexpr double kFlatBed = 0.5;        // of a bed, which is as uneven as the bottoms of its cuts are deep
+constexpr double kFlatBed = 0.5;        // likewise in a bed, which is as uneven as the bottoms of its cuts
 constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
 
