@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "sim_server/deformation/hexa/hex_energy.h"
+
 namespace sectio {
 namespace {
 
@@ -9,26 +11,6 @@ using Modes = std::array<Vec4f, 8>;
 
 Vec4f vector(float x, float y, float z) {
   return {x, y, z, 0};
-}
-
-// Sums and differences of the corners along each axis (hex_energy.h), and the transpose.
-void to_modes(Modes& m) {
-  for (std::size_t step = 1; step < 8; step *= 2)
-    for (std::size_t c = 0; c < 8; ++c) {
-      if ((c & step) != 0) continue;
-      const Vec4f low = m[c];
-      m[c] += m[c | step];
-      m[c | step] -= low;
-    }
-}
-void from_modes(Modes& m) {
-  for (std::size_t step = 1; step < 8; step *= 2)
-    for (std::size_t c = 0; c < 8; ++c) {
-      if ((c & step) != 0) continue;
-      const Vec4f sum = m[c];
-      m[c] -= m[c | step];
-      m[c | step] += sum;
-    }
 }
 
 }  // namespace
@@ -50,16 +32,7 @@ void HexAtRest::add_product(std::span<const Vec4f> p_m, std::span<Vec4f> force_n
     Modes p;
     for (std::size_t c = 0; c < 8; ++c) p[c] = p_m[cell.nodes[c]];
     to_modes(p);
-    const Vec3f& d = cell.offset;
-    p[1] += d.z() * p[5];
-    p[2] += d.z() * p[6];
-    p[4] += d.y() * p[6];
-    p[3] += d.z() * p[7];
-    p[5] += d.y() * p[7];
-    p[6] += d.x() * p[7];
-    p[1] += d.y() * p[3];
-    p[2] += d.x() * p[3];
-    p[4] += d.x() * p[5];
+    to_centroid(cell.offset, p);
     const float a = cell.shear, x = cell.spread.x(), y = cell.spread.y(), z = cell.spread.z();
     const float swelling = (cell.bulk - a) * (p[1].x() + p[2].y() + p[4].z());
     const float xy = a * (p[1].y() + p[2].x()), yz = a * (p[2].z() + p[4].y()), zx = a * (p[4].x() + p[1].z());
@@ -73,11 +46,7 @@ void HexAtRest::add_product(std::span<const Vec4f> p_m, std::span<Vec4f> force_n
     f[6] = k * (y + z) * p[6] - t * vector(-y * p[3].z() - z * p[5].y(), z * p[5].x(), y * p[3].x());
     f[7] = k * (x * y + y * z + z * x) * p[7];
     f[0].setZero();
-    f[5] += d.x() * f[4];
-    f[3] += d.y() * f[1] + d.x() * f[2];
-    f[7] += d.z() * f[3] + d.y() * f[5] + d.x() * f[6];
-    f[5] += d.z() * f[1];
-    f[6] += d.z() * f[2] + d.y() * f[4];
+    from_centroid(cell.offset, f);
     from_modes(f);
     for (std::size_t c = 0; c < 8; ++c) force_n[cell.nodes[c]] += f[c];
   }

@@ -16,26 +16,6 @@ double mode_sign(std::size_t corner, std::size_t mode) {
   return std::popcount(~corner & mode) % 2 == 0 ? 1 : -1;
 }
 
-void to_modes(HexModes& m) {
-  for (std::size_t step = 1; step < 8; step *= 2)
-    for (std::size_t c = 0; c < 8; ++c) {
-      if ((c & step) != 0) continue;
-      const Vec3 sum = m[c] + m[c | step];
-      m[c | step] -= m[c];
-      m[c] = sum;
-    }
-}
-
-void from_modes(HexModes& m) {
-  for (std::size_t step = 1; step < 8; step *= 2)
-    for (std::size_t c = 0; c < 8; ++c) {
-      if ((c & step) != 0) continue;
-      const Vec3 sum = m[c] + m[c | step];
-      m[c] -= m[c | step];
-      m[c | step] = sum;
-    }
-}
-
 HexModes modes_of(const HexCell& cell, std::span<const Vec3> x) {
   HexModes m;
   for (std::size_t c = 0; c < 8; ++c) m[c] = x[cell.nodes[c]];
@@ -49,28 +29,6 @@ HexEnergy::HexEnergy(const HexCell& cell, const HexMaterial& material, double ce
       h_(cell_m),
       d_(cell.offset),
       i_(cell.spread) {}
-
-// From modes about the middle of the cell to modes about the centroid of its material.
-template <class T>
-void HexEnergy::shift(std::array<T, 8>& n) const {
-  n[1] += d_.z() * n[5];
-  n[2] += d_.z() * n[6];
-  n[4] += d_.y() * n[6];
-  n[3] += d_.z() * n[7];
-  n[5] += d_.y() * n[7];
-  n[6] += d_.x() * n[7];
-  n[1] += d_.y() * n[3];
-  n[2] += d_.x() * n[3];
-  n[4] += d_.x() * n[5];
-}
-
-void HexEnergy::shift_back(HexModes& f) const {
-  f[5] += d_.x() * f[4];
-  f[3] += d_.y() * f[1] + d_.x() * f[2];
-  f[7] += d_.z() * f[3] + d_.y() * f[5] + d_.x() * f[6];
-  f[5] += d_.z() * f[1];
-  f[6] += d_.z() * f[2] + d_.y() * f[4];
-}
 
 double HexEnergy::swelling(const HexModes& m) const {
   return m[1].dot(m[2].cross(m[4])) / (64 * h_ * h_ * h_) - 1;
@@ -108,7 +66,7 @@ HexModes HexEnergy::twist(const HexModes& m, double& value) const {
 
 double HexEnergy::value_j(const HexModes& n) const {
   HexModes m = n;
-  shift(m);
+  to_centroid(d_, m);
   const double j1 = swelling(m);
   double energy = 0.5 * a_ * (m[1].squaredNorm() + m[2].squaredNorm() + m[4].squaredNorm() - 48 * h_ * h_);
   energy += 64 * h_ * h_ * h_ * (0.5 * b_ * j1 * j1 - a_ / (4 * h_) * j1);
@@ -120,7 +78,7 @@ double HexEnergy::value_j(const HexModes& n) const {
 
 HexModes HexEnergy::slope_n(const HexModes& n) const {
   HexModes m = n;
-  shift(m);
+  to_centroid(d_, m);
   const double pressure = b_ * swelling(m) - a_ / (4 * h_), f = limit(m), t = kTwist * a_ / (4 * h_) * f;
   double d = 0;
   HexModes e = twist(m, d);
@@ -130,14 +88,14 @@ HexModes HexEnergy::slope_n(const HexModes& n) const {
   e[4] = held * m[4] + pressure * m[1].cross(m[2]) - t * e[4];
   for (const std::size_t k : {3u, 5u, 6u}) e[k] = (springs(k) + kTangle * less) * m[k] - t * e[k];
   e[7] = springs(7) * m[7];
-  shift_back(e);
+  from_centroid(d_, e);
   return e;
 }
 
 HexModes HexEnergy::product(const HexModes& n, const HexModes& at) const {
   HexModes m = n, p = at;
-  shift(m);
-  shift(p);
+  to_centroid(d_, m);
+  to_centroid(d_, p);
   const Vec3 yz = m[2].cross(m[4]), zx = m[4].cross(m[1]), xy = m[1].cross(m[2]);
   const double most = a_ / (4 * h_);
   const double pressure = std::clamp(b_ * swelling(m) - most, -most, most);
@@ -171,16 +129,16 @@ HexModes HexEnergy::product(const HexModes& n, const HexModes& at) const {
   const double by_m = -f * f * scale, twice = 2 * f * f * f * scale * scale * d * along_m;
   for (const std::size_t k : {1u, 2u, 3u, 4u, 5u, 6u})
     e[k] -= s * (by_m * (along_m * slope[k] + c(k) * (along_d * m[k] + d * p[k])) + twice * c(k) * m[k]);
-  shift_back(e);
+  from_centroid(d_, e);
   return e;
 }
 
 HexEnergy::Block HexEnergy::block(const HexModes& n, std::size_t corner) const {
   HexModes m = n;
-  shift(m);
+  to_centroid(d_, m);
   std::array<double, 8> s{};
   for (std::size_t k = 1; k < 8; ++k) s[k] = mode_sign(corner, k);
-  shift(s);
+  to_centroid(d_, s);
   const double pressure = b_ * swelling(m) - a_ / (4 * h_);
   // 64 h^3 dJ / dx
   const Vec3 growth = s[1] * m[2].cross(m[4]) + s[2] * m[4].cross(m[1]) + s[4] * m[1].cross(m[2]);

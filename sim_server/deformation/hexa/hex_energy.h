@@ -14,9 +14,49 @@ namespace sectio {
 using HexModes = std::array<Vec3, 8>;
 
 HexModes modes_of(const HexCell& cell, std::span<const Vec3> position_m);
-void to_modes(HexModes& corners);
+template <class T>
+void to_modes(std::array<T, 8>& m) {
+  for (std::size_t step = 1; step < 8; step *= 2)
+    for (std::size_t c = 0; c < 8; ++c) {
+      if ((c & step) != 0) continue;
+      const T sum = m[c] + m[c | step];
+      m[c | step] -= m[c];
+      m[c] = sum;
+    }
+}
 // The transpose of to_modes(): from forces on modes to forces on corners.
-void from_modes(HexModes& modes);
+template <class T>
+void from_modes(std::array<T, 8>& m) {
+  for (std::size_t step = 1; step < 8; step *= 2)
+    for (std::size_t c = 0; c < 8; ++c) {
+      if ((c & step) != 0) continue;
+      const T sum = m[c] + m[c | step];
+      m[c] -= m[c | step];
+      m[c | step] = sum;
+    }
+}
+// From modes about the middle of the cell to modes about the centroid of its material, in cells from the middle.
+template <class T, class Offset>
+void to_centroid(const Offset& d, std::array<T, 8>& n) {
+  n[1] += d.z() * n[5];
+  n[2] += d.z() * n[6];
+  n[4] += d.y() * n[6];
+  n[3] += d.z() * n[7];
+  n[5] += d.y() * n[7];
+  n[6] += d.x() * n[7];
+  n[1] += d.y() * n[3];
+  n[2] += d.x() * n[3];
+  n[4] += d.x() * n[5];
+}
+// The transpose of to_centroid().
+template <class T, class Offset>
+void from_centroid(const Offset& d, std::array<T, 8>& f) {
+  f[5] += d.x() * f[4];
+  f[3] += d.y() * f[1] + d.x() * f[2];
+  f[7] += d.z() * f[3] + d.y() * f[5] + d.x() * f[6];
+  f[5] += d.z() * f[1];
+  f[6] += d.z() * f[2] + d.y() * f[4];
+}
 // The sign that a corner has in a mode.
 double mode_sign(std::size_t corner, std::size_t mode);
 
@@ -38,9 +78,6 @@ class HexEnergy {
   Block block(const HexModes& n, std::size_t corner) const;
 
  private:
-  template <class T>
-  void shift(std::array<T, 8>& n) const;
-  void shift_back(HexModes& f) const;
   double swelling(const HexModes& m) const;
   double limit(const HexModes& m) const;
   double springs(std::size_t mode) const;

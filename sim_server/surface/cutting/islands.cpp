@@ -169,9 +169,11 @@ std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, Vert
   std::vector<TriangleId> region = parted_skin(draft, left, right);
   if (region.empty() || area_m2(draft, region) < kLeastAreaM2) return std::nullopt;
   std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
+  std::set<Edge> edges;
   std::vector<BottomRim> of_ground;
   for (bool has_grown = true; std::exchange(has_grown, false);) {
-    of_ground = rims_of(draft, inside, Side::ground, edges_around(draft, region, inside));
+    edges = edges_around(draft, region, inside);
+    of_ground = rims_of(draft, inside, Side::ground, edges);
     for (std::size_t k = 0; k < of_ground.size() && !has_grown; ++k)
       if (const auto crumb = crumb_at(draft, of_ground[k].front(), inside)) {
         region.insert(region.end(), crumb->begin(), crumb->end());
@@ -179,7 +181,7 @@ std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, Vert
         has_grown = true;
       }
   }
-  const auto of_region = rims_of(draft, inside, Side::region, edges_around(draft, region, inside));
+  const auto of_region = rims_of(draft, inside, Side::region, std::move(edges));
   if (of_region.empty() || of_ground.empty()) return std::nullopt;
 
   std::map<TriangleId, Triangle> changed;
