@@ -169,6 +169,27 @@ TEST(B_PROG, turning_in_a_triangle) {
   EXPECT_EQ(pad.refused, 0u);
 }
 
+TEST(B_PROG, an_edge_that_leans_and_is_drawn_out_leaves_its_cut_as_long_as_it_is) {
+  const Vec3 leaning = Vec3(0.5, 0, 1).normalized();  // over the way ahead: the skin is cut before the tip is there
+  for (const Vec3& out : {Vec3(Vec3::UnitZ()), leaning}) {
+    PadUnderScalpel pad;
+    pad.enter_at(0.011, 0.015);
+    Vec3 tip = pad.top(0.008, 0.015) - 0.004 * Vec3::UnitZ();
+    const auto go = [&] { pad.step({{0, {{tip, leaning, 1e9}}}}); };
+    for (int i = 0; i < 40; ++i, tip.x() += 3e-4) go();
+    ASSERT_TRUE(pad.going());
+    const double end_m = pad.mesh.rest_body_m(pad.stroke()->temporary_tip).x();
+    for (int i = 0; i < 14; ++i, tip += 3e-4 * out) go();
+    double farthest_m = 0;
+    for (const auto& [v, bottom] : pad.cuts.grooves.rungs)
+      farthest_m = std::max(farthest_m, pad.mesh.rest_body_m(v).x());
+    if (pad.going() && pad.stroke()->temporary_tip != kNone)
+      farthest_m = std::max(farthest_m, pad.mesh.rest_body_m(pad.stroke()->temporary_tip).x());
+    EXPECT_GT(farthest_m, end_m - 3e-4);
+    pad.expect_valid();
+  }
+}
+
 TEST(B_PROG, retreating_over_the_cut_itself) {
   PadUnderScalpel pad;
   come_to_cell(pad);

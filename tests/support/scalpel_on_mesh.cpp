@@ -29,6 +29,7 @@ SurfaceCutPlan ScalpelOnMesh::step(const std::vector<BladeMotion>& motions) {
   }
   if (!plan.delta.empty()) ++made;
   seed(plan.seeds);
+  for (const Stroke& s : cuts.strokes) EXPECT_TRUE(s.met.empty()) << "where cuts met in this step, the next may not";
   return plan;
 }
 

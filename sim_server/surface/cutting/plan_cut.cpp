@@ -106,12 +106,12 @@ class Attempt {
           plan.islands.push_back(*island);
           find_bottoms_again(draft_, plan.after.grooves);
         }
-      s.met.clear();
     }
     if (nothing_moved(entries)) return std::nullopt;
     for (Stroke& s : plan.after.strokes)
       if (share_of(s) != Share::closed && !open_temporarily(draft_, s, settings_))
         return Refusal{s.edge_id, "the face that the blade is in can't be opened up to it"};
+    for (Stroke& s : plan.after.strokes) s.met.clear();
     plan.delta = draft_.delta();
     plan.seeds = draft_.seeds();
     plan.after.grooves.forget_dead_of(plan.delta);

@@ -19,6 +19,7 @@ constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this 
 constexpr double kAlongLip = 0.94;            // cosine to a lip
 constexpr double kOwnWay = 0.5;               // share of the way back at rest, which the blade itself has gone at least
 constexpr double kSameSheet_m = 3e-3;  // from the end of a cut to its blade, so near that no lid needs to be asked
+constexpr double kWidest = 4;          // way at rest to a lid's place, as a ratio of the way in the world
 
 class Advance {
  public:
@@ -88,7 +89,7 @@ class Advance {
 
   // In a groove nothing is cut. A cut that comes to another groove runs into it.
   StrokeEnd on_lid(const BladePlace& place) {
-    if (stroke_.cuts() && !is_behind(place.rest_body_m) && !is_own(place.lid)) {
+    if (stroke_.cuts() && !is_behind(place.rest_body_m) && !is_own(place.lid) && !is_far_at_rest(place)) {
       const Vec3 way = (place.rest_body_m - rest_of(draft_, stroke_)).stableNormalized();
       const WalkEnd end = walk_to({place.rest_body_m + kOvershoot_m * way, kNone});
       if (end == WalkEnd::refused) return StrokeEnd::refused;
@@ -188,23 +189,38 @@ class Advance {
   }
 
   // The cut is open up to the blade already, or beyond it and the blade has not gone back itself. Tissue swings to and
-  // fro under a slow blade, and an end that is made anew at each swing drives it on; under a blade that is drawn out
-  // tissue goes back, and the cut would follow it into a hook. A cut that has only just passed its last point does not
-  // show yet where it heads.
+  // fro under a slow blade, and an end that is made anew at each swing drives it on. A cut doesn't heal, either, behind
+  // an edge that leans and is drawn out: the skin slides down along it. A cut that has only just passed its last point
+  // does not show yet where it heads.
   bool has_followed(const BladePlace& place) const {
     if (!stroke_.cuts() || !stroke_.temporary_inverse || !stroke_.blade) return false;
     const Vec3 end = rest_of(draft_, stroke_), way = place.rest_body_m - end;
     const Vec3 cut = end - draft_.rest(stroke_.cell.apex);
     const bool is_short = cut.norm() < kNode_m && !stroke_.heading_body.isZero();
     const Vec3 ahead = is_short ? stroke_.heading_body : Vec3(cut.stableNormalized());
-    const double far_m = way.norm(), step_m = settings_.min_step_m;
-    Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
-    const double up_m = went_world_m.dot(blade_.up_world);
-    went_world_m -= std::max(0.0, up_m) * blade_.up_world;
-    if (far_m < step_m) return went_world_m.norm() < step_m;
+    const double far_m = way.norm(), along_m = way.dot(ahead);
+    const Vec3 went_world_m = went_beside_its_exit(place);
+    if (far_m < settings_.min_step_m) return went_world_m.norm() < settings_.min_step_m;
     const Vec3 way_world = (place.point_world_m - position_of(draft_, stroke_)).stableNormalized();
-    const double own_way_m = std::max(-up_m, went_world_m.dot(way_world));
-    return far_m < kNode_m && own_way_m < kOwnWay * far_m && way.dot(ahead) < kAhead * far_m;
+    const double in_m = (stroke_.blade->tip_world_m - blade_.tip_world_m).dot(blade_.up_world);
+    if (std::max(in_m, went_world_m.dot(way_world)) > kOwnWay * far_m) return false;
+    return along_m < kBack * far_m || (far_m < kNode_m && along_m < kAhead * far_m);
+  }
+
+  // The tip's motion since the cut was made, without what draws it out along itself or straight out of the skin.
+  Vec3 went_beside_its_exit(const BladePlace& place) const {
+    const Vec3 went = blade_.tip_world_m - stroke_.blade->tip_world_m;
+    const auto v = draft_.triangle(place.triangle).v;
+    const Vec3 a = draft_.state(v[0]).position_world_m, b = draft_.state(v[1]).position_world_m,
+               c = draft_.state(v[2]).position_world_m;
+    const auto without = [&](const Vec3& out) -> Vec3 { return went - std::max(0.0, went.dot(out)) * out; };
+    const Vec3 along_edge = without(blade_.up_world), along_normal = without((b - a).cross(c - a).stableNormalized());
+    return along_edge.squaredNorm() < along_normal.squaredNorm() ? along_edge : along_normal;
+  }
+
+  // A wide gape lies over the end of the cut, while its lips are elsewhere at rest.
+  bool is_far_at_rest(const BladePlace& place) const {
+    return distance_m(place) > kWidest * (place.point_world_m - position_of(draft_, stroke_)).norm() + kNode_m;
   }
 
   // The lid is over the last pieces of the cut itself.
@@ -298,11 +314,7 @@ class Advance {
     const auto is_near = [&](VertexId v, double along) {
       return along < kBranchAtRung || (along * length_m < kNode_m && twins_of(draft_, grooves_, v).size() != 2);
     };
-    VertexId rung = is_near(from.lip.from, from.along)     ? from.lip.from
-                    : is_near(from.lip.to, 1 - from.along) ? from.lip.to
-                                                           : kNone;
-    if (rung == kNone) rung = insert_rung(draft_, grooves_, from.lip, from.along);
-    if (rung == kNone) rung = from.along < 0.5 ? from.lip.from : from.lip.to;
+    const VertexId rung = rung_at(draft_, grooves_, from.lip, from.along, is_near);
     if (!branch_off(draft_, stroke_, grooves_, rung, to_body_m)) return Start::waits;
     grooves_.ends.erase(rung);
     stroke_.heading_body.setZero();

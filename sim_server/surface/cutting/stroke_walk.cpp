@@ -11,6 +11,9 @@ constexpr int kMaxCellsPerStep = 100000;
 constexpr double kSnapToRung = 0.25;      // a lip is crossed at a rung this close to it, as a ratio of the lip's length
 constexpr double kSnapToNode_m = 1.5e-3;  // at a place where cuts have met, if it is this close
 constexpr double kSamePlace_m = 1e-7;
+constexpr double kThere_m = 1e-9;         // short of a target on a rim, behind which the surface falls away
+constexpr double kLongest = 4;            // way over the surface, as a ratio of the straight one ...
+constexpr double kDetour_m = 2e-3;        // ... and what it may be longer; beyond, it goes round the body
 constexpr double kCosFold = 0.9;          // between the normals of faces that lie back to back
 constexpr std::size_t kPointsBehind = 6;  // a cut can't run into so many of its own last points
 
@@ -125,6 +128,8 @@ class Walk {
     const bool is_at_apex = stroke_.cell.rim.empty() || (stroke_.cell.rim.size() == 2 && stroke_.bary[0] == 1);
     if (is_at_apex && !enter_at(stroke_.cell.apex)) return WalkEnd::waits;
     Vec3 bary_in = stroke_.bary;
+    double way_m = 0;
+    const double most_m = kLongest * (target_.rest_body_m - sectio::rest_of(draft_, stroke_)).norm() + kDetour_m;
     for (int i = 0; i < kMaxCellsPerStep; ++i) {
       const auto corners = stroke_.cell.corners();
       if (target_.vertex != kNone && std::ranges::find(stroke_.cell.rim, target_.vertex) != stroke_.cell.rim.end())
@@ -134,12 +139,14 @@ class Walk {
       if (exit.edge < 0) return WalkEnd::waits;
       const Vec3 bary_out = edge_bary(exit);
       const double progress_out = plane_.progress(at(places, bary_out));
-      if (progress_out >= 0) {
+      if (progress_out >= -kThere_m) {
         const double progress_in = std::min(0.0, plane_.progress(at(places, bary_in)));
-        const double s = progress_out > progress_in ? progress_in / (progress_in - progress_out) : 0.0;
+        const double s = progress_out > progress_in ? std::min(1.0, progress_in / (progress_in - progress_out)) : 0.0;
         stroke_.bary = bary_in + s * (bary_out - bary_in);
         return WalkEnd::there;
       }
+      way_m += (at(places, bary_out) - at(places, bary_in)).norm();
+      if (way_m > most_m) return WalkEnd::waits;
       if (const auto end = leave(exit, bary_in)) return *end;
     }
     return WalkEnd::waits;
@@ -254,9 +261,7 @@ class Walk {
       const bool is_node = twins_of(draft_, grooves_, v).size() > 2;
       return along < kSnapToRung || (is_node && along * length_m < kSnapToNode_m);
     };
-    VertexId rung = is_near(lip.from, t) ? lip.from : is_near(lip.to, 1 - t) ? lip.to : kNone;
-    if (rung == kNone) rung = insert_rung(draft_, grooves_, lip, t);
-    if (rung == kNone) rung = t < 0.5 ? lip.from : lip.to;
+    VertexId rung = rung_at(draft_, grooves_, lip, t, is_near);
     if (is_behind(rung)) rung = rung == lip.from ? lip.to : lip.from;
     if (is_behind(rung)) return WalkEnd::waits;
     if (!is_on_lip(rung)) return refuse("the cut comes to a groove that can't be joined");

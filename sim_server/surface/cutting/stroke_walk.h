@@ -38,6 +38,19 @@ enum class WalkEnd : std::uint8_t {
 WalkEnd walk(MeshDraft& draft, Stroke& stroke, const Blade& blade, Grooves& grooves, const StrokeSettings& settings,
              const WalkTarget& target);
 
+// The rung at a place of a lip: the nearer of the lip's ends that `takes` (vertex, distance as a ratio of the lip's
+// length), else a new one there, or the nearer end where none can be made.
+template <class Takes>
+VertexId rung_at(MeshDraft& draft, Grooves& grooves, const Lip& lip, double along, const Takes& takes) {
+  const bool is_from = along < 0.5;
+  const VertexId near = is_from ? lip.from : lip.to, far = is_from ? lip.to : lip.from;
+  const double away = is_from ? along : 1 - along;
+  if (takes(near, away)) return near;
+  if (takes(far, 1 - away)) return far;
+  const VertexId made = insert_rung(draft, grooves, lip, along);
+  return made != kNone ? made : near;
+}
+
 // Makes a vertex of a lip, or one of its twins, the apex of a cut towards a place. False when no skin leads there.
 bool branch_off(const MeshDraft& draft, Stroke& stroke, const Grooves& grooves, VertexId lip, const Vec3& to_body_m);
 
