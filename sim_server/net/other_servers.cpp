@@ -22,9 +22,7 @@ void OtherServers::listen() {
   while (const auto other = endpoints_.take<SceneInfo>()) {
     if (other->epoch == own_.epoch) continue;
     const std::lock_guard lock(mutex_);
-    const auto [at, is_new] = others_.try_emplace(other->epoch);
-    Other& known = at->second;
-    if (is_new) known.came_late = own_time_s_ > kSettled_s;
+    Other& known = others_[other->epoch];
     for (const BodyInfo& body : other->bodies) {
       std::erase(missing_, body.name);
       const bool ours = std::ranges::find(own_.bodies, body.name, &BodyInfo::name) != own_.bodies.end();
@@ -34,7 +32,8 @@ void OtherServers::listen() {
   }
   while (const auto header = endpoints_.take<StateHeader>()) {
     const std::lock_guard lock(mutex_);
-    if (const auto other = others_.find(header->epoch); other != others_.end()) other->second.hear(header->sim_time_s);
+    if (const auto other = others_.find(header->epoch); other != others_.end())
+      other->second.hear(header->sim_time_s, own_time_s_);
   }
   while (const auto end = endpoints_.take<SessionEnd>()) {
     const std::lock_guard lock(mutex_);
@@ -106,12 +105,8 @@ bool OtherServers::is_silent(const Other& other) const {
 bool OtherServers::has_more_right(std::uint64_t epoch, const Other& other) const {
   if (other.body.empty() || other.ended) return false;
   if (same_session(epoch, own_.epoch)) return false;  // is_replaced() says so
-  const double own_s = own_time_s_;
-  const bool begun = own_s > 0, other_begun = other.sim_time_s > 0;
-  if (other_begun && is_silent(other)) return false;
-  if (begun != other_begun) return other_begun;
-  if (std::abs(other.sim_time_s - own_s) > kHeadStart_s) return other.sim_time_s > own_s;
-  return !other.came_late && epoch < own_.epoch;
+  if (other.sim_time_s > 0 && is_silent(other)) return false;
+  return other.rivalry.gives_way(own_time_s_, epoch < own_.epoch, seconds(Clock::now()));
 }
 
 // It has other bodies of our session.

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_server/net/rivalry.h"
 #include "sim_server/net/server_endpoints.h"
 
 namespace sectio {
@@ -17,8 +18,6 @@ namespace sectio {
 class OtherServers {
  public:
   static constexpr double kSilence_s = 1;    // a server that is silent for longer is taken for dead
-  static constexpr double kSettled_s = 0.5;  // a server that has run for longer yields to no equal
-  static constexpr double kHeadStart_s = 1;  // less is no head start: messages take their time
   static constexpr double kFarBehind_s = 1;  // nobody waits for a server that is further behind: it has come late
 
   // `own`: the scene that this server announces. The endpoints outlive it.
@@ -44,8 +43,7 @@ class OtherServers {
 
   // Another server has taken our session over, and sends states: this one is a ghost.
   bool is_replaced() const;
-  // The first of our bodies that another server has with more right: then this server has to end. The one that has
-  // begun stays; when both or none have, the one that has simulated more by kHeadStart_s; else the lower epoch.
+  // The first of our bodies that another server has with more right (rivalry.h): then this server has to end.
   std::optional<std::string> claimed_body() const;
   // The simulated time of the slowest server that is worth waiting for, and of the one that is furthest; nothing when
   // no other server speaks.
@@ -54,17 +52,19 @@ class OtherServers {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static double seconds(Clock::time_point t) { return std::chrono::duration<double>(t.time_since_epoch()).count(); }
   struct Other {
     std::string body;       // the first that both have; empty: none
     double sim_time_s = 0;  // 0: it has not begun
     int states = 0;         // states heard, each later than the one before
     Clock::time_point heard{};
-    void hear(double time_s) {
+    void hear(double time_s, double own_time_s) {
       states += time_s > sim_time_s;
       sim_time_s = time_s;
       heard = Clock::now();
+      rivalry.hear(time_s, own_time_s, seconds(heard));
     }
-    bool came_late = false;  // when this server had begun for long
+    Rivalry rivalry;
     bool same_world = false;
     bool ended = false;
   };
