@@ -12,6 +12,7 @@ TetLoopInput input(const TetRows& rows, std::span<const Vec4f> position_world_m)
   in.slice_count = rows.slices().size();
   in.edges = rows.edges().data();
   in.faces = rows.faces().data();
+  in.alike_faces = rows.alike_faces().data();
   in.blocks = rows.blocks().data();
   in.pressure_scale = rows.pressure_scale().data();
   // Only the loops whose caller passed writable positions write them.

@@ -15,6 +15,7 @@ struct TetLoopInput {
   std::size_t slice_count = 0;
   const TetEdgeColumn* edges = nullptr;
   const TetFaceColumn* faces = nullptr;
+  const TetAlikeFace* alike_faces = nullptr;
   const TetBlockColumn* blocks = nullptr;
   char* position = nullptr;  // {x y z p}, by byte offset
   char* velocity = nullptr;
@@ -64,43 +65,92 @@ template <class R>
   return face;
 }
 
+// The neighbours of rows: gathered anew for each face, or, where the rows of a slice are alike, once.
+template <class R>
+struct GatheredFaces {
+  const TetLoopInput& in;
+  int first;
+
+  GatheredFaces(const TetLoopInput& input, const TetSlice&, int first_lane) : in(input), first(first_lane) {}
+  [[gnu::always_inline]] Lanes3<R> edge(const TetSlice&, std::uint32_t e) const {
+    return gather<R>(in.position, &in.edges[e].offset[first]);
+  }
+  [[gnu::always_inline]] TetFaceLanes<R> face(std::uint32_t f) const {
+    return gather_face<R>(in.position, in.faces[f], first);
+  }
+};
+template <class R>
+struct AlikeFaces {
+  const TetLoopInput& in;
+  alignas(64) float lanes[kMostAlikeEdges][4][R::kWidth];
+
+  [[gnu::always_inline]] AlikeFaces(const TetLoopInput& input, const TetSlice& slice, int first) : in(input) {
+    for (std::uint32_t e = 0; e < slice.edges; ++e) {
+      const Lanes4<R> x = gather4<R>(in.position, &in.edges[slice.first_edge + e].offset[first]);
+      R::store(lanes[e][0], x.x);
+      R::store(lanes[e][1], x.y);
+      R::store(lanes[e][2], x.z);
+      R::store(lanes[e][3], x.w);
+    }
+  }
+  [[gnu::always_inline]] Lanes4<R> at(std::uint32_t e) const {
+    return {R::load(lanes[e][0]), R::load(lanes[e][1]), R::load(lanes[e][2]), R::load(lanes[e][3])};
+  }
+  [[gnu::always_inline]] Lanes3<R> edge(const TetSlice& slice, std::uint32_t e) const {
+    const Lanes4<R> x = at(e - slice.first_edge);
+    return {x.x, x.y, x.z};
+  }
+  [[gnu::always_inline]] TetFaceLanes<R> face(std::uint32_t f) const {
+    const TetAlikeFace& edges = in.alike_faces[f];
+    TetFaceLanes<R> face{at(edges.a), at(edges.b), at(edges.c), {}};
+    face.n = cross<R>(minus<R>(face.b, face.a), minus<R>(face.c, face.a));
+    return face;
+  }
+};
+
 // p_i / 24 = kappa_i / 24 (sum_e n_e . (x_i - a_e) / sum_e 6 V_e - 1)
+template <class R, bool kBound, class Faces>
+[[gnu::always_inline]] inline float slice_pressures(const TetLoopInput& in, const TetSlice& slice, int first) {
+  using Reg = typename R::Reg;
+  const std::uint32_t* const offset = &slice.offset[first];
+  const Faces faces(in, slice, first);
+  const Lanes4<R> x = gather4<R>(in.position, offset);
+  Reg volume = R::all(0), stiffness = R::all(0);
+  for (std::uint32_t f = slice.first_face; f != slice.first_face + slice.used_faces; ++f) {
+    const TetFaceLanes<R> face = faces.face(f);
+    volume = R::add(volume, dot<R>(face.n, minus<R>(x, face.a)));
+    if constexpr (kBound) stiffness = R::fma(R::load(&in.blocks[f].bulk[first]), dot<R>(face.n, face.n), stiffness);
+  }
+  const Reg pressure =
+      R::sub(R::mul(R::load(&slice.pressure_scale[first]), volume), R::load(&slice.pressure_shift[first]));
+  alignas(64) float lanes[R::kWidth];
+  R::store(lanes, pressure);
+  const int count = std::min(R::kWidth, static_cast<int>(slice.count) - first);
+  for (int i = 0; i < count; ++i) reinterpret_cast<float*>(in.position + offset[i])[3] = lanes[i];
+  if constexpr (!kBound) return 0;
+  // 4 / m, as step_over_mass holds h / m
+  const Reg four_over_mass = R::mul(R::all(4 / in.step_s), R::load(&slice.step_over_mass[first]));
+  return largest_lane<R>(R::fma(four_over_mass, stiffness, R::load(&slice.bound[first])), count);
+}
+
 template <class R, bool kBound>
 [[gnu::always_inline]] inline float tet_pressures(const TetLoopInput& in) {
-  using Reg = typename R::Reg;
   float most = 0;
   for (const TetSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice)
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
-      const std::uint32_t* const offset = &slice->offset[first];
-      const Lanes4<R> x = gather4<R>(in.position, offset);
-      Reg volume = R::all(0), stiffness = R::all(0);
-      for (std::uint32_t f = slice->first_face; f != slice->first_face + slice->faces; ++f) {
-        const TetFaceLanes<R> face = gather_face<R>(in.position, in.faces[f], first);
-        volume = R::add(volume, dot<R>(face.n, minus<R>(x, face.a)));
-        if constexpr (kBound) stiffness = R::fma(R::load(&in.blocks[f].bulk[first]), dot<R>(face.n, face.n), stiffness);
-      }
-      const Reg pressure =
-          R::sub(R::mul(R::load(&slice->pressure_scale[first]), volume), R::load(&slice->pressure_shift[first]));
-      alignas(64) float lanes[R::kWidth];
-      R::store(lanes, pressure);
-      const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
-      for (int i = 0; i < count; ++i) reinterpret_cast<float*>(in.position + offset[i])[3] = lanes[i];
-      if constexpr (kBound) {
-        // 4 / m, as step_over_mass holds h / m
-        const Reg four_over_mass = R::mul(R::all(4 / in.step_s), R::load(&slice->step_over_mass[first]));
-        const float bound = largest_lane<R>(R::fma(four_over_mass, stiffness, R::load(&slice->bound[first])), count);
-        most = bound > most ? bound : most;
-      }
+      const float bound = slice->alike ? slice_pressures<R, kBound, AlikeFaces<R>>(in, *slice, first)
+                                       : slice_pressures<R, kBound, GatheredFaces<R>>(in, *slice, first);
+      most = bound > most ? bound : most;
     }
   return most;
 }
 
-template <class R>
+template <class R, class Faces>
 [[gnu::always_inline]] inline Lanes3<R> edge_force(const TetLoopInput& in, const TetSlice& slice, int first,
-                                                   const Lanes4<R>& x) {
+                                                   const Lanes4<R>& x, const Faces& faces) {
   Lanes3<R> force{R::all(0), R::all(0), R::all(0)};
-  for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.edges; ++e) {
-    const Lanes3<R> other = gather<R>(in.position, &in.edges[e].offset[first]);
+  for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.used_edges; ++e) {
+    const Lanes3<R> other = faces.edge(slice, e);
     const auto weight = R::load(&in.edges[e].weight[first]);
     force.x = R::fma(weight, R::sub(other.x, x.x), force.x);
     force.y = R::fma(weight, R::sub(other.y, x.y), force.y);
@@ -117,32 +167,41 @@ template <class R>
   return R::sub(R::load(&column.shear[first]), pressures);
 }
 
+template <class R, class Faces>
+[[gnu::always_inline]] inline void slice_velocities(const TetLoopInput& in, const TetSlice& slice, int first,
+                                                    VelocityOutcome& outcome) {
+  const std::uint32_t* const offset = &slice.offset[first];
+  const Faces faces(in, slice, first);
+  const Lanes4<R> x = gather4<R>(in.position, offset);
+  Lanes3<R> force = edge_force<R>(in, slice, first, x, faces);
+  for (std::uint32_t f = slice.first_face; f != slice.first_face + slice.used_faces; ++f) {
+    const TetFaceLanes<R> face = faces.face(f);
+    const auto factor = face_factor<R>(in.faces[f], first, face, x.w);
+    force.x = R::fma(factor, face.n.x, force.x);
+    force.y = R::fma(factor, face.n.y, force.y);
+    force.z = R::fma(factor, face.n.z, force.z);
+  }
+  const Lanes3<R> v = gather<R>(in.velocity, offset);
+  const auto step_over_mass = R::load(&slice.step_over_mass[first]);
+  const auto share = R::load(&slice.gravity_share[first]), damping = R::all(in.damping_factor);
+  const auto updated = [&](auto f, auto old, float gravity_step) __attribute__((always_inline)) {
+    return R::fma(share, R::all(gravity_step), R::fma(step_over_mass, f, R::mul(damping, old)));
+  };
+  const Lanes3<R> now{updated(force.x, v.x, in.gravity_step[0]), updated(force.y, v.y, in.gravity_step[1]),
+                      updated(force.z, v.z, in.gravity_step[2])};
+  const int count = std::min(R::kWidth, static_cast<int>(slice.count) - first);
+  scatter<R>(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
+}
+
 template <class R>
 [[gnu::always_inline]] inline VelocityOutcome tet_velocities(const TetLoopInput& in) {
   VelocityOutcome outcome;
-  const auto damping = R::all(in.damping_factor);
   for (const TetSlice* slice = in.slices; slice != in.slices + in.slice_count; ++slice)
     for (int first = 0; first < static_cast<int>(slice->count); first += R::kWidth) {
-      const std::uint32_t* const offset = &slice->offset[first];
-      const Lanes4<R> x = gather4<R>(in.position, offset);
-      Lanes3<R> force = edge_force<R>(in, *slice, first, x);
-      for (std::uint32_t f = slice->first_face; f != slice->first_face + slice->faces; ++f) {
-        const TetFaceLanes<R> face = gather_face<R>(in.position, in.faces[f], first);
-        const auto factor = face_factor<R>(in.faces[f], first, face, x.w);
-        force.x = R::fma(factor, face.n.x, force.x);
-        force.y = R::fma(factor, face.n.y, force.y);
-        force.z = R::fma(factor, face.n.z, force.z);
-      }
-      const Lanes3<R> v = gather<R>(in.velocity, offset);
-      const auto step_over_mass = R::load(&slice->step_over_mass[first]);
-      const auto share = R::load(&slice->gravity_share[first]);
-      const auto updated = [&](auto f, auto old, float gravity_step) __attribute__((always_inline)) {
-        return R::fma(share, R::all(gravity_step), R::fma(step_over_mass, f, R::mul(damping, old)));
-      };
-      const Lanes3<R> now{updated(force.x, v.x, in.gravity_step[0]), updated(force.y, v.y, in.gravity_step[1]),
-                          updated(force.z, v.z, in.gravity_step[2])};
-      const int count = std::min(R::kWidth, static_cast<int>(slice->count) - first);
-      scatter<R>(limited<R>(now, count, offset, in.max_speed_m_per_s, outcome), in.velocity, offset, count);
+      if (slice->alike)
+        slice_velocities<R, AlikeFaces<R>>(in, *slice, first, outcome);
+      else
+        slice_velocities<R, GatheredFaces<R>>(in, *slice, first, outcome);
     }
   return outcome;
 }
@@ -214,7 +273,7 @@ template <class R>
   const std::uint32_t* const offset = &slice.offset[first];
   const Lanes4<R> x = gather4<R>(in.position, offset);
   const Lanes3<R> y = gather<R>(in.inertial, offset);
-  Lanes3<R> force = edge_force<R>(in, slice, first, x);
+  Lanes3<R> force = edge_force<R>(in, slice, first, x, GatheredFaces<R>(in, slice, first));
   const Reg zero = R::all(0);
   SymmetricLanes<R> h{zero, zero, zero, zero, zero, zero};
   for (std::uint32_t f = 0; f < slice.faces; ++f) {

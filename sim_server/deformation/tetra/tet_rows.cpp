@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 
 #include "common/core/error.h"
 
@@ -10,7 +11,7 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kWindow = 256;
-constexpr std::uint32_t kLeastOverflowWidth = 8;
+constexpr std::uint32_t kLeastOverflowEdges = 16, kLeastOverflowFaces = 32;
 
 template <class T>
 void append(std::vector<T>& columns, std::uint32_t count) {
@@ -50,18 +51,55 @@ std::uint32_t TetRows::add_slice(std::uint32_t colour, Width width) {
   slice.first_face = static_cast<std::uint32_t>(faces_.size());
   slice.edges = width.edges;
   slice.faces = width.faces;
+  slice.used_edges = slice.used_faces = 0;
   slice.weight_sum.fill(1);
   most_faces_ = std::max(most_faces_, slice.faces);
   append(edges_, slice.edges);
   append(faces_, slice.faces);
   append(blocks_, slice.faces);
   append(face_edges_, slice.faces);
+  append(alike_faces_, slice.faces);
   append(slices_, 1);
   slices_.back() = slice;
   return static_cast<std::uint32_t>(slices_.size() - 1);
 }
 
-// Orders rows by colour, then by number of faces within windows, and fills slices in this order.
+void TetRows::number_edges(const VertexStar& star) {
+  edge_of_.assign(star.vertices().size(), 0);
+  for (std::uint32_t n = 0; n < star.ascending().size(); ++n) edge_of_[star.ascending()[n]] = kBytesAtEdge * n;
+}
+
+// A hash of the edges at the corners of all faces.
+std::uint64_t TetRows::pattern_of(const VertexStar& star) {
+  number_edges(star);
+  std::uint64_t hash = star.corners().size();
+  for (const VertexStar::Corner& c : star.corners())
+    for (const std::size_t k : kTetFaces[c.corner]) hash = (hash ^ hash >> 29 ^ edge_of_[c.at[k]]) * 0x9e3779b97f4a7c15u;
+  return hash;
+}
+
+// First rows that fill slices with their like, then the others by number of faces within windows.
+void TetRows::order(std::span<VertexId> of_one_colour) const {
+  std::vector<VertexId> by_pattern(of_one_colour.begin(), of_one_colour.end()), alike, others;
+  std::ranges::stable_sort(by_pattern, {}, [&](VertexId v) { return pattern_[v]; });
+  for (std::size_t first = 0; first < by_pattern.size();) {
+    std::size_t last = first;
+    while (last < by_pattern.size() && pattern_[by_pattern[last]] == pattern_[by_pattern[first]]) ++last;
+    const bool may_be = puts_alike_together_ && width_[by_pattern[first]].edges <= kMostAlikeEdges;
+    const std::size_t full = may_be ? first + (last - first) / kLanes * kLanes : first;
+    for (; first < full; ++first) alike.push_back(by_pattern[first]);
+    for (; first < last; ++first) others.push_back(by_pattern[first]);
+  }
+  std::ranges::sort(others);
+  for (std::size_t first = 0; first < others.size(); first += kWindow) {
+    const std::size_t count = std::min(kWindow, others.size() - first);
+    std::ranges::stable_sort(std::span(others).subspan(first, count), std::greater<>(),
+                             [&](VertexId v) { return width_[v].faces; });
+  }
+  std::ranges::copy(others, std::ranges::copy(alike, of_one_colour.begin()).out);
+}
+
+// Orders rows by colour, and fills slices.
 void TetRows::layout() {
   std::vector<VertexId> order;
   for (VertexId v = 0; v < colour_.size(); ++v)
@@ -69,10 +107,8 @@ void TetRows::layout() {
   std::stable_sort(order.begin(), order.end(), [&](VertexId a, VertexId b) { return colour_[a] < colour_[b]; });
   for (std::size_t first = 0; first < order.size();) {
     std::size_t last = first;
-    while (last < order.size() && last < first + kWindow && colour_[order[last]] == colour_[order[first]]) ++last;
-    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first),
-                     order.begin() + static_cast<std::ptrdiff_t>(last),
-                     [&](VertexId a, VertexId b) { return width_[a].faces > width_[b].faces; });
+    while (last < order.size() && colour_[order[last]] == colour_[order[first]]) ++last;
+    this->order(std::span(order).subspan(first, last - first));
     first = last;
   }
   for (std::size_t n = 0; n < order.size();) {
@@ -93,12 +129,35 @@ void TetRows::layout() {
   rows_ = static_cast<std::uint32_t>(order.size());
 }
 
-void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness) {
+bool TetRows::is_alike(const TetSlice& slice, std::uint32_t lane, std::uint32_t other) const {
+  return std::ranges::all_of(std::span(face_edges_).subspan(slice.first_face, slice.faces), [&](const TetFaceEdges& e) {
+    return e.a[lane] == e.a[other] && e.b[lane] == e.b[other] && e.c[lane] == e.c[other];
+  });
+}
+
+// Once all rows are written. Padding has one edge at all corners of a face, a face doesn't.
+void TetRows::find_alike() {
+  for (TetSlice& slice : slices_) {
+    slice.alike = slice.count == kLanes && slice.edges <= kMostAlikeEdges;
+    for (std::uint32_t lane = 1; lane < kLanes && slice.alike; ++lane) slice.alike = is_alike(slice, lane, 0);
+    if (!slice.alike) continue;
+    for (std::uint32_t f = slice.first_face; f < slice.first_face + slice.faces; ++f) {
+      const auto edge = [](std::uint32_t at) { return static_cast<std::uint8_t>(at / kBytesAtEdge); };
+      const TetFaceEdges& e = face_edges_[f];
+      alike_faces_[f] = {edge(e.a[0]), edge(e.b[0]), edge(e.c[0])};
+    }
+  }
+}
+
+void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness,
+                    bool puts_alike_together) {
   *this = TetRows();
+  puts_alike_together_ = puts_alike_together;
   const std::size_t vertices = mesh.vertices_body_m.size();
   colour_.assign(vertices, kNone);
   row_of_.assign(vertices, kNone);
   width_.resize(vertices);
+  pattern_.resize(vertices, 0);
   pressure_scale_.resize(vertices, 0.0f);
   VertexStar star;
   for (VertexId v = 0; v < vertices; ++v) {
@@ -106,6 +165,7 @@ void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffne
     star.begin(mesh, stars, v);
     choose_colour(v, star.vertices());
     width_[v] = width_of(star);
+    pattern_[v] = pattern_of(star);
   }
   layout();
   for (VertexId v = 0; v < vertices; ++v) {
@@ -114,12 +174,14 @@ void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffne
     star.measure(mesh);
     write(v, star, stiffness);
   }
-  give_room(colour_, row_of_, width_, pressure_scale_, slices_, edges_, faces_, blocks_, face_edges_);
+  find_alike();
+  give_room(colour_, row_of_, width_, pattern_, pressure_scale_, slices_, edges_, faces_, blocks_, face_edges_,
+            alike_faces_);
 }
 
 std::uint32_t TetRows::take_overflow_lane(std::uint32_t colour, Width width) {
-  width = {std::bit_ceil(std::max(width.edges, kLeastOverflowWidth)),
-           std::bit_ceil(std::max(width.faces, kLeastOverflowWidth))};
+  width = {std::bit_ceil(std::max(width.edges, kLeastOverflowEdges)),
+           std::bit_ceil(std::max(width.faces, kLeastOverflowFaces))};
   std::vector<std::uint32_t>& open = open_[{colour, width.edges, width.faces}];
   if (open.empty()) open.push_back(add_slice(colour, width));
   const std::uint32_t s = open.back(), lane = slices_[s].count++;
@@ -128,12 +190,18 @@ std::uint32_t TetRows::take_overflow_lane(std::uint32_t colour, Width width) {
   return s * kLanes + lane;
 }
 
+void TetRows::use(TetSlice& slice, Width width) {
+  slice.used_edges = std::max(slice.used_edges, width.edges);
+  slice.used_faces = std::max(slice.used_faces, width.faces);
+}
+
 void TetRows::copy_lane(const TetRows& from, std::uint32_t from_row, std::uint32_t to_row) {
   const TetSlice& source = from.slices_[from_row / kLanes];
   TetSlice& slice = slices_[to_row / kLanes];
   const std::uint32_t a = from_row % kLanes, b = to_row % kLanes;
   const std::uint32_t own = source.offset[a];
   slice.offset[b] = own;
+  use(slice, {std::min(source.used_edges, slice.edges), std::min(source.used_faces, slice.faces)});
   for (auto field : {&TetSlice::pressure_scale, &TetSlice::pressure_shift, &TetSlice::weight_sum,
                      &TetSlice::step_over_mass, &TetSlice::gravity_share, &TetSlice::bound})
     (slice.*field)[b] = (source.*field)[a];
@@ -189,6 +257,7 @@ void TetRows::vacate(VertexId v) {
 void TetRows::follow(std::size_t vertices) {
   for (auto* table : {&row_of_, &colour_}) resize_slots(*table, vertices, kNone);
   resize_slots(width_, vertices, Width{});
+  resize_slots(pattern_, vertices, std::uint64_t{0});
   resize_slots(pressure_scale_, vertices, 0.0f);
 }
 
@@ -200,6 +269,7 @@ void TetRows::update(VertexId v, const VertexStar& star, const TetStiffness& sti
   }
   choose_colour(v, star.vertices());
   width_[v] = width_of(star);
+  pattern_[v] = pattern_of(star);
   if (contains(v)) {
     const TetSlice& slice = slices_[row_of_[v] / kLanes];
     if (slice.colour != colour_[v] || slice.edges < width_[v].edges || slice.faces < width_[v].faces) vacate(v);
@@ -217,8 +287,10 @@ void TetRows::compact_if_spread() {
 
 void TetRows::compact() {
   TetRows sorted;
+  sorted.puts_alike_together_ = puts_alike_together_;
   sorted.colour_ = colour_;
   sorted.width_ = width_;
+  sorted.pattern_ = pattern_;
   sorted.row_of_.assign(row_of_.size(), kNone);
   sorted.colours_ = colours_;
   sorted.step_s_ = step_s_;
@@ -226,6 +298,7 @@ void TetRows::compact() {
   sorted.layout();
   for (VertexId v = 0; v < row_of_.size(); ++v)
     if (contains(v)) sorted.copy_lane(*this, row_of_[v], sorted.row_of_[v]);
+  sorted.find_alike();
   *this = std::move(sorted);
 }
 
@@ -236,9 +309,9 @@ void TetRows::write(VertexId v, const VertexStar& star, const TetStiffness& stif
   const std::span edges(edges_.data() + slice.first_edge, slice.edges);
   TetBlockColumn* const blocks = blocks_.data() + slice.first_face;
   TetFaceEdges* const face_edges = face_edges_.data() + slice.first_face;
+  use(slice, width_[v]);
   const std::uint32_t own = byte_offset(v);
-  edge_of_.assign(star.vertices().size(), 0);
-  for (std::uint32_t n = 0; n < star.ascending().size(); ++n) edge_of_[star.ascending()[n]] = kBytesAtEdge * n;
+  number_edges(star);
   slice.offset[lane] = own;
   double volume = 0, bulk = 0;
   std::size_t f = 0;
@@ -265,6 +338,7 @@ void TetRows::write(VertexId v, const VertexStar& star, const TetStiffness& stif
     faces[f].shear[lane] = blocks[f].bulk[lane] = 0;
     face_edges[f].a[lane] = face_edges[f].b[lane] = face_edges[f].c[lane] = 0;
   }
+  slice.alike = slice.alike && is_alike(slice, lane, lane == 0 ? 1 : 0);
   bulk /= volume;
   double sum = 0;
   std::size_t e = 0;

@@ -2,7 +2,9 @@
 // edges or faces. Both integrators of the neo-Hookean solid (tet_solid.h) read the same data, and only gather. A slice
 // has one colour: no two of its vertices share a tetrahedron, so that an implicit sweep may move all of them at once. A
 // row that is new, or outgrows its slice, goes to an overflow slice of its colour; when these hold a tenth of all rows,
-// all rows are laid out anew.
+// all rows are laid out anew. Rows whose faces lie between their edges in the same way, as most do in a lattice, get
+// slices of their own: there the corners of a face are the same edges in all lanes, and a loop that has gathered the
+// neighbours once needs to gather no face.
 //
 //   edge column   the neighbour and the weight w_ij = - sum_e mu_e V_e g_i . g_j  (the I_C term of linear tetrahedra is
 //                 a constant Laplacian)
@@ -53,6 +55,17 @@ struct alignas(64) TetFaceEdges {
 };
 constexpr std::uint32_t kBytesAtEdge = 48;
 
+// The same for all lanes of a slice whose rows are alike: numbers of edges.
+struct TetAlikeFace {
+  std::uint8_t a = 0, b = 0, c = 0;
+
+  template <class A>
+  void archive(A& ar) {
+    ar(a, b, c);
+  }
+};
+constexpr std::uint32_t kMostAlikeEdges = 32;
+
 struct alignas(64) TetBlockColumn {
   std::array<float, kLanes> bulk{};  // kappa_e / (36 V_e), N/m^5
 
@@ -72,13 +85,15 @@ struct alignas(64) TetSlice {
   std::array<float, kLanes> bound{};           // 2 sum_j |w_ij| / m_i, 1/s^2
   std::uint32_t first_edge = 0, edges = 0;     // columns
   std::uint32_t first_face = 0, faces = 0;
-  std::uint32_t count = 0;  // rows, in lanes 0 .. count-1
+  std::uint32_t used_edges = 0, used_faces = 0;  // columns that aren't padding in all lanes, and maybe some that are
+  std::uint32_t count = 0;                       // rows, in lanes 0 .. count-1
   std::uint32_t colour = 0;
+  bool alike = false;  // its rows, as TetRows::alike_faces() says
 
   template <class A>
   void archive(A& a) {
     a(offset, pressure_scale, pressure_shift, weight_sum, step_over_mass, gravity_share, bound, first_edge, edges,
-      first_face, faces, count, colour);
+      first_face, faces, used_edges, used_faces, count, colour, alike);
   }
 };
 
@@ -101,8 +116,10 @@ struct TetVertex {
 
 class TetRows {
  public:
-  // Gives every vertex of a tetrahedron a row, without mass. O(n log n).
-  void build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness);
+  // Gives every vertex of a tetrahedron a row, without mass. O(n log n). `puts_alike_together`: rows that are alike get
+  // slices of their own, for loops that move nothing within a pass. Others add in the order of the rows.
+  void build(const TetMesh& mesh, const TetStars& stars, const TetStiffness& stiffness,
+             bool puts_alike_together = false);
   // Follow a change of the tetrahedra: call follow(), then update() for each vertex whose tetrahedra have changed, then
   // compact_if_spread(). update() rewrites the vertex's row, without mass, or removes it. A vertex keeps its colour
   // unless a neighbour has the same; then it gets the smallest free one. O(degree); compaction, rarely, O(all rows).
@@ -119,6 +136,7 @@ class TetRows {
   std::span<const TetFaceColumn> faces() const { return faces_; }
   std::span<const TetBlockColumn> blocks() const { return blocks_; }
   std::span<const TetFaceEdges> face_edges() const { return face_edges_; }
+  std::span<const TetAlikeFace> alike_faces() const { return alike_faces_; }  // one a face column; where slices are alike
   // TetSlice::pressure_scale by vertex.
   std::span<const float> pressure_scale() const { return pressure_scale_; }
   bool contains(VertexId v) const { return v < row_of_.size() && row_of_[v] != kNone; }
@@ -133,8 +151,8 @@ class TetRows {
 
   template <class A>
   void archive(A& a) {
-    a(slices_, edges_, faces_, blocks_, face_edges_, pressure_scale_, row_of_, colour_, width_, open_, base_slices_,
-      rows_, overflow_rows_, colours_, most_faces_, taken_by_, step_s_);
+    a(slices_, edges_, faces_, blocks_, face_edges_, alike_faces_, pressure_scale_, row_of_, colour_, width_, pattern_,
+      open_, puts_alike_together_, base_slices_, rows_, overflow_rows_, colours_, most_faces_, taken_by_, step_s_);
   }
 
  private:
@@ -148,7 +166,13 @@ class TetRows {
     }
   };
   static Width width_of(const VertexStar& star);
+  static void use(TetSlice& slice, Width width);
+  void number_edges(const VertexStar& star);
+  std::uint64_t pattern_of(const VertexStar& star);
+  void order(std::span<VertexId> of_one_colour) const;
   void layout();
+  void find_alike();
+  bool is_alike(const TetSlice& slice, std::uint32_t lane, std::uint32_t other) const;
   void compact();
   std::uint32_t add_slice(std::uint32_t colour, Width width);
   std::uint32_t take_overflow_lane(std::uint32_t colour, Width width);
@@ -162,10 +186,13 @@ class TetRows {
   std::vector<TetFaceColumn> faces_;
   std::vector<TetBlockColumn> blocks_;    // one a face column
   std::vector<TetFaceEdges> face_edges_;  // likewise
+  std::vector<TetAlikeFace> alike_faces_;  // likewise
   std::vector<float> pressure_scale_;
   std::vector<std::uint32_t> row_of_, colour_;  // by vertex; a row is slice * kLanes + lane; kNone: none
   std::vector<Width> width_;                    // by vertex
+  std::vector<std::uint64_t> pattern_;          // likewise: rows that are alike have the same, others hardly ever
   std::map<std::array<std::uint32_t, 3>, std::vector<std::uint32_t>> open_;  // overflow slices with a free lane
+  bool puts_alike_together_ = false;
   std::uint32_t base_slices_ = 0, rows_ = 0, overflow_rows_ = 0;
   std::uint32_t colours_ = 0, most_faces_ = 0;
   std::vector<VertexId> taken_by_;      // by colour; scratch

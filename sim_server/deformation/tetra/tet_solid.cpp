@@ -42,7 +42,7 @@ TetSolid::TetSolid(const TetMesh& mesh, const VolumeMaterial& material, VolumeSe
   const double omega2 = largest_omega2_at_rest(mesh, stiffness_, body_.inverse_mass());
   explicit_limit_s_ = safety(material_.poisson) * damped_limit_s(omega2, material_.damping_per_s);
   substeps_ = substeps_for(explicit_limit_s_);
-  rows_.build(body_.mesh(), body_.stars(), stiffness_);
+  rows_.build(body_.mesh(), body_.stars(), stiffness_, integrator_ != VolumeIntegrator::implicit_only);
   std::vector<TetVertex> rows(vertices);
   for (VertexId v = 0; v < vertices; ++v) rows[v] = row_of(v);
   rows_.set(rows, settings_.step_s / substeps_);
