@@ -51,7 +51,6 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, doub
     begin.insert(begin.end(), topology_.star(v).begin(), topology_.star(v).end());
   }
   if (begin.empty()) return {};
-  sort_unique(begin);
   CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
   const BladeEdge &first = track.edges.front(), &last = track.edges.back();
   const double reach_m = tissue_.metres(settings_.joined_edges) +

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/sort_unique.h"
 #include "sim_server/volume/tets/boundary_change.h"
 #include "sim_server/volume/tets/collapse.h"
 
@@ -55,6 +56,7 @@ void collapse(Volume& volume, const SharedBody& body, const EdgeCollapse& planne
   std::vector<VertexId> around;
   for (const std::uint32_t t : volume.topology.star(planned.v))
     around.insert(around.end(), volume.topology.tetrahedra()[t].begin(), volume.topology.tetrahedra()[t].end());
+  sort_unique(around);
   const Volume::Momentum before = volume.momentum(body, std::move(around));
   std::vector<VolumeDeformation::Slot> freed;
   for (const VertexId slot : planned.slots.freed) freed.push_back({slot, kNone});

@@ -1,8 +1,9 @@
 #include "sim_server/volume/surface_map.h"
 
 #include <algorithm>
-#include <set>
+#include <utility>
 
+#include "common/core/number_table.h"
 #include "common/core/sort_unique.h"
 #include "common/mesh/slot_table.h"
 
@@ -26,35 +27,52 @@ class Patch {
   Patch(const SurfaceMap& surface, const TriangleMesh& mesh, const BoundaryChange& change,
         std::span<const VertexId> moved = {}) {
     for (const VertexId v : moved)
-      if (!surface.slots_of(v).empty()) at_[v];
+      if (!surface.slots_of(v).empty()) vertices_.push_back(v);
     for (const Corners3& corners : change.removed) {
       const TriangleId t = surface.triangle_of(mesh, corners);
       complete_ = complete_ && t != kNone;
-      removed.insert(t);
-      for (const VertexId v : corners) at_[v];
+      removed.push_back(t);
+      vertices_.insert(vertices_.end(), corners.begin(), corners.end());
     }
+    std::vector<std::pair<VertexId, std::size_t>> added;  // corner, side
     for (const Corners3& corners : change.added) {
-      for (const VertexId v : corners) at_[v].push_back(sides.size());
+      for (const VertexId v : corners) added.emplace_back(v, sides.size());
+      vertices_.insert(vertices_.end(), corners.begin(), corners.end());
       sides.push_back({corners, {kNone, kNone, kNone}});
     }
-    if (!complete_) return;
-    std::map<TriangleId, std::size_t> met;
-    for (auto& [v, list] : at_)
-      for (const VertexId slot : surface.slots_of(v))
+    std::ranges::sort(added);
+    sort_unique(vertices_);
+    NumberTable<std::size_t> met;  // the side of a triangle that is kept, from 1
+    for (const TriangleId t : removed) met.at(t) = kRemoved;
+    auto next = added.begin();
+    for (const VertexId v : vertices_) {
+      for (; next != added.end() && next->first == v; ++next) at_.push_back(next->second);
+      for (const VertexId slot : complete_ ? surface.slots_of(v) : std::span<const VertexId>())
         for (const TriangleId t : mesh.fan(slot)) {
-          if (removed.contains(t)) continue;
-          const auto [it, is_new] = met.try_emplace(t, sides.size());
-          if (is_new) sides.push_back({surface.in_volume(mesh.triangle(t)), mesh.triangle(t).v, t});
-          list.push_back(it->second);
+          std::size_t& side = met.at(t);
+          if (side == kRemoved) continue;
+          if (side == 0) {
+            sides.push_back({surface.in_volume(mesh.triangle(t)), mesh.triangle(t).v, t});
+            side = sides.size();
+          }
+          at_.push_back(side - 1);
         }
+      end_.push_back(at_.size());
+    }
   }
 
   bool complete() const { return complete_; }
-  const std::map<VertexId, std::vector<std::size_t>>& at() const { return at_; }
+  // Around these something changes, ascending; and the triangles at each.
+  std::span<const VertexId> vertices() const { return vertices_; }
+  std::span<const std::size_t> at(std::size_t place) const {
+    const std::size_t begin = place == 0 ? 0 : end_[place - 1];
+    return std::span(at_).subspan(begin, end_[place] - begin);
+  }
 
-  // The fans into which the triangles at v fall, in their order; empty when they don't.
-  std::vector<std::vector<std::size_t>> fans(VertexId v) const {
-    const std::vector<std::size_t>& all = at_.at(v);
+  // The fans into which the triangles at a vertex fall, in their order; empty when they don't.
+  std::vector<std::vector<std::size_t>> fans(std::size_t place) const {
+    const VertexId v = vertices_[place];
+    const std::span<const std::size_t> all = at(place);
     std::vector<std::vector<std::size_t>> fans;
     std::vector<std::uint8_t> done(all.size(), 0);
     const auto next = [&](std::size_t n, std::size_t by) {
@@ -78,12 +96,15 @@ class Patch {
     return fans;
   }
 
-  std::set<TriangleId> removed;
+  std::vector<TriangleId> removed;
   std::vector<Side> sides;  // new ones first
 
  private:
+  static constexpr std::size_t kRemoved = ~std::size_t{0};
+
   bool complete_ = true;
-  std::map<VertexId, std::vector<std::size_t>> at_;
+  std::vector<VertexId> vertices_;
+  std::vector<std::size_t> at_, end_;  // sides, vertex after vertex
 };
 
 }  // namespace
@@ -115,14 +136,17 @@ std::vector<std::array<VertexId, 2>> SurfaceMap::pinched_edges(const TriangleMes
   const Patch patch(*this, mesh, change);
   std::vector<std::array<VertexId, 2>> edges;
   // An edge is pinched if several new triangles have it in one direction.
-  for (const auto& [v, list] : patch.at()) {
-    std::map<VertexId, int> to;
-    for (const std::size_t n : list) {
+  std::vector<VertexId> to;
+  for (std::size_t place = 0; place < patch.vertices().size(); ++place) {
+    const VertexId v = patch.vertices()[place];
+    to.clear();
+    for (const std::size_t n : patch.at(place)) {
       const Corners3& c = patch.sides[n].corners;
-      ++to[c[(place_of(c, v) + 1) % 3]];
+      to.push_back(c[(place_of(c, v) + 1) % 3]);
     }
-    for (const auto& [w, count] : to)
-      if (count > 1) edges.push_back({std::min(v, w), std::max(v, w)});
+    std::ranges::sort(to);
+    for (std::size_t k = 1; k < to.size(); ++k)
+      if (to[k] == to[k - 1]) edges.push_back({std::min(v, to[k]), std::max(v, to[k])});
   }
   sort_unique(edges);
   return edges;
@@ -134,10 +158,11 @@ bool SurfaceMap::plan(const TriangleMesh& mesh, const BoundaryChange& change, st
   const auto has_moved = [&](VertexId v) { return std::ranges::binary_search(moved, v); };
   if (!patch.complete()) return false;
   std::vector<VertexId> had;  // slots of vertices at which something changes
-  for (const auto& [v, list] : patch.at()) {
+  for (std::size_t place = 0; place < patch.vertices().size(); ++place) {
+    const VertexId v = patch.vertices()[place];
     had.insert(had.end(), slots_of(v).begin(), slots_of(v).end());
-    const auto fans = patch.fans(v);
-    if (fans.empty() && !list.empty()) return false;
+    const auto fans = patch.fans(place);
+    if (fans.empty() && !patch.at(place).empty()) return false;
     std::vector<VertexId> free(slots_of(v).begin(), slots_of(v).end());
     for (const std::vector<std::size_t>& fan : fans) {
       VertexId slot = kNone;
@@ -178,12 +203,12 @@ bool SurfaceMap::plan(const TriangleMesh& mesh, const BoundaryChange& change, st
       const Triangle after{side.slots,
                            std::ranges::any_of(side.corners, has_moved) ? label_of(side.corners) : before.surface};
       if (after == before) continue;
-      patch.removed.insert(side.kept);
+      patch.removed.push_back(side.kept);
       added.push_back(after);
     }
   }
-  const std::vector<TriangleId> removed(patch.removed.begin(), patch.removed.end());
-  if (!draft.replace(removed, added)) return false;
+  sort_unique(patch.removed);
+  if (!draft.replace(patch.removed, added)) return false;
   for (const VertexId slot : had) {
     if (draft.incident(slot) == kNone)
       result.freed.push_back(slot);

@@ -4,8 +4,6 @@
 #include <map>
 #include <utility>
 
-#include "common/core/sort_unique.h"
-
 namespace sectio {
 
 Volume::Volume(const TetMesh& mesh, std::vector<VertexId> vertex_of, VolumeDeformation& moves, IsFixed fixed)
@@ -58,12 +56,26 @@ VolumePart Volume::part(std::span<const VertexId> slots) const {
 }
 
 // A vertex that the deformation does not have yet has no momentum.
-Volume::Momentum Volume::momentum(const SharedBody& body, std::vector<VertexId> vertices) const {
-  Momentum sum{std::move(vertices)};
-  sort_unique(sum.vertices);
+Volume::Momentum Volume::momentum(const SharedBody& body, std::vector<VertexId> ascending) const {
+  Momentum sum{std::move(ascending)};
   for (const VertexId v : sum.vertices)
     if (v < body.particles.size()) sum.sum_n_s += deformation.model().mass_kg(v) * state_of(body, v).velocity_m_per_s;
   return sum;
+}
+
+Volume::Momentum Volume::momentum(const SharedBody& body, std::span<const TetEdit> edits) const {
+  VertexId end = 0;
+  const auto each_corner = [&](const auto& visit) {
+    for (const TetEdit& e : edits)
+      for (const Tetrahedron& t : {e.before, e.after})
+        for (const VertexId v : t)
+          if (v != kNone) visit(v);
+  };
+  each_corner([&](VertexId v) { end = std::max(end, v + 1); });
+  visited.begin(std::max<std::size_t>(end, topology.vertex_count()));
+  each_corner([&](VertexId v) { visited.insert(v); });
+  const std::span<const VertexId> sorted = visited.sorted();
+  return momentum(body, std::vector<VertexId>(sorted.begin(), sorted.end()));
 }
 
 void Volume::conserve_momentum(const SharedBody& body, const Momentum& before) {

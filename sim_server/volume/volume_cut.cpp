@@ -31,8 +31,7 @@ std::vector<std::vector<std::uint32_t>> further_components(const TetTopology& vo
 }
 
 // The area that edits have opened, both sides together: dividing a surface leaves its area as it is.
-double opened_m2(const TetTopology& volume, std::span<const TetEdit> edits) {
-  const BoundaryChange boundary = boundary_change(edits);
+double opened_m2(const TetTopology& volume, const BoundaryChange& boundary) {
   const auto area_m2 = [&](const std::vector<Corners3>& faces) {
     double sum = 0;
     for (const auto& [a, b, c] : faces) {
@@ -51,29 +50,25 @@ std::optional<VolumeCut> VolumeCutPlanner::plan(std::span<const BladeAtWork> at_
   VolumeCut cut;
   cut.undone = tracks_.front;
   const TetDelta* front = cut.undone ? &cut.undone->delta : nullptr;
-  const double open_m2 = front ? opened_m2(draft_, front->tetrahedra) : 0;
+  const double open_m2 = front ? cut.undone->open_m2 : 0;
   FrontRollback rollback(draft_, front);
   BladeCut blades(tissue_, draft_, tracks_);
   const bool opens = blades.run(at_work);
   tried_ = blades.tried();
   lasting_operations_ = blades.lasting_operations();
-  if (!opens || opened_m2(draft_, draft_.change().tetrahedra) < tissue_.settings.least_kept_area_ratio * open_m2)
-    return {};
+  if (!opens) return {};
+  const double opened_now_m2 = opened_m2(draft_, boundary_change(draft_.change().tetrahedra));
+  if (opened_now_m2 < tissue_.settings.least_kept_area_ratio * open_m2) return {};
   BoundaryChange boundary;
   if (!open_pinched_edges(rollback, cut.change, boundary)) return {};
   std::vector<VertexId> renumbered;
   collect_states(rollback, cut, renumbered);
   auto after = std::make_shared<VolumeFront>();
-  after->labels = labels_beneath_front();
+  const BoundaryChange of_front = boundary_change(draft_.change(lasting_operations_).tetrahedra);
+  after->labels = labels_beneath_front(of_front);
+  after->open_m2 = opened_m2(draft_, of_front);
   if (!plan_surface(boundary, renumbered, cut, surface)) return {};
-  if (front) {
-    std::vector<VertexId> around;
-    for (const TetEdit& e : cut.change.tetrahedra) {
-      around.insert(around.end(), e.before.begin(), e.before.end());
-      around.insert(around.end(), e.after.begin(), e.after.end());
-    }
-    cut.before = volume_.momentum(tissue_.body, std::move(around));
-  }
+  if (front) cut.before = volume_.momentum(tissue_.body, std::span<const TetEdit>(cut.change.tetrahedra));
   after->delta = draft_.take_back(lasting_operations_);
   cut.lasting = draft_.take_back();
   tracks_.front = after->delta.empty() ? nullptr : std::move(after);
@@ -127,7 +122,7 @@ bool VolumeCutPlanner::open_pinched_edges(const FrontRollback& rollback, TetChan
 
 // `renumbered`: vertices of the old front whose numbers are used again, elsewhere at rest.
 void VolumeCutPlanner::collect_states(FrontRollback& rollback, VolumeCut& cut, std::vector<VertexId>& renumbered) {
-  rollback.find_origins(cut.change);
+  if (volume_.deformation.model().asks_for_origins()) rollback.find_origins(cut.change);
   const VertexId first_made = cut.change.first_added;
   for (const VertexId v : rollback.give_states())
     if (v < first_made) cut.placed.emplace_back(v, draft_.vertex(v));
@@ -140,9 +135,9 @@ void VolumeCutPlanner::collect_states(FrontRollback& rollback, VolumeCut& cut, s
   }
 }
 
-SurfaceLabels VolumeCutPlanner::labels_beneath_front() const {
+SurfaceLabels VolumeCutPlanner::labels_beneath_front(const BoundaryChange& of_front) const {
   SurfaceLabels labels;
-  for (Corners3 corners : boundary_change(draft_.change(lasting_operations_).tetrahedra).removed) {
+  for (Corners3 corners : of_front.removed) {
     const Surface label = label_of(corners);
     std::ranges::sort(corners);
     labels[corners] = label;

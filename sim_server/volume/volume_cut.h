@@ -51,7 +51,7 @@ class VolumeCutPlanner {
   bool plan_surface(const BoundaryChange& boundary, std::span<const VertexId> renumbered, VolumeCut& cut,
                     MeshDraft& surface) const;
   void collect_states(FrontRollback& rollback, VolumeCut& cut, std::vector<VertexId>& renumbered);
-  SurfaceLabels labels_beneath_front() const;
+  SurfaceLabels labels_beneath_front(const BoundaryChange& of_front) const;
   Surface label_of(const Corners3& corners) const;
 
   const Volume& volume_;

@@ -17,13 +17,14 @@ using SurfaceLabels = std::map<Corners3, Surface>;  // by corners in the volume,
 struct VolumeFront {
   TetDelta delta;        // from the volume without the front to that with it
   SurfaceLabels labels;  // the triangles of the surface that the front has divided
+  double open_m2 = 0;    // the area that it has opened, both sides together
 
   // Vertices of the front are replaced by those that they were made from. Ascending when any was.
   std::vector<VertexId> without_front(const std::vector<VertexId>& vertices) const;
 
   template <class A>
   void archive(A& a) {
-    a(delta, labels);
+    a(delta, labels, open_m2);
   }
 };
 

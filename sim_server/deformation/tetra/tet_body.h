@@ -15,6 +15,7 @@ class TetBody {
   const TetMesh& mesh() const { return mesh_; }  // including numbers that are no longer in use
   const TetStars& stars() const { return stars_; }
   std::uint32_t vertex_count() const { return static_cast<std::uint32_t>(mass_.size()); }
+  bool has_stiffness_factors() const { return !stiffness_factor_.empty(); }
   double stiffness_factor(std::uint32_t t) const { return stiffness_factor_.empty() ? 1 : stiffness_factor_[t]; }
   double volume_m3(std::uint32_t t) const { return volume_m3_[t]; }
   bool fixed(VertexId v) const { return fixed_[v] != 0; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/math/lame.h"
@@ -96,7 +97,7 @@ void TetSolid::change(const TetChange& change) {
     weigh(v, star_, part_s(substeps_));
     rows_.set(v, row_of(v));
   }
-  rows_.compact_if_spread();
+  has_changed_ = true;
   while (body_.is_heavy() && may_divide()) divide();
   scratch_.resize(3 * rows_.most_faces() + 1);
   energy_.changed();
@@ -105,6 +106,7 @@ void TetSolid::change(const TetChange& change) {
 
 void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
+  if (!std::exchange(has_changed_, false)) rows_.compact_if_spread();
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
   was_implicit_ = begins_implicit();

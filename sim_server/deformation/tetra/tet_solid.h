@@ -25,6 +25,7 @@ class TetSolid final : public ExplicitImplicitIntegrator {
     d.added_mass_fraction = body_.added_mass_fraction();
     return d;
   }
+  bool asks_for_origins() const override { return body_.has_stiffness_factors(); }
   VertexId first_bad_vertex() const override { return first_bad_vertex_; }
   void restore(std::span<const Vec4f>, const Pose&, std::span<Vec4f>, std::span<Vec4f>) override {
     first_bad_vertex_ = kNone;
@@ -73,6 +74,7 @@ class TetSolid final : public ExplicitImplicitIntegrator {
   VertexStar star_;  // scratch
   double omega2_per_bound_ = 0;
   VertexId first_bad_vertex_ = kNone;
+  bool has_changed_ = false;  // since the last step; rows are laid out anew in steps without a change
 
   DividedConstraints constraints_;
   ConstraintSupports corners_;

@@ -24,6 +24,7 @@ class SheetCut {
  public:
   SheetCut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings)
       : volume_(volume),
+        place_(volume.scratch()),
         outline_(sheet.outline_rest_m),
         exact_(sheet.exact),
         lasting_(sheet.lasting),
@@ -41,6 +42,12 @@ class SheetCut {
       at(v).joined = true;
     }
   }
+
+  ~SheetCut() {
+    for (const Met& met : met_) place_[met.v] = 0;
+  }
+  SheetCut(const SheetCut&) = delete;
+  SheetCut& operator=(const SheetCut&) = delete;
 
   TetCutOutcome run(std::span<const std::uint32_t> begin) {
     if (flat_) return outcome_;
@@ -66,12 +73,21 @@ class SheetCut {
  private:
   // A vertex that the cut has looked at.
   struct Met {
+    VertexId v = kNone;
     double height_m = 0;  // signed distance from the sheet; 0: not known yet
     bool on_sheet = false, joined = false;
     bool at_end = false;  // the cut ends here
     bool opened = false;  // a corner of a cut face
   };
-  Met& at(VertexId v) const { return met_.at(v); }
+  Met& at(VertexId v) const {
+    if (place_.size() <= v) place_.resize(volume_.vertex_count(), 0);
+    if (place_[v] == 0) {
+      met_.push_back({v});
+      place_[v] = static_cast<std::uint32_t>(met_.size());
+    }
+    return met_[place_[v] - 1];
+  }
+  bool is_on_sheet(VertexId v) const { return v < place_.size() && place_[v] != 0 && met_[place_[v] - 1].on_sheet; }
   // A point on the sheet counts as above it (simulation of simplicity).
   double height(VertexId v) const {
     double& known_m = at(v).height_m;
@@ -136,7 +152,7 @@ class SheetCut {
   }
 
   // The side of a vertex: -1 or 1 beside the sheet, 0 on it.
-  int side(VertexId v) const { return at(v).on_sheet ? 0 : height(v) > 0 ? 1 : -1; }
+  int side(VertexId v) const { return is_on_sheet(v) ? 0 : height(v) > 0 ? 1 : -1; }
   void put_on_sheet(VertexId v) {
     at(v).on_sheet = true;
     on_sheet_.push_back(v);
@@ -218,9 +234,10 @@ class SheetCut {
 
   // Searches through the stars of the ends of crossed edges.
   void follow(std::span<const std::uint32_t> begin) {
-    std::vector<std::uint32_t> queue(begin.begin(), begin.end());
+    std::vector<std::uint32_t> queue;
     NumberSet seen, followed;  // tetrahedra, edges
-    for (const std::uint32_t t : queue) seen.insert(t);
+    for (const std::uint32_t t : begin)
+      if (seen.insert(t)) queue.push_back(t);
     std::vector<Crossing> edges;
     for (std::size_t k = 0; k < queue.size(); ++k) {
       edges.clear();
@@ -306,7 +323,7 @@ class SheetCut {
       for (const std::uint32_t t : volume_.star(v)) {
         const Tetrahedron& c = volume_.tetrahedra()[t];
         std::array<bool, 4> on{};
-        for (std::size_t i = 0; i < 4; ++i) on[i] = at(c[i]).on_sheet;
+        for (std::size_t i = 0; i < 4; ++i) on[i] = is_on_sheet(c[i]);
         for (const auto& [i, j, k] : kTetFaces) {
           if (!on[i] || !on[j] || !on[k] || v != std::min({c[i], c[j], c[k]})) continue;
           std::array<VertexId, 3> face{c[i], c[j], c[k]};
@@ -450,6 +467,7 @@ class SheetCut {
   }
 
   TetTopology& volume_;
+  std::vector<std::uint32_t>& place_;  // by vertex, in `met_`, from 1; 0: it is not there
   std::vector<Vec3> outline_;
   std::uint32_t exact_, lasting_;
   TetCutSettings settings_;
@@ -460,7 +478,7 @@ class SheetCut {
   double mean_edge_m_ = 0;  // mean of the edges that the sheet crosses
   std::vector<Crossing> crossings_;
   std::vector<VertexId> on_sheet_;
-  mutable NumberTable<Met> met_;                                // by vertex
+  mutable std::vector<Met> met_;
   NumberTable<int> kept_on_;                                    // crumbs, by tetrahedron: the side
   NumberSet more_than_crumb_;                                   // tetrahedra
   std::vector<Vec3> polygon_, left_;                            // scratch, as the rest

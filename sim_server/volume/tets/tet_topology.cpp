@@ -122,10 +122,13 @@ TetDelta TetTopology::take_back(std::size_t mark) {
   for (auto v = static_cast<VertexId>(delta.vertices_before); v < vertices_.size(); ++v)
     delta.added.push_back({vertices_[v].rest_body_m, *made_from(v)});
   std::vector<VertexId>& corners = delta.stars_of;
+  scratch_.resize(std::max(scratch_.size(), vertices_.size()), 0);
   for (const TetEdit& e : delta.tetrahedra)
     for (const Tetrahedron& t : {e.before, e.after})
-      if (t != kNoTetrahedron) corners.insert(corners.end(), t.begin(), t.end());
-  sort_unique(corners);
+      for (const VertexId v : t)
+        if (v != kNone && std::exchange(scratch_[v], 1u) == 0) corners.push_back(v);
+  for (const VertexId v : corners) scratch_[v] = 0;
+  std::ranges::sort(corners);
   for (const VertexId v : corners) delta.stars_after.add(star_[v]);
   for (std::size_t k = journal_.size(); k > mark; undo_to(--k))
     if (const Operation& o = journal_.back(); o.b == kNone) delta.joins.push_back({o.a, o.made, twin_share(o)});

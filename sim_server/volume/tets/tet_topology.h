@@ -84,6 +84,8 @@ class TetTopology {
   // The vertices that an operation has made a vertex from: the ends of its edge, or the vertex whose twin it is, twice.
   // Nothing for a vertex that is older than the operations.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
+  // For who works on the volume: a table by vertex, which is to be left all 0.
+  std::vector<std::uint32_t>& scratch() { return scratch_; }
 
   template <class A>
   void archive(A& a) {
@@ -123,6 +125,7 @@ class TetTopology {
   std::size_t fetchable_ = 0;                          // vertices
   mutable std::vector<std::uint32_t> seen_;            // by tetrahedron: the round that saw it last
   mutable std::uint32_t round_ = 0;
+  std::vector<std::uint32_t> scratch_;
 };
 
 // While this lives, the states of a volume's present vertices come from elsewhere.
