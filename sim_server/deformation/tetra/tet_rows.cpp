@@ -295,9 +295,18 @@ void TetRows::compact() {
   sorted.colours_ = colours_;
   sorted.step_s_ = step_s_;
   sorted.pressure_scale_ = pressure_scale_;
+  sorted.slices_.reserve(slices_.capacity());
+  sorted.edges_.reserve(edges_.capacity());
+  sorted.faces_.reserve(faces_.capacity());
+  sorted.blocks_.reserve(blocks_.capacity());
+  sorted.face_edges_.reserve(face_edges_.capacity());
+  sorted.alike_faces_.reserve(alike_faces_.capacity());
   sorted.layout();
-  for (VertexId v = 0; v < row_of_.size(); ++v)
-    if (contains(v)) sorted.copy_lane(*this, row_of_[v], sorted.row_of_[v]);
+  for (const TetSlice& slice : sorted.slices_)
+    for (std::uint32_t lane = 0; lane < slice.count; ++lane) {
+      const VertexId v = vertex_at(slice.offset[lane]);
+      sorted.copy_lane(*this, row_of_[v], sorted.row_of_[v]);
+    }
   sorted.find_alike();
   *this = std::move(sorted);
 }

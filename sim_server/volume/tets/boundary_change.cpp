@@ -32,7 +32,8 @@ class FaceTable {
         faces_.push_back({key, {}, {}});
         return faces_.back();
       }
-      if (faces_[place_[slot]].key == key) return faces_[place_[slot]];
+      Face& face = faces_[place_[slot]];
+      if (face.key[0] == key[0] && face.key[1] == key[1] && face.key[2] == key[2]) return face;
     }
   }
   std::span<const Face> all() const { return faces_; }

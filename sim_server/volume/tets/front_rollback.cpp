@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "common/core/sort_unique.h"
 
@@ -18,9 +19,11 @@ FrontRollback::FrontRollback(TetTopology& volume, const TetDelta* front) : volum
   before_ = change_of(*front_);
   for (std::size_t k = 0; k < before_.tetrahedra.size(); ++k) {
     const TetEdit& e = before_.tetrahedra[k];
-    pieces_of_[e.origin].push_back(static_cast<std::uint32_t>(k));
-    for (const VertexId v : e.after) corner_.try_emplace(v, volume_.vertex(v));
+    piece_of_.emplace_back(e.origin, static_cast<std::uint32_t>(k));
+    for (const VertexId v : e.after)
+      if (const auto [state, is_new] = corner_.insert(v); is_new) state = volume_.vertex(v);
   }
+  std::ranges::sort(piece_of_);
   std::unordered_map<VertexId, TetVertexState> joined;  // vertices with a twin, and twins that had a twin
   const auto state = [&](VertexId v) -> TetVertexState& {
     return joined.try_emplace(v, volume_.vertex(v)).first->second;
@@ -58,12 +61,10 @@ std::array<double, 4> FrontRollback::weights(const Piece& piece, const Vec3& at)
 // Empty where the front had changed nothing.
 std::vector<FrontRollback::Piece> FrontRollback::pieces_of(std::uint32_t origin) const {
   std::vector<Piece> pieces;
-  const auto found = pieces_of_.find(origin);
-  if (found == pieces_of_.end()) return pieces;
-  for (const std::uint32_t k : found->second) {
+  for (const auto& [whole, k] : std::ranges::equal_range(piece_of_, origin, {}, [](const auto& p) { return p.first; })) {
     const TetEdit& e = before_.tetrahedra[k];
     Piece piece{e.id, {}};
-    for (std::size_t i = 0; i < 4; ++i) piece.corner[i] = &corner_.at(e.after[i]);
+    for (std::size_t i = 0; i < 4; ++i) piece.corner[i] = corner_.find(e.after[i]);
     pieces.push_back(piece);
   }
   return pieces;
@@ -103,11 +104,11 @@ std::vector<VertexId> FrontRollback::give_states() {
     std::uint32_t t = kNone, origin = kNone;
     double volume_m3 = 0;
   };
-  std::unordered_map<VertexId, Largest> largest;  // asked, never walked
+  NumberTable<Largest> largest;  // by vertex
   for (const TetEdit& e : now.tetrahedra) {
     const double volume_m3 = volume_.volume_m3(e.id);
     for (const VertexId v : e.after)
-      if (Largest& l = largest[v]; volume_m3 > l.volume_m3) l = {e.id, e.origin, volume_m3};
+      if (Largest& l = largest.at(v); volume_m3 > l.volume_m3) l = {e.id, e.origin, volume_m3};
   }
   // New vertices, and those that have a twin now. A vertex that only had a twin before stays where the rollback put it.
   std::vector<VertexId> vertices;

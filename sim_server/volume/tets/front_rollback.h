@@ -6,8 +6,10 @@
 // that the front has divided.
 #pragma once
 
-#include <unordered_map>
+#include <utility>
+#include <vector>
 
+#include "common/core/number_table.h"
 #include "sim_server/volume/tets/tet_topology.h"
 
 namespace sectio {
@@ -43,8 +45,8 @@ class FrontRollback {
   TetTopology& volume_;
   const TetDelta* front_;
   TetChange before_;                                                         // the front's
-  std::unordered_map<VertexId, TetVertexState> corner_;                      // asked, never walked
-  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> pieces_of_;  // by tetrahedron without the front; asked
+  NumberTable<TetVertexState> corner_;                             // by vertex
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> piece_of_;  // tetrahedron without the front, place; ascending
 };
 
 }  // namespace sectio

@@ -316,29 +316,30 @@ class SheetCut {
     sort_unique(crossings_);  // an edge may belong to more than two faces where sheets meet
     split();
   }
-  // The cut faces, corners ascending. Each is between two tetrahedra.
+  // The cut faces, corners ascending, in the order of their first corners on the sheet. Each is between two tetrahedra.
   std::vector<std::array<VertexId, 3>> entered_faces() {
-    std::vector<std::pair<std::array<VertexId, 3>, std::uint32_t>> faces;
-    for (const VertexId v : on_sheet_)
-      for (const std::uint32_t t : volume_.star(v)) {
-        const Tetrahedron& c = volume_.tetrahedra()[t];
-        std::array<bool, 4> on{};
-        for (std::size_t i = 0; i < 4; ++i) on[i] = is_on_sheet(c[i]);
-        for (const auto& [i, j, k] : kTetFaces) {
-          if (!on[i] || !on[j] || !on[k] || v != std::min({c[i], c[j], c[k]})) continue;
-          std::array<VertexId, 3> face{c[i], c[j], c[k]};
-          std::sort(face.begin(), face.end());
-          faces.emplace_back(face, t);
-        }
-      }
-    std::sort(faces.begin(), faces.end());
     std::vector<std::array<VertexId, 3>> entered;
-    for (std::size_t n = 1; n < faces.size(); ++n) {
-      const auto& [face, t] = faces[n];
-      if (faces[n - 1].first != face || side_of(faces[n - 1].second) == side_of(t)) continue;
-      polygon_.clear();
-      for (const VertexId v : face) polygon_.push_back(volume_.vertex(v).rest_body_m);
-      if (is_entered()) entered.push_back(face);
+    for (const VertexId v : on_sheet_) {
+      faces_.clear();
+      for (const std::uint32_t t : volume_.star(v)) {
+        std::array<std::uint64_t, 3> further{};  // corners on the sheet with higher numbers
+        std::size_t count = 0;
+        for (const VertexId x : volume_.tetrahedra()[t])
+          if (x > v && is_on_sheet(x)) further[count++] = x;
+        if (count < 2) continue;
+        std::ranges::sort(std::span(further).first(count));
+        for (std::size_t a = 0; a + 1 < count; ++a)
+          for (std::size_t b = a + 1; b < count; ++b) faces_.emplace_back(further[a] << 32 | further[b], t);
+      }
+      std::sort(faces_.begin(), faces_.end());
+      for (std::size_t n = 1; n < faces_.size(); ++n) {
+        const auto [corners, t] = faces_[n];
+        if (faces_[n - 1].first != corners || side_of(faces_[n - 1].second) == side_of(t)) continue;
+        const std::array<VertexId, 3> face{v, static_cast<VertexId>(corners >> 32), static_cast<VertexId>(corners)};
+        polygon_.clear();
+        for (const VertexId x : face) polygon_.push_back(volume_.vertex(x).rest_body_m);
+        if (is_entered()) entered.push_back(face);
+      }
     }
     return entered;
   }
@@ -482,7 +483,7 @@ class SheetCut {
   NumberTable<int> kept_on_;                                    // crumbs, by tetrahedron: the side
   NumberSet more_than_crumb_;                                   // tetrahedra
   std::vector<Vec3> polygon_, left_;                            // scratch, as the rest
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> faces_;  // at a vertex: the edge opposite it, place in its star
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> faces_;  // at a vertex: the edge opposite it, tetrahedron or place
   std::vector<std::uint32_t> star_, parent_;                    // by place
   std::vector<std::uint32_t> part_;
   TetCutOutcome outcome_;
