@@ -11,7 +11,8 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kWindow = 256;
-constexpr std::uint32_t kLeastOverflowEdges = 16, kLeastOverflowFaces = 32;
+constexpr std::uint32_t kLeastOverflowWidth = 8;
+constexpr std::uint32_t kLeastOverflowEdges = 16, kLeastOverflowFaces = 32;  // padding costs nothing there
 
 template <class T>
 void append(std::vector<T>& columns, std::uint32_t count) {
@@ -74,7 +75,8 @@ std::uint64_t TetRows::pattern_of(const VertexStar& star) {
   number_edges(star);
   std::uint64_t hash = star.corners().size();
   for (const VertexStar::Corner& c : star.corners())
-    for (const std::size_t k : kTetFaces[c.corner]) hash = (hash ^ hash >> 29 ^ edge_of_[c.at[k]]) * 0x9e3779b97f4a7c15u;
+    for (const std::size_t k : kTetFaces[c.corner])
+      hash = (hash ^ hash >> 29 ^ edge_of_[c.at[k]]) * 0x9e3779b97f4a7c15u;
   return hash;
 }
 
@@ -180,8 +182,8 @@ void TetRows::build(const TetMesh& mesh, const TetStars& stars, const TetStiffne
 }
 
 std::uint32_t TetRows::take_overflow_lane(std::uint32_t colour, Width width) {
-  width = {std::bit_ceil(std::max(width.edges, kLeastOverflowEdges)),
-           std::bit_ceil(std::max(width.faces, kLeastOverflowFaces))};
+  width = {std::bit_ceil(std::max(width.edges, puts_alike_together_ ? kLeastOverflowEdges : kLeastOverflowWidth)),
+           std::bit_ceil(std::max(width.faces, puts_alike_together_ ? kLeastOverflowFaces : kLeastOverflowWidth))};
   std::vector<std::uint32_t>& open = open_[{colour, width.edges, width.faces}];
   if (open.empty()) open.push_back(add_slice(colour, width));
   const std::uint32_t s = open.back(), lane = slices_[s].count++;
@@ -281,8 +283,8 @@ void TetRows::update(VertexId v, const VertexStar& star, const TetStiffness& sti
   write(v, star, stiffness);
 }
 
-void TetRows::compact_if_spread() {
-  if (wants_compaction()) compact();
+void TetRows::compact_if_spread(double share) {
+  if (overflow_rows_ > 256 && overflow_rows_ > share * rows_) compact();
 }
 
 void TetRows::compact() {

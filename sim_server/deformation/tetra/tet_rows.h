@@ -1,7 +1,7 @@
 // A volume of tetrahedra by vertex, in sliced ELLPACK (SELL-16): one row a vertex, slices of 16 rows, columns of 16
 // edges or faces. Both integrators of the neo-Hookean solid (tet_solid.h) read the same data, and only gather. A slice
 // has one colour: no two of its vertices share a tetrahedron, so that an implicit sweep may move all of them at once. A
-// row that is new, or outgrows its slice, goes to an overflow slice of its colour; when these hold a tenth of all rows,
+// row that is new, or outgrows its slice, goes to an overflow slice of its colour; when these hold a tenth of the rows,
 // all rows are laid out anew. Rows whose faces lie between their edges in the same way, as most do in a lattice, get
 // slices of their own: there the corners of a face are the same edges in all lanes, and a loop that has gathered the
 // neighbours once needs to gather no face.
@@ -125,7 +125,8 @@ class TetRows {
   // unless a neighbour has the same; then it gets the smallest free one. O(degree); compaction, rarely, O(all rows).
   void follow(std::size_t vertices);
   void update(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
-  void compact_if_spread();
+  // `share`: of all rows, in overflow slices.
+  void compact_if_spread(double share);
   // Set the masses and the step of all rows, O(n), or the mass of one row.
   void set(std::span<const TetVertex> vertices, double step_s);
   void set(VertexId v, const TetVertex& vertex);
@@ -136,7 +137,9 @@ class TetRows {
   std::span<const TetFaceColumn> faces() const { return faces_; }
   std::span<const TetBlockColumn> blocks() const { return blocks_; }
   std::span<const TetFaceEdges> face_edges() const { return face_edges_; }
-  std::span<const TetAlikeFace> alike_faces() const { return alike_faces_; }  // one a face column; where slices are alike
+  std::span<const TetAlikeFace> alike_faces() const {
+    return alike_faces_;
+  }  // one a face column; where slices are alike
   // TetSlice::pressure_scale by vertex.
   std::span<const float> pressure_scale() const { return pressure_scale_; }
   bool contains(VertexId v) const { return v < row_of_.size() && row_of_[v] != kNone; }
@@ -145,7 +148,6 @@ class TetRows {
   std::uint32_t most_faces() const { return most_faces_; }
   std::uint32_t row_count() const { return rows_; }
   std::uint32_t overflow_row_count() const { return overflow_rows_; }
-  bool wants_compaction() const { return overflow_rows_ > 256 && overflow_rows_ > rows_ / 10; }
   // The share of padding in the lanes of the face columns.
   double padding() const;
 
@@ -184,8 +186,8 @@ class TetRows {
   std::vector<TetSlice> slices_;  // ascending in colour, except for overflow slices at the end
   std::vector<TetEdgeColumn> edges_;
   std::vector<TetFaceColumn> faces_;
-  std::vector<TetBlockColumn> blocks_;    // one a face column
-  std::vector<TetFaceEdges> face_edges_;  // likewise
+  std::vector<TetBlockColumn> blocks_;     // one a face column
+  std::vector<TetFaceEdges> face_edges_;   // likewise
   std::vector<TetAlikeFace> alike_faces_;  // likewise
   std::vector<float> pressure_scale_;
   std::vector<std::uint32_t> row_of_, colour_;  // by vertex; a row is slice * kLanes + lane; kNone: none

@@ -19,6 +19,9 @@ double safety(double poisson) {
 // The margin beyond the rigorous bound at rest, which is itself 1.4 to 1.9 times too careful.
 constexpr double kRoomForDeformation = 1.05, kRoomOnceDivided = 1.25;
 
+// The share of rows in overflow slices at which all are laid out anew in a step without a change, and at once.
+constexpr double kSpread = 0.1, kSpreadTooFar = 0.25;
+
 void set_stiffness(const VolumeMaterial& m, double factor, std::uint32_t t, TetStiffness& stiffness) {
   const auto [mu, lambda] = lame(m.young_pa, m.poisson);
   stiffness.shear_pa[t] = factor * mu;
@@ -97,6 +100,8 @@ void TetSolid::change(const TetChange& change) {
     weigh(v, star_, part_s(substeps_));
     rows_.set(v, row_of(v));
   }
+  const bool may_wait = integrator_ != VolumeIntegrator::implicit_only;
+  rows_.compact_if_spread(may_wait ? kSpreadTooFar : kSpread);
   has_changed_ = true;
   while (body_.is_heavy() && may_divide()) divide();
   scratch_.resize(3 * rows_.most_faces() + 1);
@@ -106,7 +111,7 @@ void TetSolid::change(const TetChange& change) {
 
 void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
-  if (!std::exchange(has_changed_, false)) rows_.compact_if_spread();
+  if (!std::exchange(has_changed_, false)) rows_.compact_if_spread(kSpread);
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
   was_implicit_ = begins_implicit();

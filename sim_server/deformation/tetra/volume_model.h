@@ -69,7 +69,7 @@ class VolumeModel {
     return {static_cast<double>(mesh().tetrahedra.size()), static_cast<double>(mesh().vertices_body_m.size())};
   }
   virtual bool asks_for_origins() const { return true; }  // whether change() reads TetEdit::origin
-  virtual VertexId first_bad_vertex() const = 0;  // kNone while all is finite
+  virtual VertexId first_bad_vertex() const = 0;          // kNone while all is finite
 
   // See DeformationEngine::sag(). From the displacement of each vertex; none if it isn't known.
   std::vector<SagPoint> sag(const Vec3& gravity_body_m_per_s2);

@@ -61,7 +61,8 @@ std::array<double, 4> FrontRollback::weights(const Piece& piece, const Vec3& at)
 // Empty where the front had changed nothing.
 std::vector<FrontRollback::Piece> FrontRollback::pieces_of(std::uint32_t origin) const {
   std::vector<Piece> pieces;
-  for (const auto& [whole, k] : std::ranges::equal_range(piece_of_, origin, {}, [](const auto& p) { return p.first; })) {
+  for (const auto& [whole, k] :
+       std::ranges::equal_range(piece_of_, origin, {}, [](const auto& p) { return p.first; })) {
     const TetEdit& e = before_.tetrahedra[k];
     Piece piece{e.id, {}};
     for (std::size_t i = 0; i < 4; ++i) piece.corner[i] = corner_.find(e.after[i]);

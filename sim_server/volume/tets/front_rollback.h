@@ -44,7 +44,7 @@ class FrontRollback {
 
   TetTopology& volume_;
   const TetDelta* front_;
-  TetChange before_;                                                         // the front's
+  TetChange before_;                                               // the front's
   NumberTable<TetVertexState> corner_;                             // by vertex
   std::vector<std::pair<std::uint32_t, std::uint32_t>> piece_of_;  // tetrahedron without the front, place; ascending
 };

@@ -480,11 +480,12 @@ class SheetCut {
   std::vector<Crossing> crossings_;
   std::vector<VertexId> on_sheet_;
   mutable std::vector<Met> met_;
-  NumberTable<int> kept_on_;                                    // crumbs, by tetrahedron: the side
-  NumberSet more_than_crumb_;                                   // tetrahedra
-  std::vector<Vec3> polygon_, left_;                            // scratch, as the rest
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> faces_;  // at a vertex: the edge opposite it, tetrahedron or place
-  std::vector<std::uint32_t> star_, parent_;                    // by place
+  NumberTable<int> kept_on_;          // crumbs, by tetrahedron: the side
+  NumberSet more_than_crumb_;         // tetrahedra
+  std::vector<Vec3> polygon_, left_;  // scratch, as the rest
+  std::vector<std::pair<std::uint64_t, std::uint32_t>>
+      faces_;                                 // at a vertex: the edge opposite it, tetrahedron or place
+  std::vector<std::uint32_t> star_, parent_;  // by place
   std::vector<std::uint32_t> part_;
   TetCutOutcome outcome_;
 };
