@@ -59,11 +59,13 @@ std::optional<SlitPlane> Slit::plane_at(const Vec3& at_m, double beside_m) const
 
 std::optional<SlitPlane> Slit::plane_along(const Vec3& at_m, double beside_m, const Vec3& normal) const {
   std::optional<SlitPlane> nearest;
-  for (const Strip& strip : strips_) {
-    std::optional<SlitPlane> plane = strip.plane_at(at_m, 0);
+  bool leads_here = true;  // from this strip to the last one
+  for (std::size_t i = strips_.size(); i-- > 0; leads_here &= strips_[i].follows) {
+    std::optional<SlitPlane> plane = strips_[i].plane_at(at_m, 0);
     if (!plane || std::abs(plane->height_m(at_m)) > beside_m) continue;
-    if (std::abs(plane->normal.dot(normal)) < kSameCut) continue;
-    if (plane->normal.dot(normal) < 0) plane->normal = -plane->normal;
+    const double faces = plane->normal.dot(normal);
+    if (leads_here ? faces <= 0 : std::abs(faces) < kSameCut) continue;
+    if (faces < 0) plane->normal = -plane->normal;
     beside_m = std::abs(plane->height_m(at_m));
     nearest = plane;
   }

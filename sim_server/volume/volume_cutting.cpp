@@ -46,7 +46,7 @@ void extend(BladeTracks& tracks, const Tissue& tissue, const BladeMotion& motion
   BladeTrack& track = tracks.by_edge[motion.edge_id];
   if (motion.lift) {
     track.next_cut_m = 0;
-    if (!track.has_front || track.since_cut_m > 0) track.since_cut_m += tissue.volume.mean_edge_m;
+    track.since_cut_m += tissue.volume.mean_edge_m;
     tracks.finalise_fronts();
   } else if (track.since_cut_m > tissue.metres(tissue.settings.give_up_after_edges)) {
     tracks.finalise_fronts();
