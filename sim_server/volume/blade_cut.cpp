@@ -38,11 +38,12 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
 TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, double further_m,
                                   std::uint32_t exact_sides) {
   BladeEdge from = track.edges.front(), to = track.furthest(settings_);
-  const Vec3 up = (to.heel_m - to.tip_m).normalized(), went = to.tip_m + to.heel_m - from.tip_m - from.heel_m;
-  const Vec3 ahead = (went - went.dot(up) * up).stableNormalized();
+  const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
   const double mean_edge_m = tissue_.volume.mean_edge_m;
   from = {from.tip_m - behind_m * ahead, from.heel_m - behind_m * ahead};
-  to = {to.tip_m + further_m * ahead, to.heel_m + further_m * ahead};
+  const Vec3 up = (to.heel_m - to.tip_m).normalized();
+  const Vec3 across = (ahead - ahead.dot(up) * up).stableNormalized();  // an edge that slides along itself goes no further
+  to = {to.tip_m + further_m * across, to.heel_m + further_m * across};
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
   for (const VertexId v : track.vertices_near) {
