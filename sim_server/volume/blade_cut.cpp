@@ -42,7 +42,7 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, doub
   const double mean_edge_m = tissue_.volume.mean_edge_m;
   from = {from.tip_m - behind_m * ahead, from.heel_m - behind_m * ahead};
   const Vec3 up = (to.heel_m - to.tip_m).normalized();
-  const Vec3 across = (ahead - ahead.dot(up) * up).stableNormalized();  // an edge that slides along itself goes no further
+  const Vec3 across = (ahead - ahead.dot(up) * up).stableNormalized();  // an edge may slide along itself
   to = {to.tip_m + further_m * across, to.heel_m + further_m * across};
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   std::vector<std::uint32_t> begin;
