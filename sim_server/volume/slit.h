@@ -27,8 +27,8 @@ class Slit {
   bool contains(const Vec3& at_m, double beside_m) const;
   // The plane of the strip whose outline has this place, the closest one within `beside_m`.
   std::optional<SlitPlane> plane_at(const Vec3& at_m, double beside_m) const;
-  // The same of one cut, facing where `normal` faces: of strips that lie roughly across it; and of those along which the
-  // blade came to the last strip, turning by less than a right angle, since tissue that sags on a neck turns.
+  // The same of one cut, facing where `normal` faces: of strips that lie roughly across it, and of those along which
+  // the blade came to the last strip, turning by less than a right angle, since tissue that sags on a neck turns.
   std::optional<SlitPlane> plane_along(const Vec3& at_m, double beside_m, const Vec3& normal) const;
   // The parts of an edge that are in a slit, and in tissue that is uncut. `at`: its place from 0 at the tip to 1 at the
   // heel; `is_tissue`: whether there is any at a place.
