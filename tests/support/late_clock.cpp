@@ -1,5 +1,5 @@
-// A clock that is behind: loaded before a program (LD_PRELOAD), it takes SECTIO_CLOCK_BEHIND_S seconds off the date, for
-// waits until a date, too: they would be over at once else.
+// A clock that is behind: loaded before a program (LD_PRELOAD), it takes SECTIO_CLOCK_BEHIND_S seconds off the date,
+// also for waits until a date, which would be over at once else.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <semaphore.h>

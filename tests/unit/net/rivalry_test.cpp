@@ -13,11 +13,11 @@ struct Race {
   bool first_has_lower_epoch = true;
   double least_late_s = 0.001, most_late_s = 0.5;
 
-  // Who is left 20 s later: 1, 2, both (3) or none (0).
+  // Left 20 s later: 1, 2, both (3) or none (0).
   int left(unsigned seed) const {
     std::mt19937 random(seed);
     std::uniform_real_distribution late_s(least_late_s, most_late_s);
-    Rivalry first, second;  // of the first one, of the second one
+    Rivalry first, second;  // each knows the other
     bool is_first_there = true, is_second_there = true;
     for (double now_s = 0; now_s < head_start_s + 20; now_s += 0.01) {
       const double first_s = now_s, second_s = std::max(0.0, now_s - head_start_s);

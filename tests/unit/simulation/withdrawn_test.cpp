@@ -26,7 +26,9 @@ TEST(Withdrawn, a_blade_in_tissue_leaves_it_without_cutting_and_begins_anew_with
   EXPECT_TRUE(op.last.contacts.empty()) << "there is no hand";
   EXPECT_EQ(op.count(EventKind::instrument_withdrawn), 1u);
   EXPECT_EQ(op.count(EventKind::cut_ended), op.count(EventKind::penetrated));
-  EXPECT_EQ(op.walls(), walls);
+  const std::size_t mended = op.walls();
+  EXPECT_GT(mended, 0u);
+  EXPECT_LE(mended, walls) << "slivers are mended, nothing is cut";
   op.expect_valid();
   op.step(withdrawal());
   EXPECT_EQ(op.count(EventKind::instrument_withdrawn), 1u) << "it has gone already";
@@ -36,7 +38,7 @@ TEST(Withdrawn, a_blade_in_tissue_leaves_it_without_cutting_and_begins_anew_with
   op.rest(5);
   ASSERT_TRUE(op.simulation.tool_pose_world(0));
   EXPECT_EQ(op.state(), ContactState::free);
-  EXPECT_EQ(op.walls(), walls);
+  EXPECT_EQ(op.walls(), mended);
 }
 
 TEST(Withdrawn, forceps_let_go) {
