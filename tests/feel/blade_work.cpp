@@ -34,9 +34,9 @@ ToolGeometry knife() {
   return g;
 }
 
-class Hand {
+class BladeHand {
  public:
-  Hand(const Scene& scene, const Vec3& from_m) : scene_(prepared(scene)), simulation_(scene_), at_m_(from_m) {}
+  BladeHand(const Scene& scene, const Vec3& from_m) : scene_(prepared(scene)), simulation_(scene_), at_m_(from_m) {}
 
   LegWork go(const BladeLeg& leg, double speed_m_per_s) {
     const Vec3 from_m = at_m_;
@@ -130,7 +130,7 @@ BladeStroke slice(double slice_over_push) {
 }
 
 std::vector<LegWork> work_of(const BladeTissue& tissue, const BladeStroke& stroke, double speed_m_per_s) {
-  Hand hand(scene_of(tissue, stroke), stroke.from_m);
+  BladeHand hand(scene_of(tissue, stroke), stroke.from_m);
   hand.step(stroke.from_m);
   std::vector<LegWork> done;
   for (const BladeLeg& leg : stroke.legs) done.push_back(hand.go(leg, speed_m_per_s));
