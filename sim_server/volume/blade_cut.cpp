@@ -37,7 +37,7 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
 // the blade has cut, so that no lip is cut again.
 TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, double further_m,
                                   std::uint32_t exact_sides) {
-  BladeEdge from = track.edges.front(), to = track.furthest(settings_);
+  BladeEdge from = track.edges.front(), to = track.furthest(tissue_);
   const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
   const double mean_edge_m = tissue_.volume.mean_edge_m;
   from = {from.tip_m - behind_m * ahead, from.heel_m - behind_m * ahead};
@@ -95,7 +95,7 @@ bool BladeCut::cut_for_good(BladeTrack& track, bool is_lifted) {
 
 // The slit goes on to where the blade is, and beyond that when nothing is left there.
 void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
-  const BladeEdge to = track.furthest(settings_);
+  const BladeEdge to = track.furthest(tissue_);
   slit.open(track.open_to, to, tissue_.metres(settings_.strip_edges));
   if (!track.is_through) return;
   const BladeEdge& begin = track.edges.front();
@@ -108,12 +108,13 @@ void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
 // Paper C's style leaves tetrahedra closed that the blade has not gone through whole.
 void BladeCut::open_bridges_of(const Slit& slit, const BladeTrack& track) {
   if (!settings_.follows_blade()) return;
-  const BladeEdge to = track.furthest(settings_), &begin = track.edges.front();
+  const BladeEdge to = track.furthest(tissue_), &begin = track.edges.front();
   const Vec3 ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
   const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
   const double beside_m = tissue_.metres(settings_.bridge_beside_edges);
+  const std::vector<Vec3> facing = slit.facing(normal, beside_m);
   const auto height_m = [&](const Vec3& at_m) -> std::optional<double> {
-    const std::optional<SlitPlane> plane = slit.plane_along(at_m, beside_m, normal);
+    const std::optional<SlitPlane> plane = slit.plane_facing(at_m, beside_m, facing);
     return plane ? std::optional(plane->height_m(at_m)) : std::nullopt;
   };
   std::vector<std::uint32_t> around;
@@ -157,7 +158,7 @@ bool BladeCut::run(std::span<const BladeAtWork> at_work) {
   for (auto& [edge_id, track] : tracks_.by_edge) {
     if (!track.is_due() || std::ranges::find(opened, edge_id) == opened.end()) continue;
     open_to_blade(tracks_.slit, track);
-    const BladeEdge &to = track.open_to = track.furthest(settings_), &begin = track.edges.front();
+    const BladeEdge &to = track.open_to = track.furthest(tissue_), &begin = track.edges.front();
     const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
     track.forward = (ahead - ahead.dot(up) * up).stableNormalized();
     track.since_cut_m = 0;

@@ -58,11 +58,18 @@ double BladeTrack::ahead_m(const FrontSettings& settings) const {
   return std::max(gone_m(open_to.tip_m, now.tip_m), gone_m(open_to.heel_m, now.heel_m));
 }
 
-BladeEdge BladeTrack::furthest(const FrontSettings& settings) const {
+BladeEdge BladeTrack::furthest(const Tissue& tissue) const {
   BladeEdge edge = edges.back();
-  if (!settings.follows_blade()) return edge;
-  if ((edge.tip_m - open_to.tip_m).dot(forward) < 0) edge.tip_m = open_to.tip_m;
-  if ((edge.heel_m - open_to.heel_m).dot(forward) < 0) edge.heel_m = open_to.heel_m;
+  if (!tissue.settings.follows_blade()) return edge;
+  const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
+  const double beside_m = tissue.metres(tissue.settings.left_beside_edges);
+  for (const auto& [end_m, open_to_m] : {std::pair(&edge.tip_m, open_to.tip_m), {&edge.heel_m, open_to.heel_m}}) {
+    const double back_m = -(*end_m - open_to_m).dot(forward);
+    if (!(back_m > 0)) continue;
+    const Vec3 aside_m = *end_m + back_m * forward - open_to_m;
+    *end_m = open_to_m;
+    if (aside_m.cross(up).norm() > beside_m) *end_m += aside_m;
+  }
   return edge;
 }
 

@@ -56,8 +56,9 @@ struct BladeTrack {
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
   // Across the edge, of the end that has gone further; negative: it has gone back.
   double ahead_m(const FrontSettings& settings) const;
-  // Each end where it is, or where the tissue is open when it has gone back.
-  BladeEdge furthest(const FrontSettings& settings) const;
+  // Each end where it is, or where the tissue is open when it has gone back. Around a neck that turns, an end may go
+  // back and aside, and what lies aside has been cut.
+  BladeEdge furthest(const Tissue& tissue) const;
   // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
   // tissue has swung, and what lies between has still been cut.
   enum class Beyond { nowhere, behind, beside };

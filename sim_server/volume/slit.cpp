@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kSeam_m = 1e-4;   // strips this far from each other have no gap between them
 constexpr double kSameCut = 0.8;   // cosine of the angle up to which strips are of one cut
+constexpr double kOneSide = 0.5;   // the same of strips by which a blade came
 constexpr double kLidShare = 0.5;  // lips beyond the ends of a strip, in lengths of its edge, lie as it does
 
 }  // namespace
@@ -57,15 +58,39 @@ std::optional<SlitPlane> Slit::plane_at(const Vec3& at_m, double beside_m) const
   return nearest;
 }
 
-std::optional<SlitPlane> Slit::plane_along(const Vec3& at_m, double beside_m, const Vec3& normal) const {
-  std::optional<SlitPlane> nearest;
+Vec3 Slit::Strip::normal_m() const {
+  const Vec3 up = (from.heel_m + to.heel_m - from.tip_m - to.tip_m).stableNormalized();
+  return up.cross(to.at(0.5) - from.at(0.5));
+}
+
+// A strip of a trembling blade may lie across the cut: it turns what comes before by little, and belongs to no side.
+std::vector<Vec3> Slit::facing(const Vec3& normal, double smooth_m) const {
+  std::vector<Vec3> facing(strips_.size(), Vec3::Zero());
+  Vec3 there = normal;
   bool leads_here = true;  // from this strip to the last one
-  for (std::size_t i = strips_.size(); i-- > 0; leads_here &= strips_[i].follows) {
+  for (std::size_t i = strips_.size(); i-- > 0;) {
+    const Strip& strip = strips_[i];
+    if (i + 1 < strips_.size()) {
+      const BladeEdge& next = strips_[i + 1].from;
+      leads_here &= std::min((next.tip_m - strip.to.tip_m).norm(), (next.heel_m - strip.to.heel_m).norm()) < smooth_m;
+    }
+    if (!leads_here) there = normal;
+    Vec3 across_m = strip.normal_m();
+    if (across_m.dot(there) < 0) across_m = -across_m;
+    const Vec3 across = across_m.stableNormalized();
+    if (leads_here) there = (smooth_m * there + across_m).normalized();
+    if (across.dot(there) > (leads_here ? kOneSide : kSameCut)) facing[i] = across;
+  }
+  return facing;
+}
+
+std::optional<SlitPlane> Slit::plane_facing(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const {
+  std::optional<SlitPlane> nearest;
+  for (std::size_t i = 0; i < strips_.size(); ++i) {
+    if (facing[i].isZero()) continue;
     std::optional<SlitPlane> plane = strips_[i].plane_at(at_m, 0);
     if (!plane || std::abs(plane->height_m(at_m)) > beside_m) continue;
-    const double faces = plane->normal.dot(normal);
-    if (leads_here ? faces <= 0 : std::abs(faces) < kSameCut) continue;
-    if (faces < 0) plane->normal = -plane->normal;
+    if (plane->normal.dot(facing[i]) < 0) plane->normal = -plane->normal;
     beside_m = std::abs(plane->height_m(at_m));
     nearest = plane;
   }

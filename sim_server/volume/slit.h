@@ -27,9 +27,13 @@ class Slit {
   bool contains(const Vec3& at_m, double beside_m) const;
   // The plane of the strip whose outline has this place, the closest one within `beside_m`.
   std::optional<SlitPlane> plane_at(const Vec3& at_m, double beside_m) const;
-  // The same of one cut, facing where `normal` faces: of strips that lie roughly across it, and of those along which
-  // the blade came to the last strip, turning by less than a right angle, since tissue that sags on a neck turns.
-  std::optional<SlitPlane> plane_along(const Vec3& at_m, double beside_m, const Vec3& normal) const;
+  // Normals of the strips towards one side of a cut, which is that of `normal` at its end; zero for a strip that has
+  // no side. A slit in tissue that sags on a neck is twisted, by a right angle and more: each strip faces where the
+  // next one does, over `smooth_m` of the way. A strip that no way leads from to the end is of the cut if it lies
+  // roughly along it.
+  std::vector<Vec3> facing(const Vec3& normal, double smooth_m) const;
+  // The plane of such a strip, the closest one within `beside_m`. `facing`: a normal for each strip.
+  std::optional<SlitPlane> plane_facing(const Vec3& at_m, double beside_m, std::span<const Vec3> facing) const;
   // The parts of an edge that are in a slit, and in tissue that is uncut. `at`: its place from 0 at the tip to 1 at the
   // heel; `is_tissue`: whether there is any at a place.
   struct Parts {
@@ -58,6 +62,8 @@ class Slit {
 
     // Its plane at a place between its two edges, which may be this far beyond their ends.
     std::optional<SlitPlane> plane_at(const Vec3& at_m, double beyond_share) const;
+    // Square to its plane in the middle, as long as it is.
+    Vec3 normal_m() const;
 
     template <class A>
     void archive(A& a) {

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
-#include <tuple>
+#include <limits>
 #include <unordered_map>
 #include <utility>
 
@@ -11,6 +10,53 @@
 
 namespace sectio {
 namespace {
+
+// The cheapest set of arcs that parts a source from a sink, as the flow that saturates it (Edmonds and Karp): few faces
+// hold the sides of a slit together, so that few paths do.
+class Network {
+ public:
+  explicit Network(std::size_t nodes) : arcs_of_(nodes) {}
+
+  void join(std::uint32_t a, std::uint32_t b, double capacity) {
+    arcs_of_[a].push_back(static_cast<std::uint32_t>(arcs_.size()));
+    arcs_.push_back({b, capacity});
+    arcs_of_[b].push_back(static_cast<std::uint32_t>(arcs_.size()));
+    arcs_.push_back({a, capacity});
+  }
+
+  // True for nodes that remain with the source.
+  std::vector<char> part(std::uint32_t source, std::uint32_t sink) {
+    for (;;) {
+      std::vector<std::uint32_t> by(arcs_of_.size(), kNone);  // the arc by which a node was reached
+      std::vector<char> with_source(arcs_of_.size(), 0);
+      std::vector<std::uint32_t> reached{source};
+      with_source[source] = 1;
+      for (std::size_t k = 0; k < reached.size() && !with_source[sink]; ++k)
+        for (const std::uint32_t a : arcs_of_[reached[k]]) {
+          const std::uint32_t to = arcs_[a].to;
+          if (!(arcs_[a].left > 0) || with_source[to]) continue;
+          with_source[to] = 1;
+          by[to] = a;
+          reached.push_back(to);
+        }
+      if (!with_source[sink]) return with_source;
+      double flow = std::numeric_limits<double>::infinity();
+      for (std::uint32_t at = sink; at != source; at = arcs_[by[at] ^ 1].to) flow = std::min(flow, arcs_[by[at]].left);
+      for (std::uint32_t at = sink; at != source; at = arcs_[by[at] ^ 1].to) {
+        arcs_[by[at]].left -= flow;
+        arcs_[by[at] ^ 1].left += flow;
+      }
+    }
+  }
+
+ private:
+  struct Arc {
+    std::uint32_t to;
+    double left;  // can flow in addition; the arc back has the next number, or the one before
+  };
+  std::vector<Arc> arcs_;
+  std::vector<std::vector<std::uint32_t>> arcs_of_;
+};
 
 class Bridges {
  public:
@@ -21,22 +67,22 @@ class Bridges {
         if (const std::uint32_t u = volume_.across(around_[k], corner); u != kNone) add(u, height_m);
   }
 
-  void grow_sides(double side_m) {
-    std::priority_queue<std::tuple<double, std::uint32_t>> next;
-    for (const std::uint32_t t : around_)
-      if (std::abs(height_m_[t]) > side_m) {
-        side_[t] = height_m_[t] > 0 ? 1 : -1;
-        next.emplace(std::abs(height_m_[t]), t);
-      }
-    while (!next.empty()) {
-      const std::uint32_t t = std::get<1>(next.top());
-      next.pop();
+  // Two tetrahedra that lie far from the surface, on its two sides, and share a face do so beyond its outline.
+  void part_sides(double side_m) {
+    const auto source = static_cast<std::uint32_t>(around_.size()), sink = source + 1;
+    const auto side = [&](std::uint32_t k) { return height_m_[k] > side_m ? 1 : height_m_[k] < -side_m ? -1 : 0; };
+    Network network(around_.size() + 2);
+    for (std::uint32_t k = 0; k < source; ++k) {
+      if (const int at = side(k); at != 0)
+        network.join(k, at > 0 ? source : sink, std::numeric_limits<double>::infinity());
       for (std::size_t corner = 0; corner < 4; ++corner) {
-        const std::uint32_t u = volume_.across(t, corner);
-        if (u == kNone || !height_m_.contains(u) || !side_.emplace(u, side_[t]).second) continue;
-        next.emplace(std::abs(height_m_[u]), u);
+        const auto beyond = number_.find(volume_.across(around_[k], corner));
+        if (beyond == number_.end() || beyond->second < k || side(k) * side(beyond->second) != 0) continue;
+        network.join(k, beyond->second, area_m2(around_[k], corner));
       }
     }
+    is_above_ = network.part(source, sink);
+    for (std::uint32_t k = 0; k < source; ++k) is_far_.push_back(side(k) != 0);
   }
 
   std::vector<VertexId> open() {
@@ -58,17 +104,25 @@ class Bridges {
 
  private:
   void add(std::uint32_t t, const HeightOverCut& height_m) {
-    if (height_m_.contains(t)) return;
+    if (number_.contains(t)) return;
     Vec3 middle = Vec3::Zero();
     for (const VertexId v : volume_.tetrahedra()[t]) middle += 0.25 * volume_.vertex(v).rest_body_m;
     const std::optional<double> height = height_m(middle);
     if (!height) return;
-    height_m_[t] = *height;
+    number_[t] = static_cast<std::uint32_t>(around_.size());
     around_.push_back(t);
+    height_m_.push_back(*height);
+  }
+  double area_m2(std::uint32_t t, std::size_t corner) const {
+    const auto at = [&](std::size_t k) -> const Vec3& {
+      return volume_.vertex(volume_.tetrahedra()[t][(corner + k) % 4]).rest_body_m;
+    };
+    return 0.5 * (at(2) - at(1)).cross(at(3) - at(1)).norm();
   }
   bool is_bridge(std::uint32_t t, std::uint32_t u) const {
-    const auto at = side_.find(t), beyond = side_.find(u);
-    return at != side_.end() && beyond != side_.end() && at->second != beyond->second;
+    const auto at = number_.find(t), beyond = number_.find(u);
+    return at != number_.end() && beyond != number_.end() && is_above_[at->second] != is_above_[beyond->second] &&
+           !(is_far_[at->second] && is_far_[beyond->second]);
   }
   // The components of the tetrahedra at v, connected through faces that stay closed; without that of the first.
   std::vector<std::vector<std::uint32_t>> further_components(VertexId v) const {
@@ -97,8 +151,9 @@ class Bridges {
 
   TetTopology& volume_;
   std::vector<std::uint32_t> around_;
-  std::unordered_map<std::uint32_t, double> height_m_;  // never iterated
-  std::unordered_map<std::uint32_t, int> side_;         // never iterated
+  std::vector<double> height_m_;
+  std::vector<char> is_far_, is_above_;                      // from the surface; its positive side
+  std::unordered_map<std::uint32_t, std::uint32_t> number_;  // its place in `around_`; never iterated
 };
 
 }  // namespace
@@ -106,7 +161,7 @@ class Bridges {
 std::vector<VertexId> open_bridges(TetTopology& volume, const HeightOverCut& height_m, double side_m,
                                    std::span<const std::uint32_t> begin) {
   Bridges bridges(volume, height_m, begin);
-  bridges.grow_sides(side_m);
+  bridges.part_sides(side_m);
   return bridges.open();
 }
 

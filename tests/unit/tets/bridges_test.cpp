@@ -40,6 +40,21 @@ TEST(Bridges, a_thread_at_the_side_where_the_cut_began_is_opened) {
   EXPECT_TRUE(open(volume).empty());
 }
 
+// The surface by which a blade came may lie beside the cut that it made.
+TEST(Bridges, no_more_is_opened_than_what_still_holds) {
+  TetTopology volume = cut_from(0.012);
+  std::vector<std::uint32_t> all(volume.tetrahedra().size());
+  std::iota(all.begin(), all.end(), 0u);
+  const auto beside_m = [](const Vec3& at_m) -> std::optional<double> {
+    const double m = kNormal.dot(at_m - kOn_m) + 0.004;
+    return std::abs(m) < 0.02 ? std::optional(m) : std::nullopt;
+  };
+  const std::size_t there = open_bridges(volume, beside_m, 0.007, all).size();
+  EXPECT_LT(volume.connected({0}).size(), volume.tetrahedra().size());
+  TetTopology as_cut = cut_from(0.012);
+  EXPECT_LE(there, open(as_cut).size());
+}
+
 TEST(Bridges, what_is_apart_stays_as_it_is) {
   TetTopology volume = cut_from(-1);
   ASSERT_LT(volume.connected({0}).size(), volume.tetrahedra().size());

@@ -1,0 +1,44 @@
+#include "sim_server/volume/slit.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace sectio {
+namespace {
+
+// An upright blade that goes round a centre: where it has come to.
+BladeEdge on_arc(double angle_rad) {
+  const Vec3 at(0.03 * std::cos(angle_rad), 0.03 * std::sin(angle_rad), 0);
+  return {at - Vec3(0, 0, 0.02), at + Vec3(0, 0, 0.02)};
+}
+double radians(double degrees) {
+  return degrees * std::numbers::pi / 180;
+}
+
+TEST(Slit, that_turns_by_more_than_a_right_angle_has_one_inner_side) {
+  Slit slit;
+  for (int k = 0; k < 16; ++k) slit.open(on_arc(radians(10 * k)), on_arc(radians(10 * (k + 1))), 0.001);
+  const Vec3 outwards = on_arc(radians(160)).at(0.5).normalized();
+  const std::vector<Vec3> facing = slit.facing(outwards, 0.005);
+  for (double degrees = 5; degrees < 160; degrees += 10) {
+    const Vec3 on = on_arc(radians(degrees)).at(0.5);
+    const auto within = slit.plane_facing(0.95 * on, 0.005, facing),
+               beyond = slit.plane_facing(1.05 * on, 0.005, facing);
+    ASSERT_TRUE(within && beyond) << degrees;
+    EXPECT_LT(within->height_m(0.95 * on), 0) << degrees;
+    EXPECT_GT(beyond->height_m(1.05 * on), 0) << degrees;
+  }
+}
+
+TEST(Slit, another_cut_far_from_its_beginning_counts_only_along_its_end) {
+  Slit slit;
+  slit.open({Vec3(0.1, -0.02, -0.02), Vec3(0.1, -0.02, 0.02)}, {Vec3(0.1, 0.02, -0.02), Vec3(0.1, 0.02, 0.02)}, 0);
+  slit.open({Vec3(0, 0, -0.02), Vec3(0, 0, 0.02)}, {Vec3(0.05, 0, -0.02), Vec3(0.05, 0, 0.02)}, 0);
+  const std::vector<Vec3> facing = slit.facing(Vec3::UnitY(), 0.005);
+  EXPECT_TRUE(slit.plane_facing(Vec3(0.02, 0.001, 0), 0.005, facing));
+  EXPECT_FALSE(slit.plane_facing(Vec3(0.101, 0.001, 0), 0.005, facing));
+}
+
+}  // namespace
+}  // namespace sectio
