@@ -420,6 +420,39 @@ TEST(A_TPL, A_TPL_C_a_continued_sequence_grows_less_than_one_that_begins_anew) {
   EXPECT_EQ(continued.mesh.triangle_count(), before);
 }
 
+// Half a millimetre aside is no turn: a plane across the front would lead into the groove's own wall.
+TEST(A_TPL, A_TPL_C_a_hand_that_trembles_across_its_way_waits_until_it_is_ahead) {
+  PadUnderKnife pad;
+  TemplateStroke stroke;
+  for (double x = 0.0115; x < 0.03; x += 0.001) pad.follow(stroke, pad.at(x, 0.014, 0.006));
+  ASSERT_EQ(stroke.fronts.size(), 1u);
+  const Vec3 end = pad.x(stroke.fronts[0].top);
+  for (const double aside_m : {5e-4, -5e-4, 8e-4, -2e-4})
+    EXPECT_EQ(pad.follow(stroke, pad.at(end.x() - 5e-5, end.y() + aside_m, 0.006)), TemplateStrokeEnd::going);
+  ASSERT_EQ(stroke.fronts.size(), 1u);
+  EXPECT_EQ(pad.x(stroke.fronts[0].top), end);
+  for (double x = 0.031; x < 0.045; x += 0.001)
+    EXPECT_EQ(pad.follow(stroke, pad.at(x, 0.014, 0.006)), TemplateStrokeEnd::going);
+  EXPECT_GT(pad.x(stroke.fronts[0].top).x(), 0.04);
+  EXPECT_TRUE(pad.valid());
+}
+
+// A blade that is put down presses the skin ahead before it breaks in: it comes in beyond the end, and goes on from it.
+TEST(A_TPL, A_TPL_C_a_blade_that_breaks_in_just_beyond_the_end_goes_on_from_it) {
+  PadUnderKnife pad;
+  TemplateStroke first;
+  for (double x = 0.0115; x < 0.03; x += 0.001) pad.follow(first, pad.at(x, 0.014, 0.006));
+  pad.lift(first);
+  const std::size_t ends = pad.grooves.fronts.size();
+  ASSERT_EQ(ends, 2u);
+  TemplateStroke second;
+  second.entered_body_m = Vec3(0.0305, 0.0145, pad.kTop_m);
+  for (double x = 0.0305; x < 0.045; x += 0.001) pad.follow(second, pad.at(x, 0.0145, 0.006));
+  pad.lift(second);
+  EXPECT_EQ(pad.grooves.fronts.size(), ends);
+  EXPECT_TRUE(pad.valid());
+}
+
 TEST(A_TPL, A_TPL_C_deeper_along_an_old_groove_adds_no_triangle) {
   PadUnderKnife pad;
   TemplateStroke stroke;

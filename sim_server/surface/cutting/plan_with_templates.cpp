@@ -6,8 +6,11 @@
 namespace sectio {
 namespace {
 
-// The share of one step in the smoothed displacement of the tissue, so that lips that draw back don't shake the path.
-constexpr double kFollowedShare = 0.02;
+// The share of one step in the smoothed displacement of the tissue, so that lips that draw back don't shake the path;
+// and along the blade, where skin that was pressed in springs back.
+constexpr double kFollowedShare = 0.02, kFollowedAlongShare = 0.2;
+
+constexpr double kIn_m = 2e-4;  // a tip this deep is through the skin, which springs back when it breaks
 
 TemplateSettings template_settings(const StrokeSettings& s) {
   TemplateSettings t;
@@ -81,18 +84,30 @@ Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const 
   return sum / static_cast<double>(around.size());
 }
 
+void follow_tissue(const MeshDraft& draft, TemplateStroke& stroke, const Pose& frame_world) {
+  stroke.frame_world = frame_world;
+  const Vec3 now_m = displacement_body_m(draft, stroke, frame_world);
+  if (!stroke.newest) {
+    stroke.displacement_body_m = now_m;
+    return;
+  }
+  const Vec3 moved_m = now_m - *stroke.displacement_body_m, &up = stroke.newest->up_body;
+  const Vec3 along_m = moved_m.dot(up) * up;
+  *stroke.displacement_body_m += kFollowedShare * (moved_m - along_m) + kFollowedAlongShare * along_m;
+}
+
 StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& motion, Grooves& grooves,
                  const StrokeSettings& settings) {
-  stroke.frame_world = motion.frame_world;
-  const Vec3 displacement_m = displacement_body_m(draft, stroke, motion.frame_world);
-  if (!stroke.displacement_body_m) stroke.displacement_body_m = displacement_m;
-  *stroke.displacement_body_m += kFollowedShare * (displacement_m - *stroke.displacement_body_m);
+  follow_tissue(draft, stroke, motion.frame_world);
   for (const Blade& blade : motion.path) {
     const std::optional<RestBlade> newest = stroke.newest;
+    const auto depth_m = [&] { return (surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world); };
     stroke.blade = blade;
     const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - *stroke.displacement_body_m,
                             motion.frame_world.orientation.conjugate() * blade.up_world};
-    switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
+    const bool is_in = newest || stroke.begins_at_wall || depth_m() > kIn_m;
+    switch (is_in ? advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))
+                  : TemplateStrokeEnd::going) {
       case TemplateStrokeEnd::refused:
         return StrokeEnd::refused;
       case TemplateStrokeEnd::left_body:
@@ -102,9 +117,9 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
       case TemplateStrokeEnd::going:
         break;
     }
-    const bool is_on_wall = stroke.begins_at_wall && top_of(stroke) == kNone;  // deep in a groove
-    if (!is_on_wall &&
-        (surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world) < settings.release_depth_m) {
+    const bool is_on_wall = stroke.begins_at_wall && top_of(stroke) == kNone;                 // deep in a groove
+    const double released_m = is_in ? settings.release_depth_m : -settings.join_tolerance_m;  // pressed skin swings
+    if (!is_on_wall && depth_m() < released_m) {
       stroke.newest = newest;
       return StrokeEnd::lifted;
     }
@@ -139,6 +154,8 @@ SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView partic
     if (draft.triangle(e.triangle).alive()) entry = draft.triangle(e.triangle);
     s.touched = entry.v;
     s.bary = e.bary;
+    s.entered_body_m =
+        e.bary[0] * draft.rest(entry.v[0]) + e.bary[1] * draft.rest(entry.v[1]) + e.bary[2] * draft.rest(entry.v[2]);
     s.begins_at_wall = entry.surface == Surface::wall;
     s.active = alive_around(draft, entry);
     strokes.push_back(std::move(s));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/sort_unique.h"
+#include "common/math/intersect.h"
 
 namespace sectio {
 
@@ -144,15 +145,33 @@ RestBlade along(const MeshDraft& draft, const CutFront& f) {
   return blade;
 }
 
-// Lets a stroke that begins at the end of a groove go on with that groove. False while the blade has yet to come to
-// that end; lips that it brushes on the way are not cut.
-bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const Grooves& grooves,
-                    const TemplateSettings& settings) {
-  const BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, {});
-  if (!(sweep.length_m() >= settings.min_step_m)) return true;
-  double nearest_m = settings.join_tolerance_m;
-  const CutFront* nearest = nullptr;
-  bool is_behind = true;
+// The end of a groove that a stroke goes on from.
+struct GrooveEnd {
+  const CutFront* front = nullptr;
+  bool is_reached = true;
+};
+
+// The end at which a blade has been put down: it presses the skin ahead before it breaks in, and may be in the groove.
+GrooveEnd end_put_down_at(const MeshDraft& draft, const TemplateStroke& stroke, const RestBlade& blade,
+                          const Grooves& grooves, double within_m) {
+  GrooveEnd nearest;
+  if (!stroke.entered_body_m) return nearest;
+  for (const CutFront& f : grooves.fronts) {
+    if (!still_there(draft, f)) continue;
+    const double from_m = distance_to_segment(*stroke.entered_body_m, draft.rest(f.top), draft.rest(f.bottom));
+    if (from_m >= within_m) continue;
+    const BladeSweep sweep = sweep_between(draft, along(draft, f), blade, {&f, 1});
+    nearest = {&f, sweep.ahead.dot(f.ahead_body) > 0};
+    within_m = from_m;
+  }
+  return nearest;
+}
+
+// The end on the way of a blade that was put down behind it, or beside it.
+GrooveEnd end_on_way(const MeshDraft& draft, const BladeSweep& sweep, const RestBlade& blade, const Grooves& grooves,
+                     const TemplateSettings& settings) {
+  double within_m = settings.join_tolerance_m;
+  GrooveEnd nearest;
   for (const CutFront& f : grooves.fronts) {
     if (!still_there(draft, f)) continue;
     double distance_m = 0, from_blade_m = 0, most_ahead_m = 0;
@@ -166,15 +185,26 @@ bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBl
       most_ahead_m = std::max(most_ahead_m, ahead_m);
     }
     distance_m = std::min(distance_m, from_blade_m);  // slanting, it may have been put down beside the end
-    if (distance_m >= nearest_m || f.ahead_body.dot(sweep.ahead) <= 0) continue;
-    nearest = &f;
-    nearest_m = distance_m;
-    is_behind = most_ahead_m <= sweep.length_m() - settings.min_step_m;
+    if (distance_m >= within_m || f.ahead_body.dot(sweep.ahead) <= 0) continue;
+    nearest = {&f, most_ahead_m <= sweep.length_m() - settings.min_step_m};
+    within_m = distance_m;
   }
-  if (!nearest) return true;
-  if (!is_behind) return false;
-  stroke.fronts = {*nearest};
-  stroke.at_front = along(draft, *nearest);
+  return nearest;
+}
+
+// Lets a stroke that begins at the end of a groove go on with that groove. False while the blade has yet to come to
+// that end; lips that it brushes on the way are not cut.
+bool take_up_groove(const MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, const Grooves& grooves,
+                    const TemplateSettings& settings) {
+  const BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, {});
+  GrooveEnd end;
+  if (sweep.length_m() < settings.join_tolerance_m)
+    end = end_put_down_at(draft, stroke, blade, grooves, settings.join_tolerance_m);
+  if (!end.front && sweep.length_m() >= settings.min_step_m) end = end_on_way(draft, sweep, blade, grooves, settings);
+  if (!end.front) return true;
+  if (!end.is_reached) return false;
+  stroke.fronts = {*end.front};
+  stroke.at_front = along(draft, *end.front);
   return true;
 }
 
@@ -212,6 +242,14 @@ bool undo_temporary(MeshDraft& draft, TemplateStroke& stroke) {
 
 namespace {
 
+// The hand trembles about its way: a cut goes on once the blade is ahead of its front, or far enough to turn.
+bool goes_on(const TemplateStroke& stroke, const BladeSweep& sweep, const TemplateSettings& settings) {
+  const double way_m = sweep.length_m();
+  if (!(way_m >= settings.min_step_m)) return false;
+  if (stroke.fronts.empty() || way_m >= kHeading_m) return true;
+  return way_m * stroke.fronts.front().ahead_body.dot(sweep.ahead) >= settings.min_step_m;
+}
+
 enum class Went : std::uint8_t { on, nowhere, left_body, joined, refused };
 
 // Makes one permanent step towards the blade, if there is one to make.
@@ -219,7 +257,7 @@ Went go_on(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade, Gro
            const TemplateSettings& settings) {
   SweepEnds ends{stroke.fronts};
   BladeSweep sweep = sweep_between(draft, *stroke.at_front, blade, ends.fronts);
-  if (!(sweep.length_m() >= settings.min_step_m)) return Went::nowhere;
+  if (!goes_on(stroke, sweep, settings)) return Went::nowhere;
   const auto refuse = [&](std::string_view why) {
     stroke.why_refused = why;
     return Went::refused;
@@ -320,6 +358,7 @@ TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBl
 
 void open_temporarily(MeshDraft& draft, TemplateStroke& stroke, const TemplateSettings& settings) {
   if (!stroke.at_front || !stroke.newest || stroke.waits) return;
+  if (!goes_on(stroke, sweep_between(draft, *stroke.at_front, *stroke.newest, stroke.fronts), settings)) return;
   const MeshDraft before = draft;
   draft.mark();
   const TemplateStep step =

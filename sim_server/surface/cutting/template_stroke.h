@@ -18,6 +18,7 @@ struct TemplateStroke {
   std::uint32_t edge_id = 0;
   std::array<VertexId, 3> touched{kNone, kNone, kNone};  // the triangle in which it began, with bary
   Vec3 bary = Vec3::UnitX();
+  std::optional<Vec3> entered_body_m;  // the same place at rest
   bool begins_at_wall = false;
   std::vector<CutFront> fronts;             // the permanent part's
   std::optional<RestBlade> at_front;        // pose there, or where the stroke began
@@ -38,9 +39,9 @@ struct TemplateStroke {
 
   template <class A>
   void archive(A& a) {
-    a(edge_id, touched, bary, begins_at_wall, fronts, at_front, newest, blade, displacement_body_m, frame_world,
-      why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse, temporarily_moved, temporary_fronts,
-      temporary_starts, temporary_bottoms_at_tip, temporary_bottoms);
+    a(edge_id, touched, bary, entered_body_m, begins_at_wall, fronts, at_front, newest, blade, displacement_body_m,
+      frame_world, why_refused, waits, active, bottoms_at_tip, faces, temporary_inverse, temporarily_moved,
+      temporary_fronts, temporary_starts, temporary_bottoms_at_tip, temporary_bottoms);
   }
 };
 
