@@ -30,13 +30,14 @@ std::span<const Blade> way_of(const Tissue& tissue, const BladeMotion& motion, c
 }  // namespace
 
 // A blade that slides along its edge, out of the tissue and in again, cuts on from the place that it came to last:
-// a sheet from the place of a lifted blade to that of one put down would leave what lies beneath.
+// a sheet from the place of a lifted blade to that of one put down would leave what lies beneath. So does one that
+// goes down its slit, to where that is not open.
 void BladeTrack::add(const BladeEdge& edge, double same_m) {
   const auto slides = [&](const BladeEdge& from) {
     return (edge.tip_m - from.tip_m).norm() > kSlides * across_m(from, edge).second;
   };
-  if (edges.size() > 1 && slides(edges.back()) && across_m(edges[edges.size() - 2], edge).second < same_m)
-    edges.pop_back();
+  const auto stays = [&] { return across_m(edges[edges.size() > 1 ? edges.size() - 2 : 0], edge).second < same_m; };
+  while (edges.size() > (is_at_entry ? 1 : 0) && slides(edges.back()) && stays()) edges.pop_back();
   edges.push_back(edge);
 }
 
