@@ -301,8 +301,10 @@ int view(Options options) {
   while (!ending.due(steady_now_s(), world)) {
     const double sync_begun_s = steady_now_s();
     net.poll(sync_begun_s, world);
-    if (!connected && net.connected()) log_info("connected to a server");
-    connected = connected || net.connected();
+    if (const bool now = net.connected(); now != connected) {
+      connected = now;
+      log_info(connected ? "connected to a server" : "the server has gone; waiting for it, or for another");
+    }
     const bool is_new = world.frame(steady_now_s(), frame);
     if (heard) heard->keep(world);
     record.add_sync(steady_now_s() - sync_begun_s, world);

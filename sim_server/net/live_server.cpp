@@ -20,7 +20,7 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
 constexpr double kLongestTask_s = 3600;  // steps that are run again, a report: nobody takes that for a hang
-constexpr double kLeaveTimeout_s = 5;    // how long the end is served to viewers
+constexpr double kLeaveTimeout_s = 10;   // the end is served for so long; a viewer that slept is met late
 constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
 constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
 constexpr double kListen_s = 0.3;        // before the clock starts: is there another server with our bodies?
