@@ -20,7 +20,6 @@ using Seconds = std::chrono::duration<double>;
 
 constexpr double kTogether_s = 0.1;      // the most by which a server may be ahead of the slowest one of its session
 constexpr double kLongestTask_s = 3600;  // steps that are run again, a report: nobody takes that for a hang
-constexpr double kLeaveTimeout_s = 10;   // the end is served for so long; a viewer that slept is met late
 constexpr double kListenToHolder_s = 1;  // before a session goes on: does another server hold it?
 constexpr double kUnheard_s = 5;         // so long, when servers are there that have not been heard
 constexpr double kListen_s = 0.3;        // before the clock starts: is there another server with our bodies?
@@ -313,7 +312,7 @@ RunResult LiveServer::finish() {
   session_.net->end_session(stop_was_requested() ? "stopped" : "complete");
   if (const std::uint32_t lost = session_.net->lost_viewers(); lost > 0)
     log_info("waiting for viewers that went silent: " + std::to_string(lost));
-  session_.net->wait_for_viewers_to_leave(kLeaveTimeout_s);
+  session_.net->wait_for_viewers_to_leave();
   cost_.copy_bytes = session_.net->copy_bytes();
   cost_.network_total_s = session_.net->busy_s();
   cost_.deferred_steps = planner_.steps(Budget::deferred);

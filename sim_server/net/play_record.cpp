@@ -18,7 +18,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kPeriod = std::chrono::milliseconds(2);
 constexpr double kMostBehind_s = 0.1;  // a clock that was halted goes on from there
-constexpr double kLeave_s = 5;         // how long the end is shown to viewers
 
 class RecordServer {
  public:
@@ -51,7 +50,7 @@ class RecordServer {
       if (record_.world().has_new_state() || !goes_on) show(!goes_on);
     }
     net_->end_session(stop_was_requested() ? "stopped" : "complete");
-    net_->wait_for_viewers_to_leave(kLeave_s);
+    net_->wait_for_viewers_to_leave();
     const bool differs = !goes_on && record_.world().differs_from_end();
     if (differs) log_error(options_.play + ": its bodies are others than those that it ends with");
     return differs || record_.is_damaged() ? kExitNotOk : 0;

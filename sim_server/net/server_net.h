@@ -104,9 +104,10 @@ class ServerNet {
   std::uint32_t viewers() const;
   // Viewers that fell silent without a word and have not come back.
   std::uint32_t lost_viewers() const;
+  static constexpr double kServeEnd_s = 10;  // a viewer that slept is met late
   // Serves all of them until the last one has left or the time is over; true for the former. The time begins anew while
   // one pulls a keyframe over a thin link, but not for ever.
-  bool wait_for_viewers_to_leave(double timeout_s);
+  bool wait_for_viewers_to_leave(double timeout_s = kServeEnd_s);
 
   std::uint64_t epoch() const;
   std::uint64_t writes_refused() const;

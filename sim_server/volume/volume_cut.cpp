@@ -34,10 +34,7 @@ std::vector<std::vector<std::uint32_t>> further_components(const TetTopology& vo
 double opened_m2(const TetTopology& volume, const BoundaryChange& boundary) {
   const auto area_m2 = [&](const std::vector<Corners3>& faces) {
     double sum = 0;
-    for (const auto& [a, b, c] : faces) {
-      const Vec3& x = volume.vertex(a).rest_body_m;
-      sum += 0.5 * (volume.vertex(b).rest_body_m - x).cross(volume.vertex(c).rest_body_m - x).norm();
-    }
+    for (const auto& [a, b, c] : faces) sum += volume.face_m2(a, b, c);
     return sum;
   };
   return area_m2(boundary.added) - area_m2(boundary.removed);

@@ -36,14 +36,18 @@ VertexId top_of(const TemplateStroke& s) {
                                      : kNone;
 }
 
+// A quantity of vertices at a place in a triangle.
+template <class Of>
+Vec3 mean(const std::array<VertexId, 3>& v, const Vec3& bary, const Of& of) {
+  return bary[0] * of(v[0]) + bary[1] * of(v[1]) + bary[2] * of(v[2]);
+}
+
 // The upper end of the cut where the tissue around it takes it: a lip may swing about.
 Vec3 surface_point(const MeshDraft& draft, const TemplateStroke& s) {
   if (const VertexId top = top_of(s); top != kNone)
     return s.frame_world && s.displacement_body_m ? s.frame_world->to_world(draft.rest(top) + *s.displacement_body_m)
                                                   : draft.position(top);
-  Vec3 x = Vec3::Zero();
-  for (std::size_t i = 0; i < 3; ++i) x += s.bary[static_cast<int>(i)] * draft.position(s.touched[i]);
-  return x;
+  return mean(s.touched, s.bary, [&](VertexId v) -> Vec3 { return draft.position(v); });
 }
 
 // The stroke as the rest of the simulation sees it: a place on the surface.
@@ -72,9 +76,7 @@ Stroke as_stroke(const MeshDraft& draft, const TemplateStroke& s) {
 Vec3 displacement_body_m(const MeshDraft& draft, const TemplateStroke& s, const Pose& frame_world) {
   const auto displacement = [&](VertexId v) -> Vec3 { return frame_world.to_local(draft.position(v)) - draft.rest(v); };
   const VertexId top = top_of(s);
-  if (top == kNone)
-    return s.bary[0] * displacement(s.touched[0]) + s.bary[1] * displacement(s.touched[1]) +
-           s.bary[2] * displacement(s.touched[2]);
+  if (top == kNone) return mean(s.touched, s.bary, displacement);
   std::set<VertexId> around{top};
   for (const TriangleId t : draft.fan(top))
     if (const Triangle skin = draft.triangle(t); skin.surface == Surface::skin)
@@ -103,11 +105,13 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
     const std::optional<RestBlade> newest = stroke.newest;
     const auto depth_m = [&] { return (surface_point(draft, stroke) - blade.tip_world_m).dot(blade.up_world); };
     stroke.blade = blade;
+    if (!newest && !stroke.begins_at_wall && depth_m() <= kIn_m) {
+      if (depth_m() < -settings.join_tolerance_m) return StrokeEnd::lifted;  // pressed skin swings
+      continue;
+    }
     const RestBlade at_rest{motion.frame_world.to_local(blade.tip_world_m) - *stroke.displacement_body_m,
                             motion.frame_world.orientation.conjugate() * blade.up_world};
-    const bool is_in = newest || stroke.begins_at_wall || depth_m() > kIn_m;
-    switch (is_in ? advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))
-                  : TemplateStrokeEnd::going) {
+    switch (advance(draft, stroke, at_rest, motion.active, grooves, template_settings(settings))) {
       case TemplateStrokeEnd::refused:
         return StrokeEnd::refused;
       case TemplateStrokeEnd::left_body:
@@ -117,9 +121,8 @@ StrokeEnd follow(MeshDraft& draft, TemplateStroke& stroke, const BladeMotion& mo
       case TemplateStrokeEnd::going:
         break;
     }
-    const bool is_on_wall = stroke.begins_at_wall && top_of(stroke) == kNone;                 // deep in a groove
-    const double released_m = is_in ? settings.release_depth_m : -settings.join_tolerance_m;  // pressed skin swings
-    if (!is_on_wall && depth_m() < released_m) {
+    const bool is_on_wall = stroke.begins_at_wall && top_of(stroke) == kNone;  // deep in a groove
+    if (!is_on_wall && depth_m() < settings.release_depth_m) {
       stroke.newest = newest;
       return StrokeEnd::lifted;
     }
@@ -154,8 +157,7 @@ SurfaceCutPlan plan_with_templates(const TriangleMesh& mesh, ParticleView partic
     if (draft.triangle(e.triangle).alive()) entry = draft.triangle(e.triangle);
     s.touched = entry.v;
     s.bary = e.bary;
-    s.entered_body_m =
-        e.bary[0] * draft.rest(entry.v[0]) + e.bary[1] * draft.rest(entry.v[1]) + e.bary[2] * draft.rest(entry.v[2]);
+    s.entered_body_m = mean(entry.v, e.bary, [&](VertexId v) -> Vec3 { return draft.rest(v); });
     s.begins_at_wall = entry.surface == Surface::wall;
     s.active = alive_around(draft, entry);
     strokes.push_back(std::move(s));

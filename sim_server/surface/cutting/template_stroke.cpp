@@ -160,10 +160,11 @@ GrooveEnd end_put_down_at(const MeshDraft& draft, const TemplateStroke& stroke, 
     if (!still_there(draft, f)) continue;
     const double from_m = distance_to_segment(*stroke.entered_body_m, draft.rest(f.top), draft.rest(f.bottom));
     if (from_m >= within_m) continue;
-    const BladeSweep sweep = sweep_between(draft, along(draft, f), blade, {&f, 1});
-    nearest = {&f, sweep.ahead.dot(f.ahead_body) > 0};
+    nearest.front = &f;
     within_m = from_m;
   }
+  if (const CutFront* f = nearest.front)
+    nearest.is_reached = sweep_between(draft, along(draft, *f), blade, {f, 1}).ahead.dot(f->ahead_body) > 0;
   return nearest;
 }
 

@@ -60,29 +60,28 @@ class Network {
 
 class Bridges {
  public:
-  Bridges(TetTopology& volume, const HeightOverCut& height_m, std::span<const std::uint32_t> begin) : volume_(volume) {
+  Bridges(TetTopology& volume, const HeightOverCut& height_m, double side_m, std::span<const std::uint32_t> begin)
+      : volume_(volume), side_m_(side_m) {
     for (const std::uint32_t t : begin) add(t, height_m);
     for (std::size_t k = 0; k < around_.size(); ++k)
       for (std::size_t corner = 0; corner < 4; ++corner)
         if (const std::uint32_t u = volume_.across(around_[k], corner); u != kNone) add(u, height_m);
   }
 
-  // Two tetrahedra that lie far from the surface, on its two sides, and share a face do so beyond its outline.
-  void part_sides(double side_m) {
+  void part_sides() {
     const auto source = static_cast<std::uint32_t>(around_.size()), sink = source + 1;
-    const auto side = [&](std::uint32_t k) { return height_m_[k] > side_m ? 1 : height_m_[k] < -side_m ? -1 : 0; };
     Network network(around_.size() + 2);
     for (std::uint32_t k = 0; k < source; ++k) {
-      if (const int at = side(k); at != 0)
-        network.join(k, at > 0 ? source : sink, std::numeric_limits<double>::infinity());
+      if (side_[k] != 0) network.join(k, side_[k] > 0 ? source : sink, std::numeric_limits<double>::infinity());
       for (std::size_t corner = 0; corner < 4; ++corner) {
         const auto beyond = number_.find(volume_.across(around_[k], corner));
-        if (beyond == number_.end() || beyond->second < k || side(k) * side(beyond->second) != 0) continue;
-        network.join(k, beyond->second, area_m2(around_[k], corner));
+        if (beyond == number_.end() || beyond->second < k || !may_part(k, beyond->second)) continue;
+        const Tetrahedron& v = volume_.tetrahedra()[around_[k]];
+        const auto& [a, b, c] = kTetFaces[corner];
+        network.join(k, beyond->second, volume_.face_m2(v[a], v[b], v[c]));
       }
     }
     is_above_ = network.part(source, sink);
-    for (std::uint32_t k = 0; k < source; ++k) is_far_.push_back(side(k) != 0);
   }
 
   std::vector<VertexId> open() {
@@ -111,18 +110,14 @@ class Bridges {
     if (!height) return;
     number_[t] = static_cast<std::uint32_t>(around_.size());
     around_.push_back(t);
-    height_m_.push_back(*height);
+    side_.push_back(*height > side_m_ ? 1 : *height < -side_m_ ? -1 : 0);
   }
-  double area_m2(std::uint32_t t, std::size_t corner) const {
-    const auto at = [&](std::size_t k) -> const Vec3& {
-      return volume_.vertex(volume_.tetrahedra()[t][(corner + k) % 4]).rest_body_m;
-    };
-    return 0.5 * (at(2) - at(1)).cross(at(3) - at(1)).norm();
-  }
+  // Two tetrahedra that lie far from the surface, on its two sides, and share a face do so beyond its outline.
+  bool may_part(std::uint32_t k, std::uint32_t l) const { return side_[k] == 0 || side_[l] == 0; }
   bool is_bridge(std::uint32_t t, std::uint32_t u) const {
     const auto at = number_.find(t), beyond = number_.find(u);
     return at != number_.end() && beyond != number_.end() && is_above_[at->second] != is_above_[beyond->second] &&
-           !(is_far_[at->second] && is_far_[beyond->second]);
+           may_part(at->second, beyond->second);
   }
   // The components of the tetrahedra at v, connected through faces that stay closed; without that of the first.
   std::vector<std::vector<std::uint32_t>> further_components(VertexId v) const {
@@ -151,8 +146,9 @@ class Bridges {
 
   TetTopology& volume_;
   std::vector<std::uint32_t> around_;
-  std::vector<double> height_m_;
-  std::vector<char> is_far_, is_above_;                      // from the surface; its positive side
+  double side_m_;
+  std::vector<int> side_;       // 1 or -1: far from the surface, for certain on this side of it
+  std::vector<char> is_above_;  // on the positive side
   std::unordered_map<std::uint32_t, std::uint32_t> number_;  // its place in `around_`; never iterated
 };
 
@@ -160,8 +156,8 @@ class Bridges {
 
 std::vector<VertexId> open_bridges(TetTopology& volume, const HeightOverCut& height_m, double side_m,
                                    std::span<const std::uint32_t> begin) {
-  Bridges bridges(volume, height_m, begin);
-  bridges.part_sides(side_m);
+  Bridges bridges(volume, height_m, side_m, begin);
+  bridges.part_sides();
   return bridges.open();
 }
 

@@ -344,10 +344,6 @@ class SheetCut {
     return entered;
   }
 
-  double face_m2(VertexId a, VertexId b, VertexId c) const {
-    const Vec3& p = volume_.vertex(a).rest_body_m;
-    return 0.5 * (volume_.vertex(b).rest_body_m - p).cross(volume_.vertex(c).rest_body_m - p).norm();
-  }
   int sum_of_sides(std::uint32_t t) const {
     int sum = 0;
     for (const VertexId v : volume_.tetrahedra()[t]) sum += side(v);
@@ -367,7 +363,7 @@ class SheetCut {
       const std::uint32_t u = volume_.across(t, corner);
       const int sum = u == kNone ? 0 : sum_of_sides(u);
       const auto& [i, j, k] = kTetFaces[corner];
-      const double area = face_m2(c[i], c[j], c[k]);
+      const double area = volume_.face_m2(c[i], c[j], c[k]);
       if (sum == 0 || area <= largest) continue;
       largest = area;
       with = sum > 0 ? 1 : -1;
@@ -412,7 +408,7 @@ class SheetCut {
         const Tetrahedron& c = volume_.tetrahedra()[t];
         const auto& [i, j, l] = kTetFaces[corner];
         if (cut_between(t, u, {c[i], c[j], c[l]})) {
-          (side_of(u) > 0 ? above_m2 : below_m2) += face_m2(c[i], c[j], c[l]);
+          (side_of(u) > 0 ? above_m2 : below_m2) += volume_.face_m2(c[i], c[j], c[l]);
         } else {
           part_.push_back(u);
           is_more = more_than_crumb_.contains(u);

@@ -257,6 +257,11 @@ VertexId TetTopology::part(VertexId v, std::span<const std::uint32_t> of) {
   return twin;
 }
 
+double TetTopology::face_m2(VertexId a, VertexId b, VertexId c) const {
+  const Vec3& p = vertex(a).rest_body_m;
+  return 0.5 * (vertex(b).rest_body_m - p).cross(vertex(c).rest_body_m - p).norm();
+}
+
 double TetTopology::volume_m3(std::uint32_t t) const {
   const auto at = [&](std::size_t k) -> const Vec3& { return vertices_[tets_[t][k]].rest_body_m; };
   return tet_volume_m3(at(0), at(1), at(2), at(3));

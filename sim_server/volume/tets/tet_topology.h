@@ -51,6 +51,7 @@ class TetTopology {
   std::span<const Tetrahedron> tetrahedra() const { return tets_; }
   std::span<const std::uint32_t> star(VertexId v) const { return star_[v]; }
   double volume_m3(std::uint32_t t) const;  // at rest
+  double face_m2(VertexId a, VertexId b, VertexId c) const;
   bool alive(VertexId v) const { return !star_[v].empty(); }
   // The tetrahedron beyond the face opposite a corner; kNone at the surface. O(star).
   std::uint32_t across(std::uint32_t t, std::size_t corner) const;
