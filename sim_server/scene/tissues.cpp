@@ -16,7 +16,7 @@ constexpr const char* kArda = "Arda 2011";
 // kPa in series with a dashpot of 7.3 Pa s (Asbach 2008).
 constexpr double kLiverDamping_per_s = 22;
 
-const Tissue kTissues[] = {
+const MeasuredTissue kTissues[] = {
     {.name = "brain",
      .measured_on = "grey matter, cattle, pressed",
      .young_pa = {1400, "Budday 2015"},
@@ -77,18 +77,18 @@ std::string cell(const std::optional<Measured>& constant) {
 
 }  // namespace
 
-std::span<const Tissue> tissues() {
+std::span<const MeasuredTissue> tissues() {
   return kTissues;
 }
 
 std::vector<std::string> tissue_names() {
   std::vector<std::string> names;
-  for (const Tissue& tissue : kTissues) names.emplace_back(tissue.name);
+  for (const MeasuredTissue& tissue : kTissues) names.emplace_back(tissue.name);
   return names;
 }
 
 MaterialSpec material_of(const std::string& tissue) {
-  const auto found = std::ranges::find(kTissues, tissue, &Tissue::name);
+  const auto found = std::ranges::find(kTissues, tissue, &MeasuredTissue::name);
   SECTIO_ASSERT(found != std::end(kTissues), "the tissue is one of tissue_names()");
   MaterialSpec material;
   const auto take = [](double& target, const std::optional<Measured>& constant) {
@@ -107,7 +107,7 @@ std::string tissue_manual() {
       "| `tissue` | `young_pa` | `density_kg_per_m3` | `damping_per_s` | `toughness_j_per_m2` | `friction` | measured "
       "on "
       "|\n|---|---|---|---|---|---|---|\n";
-  for (const Tissue& t : kTissues) {
+  for (const MeasuredTissue& t : kTissues) {
     table += "| `" + std::string(t.name) + "` |" + cell(t.young_pa) + cell(t.density_kg_per_m3);
     table += cell(t.damping_per_s) + cell(t.toughness_j_per_m2) + cell(t.friction) + " " + t.measured_on + " |\n";
   }

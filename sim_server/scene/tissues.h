@@ -18,7 +18,7 @@ struct Measured {
 
 // A constant that nobody has measured is absent. Soft tissue is nearly incompressible: its Poisson's ratio is that of
 // MaterialSpec for all.
-struct Tissue {
+struct MeasuredTissue {
   const char* name;
   const char* measured_on;
   Measured young_pa;
@@ -28,7 +28,7 @@ struct Tissue {
   std::optional<Measured> friction = {};
 };
 
-std::span<const Tissue> tissues();
+std::span<const MeasuredTissue> tissues();
 std::vector<std::string> tissue_names();
 
 // The usual material with the constants of a tissue, one of tissue_names().

@@ -5,7 +5,7 @@
 
 #include "tests/unit/scene/scene_file.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 using test::kScene;
@@ -58,7 +58,7 @@ TEST(Tissues, every_constant_has_a_work_that_is_among_the_references) {
   std::istringstream lines(document("references.md"));
   std::vector<std::string> works;
   for (std::string line; std::getline(lines, line);) works.push_back(line);
-  for (const Tissue& t : tissues()) {
+  for (const MeasuredTissue& t : tissues()) {
     for (const std::optional<Measured>& m :
          {std::optional(t.young_pa), t.density_kg_per_m3, t.damping_per_s, t.toughness_j_per_m2, t.friction}) {
       if (!m) continue;
@@ -75,4 +75,4 @@ TEST(Tissues, every_constant_has_a_work_that_is_among_the_references) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test
