@@ -5,12 +5,12 @@
 namespace sectio {
 namespace {
 
-InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
+InstrumentShape cautery_hook_shape(const ToolGeometry& g, const InstrumentState& state) {
   const Vec3 d = g.c_tool_m + state.intensity * (g.d_tool_m - g.c_tool_m);
   return {g.a_tool_m, g.b_tool_m, g.c_tool_m, d, d, g.c_tool_m, std::nullopt};
 }
 
-CutDecision decide(const Situation&) {
+CutDecision cautery_hook_decide(const Situation&) {
   return CutDecision::cut;
 }
 
@@ -21,8 +21,8 @@ InstrumentKind cautery_hook() {
   hook.name = "cautery_hook";
   // The probe AC hangs from the shaft with its end C in the origin; the virtual tip CD continues it.
   hook.geometry = {Vec3(0, 0, 0.008), Vec3(0, 0, 0.04), Vec3::Zero(), Vec3(0, 0, -0.005)};
-  hook.shape = shape;
-  hook.decide = decide;
+  hook.shape = cautery_hook_shape;
+  hook.decide = cautery_hook_decide;
   hook.flaw = corners_flaw;
   hook.edge_enters = true;
   hook.front_is_virtual = true;

@@ -6,7 +6,7 @@
 namespace sectio {
 namespace {
 
-InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
+InstrumentShape forceps_shape(const ToolGeometry& g, const InstrumentState& state) {
   InstrumentShape s = scissors_shape(g, state);
   s.edge_tip_tool_m = s.edge_heel_tool_m = s.a_tool_m;
   s.sharp_side_tool.reset();
@@ -19,7 +19,7 @@ InstrumentKind forceps() {
   InstrumentKind f;
   f.name = "forceps";
   f.geometry = {Vec3::Zero(), Vec3(0, 0, 0.12), Vec3(0, 0, 0.05), Vec3(0.002, 0, 0)};
-  f.shape = shape;
+  f.shape = forceps_shape;
   f.decide = probe_decide;
   f.flaw = scissors_flaw;
   f.grip_below_rad = 0.1;

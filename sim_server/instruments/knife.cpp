@@ -10,20 +10,20 @@ Vec3 end_of_sharp_tool_m(const ToolGeometry& g) {
   return g.a_tool_m + g.sharp_length_m * (g.c_tool_m - g.a_tool_m).stableNormalized();
 }
 
-InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
+InstrumentShape knife_shape(const ToolGeometry& g, const InstrumentState& state) {
   InstrumentShape s = scalpel_shape(g, state);
   s.edge_heel_tool_m = end_of_sharp_tool_m(g);
   return s;
 }
 
-CutDecision decide(const Situation& s) {
+CutDecision knife_decide(const Situation& s) {
   if (!s.crossings.ab) return CutDecision::detect_again;
   if (s.crossings.edge) return s.correct_direction ? CutDecision::cut : CutDecision::push_back;
   if (s.crossings.ac) return CutDecision::deform_with_shaft;
   return s.crossings.bd ? CutDecision::push_out : CutDecision::deform_with_shaft;
 }
 
-std::string flaw(const ToolGeometry& g) {
+std::string knife_flaw(const ToolGeometry& g) {
   if (std::string flaw = blade_flaw(g); !flaw.empty()) return flaw;
   const double edge_m = (g.c_tool_m - g.a_tool_m).norm();
   if (g.sharp_length_m >= 1e-4 && g.sharp_length_m <= edge_m) return {};
@@ -36,9 +36,9 @@ InstrumentKind knife() {
   InstrumentKind k;
   k.name = "knife";
   k.geometry = {Vec3::Zero(), Vec3(0, 0, 0.05), Vec3(0.010, 0, 0.030), Vec3(0.010, 0, 0.05), 0.012, 0};
-  k.shape = shape;
-  k.decide = decide;
-  k.flaw = flaw;
+  k.shape = knife_shape;
+  k.decide = knife_decide;
+  k.flaw = knife_flaw;
   k.presses_with_tip = true;
   k.tip_pierces = true;
   return k;

@@ -6,7 +6,7 @@ namespace sectio {
 namespace {
 
 // The shape of one edge of each U with the opposite edge of the other blade.
-InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
+InstrumentShape medical_scissors_shape(const ToolGeometry& g, const InstrumentState& state) {
   const Vec3 aside = (g.a_tool_m - g.c_tool_m).cross(g.d_tool_m - g.a_tool_m).stableNormalized();
   const Vec3 shift = (state.edge == 0 ? 0.5 : -0.5) * g.gauge_m * aside;
   InstrumentShape s = scissors_shape(g, state);
@@ -15,7 +15,7 @@ InstrumentShape shape(const ToolGeometry& g, const InstrumentState& state) {
   return s;
 }
 
-std::string flaw(const ToolGeometry& g) {
+std::string medical_scissors_flaw(const ToolGeometry& g) {
   if (std::string flaw = scissors_flaw(g); !flaw.empty()) return flaw;
   return g.gauge_m >= 1e-3 ? std::string() : "gauge_m must be at least 1 mm";
 }
@@ -26,8 +26,8 @@ InstrumentKind medical_scissors() {
   InstrumentKind s = scissors();
   s.name = "medical_scissors";
   s.geometry.gauge_m = 0.008;
-  s.shape = shape;
-  s.flaw = flaw;
+  s.shape = medical_scissors_shape;
+  s.flaw = medical_scissors_flaw;
   s.edges = 2;
   return s;
 }

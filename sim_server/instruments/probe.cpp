@@ -5,7 +5,7 @@
 namespace sectio {
 namespace {
 
-InstrumentShape shape(const ToolGeometry& g, const InstrumentState&) {
+InstrumentShape probe_shape(const ToolGeometry& g, const InstrumentState&) {
   return {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m, g.a_tool_m, g.a_tool_m, std::nullopt};
 }
 
@@ -21,7 +21,7 @@ InstrumentKind probe() {
   // A is the middle of the round end, CD the side of the rod.
   p.geometry = {Vec3::Zero(), Vec3(0, 0, 0.05), Vec3(0.0015, 0, 0.0015), Vec3(0.0015, 0, 0.05)};
   p.geometry.sphere_radius_m = 0.0015;
-  p.shape = shape;
+  p.shape = probe_shape;
   p.decide = probe_decide;
   p.flaw = corners_flaw;
   p.presses_with_tip = true;

@@ -3,7 +3,7 @@
 namespace sectio {
 namespace {
 
-CutDecision decide(const Situation& s) {
+CutDecision scalpel_decide(const Situation& s) {
   if (!s.crossings.ab) return CutDecision::detect_again;
   if (s.crossings.ac) return s.correct_direction ? CutDecision::cut : CutDecision::push_back;
   return s.crossings.bd ? CutDecision::push_out : CutDecision::deform_with_shaft;
@@ -39,7 +39,7 @@ InstrumentKind scalpel() {
   InstrumentKind s;
   s.name = "scalpel";
   s.shape = scalpel_shape;
-  s.decide = decide;
+  s.decide = scalpel_decide;
   s.flaw = blade_flaw;
   s.presses_with_tip = true;
   s.tip_pierces = true;
