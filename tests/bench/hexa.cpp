@@ -1,18 +1,15 @@
 // Lattice hexahedra against a plain loop with Eigen over an array of structures, in one run: the same energy, gravity,
 // damping and integration. The last lines give the ratios and what it costs to make a lattice.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 #include <string>
 
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/volume/tets/tet_cut.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/tet_shapes.h"
 
+namespace sectio::hexa_bench {
 namespace {
-
-using namespace sectio;
 
 constexpr double kStep = 1e-4, kSide = 0.1;
 const Vec3 kGravity(0, 0, -9.81);
@@ -156,14 +153,6 @@ void follow_cuts(benchmark::State& state) {
   count(state, model.lattice().cells.size());
 }
 
-BENCHMARK(plain_elements)->Arg(8)->Arg(20);
-BENCHMARK(hexahedra)->Arg(8)->Arg(20);
-BENCHMARK(avx2_hexahedra)->Arg(8)->Arg(20);
-BENCHMARK(avx512_hexahedra)->Arg(8)->Arg(20);
-BENCHMARK(implicit_sweep)->Arg(8);
-BENCHMARK(make_lattice)->Arg(8)->Arg(20);
-BENCHMARK(follow_cuts)->Arg(8)->Arg(20);
-
 void print_ratios(const bench::BestTimes& best) {
   for (const char* across : {"8", "20"}) {
     const auto time = [&](const char* of) {
@@ -177,8 +166,16 @@ void print_ratios(const bench::BestTimes& best) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("hexa", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("plain_elements", plain_elements)->Arg(8)->Arg(20);
+  benchmark::RegisterBenchmark("hexahedra", hexahedra)->Arg(8)->Arg(20);
+  benchmark::RegisterBenchmark("avx2_hexahedra", avx2_hexahedra)->Arg(8)->Arg(20);
+  benchmark::RegisterBenchmark("avx512_hexahedra", avx512_hexahedra)->Arg(8)->Arg(20);
+  benchmark::RegisterBenchmark("implicit_sweep", implicit_sweep)->Arg(8);
+  benchmark::RegisterBenchmark("make_lattice", make_lattice)->Arg(8)->Arg(20);
+  benchmark::RegisterBenchmark("follow_cuts", follow_cuts)->Arg(8)->Arg(20);
   return bench::run(argc, argv, print_ratios);
-}
+});
+
+}  // namespace
+}  // namespace sectio::hexa_bench

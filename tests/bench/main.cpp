@@ -1,17 +1,15 @@
-// The best time of each benchmark of a run, for ratios within it. Speeds are judged by these: a machine's own speed
-// and its other work cancel out. Time is the processor's: what waits for a core is not slow.
-#pragma once
-
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
-#include <map>
-#include <string>
+#include <cstdio>
+
+#include "tests/bench/bench.h"
 
 namespace sectio::bench {
+namespace {
 
-// By "function/arguments", in the unit that the benchmark reports.
-using BestTimes = std::map<std::string, double>;
+std::map<std::string, int (*)(int argc, char** argv)>& subjects() {
+  static std::map<std::string, int (*)(int argc, char** argv)> subjects;
+  return subjects;
+}
 
 // Passes everything on to a reporter of the library.
 template <class Base>
@@ -29,9 +27,13 @@ class KeepBest : public Base {
   BestTimes times;
 };
 
-// main() of a benchmark that ends with ratios. `print` writes to stderr: the report proper stays readable by machines.
-template <class Print>
-int run(int argc, char** argv, const Print& print) {
+}  // namespace
+
+Subject::Subject(const char* name, int (*run)(int argc, char** argv)) {
+  subjects()[name] = run;
+}
+
+int run(int argc, char** argv, const std::function<void(const BestTimes&)>& print) {
   bool json = false;
   for (int i = 1; i < argc; ++i) json = json || std::string(argv[i]) == "--benchmark_format=json";
   benchmark::Initialize(&argc, argv);
@@ -45,3 +47,12 @@ int run(int argc, char** argv, const Print& print) {
 }
 
 }  // namespace sectio::bench
+
+// Without a subject it says which there are.
+int main(int argc, char** argv) {
+  const auto& subjects = sectio::bench::subjects();
+  const auto subject = subjects.find(argc > 1 ? argv[1] : "");
+  if (subject != subjects.end()) return subject->second(argc - 1, argv + 1);
+  for (const auto& [name, run] : subjects) std::puts(name.c_str());
+  return argc > 1 ? 2 : 0;
+}

@@ -9,17 +9,15 @@
 //   churns     it jumps to another face in every step: all is undone and made anew
 //
 // The same on a block of tetrahedra, by moving vertices: a probe with a ball of 1.5 mm, and of 4 mm, rests, and slides.
-#include <benchmark/benchmark.h>
-
 #include <array>
 #include <cstdio>
 
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::press_bench {
 namespace {
 
 constexpr double kRadius_m = 0.06, kTop_m = 0.03, kDepth_m = 0.003;
@@ -143,19 +141,13 @@ void ball_of_4_mm(benchmark::State& state) {
 void ball_of_4_mm_slides(benchmark::State& state) {
   block(state, 0.004, 0.02);
 }
-#define VOLUMES ->Arg(6000)->Arg(24000)->Iterations(500)->Repetitions(3)->Unit(benchmark::kMicrosecond)
-BENCHMARK(block_alone) VOLUMES;
-BENCHMARK(ball_of_1_5_mm) VOLUMES;
-BENCHMARK(ball_of_4_mm) VOLUMES;
-BENCHMARK(ball_of_4_mm_slides) VOLUMES;
+void volumes(benchmark::internal::Benchmark* b) {
+  b->Arg(6000)->Arg(24000)->Iterations(500)->Repetitions(3)->Unit(benchmark::kMicrosecond);
+}
 
-#define SIZES ->Arg(3)->Arg(5)->Iterations(4000)->Repetitions(3)->Unit(benchmark::kMicrosecond)
-BENCHMARK(untouched) SIZES;
-BENCHMARK(asleep) SIZES;
-BENCHMARK(vertices) SIZES;
-BENCHMARK(rests) SIZES;
-BENCHMARK(slides) SIZES;
-BENCHMARK(churns) SIZES;
+void sizes(benchmark::internal::Benchmark* b) {
+  b->Arg(3)->Arg(5)->Iterations(4000)->Repetitions(3)->Unit(benchmark::kMicrosecond);
+}
 
 void print_ratios(const bench::BestTimes& best) {
   for (const std::string tetrahedra : {"6000", "24000"}) {
@@ -177,9 +169,19 @@ void print_ratios(const bench::BestTimes& best) {
   }
 }
 
-}  // namespace
-}  // namespace sectio
+const bench::Subject subject("press", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("block_alone", block_alone)->Apply(volumes);
+  benchmark::RegisterBenchmark("ball_of_1_5_mm", ball_of_1_5_mm)->Apply(volumes);
+  benchmark::RegisterBenchmark("ball_of_4_mm", ball_of_4_mm)->Apply(volumes);
+  benchmark::RegisterBenchmark("ball_of_4_mm_slides", ball_of_4_mm_slides)->Apply(volumes);
+  benchmark::RegisterBenchmark("untouched", untouched)->Apply(sizes);
+  benchmark::RegisterBenchmark("asleep", asleep)->Apply(sizes);
+  benchmark::RegisterBenchmark("vertices", vertices)->Apply(sizes);
+  benchmark::RegisterBenchmark("rests", rests)->Apply(sizes);
+  benchmark::RegisterBenchmark("slides", slides)->Apply(sizes);
+  benchmark::RegisterBenchmark("churns", churns)->Apply(sizes);
+  return bench::run(argc, argv, print_ratios);
+});
 
-int main(int argc, char** argv) {
-  return sectio::bench::run(argc, argv, sectio::print_ratios);
-}
+}  // namespace
+}  // namespace sectio::press_bench

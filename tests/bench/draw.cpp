@@ -8,10 +8,10 @@
 
 #include "render_client/draw/body_mesh.h"
 #include "render_client/draw/draw_frame.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_bench {
 namespace {
 
 constexpr int kWidth = 1280, kHeight = 720;
@@ -113,14 +113,14 @@ void print(const bench::BestTimes& times) {
       std::fprintf(stderr, "%-32s %.1f ms, %.0f pictures/s\n", scenery.name, frame_ms, 1000 / frame_ms);
 }
 
-}  // namespace
-}  // namespace sectio
-
-int main(int argc, char** argv) {
+const bench::Subject subject("draw", [](int argc, char** argv) {
   setenv("LP_NUM_THREADS", "1", 1);
-  for (const auto& wanted : {sectio::kPlain, sectio::kShadow, sectio::kRegion, sectio::kPerPixel, sectio::kEverything})
-    sectio::add(wanted.name, [wanted](benchmark::State& state) { sectio::draw_skin(state, wanted); });
-  for (const auto& scenery : sectio::kSceneries)
-    sectio::add(scenery.name, [scenery](benchmark::State& state) { sectio::draw_frame(state, scenery); });
-  return sectio::bench::run(argc, argv, sectio::print);
-}
+  for (const auto& wanted : {kPlain, kShadow, kRegion, kPerPixel, kEverything})
+    add(wanted.name, [wanted](benchmark::State& state) { draw_skin(state, wanted); });
+  for (const auto& scenery : kSceneries)
+    add(scenery.name, [scenery](benchmark::State& state) { draw_frame(state, scenery); });
+  return bench::run(argc, argv, print);
+});
+
+}  // namespace
+}  // namespace sectio::draw_bench

@@ -1,16 +1,15 @@
 // A checkpoint of a liver of 40 000 triangles in the middle of a cut, beside a step of its simulation: the time of the
 // simulation's thread, that of the thread that writes, and the way back. A checkpoint a second costs
 // 100 (save + bytes) / 1 s % of a core, and its writing to the disk.
-#include <benchmark/benchmark.h>
-
+#include "sim_server/session/checkpoint.h"
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/scene/mesh_import.h"
-#include "sim_server/session/checkpoint.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
+#include "tests/bench/bench.h"
 
-namespace sectio {
+namespace sectio::checkpoint_bench {
 namespace {
 
 constexpr std::uint64_t kInTheCut = 2500;  // steps
@@ -44,21 +43,18 @@ void step(benchmark::State& state) {
   std::uint64_t step = kInTheCut;
   for (auto _ : state) cut().take(++step);
 }
-BENCHMARK(step)->Iterations(500)->Unit(benchmark::kMillisecond);
 
 void save(benchmark::State& state) {
   std::size_t bytes = 0;
   for (auto _ : state) bytes = cut().simulation.save().value().size();
   state.counters["bytes"] = static_cast<double>(bytes);
 }
-BENCHMARK(save)->Unit(benchmark::kMillisecond);
 
 void bytes_with_their_checksum(benchmark::State& state) {
   Checkpoint checkpoint;
   checkpoint.simulation = cut().simulation.save().value();
   for (auto _ : state) benchmark::DoNotOptimize(to_bytes(checkpoint));
 }
-BENCHMARK(bytes_with_their_checksum)->Unit(benchmark::kMillisecond);
 
 void load(benchmark::State& state) {
   const std::vector<std::uint8_t> saved = cut().simulation.save().value();
@@ -67,7 +63,14 @@ void load(benchmark::State& state) {
     simulation.load(saved);
   }
 }
-BENCHMARK(load)->Unit(benchmark::kMillisecond);
+
+const bench::Subject subject("checkpoint", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("step", step)->Iterations(500)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("save", save)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("bytes_with_their_checksum", bytes_with_their_checksum)->Unit(benchmark::kMillisecond);
+  benchmark::RegisterBenchmark("load", load)->Unit(benchmark::kMillisecond);
+  return bench::run(argc, argv);
+});
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::checkpoint_bench

@@ -3,19 +3,17 @@
 // faces are read, so that it must not matter.
 //
 // The last lines give the ratios (stderr): of each template to figure 10 right, and of the largest pad to the smallest.
-#include <benchmark/benchmark.h>
-
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
 
 #include "sim_server/surface/cutting/template_cut.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/mesh_at_rest.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::templates_bench {
 namespace {
 
 constexpr double kTop_m = 0.02;
@@ -80,10 +78,6 @@ void step(benchmark::State& state) {
   state.counters["per_face"] =
       benchmark::Counter(static_cast<double>(faces), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(step)
-    ->ArgsProduct({benchmark::CreateDenseRange(0, 6, 1), {2000, 2000000}})
-    ->Repetitions(3)
-    ->Unit(benchmark::kMicrosecond);
 
 void print_ratios(const bench::BestTimes& best) {
   const auto time = [&](std::size_t figure, const char* times) {
@@ -98,9 +92,13 @@ void print_ratios(const bench::BestTimes& best) {
           kSituations[i].figure, time(i, "2000") / time(1, "2000"), time(i, "2000000") / time(i, "2000"));
 }
 
-}  // namespace
-}  // namespace sectio
+const bench::Subject subject("templates", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("step", step)
+      ->ArgsProduct({benchmark::CreateDenseRange(0, 6, 1), {2000, 2000000}})
+      ->Repetitions(3)
+      ->Unit(benchmark::kMicrosecond);
+  return bench::run(argc, argv, print_ratios);
+});
 
-int main(int argc, char** argv) {
-  return sectio::bench::run(argc, argv, sectio::print_ratios);
-}
+}  // namespace
+}  // namespace sectio::templates_bench

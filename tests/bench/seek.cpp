@@ -1,15 +1,14 @@
 // The way to any moment of a record (SECTIO_RECORD=FILE.mcap), as `sim_server play` goes it. Without a file there is
 // nothing to measure.
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <random>
 
 #include "common/core/processor_time.h"
 #include "sim_server/net/played_record.h"
+#include "tests/bench/bench.h"
 
-namespace sectio {
+namespace sectio::seek_bench {
 namespace {
 
 const char* record_path() {
@@ -35,12 +34,13 @@ void seek_in_record(benchmark::State& state) {
   state.counters["record_s"] = record.end_s();
 }
 
-const bool is_registered = [] {
-  if (*record_path() == 0) return false;
-  benchmark::RegisterBenchmark("open_record", open_record)->Unit(benchmark::kMillisecond);
-  benchmark::RegisterBenchmark("seek_in_record", seek_in_record)->Unit(benchmark::kMillisecond)->Iterations(100);
-  return true;
-}();
+const bench::Subject subject("seek", [](int argc, char** argv) {
+  if (*record_path() != 0) {
+    benchmark::RegisterBenchmark("open_record", open_record)->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark("seek_in_record", seek_in_record)->Unit(benchmark::kMillisecond)->Iterations(100);
+  }
+  return bench::run(argc, argv);
+});
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::seek_bench

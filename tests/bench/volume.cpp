@@ -1,8 +1,6 @@
 // The volume models against plain loops over springs and elements, in one run: the same springs or elements, gravity,
 // damping and integration. The last lines give the ratios, and that of a sweep of the implicit driver to an evaluation
 // by the explicit one.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 #include <string>
 
@@ -10,12 +8,11 @@
 #include "sim_server/deformation/tetra/tet_solid.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "sim_server/deformation/tetra/tet_star.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/tet_shapes.h"
 
+namespace sectio::volume_bench {
 namespace {
-
-using namespace sectio;
 
 constexpr double kStep = 1e-4;
 const Vec3 kGravity(0, 0, -9.81);
@@ -176,14 +173,6 @@ void implicit_sweep(benchmark::State& state) {
   count(state, "tet", mesh.tetrahedra.size());
 }
 
-BENCHMARK(plain_springs)->Arg(6)->Arg(12);
-BENCHMARK(springs)->Arg(6)->Arg(12);
-BENCHMARK(plain_elements)->Arg(6)->Arg(12)->Arg(24);
-BENCHMARK(explicit_elements)->Arg(6)->Arg(12)->Arg(24);
-BENCHMARK(avx2_elements)->Arg(6)->Arg(12)->Arg(24);
-BENCHMARK(avx512_elements)->Arg(6)->Arg(12)->Arg(24);
-BENCHMARK(implicit_sweep)->Arg(6)->Arg(12)->Arg(24);
-
 void print_ratios(const bench::BestTimes& best) {
   const auto ratio = [&](const std::string& of, const std::string& to, const std::string& cubes) {
     const auto a = best.find(of + "/" + cubes), b = best.find(to + "/" + cubes);
@@ -197,8 +186,16 @@ void print_ratios(const bench::BestTimes& best) {
                  ratio("implicit_sweep", "explicit_elements", cubes));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("volume", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("plain_springs", plain_springs)->Arg(6)->Arg(12);
+  benchmark::RegisterBenchmark("springs", springs)->Arg(6)->Arg(12);
+  benchmark::RegisterBenchmark("plain_elements", plain_elements)->Arg(6)->Arg(12)->Arg(24);
+  benchmark::RegisterBenchmark("explicit_elements", explicit_elements)->Arg(6)->Arg(12)->Arg(24);
+  benchmark::RegisterBenchmark("avx2_elements", avx2_elements)->Arg(6)->Arg(12)->Arg(24);
+  benchmark::RegisterBenchmark("avx512_elements", avx512_elements)->Arg(6)->Arg(12)->Arg(24);
+  benchmark::RegisterBenchmark("implicit_sweep", implicit_sweep)->Arg(6)->Arg(12)->Arg(24);
   return bench::run(argc, argv, print_ratios);
-}
+});
+
+}  // namespace
+}  // namespace sectio::volume_bench

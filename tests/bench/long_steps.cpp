@@ -1,18 +1,18 @@
 // Long steps of the implicit driver: bars that are let go under their own weight, explicitly and in implicit steps of
 // 1, 16.7 and 33 ms. One line a run: the processor's time for a simulated second and for a step, iterations of Newton's
 // method and products with the Hessian in a step, what is left over, and how far down the tip gets. Then what the parts
-// of a step cost. The last lines are ratios within the run. `bench_long_steps 2` does the two smaller bars only.
+// of a step cost. The last lines are ratios within the run. `bench long_steps 2` does the two smaller bars only.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 
 #include "sim_server/deformation/rigid_aggregates.h"
 #include "sim_server/deformation/tetra/tet_solid.h"
+#include "tests/bench/bench.h"
 #include "tests/support/tet_shapes.h"
 
+namespace sectio::long_steps_bench {
 namespace {
-
-using namespace sectio;
 
 double processor_time_s() {
   timespec t{};
@@ -104,9 +104,7 @@ Run run(const Bar& bar, double step_s, VolumeIntegrator integrator) {
   return r;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("long_steps", [](int argc, char** argv) {
   const std::vector<Bar> bars{{20, 4, 1.5}, {40, 9, 1}, {64, 16, 0.3}};
   const std::size_t count = argc > 1 ? static_cast<std::size_t>(std::atoi(argv[1])) : bars.size();
   std::printf("%10s %8s %10s %9s %7s %8s %9s %9s %8s %9s\n", "tetrahedra", "step ms", "s/s", "ms a step", "Newton",
@@ -133,4 +131,8 @@ int main(int argc, char** argv) {
     }
     print_parts(bar);
   }
-}
+  return 0;
+});
+
+}  // namespace
+}  // namespace sectio::long_steps_bench

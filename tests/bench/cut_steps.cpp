@@ -10,8 +10,9 @@
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
+#include "tests/bench/bench.h"
 
-namespace sectio {
+namespace sectio::cut_steps_bench {
 namespace {
 
 constexpr int kTimes = 3;
@@ -62,13 +63,13 @@ void run(const char* name, Scene scene) {
   print("  other steps", other_s);
 }
 
-}  // namespace
-}  // namespace sectio
-
-int main() {
-  using namespace sectio;
+const bench::Subject subject("cut_steps", [](int, char**) {
   for (const char* name : {"liver_incision", "kidney_loop"}) run(name, scene_of(name));
   Scene bar = scene_of("bar_volume_cut");
   bar.bodies[0].volume.tetrahedra = 20000;
   run("bar_volume_cut", std::move(bar));
-}
+  return 0;
+});
+
+}  // namespace
+}  // namespace sectio::cut_steps_bench

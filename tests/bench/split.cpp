@@ -1,17 +1,15 @@
 // Does anything come off? Triangles looked at and time for it, on grids of 2 k to 2 M triangles (argument: thousands),
 // in the three cases of parts.h: a change that hangs together, one that comes off, one that meets around a slit.
-#include <benchmark/benchmark.h>
-
 #include <cmath>
 #include <map>
 
 #include "sim_server/components/leave.h"
 #include "sim_server/components/parts.h"
+#include "tests/bench/bench.h"
 #include "tests/support/shapes.h"
 
+namespace sectio::split_bench {
 namespace {
-
-using namespace sectio;
 
 // A slab of about `thousands` x 1000 triangles, and apart from it a cube of 1200.
 const TriangleMesh& slab_and_cube(std::int64_t thousands) {
@@ -60,11 +58,18 @@ void leaves(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(leave(mesh, part));
 }
 
-#define SIZES ->Arg(2)->Arg(20)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond)
-BENCHMARK(hangs_together) SIZES;
-BENCHMARK(comes_off) SIZES;
-BENCHMARK(meets_20_squares_away) SIZES;
-BENCHMARK(leaves) SIZES;
-BENCHMARK(whole_mesh) SIZES;
+void sizes(benchmark::internal::Benchmark* b) {
+  b->Arg(2)->Arg(20)->Arg(200)->Arg(2000)->Unit(benchmark::kMicrosecond);
+}
+
+const bench::Subject subject("split", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("hangs_together", hangs_together)->Apply(sizes);
+  benchmark::RegisterBenchmark("comes_off", comes_off)->Apply(sizes);
+  benchmark::RegisterBenchmark("meets_20_squares_away", meets_20_squares_away)->Apply(sizes);
+  benchmark::RegisterBenchmark("leaves", leaves)->Apply(sizes);
+  benchmark::RegisterBenchmark("whole_mesh", whole_mesh)->Apply(sizes);
+  return bench::run(argc, argv);
+});
 
 }  // namespace
+}  // namespace sectio::split_bench

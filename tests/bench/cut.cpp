@@ -6,18 +6,16 @@
 //   plan_and_accept  planning and the change of topology alone.
 //
 // The last lines give the ratios of the largest to the smallest body (stderr).
-#include <benchmark/benchmark.h>
-
 #include <array>
 #include <cstdio>
 
 #include "common/core/processor_time.h"
 #include "sim_server/surface/surface_engines.h"
 #include "sim_server/world/body.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::cut_bench {
 namespace {
 
 constexpr double kCell_m = 0.002;
@@ -116,8 +114,6 @@ void sizes(benchmark::internal::Benchmark* b) {
   for (const std::int64_t triangles : {2'000, 20'000, 200'000, 2'000'000}) b->Arg(triangles);
   b->Iterations(kSteps)->Repetitions(3)->UseManualTime()->Unit(benchmark::kMicrosecond);
 }
-BENCHMARK(cut_step)->Apply(sizes);
-BENCHMARK(plan_and_accept)->Apply(sizes);
 
 void print_ratios(const bench::BestTimes& best) {
   for (const std::string name : {"cut_step/", "plan_and_accept/"}) {
@@ -129,9 +125,11 @@ void print_ratios(const bench::BestTimes& best) {
   }
 }
 
-}  // namespace
-}  // namespace sectio
+const bench::Subject subject("cut", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("cut_step", cut_step)->Apply(sizes);
+  benchmark::RegisterBenchmark("plan_and_accept", plan_and_accept)->Apply(sizes);
+  return bench::run(argc, argv, print_ratios);
+});
 
-int main(int argc, char** argv) {
-  return sectio::bench::run(argc, argv, sectio::print_ratios);
-}
+}  // namespace
+}  // namespace sectio::cut_bench

@@ -1,7 +1,5 @@
 // The spring kernel against a plain array-of-structures loop over edges: the same springs, home springs, gravity,
 // damping and integration, in one run. Counter ns_per_spring_step; the last lines give the ratios.
-#include <benchmark/benchmark.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,12 +9,11 @@
 #include "common/mesh/triangle_mesh.h"
 #include "sim_server/deformation/spring_kernel.h"
 #include "sim_server/deformation/surface_springs.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/unit/deformation/shapes.h"
 
+namespace sectio::springs_bench {
 namespace {
-
-using namespace sectio;
 
 // An icosahedron, each triangle split in four until there are enough: closed, any size, and numbered as meshes from
 // files are: neighbours are often, but not always, near in memory.
@@ -139,12 +136,6 @@ void local_update(benchmark::State& state) {
   state.counters["triangles"] = static_cast<double>(mesh.triangle_count());
 }
 
-BENCHMARK(plain_loop)->Arg(1280)->Arg(20480)->Arg(81920);
-BENCHMARK(sell_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
-BENCHMARK(avx2_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
-BENCHMARK(avx512_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
-BENCHMARK(local_update)->Arg(1280)->Arg(20480)->Arg(327680);
-
 // To stderr, as in "speed-up over the plain loop, 1280 triangles: 7.5 (avx2 5.0, avx512 7.7)": of a whole step, and of
 // the inner loops alone.
 void print_ratios(const bench::BestTimes& best) {
@@ -161,8 +152,14 @@ void print_ratios(const bench::BestTimes& best) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("springs", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("plain_loop", plain_loop)->Arg(1280)->Arg(20480)->Arg(81920);
+  benchmark::RegisterBenchmark("sell_kernel", sell_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
+  benchmark::RegisterBenchmark("avx2_kernel", avx2_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
+  benchmark::RegisterBenchmark("avx512_kernel", avx512_kernel)->Arg(1280)->Arg(20480)->Arg(81920);
+  benchmark::RegisterBenchmark("local_update", local_update)->Arg(1280)->Arg(20480)->Arg(327680);
   return bench::run(argc, argv, print_ratios);
-}
+});
+
+}  // namespace
+}  // namespace sectio::springs_bench

@@ -2,8 +2,6 @@
 // an i7-3770K at 3.5 GHz. Here: the model's step alone, and a step of the whole simulation of
 // deploy/scenes/paper_box.yaml (three instruments, contact, grips and cuts) in the mean over the scene. The last lines
 // compare.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 #include <fstream>
 #include <string>
@@ -13,11 +11,10 @@
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"
 #include "sim_server/simulation.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 
+namespace sectio::paper_box_bench {
 namespace {
-
-using namespace sectio;
 
 constexpr double kPapersSteps_per_s = 150;
 
@@ -60,9 +57,6 @@ void scene_of_paper(benchmark::State& state) {
   state.counters["steps"] = static_cast<double>(steps);
 }
 
-BENCHMARK(model)->Unit(benchmark::kNanosecond);
-BENCHMARK(scene_of_paper)->Unit(benchmark::kNanosecond)->Repetitions(3);
-
 std::string processor() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);)
@@ -70,10 +64,10 @@ std::string processor() {
   return "an unknown processor";
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  return sectio::bench::run(argc, argv, [](const sectio::bench::BestTimes& times) {
+const bench::Subject subject("paper_box", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("model", model)->Unit(benchmark::kNanosecond);
+  benchmark::RegisterBenchmark("scene_of_paper", scene_of_paper)->Unit(benchmark::kNanosecond)->Repetitions(3);
+  return bench::run(argc, argv, [](const bench::BestTimes& times) {
     if (times.empty()) return;
     const auto compare = [](const char* what, double steps_per_s) {
       std::fprintf(stderr, "%s: %.0f steps per second, %.0f times the paper's %.0f\n", what, steps_per_s,
@@ -82,8 +76,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "on one core of %s\n", processor().c_str());
     for (const auto& [name, ns] : times) {
       if (name.starts_with("model")) compare("the model alone", 1e9 / ns);
-      if (name.starts_with("scene"))
-        compare("the whole step", 1e9 * static_cast<double>(sectio::steps_of(scene(), 0)) / ns);
+      if (name.starts_with("scene")) compare("the whole step", 1e9 * static_cast<double>(steps_of(scene(), 0)) / ns);
     }
   });
-}
+});
+
+}  // namespace
+}  // namespace sectio::paper_box_bench

@@ -2,20 +2,17 @@
 // and 25 000 springs of a volume at 1 kHz, and 8000 lattice hexahedra. Each is as stiff as soft tissue, its step of 1
 // ms stable or divided into parts that are; whatever the simulation does around the model is not in it. The last lines
 // give the fractions.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 
 #include "sim_server/deformation/hexa/hex_solid.h"
 #include "sim_server/deformation/surface_springs.h"
 #include "sim_server/deformation/tetra/tet_springs.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 
+namespace sectio::aims_bench {
 namespace {
-
-using namespace sectio;
 
 constexpr double kStep_s = 0.001;
 
@@ -61,17 +58,17 @@ void hexahedra(benchmark::State& state) {
   run(state, mesh, model, "hexahedra", model.lattice().cells.size());
 }
 
-BENCHMARK(surface_springs)->Unit(benchmark::kMicrosecond);
-BENCHMARK(springs)->Arg(9)->Unit(benchmark::kMicrosecond);
-BENCHMARK(hexahedra)->Arg(20)->Unit(benchmark::kMicrosecond);
-
 void print_fractions(const bench::BestTimes& best) {
   for (const auto& [name, us] : best)
     std::fprintf(stderr, "%s: %.3f of one core in real time\n", name.c_str(), 1e-6 * us / kStep_s);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("aims", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("surface_springs", surface_springs)->Unit(benchmark::kMicrosecond);
+  benchmark::RegisterBenchmark("springs", springs)->Arg(9)->Unit(benchmark::kMicrosecond);
+  benchmark::RegisterBenchmark("hexahedra", hexahedra)->Arg(20)->Unit(benchmark::kMicrosecond);
   return bench::run(argc, argv, print_fractions);
-}
+});
+
+}  // namespace
+}  // namespace sectio::aims_bench

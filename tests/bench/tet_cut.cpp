@@ -1,18 +1,15 @@
 // One stroke's cut, begun where it is known to begin, in volumes of a thousand to a million tetrahedra of one size:
 // time for each tetrahedron that it crosses. The last lines give the growth.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 #include <map>
 #include <string>
 
 #include "sim_server/volume/tets/tet_cut.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/tet_shapes.h"
 
+namespace sectio::tet_cut_bench {
 namespace {
-
-using namespace sectio;
 
 constexpr double kCell = 0.005;
 
@@ -54,7 +51,6 @@ void cut_volume(benchmark::State& state) {
   state.counters["us_per_crossed"] =
       benchmark::Counter(1e-6 * crossed, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(cut_volume)->Arg(8)->Arg(16)->Arg(32)->Arg(58);
 
 void print_ratios(const bench::BestTimes& best) {
   const auto small = best.find("cut_volume/8"), large = best.find("cut_volume/58");
@@ -63,8 +59,10 @@ void print_ratios(const bench::BestTimes& best) {
                large->second / small->second);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("tet_cut", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("cut_volume", cut_volume)->Arg(8)->Arg(16)->Arg(32)->Arg(58);
   return bench::run(argc, argv, print_ratios);
-}
+});
+
+}  // namespace
+}  // namespace sectio::tet_cut_bench

@@ -1,12 +1,13 @@
 // Collision on organs of 10 k, 50 k and 200 k triangles: global queries, the local walk, the update of the tree.
-#include <benchmark/benchmark.h>
-
 #include <memory>
 
+#include "tests/bench/bench.h"
 #include "tests/unit/collision/surfaces.h"
 
-namespace sectio::collision_test {
+namespace sectio::collision_bench {
 namespace {
+
+using namespace collision_test;
 
 // One body of each size for all benchmarks; 8 n^2 triangles.
 struct Organ {
@@ -131,15 +132,18 @@ void sizes(benchmark::internal::Benchmark* b) {
   b->Arg(35)->Arg(79)->Arg(158)->Unit(benchmark::kMicrosecond);
 }
 
-BENCHMARK(build)->Apply(sizes);
-BENCHMARK(global_first_hit)->Apply(sizes);
-BENCHMARK(global_swept_segment)->Apply(sizes);
-BENCHMARK(follow_instrument)->Apply(sizes);
-BENCHMARK(far_instrument)->Apply(sizes);
-BENCHMARK(update_20_changed)->Apply(sizes);
-BENCHMARK(update_1000_changed)->Apply(sizes);
-BENCHMARK(scan_of_still_vertices)->Apply(sizes);
-BENCHMARK(refit_of_moved_body)->Apply(sizes);
+const bench::Subject subject("collision", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("build", build)->Apply(sizes);
+  benchmark::RegisterBenchmark("global_first_hit", global_first_hit)->Apply(sizes);
+  benchmark::RegisterBenchmark("global_swept_segment", global_swept_segment)->Apply(sizes);
+  benchmark::RegisterBenchmark("follow_instrument", follow_instrument)->Apply(sizes);
+  benchmark::RegisterBenchmark("far_instrument", far_instrument)->Apply(sizes);
+  benchmark::RegisterBenchmark("update_20_changed", update_20_changed)->Apply(sizes);
+  benchmark::RegisterBenchmark("update_1000_changed", update_1000_changed)->Apply(sizes);
+  benchmark::RegisterBenchmark("scan_of_still_vertices", scan_of_still_vertices)->Apply(sizes);
+  benchmark::RegisterBenchmark("refit_of_moved_body", refit_of_moved_body)->Apply(sizes);
+  return bench::run(argc, argv);
+});
 
 }  // namespace
-}  // namespace sectio::collision_test
+}  // namespace sectio::collision_bench

@@ -1,8 +1,6 @@
 // A step's cut in a body that is a volume, everything included but the deformation: the blade's way, the plan, the
 // surface's delta, the model's rows, the collision tree. One notch of the same size in blocks of a thousand to a
 // million tetrahedra of one size; time for each tetrahedron that is cut. The last lines give the growth.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 #include <map>
 #include <string>
@@ -11,12 +9,11 @@
 #include "sim_server/engine/standard_engines.h"
 #include "sim_server/volume/volume_cutting.h"
 #include "sim_server/world/body.h"
-#include "tests/bench/best_times.h"
+#include "tests/bench/bench.h"
 #include "tests/support/tet_shapes.h"
 
+namespace sectio::volume_cut_bench {
 namespace {
-
-using namespace sectio;
 
 constexpr double kCell = 0.005;
 
@@ -101,8 +98,6 @@ void notch(benchmark::State& state, const std::string& model) {
   state.counters["cut"] = static_cast<double>(tetrahedra);
   us_per_cut[model + "/" + std::to_string(state.range(0))] = 1e6 * least_s / static_cast<double>(tetrahedra);
 }
-BENCHMARK_CAPTURE(notch, neo_hookean, "neo_hookean")->Arg(6)->Arg(12)->Arg(32)->Arg(58)->UseManualTime()->Iterations(5);
-BENCHMARK_CAPTURE(notch, tetra_springs, "tetra_springs")->Arg(6)->Arg(12)->Arg(32)->UseManualTime()->Iterations(5);
 
 void print_ratios(const bench::BestTimes&) {
   for (const auto& [name, us] : us_per_cut)
@@ -113,8 +108,22 @@ void print_ratios(const bench::BestTimes&) {
       std::fprintf(stderr, "%s against %s: %.2f times as long\n", large, small, us_per_cut[large] / us_per_cut[small]);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+const bench::Subject subject("volume_cut", [](int argc, char** argv) {
+  benchmark::RegisterBenchmark("notch/neo_hookean", notch, "neo_hookean")
+      ->Arg(6)
+      ->Arg(12)
+      ->Arg(32)
+      ->Arg(58)
+      ->UseManualTime()
+      ->Iterations(5);
+  benchmark::RegisterBenchmark("notch/tetra_springs", notch, "tetra_springs")
+      ->Arg(6)
+      ->Arg(12)
+      ->Arg(32)
+      ->UseManualTime()
+      ->Iterations(5);
   return bench::run(argc, argv, print_ratios);
-}
+});
+
+}  // namespace
+}  // namespace sectio::volume_cut_bench
