@@ -71,7 +71,7 @@ TEST(Springs, S_4_are_bounded_and_tangle) {
   }
 }
 
-// Descent in test_tetra and HexDescent in test_hexa show that no sweep raises the objective of the implicit driver,
+// Descent and HexDescent in test_models show that no sweep raises the objective of the implicit driver,
 // whatever the start; here whole drivers are handed a wreck.
 class Wrecks : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(All, Wrecks, kSolids, name_of);

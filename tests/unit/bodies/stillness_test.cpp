@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-namespace sectio {
+namespace sectio::bodies_test {
 namespace {
 
 constexpr double kStep_s = 0.001, kAfter_s = 1, kBound_m = 1e-4;
@@ -60,4 +60,4 @@ TEST(Stillness, numbers_that_are_none_never_rest) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::bodies_test

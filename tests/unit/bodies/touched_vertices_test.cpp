@@ -7,7 +7,7 @@
 #include "sim_server/bodies/particle_state.h"
 #include "sim_server/bodies/touched_vertices.h"
 
-namespace sectio {
+namespace sectio::bodies_test {
 namespace {
 
 TriangleSoup tetrahedron() {
@@ -63,4 +63,4 @@ TEST(TouchedVertices, are_the_corners_before_and_after) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::bodies_test

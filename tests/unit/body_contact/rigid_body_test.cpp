@@ -254,10 +254,10 @@ TEST(BodyContact, a_crowd_of_contacts_is_reduced_to_those_that_bear) {
   EXPECT_TRUE(std::ranges::any_of(contacts, [](const BodyContact& c) { return c.depth_m > 5e-5; })) << "the deepest";
 }
 
-// Particles of 1 g; some are fixed.
-class Particles final : public DeformationEngine {
+// All weigh 1 g; some are fixed.
+class SomeFixed final : public DeformationEngine {
  public:
-  explicit Particles(std::vector<bool> fixed) : fixed_(std::move(fixed)) {}
+  explicit SomeFixed(std::vector<bool> fixed) : fixed_(std::move(fixed)) {}
 
   void follow(const SharedBody&, const TopologyChange&) override {}
   void step(const SharedBody&, std::span<const PointConstraint>, std::span<Reaction>) override {}
@@ -276,7 +276,7 @@ class Particles final : public DeformationEngine {
 
 // The vertex lies over a fixed corner of a triangle. A free corner has this weight, by rounding when it is little.
 double gained_m_per_s(double weight) {
-  const Particles particles({true, true, true, false});
+  const SomeFixed particles({true, true, true, false});
   const std::vector<Vec4f> x(4, Vec4f(Vec4f::Zero())), v{Vec4f(0, 0, -0.01f, 0), x[0], x[0], x[0]};
   const ContactBody body{nullptr, {x, v}, &particles};
   BodyContact contact;

@@ -6,7 +6,7 @@
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/meshing/tet_file.h"
 
-namespace sectio {
+namespace sectio::commands_test {
 namespace {
 
 int run(std::vector<std::string> words) {
@@ -40,4 +40,4 @@ TEST(MeshCommand, C_IMP_1_what_can_t_be_done_is_refused) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::commands_test

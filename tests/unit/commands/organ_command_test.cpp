@@ -15,7 +15,7 @@
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::commands_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -252,4 +252,4 @@ TEST_F(OrganCommand, a_scene_wraps_its_mesh_itself) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::commands_test

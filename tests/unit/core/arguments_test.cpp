@@ -6,7 +6,7 @@
 
 #include "common/core/error.h"
 
-namespace sectio {
+namespace sectio::core_test {
 namespace {
 
 struct Command {
@@ -180,4 +180,4 @@ TEST(Arguments, exit_codes) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::core_test

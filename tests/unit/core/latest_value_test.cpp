@@ -5,7 +5,7 @@
 #include <array>
 #include <thread>
 
-namespace sectio {
+namespace sectio::core_test {
 namespace {
 
 TEST(LatestValue, nothing_before_the_first_store) {
@@ -59,4 +59,4 @@ TEST(LatestValue, two_threads_never_see_a_torn_or_older_value) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::core_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::core_test {
 namespace {
 
 TEST(Log, one_line_a_message_on_standard_error_with_the_programs_name) {
@@ -47,4 +47,4 @@ TEST(RateLimit, counts_what_it_holds_back) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::core_test

@@ -5,7 +5,7 @@
 #include <map>
 #include <random>
 
-namespace sectio {
+namespace sectio::core_test {
 namespace {
 
 TEST(NumberTable, has_what_a_map_has) {
@@ -38,4 +38,4 @@ TEST(NumberTable, an_empty_one_has_nothing) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::core_test

@@ -7,7 +7,7 @@
 
 #include "common/core/report_figures.h"
 
-namespace sectio {
+namespace sectio::core_test {
 namespace {
 
 TEST(TimeDigest, has_the_quantiles_of_all_that_it_was_given) {
@@ -35,4 +35,4 @@ TEST(TimeDigest, takes_any_duration) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::core_test

@@ -11,7 +11,7 @@
 
 #include "common/core/error.h"
 
-namespace sectio {
+namespace sectio::core_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -107,4 +107,4 @@ TEST_F(WriteFile, follows_a_link) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::core_test

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-namespace sectio {
+namespace sectio::cutting_test {
 namespace {
 
 std::vector<VertexState> ellipse(int n, double long_m, double short_m, double uneven, std::mt19937_64& random) {
@@ -84,4 +84,4 @@ TEST(Cap, moves_as_its_rim_does) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::cutting_test

@@ -12,7 +12,7 @@
 #include "common/messages/validate.h"
 #include "tests/unit/dds/messages.h"
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 using namespace test;
@@ -173,4 +173,4 @@ TEST(Text, names_every_field_and_shortens_long_sequences) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

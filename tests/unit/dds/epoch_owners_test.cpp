@@ -4,7 +4,7 @@
 
 #include <set>
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 class Owners : public testing::Test {
@@ -41,4 +41,4 @@ TEST_F(Owners, a_program_that_announces_many_takes_none_of_another) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

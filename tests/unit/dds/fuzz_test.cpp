@@ -14,7 +14,7 @@
 #include "tests/support/damage.h"
 #include "tests/unit/dds/messages.h"
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 using namespace test;
@@ -91,4 +91,4 @@ TEST(Chunks, of_another_revision_begin_anew) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

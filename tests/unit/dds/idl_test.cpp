@@ -25,7 +25,7 @@
 #include "idl/topology.h"
 #include "tests/unit/dds/messages.h"
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 using namespace test;
@@ -197,4 +197,4 @@ TEST(Idl, fast_cdr_finds_the_values_where_they_belong) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

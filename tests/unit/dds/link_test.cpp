@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 constexpr std::uint64_t kClient = 42;
@@ -65,4 +65,4 @@ TEST(LinkReport, has_a_line_of_its_own_for_hands_and_for_viewers) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

@@ -9,7 +9,7 @@
 #include "common/core/error.h"
 #include "common/dds/participant.h"
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 TEST(Participants, D_9_forty_programs_of_one_host_find_each_other_and_the_sixty_fifth_is_refused) {
@@ -37,4 +37,4 @@ TEST(Participants, D_9_forty_programs_of_one_host_find_each_other_and_the_sixty_
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

@@ -9,7 +9,7 @@
 #include "common/dds/participant.h"
 #include "tests/unit/dds/messages.h"
 
-namespace sectio {
+namespace sectio::dds_test {
 namespace {
 
 struct Expected {
@@ -88,4 +88,4 @@ TEST(Announcement, comes_back_and_is_not_taken_for_that_of_another_program) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::dds_test

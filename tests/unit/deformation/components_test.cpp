@@ -6,7 +6,7 @@
 #include "sim_server/deformation/shape_matching.h"
 #include "tests/unit/deformation/shapes.h"
 
-namespace sectio {
+namespace sectio::deformation_test {
 namespace {
 
 using test::Particles;
@@ -278,4 +278,4 @@ TEST(Displace, accounts_for_the_force) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::deformation_test

@@ -6,7 +6,7 @@
 #include "sim_server/deformation/spring_kernel.h"
 #include "tests/unit/deformation/shapes.h"
 
-namespace sectio {
+namespace sectio::deformation_test {
 namespace {
 
 using test::Particles;
@@ -201,4 +201,4 @@ TEST(SpringKernel, registers_of_8_and_of_16_lanes_give_the_same_bits) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::deformation_test

@@ -7,7 +7,7 @@
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/spring_rows.h"
 
-namespace sectio {
+namespace sectio::deformation_test {
 namespace {
 
 using Model = std::map<VertexId, std::pair<VertexRow, std::vector<HalfEdge>>>;
@@ -108,4 +108,4 @@ TEST(MaxTree, knows_the_greatest) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::deformation_test

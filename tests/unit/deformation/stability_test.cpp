@@ -5,7 +5,7 @@
 #include "sim_server/deformation/spring_star.h"
 #include "tests/unit/deformation/shapes.h"
 
-namespace sectio {
+namespace sectio::deformation_test {
 namespace {
 
 using test::MeshEditor;
@@ -186,4 +186,4 @@ TEST(FineSurface, that_is_fixed_stays_under_its_weight) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::deformation_test

@@ -5,7 +5,7 @@
 
 #include "tests/unit/deformation/shapes.h"
 
-namespace sectio {
+namespace sectio::deformation_test {
 namespace {
 
 using test::Particles;
@@ -188,4 +188,4 @@ TEST(SurfaceSprings, two_runs_give_the_same_bits) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::deformation_test

@@ -3,7 +3,7 @@
 
 #include "tests/unit/deformation/shapes.h"
 
-namespace sectio {
+namespace sectio::deformation_test {
 namespace {
 
 using test::MeshEditor;
@@ -134,4 +134,4 @@ TEST(SurfaceSpringsUpdate, compacts_and_goes_on) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::deformation_test

@@ -10,7 +10,7 @@
 #include "common/core/error.h"
 #include "tests/support/moving_world.h"
 
-namespace sectio {
+namespace sectio::delta_test {
 namespace {
 
 using test::MovingWorld;
@@ -208,4 +208,4 @@ TEST(Journal, without_a_file_is_an_input_error) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::delta_test

@@ -13,7 +13,7 @@
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 using test::difference;
@@ -291,4 +291,4 @@ TEST(Canvas, sizes_that_cannot_be_drawn_are_refused) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

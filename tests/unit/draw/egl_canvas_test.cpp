@@ -6,7 +6,7 @@
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 constexpr int kWidth_px = 322, kHeight_px = 181;
@@ -32,4 +32,4 @@ TEST(EglCanvas, refuses_what_no_canvas_can_be) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

@@ -9,7 +9,7 @@
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 using test::drawn;
@@ -105,4 +105,4 @@ TEST(Matter, skin_has_a_normal_on_each_side_of_a_sharp_edge) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

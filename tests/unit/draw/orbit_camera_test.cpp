@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 constexpr double kAspect = 1.6;
@@ -54,4 +54,4 @@ TEST(OrbitCamera, panning_moves_what_is_seen_with_the_pointer) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 TEST(RegionTable, no_cell_misses_a_part_that_is_there) {
@@ -52,4 +52,4 @@ TEST(RegionTable, most_of_a_body_is_near_few_parts) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

@@ -9,7 +9,7 @@
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 // From above, so that x runs from left to right through the middle row.
@@ -149,4 +149,4 @@ TEST(ColourMap, grows_in_lightness_from_blue_to_yellow) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

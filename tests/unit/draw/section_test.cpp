@@ -6,7 +6,7 @@
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 Image cut_open(const Frame& frame, const SectionPlane& section) {
@@ -53,4 +53,4 @@ TEST(Section, leaves_out_nothing_or_all) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

@@ -8,7 +8,7 @@
 #include "tests/unit/draw/picture_difference.h"
 #include "tests/unit/draw/test_organ.h"
 
-namespace sectio {
+namespace sectio::draw_test {
 namespace {
 
 constexpr test::OrganShape kFine{.rings = 80, .around = 160, .opening_m = 0};
@@ -98,4 +98,4 @@ TEST(TissueNoise, the_pattern_of_vertices_is_interpolated_between_texels_and_per
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::draw_test

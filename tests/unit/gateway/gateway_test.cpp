@@ -7,7 +7,7 @@
 
 #include "common/messages/codec.h"
 
-namespace sectio {
+namespace sectio::gateway_test {
 namespace {
 
 std::vector<std::uint8_t> frame_of(LiveKind kind, const std::vector<std::uint8_t>& message) {
@@ -213,4 +213,4 @@ TEST_F(GatewayTest, has_its_numbers_in_the_form_of_prometheus) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::gateway_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::gateway_test {
 namespace {
 
 SharedBytes some(std::size_t size, std::uint8_t value = 0) {
@@ -69,4 +69,4 @@ TEST(Mailbox, who_reads_nothing_costs_bounded_memory_and_later_asks_for_a_keyfra
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::gateway_test

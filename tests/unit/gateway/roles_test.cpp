@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::gateway_test {
 namespace {
 
 struct Theatre : testing::Test {
@@ -100,4 +100,4 @@ TEST(Roles, who_knows_the_leading_token_leads_and_gives_what_others_hold) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::gateway_test

@@ -10,7 +10,7 @@
 #include "render_client/gateway/gateway.h"
 #include "sim_server/step/step_io.h"
 
-namespace sectio {
+namespace sectio::gateway_test {
 namespace {
 
 static_assert(kTaskTold == static_cast<std::uint8_t>(EventKind::task_told));
@@ -104,4 +104,4 @@ TEST_F(TryBookTest, who_comes_late_is_told_the_task) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::gateway_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sectio {
+namespace sectio::haptics_test {
 namespace {
 
 constexpr double kStep_s = 0.001;
@@ -158,4 +158,4 @@ TEST(ContactModelFitter, same_steps_same_bits) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::haptics_test

@@ -8,7 +8,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::hexa_test {
 namespace {
 
 TetMesh bar(int n = 4) {
@@ -189,4 +189,4 @@ TEST(HexLattice, pieces_that_do_not_touch_share_no_cell) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::hexa_test

@@ -9,7 +9,7 @@
 #include "tests/support/tet_shapes.h"
 #include "tests/support/volume_settings.h"
 
-namespace sectio {
+namespace sectio::hexa_test {
 namespace {
 
 using test::at_rest;
@@ -338,4 +338,4 @@ TEST(HexSolid, a_turned_body_begins_where_it_is) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::hexa_test

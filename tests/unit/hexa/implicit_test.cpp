@@ -10,7 +10,7 @@
 #include "tests/support/tet_shapes.h"
 #include "tests/support/volume_settings.h"
 
-namespace sectio {
+namespace sectio::hexa_test {
 namespace {
 
 using test::Points;
@@ -166,4 +166,4 @@ TEST(Implicit, held_points_are_where_they_are_held) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::hexa_test

@@ -8,7 +8,7 @@
 #include "sim_server/deformation/tetra/tet_springs.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::hexa_test {
 namespace {
 
 constexpr double kLength_m = 0.1, kGravity_m_per_s2 = 9.81;
@@ -88,4 +88,4 @@ TEST(HexAtRest, its_product_is_that_of_the_energy) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::hexa_test

@@ -9,7 +9,7 @@
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::material_test {
 namespace {
 
 constexpr double kPi = 3.14159265358979;
@@ -165,4 +165,4 @@ TEST(RegionVolumes, a_slit_that_is_closed_at_rest_takes_nothing_away) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::material_test

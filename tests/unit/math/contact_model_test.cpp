@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sectio {
+namespace sectio::math_test {
 namespace {
 
 // Tissue whose surface is z = 0, at tool time 1 s.
@@ -65,4 +65,4 @@ TEST(ContactModel, motion_is_the_same_however_its_samples_came) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::math_test

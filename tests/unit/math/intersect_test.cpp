@@ -9,7 +9,7 @@
 
 #include "common/math/orientation.h"
 
-namespace sectio {
+namespace sectio::math_test {
 namespace {
 
 using Random = std::mt19937_64;
@@ -262,4 +262,4 @@ TEST(Intersect, segment_against_box_agrees_with_clipping) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::math_test

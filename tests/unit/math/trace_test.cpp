@@ -9,7 +9,7 @@
 
 #include "common/core/error.h"
 
-namespace sectio {
+namespace sectio::math_test {
 namespace {
 
 class Trace : public testing::Test {
@@ -98,4 +98,4 @@ TEST_F(Trace, errors_name_file_line_and_column) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::math_test

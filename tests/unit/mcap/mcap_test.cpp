@@ -8,7 +8,7 @@
 #include "common/mcap/mcap_reader.h"
 #include "common/mcap/mcap_writer.h"
 
-namespace sectio {
+namespace sectio::mcap_test {
 namespace {
 
 class Mcap : public testing::Test {
@@ -121,4 +121,4 @@ TEST_F(Mcap, a_damaged_byte_never_yields_a_message_that_was_not_written) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::mcap_test

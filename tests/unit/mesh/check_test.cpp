@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sectio {
+namespace sectio::mesh_test {
 namespace {
 
 TriangleSoup tetrahedron(const Vec3& origin_m = Vec3::Zero()) {
@@ -195,4 +195,4 @@ TEST(CheckSoup, two_million_triangles_are_checked) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::mesh_test

@@ -12,7 +12,7 @@
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::meshing_test {
 namespace {
 
 double mean_distance_to_ellipsoid(const TetMesh& mesh, const Vec3& half_axes_m) {
@@ -198,4 +198,4 @@ TEST(Tetgen, runs_as_a_program_with_a_time_limit) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::meshing_test

@@ -10,7 +10,7 @@
 #include "sim_server/meshing/lattice_mesher.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::meshing_test {
 namespace {
 
 class TetFiles : public ::testing::Test {
@@ -118,4 +118,4 @@ TEST_F(TetFiles, damaged_files_are_refused_with_the_line) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::meshing_test

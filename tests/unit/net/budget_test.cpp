@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 TEST(A_ARCH, A_ARCH_6_a_session_that_is_late_is_deferred_by_few_frames_then_reduced_then_slowed) {
@@ -39,4 +39,4 @@ TEST(A_ARCH, A_ARCH_6_nothing_is_deferred_by_more_than_few_frames) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

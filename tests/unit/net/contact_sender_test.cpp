@@ -4,7 +4,7 @@
 
 #include <future>
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 ContactModel model_of(std::uint32_t tool_id, std::uint64_t sequence) {
@@ -37,4 +37,4 @@ TEST(ContactSender, sends_of_each_instrument_the_newest_contact_while_the_wire_i
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 TEST(Epoch, of_a_session_that_is_sought_through_all_day_stays_its_own) {
@@ -17,4 +17,4 @@ TEST(Epoch, of_a_session_that_is_sought_through_all_day_stays_its_own) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/moving_world.h"
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 TEST(A_ARCH, A_ARCH_6_a_server_that_nobody_reads_from_keeps_bodies_instead_of_ever_more_deltas) {
@@ -45,4 +45,4 @@ TEST(A_ARCH, A_ARCH_6_a_state_lies_when_it_is_due) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

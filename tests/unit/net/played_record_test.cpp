@@ -11,7 +11,7 @@
 #include "common/record/session_record.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 // A minute of a body that rises by a millimetre a second, with its keyframe every ten seconds.
@@ -107,4 +107,4 @@ TEST_F(PlayedRecords, that_ends_in_damage_ends_before_it) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

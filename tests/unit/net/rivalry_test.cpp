@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 // Two servers, the second begun so much later, and messages of each to the other, late at random.
@@ -51,4 +51,4 @@ TEST(Rivalry, one_of_two_servers_stays_and_it_is_the_first_by_a_head_start) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/operation.h"
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 ToolPacket packet_of(std::uint64_t source, std::initializer_list<std::uint64_t> sequences) {
@@ -87,4 +87,4 @@ TEST(RestartedBridge, moves_its_instrument_from_its_first_sample_on) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 ToolSample at(double x_m, double turn_rad = 0, std::uint64_t source = 7) {
@@ -44,4 +44,4 @@ TEST(SpeedLimit, an_instrument_does_not_turn_about_in_one_step) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 constexpr std::uint32_t kSlots = 1000;  // six pieces
@@ -149,4 +149,4 @@ TEST(Scalar, levels_cover_the_range_and_cut_off_what_is_beyond) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

@@ -6,7 +6,7 @@
 #include "tests/support/damage.h"
 #include "tests/support/operation.h"
 
-namespace sectio {
+namespace sectio::net_test {
 namespace {
 
 struct Survived {
@@ -54,4 +54,4 @@ TEST(ToolFuzz, damaged_poses_leave_a_valid_finite_body) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::net_test

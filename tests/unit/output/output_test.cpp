@@ -18,7 +18,7 @@
 #include "render_client/output/png.h"
 #include "render_client/output/video.h"
 
-namespace sectio {
+namespace sectio::output_test {
 namespace {
 
 class Output : public testing::Test {
@@ -201,4 +201,4 @@ TEST(HeatMap, cells_have_the_colours_of_their_values) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::output_test

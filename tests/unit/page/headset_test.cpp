@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace sectio {
+namespace sectio::page_test {
 namespace {
 
 // Looks along the world's x axis, from above; its picture shows 0.1 m of what is around the target.
@@ -69,4 +69,4 @@ TEST_F(HeadsetTest, eyes_see_the_scene_where_it_stands_in_the_room) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::page_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace sectio {
+namespace sectio::page_test {
 namespace {
 
 // A half ball of skin of 10 cm that looks like a lattice of triangles from above.
@@ -137,4 +137,4 @@ TEST(Pick, finds_the_nearest_of_two_surfaces) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::page_test

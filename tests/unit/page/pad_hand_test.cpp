@@ -6,7 +6,7 @@
 #include "render_client/page/live_session.h"
 #include "sim_server/step/step_io.h"
 
-namespace sectio {
+namespace sectio::page_test {
 namespace {
 
 // Looks along the world's x axis, from above.
@@ -60,4 +60,4 @@ TEST(LiveSessionScore, holds_the_lines_of_the_score_that_was_told_last) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::page_test

@@ -16,7 +16,7 @@
 #include "sim_server/simulation.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::prepare_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -252,4 +252,4 @@ TEST(CalibrationText, is_read_back_and_nothing_else) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::prepare_test

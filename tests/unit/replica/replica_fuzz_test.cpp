@@ -8,7 +8,7 @@
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/moving_world.h"
 
-namespace sectio {
+namespace sectio::replica_test {
 namespace {
 
 using test::MovingWorld;
@@ -140,4 +140,4 @@ TEST_F(ReplicaFuzz, memory_is_bounded_whatever_arrives) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::replica_test

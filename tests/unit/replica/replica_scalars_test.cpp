@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::replica_test {
 namespace {
 
 constexpr std::uint32_t kSlots = 200;  // two pieces
@@ -62,4 +62,4 @@ TEST_F(Scalars, fields_that_the_state_does_not_name_are_gone_and_more_than_a_bod
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::replica_test

@@ -10,7 +10,7 @@
 #include "sim_server/net/state_encoder.h"
 #include "tests/support/moving_world.h"
 
-namespace sectio {
+namespace sectio::replica_test {
 namespace {
 
 using test::MovingWorld;
@@ -360,4 +360,4 @@ TEST_F(Replicas, a_keyframe_replaces_a_lost_last_state_after_the_end) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::replica_test

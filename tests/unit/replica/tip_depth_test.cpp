@@ -4,7 +4,7 @@
 
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::replica_test {
 namespace {
 
 Frame frame_with_tip_at(const Vec3& tip_world_m) {
@@ -40,4 +40,4 @@ TEST(TipDepth, a_tool_in_a_cut_or_absent_is_not_inside) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::replica_test

@@ -11,7 +11,7 @@
 #include "tests/support/damage.h"
 #include "tests/support/moving_world.h"
 
-namespace sectio {
+namespace sectio::replica_test {
 namespace {
 
 using test::damaged;
@@ -103,4 +103,4 @@ TEST_F(WireFuzz, damaged_deltas_keyframes_and_states_leave_the_replica_sound) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::replica_test

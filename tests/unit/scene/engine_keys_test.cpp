@@ -1,7 +1,7 @@
 // Models and processes that the scene room has never heard of, with keys of their own.
 #include "tests/unit/scene/scene_file.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 class EngineKeys : public test::SceneFile {
@@ -95,4 +95,4 @@ TEST_F(EngineKeys, processes_are_read_by_their_kind) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test

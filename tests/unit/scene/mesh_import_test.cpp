@@ -12,7 +12,7 @@
 
 #include "common/core/error.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -389,4 +389,4 @@ TEST(MeshImportOwn, organs_of_the_project_are_valid_and_even) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test

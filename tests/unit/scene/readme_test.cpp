@@ -9,7 +9,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "sim_server/scene/scene.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,4 +37,4 @@ TEST(Readme, its_scene_loads_and_has_about_ten_lines) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test

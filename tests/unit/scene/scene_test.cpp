@@ -5,7 +5,7 @@
 #include "sim_server/engine/standard_traits.h"
 #include "tests/unit/scene/scene_file.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -418,4 +418,4 @@ TEST(Scenes, scenes_of_the_project_load_and_their_traces_begin_and_end_clear_of_
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test

@@ -4,7 +4,7 @@
 
 #include "tests/unit/scene/scene_file.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -92,4 +92,4 @@ TEST(SceneWarnings, scenes_of_the_project_have_none_but_one) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test

@@ -13,7 +13,7 @@
 
 #include "sim_server/scene/scene.h"
 
-namespace sectio {
+namespace sectio::scene_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -174,4 +174,4 @@ TEST(Schema, units_come_from_names) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::scene_test

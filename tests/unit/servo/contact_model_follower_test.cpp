@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-namespace sectio {
+namespace sectio::servo_test {
 namespace {
 
 // A tool 2 mm deep in tissue of 200 N/m whose surface is z = 0.
@@ -256,4 +256,4 @@ TEST(ContactModelFollower, silence_ramps_the_force_to_zero_without_a_jump) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::servo_test

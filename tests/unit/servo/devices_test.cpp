@@ -8,7 +8,7 @@
 #include "device_bridge/device/virtual_hand.h"
 #include "device_bridge/device/wish_hand.h"
 
-namespace sectio {
+namespace sectio::servo_test {
 namespace {
 
 // One stroke, as devices of different kinds would record it.
@@ -197,4 +197,4 @@ TEST_F(WishHandTest, never_goes_through_tissue_from_one_hand_to_the_next) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::servo_test

@@ -12,7 +12,7 @@
 #include "common/core/error.h"
 #include "common/math/trace.h"
 
-namespace sectio {
+namespace sectio::servo_test {
 namespace {
 
 class RecordWriterTest : public testing::Test {
@@ -92,4 +92,4 @@ TEST_F(RecordWriterTest, a_full_disk_is_one_warning_and_what_came_before_can_be_
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::servo_test

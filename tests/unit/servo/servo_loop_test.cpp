@@ -10,7 +10,7 @@
 
 #include "tests/unit/servo/allocation_count.h"
 
-namespace sectio {
+namespace sectio::servo_test {
 namespace {
 
 // Rests at one place for a number of ticks, and remembers what it felt and what was allocated between them.
@@ -176,4 +176,4 @@ TEST(Ring, keeps_order_between_threads) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::servo_test

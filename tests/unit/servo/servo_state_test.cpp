@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace sectio {
+namespace sectio::servo_test {
 namespace {
 
 ContactModel pushing(double force_n) {
@@ -125,4 +125,4 @@ TEST(ServoState, no_server_exceeds_what_the_device_tells) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::servo_test

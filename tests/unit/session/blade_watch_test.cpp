@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::session_test {
 namespace {
 
 struct Watched {
@@ -67,4 +67,4 @@ TEST(BladeWatch, one_that_cuts_touches_shortly_or_has_no_edge_is_not_named) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::session_test

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <thread>
 
-namespace sectio {
+namespace sectio::session_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -146,4 +146,4 @@ TEST_F(Checkpoints, a_disk_that_takes_nothing_is_told_of_once) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::session_test

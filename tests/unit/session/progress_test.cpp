@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::session_test {
 namespace {
 
 TEST(Progress, an_endless_run_has_no_last_step) {
@@ -14,4 +14,4 @@ TEST(Progress, an_endless_run_has_no_last_step) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::session_test

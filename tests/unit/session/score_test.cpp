@@ -6,7 +6,7 @@
 
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::session_test {
 namespace {
 
 constexpr double kBall_m = 0.01;
@@ -168,4 +168,4 @@ TEST_F(AlongALine, a_trembling_hand_is_told_how_much) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::session_test

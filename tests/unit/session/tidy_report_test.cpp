@@ -9,7 +9,7 @@
 #include "tests/support/operation.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::session_test {
 namespace {
 
 // A bar that stands on the table.
@@ -89,4 +89,4 @@ TEST(C_LIM, C_LIM_1_the_report_counts_edges_that_collapsed_after_cuts) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::session_test

@@ -9,7 +9,7 @@
 #include "sim_server/session/recorder.h"
 #include "tests/support/operation.h"
 
-namespace sectio {
+namespace sectio::session_test {
 namespace {
 
 TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
@@ -65,4 +65,4 @@ TEST(Verdict, the_report_says_ok) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::session_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::simulation_test {
 namespace {
 
 constexpr double kToughness_j_per_m2 = 200, kTop_m = 0.03, kStep_m = 3e-4;
@@ -102,4 +102,4 @@ TEST_F(BladeFrontTest, a_blade_out_of_the_tissue_feels_nothing) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::simulation_test

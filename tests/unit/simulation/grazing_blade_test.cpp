@@ -3,7 +3,7 @@
 
 #include "tests/support/operation.h"
 
-namespace sectio {
+namespace sectio::simulation_test {
 namespace {
 
 constexpr double kBlockSide_m = 0.1, kBlockTop_m = 0.03;  // the block's side at +x, and its top
@@ -41,4 +41,4 @@ TEST(GrazingBlade, a_tip_beside_the_body_is_a_remark_and_no_refused_cut) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::simulation_test

@@ -8,7 +8,7 @@
 #include "sim_server/simulation.h"
 #include "tests/support/block_scene.h"
 
-namespace sectio {
+namespace sectio::simulation_test {
 namespace {
 
 Scene block_under_probe(const std::string& model) {
@@ -71,4 +71,4 @@ TEST_P(RegionsOf, the_report_says_how_much_there_is_of_each) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::simulation_test

@@ -14,7 +14,7 @@
 #include "tests/support/operation.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::simulation_test {
 namespace {
 
 using test::Operation;
@@ -276,4 +276,4 @@ TEST(VolumeParts, C_CUT_3_a_progressive_cut_is_open_up_to_the_blade_and_no_furth
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::simulation_test

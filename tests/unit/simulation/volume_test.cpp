@@ -10,7 +10,7 @@
 #include "sim_server/simulation.h"
 #include "tests/support/block_scene.h"
 
-namespace sectio {
+namespace sectio::simulation_test {
 namespace {
 
 Scene block_on_table(const std::string& model) {
@@ -125,4 +125,4 @@ TEST(Volume, what_can_t_be_filled_is_refused_with_scene_and_body) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::simulation_test

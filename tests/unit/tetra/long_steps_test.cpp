@@ -11,7 +11,7 @@
 #include "tests/support/tet_shapes.h"
 #include "tests/support/volume_settings.h"
 
-namespace sectio {
+namespace sectio::tetra_test {
 namespace {
 
 using test::Points;
@@ -167,4 +167,4 @@ TEST(LongSteps, hardly_damp) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tetra_test

@@ -8,7 +8,7 @@
 #include "tests/support/tet_shapes.h"
 #include "tests/support/volume_settings.h"
 
-namespace sectio {
+namespace sectio::tetra_test {
 namespace {
 
 using test::at_rest;
@@ -241,4 +241,4 @@ TEST(TetSolid, the_predicted_limit_is_the_limit) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tetra_test

@@ -7,7 +7,7 @@
 #include "tests/support/tet_shapes.h"
 #include "tests/support/volume_settings.h"
 
-namespace sectio {
+namespace sectio::tetra_test {
 namespace {
 
 using test::at_rest;
@@ -162,4 +162,4 @@ TEST(TetSprings, a_pulled_bar_has_the_modulus_asked_for) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tetra_test

@@ -12,7 +12,7 @@
 #include "tests/support/shapes.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::tetra_test {
 namespace {
 
 using Points = std::vector<Vec4f>;
@@ -213,4 +213,4 @@ INSTANTIATE_TEST_SUITE_P(conformance, EveryEngine, ::testing::ValuesIn(engines()
 });
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tetra_test

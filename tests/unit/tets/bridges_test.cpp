@@ -7,7 +7,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::tets_test {
 namespace {
 
 constexpr double kSide_m = 0.06;
@@ -64,4 +64,4 @@ TEST(Bridges, what_is_apart_stays_as_it_is) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tets_test

@@ -11,7 +11,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::tets_test {
 namespace {
 
 using test::Points;
@@ -233,4 +233,4 @@ TEST(Changes, the_surface_follows_from_what_has_changed) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tets_test

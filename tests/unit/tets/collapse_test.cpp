@@ -10,7 +10,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::tets_test {
 
 void PrintTo(CollapseVerdict verdict, std::ostream* out) {
   *out << to_string(verdict);
@@ -238,4 +238,4 @@ TEST(Collapse, C_LIM_1_every_edge_of_a_cut_block_that_may_go_leaves_the_block) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tets_test

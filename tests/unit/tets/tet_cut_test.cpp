@@ -7,7 +7,7 @@
 #include "tests/support/tet_reference.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::tets_test {
 namespace {
 
 const TetCutSettings kExact{0, false};
@@ -311,4 +311,4 @@ TEST(TetCut, followed_from_where_it_begins_it_is_the_same_cut) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::tets_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <complex>
 
-namespace sectio {
+namespace sectio::trials_test {
 namespace {
 
 // Down, along x, and up again.
@@ -189,4 +189,4 @@ TEST(Hand, in_words) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::trials_test

@@ -13,7 +13,7 @@
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/trials/write_scene.h"
 
-namespace sectio {
+namespace sectio::trials_test {
 namespace {
 
 Scene shipped(const char* name) {
@@ -87,4 +87,4 @@ TEST(Trials, the_scene_of_a_failure_names_tetrahedra_wherever_it_lies) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::trials_test

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-namespace sectio {
+namespace sectio::volume_test {
 namespace {
 
 // An upright blade that goes round a centre: where it has come to.
@@ -41,4 +41,4 @@ TEST(Slit, another_cut_far_from_its_beginning_counts_only_along_its_end) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::volume_test

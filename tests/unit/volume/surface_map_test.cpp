@@ -11,7 +11,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio {
+namespace sectio::volume_test {
 namespace {
 
 // A volume, its surface in slots, and what it would be to cut them together.
@@ -115,4 +115,4 @@ TEST(SurfaceMap, is_a_closed_manifold_of_the_same_volume_after_any_cuts_and_coll
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::volume_test

@@ -15,7 +15,7 @@
 #include "sim_server/world/body.h"
 #include "tests/support/block_under_blade.h"
 
-namespace sectio {
+namespace sectio::volume_test {
 namespace {
 
 using test::BlockUnderBlade;
@@ -413,4 +413,4 @@ TEST(VolumeFrontsOfHands, a_blade_that_comes_in_through_a_slit_cuts_nothing_behi
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::volume_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sectio {
+namespace sectio::window_test {
 namespace {
 
 Frame frame_with_tool_at(const Vec3& place_world_m) {
@@ -69,4 +69,4 @@ TEST(Viewpoint, halts_and_goes_on) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::window_test

@@ -6,7 +6,7 @@
 #include "common/core/error.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::wrap_test {
 namespace {
 
 TriangleSoup ellipsoid_at(const Vec3& at_m, const Vec3& radii_m, const Eigen::Quaterniond& turn) {
@@ -68,4 +68,4 @@ TEST(FitEllipsoids, refuses_what_encloses_nothing) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::wrap_test

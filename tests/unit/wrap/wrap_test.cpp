@@ -9,7 +9,7 @@
 #include "common/mesh/check.h"
 #include "tests/support/shapes.h"
 
-namespace sectio {
+namespace sectio::wrap_test {
 namespace {
 
 constexpr double kBall_m3 = 4.0 / 3 * M_PI * 0.03 * 0.03 * 0.03;
@@ -150,4 +150,4 @@ TEST(Wrap, refuses_what_encloses_nothing) {
 }
 
 }  // namespace
-}  // namespace sectio
+}  // namespace sectio::wrap_test
