@@ -12,7 +12,7 @@
 
 namespace sectio::test {
 
-constexpr std::chrono::seconds kGiveUp{30};
+constexpr std::chrono::seconds kGiveUp{60};
 
 // Does `meanwhile` and waits a millisecond until the condition holds; false: it never did.
 bool wait_until(

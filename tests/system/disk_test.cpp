@@ -3,8 +3,10 @@
 #include <filesystem>
 #include <set>
 
+#include "common/dds/qos.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/messages/codec.h"
+#include "common/messages/session.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {

@@ -8,15 +8,15 @@
 #include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/replica_viewer.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
 namespace {
 
+using test::kGiveUp;
 using test::MovingWorld;
 using test::Process;
-
-constexpr std::chrono::seconds kGiveUp{60};
 
 // A server of the next version, in this process.
 struct NextServer {
