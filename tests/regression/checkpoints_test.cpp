@@ -21,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kScenes = scenes_folder();
 constexpr std::uint64_t kSavedEvery = 307;  // steps; a prime, so that the moments are of all kinds
 constexpr std::uint64_t kCompared = 40;     // steps after each of them
 

@@ -1,6 +1,6 @@
 // Every scene of deploy/scenes, offline: the run is ok and is what tests/regression/golden.json holds, and its journal
 // replays to the same bodies. One scene for each kind of model is run twice, and the runs are alike to the last bit;
-// test_checkpoints runs every scene a second time. A change of a scene's outcome on purpose renews the file
+// checkpoints_test.cpp runs every scene a second time. A change of a scene's outcome on purpose renews the file
 // (SECTIO_RENEW_GOLDEN=1 in the environment, or `ninja renew_golden`), and the commit shows it.
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -24,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-const fs::path kScenes = scenes_folder();
 const fs::path kGolden = SECTIO_SOURCE_DIR "/tests/regression/golden.json";
 
 std::string read_file(const fs::path& path) {

@@ -8,13 +8,11 @@
 
 namespace sectio {
 
-inline std::filesystem::path scenes_folder() {
-  return SECTIO_SOURCE_DIR "/deploy/scenes";
-}
+inline const std::filesystem::path kScenes = SECTIO_SOURCE_DIR "/deploy/scenes";
 
 inline std::vector<std::string> scene_names() {
   std::vector<std::string> names;
-  for (const std::filesystem::directory_entry& file : std::filesystem::directory_iterator(scenes_folder()))
+  for (const std::filesystem::directory_entry& file : std::filesystem::directory_iterator(kScenes))
     if (file.path().extension() == ".yaml") names.push_back(file.path().stem().string());
   std::ranges::sort(names);
   return names;
