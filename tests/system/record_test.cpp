@@ -1,8 +1,10 @@
 // A record of a session: run again, played for viewers, torn, and on a disk that is full.
 #include <filesystem>
 
+#include "common/dds/qos.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/messages/codec.h"
+#include "common/messages/session.h"
 #include "tests/support/session_programs.h"
 
 namespace sectio {
