@@ -17,6 +17,15 @@ void give_room(Tables&... tables) {
   (tables.reserve(with_room(tables.size())), ...);
 }
 
+// Called between cuts: reserves again for tables that have used up most of their room.
+template <class... Tables>
+void renew_room(Tables&... tables) {
+  const auto renew = [](auto& table) {
+    if (table.capacity() - table.size() < table.size() / 12) table.reserve(with_room(table.size()));
+  };
+  (renew(tables), ...);
+}
+
 template <class T>
 void resize_slots(std::vector<T>& table, std::size_t slots, const T& value) {
   if (table.capacity() < slots) table.reserve(with_room(slots));

@@ -25,7 +25,9 @@ void ModelCheck::stepped(Body& body, double step_s, double work_j, bool disturbe
   check_.implicit_steps = diagnostics.implicit_steps;
   if (disturbed) known_ = false;
   work_j_ += work_j;
-  if (steps_ % kEnergyEvery != 0) return;
+  is_due_ |= steps_ % kEnergyEvery == 0;
+  if (!is_due_ || disturbed) return;
+  is_due_ = false;
   const double energy_j = deformation.energy_j(body.shared());
   if (known_ && std::isfinite(energy_j))
     check_.energy_gain_j = std::max(check_.energy_gain_j, energy_j - energy_j_ - work_j_);

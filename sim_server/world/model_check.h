@@ -27,14 +27,15 @@ class ModelCheck {
 
   template <class A>
   void archive(A& a) {
-    a(check_, steps_, processor_s_, known_, energy_j_, work_j_);
+    a(check_, steps_, processor_s_, is_due_, known_, energy_j_, work_j_);
   }
 
  private:
   BodyCheck check_;
   std::uint64_t steps_ = 0;
   double processor_s_ = 0;
-  bool known_ = false;  // energy_j_ is of this body as it is
+  bool is_due_ = false;  // the energy, by the next step that nothing disturbs
+  bool known_ = false;   // energy_j_ is of this body as it is
   double energy_j_ = 0, work_j_ = 0;
 };
 

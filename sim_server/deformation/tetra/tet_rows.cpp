@@ -287,6 +287,10 @@ void TetRows::compact_if_spread(double share) {
   if (overflow_rows_ > 256 && overflow_rows_ > share * rows_) compact();
 }
 
+void TetRows::renew_room() {
+  sectio::renew_room(slices_, edges_, faces_, blocks_, face_edges_, alike_faces_);
+}
+
 void TetRows::compact() {
   TetRows sorted;
   sorted.puts_alike_together_ = puts_alike_together_;

@@ -127,6 +127,8 @@ class TetRows {
   void update(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
   // `share`: of all rows, in overflow slices.
   void compact_if_spread(double share);
+  // Called between cuts: reserves again for slices, which grow with every cut.
+  void renew_room();
   // Set the masses and the step of all rows, O(n), or the mass of one row.
   void set(std::span<const TetVertex> vertices, double step_s);
   void set(VertexId v, const TetVertex& vertex);

@@ -111,7 +111,10 @@ void TetSolid::change(const TetChange& change) {
 
 void TetSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
-  if (!std::exchange(has_changed_, false)) rows_.compact_if_spread(kSpread);
+  if (!std::exchange(has_changed_, false)) {
+    rows_.compact_if_spread(kSpread);
+    rows_.renew_room();
+  }
   start_position_.assign(position_world_m.begin(), position_world_m.end());
   start_velocity_.assign(velocity_m_per_s.begin(), velocity_m_per_s.end());
   was_implicit_ = begins_implicit();
