@@ -11,6 +11,7 @@ namespace sectio {
 namespace {
 
 constexpr double kMlPerM3 = 1e6;
+constexpr double kLeastPiece_m3 = 1e-12;  // what encloses less is no piece
 
 // A component of a body at rest and now.
 struct Part {
@@ -122,17 +123,22 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
   }
   std::ranges::stable_sort(parts, std::ranges::greater(), &Part::rest_volume_m3);
   std::vector<std::size_t> left = parts_begun_;  // the largest of each family are no freed ones
+  std::size_t cracks = 0;                        // inside a volume
   for (const Part& part : parts) {
     if (left[part.family] > 0) {
       --left[part.family];
       outcome.largest_displacement_m = std::max(outcome.largest_displacement_m, part.furthest_m);
       continue;
     }
+    if (part.rest_volume_m3 < kLeastPiece_m3) {
+      ++cracks;
+      continue;
+    }
     ++outcome.pieces_freed;
     outcome.freed_ml += kMlPerM3 * part.rest_volume_m3;
     outcome.freed_moved_m = std::max(outcome.freed_moved_m, part.middle_moved_m);
   }
-  outcome.incisions = std::max(0.0, static_cast<double>(walls) - outcome.pieces_freed);
+  outcome.incisions = std::max(0.0, static_cast<double>(walls - cracks) - outcome.pieces_freed);
   outcome.removed_ml = kMlPerM3 * figures.last.removed_volume_m3;
   outcome.refusals = static_cast<double>(figures.last.cuts_refused);
   outcome.joins = static_cast<double>(count_of(figures, EventKind::joined));

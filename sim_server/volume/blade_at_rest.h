@@ -26,6 +26,11 @@ struct BladeEdge {
   }
 };
 
+// From the middle of an edge to that of another.
+inline Vec3 forward_m(const BladeEdge& from, const BladeEdge& to) {
+  return 0.5 * (to.tip_m + to.heel_m - from.tip_m - from.heel_m);
+}
+
 // A part of a slit, at rest.
 struct SlitPlane {
   Vec3 on_m = Vec3::Zero(), normal = Vec3::UnitZ();

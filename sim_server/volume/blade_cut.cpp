@@ -11,18 +11,28 @@
 namespace sectio {
 namespace {
 
+constexpr double kGoesOn = 0.7;  // cosine of the angle at which a sheet goes on from a slit; at others it crosses that
+
 // The sides of a sheet, whose corners are tip and heel of the edge where it begins, heel and tip of that where it ends.
 constexpr std::uint32_t kBegin = 1 << 0;           // the track began here
 constexpr std::uint32_t kEnd = 1 << 2;             // the blade is here
 constexpr std::uint32_t kAlong = 1 << 1 | 1 << 3;  // along which tip and heel went
+
+Vec3 ahead(const BladeEdge& from, const BladeEdge& to) {
+  return forward_m(from, to).stableNormalized();
+}
 
 }  // namespace
 
 // A blade that comes in from the side has pressed that side in before it broke through: tissue behind the track, as
 // thin as a thread and with nothing behind it, is cut together with the rest.
 TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
-  const bool leaves_halves = !settings_.follows_blade() && !tracks_.slit.empty();  // elements at the ends of slits
-  const double overlap_m = tissue_.metres(leaves_halves ? settings_.half_cut_edges : settings_.overlap_edges);
+  const bool leaves_halves = !settings_.follows_blade() && !tracks_.slit.empty();     // elements at the ends of slits
+  const double open_m = forward_m(track.way(tissue_).front(), track.open_to).norm();  // that the track goes along
+  const double overlap_m = std::max(tissue_.metres(settings_.overlap_edges),
+                                    leaves_halves ? std::min(tissue_.metres(settings_.half_cut_edges),
+                                                             tissue_.metres(settings_.behind_edges) - open_m)
+                                                  : 0);
   if (track.is_at_entry) {
     const std::size_t mark = topology_.mark();
     const TetCutOutcome outcome =
@@ -37,30 +47,45 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
 // the blade has cut, so that no lip is cut again.
 TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, double further_m,
                                   std::uint32_t exact_sides) {
-  BladeEdge from = track.edges.front(), to = track.furthest(tissue_);
-  const Vec3 ahead = (to.tip_m + to.heel_m - from.tip_m - from.heel_m).stableNormalized();
+  std::vector<BladeEdge> way = track.way(tissue_);
   const double mean_edge_m = tissue_.volume.mean_edge_m;
-  from = {from.tip_m - behind_m * ahead, from.heel_m - behind_m * ahead};
+  const std::size_t last = way.size() - 1;
+  std::vector<Vec3> normals;  // of the pieces from one place to the next
+  for (std::size_t k = 0; k < last; ++k)
+    normals.push_back((way[k + 1].heel_m - way[k + 1].tip_m).cross(ahead(way[k], way[k + 1])).stableNormalized());
+  const Vec3 begins = ahead(way[0], way[1]), ends = ahead(way[last - 1], way[last]);
+  double length_m = 0;
+  for (std::size_t k = 0; k < last; ++k)
+    length_m += std::max((way[k + 1].tip_m - way[k].tip_m).norm(), (way[k + 1].heel_m - way[k].heel_m).norm());
+
+  way[0] = {way[0].tip_m - behind_m * begins, way[0].heel_m - behind_m * begins};
+  BladeEdge& to = way[last];
   const Vec3 up = (to.heel_m - to.tip_m).normalized();
-  const Vec3 across = (ahead - ahead.dot(up) * up).stableNormalized();  // an edge may slide along itself
+  const Vec3 across = (ends - ends.dot(up) * up).stableNormalized();  // an edge may slide along itself
   to = {to.tip_m + further_m * across, to.heel_m + further_m * across};
-  const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
+  CutSheet sheet{{way[0].tip_m, way[0].heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
+  for (std::size_t k = 1; k < last; ++k) sheet.bends_rest_m.push_back({way[k].tip_m, way[k].heel_m});
+
   std::vector<std::uint32_t> begin;
   for (const VertexId v : track.vertices_near) {
     const Vec3& x = topology_.vertex(v).rest_body_m;
-    if (std::abs(normal.dot(x - to.tip_m)) > mean_edge_m) continue;
+    if (std::abs(normals.back().dot(x - to.tip_m)) > mean_edge_m) continue;
     if (settings_.follows_blade() && distance_to_segment(x, to.tip_m, to.heel_m) > mean_edge_m) continue;
     begin.insert(begin.end(), topology_.star(v).begin(), topology_.star(v).end());
   }
   if (begin.empty()) return {};
-  CutSheet sheet{{from.tip_m, from.heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
-  const BladeEdge &first = track.edges.front(), &last = track.edges.back();
-  const double reach_m = tissue_.metres(settings_.joined_edges) +
-                         std::max((last.tip_m - first.tip_m).norm(), (last.heel_m - first.heel_m).norm());
+  const SheetShape shape(sheet);
+  const BladeEdge& now = track.edges.back();
+  const double reach_m = tissue_.metres(settings_.joined_edges) + length_m;
   std::ranges::copy_if(tracks_.slit.vertices(), std::back_inserter(sheet.joined), [&](VertexId v) {
     const Vec3& x = topology_.vertex(v).rest_body_m;
-    return distance_to_segment(x, last.tip_m, last.heel_m) < reach_m &&
-           std::abs(normal.dot(x - to.tip_m)) < tissue_.metres(settings_.joined_beside_edges);
+    if (distance_to_segment(x, now.tip_m, now.heel_m) > reach_m) return false;
+    const std::size_t k = shape.nearest_piece(x);
+    const double beside_m = std::abs(normals[k].dot(x - way[k + 1].tip_m));
+    if (beside_m < tissue_.metres(settings_.joined_crossing_edges)) return true;
+    if (beside_m > tissue_.metres(settings_.joined_beside_edges)) return false;
+    const std::optional<SlitPlane> plane = tracks_.slit.plane_at(x, tissue_.metres(settings_.slit_edges));
+    return !plane || std::abs(plane->normal.dot(normals[k])) > kGoesOn;
   });
   TetCutSettings tets = settings_.tets;
   tets.crumb_m3 = settings_.crumb_cubic_edges * std::pow(mean_edge_m, 3);

@@ -10,12 +10,48 @@
 namespace sectio {
 namespace {
 
+constexpr double kCrosses = 0.35;    // sine of the angle at which a blade crosses a slit, and doesn't go along it
+constexpr double kTurnsBack = -0.3;  // cosine between two pieces of a way, of a blade that saws
 constexpr double kSlides = 4;  // a blade that goes so many times as far along its edge as across it slides in its cut
 
 // How far tip and heel have gone across the edge, the one that has gone less and the one that has gone further.
 std::pair<double, double> across_m(const BladeEdge& from, const BladeEdge& to) {
   const Vec3 up = (to.heel_m - to.tip_m).normalized();
   return std::minmax({(to.tip_m - from.tip_m).cross(up).norm(), (to.heel_m - from.heel_m).cross(up).norm()});
+}
+
+// Adds the places after the first up to the last: bends where the way is furthest beside the straight one (Ramer 1972,
+// Douglas and Peucker 1973).
+void add_bends(std::span<const BladeEdge> edges, std::size_t first, std::size_t last, const Tissue& tissue,
+               std::vector<BladeEdge>& way) {
+  const BladeEdge &from = edges[first], &to = edges[last];
+  const Vec3 normal = (from.heel_m + to.heel_m - from.tip_m - to.tip_m).cross(forward_m(from, to)).stableNormalized();
+  const double least_m = tissue.metres(tissue.settings.least_piece_edges);
+  std::size_t bend = first;
+  double most_m = tissue.metres(tissue.settings.bend_edges);
+  for (std::size_t k = first + 1; k < last; ++k) {
+    const BladeEdge& at = edges[k];
+    const double beside_m =
+        std::max(std::abs(normal.dot(at.tip_m - from.tip_m)), std::abs(normal.dot(at.heel_m - from.heel_m)));
+    if (beside_m <= most_m || std::min(forward_m(from, at).norm(), forward_m(at, to).norm()) < least_m) continue;
+    most_m = beside_m, bend = k;
+  }
+  if (bend == first) {
+    way.push_back(to);
+    return;
+  }
+  add_bends(edges, first, bend, tissue, way);
+  add_bends(edges, bend, last, tissue, way);
+}
+
+// A blade that is in a slit is in its plane: what it cuts next begins at the end of the slit, not beside it. A blade that
+// crosses a slit is where its way crosses the plane; what lies aside of that is another cut, and a crumb between both.
+BladeEdge on_plane(const SlitPlane& plane, BladeEdge edge, const Vec3& way_m) {
+  const Vec3 way = way_m.stableNormalized();
+  const double slope = way.dot(plane.normal);
+  const Vec3 back = std::abs(slope) > kCrosses ? Vec3(way / slope) : plane.normal;
+  for (Vec3* end_m : {&edge.tip_m, &edge.heel_m}) *end_m -= plane.height_m(*end_m) * back;
+  return edge;
 }
 
 // A blade that breaks in sideways comes from outside: its first place is one where it is clear of the body. When that
@@ -74,6 +110,33 @@ BladeEdge BladeTrack::furthest(const Tissue& tissue) const {
   return edge;
 }
 
+// Where an edge is in the air it may turn as it likes.
+std::vector<BladeEdge> BladeTrack::in_tissue(const Tissue& tissue) const {
+  const BladeEdge& now = edges.back();
+  const Vec3 up_m = now.heel_m - now.tip_m, up = up_m.stableNormalized();
+  double depth_m = 0;
+  for (const VertexId v : vertices_near)
+    depth_m = std::max(depth_m, up.dot(tissue.volume.topology.vertex(v).rest_body_m - now.tip_m));
+  const double share = std::min(1.0, (depth_m + tissue.metres(tissue.settings.above_edges)) / up_m.norm());
+  std::vector<BladeEdge> parts;
+  for (const BladeEdge& edge : edges) parts.push_back({edge.tip_m, edge.at(share)});
+  return parts;
+}
+
+std::vector<BladeEdge> BladeTrack::way(const Tissue& tissue) const {
+  if (tissue.settings.follows_blade()) return {edges.front(), furthest(tissue)};
+  const std::vector<BladeEdge> parts = in_tissue(tissue);
+  std::vector<BladeEdge> way{parts.front()};
+  add_bends(parts, 0, parts.size() - 1, tissue, way);
+  for (std::size_t k = way.size() - 1; k > 1; --k) {
+    const Vec3 before = forward_m(way[k - 2], way[k - 1]).stableNormalized();
+    if (before.dot(forward_m(way[k - 1], way[k]).stableNormalized()) > kTurnsBack) continue;
+    way.erase(way.begin(), way.begin() + static_cast<std::ptrdiff_t>(k - 1));
+    break;
+  }
+  return way;
+}
+
 BladeTrack::Beyond BladeTrack::beyond_front(const Tissue& tissue) const {
   if (ahead_m(tissue.settings) >= 0) return Beyond::nowhere;
   const BladeEdge& now = edges.back();
@@ -130,9 +193,15 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
     const TissueAround around_blade = around(tissue, blade, last, track);
     if (track.has_front || slit.empty())
       track.add(around_blade.at_rest(blade), same_m);
-    else if (const auto [edge, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
-             track.add(edge, same_m), track.is_in_slit = is_in_slit)
+    else if (const auto [edge, plane, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
+             is_in_slit) {
+      if (!std::exchange(track.is_in_slit, true)) track.came_into_slit = edge;
+      track.add(plane ? on_plane(*plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
       track.restart_from(track.edges.back());
+    } else {
+      track.add(edge, same_m);
+      track.is_in_slit = false;
+    }
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (const auto beyond = track.beyond_front(tissue); beyond != BladeTrack::Beyond::nowhere) {
       finalise_fronts();
@@ -154,8 +223,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   }
 }
 
-// To stay in a slit is easier than to come into it. A blade that is in a slit is in its plane: what it cuts next begins
-// at the end of the slit, not beside it.
+// To stay in a slit is easier than to come into it.
 BladeTracks::EdgeNearSlit BladeTracks::edge_near_slit(const Tissue& tissue, const TissueAround& around_blade,
                                                       const Blade& blade, bool was_in_slit) const {
   const double lid_m = tissue.metres(tissue.settings.lid_edges);
@@ -164,12 +232,9 @@ BladeTracks::EdgeNearSlit BladeTracks::edge_near_slit(const Tissue& tissue, cons
   const double beside_m = tissue.metres(was_in_slit ? tissue.settings.slit_left_edges : tissue.settings.slit_edges);
   const Slit::Parts parts = slit.parts([&](double share) { return places.rest_at(share); }, beside_m,
                                        [&](const Vec3& at_m) { return around_blade.has_tissue(at_m); });
-  if (parts.open == 0 || parts.uncut > 0) return {places.straight(), false};
+  if (parts.open == 0 || parts.uncut > 0) return {places.straight(), {}, false};
   const std::size_t middle = static_cast<std::size_t>(std::ranges::max_element(places.weight) - places.weight.begin());
-  BladeEdge edge = places.straight();
-  if (const std::optional<SlitPlane> plane = plane_at(places.rest_m(middle)))
-    for (Vec3* end_m : {&edge.tip_m, &edge.heel_m}) *end_m -= plane->height_m(*end_m) * plane->normal;
-  return {edge, true};
+  return {places.straight(), plane_at(places.rest_m(middle)), true};
 }
 
 void BladeTracks::finalise_fronts() {

@@ -43,6 +43,7 @@ struct BladeTrack {
   bool tissue_ends = false;              // just ahead of the blade
   bool is_through = false;               // the tissue has been cut to its end
   bool is_in_slit = false;               // the slit was open before the blade came
+  BladeEdge came_into_slit;              // the blade was here when it came into it
   Pose frame_world;                      // the tissue around the blade
   double since_cut_m = 0;                // how far the blade has gone forward from `open_to`
   double next_cut_m = 0;                 // the next cut is tried when it has gone this far
@@ -59,6 +60,10 @@ struct BladeTrack {
   // Each end where it is, or where the tissue is open when it has gone back. Around a neck that turns, an end may go
   // back and aside, and what lies aside has been cut.
   BladeEdge furthest(const Tissue& tissue) const;
+  // From the oldest place, or where the blade has turned back, to the furthest; with the places where the way bends. Without fronts an element is
+  // cut when the blade has gone through it, along the way that it went; a front is short, and flat.
+  std::vector<BladeEdge> way(const Tissue& tissue) const;
+  std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
   // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
   // tissue has swung, and what lies between has still been cut.
   enum class Beyond { nowhere, behind, beside };
@@ -66,8 +71,8 @@ struct BladeTrack {
 
   template <class A>
   void archive(A& a) {
-    a(edges, open_to, forward, is_at_entry, has_front, tissue_ends, is_through, is_in_slit, frame_world, since_cut_m,
-      next_cut_m, front_vertices, vertices_near);
+    a(edges, open_to, forward, is_at_entry, has_front, tissue_ends, is_through, is_in_slit, came_into_slit, frame_world,
+      since_cut_m, next_cut_m, front_vertices, vertices_near);
   }
 };
 
@@ -99,6 +104,7 @@ struct BladeTracks {
  private:
   struct EdgeNearSlit {
     BladeEdge edge;
+    std::optional<SlitPlane> plane;
     bool is_in_slit = false;
   };
   EdgeNearSlit edge_near_slit(const Tissue& tissue, const TissueAround& around_blade, const Blade& blade,

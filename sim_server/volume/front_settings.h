@@ -23,11 +23,14 @@ struct FrontSettings {
   double lag_edges = 0.05;      // a front ends this far behind the blade, which touches what it cuts next
   double thread_edges = 0.5;    // tissue ahead, this thin and with nothing behind it, is cut together with the rest
   double joined_edges = 1.0;    // vertices of a slit this close to the blade are on the sheet
-  double joined_beside_edges = 0.5;  // if they are no further than this from its plane
-  double longest_sheet_edges = 8;    // a sheet is flat, a track is not
-  double same_place_edges = 0.1;     // without fronts: a blade that slides along its edge stays at a place by so much
-  double behind_edges = 2.0;         // without fronts a sheet reaches this far back, into what was cut in part
-  double front_behind_edges = 0.5;   // and with fronts, since the tissue is open so far
+  double joined_beside_edges = 0.5;    // if they are no further than this from its plane, which goes on from the slit,
+  double joined_crossing_edges = 0.1;  // or than this, where it crosses the slit
+  double longest_sheet_edges = 8;      // a sheet is flat, a track is not
+  double bend_edges = 0.5, least_piece_edges = 0.25;  // without fronts it is bent where the track is so far beside it
+  double above_edges = 1;                             // and reaches so far above the tissue
+  double same_place_edges = 0.1;    // without fronts: a blade that slides along its edge stays at a place by so much
+  double behind_edges = 2.75;       // without fronts a sheet reaches this far back, into what was cut in part
+  double front_behind_edges = 0.5;  // and with fronts, since the tissue is open so far
 
   double deepest_dent_edges = 1;  // a blade that breaks in has pressed the tissue in by so much at most
 
@@ -49,7 +52,7 @@ struct FrontSettings {
   std::size_t fewest_vertices_around = 8;
 
   // Bounds that a cut must keep.
-  double crumb_cubic_edges = 0.06;      // volume of half of an element
+  double crumb_cubic_edges = 0.12;      // volume of an element
   double least_half_cubic_edges = 10;   // volume of a part that can lie against the blade that has cut it off
   double least_kept_area_ratio = 0.75;  // over the area that a front had opened, when it is made anew
   int pinch_rounds = 3;                 // edges are opened that opening others has pinched, this often

@@ -9,7 +9,7 @@ namespace sectio {
 namespace {
 
 constexpr double kSeam_m = 1e-4;   // strips this far from each other have no gap between them
-constexpr double kSameCut = 0.8;   // cosine of the angle up to which strips are of one cut
+constexpr double kSameCut = 0.9;   // cosine of the angle up to which strips are of one cut
 constexpr double kOneSide = 0.5;   // the same of strips by which a blade came
 constexpr double kLidShare = 0.5;  // lips beyond the ends of a strip, in lengths of its edge, lie as it does
 

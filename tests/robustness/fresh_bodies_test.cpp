@@ -1,5 +1,5 @@
 // Bodies, tissues and strokes that no shipped scene has, drawn from seeds and played by the server from files, as a
-// stranger's would be. SECTIO_FRESH_BODIES: how many; SECTIO_FRESH_SEED: the first one's seed.
+// stranger's would be. SECTIO_FRESH_BODIES: how many for each test; SECTIO_FRESH_SEED: the first one's seed.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -116,15 +116,50 @@ double add_stroke(std::vector<TracePoint>& trace, const Lump& lump, const Way& w
   return length_m;
 }
 
+double volume_m3(const TriangleSoup& soup) {
+  double sum = 0;
+  for (const auto& [a, b, c] : soup.triangles)
+    sum += soup.vertices_body_m[a].cross(soup.vertices_body_m[b]).dot(soup.vertices_body_m[c]) / 6;
+  return sum;
+}
+
+enum class Tissue : std::uint8_t { skin, skin_by_templates, volume };
+
+// How a body of the tissue deforms and is cut, as lines of a scene.
+std::string model(Tissue tissue, int tetrahedra, bool whole, Numbers& numbers) {
+  const double young_pa = std::pow(10, numbers.between(3.5, 4.5));
+  std::ostringstream lines;
+  if (tissue != Tissue::volume) {
+    lines << "    cutting: {threshold_displacement_m: 0.001"
+          << (tissue == Tissue::skin_by_templates ? ", style: templates" : "") << "}\n"
+          << "    material: {poisson: 0.45, density_kg_per_m3: 1050, foundation_radius_m: 0.03, damping_per_s: 30, "
+             "young_pa: "
+          << young_pa << ", pretension: " << numbers.between(0.03, 0.3) << "}\n";
+    return lines.str();
+  }
+  const std::string kind = whole ? numbers.one_of(std::array{"neo_hookean", "tetra_springs"})
+                                 : numbers.one_of(std::array{"neo_hookean", "tetra_springs", "neo_hookean_lattice"});
+  lines << "    model: " << kind << "\n    volume: {mesher: lattice, tetrahedra: " << tetrahedra
+        << ", least_part_s: 0.0001}\n    cutting: {threshold_force_n: 0.03, style: "
+        << (whole ? "semi_progressive" : "progressive") << "}\n"
+        << "    material: {" << (kind == "tetra_springs" ? "" : "poisson: 0.42, ")
+        << "density_kg_per_m3: 1050, damping_per_s: 30, young_pa: " << 2 * young_pa << "}\n";
+  return lines.str();
+}
+
 // Leaves a mesh, a trace and a scene in the directory. Returns a line for a person.
-std::string make_scene(std::uint64_t seed, const std::string& directory) {
+std::string make_scene(std::uint64_t seed, Tissue tissue, const std::string& directory) {
   Numbers numbers(seed);
+  const bool is_volume = tissue == Tissue::volume;
   const Lump lump(numbers);
   const int levels = numbers.one_of(std::array{4, 5, 5});
   const char* kind = numbers.one_of(std::array{"line", "wave", "corner", "ring", "cross", "tee"});
+  if (tissue == Tissue::skin_by_templates) kind = numbers.one_of(std::array{"line", "wave"});
+  if (is_volume) kind = numbers.one_of(std::array{"line", "wave", "corner", "cross"});
   const double room_m = 0.6 * std::min(lump.half_axes_m.x(), lump.half_axes_m.y());
   const Vec2 middle(numbers.between(-0.15, 0.15) * room_m, numbers.between(-0.15, 0.15) * room_m);
-  const double heading = numbers.between(0, kTurn), length_m = numbers.between(0.6, 1.2) * room_m;
+  const double heading = numbers.between(0, kTurn),
+               length_m = (is_volume ? 1.5 : 1) * numbers.between(0.6, 1.2) * room_m;
   const auto along = [&](auto&& place) {
     Way way;
     for (int k = 0; k <= kPointsAStroke; ++k)
@@ -159,19 +194,27 @@ std::string make_scene(std::uint64_t seed, const std::string& directory) {
     ways = {line(-half, half), line(turn * -half, turn * half)};
   }
   if (name == "tee") ways = {line(-half, half), line(-across, {0, numbers.between(-0.001, 0.001)})};
-  expect += ways.size() > 1 ? ", joins: at least 1" : ", incisions: 1";
+  expect += ways.size() > 1 && !is_volume ? ", joins: at least 1" : ", incisions: 1";
 
-  const double depth_m = numbers.between(0.0025, 0.006), lean = numbers.between(-0.25, 0.25);
+  const TriangleSoup soup = lump.mesh(levels);
+  // Of a regular tetrahedron's volume, of which as many fill the body.
+  const double edge_m = length_m / numbers.between(4, 8);
+  const int tetrahedra = std::clamp(static_cast<int>(volume_m3(soup) / (edge_m * edge_m * edge_m / 8.5)), 1000, 12000);
+  // A shallow blade goes through no whole tetrahedron.
+  const bool whole = is_volume && numbers.between(0, 1) < 0.4;
+  const double depth_m = is_volume ? edge_m * numbers.between(whole ? 2 : 1.2, 3) : numbers.between(0.0025, 0.006),
+               lean = numbers.between(-0.25, 0.25);
   const double speed_m_per_s = std::pow(10, numbers.between(-2, -1));
   std::vector<TracePoint> trace;
   double sum_m = 0;
   for (const Way& way : ways) sum_m += add_stroke(trace, lump, way, depth_m, speed_m_per_s, lean);
   // The blade leans, and the tissue gives way.
-  expect += ", cut_m: " + std::to_string(0.9 * sum_m - 0.002) + " to " + std::to_string(1.25 * sum_m + 0.003);
+  const double near_m = is_volume ? edge_m * static_cast<double>(ways.size()) : 0;
+  expect += ", cut_m: " + std::to_string(0.9 * sum_m - near_m - 0.002) + " to " +
+            std::to_string(1.25 * sum_m + near_m + 0.003);
 
   std::filesystem::create_directories(directory);
   std::ofstream mesh(directory + "/body.obj"), hand(directory + "/hand.csv"), scene(directory + "/scene.yaml");
-  const TriangleSoup soup = lump.mesh(levels);
   for (const Vec3& x : soup.vertices_body_m) mesh << "v " << x.x() << " " << x.y() << " " << x.z() << "\n";
   for (const auto& t : soup.triangles) mesh << "f " << t[0] + 1 << " " << t[1] + 1 << " " << t[2] + 1 << "\n";
   hand << trace_columns() << "\n";
@@ -180,24 +223,24 @@ std::string make_scene(std::uint64_t seed, const std::string& directory) {
     append_trace_point(row, point);
     hand << row << "\n";
   }
-  const double young_pa = std::pow(10, numbers.between(3.5, 4.5)), pretension = numbers.between(0.03, 0.3);
+  const std::string deforms = model(tissue, tetrahedra, whole, numbers);
   scene << "session: fresh_" << seed << "\nstep_s: auto\nduration_s: " << trace.back().time_s + 0.8 << "\nexpect: {"
         << expect << R"(}
 camera: {eye_world_m: [0.02, -0.12, 0.16], target_world_m: [0, 0, 0.02], field_of_view_deg: 32}
 bodies:
   - name: body
     mesh: {file: body.obj, unit: m}
-    cutting: {threshold_displacement_m: 0.001}
-    material: {poisson: 0.45, density_kg_per_m3: 1050, foundation_radius_m: 0.03, damping_per_s: 30, young_pa: )"
-        << young_pa << ", pretension: " << pretension << R"(}
-    fixed: {min_world_m: [-1, -1, -1], max_world_m: [1, 1, )"
-        << -0.35 * lump.half_axes_m.z() << R"(]}
+)" << deforms
+        << R"(    fixed: {min_world_m: [-1, -1, -1], max_world_m: [1, 1, )" << -0.35 * lump.half_axes_m.z() << R"(]}
 tools:
-  - {name: scalpel, kind: scalpel, trace: hand.csv}
-)";
+)"
+        << (is_volume ? "  - {name: knife, kind: knife, trace: hand.csv, geometry: {a_tool_m: [0, 0, 0], b_tool_m: "
+                        "[0, 0, 0.06], c_tool_m: [0.002, 0, 0.04], d_tool_m: [0.002, 0, 0.06], sharp_length_m: 0.04}}\n"
+                      : "  - {name: scalpel, kind: scalpel, trace: hand.csv}\n");
   std::ostringstream words;
   words << name << ", " << soup.triangles.size() << " triangles, " << 1e3 * sum_m << " mm long, " << 1e3 * depth_m
-        << " mm deep, " << 1e3 * speed_m_per_s << " mm/s, " << young_pa << " Pa";
+        << " mm deep, " << 1e3 * speed_m_per_s << " mm/s\n"
+        << deforms;
   return words.str();
 }
 
@@ -206,12 +249,13 @@ std::uint64_t number_from(const char* variable, std::uint64_t usual) {
   return text ? std::strtoull(text, nullptr, 10) : usual;
 }
 
-TEST(FreshBodies, are_cut_as_their_strokes_say) {
+void play(Tissue tissue) {
   const std::uint64_t first = number_from("SECTIO_FRESH_SEED", 1), count = number_from("SECTIO_FRESH_BODIES", 4);
   std::uint64_t good = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    const std::string directory = testing::TempDir() + "sectio_fresh_" + std::to_string(seed);
-    const std::string what = make_scene(seed, directory);
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    const std::string directory = testing::TempDir() + "sectio_fresh_" + name + "_" + std::to_string(seed);
+    const std::string what = make_scene(seed, tissue, directory);
     Process server(SECTIO_BIN_DIR "/sim_server",
                    {"--scene", directory + "/scene.yaml", "--offline", "--log-level", "warning"});
     const auto code = server.exit_code(std::chrono::seconds(300));
@@ -220,6 +264,16 @@ TEST(FreshBodies, are_cut_as_their_strokes_say) {
     if (code == 0) std::filesystem::remove_all(directory);
   }
   std::printf("%lu of %lu\n", static_cast<unsigned long>(good), static_cast<unsigned long>(count));
+}
+
+TEST(FreshBodies, are_cut_as_their_strokes_say) {
+  play(Tissue::skin);
+}
+TEST(FreshBodies, are_cut_by_templates) {
+  play(Tissue::skin_by_templates);
+}
+TEST(FreshBodies, are_cut_through_their_volume) {
+  play(Tissue::volume);
 }
 
 }  // namespace

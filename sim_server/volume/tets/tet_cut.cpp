@@ -25,18 +25,10 @@ class SheetCut {
   SheetCut(TetTopology& volume, const CutSheet& sheet, const TetCutSettings& settings)
       : volume_(volume),
         place_(volume.scratch()),
-        outline_(sheet.outline_rest_m),
+        shape_(sheet),
         exact_(sheet.exact),
         lasting_(sheet.lasting),
         settings_(settings) {
-    SECTIO_ASSERT(outline_.size() >= 3, "a sheet has three corners");
-    for (std::size_t i = 2; i < outline_.size(); ++i)
-      normal_ += (outline_[i - 1] - outline_[0]).cross(outline_[i] - outline_[0]);
-    const double area = normal_.norm();
-    flat_ = !(area > 0);
-    if (!flat_) normal_ /= area;
-    for (const Vec3& p : outline_) centre_ += p / static_cast<double>(outline_.size());
-    if (outline_.size() == 4 && !flat_) twist_m_ = normal_.dot(outline_[0] - centre_);
     for (const VertexId v : sheet.joined) {
       put_on_sheet(v);
       at(v).joined = true;
@@ -50,11 +42,11 @@ class SheetCut {
   SheetCut& operator=(const SheetCut&) = delete;
 
   TetCutOutcome run(std::span<const std::uint32_t> begin) {
-    if (flat_) return outcome_;
+    if (!shape_.has_area()) return outcome_;
     find(begin);
     snap();
     split();
-    for (std::size_t side = 0; side < outline_.size(); ++side)
+    for (std::size_t side = 0; side < shape_.side_count(); ++side)
       if (is_exact(side)) end_at(side);
     if (exact_ != 0) open_across();
     std::sort(on_sheet_.begin(), on_sheet_.end());
@@ -88,45 +80,18 @@ class SheetCut {
     return met_[place_[v] - 1];
   }
   bool is_on_sheet(VertexId v) const { return v < place_.size() && place_[v] != 0 && met_[place_[v] - 1].on_sheet; }
-  // A point on the sheet counts as above it (simulation of simplicity).
   double height(VertexId v) const {
     double& known_m = at(v).height_m;
-    if (known_m == 0) known_m = height_at(volume_.vertex(v).rest_body_m);
+    if (known_m == 0) known_m = shape_.height_m(volume_.vertex(v).rest_body_m);
     return known_m;
   }
-  double height_at(const Vec3& p) const {
-    const double h = normal_.dot(p - centre_) - (twist_m_ == 0 ? 0 : twist_m_ * twist_at(p));
-    return h == 0 ? 1e-300 : h;
-  }
-  // Four corners that aren't in one plane span a ruled surface, which is as high over the mean plane at two opposite
-  // corners as it is below it at the others. From -1 to 1; beyond the outline as at its sides.
-  double twist_at(const Vec3& p) const {
-    const Vec3 begin = 0.5 * (outline_[0] + outline_[3]), along = 0.5 * (outline_[1] + outline_[2]) - begin;
-    const double v = std::clamp(along.dot(p - begin) / along.squaredNorm(), 0.0, 1.0);
-    const Vec3 from = outline_[0] + v * (outline_[1] - outline_[0]);
-    const Vec3 across = outline_[3] + v * (outline_[2] - outline_[3]) - from;
-    const double across_m2 = across.squaredNorm();
-    const double u = across_m2 > 0 ? std::clamp(across.dot(p - from) / across_m2, 0.0, 1.0) : 0.5;
-    return (1 - 2 * u) * (1 - 2 * v);
-  }
   bool is_exact(std::size_t side) const { return (exact_ >> side & 1) != 0; }
-  // Distance inside a side of the outline, times the side's length.
-  double within(std::size_t side, const Vec3& p) const {
-    const Vec3& a = outline_[side];
-    return (outline_[(side + 1) % outline_.size()] - a).cross(p - a).dot(normal_);
-  }
   bool inside(const Vec3& p) const {
-    return inside(p, [](std::size_t) { return true; });
-  }
-  template <class Counts>
-  bool inside(const Vec3& p, const Counts& counts) const {
-    for (std::size_t side = 0; side < outline_.size(); ++side)
-      if (counts(side) && within(side, p) < 0) return false;
-    return true;
+    return shape_.inside(p, [](std::size_t) { return true; });
   }
   // Treats the sheet as if it went on beyond its exact sides.
   bool inside_extended(const Vec3& p) const {
-    return inside(p, [&](std::size_t side) { return !is_exact(side); });
+    return shape_.inside(p, [&](std::size_t side) { return !is_exact(side); });
   }
 
   static double area_m2(const std::vector<Vec3>& polygon) {
@@ -138,11 +103,11 @@ class SheetCut {
   // Clips the polygon by the outline (Sutherland, Hodgman 1974); returns whether more than a crumb is left.
   bool is_entered() {
     const double whole_m2 = area_m2(polygon_);
-    for (std::size_t side = 0; side < outline_.size() && !polygon_.empty(); ++side) {
+    for (std::size_t side = 0; side < shape_.side_count() && !polygon_.empty(); ++side) {
       left_.clear();
       for (std::size_t i = 0; i < polygon_.size(); ++i) {
         const Vec3 &p = polygon_[i], &q = polygon_[(i + 1) % polygon_.size()];
-        const double at_p = within(side, p), at_q = within(side, q);
+        const double at_p = shape_.within_m2(side, p), at_q = shape_.within_m2(side, q);
         if (at_p >= 0) left_.push_back(p);
         if ((at_p >= 0) != (at_q >= 0)) left_.push_back(p + at_p / (at_p - at_q) * (q - p));
       }
@@ -179,11 +144,10 @@ class SheetCut {
       const double along = h[a] / (h[a] - h[b]);
       const Vec3& from = volume_.vertex(c[a]).rest_body_m;
       const Vec3 at = from + along * (volume_.vertex(c[b]).rest_body_m - from);
-      for (std::size_t side = 0; side < outline_.size() && goes_on; ++side)
-        if (const double inside_m2 = within(side, at); inside_m2 < 0) {
+      for (std::size_t side = 0; side < shape_.side_count() && goes_on; ++side)
+        if (const double inside_m2 = shape_.within_m2(side, at); inside_m2 < 0) {
           crossed.beyond |= 1u << side;
-          const double side_m = (outline_[(side + 1) % outline_.size()] - outline_[side]).norm();
-          if (is_exact(side)) crossed.ahead_m = std::max(crossed.ahead_m, -inside_m2 / side_m);
+          if (is_exact(side)) crossed.ahead_m = std::max(crossed.ahead_m, -inside_m2 / shape_.side_m(side, at));
         }
       if (inside(at) || (goes_on && inside_extended(at))) {
         out.push_back({c[a], c[b], along});
@@ -282,8 +246,8 @@ class SheetCut {
     crossings_.clear();
     for (const std::array<VertexId, 3>& face : entered_faces())
       for (const auto& [i, j] : {std::pair{0u, 1u}, {0u, 2u}, {1u, 2u}}) {
-        const double at_a = within(side, volume_.vertex(face[i]).rest_body_m);
-        const double at_b = within(side, volume_.vertex(face[j]).rest_body_m);
+        const double at_a = shape_.within_m2(side, volume_.vertex(face[i]).rest_body_m);
+        const double at_b = shape_.within_m2(side, volume_.vertex(face[j]).rest_body_m);
         if ((at_a > 0) != (at_b > 0)) crossings_.push_back({face[i], face[j], at_a / (at_a - at_b)});
       }
     sort_unique(crossings_);
@@ -380,7 +344,7 @@ class SheetCut {
       if (side(v) != 0) return false;
     if (side_of(t) == side_of(u)) return false;
     const bool joins = std::ranges::any_of(face, [&](VertexId v) { return at(v).joined; });
-    return inside(middle(face), [&](std::size_t side) { return !joins || is_exact(side); });
+    return shape_.inside(middle(face), [&](std::size_t side) { return !joins || is_exact(side); });
   }
 
   void keep_crumbs() {
@@ -465,12 +429,9 @@ class SheetCut {
 
   TetTopology& volume_;
   std::vector<std::uint32_t>& place_;  // by vertex, in `met_`, from 1; 0: it is not there
-  std::vector<Vec3> outline_;
+  SheetShape shape_;
   std::uint32_t exact_, lasting_;
   TetCutSettings settings_;
-  Vec3 normal_ = Vec3::Zero(), centre_ = Vec3::Zero();
-  bool flat_ = false;
-  double twist_m_ = 0;  // how far the corners are from the mean plane
   std::uint32_t tets_before_ = 0;
   double mean_edge_m_ = 0;  // mean of the edges that the sheet crosses
   std::vector<Crossing> crossings_;

@@ -17,21 +17,10 @@
 // Cuts through or along earlier cuts, and through vertices and edges, are no special cases. Deterministic.
 #pragma once
 
+#include "sim_server/volume/tets/sheet_shape.h"
 #include "sim_server/volume/tets/tet_topology.h"
 
 namespace sectio {
-
-// A convex piece of the surface swept by a blade, at rest: its corners in cyclic order, three or more. Four need not be
-// in one plane: the sheet is ruled from the side between the first two to the opposite one.
-struct CutSheet {
-  std::vector<Vec3> outline_rest_m;
-  // Vertices of the cut that this sheet continues; they count as on the sheet, wherever they are.
-  std::vector<VertexId> joined = {};
-  // Bit i stands for the side of the outline from corner i to the next. `exact`: at these sides the cut ends exactly,
-  // inside elements; at the others it ends with the last edges that the sheet crosses. `lasting`: of the exact sides,
-  // those whose elements will remain; there the cut ends within a quarter of an edge, for the quality of the elements.
-  std::uint32_t exact = 0, lasting = 0;
-};
 
 struct TetCutSettings {
   // A crossing within this fraction of an edge from its end is moved there. Between 0.05 and 0.1 the step stays stable
