@@ -11,7 +11,7 @@ namespace sectio {
 namespace {
 
 constexpr double kMlPerM3 = 1e6;
-constexpr double kLeastPiece_m3 = 1e-12;  // what encloses less is no piece
+constexpr double kLeastPiece_m3 = 1e-12;  // a crack encloses nothing
 
 // A component of a body at rest and now.
 struct Part {

@@ -27,8 +27,9 @@ Vec3 ahead(const BladeEdge& from, const BladeEdge& to) {
 // A blade that comes in from the side has pressed that side in before it broke through: tissue behind the track, as
 // thin as a thread and with nothing behind it, is cut together with the rest.
 TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
-  const bool leaves_halves = !settings_.follows_blade() && !tracks_.slit.empty();     // elements at the ends of slits
-  const double open_m = forward_m(track.way(tissue_).front(), track.open_to).norm();  // that the track goes along
+  const bool leaves_halves = !settings_.follows_blade() && !tracks_.slit.empty();  // elements at the ends of slits
+  const double open_m =
+      forward_m(track.way(tissue_).front(), track.open_to).norm();  // the track goes along so much of the slit
   const double overlap_m = std::max(tissue_.metres(settings_.overlap_edges),
                                     leaves_halves ? std::min(tissue_.metres(settings_.half_cut_edges),
                                                              tissue_.metres(settings_.behind_edges) - open_m)
@@ -50,7 +51,7 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, doub
   std::vector<BladeEdge> way = track.way(tissue_);
   const double mean_edge_m = tissue_.volume.mean_edge_m;
   const std::size_t last = way.size() - 1;
-  std::vector<Vec3> normals;  // of the pieces from one place to the next
+  std::vector<Vec3> normals;  // a normal for each piece of the way
   for (std::size_t k = 0; k < last; ++k)
     normals.push_back((way[k + 1].heel_m - way[k + 1].tip_m).cross(ahead(way[k], way[k + 1])).stableNormalized());
   const Vec3 begins = ahead(way[0], way[1]), ends = ahead(way[last - 1], way[last]);

@@ -44,8 +44,8 @@ void add_bends(std::span<const BladeEdge> edges, std::size_t first, std::size_t 
   add_bends(edges, bend, last, tissue, way);
 }
 
-// A blade that is in a slit is in its plane: what it cuts next begins at the end of the slit, not beside it. A blade that
-// crosses a slit is where its way crosses the plane; what lies aside of that is another cut, and a crumb between both.
+// A blade that is in a slit is in its plane: what it cuts next begins at the end of the slit, not beside it. A blade
+// that crosses a slit is where its way crosses the plane: a cut from further aside would leave a crumb between both.
 BladeEdge on_plane(const SlitPlane& plane, BladeEdge edge, const Vec3& way_m) {
   const Vec3 way = way_m.stableNormalized();
   const double slope = way.dot(plane.normal);
@@ -110,7 +110,7 @@ BladeEdge BladeTrack::furthest(const Tissue& tissue) const {
   return edge;
 }
 
-// Where an edge is in the air it may turn as it likes.
+// The edges up to where the tissue ends: in the air an edge may turn as it likes.
 std::vector<BladeEdge> BladeTrack::in_tissue(const Tissue& tissue) const {
   const BladeEdge& now = edges.back();
   const Vec3 up_m = now.heel_m - now.tip_m, up = up_m.stableNormalized();

@@ -60,8 +60,9 @@ struct BladeTrack {
   // Each end where it is, or where the tissue is open when it has gone back. Around a neck that turns, an end may go
   // back and aside, and what lies aside has been cut.
   BladeEdge furthest(const Tissue& tissue) const;
-  // From the oldest place, or where the blade has turned back, to the furthest; with the places where the way bends. Without fronts an element is
-  // cut when the blade has gone through it, along the way that it went; a front is short, and flat.
+  // From the oldest place, or where the blade has turned back, to the furthest; with the places where the way bends.
+  // Without fronts an element is cut when the blade has gone through it, along the way that it went; a front is short,
+  // and flat.
   std::vector<BladeEdge> way(const Tissue& tissue) const;
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
   // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for

@@ -197,7 +197,7 @@ std::string make_scene(std::uint64_t seed, Tissue tissue, const std::string& dir
   expect += ways.size() > 1 && !is_volume ? ", joins: at least 1" : ", incisions: 1";
 
   const TriangleSoup soup = lump.mesh(levels);
-  // Of a regular tetrahedron's volume, of which as many fill the body.
+  // Regular tetrahedra with this edge fill the body.
   const double edge_m = length_m / numbers.between(4, 8);
   const int tetrahedra = std::clamp(static_cast<int>(volume_m3(soup) / (edge_m * edge_m * edge_m / 8.5)), 1000, 12000);
   // A shallow blade goes through no whole tetrahedron.

@@ -266,6 +266,40 @@ TEST(C_CUT, C_CUT_8_a_stroke_with_a_bend_takes_a_corner_off) {
   }
 }
 
+// By whole elements, a blade that turns on its way down takes the same corner off with one bent sheet, at any angle.
+TEST(C_CUT, C_CUT_8_a_bent_sheet_takes_a_corner_off) {
+  for (const int n : {3, 4, 5})
+    for (const double aside_m : {0.05, 0.08}) {
+      TetTopology volume(off_planes(n));
+      const Vec3 a = kMiddle + Vec3(0.0071, -0.1, 0.05), b = kMiddle + Vec3(0.0071, 0.1, 0.05);
+      const Vec3 down(0, 0, -0.045), end = down + Vec3(aside_m, 0, 0.3 * (aside_m - 0.05));
+      CutSheet bent{{a, b, b + end, a + end}};
+      bent.bends_rest_m = {{a + down, b + down}};
+      cut(volume, bent, {0, true});
+      EXPECT_TRUE(report(volume).conforming) << report(volume).first_defect;
+      const std::vector<double> parts = part_volumes(volume.mesh());
+      ASSERT_EQ(parts.size(), 2u) << n;
+      const double corner_m3 = 0.0229 * 0.06 * (0.025 - (aside_m - 0.05) * 0.3 * 0.5 * 0.0229 / aside_m);
+      EXPECT_NEAR(parts[0], corner_m3, 0.1 * corner_m3) << n;
+    }
+}
+
+TEST(SheetShape, of_a_blade_that_turns_about_its_tip_ends_at_the_tip) {
+  const Vec3 heel = Vec3::UnitZ(), ahead(0.3, 0, 0), aside(0.3, 0.3, 0);
+  // Along x, a fan about the tip, along y.
+  CutSheet bent{{Vec3::Zero(), heel, ahead + 2 * aside + heel, ahead + aside}};
+  bent.bends_rest_m = {{ahead, ahead + heel}, {ahead, aside + ahead + heel}};
+  const SheetShape shape(bent);
+  const auto inside = [&](const Vec3& p) { return shape.inside(p, [](std::size_t) { return true; }); };
+  EXPECT_TRUE(inside(0.5 * ahead + 0.5 * heel));
+  EXPECT_TRUE(inside(ahead + 0.4 * aside + 0.8 * heel));
+  for (const double depth : {0.1, 1.0, 10.0}) {
+    EXPECT_FALSE(inside(ahead - depth * heel)) << depth;
+    EXPECT_FALSE(inside(ahead - depth * (heel + 0.5 * aside))) << depth;
+    EXPECT_FALSE(inside(ahead + (1 + depth) * heel + 0.5 * aside)) << depth;
+  }
+}
+
 TEST(TetCut, A_20_a_cut_leaves_deformation_energy_and_momentum_as_they_were) {
   const TetMesh mesh = off_planes();
   TetTopology volume(mesh);
