@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/core/processor_time.h"
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/prepare/machine_speed.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/session/trace_player.h"

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
 #include "tests/planning/planned_specimens.h"

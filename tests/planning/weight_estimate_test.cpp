@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/planning/body_loads.h"
 #include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/prepare.h"

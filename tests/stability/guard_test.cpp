@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "sim_server/engine/standard_engines.h"
 #include "sim_server/session/recorder.h"
 #include "sim_server/surface/surface_engines.h"
 #include "sim_server/world/body.h"
