@@ -22,14 +22,20 @@ Vec3 ahead(const BladeEdge& from, const BladeEdge& to) {
   return forward_m(from, to).stableNormalized();
 }
 
+// A direction without its part along an edge, which may slide along itself.
+Vec3 across(const BladeEdge& edge, const Vec3& direction) {
+  const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
+  return (direction - direction.dot(up) * up).stableNormalized();
+}
+
 }  // namespace
 
 // A blade that comes in from the side has pressed that side in before it broke through: tissue behind the track, as
 // thin as a thread and with nothing behind it, is cut together with the rest.
 TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides) {
   const bool leaves_halves = !settings_.follows_blade() && !tracks_.slit.empty();  // elements at the ends of slits
-  const double open_m =
-      forward_m(track.way(tissue_).front(), track.open_to).norm();  // the track goes along so much of the slit
+  const std::vector<BladeEdge> way = track.way(tissue_);
+  const double open_m = forward_m(way.front(), track.open_to).norm();  // the track goes along so much of the slit
   const double overlap_m = std::max(tissue_.metres(settings_.overlap_edges),
                                     leaves_halves ? std::min(tissue_.metres(settings_.half_cut_edges),
                                                              tissue_.metres(settings_.behind_edges) - open_m)
@@ -37,18 +43,17 @@ TetCutOutcome BladeCut::cut_along(const BladeTrack& track, double further_m, std
   if (track.is_at_entry) {
     const std::size_t mark = topology_.mark();
     const TetCutOutcome outcome =
-        cut_sheet(track, overlap_m + tissue_.metres(settings_.thread_edges), further_m, exact_sides | kBegin);
+        cut_sheet(track, way, overlap_m + tissue_.metres(settings_.thread_edges), further_m, exact_sides | kBegin);
     if (outcome.twins > 0 && (outcome.beyond & kBegin) == 0) return outcome;
     topology_.undo_to(mark);
   }
-  return cut_sheet(track, overlap_m, further_m, exact_sides);
+  return cut_sheet(track, way, overlap_m, further_m, exact_sides);
 }
 
 // At rest, so that tissue that sags, springs or is inverted is cut as if it were still. The sheet goes on from all that
 // the blade has cut, so that no lip is cut again.
-TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, double further_m,
-                                  std::uint32_t exact_sides) {
-  std::vector<BladeEdge> way = track.way(tissue_);
+TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, std::vector<BladeEdge> way, double behind_m,
+                                  double further_m, std::uint32_t exact_sides) {
   const double mean_edge_m = tissue_.volume.mean_edge_m;
   const std::size_t last = way.size() - 1;
   std::vector<Vec3> normals;  // a normal for each piece of the way
@@ -61,9 +66,8 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, double behind_m, doub
 
   way[0] = {way[0].tip_m - behind_m * begins, way[0].heel_m - behind_m * begins};
   BladeEdge& to = way[last];
-  const Vec3 up = (to.heel_m - to.tip_m).normalized();
-  const Vec3 across = (ends - ends.dot(up) * up).stableNormalized();  // an edge may slide along itself
-  to = {to.tip_m + further_m * across, to.heel_m + further_m * across};
+  const Vec3 beyond_m = further_m * across(to, ends);
+  to = {to.tip_m + beyond_m, to.heel_m + beyond_m};
   CutSheet sheet{{way[0].tip_m, way[0].heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
   for (std::size_t k = 1; k < last; ++k) sheet.bends_rest_m.push_back({way[k].tip_m, way[k].heel_m});
 
@@ -124,9 +128,7 @@ void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
   const BladeEdge to = track.furthest(tissue_);
   slit.open(track.open_to, to, tissue_.metres(settings_.strip_edges));
   if (!track.is_through) return;
-  const BladeEdge& begin = track.edges.front();
-  const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
-  const Vec3 forward = (ahead - ahead.dot(up) * up).stableNormalized();
+  const Vec3 forward = across(to, forward_m(track.edges.front(), to));
   const Vec3 beyond_m = tissue_.metres(settings_.thread_edges + settings_.overlap_edges) * forward;
   slit.open(to, {to.tip_m + beyond_m, to.heel_m + beyond_m}, 0);
 }
@@ -134,9 +136,8 @@ void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
 // Paper C's style leaves tetrahedra closed that the blade has not gone through whole.
 void BladeCut::open_bridges_of(const Slit& slit, const BladeTrack& track) {
   if (!settings_.follows_blade()) return;
-  const BladeEdge to = track.furthest(tissue_), &begin = track.edges.front();
-  const Vec3 ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
-  const Vec3 normal = (to.heel_m - to.tip_m).cross(ahead).stableNormalized();
+  const BladeEdge to = track.furthest(tissue_);
+  const Vec3 normal = (to.heel_m - to.tip_m).cross(forward_m(track.edges.front(), to)).stableNormalized();
   const double beside_m = tissue_.metres(settings_.bridge_beside_edges);
   const std::vector<Vec3> facing = slit.facing(normal, beside_m);
   const auto height_m = [&](const Vec3& at_m) -> std::optional<double> {
@@ -184,9 +185,8 @@ bool BladeCut::run(std::span<const BladeAtWork> at_work) {
   for (auto& [edge_id, track] : tracks_.by_edge) {
     if (!track.is_due() || std::ranges::find(opened, edge_id) == opened.end()) continue;
     open_to_blade(tracks_.slit, track);
-    const BladeEdge &to = track.open_to = track.furthest(tissue_), &begin = track.edges.front();
-    const Vec3 up = (to.heel_m - to.tip_m).normalized(), ahead = to.tip_m + to.heel_m - begin.tip_m - begin.heel_m;
-    track.forward = (ahead - ahead.dot(up) * up).stableNormalized();
+    track.open_to = track.furthest(tissue_);
+    track.forward = across(track.open_to, forward_m(track.edges.front(), track.open_to));
     track.since_cut_m = 0;
     track.next_cut_m = tissue_.metres(settings_.next_cut_edges());
     any = true;

@@ -30,8 +30,9 @@ class BladeCut {
 
  private:
   TetCutOutcome cut_along(const BladeTrack& track, double further_m, std::uint32_t exact_sides);
-  // `behind_m`: the sheet begins this far behind the track.
-  TetCutOutcome cut_sheet(const BladeTrack& track, double behind_m, double further_m, std::uint32_t exact_sides);
+  // `behind_m`: the sheet begins this far behind the way of the track.
+  TetCutOutcome cut_sheet(const BladeTrack& track, std::vector<BladeEdge> way, double behind_m, double further_m,
+                          std::uint32_t exact_sides);
   bool cut_for_good(BladeTrack& track, bool is_lifted);
   bool cut_front(BladeTrack& track);
   // Tissue between the sides of a slit that the blade has left or gone through.
