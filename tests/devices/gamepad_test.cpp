@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <thread>
 
 #include "common/core/error.h"
 #include "device_bridge/drivers/gamepad.h"
+#include "tests/support/patience.h"
 
 namespace sectio {
 namespace {
@@ -36,12 +36,7 @@ class GamepadTest : public testing::Test {
     SDL_JoystickDetachVirtual(std::exchange(index, -1));
   }
   static bool until(Steering& steering, const std::function<bool(const std::optional<Step>&)>& holds) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-    while (!holds(steering.step(1))) {
-      if (std::chrono::steady_clock::now() > deadline) return false;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
+    return test::wait_until([&] { return holds(steering.step(1)); }, {}, test::kGiveUpDevice);
   }
 
   int index = -1;

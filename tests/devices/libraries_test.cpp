@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <thread>
 
 #include "common/core/error.h"
 #include "device_bridge/device/held_device.h"
 #include "device_bridge/drivers/force_dimension.h"
 #include "device_bridge/drivers/open_haptics.h"
+#include "tests/support/patience.h"
 
 namespace sectio {
 namespace {
@@ -31,14 +31,12 @@ class Fake {
 bool until(Handle& handle, const Vec3& force_n, const Vec3& moment_n_m,
            const std::function<bool(HandleState&)>& holds) {
   HandleState state;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (std::chrono::steady_clock::now() < deadline) {
+  const auto is_so = [&] {
     handle.apply(force_n, moment_n_m);
     handle.latest(state);
-    if (holds(state)) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
+    return holds(state);
+  };
+  return test::wait_until(is_so, {}, test::kGiveUpDevice);
 }
 
 std::string refusal_of(const std::function<void()>& act) {
@@ -88,9 +86,7 @@ TEST(ForceDimension, gives_no_force_that_the_servo_has_not_asked_for_lately) {
   auto* load = fake.find<double>("fake_load");
   const std::unique_ptr<Handle> handle = open_force_dimension(SECTIO_FAKE_DHD);
   ASSERT_TRUE(until(*handle, {0, 0, 2}, Vec3::Zero(), [&](HandleState&) { return load[2] == 2; }));
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (load[2] != 0 && std::chrono::steady_clock::now() < deadline)
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  test::wait_until([&] { return load[2] == 0; }, {}, test::kGiveUpDevice);
   EXPECT_EQ(load[2], 0);
 }
 

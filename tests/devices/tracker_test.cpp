@@ -9,6 +9,7 @@
 #include "common/core/error.h"
 #include "device_bridge/device/tracked_hand.h"
 #include "device_bridge/drivers/tracker.h"
+#include "tests/support/patience.h"
 
 namespace sectio {
 namespace {
@@ -62,12 +63,7 @@ class FakeTracker {
 
 // Runs a hand as the servo does until a condition holds.
 bool until(TrackedHand& hand, double& now_s, const std::function<bool(const Pose&)>& holds) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (!holds(hand.pose_world(now_s += 0.001))) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
+  return test::wait_until([&] { return holds(hand.pose_world(now_s += 0.001)); }, {}, test::kGiveUpDevice);
 }
 
 TEST(Tracker, leads_a_mass_along_the_places_that_it_tells) {

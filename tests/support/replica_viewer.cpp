@@ -1,21 +1,11 @@
 #include "tests/support/replica_viewer.h"
 
 #include <algorithm>
-#include <thread>
+#include <chrono>
 
 namespace sectio::test {
 
 using Clock = std::chrono::steady_clock;
-
-bool wait_until(const std::function<bool()>& condition, const std::function<void()>& meanwhile) {
-  const auto end = Clock::now() + kGiveUp;
-  while (!condition()) {
-    if (Clock::now() > end) return false;
-    meanwhile();
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
 
 bool ReplicaViewer::look() {
   const double now_s = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();

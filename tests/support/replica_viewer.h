@@ -1,4 +1,4 @@
-// A render client without a renderer, in the test's own process, and the patience of a test that waits for it.
+// A render client without a renderer, in the test's own process.
 #pragma once
 
 #include <chrono>
@@ -11,12 +11,6 @@
 #include "render_client/replica/world.h"
 
 namespace sectio::test {
-
-constexpr std::chrono::seconds kGiveUp{60};
-
-// Does `meanwhile` and waits a millisecond until the condition holds; false: it never did.
-bool wait_until(
-    const std::function<bool()>& condition, const std::function<void()>& meanwhile = [] {});
 
 struct ReplicaViewer {
   explicit ReplicaViewer(const NetworkOptions& network) : net(network) {}

@@ -8,6 +8,7 @@
 #include "render_client/net/client_net.h"
 #include "sim_server/net/server_net.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/patience.h"
 #include "tests/support/replica_viewer.h"
 #include "tests/support/session_programs.h"
 

@@ -14,6 +14,7 @@
 #include "sim_server/simulation.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/patience.h"
 #include "tests/support/replica_viewer.h"
 #include "tests/support/scene_engines.h"
 

@@ -11,6 +11,7 @@
 #include "sim_server/net/server_net.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/moving_world.h"
+#include "tests/support/patience.h"
 #include "tests/support/replica_viewer.h"
 
 namespace sectio::test {

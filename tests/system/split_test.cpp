@@ -7,6 +7,7 @@
 #include "sim_server/net/world_view.h"
 #include "tests/support/dds_session.h"
 #include "tests/support/loop_cut.h"
+#include "tests/support/patience.h"
 #include "tests/support/replica_viewer.h"
 
 namespace sectio::test {
