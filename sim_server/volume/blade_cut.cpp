@@ -81,7 +81,7 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, std::vector<BladeEdge
   if (begin.empty()) return {};
   const SheetShape shape(sheet);
   const BladeEdge& now = track.edges.back();
-  const double reach_m = tissue_.metres(settings_.joined_edges) + length_m;
+  const double reach_m = tissue_.metres(settings_.joined_reach_edges()) + length_m;
   std::ranges::copy_if(tracks_.slit.vertices(), std::back_inserter(sheet.joined), [&](VertexId v) {
     const Vec3& x = topology_.vertex(v).rest_body_m;
     if (distance_to_segment(x, now.tip_m, now.heel_m) > reach_m) return false;

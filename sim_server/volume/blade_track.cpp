@@ -28,15 +28,21 @@ void add_bends(std::span<const BladeEdge> edges, std::size_t first, std::size_t 
   const Vec3 normal = (from.heel_m + to.heel_m - from.tip_m - to.tip_m).cross(forward_m(from, to)).stableNormalized();
   const double least_m = tissue.metres(tissue.settings.least_piece_edges);
   std::size_t bend = first;
-  double most_m = tissue.metres(tissue.settings.bend_edges);
-  for (std::size_t k = first + 1; k < last; ++k) {
-    const BladeEdge& at = edges[k];
-    const double beside_m =
-        std::max(std::abs(normal.dot(at.tip_m - from.tip_m)), std::abs(normal.dot(at.heel_m - from.heel_m)));
+  double most_m = 0, jump_m = 0;
+  for (std::size_t k = first + 1; k <= last; ++k) {
+    const BladeEdge &at = edges[k], &before = edges[k - 1];
+    const auto aside_m = [&](const BladeEdge& than) {
+      return std::max(std::abs(normal.dot(at.tip_m - than.tip_m)), std::abs(normal.dot(at.heel_m - than.heel_m)));
+    };
+    jump_m = std::max(jump_m, aside_m(before));
+    const double beside_m = aside_m(from);
     if (beside_m <= most_m || std::min(forward_m(from, at).norm(), forward_m(at, to).norm()) < least_m) continue;
     most_m = beside_m, bend = k;
   }
-  if (bend == first) {
+  const FrontSettings& settings = tissue.settings;
+  const double bend_m = std::clamp(settings.bend_jumps * jump_m, tissue.metres(settings.smooth_bend_edges),
+                                   tissue.metres(settings.bend_edges));
+  if (most_m <= bend_m) {
     way.push_back(to);
     return;
   }
@@ -77,12 +83,27 @@ void BladeTrack::add(const BladeEdge& edge, double same_m) {
   edges.push_back(edge);
 }
 
+void BladeTrack::deepen_entry(double same_m) {
+  BladeEdge& entry = edges.front();
+  if (across_m(entry, edges.back()).second > same_m) return;
+  const Vec3 up = (entry.heel_m - entry.tip_m).normalized();
+  const Vec3 down_m = std::min(0.0, up.dot(edges.back().tip_m - entry.tip_m)) * up;
+  entry = {entry.tip_m + down_m, entry.heel_m + down_m};
+}
+
 void BladeTrack::restart_from(BladeEdge place) {
   edges = {place, edges.back()};
   if (edges.front() == edges.back()) edges.pop_back();
   is_at_entry = false;
   open_to = place;
   forward = Vec3::Zero();
+}
+
+bool BladeTrack::turns_at_end(const Tissue& tissue, const BladeEdge& edge) const {
+  if (tissue.settings.follows_blade() || is_in_slit || edges.size() < 2) return false;
+  const double share = share_in_tissue(tissue, edge);
+  const BladeEdge end{open_to.tip_m, open_to.at(share)};
+  return across_m(end, {edge.tip_m, edge.at(share)}).second < tissue.metres(tissue.settings.turn_edges);
 }
 
 double BladeTrack::ahead_m(const FrontSettings& settings) const {
@@ -110,14 +131,16 @@ BladeEdge BladeTrack::furthest(const Tissue& tissue) const {
   return edge;
 }
 
-// The edges up to where the tissue ends: in the air an edge may turn as it likes.
-std::vector<BladeEdge> BladeTrack::in_tissue(const Tissue& tissue) const {
-  const BladeEdge& now = edges.back();
-  const Vec3 up_m = now.heel_m - now.tip_m, up = up_m.stableNormalized();
+double BladeTrack::share_in_tissue(const Tissue& tissue, const BladeEdge& edge) const {
+  const Vec3 up_m = edge.heel_m - edge.tip_m, up = up_m.stableNormalized();
   double depth_m = 0;
   for (const VertexId v : vertices_near)
-    depth_m = std::max(depth_m, up.dot(tissue.volume.topology.vertex(v).rest_body_m - now.tip_m));
-  const double share = std::min(1.0, (depth_m + tissue.metres(tissue.settings.above_edges)) / up_m.norm());
+    depth_m = std::max(depth_m, up.dot(tissue.volume.topology.vertex(v).rest_body_m - edge.tip_m));
+  return std::min(1.0, (depth_m + tissue.metres(tissue.settings.above_edges)) / up_m.norm());
+}
+
+std::vector<BladeEdge> BladeTrack::in_tissue(const Tissue& tissue) const {
+  const double share = share_in_tissue(tissue, edges.back());
   std::vector<BladeEdge> parts;
   for (const BladeEdge& edge : edges) parts.push_back({edge.tip_m, edge.at(share)});
   return parts;
@@ -194,7 +217,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
     if (track.has_front || slit.empty())
       track.add(around_blade.at_rest(blade), same_m);
     else if (const auto [edge, plane, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
-             is_in_slit) {
+             is_in_slit && !track.turns_at_end(tissue, edge)) {
       if (!std::exchange(track.is_in_slit, true)) track.came_into_slit = edge;
       track.add(plane ? on_plane(*plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
       track.restart_from(track.edges.back());
@@ -202,6 +225,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
       track.add(edge, same_m);
       track.is_in_slit = false;
     }
+    if (track.is_at_entry && !settings.follows_blade()) track.deepen_entry(tissue.metres(settings.least_piece_edges));
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (const auto beyond = track.beyond_front(tissue); beyond != BladeTrack::Beyond::nowhere) {
       finalise_fronts();

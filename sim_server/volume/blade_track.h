@@ -52,8 +52,13 @@ struct BladeTrack {
 
   // The blade is here now. `same_m`: places this close to each other, across the edge, are one.
   void add(const BladeEdge& edge, double same_m);
+  // A blade that is put down where it went in, within `same_m` across its edge, has cut there as deep as it is now.
+  void deepen_entry(double same_m);
   // The blade is where nothing is left to cut, or has left its front: the track goes on from a place.
   void restart_from(BladeEdge place);
+  // Without fronts, elements at the end of a slit have been cut in part: a blade that turns there, and has not gone
+  // back, cuts them on from the way that it came.
+  bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
   // Across the edge, of the end that has gone further; negative: it has gone back.
   double ahead_m(const FrontSettings& settings) const;
@@ -64,6 +69,9 @@ struct BladeTrack {
   // Without fronts an element is cut when the blade has gone through it, along the way that it went; a front is short,
   // and flat.
   std::vector<BladeEdge> way(const Tissue& tissue) const;
+  // Of an edge, from its tip to a little above the tissue: in the air an edge may turn as it likes.
+  double share_in_tissue(const Tissue& tissue, const BladeEdge& edge) const;
+  // The edges up to there.
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
   // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
   // tissue has swung, and what lies between has still been cut.

@@ -18,15 +18,17 @@ struct FrontSettings {
   double give_up_after_edges = 0.5;  // a front that could not be made anew for this far stays as it is
 
   // The sheet that it cuts along.
-  double overlap_edges = 0.25;  // the sheet begins this far behind the track
-  double half_cut_edges = 1.0;  // without fronts and with a slit: elements at its end have been cut in part
-  double lag_edges = 0.05;      // a front ends this far behind the blade, which touches what it cuts next
-  double thread_edges = 0.5;    // tissue ahead, this thin and with nothing behind it, is cut together with the rest
-  double joined_edges = 1.0;    // vertices of a slit this close to the blade are on the sheet
+  double overlap_edges = 0.25;     // the sheet begins this far behind the track
+  double half_cut_edges = 1.0;     // without fronts and with a slit: elements at its end have been cut in part
+  double lag_edges = 0.05;         // a front ends this far behind the blade, which touches what it cuts next
+  double thread_edges = 0.5;       // tissue ahead, this thin and with nothing behind it, is cut together with the rest
+  double joined_edges = 1.0;       // vertices of a slit this close to the blade are on the sheet,
+  double joined_behind_edges = 3;  // and without fronts, which leave elements cut in part, this far behind the sheet,
   double joined_beside_edges = 0.5;    // if they are no further than this from its plane, which goes on from the slit,
   double joined_crossing_edges = 0.1;  // or than this, where it crosses the slit
   double longest_sheet_edges = 8;      // a sheet is flat, a track is not
-  double bend_edges = 0.5, least_piece_edges = 0.25;  // without fronts it is bent where the track is so far beside it
+  double bend_edges = 0.5, least_piece_edges = 0.25;  // without fronts it is bent where the track is so far beside it,
+  double smooth_bend_edges = 0.1, bend_jumps = 4;     // or so far, and so many times as far as a place from the last
   double above_edges = 1;                             // and reaches so far above the tissue
   double same_place_edges = 0.1;    // without fronts: a blade that slides along its edge stays at a place by so much
   double behind_edges = 2.75;       // without fronts a sheet reaches this far back, into what was cut in part
@@ -40,8 +42,9 @@ struct FrontSettings {
 
   // A blade this close to a slit is in it, and stays in it.
   double slit_edges = 0.25, slit_left_edges = 0.4;
-  double strip_edges = 0.5;        // a slit is remembered in strips of this length
-  double lid_edges = 1;            // lips that gape are the slit's when the place between them is this close to it
+  double turn_edges = 0.5;   // without fronts: one that has gone so far back at most has not left the end of its cut
+  double strip_edges = 0.5;  // a slit is remembered in strips of this length
+  double lid_edges = 1;      // lips that gape are the slit's when the place between them is this close to it
   double slit_closed_edges = 0.6;  // lips that have closed in on a blade lie over it by so much at most
 
   // Tissue this far beside a slit belongs to a side of it; what connects the sides is looked for so far from it.
@@ -58,6 +61,7 @@ struct FrontSettings {
   int pinch_rounds = 3;                 // edges are opened that opening others has pinched, this often
 
   bool follows_blade() const { return !tets.semi_progressive; }
+  double joined_reach_edges() const { return follows_blade() ? joined_edges : joined_behind_edges; }
   double next_cut_edges() const { return follows_blade() ? follow_every_edges : cut_every_edges; }
 };
 
