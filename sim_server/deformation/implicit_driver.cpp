@@ -16,12 +16,14 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
       from_[n] += weight * start_position_[particle].head<3>().cast<double>();
   products_ = iterations_ = 0;
   look_back(motion.step_s);
+  const std::vector<NewtonStep::Borne> borne = newton_.borne();
   bool met = false;
   for (parts_ = 1;; parts_ *= 2) {
     met = take(energy, motion, particles, constraints, supports, reactions, parts_, parts_ > 2 ? smoother : Smoother{});
     if (met || parts_ == kMostParts) break;
     std::ranges::copy(start_position_, particles.position_world_m.begin());
     std::ranges::copy(start_velocity_, particles.velocity_m_per_s.begin());
+    newton_.begin_with(borne);
   }
   not_met_ += !met;
   before_position_.clear();

@@ -39,7 +39,10 @@ class ImplicitDriver {
             std::span<Reaction> reactions, const Smoother& smoother = {});
 
   // Particles from this one on have no past: they are new, or have jumped. 0: the next step is the first one.
-  void forget(std::size_t from = 0) { before_position_.resize(std::min(before_position_.size(), from)); }
+  void forget(std::size_t from = 0) {
+    before_position_.resize(std::min(before_position_.size(), from));
+    if (from == 0) newton_.begin_with({});
+  }
 
   double residual() const { return residual_; }             // by force, of the last step: the largest of its parts
   double residual_m() const { return residual_m_; }         // how far the last iteration moved something
@@ -51,7 +54,7 @@ class ImplicitDriver {
   template <class A>
   void archive(A& a) {
     a(residual_, residual_m_, not_met_, parts_, iterations_, products_, before_position_, before_velocity_,
-      left_position_, left_velocity_);
+      left_position_, left_velocity_, newton_);
   }
 
  private:

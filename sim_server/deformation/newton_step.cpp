@@ -16,7 +16,8 @@ constexpr double kBelow = 0.3;        // and needn't go further below the tolera
 constexpr double kStiffer = 250;      // diagonal over inertia from which groups pay
 constexpr double kSlope = 0.5;        // a slope that has turned by no more than this is taken for a smaller objective
 constexpr double kRests = 1e-4;       // a residual below this share of the weight needs no iteration
-constexpr double kPointOverOwn = 50;  // stiffness of a held point over that of its particles
+constexpr double kPointOverOwn = 50;  // stiffness of a held point over that of its particles,
+constexpr double kResting = 3;        // and of one that may come off, and has no spring: stiffer ones do so in turns
 constexpr double kStandardGravity_m_per_s2 = 9.81;
 
 double dot(std::span<const Vec4f> a, std::span<const Vec4f> b) {
@@ -44,6 +45,10 @@ Vec3 at_most(double largest_n, const Vec3& force_n, const Mat3& space, Mat3& slo
   const Vec3 along = force_n / size_n;
   slope = largest_n / size_n * (space - along * along.transpose());
   return largest_n * along;
+}
+
+NewtonStep::Point point_of(const PointConstraint& c) {
+  return {c.v, c.w};
 }
 
 }  // namespace
@@ -217,6 +222,15 @@ void NewtonStep::bound_friction(const Problem& problem, std::span<const Vec3> x)
       held_[n].friction_n = c.friction * std::max(0.0, -exerted(problem, n, x).force_n.dot(c.normal));
 }
 
+void NewtonStep::recall(const Problem& problem) {
+  held_.assign(problem.constraints.size(), {});
+  for (std::size_t n = 0; n < held_.size(); ++n) {
+    const auto of = point_of(problem.constraints[n]);
+    const auto known = std::ranges::lower_bound(borne_, of, {}, &Borne::point);
+    if (known != borne_.end() && known->point == of) held_[n].force_n = known->force_n;
+  }
+}
+
 // Computes the stiffness of each held point once. A particle's stiffness is divided among the points that it carries.
 void NewtonStep::stiffen(const Problem& problem) {
   if (held_.empty() || held_.front().stiffness_n_per_m > 0) return;
@@ -229,7 +243,9 @@ void NewtonStep::stiffen(const Problem& problem) {
       if (problem.inverse_mass_per_kg[particle] > 0) compliance += 3 * weight * weight / blocks_[particle].trace();
       points += std::abs(weight) * carries_[particle];
     }
-    if (compliance > 0) held_[n].stiffness_n_per_m = kPointOverOwn / (compliance * std::max(1.0, points));
+    const PointConstraint& c = problem.constraints[n];
+    const double over_own = c.unilateral && c.compliance_m_per_n == 0 ? kResting : kPointOverOwn;
+    if (compliance > 0) held_[n].stiffness_n_per_m = over_own / (compliance * std::max(1.0, points));
   }
 }
 
@@ -290,7 +306,7 @@ bool NewtonStep::find_direction(const ElasticEnergy& energy, const Problem& prob
 NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, std::span<Vec3> x) {
   SECTIO_ASSERT(problem.supports || problem.constraints.empty(), "points have supports");
   NewtonOutcome outcome;
-  held_.assign(problem.constraints.size(), {});
+  recall(problem);
   free_force_.resize(x.size()), force_.resize(x.size()), blocks_.resize(x.size()), inverse_.resize(x.size());
   for (auto* vectors : {&p_, &ap_, &r_, &z_, &dx_}) vectors->assign(x.size(), Vec4f::Zero());
   inertia_n_per_m_.assign(x.size(), 0);
@@ -348,15 +364,18 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
 }
 
 void NewtonStep::finish(const Problem& problem, double step_s, std::span<const Vec4f> velocity_m_per_s,
-                        std::span<Reaction> reactions) const {
+                        std::span<Reaction> reactions) {
   SECTIO_ASSERT(reactions.size() == held_.size(), "one reaction a constraint");
+  borne_.clear();
   for (std::size_t n = 0; n < held_.size(); ++n) {
     Vec3 velocity = Vec3::Zero();
     for (const auto& [particle, weight] : problem.supports->of(n))
       velocity += weight * velocity_m_per_s[particle].head<3>().cast<double>();
     const Vec3& force = held_[n].force_n;
+    borne_.push_back({point_of(problem.constraints[n]), force});
     reactions[n] = {-force, !force.isZero(0), step_s * force.dot(velocity)};
   }
+  std::ranges::stable_sort(borne_, {}, &Borne::point);
 }
 
 }  // namespace sectio

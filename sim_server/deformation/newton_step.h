@@ -11,7 +11,7 @@
 // after an iteration lambda <- P(lambda + k (target - point)), where P is what the constraint may exert: pushes only, a
 // largest force. A push through a spring of compliance a is P((lambda + k (target - point)) / (1 + a k)). Friction
 // holds a point to where the instrument takes it along, by no more than the coefficient times the push
-// where the iteration begins.
+// where the iteration begins. A point that the last step had, too, begins with the force that it bore there.
 //
 // The outcome says by force how far the state is from equilibrium. Positions are in double precision, products with K
 // in single. Deterministic, one thread.
@@ -71,12 +71,32 @@ class NewtonStep {
     std::span<const Vec3> taken_along_world_m;     // each constraint's instrument would take its point here
   };
 
+  using Point = std::pair<std::array<VertexId, 3>, std::array<double, 3>>;  // its corners and weights
+  // What a point bore in the last step.
+  struct Borne {
+    Point point;
+    Vec3 force_n = Vec3::Zero();
+
+    template <class A>
+    void archive(A& a) {
+      a(point.first, point.second, force_n);
+    }
+  };
+  // In the order of points. solve() begins with these, finish() leaves those of its step.
+  const std::vector<Borne>& borne() const { return borne_; }
+  void begin_with(std::vector<Borne> borne) { borne_ = std::move(borne); }
+
   // Begins at the positions given and leaves the best ones found there.
   NewtonOutcome solve(ElasticEnergy& energy, const Problem& problem, std::span<Vec3> position_world_m);
   // The reactions of the constraints in the last solution, and the work of each on a point that moves with these
   // velocities.
   void finish(const Problem& problem, double step_s, std::span<const Vec4f> velocity_m_per_s,
-              std::span<Reaction> reactions) const;
+              std::span<Reaction> reactions);
+
+  template <class A>
+  void archive(A& a) {
+    a(borne_);
+  }
 
  private:
   struct Held {
@@ -92,6 +112,7 @@ class NewtonStep {
     double energy_j = 0;
   };
   Exerted exerted(const Problem& problem, std::size_t constraint, std::span<const Vec3> x) const;
+  void recall(const Problem& problem);
   void stiffen(const Problem& problem);
   void bound_friction(const Problem& problem, std::span<const Vec3> x);
   double objective_j(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
@@ -105,6 +126,7 @@ class NewtonStep {
   void multiply(const ElasticEnergy& energy, const Problem& problem);
   Vec3 at(const Problem& problem, std::size_t constraint, std::span<const Vec3> x) const;
 
+  std::vector<Borne> borne_;
   std::vector<Held> held_;
   std::vector<double> carries_;                   // by particle: the points that it carries, by weight
   std::vector<Vec3> free_force_, force_, tried_;  // free: without the points

@@ -165,5 +165,36 @@ TEST(Implicit, held_points_are_where_they_are_held) {
   EXPECT_EQ(solid.diagnostics().steps_not_met, 0u);
 }
 
+// A block that falls 5 mm onto a floor, on which it then lies: each vertex beneath is pressed up, and comes off freely.
+TEST(Implicit, what_lies_on_a_floor_is_in_equilibrium_in_every_step) {
+  const TetMesh mesh = test::tet_box(6, 6, 3, Vec3(0.06, 0.06, 0.03));
+  for (const double step_s : {0.001, 1.0 / 60}) {
+    VolumeSettings settings;
+    settings.step_s = step_s;
+    settings.fixed.assign(mesh.vertices_body_m.size(), 0);
+    TetSolid solid(mesh, material(1e4, 0.45), settings, VolumeIntegrator::implicit_only);
+    Points x = test::at_rest(mesh), v = test::still(x);
+    for (Vec4f& at : x) at.z() += 0.005f;
+    std::vector<Reaction> reactions;
+    for (int n = 0; n * step_s < 1; ++n) {
+      std::vector<PointConstraint> floor;
+      for (VertexId i = 0; i < x.size(); ++i) {
+        if (x[i].z() > 0.012f) continue;
+        PointConstraint c = hold(i, {x[i].x(), x[i].y(), 0});
+        c.unilateral = true;
+        c.normal = -Vec3::UnitZ();
+        floor.push_back(c);
+      }
+      reactions.assign(floor.size(), {});
+      solid.step(x, v, floor, reactions);
+    }
+    EXPECT_EQ(solid.diagnostics().steps_not_met, 0u) << step_s;
+    double weight_n = 0, borne_n = 0;
+    for (VertexId i = 0; i < x.size(); ++i) weight_n += 9.81 * solid.mass_kg(i);
+    for (const Reaction& r : reactions) borne_n -= r.force_on_tool_n.z();
+    EXPECT_NEAR(borne_n / weight_n, 1, 0.02) << step_s;
+  }
+}
+
 }  // namespace
 }  // namespace sectio::hexa_test
