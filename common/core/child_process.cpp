@@ -63,6 +63,7 @@ ChildProcess::Ending ending_of(int status) {
 
 ChildProcess::ChildProcess(std::vector<std::string> words, const ChildOptions& options) {
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   if (const int error = SpawnActions(options).spawn(argv.data(), pid_); error != 0)

@@ -9,6 +9,7 @@ namespace {
 
 bool is_same(const VertexEdit& a, const VertexEdit& b) {
   if (!a.alive || !b.alive) return a.alive == b.alive;
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
   return std::memcmp(a.rest_body_m.data(), b.rest_body_m.data(), 3 * sizeof(double)) == 0;  // -0 isn't 0: bits count
 }
 

@@ -63,14 +63,14 @@ float bump_height(const Vec3f& p) {
 }
 
 TissueNoise make_tissue_noise() {
-  constexpr int n = kTissueNoiseSize;
-  constexpr float kStep = 1.0f / n;
+  constexpr int kSize = kTissueNoiseSize;
+  constexpr float kStep = 1.0f / kSize;
   constexpr float kSteepest = 10;  // the few steeper slopes are clamped
   TissueNoise volumes;
-  volumes.noise.reserve(4 * n * n * n);
-  volumes.relief.reserve(4 * n * n * n);
-  for (int i = 0; i < n * n * n; ++i) {
-    const Vec3f p = kStep * Eigen::Vector3i(i % n, i / n % n, i / (n * n)).cast<float>();
+  volumes.noise.reserve(4 * kSize * kSize * kSize);
+  volumes.relief.reserve(4 * kSize * kSize * kSize);
+  for (int i = 0; i < kSize * kSize * kSize; ++i) {
+    const Vec3f p = kStep * Eigen::Vector3i(i % kSize, i / kSize % kSize, i / (kSize * kSize)).cast<float>();
     // Vessels are thin tubes: they lie where two independent fields are both near their mean.
     const float u = clouds(p, 3, 40) - 0.5f, v = clouds(p, 3, 50) - 0.5f;
     const float grain = 0.5f * value_noise(p, 16, 30) + 0.5f * value_noise(p, 28, 31);

@@ -58,12 +58,12 @@ void GatewayNet::poll(Gateway& gateway) {
   w.pass_on<ScalarPiece>(gateway);
   while (auto header = w.endpoints.take<StateHeader>()) {
     w.hear(*header);
-    gateway.feed(std::move(*header));
+    gateway.feed(*header);
   }
   w.pass_on<SessionEvent>(gateway);
   while (auto status = w.endpoints.take<ServerStatus>()) {
     w.clock.hear(steady_now_s(), w.client, *status);
-    gateway.feed(std::move(*status));
+    gateway.feed(*status);
   }
   w.pass_on<ContactMessage>(gateway);
   while (const auto end = w.endpoints.take<SessionEnd>()) {

@@ -31,7 +31,7 @@ struct Subject {
   std::uint32_t body_or_tool = 0;
   std::uint32_t piece = 0;
   std::string name = {};
-  auto operator<=>(const Subject&) const = default;
+  auto operator<=>(const Subject&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 class Mailbox {

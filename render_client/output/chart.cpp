@@ -232,7 +232,8 @@ void Chart::draw_legend_beside(const std::vector<Series>& series) {
   const int x = area_.x_px + area_.width_px + 14;
   for (std::size_t i = 0; i < series.size(); ++i) {
     if (series[i].name.empty()) continue;
-    const Eigen::Vector2f left(static_cast<float>(x), static_cast<float>(y + text_.line_height_px() / 2));
+    const int middle_px = y + text_.line_height_px() / 2;
+    const Eigen::Vector2f left(static_cast<float>(x), static_cast<float>(middle_px));
     if (series[i].style == Series::Style::dashes)
       for (int k = 0; k < 3; ++k)
         line(left + Eigen::Vector2f(static_cast<float>(8 * k), 0),

@@ -23,9 +23,10 @@ void reduce_to_manifold(std::vector<BodyContact>& contacts, std::size_t from) {
   };
   std::set<std::size_t> kept{outermost([](const BodyContact& c) { return c.depth_m; })};
   for (const auto& [du, dw] : kDirections)
-    for (const double tilt : kTilts)
-      kept.insert(
-          outermost([&](const BodyContact& c) { return c.depth_m + tilt * (du * u + dw * w).dot(c.point_world_m); }));
+    for (const double tilt : kTilts) {
+      const Vec3 tilted = tilt * (du * u + dw * w);
+      kept.insert(outermost([&](const BodyContact& c) { return c.depth_m + tilted.dot(c.point_world_m); }));
+    }
   std::size_t next = from;
   for (const std::size_t i : kept) contacts[next++] = contacts[i];
   contacts.resize(next);

@@ -10,7 +10,7 @@ MassProperties mass_properties(std::span<const Vec3> positions_m, std::span<cons
   const auto first = std::find_if(triangles.begin(), triangles.end(), [](const Triangle& t) { return t.alive(); });
   if (first == triangles.end()) return result;
   // Sums from a point of the surface: far from the origin, differences of large numbers would lose digits.
-  const Vec3 origin = positions_m[first->v[0]];
+  const Vec3& origin = positions_m[first->v[0]];
   result.centre_m = origin;
 
   // Integrals over a tetrahedron 0 a b c with s = a + b + c:  V = det / 6,  int x = V s / 4,

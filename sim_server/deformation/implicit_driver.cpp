@@ -50,7 +50,7 @@ void ImplicitDriver::look_back(double step_s) {
   }
 }
 
-bool ImplicitDriver::take(ElasticEnergy& energy, Motion motion, const Particles& particles,
+bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
                           std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
                           std::span<Reaction> reactions, int parts, const Smoother& smoother) {
   const bool has_past = motion.is_long && parts == 1 && !before_position_.empty();

@@ -61,7 +61,7 @@ class ImplicitDriver {
   static constexpr int kMostParts = 8;
 
   void look_back(double step_s);
-  bool take(ElasticEnergy& energy, Motion motion, const Particles& particles,
+  bool take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
             std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
             std::span<Reaction> reactions, int parts, const Smoother& smoother);
 

@@ -316,8 +316,8 @@ void SurfaceSprings::find_held(std::span<const PointConstraint> constraints) {
     for (const VertexId v : c.v)
       if (v != kNone && rows_.contains(v)) held_.push_back({v});
   std::ranges::sort(held_, {}, &Held::v);
-  const auto twice = std::ranges::unique(held_, {}, &Held::v);
-  held_.erase(twice.begin(), twice.end());
+  const auto is_same = [](const Held& a, const Held& b) { return a.v == b.v; };
+  held_.erase(std::unique(held_.begin(), held_.end(), is_same), held_.end());
 }
 
 // Vertices that no instrument has pushed are as free as others.

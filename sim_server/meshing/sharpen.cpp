@@ -56,10 +56,10 @@ class Sharpening {
   };
 
   bool is_boundary(std::uint32_t t, std::size_t corner) const {
-    const auto& [i, j, k] = kTetFaces[corner];
     const Tetrahedron& c = mesh_.tetrahedra[t];
-    return std::ranges::none_of(star_[c[i]], [&](std::uint32_t u) {
-      return u != t && has(mesh_.tetrahedra[u], c[j]) && has(mesh_.tetrahedra[u], c[k]);
+    const auto v = [&](std::size_t n) { return c[kTetFaces[corner][n]]; };
+    return std::ranges::none_of(star_[v(0)], [&](std::uint32_t u) {
+      return u != t && has(mesh_.tetrahedra[u], v(1)) && has(mesh_.tetrahedra[u], v(2));
     });
   }
   template <class Visit>

@@ -141,7 +141,7 @@ class RecordServer {
 
 }  // namespace
 
-int play_record(ServeOptions options) {
+int play_record(const ServeOptions& options) {
   catch_stop_signals();
   return RecordServer(options).run();
 }

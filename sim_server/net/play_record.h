@@ -9,6 +9,6 @@ namespace sectio {
 // the file `play`, the speed, from_s and wait_for_viewers. Returns the exit code of the program: kExitNotOk when the
 // bodies aren't those with which the record ends. Throws InputError when the file shows nothing, and when the session
 // has another server with these bodies.
-int play_record(ServeOptions options);
+int play_record(const ServeOptions& options);
 
 }  // namespace sectio

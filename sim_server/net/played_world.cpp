@@ -45,7 +45,8 @@ void PlayedWorld::take(KeyframeChunk chunk) {
   std::uint32_t index = 0;
   Body* body = find(chunk.epoch, chunk.body_id, index);
   if (body == nullptr) return;
-  const auto bytes = servers_[beginning_of(chunk.epoch)].assembler.add(std::move(chunk));
+  auto& assembler = servers_[beginning_of(chunk.epoch)].assembler;
+  const auto bytes = assembler.add(std::move(chunk));
   std::optional<Keyframe> keyframe = bytes ? keyframe_from_bytes(*bytes) : std::nullopt;
   if (!keyframe || (body->is_known && keyframe->revision <= body->mesh.revision())) return;
   std::optional<TriangleMesh> mesh = mesh_of(std::move(*keyframe));

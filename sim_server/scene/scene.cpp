@@ -20,7 +20,7 @@ constexpr double kMostGravity_m_per_s2 = 1000;
 
 // Adds what was read; no two may have the same name.
 template <class Named>
-void add(std::vector<Named>& list, Named&& entry, const KeyReader& map) {
+void add(std::vector<Named>& list, Named entry, const KeyReader& map) {
   map.finish();
   map.check(std::ranges::find(list, entry.name, &Named::name) == list.end(),
             "the name " + entry.name + " is used twice");
@@ -111,8 +111,8 @@ ExerciseSpec read_exercise(KeyReader& map, const std::vector<BodySpec>& bodies) 
             "more than " + std::to_string(ExerciseSpec::kMostTaskBytes) + " bytes");
   const auto body = std::ranges::find(bodies, exercise.body, &BodySpec::name);
   map.check("body", body != bodies.end(), "there is no body " + exercise.body);
-  static const Regions kNone;
-  const Regions& regions = body == bodies.end() ? kNone : body->regions;
+  static const Regions none;
+  const Regions& regions = body == bodies.end() ? none : body->regions;
   map.part(
       "bin", [&](KeyReader& part) { exercise.bin = read_box(part); },
       "A box for the marked tissue of the body; a part that lies in it as a whole is in the bin.");

@@ -8,7 +8,7 @@
 
 #include "sim_server/scene/key.h"
 
-namespace YAML {
+namespace YAML {  // NOLINT(readability-identifier-naming)
 class Node;
 }
 

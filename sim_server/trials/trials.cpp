@@ -132,10 +132,10 @@ Rate rate_of(const std::vector<Trial>& trials) {
 // E. B. Wilson, "Probable inference, the law of succession, and statistical inference", JASA 22, 1927.
 Interval wilson(const Rate& rate) {
   if (rate.all == 0) return {};
-  constexpr double z = 1.959964;
-  const double n = rate.all, p = rate.good / n, spread = z * z / n;
+  constexpr double kDeviations = 1.959964;
+  const double n = rate.all, p = rate.good / n, spread = kDeviations * kDeviations / n;
   const double middle = (p + spread / 2) / (1 + spread);
-  const double half = z / (1 + spread) * std::sqrt(p * (1 - p) / n + spread / (4 * n));
+  const double half = kDeviations / (1 + spread) * std::sqrt(p * (1 - p) / n + spread / (4 * n));
   return {std::max(0.0, middle - half), std::min(1.0, middle + half)};
 }
 

@@ -91,11 +91,11 @@ void BladeTrack::deepen_entry(double same_m) {
   entry = {entry.tip_m + down_m, entry.heel_m + down_m};
 }
 
-void BladeTrack::restart_from(BladeEdge place) {
-  edges = {place, edges.back()};
+void BladeTrack::restart_from(const BladeEdge& place) {
+  open_to = place;
+  edges = {open_to, edges.back()};
   if (edges.front() == edges.back()) edges.pop_back();
   is_at_entry = false;
-  open_to = place;
   forward = Vec3::Zero();
 }
 

@@ -55,7 +55,7 @@ struct BladeTrack {
   // A blade that is put down where it went in, within `same_m` across its edge, has cut there as deep as it is now.
   void deepen_entry(double same_m);
   // The blade is where nothing is left to cut, or has left its front: the track goes on from a place.
-  void restart_from(BladeEdge place);
+  void restart_from(const BladeEdge& place);
   // Without fronts, elements at the end of a slit have been cut in part: a blade that turns there, and has not gone
   // back, cuts them on from the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;

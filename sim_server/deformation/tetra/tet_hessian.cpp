@@ -22,7 +22,7 @@ char* bytes(std::span<const Vec4f> entries) {
 }
 
 const TetHessianLoops& hessian_loops(SimdWidth width) {
-  return has_sixteen_lanes(width) ? tet_hessian_loops_avx512 : tet_hessian_loops_avx2;
+  return has_sixteen_lanes(width) ? kTetHessianLoopsAvx512 : kTetHessianLoopsAvx2;
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ struct TetHessianLoops {
   void (*linearise)(const TetHessianInput& in);
   void (*product)(const TetHessianInput& in);
 };
-extern const TetHessianLoops tet_hessian_loops_avx2, tet_hessian_loops_avx512;
+extern const TetHessianLoops kTetHessianLoopsAvx2, kTetHessianLoopsAvx512;
 
 template <class R>
 [[gnu::always_inline]] inline Lanes3<R> load3(const std::array<std::array<float, kLanes>, 3>& a, int first) {

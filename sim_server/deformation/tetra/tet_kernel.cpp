@@ -21,7 +21,7 @@ TetLoopInput input(const TetRows& rows, std::span<const Vec4f> position_world_m)
 }
 
 const TetLoops& loops(SimdWidth width) {
-  return has_sixteen_lanes(width) ? tet_loops_avx512 : tet_loops_avx2;
+  return has_sixteen_lanes(width) ? kTetLoopsAvx512 : kTetLoopsAvx2;
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ struct TetLoops {
   VelocityOutcome (*velocities)(const TetLoopInput& in);
   float (*descent)(const TetLoopInput& in);
 };
-extern const TetLoops tet_loops_avx2, tet_loops_avx512;
+extern const TetLoops kTetLoopsAvx2, kTetLoopsAvx512;
 
 template <class R>
 [[gnu::always_inline]] inline float largest_lane(typename R::Reg a, int count) {

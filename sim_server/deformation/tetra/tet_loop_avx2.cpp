@@ -4,7 +4,7 @@
 
 namespace sectio {
 
-constinit const TetLoops tet_loops_avx2 = kTetLoops<Avx2>;
-constinit const TetHessianLoops tet_hessian_loops_avx2 = kTetHessianLoops<Avx2>;
+constinit const TetLoops kTetLoopsAvx2 = kTetLoops<Avx2>;
+constinit const TetHessianLoops kTetHessianLoopsAvx2 = kTetHessianLoops<Avx2>;
 
 }  // namespace sectio

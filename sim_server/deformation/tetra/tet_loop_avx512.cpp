@@ -4,7 +4,7 @@
 
 namespace sectio {
 
-constinit const TetLoops tet_loops_avx512 = kTetLoops<Avx512>;
-constinit const TetHessianLoops tet_hessian_loops_avx512 = kTetHessianLoops<Avx512>;
+constinit const TetLoops kTetLoopsAvx512 = kTetLoops<Avx512>;
+constinit const TetHessianLoops kTetHessianLoopsAvx512 = kTetHessianLoops<Avx512>;
 
 }  // namespace sectio
