@@ -72,7 +72,7 @@ class NewtonStep {
   };
 
   using Point = std::pair<std::array<VertexId, 3>, std::array<double, 3>>;  // its corners and weights
-  // What a point bore in the last step.
+  // The force on a point in the last step.
   struct Borne {
     Point point;
     Vec3 force_n = Vec3::Zero();

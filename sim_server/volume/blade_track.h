@@ -69,7 +69,7 @@ struct BladeTrack {
   // Without fronts an element is cut when the blade has gone through it, along the way that it went; a front is short,
   // and flat.
   std::vector<BladeEdge> way(const Tissue& tissue) const;
-  // Of an edge, from its tip to a little above the tissue: in the air an edge may turn as it likes.
+  // How much of an edge is in the tissue or a little above it: in the air an edge may turn as it likes.
   double share_in_tissue(const Tissue& tissue, const BladeEdge& edge) const;
   // The edges up to there.
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;

@@ -121,6 +121,7 @@ void VolumeCutting::plan_cut(const Tissue& tissue, std::span<const BladeAtWork> 
   MeshDraft surface(tissue.body.mesh, tissue.body.particles.view());
   std::vector<BladeInTissue>& blades = ticket.state.blades;
   std::vector<Vec3> enters_m;
+  enters_m.reserve(blades.size());
   for (const BladeInTissue& b : blades) enters_m.push_back(b.position_world_m(surface));
   VolumeCutPlanner planner(tissue, tracks);
   ticket.cut = planner.plan(at_work, surface);
