@@ -21,11 +21,9 @@
 namespace sectio {
 namespace {
 
-using test::kGiveUp;
 using test::MovingWorld;
 using test::own_session;
 using Viewer = test::ReplicaViewer;
-using Clock = std::chrono::steady_clock;
 
 class Replication : public testing::Test {
  protected:
@@ -199,14 +197,13 @@ TEST_F(Replication, the_end_names_final_versions_and_is_served_until_viewers_hav
 TEST_F(Replication, poses_reach_the_server_once_and_in_order_and_models_come_back) {
   open(own_session());
   BridgeNet bridge(network, 0);
-  const auto end = Clock::now() + kGiveUp;
   std::vector<ToolSample> samples;
   ContactModel model;
   bool answered = false;
   std::uint64_t sequence = 0;
   StepOutput output;
   output.contacts.resize(1);
-  while (Clock::now() < end && (samples.size() < 300 || !answered)) {
+  const auto go_on = [&] {
     ++sequence;
     bridge.publish({sequence, static_cast<double>(sequence) * 0.001, {}});
     server->take_samples(samples);
@@ -215,8 +212,8 @@ TEST_F(Replication, poses_reach_the_server_once_and_in_order_and_models_come_bac
     output.contacts[0].force_world_n = Vec3(0, 0, 2);
     server->publish(output, world->view(), 0.001);
     answered = bridge.latest_model(model) || answered;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+  };
+  test::wait_until([&] { return samples.size() >= 300 && answered; }, go_on);
   ASSERT_GE(samples.size(), 300u);
   EXPECT_TRUE(answered);
   EXPECT_EQ(model.force_world_n.z(), 2);
@@ -224,8 +221,7 @@ TEST_F(Replication, poses_reach_the_server_once_and_in_order_and_models_come_bac
   EXPECT_EQ(bridge.samples_dropped(), 0u);
   EXPECT_EQ(bridge.servers(), 1u);
   server->end_session("test");
-  while (Clock::now() < end && !bridge.session_ended()) std::this_thread::yield();
-  EXPECT_TRUE(bridge.session_ended());
+  EXPECT_TRUE(test::wait_until([&] { return bridge.session_ended(); }));
 }
 
 // The values that a viewer has are those that an engine published, to the nearest of 65536 levels.
