@@ -20,12 +20,13 @@ constexpr bool kWireframesAreLines = false;
 
 struct ShaderVariant {
   Shading shading = Shading::skin;
-  bool regions = false;                                    // skin and walls
-  bool shadows = false;                                    // bodies and drapes
-  bool pattern_per_pixel = false;                          // skin
-  bool section = false;                                    // skin, walls and scalar fields
-  bool layers = false;                                     // walls
-  auto operator<=>(const ShaderVariant&) const = default;  // NOLINT(modernize-use-nullptr)
+  bool regions = false;            // skin and walls
+  bool shadows = false;            // bodies and drapes
+  bool pattern_per_pixel = false;  // skin
+  bool section = false;            // skin, walls and scalar fields
+  bool layers = false;             // walls
+  // NOLINTNEXTLINE(modernize-use-nullptr)
+  auto operator<=>(const ShaderVariant&) const = default;
 };
 
 // Throw InputError when this OpenGL can't compile the program.

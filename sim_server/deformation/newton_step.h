@@ -7,11 +7,11 @@
 // groups of particles as well (rigid_aggregates.h). K is the Hessian of E, made positive where a model knows how. An
 // iteration is taken as it is when the slope of phi along it has fallen by half or turned no further than that; else it
 // is halved while phi grows. Points are constraints by multipliers (method of
-// Hestenes and Powell): a point has a force lambda and a stiffness k well above that of the particles that carry it;
+// Hestenes and Powell): a point has a force lambda and a stiffness k above that of the particles that carry it;
 // after an iteration lambda <- P(lambda + k (target - point)), where P is what the constraint may exert: pushes only, a
 // largest force. A push through a spring of compliance a is P((lambda + k (target - point)) / (1 + a k)). Friction
 // holds a point to where the instrument takes it along, by no more than the coefficient times the push
-// where the iteration begins. A point that the last step had, too, begins with the force that it bore there.
+// where the iteration begins. A point that the step solved before had, too, begins with the force that it bore there.
 //
 // The outcome says by force how far the state is from equilibrium. Positions are in double precision, products with K
 // in single. Deterministic, one thread.
@@ -19,6 +19,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/math/types.h"
@@ -72,7 +73,7 @@ class NewtonStep {
   };
 
   using Point = std::pair<std::array<VertexId, 3>, std::array<double, 3>>;  // its corners and weights
-  // The force on a point in the last step.
+  // The force on a point in the step that was solved before, which may be some steps ago.
   struct Borne {
     Point point;
     Vec3 force_n = Vec3::Zero();

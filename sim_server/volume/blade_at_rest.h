@@ -19,6 +19,9 @@ struct BladeEdge {
 
   bool operator==(const BladeEdge&) const = default;
   Vec3 at(double share) const { return (1 - share) * tip_m + share * heel_m; }  // 0 at the tip, 1 at the heel
+  BladeEdge up_to(double share) const { return {tip_m, at(share)}; }
+  BladeEdge moved(const Vec3& by_m) const { return {tip_m + by_m, heel_m + by_m}; }
+  Vec3 up() const { return (heel_m - tip_m).normalized(); }
 
   template <class A>
   void archive(A& a) {

@@ -24,7 +24,7 @@ Vec3 ahead(const BladeEdge& from, const BladeEdge& to) {
 
 // A direction without its part along an edge, which may slide along itself.
 Vec3 across(const BladeEdge& edge, const Vec3& direction) {
-  const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
+  const Vec3 up = edge.up();
   return (direction - direction.dot(up) * up).stableNormalized();
 }
 
@@ -64,10 +64,9 @@ TetCutOutcome BladeCut::cut_sheet(const BladeTrack& track, std::vector<BladeEdge
   for (std::size_t k = 0; k < last; ++k)
     length_m += std::max((way[k + 1].tip_m - way[k].tip_m).norm(), (way[k + 1].heel_m - way[k].heel_m).norm());
 
-  way[0] = {way[0].tip_m - behind_m * begins, way[0].heel_m - behind_m * begins};
+  way[0] = way[0].moved(-behind_m * begins);
   BladeEdge& to = way[last];
-  const Vec3 beyond_m = further_m * across(to, ends);
-  to = {to.tip_m + beyond_m, to.heel_m + beyond_m};
+  to = to.moved(further_m * across(to, ends));
   CutSheet sheet{{way[0].tip_m, way[0].heel_m, to.heel_m, to.tip_m}, {}, exact_sides, exact_sides & kAlong};
   for (std::size_t k = 1; k < last; ++k) sheet.bends_rest_m.push_back({way[k].tip_m, way[k].heel_m});
 
@@ -130,7 +129,7 @@ void BladeCut::open_to_blade(Slit& slit, const BladeTrack& track) const {
   if (!track.is_through) return;
   const Vec3 forward = across(to, forward_m(track.edges.front(), to));
   const Vec3 beyond_m = tissue_.metres(settings_.thread_edges + settings_.overlap_edges) * forward;
-  slit.open(to, {to.tip_m + beyond_m, to.heel_m + beyond_m}, 0);
+  slit.open(to, to.moved(beyond_m), 0);
 }
 
 // Paper C's style leaves tetrahedra closed that the blade has not gone through whole.

@@ -16,8 +16,13 @@ constexpr double kSlides = 4;  // a blade that goes so many times as far along i
 
 // How far tip and heel have gone across the edge, the one that has gone less and the one that has gone further.
 std::pair<double, double> across_m(const BladeEdge& from, const BladeEdge& to) {
-  const Vec3 up = (to.heel_m - to.tip_m).normalized();
+  const Vec3 up = to.up();
   return std::minmax({(to.tip_m - from.tip_m).cross(up).norm(), (to.heel_m - from.heel_m).cross(up).norm()});
+}
+
+// How far an edge is beside the plane through another one, the end of it that is further.
+double beside_plane_m(const Vec3& normal, const BladeEdge& from, const BladeEdge& to) {
+  return std::max(std::abs(normal.dot(to.tip_m - from.tip_m)), std::abs(normal.dot(to.heel_m - from.heel_m)));
 }
 
 // Adds the places after the first up to the last: bends where the way is furthest beside the straight one (Ramer 1972,
@@ -30,14 +35,11 @@ void add_bends(std::span<const BladeEdge> edges, std::size_t first, std::size_t 
   std::size_t bend = first;
   double most_m = 0, jump_m = 0;
   for (std::size_t k = first + 1; k <= last; ++k) {
-    const BladeEdge &at = edges[k], &before = edges[k - 1];
-    const auto aside_m = [&](const BladeEdge& than) {
-      return std::max(std::abs(normal.dot(at.tip_m - than.tip_m)), std::abs(normal.dot(at.heel_m - than.heel_m)));
-    };
-    jump_m = std::max(jump_m, aside_m(before));
-    const double beside_m = aside_m(from);
-    if (beside_m <= most_m || std::min(forward_m(from, at).norm(), forward_m(at, to).norm()) < least_m) continue;
-    most_m = beside_m, bend = k;
+    const BladeEdge& at = edges[k];
+    jump_m = std::max(jump_m, beside_plane_m(normal, edges[k - 1], at));
+    const double aside_m = beside_plane_m(normal, from, at);
+    if (aside_m <= most_m || std::min(forward_m(from, at).norm(), forward_m(at, to).norm()) < least_m) continue;
+    most_m = aside_m, bend = k;
   }
   const FrontSettings& settings = tissue.settings;
   const double bend_m = std::clamp(settings.bend_jumps * jump_m, tissue.metres(settings.smooth_bend_edges),
@@ -86,9 +88,8 @@ void BladeTrack::add(const BladeEdge& edge, double same_m) {
 void BladeTrack::deepen_entry(double same_m) {
   BladeEdge& entry = edges.front();
   if (across_m(entry, edges.back()).second > same_m) return;
-  const Vec3 up = (entry.heel_m - entry.tip_m).normalized();
-  const Vec3 down_m = std::min(0.0, up.dot(edges.back().tip_m - entry.tip_m)) * up;
-  entry = {entry.tip_m + down_m, entry.heel_m + down_m};
+  const Vec3 up = entry.up();
+  entry = entry.moved(std::min(0.0, up.dot(edges.back().tip_m - entry.tip_m)) * up);
 }
 
 void BladeTrack::restart_from(const BladeEdge& place) {
@@ -102,13 +103,12 @@ void BladeTrack::restart_from(const BladeEdge& place) {
 bool BladeTrack::turns_at_end(const Tissue& tissue, const BladeEdge& edge) const {
   if (tissue.settings.follows_blade() || is_in_slit || edges.size() < 2) return false;
   const double share = share_in_tissue(tissue, edge);
-  const BladeEdge end{open_to.tip_m, open_to.at(share)};
-  return across_m(end, {edge.tip_m, edge.at(share)}).second < tissue.metres(tissue.settings.turn_edges);
+  return across_m(open_to.up_to(share), edge.up_to(share)).second < tissue.metres(tissue.settings.turn_edges);
 }
 
 double BladeTrack::ahead_m(const FrontSettings& settings) const {
   const BladeEdge& now = edges.back();
-  const Vec3 up = (now.heel_m - now.tip_m).normalized();
+  const Vec3 up = now.up();
   const auto gone_m = [&](const Vec3& from, const Vec3& to) {
     const double m = (to - from).cross(up).norm();
     return settings.follows_blade() && (to - from).dot(forward) < 0 ? -m : m;
@@ -119,7 +119,7 @@ double BladeTrack::ahead_m(const FrontSettings& settings) const {
 BladeEdge BladeTrack::furthest(const Tissue& tissue) const {
   BladeEdge edge = edges.back();
   if (!tissue.settings.follows_blade()) return edge;
-  const Vec3 up = (edge.heel_m - edge.tip_m).normalized();
+  const Vec3 up = edge.up();
   const double beside_m = tissue.metres(tissue.settings.left_beside_edges);
   for (const auto& [end_m, open_to_m] : {std::pair(&edge.tip_m, open_to.tip_m), {&edge.heel_m, open_to.heel_m}}) {
     const double back_m = -(*end_m - open_to_m).dot(forward);
@@ -142,7 +142,7 @@ double BladeTrack::share_in_tissue(const Tissue& tissue, const BladeEdge& edge) 
 std::vector<BladeEdge> BladeTrack::in_tissue(const Tissue& tissue) const {
   const double share = share_in_tissue(tissue, edges.back());
   std::vector<BladeEdge> parts;
-  for (const BladeEdge& edge : edges) parts.push_back({edge.tip_m, edge.at(share)});
+  for (const BladeEdge& edge : edges) parts.push_back(edge.up_to(share));
   return parts;
 }
 
@@ -163,12 +163,10 @@ std::vector<BladeEdge> BladeTrack::way(const Tissue& tissue) const {
 BladeTrack::Beyond BladeTrack::beyond_front(const Tissue& tissue) const {
   if (ahead_m(tissue.settings) >= 0) return Beyond::nowhere;
   const BladeEdge& now = edges.back();
-  const Vec3 up = (open_to.heel_m - open_to.tip_m).normalized();
-  const Vec3 normal = forward.cross(up).stableNormalized();
-  const Vec3 tip = now.tip_m - open_to.tip_m, heel = now.heel_m - open_to.heel_m;
-  if (-0.5 * forward.dot(tip + heel) > tissue.metres(tissue.settings.left_behind_edges)) return Beyond::behind;
-  const double beside_m = std::max(std::abs(normal.dot(tip)), std::abs(normal.dot(heel)));
-  return beside_m > tissue.metres(tissue.settings.left_beside_edges) ? Beyond::beside : Beyond::nowhere;
+  const Vec3 normal = forward.cross(open_to.up()).stableNormalized();
+  if (-forward.dot(forward_m(open_to, now)) > tissue.metres(tissue.settings.left_behind_edges)) return Beyond::behind;
+  const bool is_beside = beside_plane_m(normal, open_to, now) > tissue.metres(tissue.settings.left_beside_edges);
+  return is_beside ? Beyond::beside : Beyond::nowhere;
 }
 
 TissueAround BladeTracks::around(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world,
