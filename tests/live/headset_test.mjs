@@ -3,12 +3,12 @@
 // usage: node tests/live/headset_test.mjs [DIRECTORY for the pictures of docs/live.md]
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { join, resolve } from 'node:path';
 import { Browser, until } from './browser.mjs';
 import { apart, check, equal, root, Session } from './session.mjs';
 
 const pictures = process.argv[2];
-const iwer = join(root, process.env.SECTIO_BUILD_DIR ?? 'build', 'npm/node_modules/iwer/build/iwer.min.js');
+const iwer = resolve(root, process.env.SECTIO_BUILD_DIR ?? 'build', 'npm/node_modules/iwer/build/iwer.min.js');
 if (!existsSync(iwer)) throw new Error(`${iwer} isn't there: ./deploy/test --live installs it`);
 
 // iwer draws on the canvas; a headset has a framebuffer of its own, which `seen()` reads.
