@@ -20,6 +20,10 @@ std::pair<double, double> across_m(const BladeEdge& from, const BladeEdge& to) {
   return std::minmax({(to.tip_m - from.tip_m).cross(up).norm(), (to.heel_m - from.heel_m).cross(up).norm()});
 }
 
+bool slides(const BladeEdge& from, const BladeEdge& to) {
+  return (to.tip_m - from.tip_m).norm() > kSlides * across_m(from, to).second;
+}
+
 // How far an edge is beside the plane through another one, the end of it that is further.
 double beside_plane_m(const Vec3& normal, const BladeEdge& from, const BladeEdge& to) {
   return std::max(std::abs(normal.dot(to.tip_m - from.tip_m)), std::abs(normal.dot(to.heel_m - from.heel_m)));
@@ -77,11 +81,8 @@ std::span<const Blade> way_of(const Tissue& tissue, const BladeMotion& motion, c
 // a sheet from the place of a lifted blade to that of one put down would leave what lies beneath. So does one that
 // goes down its slit, to where that is not open.
 void BladeTrack::add(const BladeEdge& edge, double same_m) {
-  const auto slides = [&](const BladeEdge& from) {
-    return (edge.tip_m - from.tip_m).norm() > kSlides * across_m(from, edge).second;
-  };
   const auto stays = [&] { return across_m(edges[edges.size() > 1 ? edges.size() - 2 : 0], edge).second < same_m; };
-  while (edges.size() > (is_at_entry ? 1 : 0) && slides(edges.back()) && stays()) edges.pop_back();
+  while (edges.size() > (is_at_entry ? 1 : 0) && slides(edges.back(), edge) && stays()) edges.pop_back();
   edges.push_back(edge);
 }
 
@@ -90,6 +91,10 @@ void BladeTrack::deepen_entry(double same_m) {
   if (across_m(entry, edges.back()).second > same_m) return;
   const Vec3 up = entry.up();
   entry = entry.moved(std::min(0.0, up.dot(edges.back().tip_m - entry.tip_m)) * up);
+}
+
+void BladeTrack::begin_deeper() {
+  if (edges.size() == 2 && slides(edges.front(), edges.back())) edges.erase(edges.begin());
 }
 
 void BladeTrack::restart_from(const BladeEdge& place) {
@@ -212,10 +217,14 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   for (const Blade& blade : way_of(tissue, motion, slit)) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
+    // Without fronts, the parts in tissue are found when a sheet is cut, from all that is around it then.
+    const auto part = [&](const BladeEdge& edge) {
+      return settings.follows_blade() ? edge.up_to(track.share_in_tissue(tissue, edge)) : edge;
+    };
     if (track.has_front || slit.empty())
-      track.add(around_blade.at_rest(blade), same_m);
-    else if (const auto [edge, plane, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
-             is_in_slit && !track.turns_at_end(tissue, edge)) {
+      track.add(part(around_blade.at_rest(blade)), same_m);
+    else if (auto [edge, plane, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
+             edge = part(edge), is_in_slit && !track.turns_at_end(tissue, edge)) {
       if (!std::exchange(track.is_in_slit, true)) track.came_into_slit = edge;
       track.add(plane ? on_plane(*plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
       track.restart_from(track.edges.back());
@@ -223,6 +232,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
       track.add(edge, same_m);
       track.is_in_slit = false;
     }
+    if (track.is_at_entry && settings.follows_blade()) track.begin_deeper();
     if (track.is_at_entry && !settings.follows_blade()) track.deepen_entry(tissue.metres(settings.least_piece_edges));
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (const auto beyond = track.beyond_front(tissue); beyond != BladeTrack::Beyond::nowhere) {

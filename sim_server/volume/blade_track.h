@@ -35,7 +35,7 @@ struct BladeInTissue {
 
 // The places of one edge since its cut began or it left a slit, as far back as a sheet reaches.
 struct BladeTrack {
-  std::vector<BladeEdge> edges;          // the newest last
+  std::vector<BladeEdge> edges;          // the newest last; with fronts, only their parts in tissue
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
   Vec3 forward = Vec3::Zero();           // the blade went this way then, across its edge; zero: nowhere yet
   bool is_at_entry = false;              // it reaches back to where the blade went through the surface
@@ -54,6 +54,9 @@ struct BladeTrack {
   void add(const BladeEdge& edge, double same_m);
   // A blade that is put down where it went in, within `same_m` across its edge, has cut there as deep as it is now.
   void deepen_entry(double same_m);
+  // With fronts: a blade that has gone down from where it went in begins its cut there. A sheet from the skin on would
+  // be slanted, and nick the skin beside the cut.
+  void begin_deeper();
   // The blade is where nothing is left to cut, or has left its front: the track goes on from a place.
   void restart_from(const BladeEdge& place);
   // Without fronts, elements at the end of a slit have been cut in part: a blade that turns there, and has not gone

@@ -40,7 +40,8 @@ void find_again(const MeshDraft& after, const TopologyDelta& delta, const Vec3& 
   in_tissue.bary = nearest.bary;
 }
 
-// A blade that is taken out may have come through. A front that could not be made anew for long stays as it is.
+// A blade that is taken out may have come through. A front that could not be made anew for long stays as it is, and the
+// way goes on from its end: a sheet from further back would cut off a corner, and leave a crumb there.
 void extend(BladeTracks& tracks, const Tissue& tissue, const BladeMotion& motion) {
   tracks.extend(tissue, motion);
   BladeTrack& track = tracks.by_edge[motion.edge_id];
@@ -48,8 +49,9 @@ void extend(BladeTracks& tracks, const Tissue& tissue, const BladeMotion& motion
     track.next_cut_m = 0;
     track.since_cut_m += tissue.volume.mean_edge_m;
     tracks.finalise_fronts();
-  } else if (track.since_cut_m > tissue.metres(tissue.settings.give_up_after_edges)) {
+  } else if (track.has_front && track.since_cut_m > tissue.metres(tissue.settings.give_up_after_edges)) {
     tracks.finalise_fronts();
+    track.restart_from(track.open_to);
   }
 }
 
