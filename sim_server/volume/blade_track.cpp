@@ -111,12 +111,13 @@ bool BladeTrack::turns_at_end(const Tissue& tissue, const BladeEdge& edge) const
   return across_m(open_to.up_to(share), edge.up_to(share)).second < tissue.metres(tissue.settings.turn_edges);
 }
 
-double BladeTrack::ahead_m(const FrontSettings& settings) const {
+double BladeTrack::ahead_m(const Tissue& tissue) const {
   const BladeEdge& now = edges.back();
   const Vec3 up = now.up();
+  const double back_m = tissue.metres(tissue.settings.follow_every_edges);
   const auto gone_m = [&](const Vec3& from, const Vec3& to) {
     const double m = (to - from).cross(up).norm();
-    return settings.follows_blade() && (to - from).dot(forward) < 0 ? -m : m;
+    return tissue.settings.follows_blade() && (to - from).dot(forward) < -back_m ? -m : m;
   };
   return std::max(gone_m(open_to.tip_m, now.tip_m), gone_m(open_to.heel_m, now.heel_m));
 }
@@ -144,6 +145,12 @@ double BladeTrack::share_in_tissue(const Tissue& tissue, const BladeEdge& edge) 
   return std::min(1.0, (depth_m + tissue.metres(tissue.settings.above_edges)) / up_m.norm());
 }
 
+BladeEdge BladeTrack::part_of(const Tissue& tissue, const BladeEdge& edge) {
+  if (!tissue.settings.follows_blade()) return edge;
+  most_share = std::max(most_share, share_in_tissue(tissue, edge));
+  return edge.up_to(most_share);
+}
+
 std::vector<BladeEdge> BladeTrack::in_tissue(const Tissue& tissue) const {
   const double share = share_in_tissue(tissue, edges.back());
   std::vector<BladeEdge> parts;
@@ -166,7 +173,7 @@ std::vector<BladeEdge> BladeTrack::way(const Tissue& tissue) const {
 }
 
 BladeTrack::Beyond BladeTrack::beyond_front(const Tissue& tissue) const {
-  if (ahead_m(tissue.settings) >= 0) return Beyond::nowhere;
+  if (ahead_m(tissue) >= 0) return Beyond::nowhere;
   const BladeEdge& now = edges.back();
   const Vec3 normal = forward.cross(open_to.up()).stableNormalized();
   if (-forward.dot(forward_m(open_to, now)) > tissue.metres(tissue.settings.left_behind_edges)) return Beyond::behind;
@@ -203,7 +210,7 @@ void BladeTracks::begin(const Tissue& tissue, const MeshDraft& surface, const Bl
     Vec3 pressed_in = at.position_world_m(surface) - undeformed;
     pressed_in *= std::min(1.0, tissue.metres(settings.deepest_dent_edges) / std::max(pressed_in.norm(), 1e-9));
     blade.tip_world_m -= pressed_in;
-    track.edges.push_back(around_blade.at_rest(blade));
+    track.edges.push_back(track.part_of(tissue, around_blade.at_rest(blade)));
     track.open_to = track.edges.back();
     track.is_at_entry = true;
   }
@@ -217,14 +224,10 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   for (const Blade& blade : way_of(tissue, motion, slit)) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
-    // Without fronts, the parts in tissue are found when a sheet is cut, from all that is around it then.
-    const auto part = [&](const BladeEdge& edge) {
-      return settings.follows_blade() ? edge.up_to(track.share_in_tissue(tissue, edge)) : edge;
-    };
     if (track.has_front || slit.empty())
-      track.add(part(around_blade.at_rest(blade)), same_m);
+      track.add(track.part_of(tissue, around_blade.at_rest(blade)), same_m);
     else if (auto [edge, plane, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
-             edge = part(edge), is_in_slit && !track.turns_at_end(tissue, edge)) {
+             edge = track.part_of(tissue, edge), is_in_slit && !track.turns_at_end(tissue, edge)) {
       if (!std::exchange(track.is_in_slit, true)) track.came_into_slit = edge;
       track.add(plane ? on_plane(*plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
       track.restart_from(track.edges.back());
@@ -239,7 +242,7 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
       finalise_fronts();
       track.restart_from(beyond == BladeTrack::Beyond::beside ? track.open_to : track.edges.back());
     }
-    track.since_cut_m = track.ahead_m(settings);
+    track.since_cut_m = track.ahead_m(tissue);
   }
   const double longest_m = tissue.metres(settings.longest_sheet_edges);
   const double behind_m = tissue.metres(settings.follows_blade() ? settings.front_behind_edges : settings.behind_edges);

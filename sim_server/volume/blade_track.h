@@ -35,7 +35,8 @@ struct BladeInTissue {
 
 // The places of one edge since its cut began or it left a slit, as far back as a sheet reaches.
 struct BladeTrack {
-  std::vector<BladeEdge> edges;          // the newest last; with fronts, only their parts in tissue
+  std::vector<BladeEdge> edges;          // the newest last
+  double most_share = 0;                 // of the edge, that has been in tissue
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
   Vec3 forward = Vec3::Zero();           // the blade went this way then, across its edge; zero: nowhere yet
   bool is_at_entry = false;              // it reaches back to where the blade went through the surface
@@ -63,8 +64,8 @@ struct BladeTrack {
   // back, cuts them on from the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
-  // Across the edge, of the end that has gone further; negative: it has gone back.
-  double ahead_m(const FrontSettings& settings) const;
+  // Across the edge, of the end that has gone further; negative: it has gone back, by more than it goes between two cuts.
+  double ahead_m(const Tissue& tissue) const;
   // Each end where it is, or where the tissue is open when it has gone back. Around a neck that turns, an end may go
   // back and aside, and what lies aside has been cut.
   BladeEdge furthest(const Tissue& tissue) const;
@@ -74,6 +75,9 @@ struct BladeTrack {
   std::vector<BladeEdge> way(const Tissue& tissue) const;
   // How much of an edge is in the tissue or a little above it: in the air an edge may turn as it likes.
   double share_in_tissue(const Tissue& tissue, const BladeEdge& edge) const;
+  // With fronts: up to there, or as much as has been in tissue; without them the whole edge, as its part is found when
+  // a sheet is cut, from all that is around it then.
+  BladeEdge part_of(const Tissue& tissue, const BladeEdge& edge);
   // The edges up to there.
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
   // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
@@ -83,8 +87,8 @@ struct BladeTrack {
 
   template <class A>
   void archive(A& a) {
-    a(edges, open_to, forward, is_at_entry, has_front, tissue_ends, is_through, is_in_slit, came_into_slit, frame_world,
-      since_cut_m, next_cut_m, front_vertices, vertices_near);
+    a(edges, most_share, open_to, forward, is_at_entry, has_front, tissue_ends, is_through, is_in_slit, came_into_slit,
+      frame_world, since_cut_m, next_cut_m, front_vertices, vertices_near);
   }
 };
 

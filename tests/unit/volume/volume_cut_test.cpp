@@ -387,7 +387,7 @@ TEST(VolumeFrontsOfHands, a_trembling_blade_leaves_no_crumbs) {
 // Tissue that hangs swings aside under the blade. All that its edge went over is cut: no thread is left between the end
 // of the front and the place from which the cut goes on.
 TEST(VolumeFrontsOfHands, tissue_that_swings_aside_leaves_no_thread) {
-  for (const double aside_m : {0.0025, 0.0035, -0.003}) {
+  for (const double aside_m : {0.0025, 0.003, 0.0035, -0.003, -0.0032, -0.0036, -0.004}) {
     BlockUnderBlade block("neo_hookean", 0, "progressive");
     const auto to = [&](double x_m, double y_m, bool lift = false) {
       const CutPlan plan = block.plan(std::array{block.motion(7, Vec3(x_m, y_m, -0.01), Vec3::UnitZ(), lift)});
