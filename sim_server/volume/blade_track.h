@@ -36,7 +36,7 @@ struct BladeInTissue {
 // The places of one edge since its cut began or it left a slit, as far back as a sheet reaches.
 struct BladeTrack {
   std::vector<BladeEdge> edges;          // the newest last
-  double most_share = 0;                 // of the edge, that has been in tissue
+  double most_share = 0;                 // this much of the edge has been in tissue
   BladeEdge open_to;                     // how far the tissue is open, or where the track began
   Vec3 forward = Vec3::Zero();           // the blade went this way then, across its edge; zero: nowhere yet
   bool is_at_entry = false;              // it reaches back to where the blade went through the surface
@@ -64,7 +64,7 @@ struct BladeTrack {
   // back, cuts them on from the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
-  // Across the edge, of the end that has gone further; negative: it has gone back, by more than it goes between two cuts.
+  // Across the edge, of the end that has gone further; negative: it has gone back, further than between two cuts.
   double ahead_m(const Tissue& tissue) const;
   // Each end where it is, or where the tissue is open when it has gone back. Around a neck that turns, an end may go
   // back and aside, and what lies aside has been cut.
