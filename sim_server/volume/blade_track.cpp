@@ -235,8 +235,8 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
       track.add(edge, same_m);
       track.is_in_slit = false;
     }
-    if (track.is_at_entry && settings.follows_blade()) track.begin_deeper();
-    if (track.is_at_entry && !settings.follows_blade()) track.deepen_entry(tissue.metres(settings.least_piece_edges));
+    if (track.is_at_entry)
+      settings.follows_blade() ? track.begin_deeper() : track.deepen_entry(tissue.metres(settings.least_piece_edges));
     if (track.edges.size() == 1) track.open_to = track.edges.back();
     if (const auto beyond = track.beyond_front(tissue); beyond != BladeTrack::Beyond::nowhere) {
       finalise_fronts();
