@@ -224,12 +224,13 @@ void BladeTracks::extend(const Tissue& tissue, const BladeMotion& motion) {
   for (const Blade& blade : way_of(tissue, motion, slit)) {
     const Pose last = track.edges.empty() ? motion.frame_world : track.frame_world;
     const TissueAround around_blade = around(tissue, blade, last, track);
-    if (track.has_front || slit.empty())
-      track.add(track.part_of(tissue, around_blade.at_rest(blade)), same_m);
-    else if (auto [edge, plane, is_in_slit] = edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
-             edge = track.part_of(tissue, edge), is_in_slit && !track.turns_at_end(tissue, edge)) {
+    const EdgeNearSlit near = track.has_front || slit.empty()
+                                  ? EdgeNearSlit{around_blade.at_rest(blade), {}, false}
+                                  : edge_near_slit(tissue, around_blade, blade, track.is_in_slit);
+    const BladeEdge edge = track.part_of(tissue, near.edge);
+    if (near.is_in_slit && !track.turns_at_end(tissue, edge)) {
       if (!std::exchange(track.is_in_slit, true)) track.came_into_slit = edge;
-      track.add(plane ? on_plane(*plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
+      track.add(near.plane ? on_plane(*near.plane, edge, forward_m(track.came_into_slit, edge)) : edge, same_m);
       track.restart_from(track.edges.back());
     } else {
       track.add(edge, same_m);
