@@ -9,6 +9,7 @@
 #include "common/core/error.h"
 #include "common/core/sort_unique.h"
 #include "sim_server/bodies/touched_vertices.h"
+#include "sim_server/deformation/shape_matching.h"
 #include "sim_server/deformation/spring_star.h"
 
 namespace sectio {
@@ -18,6 +19,8 @@ constexpr double kThicknessUsed = 0.8;        // share of the tissue under a gro
 constexpr double kSkipBelowSurface_m = 1e-3;  // the groove's own lips are not the other side
 constexpr double kPictureLines = 720;
 constexpr int kLipSweeps = 10;
+constexpr std::size_t kPatch = 40;  // vertices that tell how tissue has turned
+constexpr double kTilts_rad = 0.2;  // so far the rim of a dent may turn them
 
 std::string percent(double fraction) {
   char text[32];
@@ -27,6 +30,23 @@ std::string percent(double fraction) {
 
 double pixel_rad(const Camera& camera) {
   return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
+}
+
+// How the surface about a vertex stands in the world, which has the frame's orientation at rest. The patch grows over
+// the surface: it stays on its side of a cut.
+Eigen::Quaterniond orientation_about(VertexId v, const MeshDraft& surface, const Pose& frame) {
+  std::vector<VertexId> patch{v};
+  std::vector<MatchedPoint> points;
+  for (std::size_t k = 0; k < patch.size(); ++k) {
+    points.push_back({surface.rest(patch[k]), surface.position(patch[k]), 1});
+    if (patch.size() >= kPatch) continue;
+    for (const TriangleId t : surface.fan(patch[k]))
+      for (const VertexId near : surface.triangle(t).v)
+        if (std::ranges::find(patch, near) == patch.end()) patch.push_back(near);
+  }
+  const Eigen::Quaterniond at = match_shape(points, frame).orientation;
+  const double turned_rad = frame.orientation.angularDistance(at);
+  return turned_rad > kTilts_rad ? frame.orientation.slerp(1 - kTilts_rad / turned_rad, at) : frame.orientation;
 }
 
 // Null for a part that goes on deforming.
@@ -116,6 +136,15 @@ const CollisionEngine& Body::tree() {
   return *engines.collision;
 }
 
+Box3 Body::bounds_world_m() {
+  if (!tree_stale_) return engines.collision->bounds_world_m();
+  if (bounds_world_m_) return *bounds_world_m_;
+  Box3& box = bounds_world_m_.emplace();
+  for (VertexId v = 0; v < mesh.vertex_slots(); ++v)
+    if (mesh.vertex_alive(v)) box.extend(particles.view().position(v));
+  return box;
+}
+
 Vec3 Body::velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const {
   if (const RigidMotion* whole = rigid()) return whole->body.velocity_at(point_world_m);
   Vec3 velocity = Vec3::Zero();
@@ -142,7 +171,7 @@ Vec3 Body::home_normal_world(const MeshDraft& surface, const std::array<VertexId
     }
     normal_body += bary[static_cast<int>(i)] * area.stableNormalized();
   }
-  return frame_world(v[0]).orientation * normal_body.stableNormalized();
+  return orientation_about(v[0], surface, frame_world(v[0])) * normal_body.stableNormalized();
 }
 
 void Body::express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion) {
@@ -183,9 +212,10 @@ std::optional<AppliedChange> Body::apply(const Change& change) {
   }
   particles.resize(mesh.vertex_slots());
   place(change.seeds);
+  bounds_world_m_.reset();
   bring_dead_to_rest(delta);
   if (delta.empty()) {
-    tree_stale_ |= !change.seeds.empty();
+    if (!change.seeds.empty()) particles_moved();
     if (change.ticket) engines.cutting->accept(shared(), *change.ticket);
     return applied;
   }
@@ -244,11 +274,12 @@ ContactBody Body::contact_body() {
 
 void Body::particles_moved() {
   tree_stale_ = true;
+  bounds_world_m_.reset();
 }
 
 void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
   particles.nudge(v, faster_by_m_per_s, by_m);
-  tree_stale_ = true;
+  particles_moved();
 }
 
 void Body::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s) {
@@ -259,7 +290,7 @@ void Body::deform(std::span<const PointConstraint> constraints, std::span<Reacti
   }
   for (const auto& process : engines.processes) process->step(shared(), step_s);
   if (asleep()) return;
-  tree_stale_ = true;
+  particles_moved();
   separate_lips(step_s);
 }
 

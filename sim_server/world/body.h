@@ -56,14 +56,16 @@ class Body {
   ContactBody contact_body();
   // The velocity of a point of the surface: the weighted mean of these vertices; kNone counts for nothing.
   Vec3 velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const;
-  Box3 bounds_world_m() const { return engines.collision->bounds_world_m(); }
+  // Of the current positions; leaves the collision engine as it is.
+  Box3 bounds_world_m();
   double energy_j() { return engines.deformation->energy_j(shared()); }  // see there
   // The collision engine, with the current positions.
   const CollisionEngine& tree();
 
   // The frame at rest of the connected piece that a vertex belongs to.
   Pose frame_world(VertexId v) const { return engines.deformation->rest_frame_world(v); }
-  // A point of the undeformed surface in the world, and the normal there, smooth over edges; a dent turns neither.
+  // A point of the undeformed surface in the world; and the normal there, smooth over edges, which turns with tissue
+  // that sags or falls, but not with a dent.
   Vec3 home_world_m(const std::array<VertexId, 3>& v, const Vec3& bary) const;
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
@@ -127,6 +129,7 @@ class Body {
   MakeEngines make_;  // for parts, too
   Pose frame_at_first_world_;
   bool tree_stale_ = false;
+  std::optional<Box3> bounds_world_m_;  // while the tree is stale; nothing: nobody has asked
   bool asleep_ = false;
   bool much_added_ = false;           // mass, for stability
   bool implicit_ = false;             // the last step was taken over by a driver that is always stable

@@ -23,7 +23,7 @@ std::size_t tip_corner(const InstrumentKind& kind) {
 
 }  // namespace
 
-bool is_near(const Body& body, const InstrumentEdge& edge, const std::optional<JointPose>& before,
+bool is_near(Body& body, const InstrumentEdge& edge, const std::optional<JointPose>& before,
              std::span<const JointPose> poses) {
   Box3 tool;
   const auto extend = [&](const JointPose& pose) {

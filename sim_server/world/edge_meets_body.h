@@ -12,7 +12,7 @@ namespace sectio {
 
 constexpr double kToolReach_m = 0.02;  // a body whose box is further from an instrument than this is not looked at
 
-bool is_near(const Body& body, const InstrumentEdge& edge, const std::optional<JointPose>& before,
+bool is_near(Body& body, const InstrumentEdge& edge, const std::optional<JointPose>& before,
              std::span<const JointPose> poses);
 // No part of the instrument is in the body, nor across its surface.
 bool is_clear_of(Body& body, const InstrumentEdge& edge);
