@@ -65,6 +65,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
   inertial_.resize(count), now_.resize(count), base_.resize(count);
   residual_ = 0;
   bool met = true;
+  int left = kMostProducts;
   for (int n = 0; n < parts; ++n) {
     for (std::size_t c = 0; c < part_.size(); ++c)
       if (!constraints[c].unilateral)  // a pressing target stays where it will be
@@ -96,9 +97,11 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
                                       inertial_,
                                       part_,
                                       &supports,
-                                      taken_along_};
+                                      taken_along_,
+                                      left / (parts - n)};
     const NewtonOutcome outcome = newton_.solve(energy, problem, now_);
     products_ += outcome.products;
+    left -= outcome.products;
     iterations_ += outcome.iterations;
     residual_ = std::max(residual_, std::isfinite(outcome.residual) ? outcome.residual : HUGE_VAL);
     residual_m_ = outcome.last_move_m;

@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-constexpr int kMostIterations = 8, kMostProducts = 400, kMostHalvings = 8;
+constexpr int kMostIterations = 8, kMostHalvings = 8;
 constexpr double kInner = 0.01;       // share of the residual that conjugate gradients may leave,
 constexpr double kLongInner = 0.03;   // in long steps,
 constexpr double kBelow = 0.3;        // and needn't go further below the tolerance than this
@@ -283,7 +283,8 @@ bool NewtonStep::find_direction(const ElasticEnergy& energy, const Problem& prob
   precondition();
   p_ = z_;
   double rz = dot(r_, z_);
-  for (int n = 0; n < kMostProducts && rz > 0; ++n) {
+  const int most = std::min(kMostProducts, problem.most_products - products);
+  for (int n = 0; n < most && rz > 0; ++n) {
     multiply(energy, problem);
     ++products;
     const double pap = dot(p_, ap_);
@@ -326,6 +327,7 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
   const double rounding_n = energy.rounding_n(), enough_n = std::max(problem.tolerance * weight_n, 3 * rounding_n);
   const bool is_long = problem.tolerance > kTolerance;
   for (; outcome.iterations < kMostIterations && std::isfinite(left_n); ++outcome.iterations) {
+    if (outcome.products >= problem.most_products) break;
     if (left_n <= (outcome.iterations == 0 ? std::max(kRests * weight_n, rounding_n) : enough_n)) break;
     if (!linearised || outcome.iterations > 0 || !held_.empty()) linearise(energy, problem, x, true);
     const double inner_n =
