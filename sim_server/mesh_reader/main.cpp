@@ -18,6 +18,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -84,6 +85,24 @@ void refuse_decimal_commas(const std::string& path, const std::string& extension
       }
     }
   }
+}
+
+// assimp does not count ".05" among the numbers of a line of an OBJ file. The file's text with "0.05" for it; empty: it
+// has no such number.
+std::string with_leading_zeros(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::string written;
+  std::size_t copied = 0;
+  for (std::size_t i = 1; i + 1 < text.size(); ++i) {
+    if (text[i] != '.' || !std::isdigit(static_cast<unsigned char>(text[i + 1]))) continue;
+    const bool has_sign = text[i - 1] == '-' || text[i - 1] == '+';
+    const char before = has_sign && i >= 2 ? text[i - 2] : text[i - 1];
+    if (before != ' ' && before != '\t') continue;
+    written.append(text, copied, i - copied).append("0");
+    copied = i;
+  }
+  return copied == 0 ? std::string() : written.append(text, copied);
 }
 
 class SoupWriter {
@@ -174,8 +193,11 @@ TriangleSoup read(const std::string& path, std::uint64_t max_triangles, bool any
                                                           aiComponent_TEXTURES | aiComponent_LIGHTS |
                                                           aiComponent_CAMERAS | aiComponent_MATERIALS);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_RemoveComponent |
-                                                     aiProcess_Triangulate | aiProcess_SortByPType);
+  constexpr unsigned kSteps =
+      aiProcess_ValidateDataStructure | aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType;
+  const std::string mended = extension == ".obj" ? with_leading_zeros(path) : "";
+  const aiScene* scene = mended.empty() ? importer.ReadFile(path, kSteps)
+                                        : importer.ReadFileFromMemory(mended.data(), mended.size(), kSteps, "obj");
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw std::runtime_error(std::string("damaged file: ") + importer.GetErrorString());
   }

@@ -217,6 +217,17 @@ TEST_F(MeshImport, huge_counts_in_headers_are_refused) {
   expect_in("more than 11 triangles", refusal(write("a.obj", obj(cube())), 1, limits));
 }
 
+TEST_F(MeshImport, numbers_need_no_leading_zero) {
+  std::string text = obj(cube());
+  text.replace(text.find("v 1 0 0"), 7, "v 1.5 -.25\t.5");
+  const std::string path = write("a.obj", text);
+  EXPECT_EQ(refusal(path), "");
+  text.replace(text.find("-.25\t.5"), 7, "-0.25 0.5");
+  const TriangleSoup with_zeros = import_mesh(write("b.obj", text), 1).soup, without = import_mesh(path, 1).soup;
+  EXPECT_EQ(without.vertices_body_m, with_zeros.vertices_body_m);
+  EXPECT_EQ(without.triangles, with_zeros.triangles);
+}
+
 TEST_F(MeshImport, decimal_commas_are_named) {
   std::string text = obj(cube());
   text.replace(text.find("v 1 0 0"), 7, "v 1,0 0,0 0,0");
