@@ -14,6 +14,7 @@ constexpr std::size_t kMoments = 200;     // moments of a trace that are looked 
 constexpr std::size_t kMostPoints = 500;  // points of a body that are looked for in another
 constexpr double kBeneath = 0.05;         // share of a triangle's size
 constexpr double kOutlasts_s = 0.01;
+constexpr double kBelowFloor_m = 0.001;
 
 // All soft tissue lies within.
 constexpr double kSoftest_pa = 100, kStiffest_pa = 1e7;
@@ -86,6 +87,30 @@ void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::strin
                        ": nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor");
 }
 
+// The floor lifts what lies in it before the first picture.
+void check_floor(const BodySpec& body, const Scene& scene, std::vector<std::string>& warnings) {
+  if (!scene.floor_z_m || body.mesh.vertices_body_m.empty()) return;
+  const double below_m = *scene.floor_z_m - box_of(in_world(body)).min().z();
+  if (below_m > kBelowFloor_m)
+    warnings.push_back(body.name +
+                       format(": it reaches %.4g mm below the floor at z = %.4g m", 1e3 * below_m, *scene.floor_z_m));
+}
+
+void check_regions(const BodySpec& body, std::vector<std::string>& warnings) {
+  const bool is_volume = !body.tets.tetrahedra.empty();
+  const std::vector<Vec3>& points = is_volume ? body.tets.vertices_body_m : body.mesh.vertices_body_m;
+  Box3 box;
+  for (const Vec3& p : points) box.extend(p);
+  for (const Region& region : body.regions) {
+    const auto reaches = [&](const RegionPart& part) {
+      return may_reach(part, box.center(), 0.5 * box.diagonal().norm());
+    };
+    if (!box.isEmpty() && std::ranges::none_of(region.parts, reaches))
+      warnings.push_back(body.name + ": its region " + region.name +
+                         " is outside of it; shapes are in the frame of the mesh, in metres");
+  }
+}
+
 void check_plan(const BodySpec& body, std::vector<std::string>& warnings) {
   const PlanSpec& plan = body.plan;
   if (!plan.cut_cpu_estimate || *plan.cut_cpu_estimate <= plan.cpu_budget) return;
@@ -111,6 +136,16 @@ bool comes_near(const ToolSpec& tool, const std::vector<Vec3>& vertices) {
   return false;
 }
 
+// Scissors that cut close; a forceps that holds does so below an angle.
+void check_opening(const ToolSpec& tool, std::vector<std::string>& warnings) {
+  const InstrumentKind& kind = instrument_of(tool.kind);
+  if (tool.trace.empty() || (!kind.only_closing && kind.grip_below_rad == 0)) return;
+  const double first_rad = tool.trace.front().opening_rad;
+  if (std::ranges::all_of(tool.trace, [&](const TracePoint& at) { return at.opening_rad == first_rad; }))
+    warnings.push_back("tool " + tool.name +
+                       format(": its jaws never move: opening_rad is %.4g in all of its trace", first_rad, 0));
+}
+
 void check_trace(const ToolSpec& tool, const Scene& scene, double duration_s, std::vector<std::string>& warnings) {
   if (tool.trace.empty()) return;
   const double end_s = tool.trace.back().time_s;
@@ -131,12 +166,17 @@ std::vector<std::string> scene_warnings(const Scene& scene, double duration_s) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     check_material(scene.bodies[b], warnings);
     check_hold(scene.bodies[b], scene, warnings);
+    check_floor(scene.bodies[b], scene, warnings);
+    check_regions(scene.bodies[b], warnings);
     check_plan(scene.bodies[b], warnings);
     for (std::size_t other = 0; other < b; ++other)
       if (reaches_into(scene.bodies[b], scene.bodies[other]) || reaches_into(scene.bodies[other], scene.bodies[b]))
         warnings.push_back(scene.bodies[other].name + " and " + scene.bodies[b].name + " overlap at the start");
   }
-  for (const ToolSpec& tool : scene.tools) check_trace(tool, scene, duration_s, warnings);
+  for (const ToolSpec& tool : scene.tools) {
+    check_opening(tool, warnings);
+    check_trace(tool, scene, duration_s, warnings);
+  }
   return warnings;
 }
 

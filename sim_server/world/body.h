@@ -56,7 +56,7 @@ class Body {
   ContactBody contact_body();
   // The velocity of a point of the surface: the weighted mean of these vertices; kNone counts for nothing.
   Vec3 velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const;
-  // Of the current positions; leaves the collision engine as it is.
+  // The box of the current positions; leaves the collision engine as it is.
   Box3 bounds_world_m();
   double energy_j() { return engines.deformation->energy_j(shared()); }  // see there
   // The collision engine, with the current positions.

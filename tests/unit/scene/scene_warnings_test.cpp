@@ -51,6 +51,33 @@ TEST(SceneWarnings, a_trace_that_outlasts_the_run_or_never_comes_near) {
   EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "it may be meant for a body of another server";
 }
 
+TEST(SceneWarnings, a_body_below_the_floor) {
+  Scene scene = good_scene();
+  scene.floor_z_m = 0;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+  scene.floor_z_m = 0.012;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"cube: it reaches 12 mm below the floor at z = 0.012 m"});
+}
+
+TEST(SceneWarnings, a_region_outside_its_body) {
+  Scene scene = good_scene();
+  Region& region = scene.bodies[0].regions.emplace_back();
+  region.name = "tumour";
+  region.parts.push_back({.a_m = Vec3(0.05, 0.05, 0.05), .b_m = Vec3(0.01, 0.01, 0.01)});
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+  region.parts[0].a_m *= 10;
+  EXPECT_EQ(scene_warnings(scene, 2),
+            Texts{"cube: its region tumour is outside of it; shapes are in the frame of the mesh, in metres"});
+}
+
+TEST(SceneWarnings, jaws_that_never_move) {
+  Scene scene = good_scene();
+  scene.tools[0].kind = "forceps";
+  EXPECT_EQ(scene_warnings(scene, 2), Texts{"tool blade: its jaws never move: opening_rad is 0 in all of its trace"});
+  scene.tools[0].trace.back().opening_rad = 0.3;
+  EXPECT_EQ(scene_warnings(scene, 2), Texts());
+}
+
 TEST(SceneWarnings, bodies_that_overlap) {
   Scene scene = good_scene();
   scene.bodies.push_back(scene.bodies[0]);

@@ -45,7 +45,7 @@ TEST_P(TurnedTissue, is_pushed_the_way_that_the_hand_goes) {
   const auto at_m = [&] { return Vec3(op.simulation.positions_world_m(0)[touched].cast<double>()); };
   const Vec3 hangs_m = at_m();
   ASSERT_LT(hangs_m.z(), -0.05) << "it hangs";
-  // What was its upper side looks to +x now; the tip comes from there. The bar has left the room of its beginning.
+  // Its upper side looks to +x now, from where the tip comes. The bar has left the room of its beginning.
   const Eigen::Quaterniond aside(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));
   op.place(hangs_m + Vec3(0.02, 0.0007, 0.0005), aside);
   op.move(hangs_m + Vec3(-0.005, 0.0007, 0.0005));
