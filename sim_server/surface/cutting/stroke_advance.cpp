@@ -207,9 +207,12 @@ class Advance {
     return along_m < kBack * far_m || (far_m < kNode_m && along_m < kAhead * far_m);
   }
 
-  // The tip's motion since the cut was made, without what draws it out along itself or straight out of the skin.
+  // The blade's motion at the skin since the cut was made, without what draws it out along itself or straight out of the
+  // skin. A leaning blade that turns about its tip sweeps the skin as well.
   Vec3 went_beside_its_exit(const BladePlace& place) const {
-    const Vec3 went = blade_.tip_world_m - stroke_.blade->tip_world_m;
+    const double above_m = (place.point_world_m - blade_.tip_world_m).dot(blade_.up_world);
+    const Vec3 went =
+        blade_.tip_world_m - stroke_.blade->tip_world_m + above_m * (blade_.up_world - stroke_.blade->up_world);
     const auto v = draft_.triangle(place.triangle).v;
     const Vec3 a = draft_.state(v[0]).position_world_m, b = draft_.state(v[1]).position_world_m,
                c = draft_.state(v[2]).position_world_m;
