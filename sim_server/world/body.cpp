@@ -121,6 +121,7 @@ Body::Body(const BodySpec& part, const Scene& scene, std::uint32_t body_id, Make
 }
 
 void Body::archive(Archive& a) {
+  bounds_world_m_.reset();
   a(mesh, particles);
   for (Engine* engine : engines.all()) engine->archive(a, shared());
   bool is_swept = swept_ != nullptr;

@@ -207,8 +207,8 @@ class Advance {
     return along_m < kBack * far_m || (far_m < kNode_m && along_m < kAhead * far_m);
   }
 
-  // The blade's motion at the skin since the cut was made, without what draws it out along itself or straight out of the
-  // skin. A leaning blade that turns about its tip sweeps the skin as well.
+  // The blade's motion at the skin since the cut was made, without what draws it out along itself or straight out of
+  // the skin. A leaning blade that turns about its tip sweeps the skin as well.
   Vec3 went_beside_its_exit(const BladePlace& place) const {
     const double above_m = (place.point_world_m - blade_.tip_world_m).dot(blade_.up_world);
     const Vec3 went =
