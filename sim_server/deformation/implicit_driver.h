@@ -59,7 +59,7 @@ class ImplicitDriver {
 
  private:
   static constexpr int kMostParts = 8;
-  // With Hessians, in one attempt at a step: tissue that hangs by a thread would take any number of them.
+  // In one attempt at a step: tissue that hangs by a thread would take any number of them.
   static constexpr int kMostProducts = 250;
 
   void look_back(double step_s);

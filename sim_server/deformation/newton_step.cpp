@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-constexpr int kMostIterations = 8, kMostHalvings = 8;
+constexpr int kMostIterations = 8, kMostProducts = 400, kMostHalvings = 8;
 constexpr double kInner = 0.01;       // share of the residual that conjugate gradients may leave,
 constexpr double kLongInner = 0.03;   // in long steps,
 constexpr double kBelow = 0.3;        // and needn't go further below the tolerance than this
@@ -326,8 +326,10 @@ NewtonOutcome NewtonStep::solve(ElasticEnergy& energy, const Problem& problem, s
   double left_n = forces(energy, problem, x);
   const double rounding_n = energy.rounding_n(), enough_n = std::max(problem.tolerance * weight_n, 3 * rounding_n);
   const bool is_long = problem.tolerance > kTolerance;
-  for (; outcome.iterations < kMostIterations && std::isfinite(left_n); ++outcome.iterations) {
-    if (outcome.products >= problem.most_products) break;
+  const auto may_go_on = [&] {
+    return outcome.iterations < kMostIterations && outcome.products < problem.most_products && std::isfinite(left_n);
+  };
+  for (; may_go_on(); ++outcome.iterations) {
     if (left_n <= (outcome.iterations == 0 ? std::max(kRests * weight_n, rounding_n) : enough_n)) break;
     if (!linearised || outcome.iterations > 0 || !held_.empty()) linearise(energy, problem, x, true);
     const double inner_n =

@@ -18,6 +18,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -61,7 +62,6 @@ class NewtonStep {
  public:
   static constexpr double kTolerance = 0.02;     // share of the residual
   static constexpr double kLongTolerance = 0.1;  // the same of steps that are long by choice
-  static constexpr int kMostProducts = 400;      // for one direction
 
   struct Problem {
     double step_s = 0;
@@ -71,7 +71,8 @@ class NewtonStep {
     std::span<const PointConstraint> constraints;
     const ConstraintSupports* supports = nullptr;  // the particles that carry the points
     std::span<const Vec3> taken_along_world_m;     // each constraint's instrument would take its point here
-    int most_products = 8 * kMostProducts;         // the best positions found with so many will have to do
+    // The best positions found with so many products with Hessians will have to do.
+    int most_products = std::numeric_limits<int>::max();
   };
 
   using Point = std::pair<std::array<VertexId, 3>, std::array<double, 3>>;  // its corners and weights

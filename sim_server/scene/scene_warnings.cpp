@@ -76,12 +76,15 @@ void check_material(const BodySpec& body, std::vector<std::string>& warnings) {
                                           m.density_kg_per_m3, kLightest_kg_per_m3));
 }
 
+// The vertices that are simulated, in the frame of the mesh.
+const std::vector<Vec3>& particles_of(const BodySpec& body) {
+  return body.tets.tetrahedra.empty() ? body.mesh.vertices_body_m : body.tets.vertices_body_m;
+}
+
 void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::string>& warnings) {
-  const bool is_volume = !body.tets.tetrahedra.empty();
   bool held = scene.floor_z_m.has_value() || scene.gravity_m_per_s2.norm() == 0;
   if (body.fixed)
-    for (const Vec3& p : is_volume ? body.tets.vertices_body_m : body.mesh.vertices_body_m)
-      held = held || body.fixed->contains(body.pose.to_world(p));
+    for (const Vec3& p : particles_of(body)) held = held || body.fixed->contains(body.pose.to_world(p));
   if (!held)
     warnings.push_back(body.name +
                        ": nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor");
@@ -97,10 +100,7 @@ void check_floor(const BodySpec& body, const Scene& scene, std::vector<std::stri
 }
 
 void check_regions(const BodySpec& body, std::vector<std::string>& warnings) {
-  const bool is_volume = !body.tets.tetrahedra.empty();
-  const std::vector<Vec3>& points = is_volume ? body.tets.vertices_body_m : body.mesh.vertices_body_m;
-  Box3 box;
-  for (const Vec3& p : points) box.extend(p);
+  const Box3 box = box_of(particles_of(body));
   for (const Region& region : body.regions) {
     const auto reaches = [&](const RegionPart& part) {
       return may_reach(part, box.center(), 0.5 * box.diagonal().norm());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -32,18 +33,25 @@ double pixel_rad(const Camera& camera) {
   return camera.field_of_view_deg * M_PI / 180 / kPictureLines;
 }
 
+// A vertex and those that hang together with it over the surface, the near ones first; they end with about `enough`.
+template <class Mesh>
+std::vector<VertexId> around(VertexId v, const Mesh& surface,
+                             std::size_t enough = std::numeric_limits<std::size_t>::max()) {
+  std::vector<VertexId> order{v};
+  std::set<VertexId> members{v};
+  for (std::size_t k = 0; k < order.size() && order.size() < enough; ++k)
+    for (const TriangleId t : surface.fan(order[k]))
+      for (const VertexId near : surface.triangle(t).v)
+        if (members.insert(near).second) order.push_back(near);
+  return order;
+}
+
 // How the surface about a vertex stands in the world, which has the frame's orientation at rest. The patch grows over
 // the surface: it stays on its side of a cut.
 Eigen::Quaterniond orientation_about(VertexId v, const MeshDraft& surface, const Pose& frame) {
-  std::vector<VertexId> patch{v};
   std::vector<MatchedPoint> points;
-  for (std::size_t k = 0; k < patch.size(); ++k) {
-    points.push_back({surface.rest(patch[k]), surface.position(patch[k]), 1});
-    if (patch.size() >= kPatch) continue;
-    for (const TriangleId t : surface.fan(patch[k]))
-      for (const VertexId near : surface.triangle(t).v)
-        if (std::ranges::find(patch, near) == patch.end()) patch.push_back(near);
-  }
+  for (const VertexId near : around(v, surface, kPatch))
+    points.push_back({surface.rest(near), surface.position(near), 1});
   const Eigen::Quaterniond at = match_shape(points, frame).orientation;
   const double turned_rad = frame.orientation.angularDistance(at);
   return turned_rad > kTilts_rad ? frame.orientation.slerp(1 - kTilts_rad / turned_rad, at) : frame.orientation;
@@ -257,14 +265,9 @@ void Body::bring_dead_to_rest(const TopologyDelta& delta) {
 // Releases an island, which is no part of the body any more: it lies on a bed, and nothing holds it.
 void Body::free_islands(std::span<const Island> islands) {
   for (const Island& island : islands) {
-    std::set<VertexId> members{island.any_vertex};
-    std::vector<VertexId> order{island.any_vertex};
-    for (std::size_t k = 0; k < order.size(); ++k)
-      for (const TriangleId t : mesh.fan(order[k]))
-        for (const VertexId v : mesh.triangle(t).v)
-          if (members.insert(v).second) order.push_back(v);
-    std::sort(order.begin(), order.end());
-    engines.deformation->release(order, SupportPlane{island.bed_point_world_m, island.bed_normal_world});
+    std::vector<VertexId> members = around(island.any_vertex, mesh);
+    std::ranges::sort(members);
+    engines.deformation->release(members, SupportPlane{island.bed_point_world_m, island.bed_normal_world});
   }
 }
 

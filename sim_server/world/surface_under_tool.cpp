@@ -45,8 +45,8 @@ std::optional<SurfaceUnderTool> nearest_surface(std::span<const std::unique_ptr<
   bool outside = true;
   double within_m = reach_m;
   for (const auto& body : bodies) {
+    const Box3 box = body->bounds_world_m();
     for (const Corner& corner : corners) {
-      const Box3 box = body->bounds_world_m();
       if (box.isEmpty() || box.exteriorDistance(corner.at_world_m) > within_m + corner.radius_m) continue;
       const auto found = body->tree().closest(body->view(), corner.at_world_m, within_m + corner.radius_m);
       if (!found) continue;

@@ -1,34 +1,11 @@
 // A scalpel, whose edge leans, turns in a corner of its stroke: the place where it meets the skin goes about the tip.
 #include <gtest/gtest.h>
 
-#include <set>
-
+#include "sim_server/session/run_outcome.h"
 #include "tests/support/operation.h"
 
 namespace sectio::test {
 namespace {
-
-// Parts of the walls that hang together.
-std::size_t incisions(const TriangleMesh& mesh) {
-  const auto is_wall = [&](TriangleId t) {
-    return mesh.triangle(t).alive() && mesh.triangle(t).surface == Surface::wall;
-  };
-  std::set<TriangleId> left;
-  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t)
-    if (is_wall(t)) left.insert(t);
-  std::size_t found = 0;
-  for (; !left.empty(); ++found) {
-    std::vector<TriangleId> next{*left.begin()};
-    left.erase(left.begin());
-    for (; !next.empty();) {
-      const TriangleId t = next.back();
-      next.pop_back();
-      for (const TriangleId n : mesh.neighbours(t))
-        if (left.erase(n) > 0) next.push_back(n);
-    }
-  }
-  return found;
-}
 
 // From an edge that stands at `tip_m` and leads along `up`.
 double to_nearest_wall_m(const Operation& op, const Vec3& tip_m, const Vec3& up) {
@@ -50,6 +27,7 @@ TEST_P(TurningBlade, goes_on_from_its_corner) {
   Scene scene = organ_scene();
   scene.bodies[0].mesh = ellipsoid(5, Vec3(0.06, 0.06, kOrganTop_m));
   Operation op(scene);
+  const RunOutcome outcome(op.simulation);
   const auto heading = [](double rad) { return Eigen::Quaterniond(Eigen::AngleAxisd(rad, Vec3::UnitZ())); };
   const double to_rad = GetParam() * M_PI / 180;
   op.place(Vec3(-0.02, -0.008, kOrganTop_m + 0.005), heading(0));
@@ -67,7 +45,7 @@ TEST_P(TurningBlade, goes_on_from_its_corner) {
     const Vec3 tip = corner + way_m * Vec3(std::cos(to_rad), std::sin(to_rad), 0);
     EXPECT_LT(to_nearest_wall_m(op, tip, heading(to_rad) * leans), 0.002) << way_m;
   }
-  EXPECT_EQ(incisions(op.mesh()), 1u);
+  EXPECT_EQ(outcome.finish({}).incisions, 1);
 }
 
 }  // namespace
