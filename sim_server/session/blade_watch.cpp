@@ -23,6 +23,12 @@ BladeWatch::BladeWatch(const Scene& scene) : scene_(scene) {
   for (const ToolSpec& tool : scene.tools) blades_.emplace_back().watched = has_edge(tool);
 }
 
+std::string BladeWatch::warning(std::uint32_t tool) const {
+  char text[80];
+  std::snprintf(text, sizeof text, " has touched tissue for %.2g s without cutting: ", blades_[tool].contact_time_s);
+  return "tool " + scene_.tools[tool].name + text + reason(tool, blades_[tool]);
+}
+
 std::string BladeWatch::reason(std::uint32_t tool, const Blade& blade) const {
   if (!blade.refusal.empty()) return "every cut was refused: " + blade.refusal;
   if (!blade.remark.empty()) return blade.remark;
@@ -61,9 +67,15 @@ std::vector<std::string> BladeWatch::add(const StepOutput& output) {
     blade.largest_force_n = std::max(blade.largest_force_n, contact.force_world_n.norm());
     if (!blade.watched || blade.contact_time_s < kPatience_s) continue;
     blade.watched = false;
-    warnings.push_back("tool " + scene_.tools[contact.tool_id].name +
-                       " has touched tissue for 2 s without cutting: " + reason(contact.tool_id, blade));
+    warnings.push_back(warning(contact.tool_id));
   }
+  return warnings;
+}
+
+std::vector<std::string> BladeWatch::finish() const {
+  std::vector<std::string> warnings;
+  for (std::uint32_t tool = 0; tool < blades_.size(); ++tool)
+    if (blades_[tool].watched && blades_[tool].contact_time_s >= kTouch_s) warnings.push_back(warning(tool));
   return warnings;
 }
 

@@ -16,7 +16,10 @@ class BladeWatch {
   // After each step. Warnings, at most one for each tool: it has been in contact for kPatience_s and has never cut.
   std::vector<std::string> add(const StepOutput& output);
 
-  static constexpr double kPatience_s = 2;
+  // At the end. Warnings of blades that have touched tissue for kTouch_s, have never cut and have not been warned of.
+  std::vector<std::string> finish() const;
+
+  static constexpr double kPatience_s = 2, kTouch_s = 0.25;
 
   template <class A>
   void archive(A& a) {
@@ -36,6 +39,7 @@ class BladeWatch {
       a(watched, contact_time_s, largest_force_n, body_id, refusal, remark);
     }
   };
+  std::string warning(std::uint32_t tool) const;
   std::string reason(std::uint32_t tool, const Blade& blade) const;
 
   const Scene& scene_;

@@ -230,6 +230,7 @@ RunResult Recorder::finish() {
     for (const std::string& line : to_lines(*s.figures.score)) log_info(line);
   }
   s.figures.outcome = s.outcome.finish(s.figures);
+  for (const std::string& text : s.blades.finish()) log_warning(text);
   RunResult result;
   const std::vector<std::string> reasons = reasons_against(s.figures, s.scene, s.simulation);
   for (const std::string& reason : reasons) log_warning("not ok: " + reason);

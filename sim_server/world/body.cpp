@@ -80,8 +80,10 @@ Body::Body(const BodySpec& body, const Scene& scene, std::uint32_t body_id, Make
   if (scene.step_s > largest_s) {
     char text[256];
     std::snprintf(text, sizeof text,
-                  "%s: step_s: %g s is beyond the stable step of body '%s'; the largest that would do is %.3g s",
-                  scene.file.c_str(), scene.step_s, body.name.c_str(), std::floor(largest_s * 1e6) * 1e-6);
+                  "%s: step_s: %g s is beyond the stable step of body '%s', which its young_pa, density_kg_per_m3 and "
+                  "mesh limit; the largest that would do is %.3g s",
+                  scene.file.c_str(), scene.step_s, body.name.c_str(),
+                  0.995 * largest_s);  // no digit is rounded up
     throw InputError(text);
   }
 }

@@ -280,7 +280,7 @@ Grid grid_around(const TetMesh& mesh, double cell_m) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : mesh.vertices_body_m) box.extend(x);
   if (!(((box.sizes() / cell_m).array() + 1).prod() < 5e6))
-    throw InputError("cells of the lattice too small: more than 5 million");
+    throw InputError("volume: cell_m is too small: the body would have more than 5 million cells");
   return {box.min(), cell_m};
 }
 

@@ -7,7 +7,7 @@ namespace {
 
 struct Watched {
   Scene scene;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings, at_end;
 
   explicit Watched(const std::string& kind) {
     scene.step_s = 0.1;
@@ -32,6 +32,7 @@ struct Watched {
       for (std::string& text : watch.add(output)) warnings.push_back(std::move(text));
       output.events.clear();
     }
+    at_end = watch.finish();
   }
 };
 
@@ -40,6 +41,15 @@ TEST(BladeWatch, a_blade_that_pushes_too_lightly_is_named_once) {
   w.touch(5, 0.2);
   EXPECT_EQ(w.warnings, std::vector<std::string>{"tool tool has touched tissue for 2 s without cutting: it pushed with "
                                                  "0.2 N at most, and threshold_force_n is 0.5 N in liver"});
+  EXPECT_TRUE(w.at_end.empty());
+}
+
+TEST(BladeWatch, a_short_touch_that_pushes_too_lightly_is_named_at_the_end) {
+  Watched w("scalpel");
+  w.touch(0.5, 0.2);
+  EXPECT_TRUE(w.warnings.empty());
+  EXPECT_EQ(w.at_end, std::vector<std::string>{"tool tool has touched tissue for 0.5 s without cutting: it pushed with "
+                                               "0.2 N at most, and threshold_force_n is 0.5 N in liver"});
 }
 
 TEST(BladeWatch, the_reason_of_refused_cuts_is_given) {
@@ -59,11 +69,12 @@ TEST(BladeWatch, a_remark_says_why_a_blade_did_not_cut) {
 TEST(BladeWatch, one_that_cuts_touches_shortly_or_has_no_edge_is_not_named) {
   Watched cuts("scalpel"), short_touch("scalpel"), probe("probe");
   cuts.touch(5, 2, {{0, EventKind::penetrated, 0, 0, ""}});
-  short_touch.touch(1.5, 0.2);
+  short_touch.touch(0.2, 0.2);
   probe.touch(5, 0.2);
-  EXPECT_TRUE(cuts.warnings.empty());
-  EXPECT_TRUE(short_touch.warnings.empty());
-  EXPECT_TRUE(probe.warnings.empty());
+  for (const Watched* w : {&cuts, &short_touch, &probe}) {
+    EXPECT_TRUE(w->warnings.empty());
+    EXPECT_TRUE(w->at_end.empty());
+  }
 }
 
 }  // namespace
