@@ -13,8 +13,8 @@
 #include "sim_server/prepare/choose_model.h"
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/simulation.h"
+#include "tests/planning/planned_bodies.h"
 #include "tests/support/calibration.h"
-#include "tests/support/shapes.h"
 
 namespace sectio::test {
 namespace {
@@ -28,33 +28,6 @@ struct Weighed {
   double factor = 2;  // demanded; more where it is a known failure
   double poisson = 0.45;
 };
-
-constexpr double kFar = 1;
-Box above(double z_m) {
-  return {Vec3(-kFar, -kFar, z_m), Vec3::Constant(kFar)};
-}
-Box below(double z_m) {
-  return {Vec3::Constant(-kFar), Vec3(kFar, kFar, z_m)};
-}
-Box beyond(double x_m) {
-  return {Vec3::Constant(-kFar), Vec3(x_m, kFar, kFar)};
-}
-TriangleSoup bent(const Vec3& radii_m, double by) {
-  TriangleSoup soup = ellipsoid(3, radii_m);
-  for (Vec3& p : soup.vertices_body_m) p.z() += by * p.x() * p.x() / radii_m.x();
-  return soup;
-}
-TriangleSoup block(const Vec3& size_m) {
-  TriangleSoup soup = box(6, 6, 6, size_m);
-  for (Vec3& p : soup.vertices_body_m) p -= 0.5 * size_m;
-  return soup;
-}
-
-Eigen::Quaterniond turned(const Vec3& deg) {
-  const Vec3 rad = M_PI / 180 * deg;
-  return Eigen::AngleAxisd(rad.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rad.y(), Vec3::UnitY()) *
-         Eigen::AngleAxisd(rad.x(), Vec3::UnitX());
-}
 
 const Weighed kBodies[] = {
     {"organ_hangs", ellipsoid(3, Vec3(0.03, 0.025, 0.045)), Vec3::Zero(), above(0.03)},
