@@ -14,6 +14,7 @@ namespace {
 
 using Kind = PathPoint::Kind;
 
+constexpr double kLeastPart_m = 1e-4;   // of the edge: less is a fold of the surface
 constexpr double kWidestOpening = 0.4;  // largest width, over the distance to the nearest vertex beside the path
 
 // The surface at a point of a path, before any change.
@@ -46,6 +47,8 @@ class Step {
     for (std::size_t k = 0; k < rims_.size(); ++k) find_fronts(rims_[k], slits[k], step);
     if (std::ranges::any_of(step.starts, [&](const CutFront& f) { return leaves_bridge(f); }))
       return "the cut would begin anew beside its end";
+    if (std::ranges::any_of(step.fronts, [&](const CutFront& f) { return is_sliver(f); }))
+      return "the edge would end in a fold of the surface";
     return {};
   }
 
@@ -59,6 +62,10 @@ class Step {
       return is_near(start.top, f.top) || is_near(start.top, f.bottom) || is_near(start.bottom, f.top) ||
              is_near(start.bottom, f.bottom);
     });
+  }
+  // A part of the edge this short is in a fold: the surface does not lead on from it, and a bridge would be left there.
+  bool is_sliver(const CutFront& f) const {
+    return f.bottom_on_surface && (draft_.rest(f.top) - draft_.rest(f.bottom)).norm() < kLeastPart_m;
   }
   // Does nothing hold the slit's two sides together?
   static bool parts(const Slit& slit) {
