@@ -132,10 +132,13 @@ class PathFinder {
   }
 
  private:
-  // The groove behind a front may bulge over it: such a path begins and ends at the first pose, and is open already.
+  // The groove behind a front may bulge over it, and round its bottom: such a path begins and ends at the first pose, or
+  // beneath it at the trail, and is open already.
   bool is_behind_front(const SurfacePath& path) const {
-    const auto at_first_pose = [](const PathPoint& p) { return p.ridge == kNone && p.rim == SweepRim::first_pose; };
-    return !path.closed && at_first_pose(path.points.front()) && at_first_pose(path.points.back()) &&
+    const auto at_front = [](const PathPoint& p) {
+      return p.ridge == kNone && (p.rim == SweepRim::first_pose || p.rim == SweepRim::trail);
+    };
+    return !path.closed && at_front(path.points.front()) && at_front(path.points.back()) &&
            std::ranges::all_of(path.points, [&](const PathPoint& p) { return sweep_.ahead_of_first(p.at) < kBulge_m; });
   }
 
