@@ -252,7 +252,8 @@ bool EdgeContact::breaks_surface(double displacement_m) {
   if (!body_.cut_traits.edge_cuts_anywhere && !is_skin) return false;
   // A tip that is drawn out of tissue, or past its rim, comes from within.
   const bool is_from_within = opens_from_edge(body_.cut_traits) && normal_.dot(edge_.blade().up_world) <= 0;
-  const bool tip_breaks = press_.on_tool().at_tip && edge_.kind().tip_pierces && !is_from_within;
+  const bool tip_breaks =
+      press_.on_tool().at_tip && edge_.kind().tip_pierces && !is_from_within && !back_presses(edge_, normal_);
   return (tip_breaks || sharp_edge_presses(body_, edge_, press_, normal_)) && rupture_.breaks(displacement_m);
 }
 

@@ -61,6 +61,11 @@ bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint
   return -normal_world.dot(*sharp_side) >= kCosSharp;
 }
 
+bool back_presses(const InstrumentEdge& edge, const Vec3& normal_world) {
+  const std::optional<Vec3> sharp_side = edge.sharp_side_world();
+  return sharp_side && normal_world.dot(*sharp_side) > std::max(kCosSharp, normal_world.dot(edge.blade().up_world));
+}
+
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press) {
   if (!sharp_edge_touches(body, edge, press.on_tool())) return false;
   if (!edge.shape().sharp_side_tool || !body.cut_traits.cuts_inside) return false;

@@ -24,6 +24,8 @@ inline bool opens_from_edge(const CutTraits& traits) {
 
 // An edge that presses with its sharp part may break in there.
 bool sharp_edge_presses(Body& body, const InstrumentEdge& edge, const PressPoint& press, const Vec3& normal_world);
+// The blunt back leads where it presses: its tip goes beside the surface rather than in.
+bool back_presses(const InstrumentEdge& edge, const Vec3& normal_world);
 // An edge that presses is in a groove, with walls close to both its sides. A blade that is put back into its cut goes
 // on without breaking in.
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press);
