@@ -17,14 +17,27 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
   products_ = iterations_ = 0;
   look_back(motion.step_s);
   const std::vector<NewtonStep::Borne> borne = newton_.borne();
+  const auto attempt = [&](int parts, Ending ending) {
+    parts_ = parts;
+    if (products_ > 0) {
+      std::ranges::copy(start_position_, particles.position_world_m.begin());
+      std::ranges::copy(start_velocity_, particles.velocity_m_per_s.begin());
+      newton_.begin_with(borne);
+    }
+    const Smoother& used = parts > 2 ? smoother : Smoother{};
+    return take(energy, motion, particles, constraints, supports, reactions, parts, ending, used);
+  };
+  // Where dividing makes it worse, the attempt that came closest is the step.
   bool met = false;
-  for (parts_ = 1;; parts_ *= 2) {
-    met = take(energy, motion, particles, constraints, supports, reactions, parts_, parts_ > 2 ? smoother : Smoother{});
-    if (met || parts_ == kMostParts) break;
-    std::ranges::copy(start_position_, particles.position_world_m.begin());
-    std::ranges::copy(start_velocity_, particles.velocity_m_per_s.begin());
-    newton_.begin_with(borne);
+  int best = kMostParts;
+  double least = HUGE_VAL;
+  for (int parts = 1; parts <= kMostParts && !met; parts *= 2) {
+    met = attempt(parts, Ending::only_when_met);
+    if (met) break;
+    if (residual_ > kWorse * least) break;
+    if (residual_ < least) best = parts, least = residual_;
   }
+  if (!met) attempt(best, Ending::anyhow);
   not_met_ += !met;
   before_position_.clear();
   if (!motion.is_long || parts_ > 1) return;
@@ -52,7 +65,7 @@ void ImplicitDriver::look_back(double step_s) {
 
 bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
                           std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
-                          std::span<Reaction> reactions, int parts, const Smoother& smoother) {
+                          std::span<Reaction> reactions, int parts, Ending ending, const Smoother& smoother) {
   const bool has_past = motion.is_long && parts == 1 && !before_position_.empty();
   const double h = motion.step_s / parts, length = has_past ? 2 * h / 3 : h;  // H
   const double kept = length / (1 + motion.damping_per_s * length), start = h / (1 + motion.damping_per_s * h);
@@ -106,7 +119,7 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
     residual_ = std::max(residual_, std::isfinite(outcome.residual) ? outcome.residual : HUGE_VAL);
     residual_m_ = outcome.last_move_m;
     met &= outcome.met;
-    if (!met && parts < kMostParts) return false;
+    if (!met && ending == Ending::only_when_met) return false;
     for (std::size_t i = 0; i < count; ++i) {
       if (particles.inverse_mass_per_kg[i] == 0) continue;
       const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();

@@ -62,10 +62,13 @@ class ImplicitDriver {
   // In one attempt at a step: tissue that hangs by a thread would take any number of them.
   static constexpr int kMostProducts = 250;
 
+  static constexpr double kWorse = 10;  // times the least residual so far: further division is no help
+  enum class Ending : std::uint8_t { only_when_met, anyhow };
+
   void look_back(double step_s);
   bool take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
             std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
-            std::span<Reaction> reactions, int parts, const Smoother& smoother);
+            std::span<Reaction> reactions, int parts, Ending ending, const Smoother& smoother);
 
   NewtonStep newton_;
   std::vector<Vec3> inertial_, now_;
