@@ -26,7 +26,7 @@ void Roles::leave(std::uint32_t person) {
 
 bool Roles::hello(std::uint32_t person, const Hello& hello) {
   Person& p = people_.at(person);
-  p.name = hello.name;
+  if (!hello.name.empty()) p.name = hello.name;
   p.may_lead = hello.token == (tokens_.lead.empty() ? tokens_.hold : tokens_.lead);
   p.may_write = p.may_lead || hello.token == tokens_.hold;
   changed_ = true;
@@ -95,7 +95,8 @@ void Roles::tick(double now_s) {
 }
 
 void Roles::give(std::uint32_t tool_id, std::uint32_t person, double now_s) {
-  if (tools_[tool_id].person != kNobody) set_free(tool_id);
+  for (std::uint32_t t = 0; t < tools_.size(); ++t)  // a page has one hand: it puts down what it held
+    if (t == tool_id ? tools_[t].person != kNobody : tools_[t].person == person) set_free(t);
   tools_[tool_id].person = person;
   tools_[tool_id].heard_s = now_s;
   changed_ = true;

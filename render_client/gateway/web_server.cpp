@@ -99,6 +99,7 @@ struct WebServer::State {
   int send_body(lws* wsi);
   int wait_for_picture(lws* wsi);
   int refuse(lws* wsi, unsigned status);
+  static bool is_of_another_site(lws* wsi);
   int confirm_version(lws* wsi);
   int open(lws* wsi);
   void close(lws* wsi);
@@ -240,7 +241,23 @@ int WebServer::State::send_body(lws* wsi) {
 }
 
 // A browser can't read the answer to a handshake that was refused: the page asks for /version then.
+// A page of another site that a browser here has open must not watch; programs other than browsers name no origin.
+bool WebServer::State::is_of_another_site(lws* wsi) {
+  std::array<char, 256> origin{}, host{};
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) == 0) return false;
+  if (lws_hdr_copy(wsi, origin.data(), static_cast<int>(origin.size()), WSI_TOKEN_ORIGIN) < 0 ||
+      lws_hdr_copy(wsi, host.data(), static_cast<int>(host.size()), WSI_TOKEN_HOST) < 0)
+    return true;
+  const std::string_view of(origin.data());
+  const std::size_t scheme = of.find("://");
+  return scheme == of.npos || of.substr(scheme + 3) != host.data();
+}
+
 int WebServer::State::confirm_version(lws* wsi) {
+  if (is_of_another_site(wsi)) {
+    log_limited(LogLevel::warning, "origin", "a page of another site is refused");
+    return lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, "pages of other sites are refused") != 0 ? -1 : 1;
+  }
   std::array<char, 128> asked{};
   lws_hdr_copy(wsi, asked.data(), static_cast<int>(asked.size()), WSI_TOKEN_PROTOCOL);
   if (options.protocol == asked.data()) return 0;

@@ -34,10 +34,14 @@ std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const Su
 }
 
 void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& right_world) {
+  closes_ = pointer.closes;
+  if (pressed_ && !pointer.pressed) {  // it is lifted where it is, wherever the pointer has gone
+    pressed_ = false;
+    return;
+  }
   if (pointer.pressed && !pressed_) shot_ = shot_of(frame);
   const std::optional<Contact> next = contact_at(pointer.ray, pointer.pressed ? shot_ : shot_of(frame));
   pressed_ = pointer.pressed && next;
-  closes_ = pointer.closes;
   if (!next) return;
   if (!has_ahead_) ahead_world_ = right_world;
   has_ahead_ = true;

@@ -27,15 +27,15 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
     const Smoother& used = parts > 2 ? smoother : Smoother{};
     return take(energy, motion, particles, constraints, supports, reactions, parts, ending, used);
   };
-  // Where dividing makes it worse, the attempt that came closest is the step.
+  // Where dividing makes worse what was nearly met, the attempt that came closest is the step.
   bool met = false;
   int best = kMostParts;
   double least = HUGE_VAL;
   for (int parts = 1; parts <= kMostParts && !met; parts *= 2) {
     met = attempt(parts, Ending::only_when_met);
     if (met) break;
-    if (residual_ > kWorse * least) break;
-    if (residual_ < least) best = parts, least = residual_;
+    if (least < kNear && residual_ > least) break;
+    if (residual_ < kNear) best = parts, least = residual_;
   }
   if (!met) attempt(best, Ending::anyhow);
   not_met_ += !met;

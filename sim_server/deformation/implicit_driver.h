@@ -62,7 +62,7 @@ class ImplicitDriver {
   // In one attempt at a step: tissue that hangs by a thread would take any number of them.
   static constexpr int kMostProducts = 250;
 
-  static constexpr double kWorse = 10;  // times the least residual so far: further division is no help
+  static constexpr double kNear = 0.2;  // a residual below this is nearly met
   enum class Ending : std::uint8_t { only_when_met, anyhow };
 
   void look_back(double step_s);

@@ -122,6 +122,15 @@ class HostileBrowser : public GatewayPrograms {
   std::size_t before_bytes_ = 0;
 };
 
+TEST_F(HostileBrowser, that_shows_a_page_of_another_site) {
+  WebPeer eve(port_);
+  eve.send_raw("GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: http://elsewhere.example\r\nUpgrade: websocket\r\n" +
+               std::string("Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n") +
+               "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: " + live_protocol() + "\r\n\r\n");
+  EXPECT_TRUE(gateway_->wait_for("a page of another site is refused")) << gateway_->output();
+  EXPECT_TRUE(eve.is_closed_in(std::chrono::seconds(20)));
+}
+
 TEST_F(HostileBrowser, that_announces_a_gigabyte_and_says_no_more) {
   WebPeer eve(port_);
   eve.shake_hands();

@@ -32,7 +32,7 @@ const protocol = () =>
   new URLSearchParams(location.search).get('protocol') ?? program.UTF8ToString(call('protocol'));
 
 function introduce() {
-  program.ccall('page_connected', null, ['string', 'string'], [byId('name').value || 'guest', token()]);
+  program.ccall('page_connected', null, ['string', 'string'], [byId('name').value, token()]);
   flush();
 }
 
@@ -168,6 +168,8 @@ function show() {
   byId('orders').hidden = !me?.may_lead || state.ended;
   const moment = byId('moment');
   if (document.activeElement !== moment) moment.value = moment.max = Math.max(1, state.time_s);
+  const speed = byId('speed');
+  if (document.activeElement !== speed && state.speed > 0) speed.value = state.speed;
   byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
   show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder]), state.people, state.you]), () =>
@@ -309,7 +311,7 @@ canvas.addEventListener('contextmenu', (event) => event.preventDefault());
 const KEYS = { q: [0.1, 0], e: [-0.1, 0], r: [0, 0.1], f: [0, -0.1] };
 window.addEventListener('keydown', (event) => {
   const turn = KEYS[event.key.toLowerCase()];
-  if (turn && event.target.tagName !== 'INPUT') call('turn', ...turn);
+  if (turn && !event.ctrlKey && !event.metaKey && !event.altKey && event.target.tagName !== 'INPUT') call('turn', ...turn);
 });
 
 // ---- begin ----

@@ -27,6 +27,24 @@ TEST_F(Theatre, an_instrument_has_one_holder_whom_all_see) {
   EXPECT_EQ(roles.roster_for(eve).you, eve);
 }
 
+TEST_F(Theatre, a_page_has_one_hand_which_puts_down_what_it_held) {
+  act(ada, ClaimAction::claim);
+  EXPECT_EQ(roles.act(ada, {1, ClaimAction::claim, kNobody}, 0), "");
+  EXPECT_EQ(roles.roster_for(eve).holders, (std::vector<std::uint32_t>{kNobody, ada}));
+  EXPECT_EQ(roles.take_freed(), std::vector<std::uint32_t>{0});
+  EXPECT_EQ(roles.act(ada, {1, ClaimAction::claim, kNobody}, 1), "") << "its own";
+  EXPECT_EQ(roles.holder(1), ada);
+}
+
+TEST_F(Theatre, who_gives_no_name_is_a_guest_with_a_number) {
+  const std::uint32_t one = roles.enter(), other = roles.enter();
+  roles.hello(one, {"", "secret"});
+  roles.hello(other, {"", "secret"});
+  const Roster roster = roles.roster_for(one);
+  EXPECT_NE(roster.people[3].name, roster.people[4].name);
+  EXPECT_EQ(roster.people[3].name.substr(0, 6), "guest ");
+}
+
 TEST_F(Theatre, the_loser_is_told) {
   act(ada, ClaimAction::claim);
   EXPECT_EQ(act(ben, ClaimAction::take), "");

@@ -67,6 +67,16 @@ TEST_F(Mouse, hovers_and_goes_into_the_tissue_while_the_button_is_down) {
   EXPECT_NEAR(height_m(), MouseHand::kHover_m, 5e-4);
 }
 
+TEST_F(Mouse, is_lifted_where_it_is_when_the_button_is_let_go_elsewhere) {
+  move(0.02, 0.01, true);
+  wait(0.5);
+  const Vec3 in_tissue = hand.wish()->position_m;
+  move(0.4, 0.3, false);  // over what stands beside the picture
+  wait(0.5);
+  EXPECT_NEAR(height_m(), MouseHand::kHover_m, 5e-4);
+  EXPECT_LT((hand.wish()->position_m - in_tissue).norm(), 0.02);
+}
+
 // Over 8 cm the ball falls away by 1 cm: a hand that stayed in one plane would leave the tissue.
 TEST_F(Mouse, follows_the_form_of_the_body_at_its_depth) {
   move(-0.04, 0, false);
