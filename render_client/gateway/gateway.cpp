@@ -1,5 +1,6 @@
 #include "render_client/gateway/gateway.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/messages/epoch.h"
@@ -56,6 +57,11 @@ void Gateway::feed(const ScalarPiece& message) {
 }
 
 void Gateway::feed(const SessionEvent& message) {
+  // To a gateway that joins anew what is kept of them is said again.
+  const auto is_known = [&](const SessionEvent& e) { return e.epoch == message.epoch && is_same_event(e, message); };
+  if (std::ranges::any_of(heard_, is_known)) return;
+  heard_.push_back(message);
+  if (heard_.size() > kEventsHeard) heard_.pop_front();
   tries_.feed(message);
   keep_for_later(message);
   post_all(LiveKind::event, message);

@@ -52,6 +52,7 @@ class Gateway {
  public:
   static constexpr std::size_t kMaxMessageBytes = 4096;  // from a page; longer ones end its connection
   static constexpr std::size_t kEventsKept = 16;         // for those who come later
+  static constexpr std::size_t kEventsHeard = 256;       // as many as a server's writer keeps
   static constexpr double kKeyframeInterval_s = 0.2;     // between keyframes of one body for one client
 
   Gateway(Roles::Tokens tokens, const GatewayLimits& limits, std::uint64_t source)
@@ -144,6 +145,7 @@ class Gateway {
   std::map<std::uint32_t, Hand> hands_;      // by tool
   // For those who come later: a server repeats what doesn't move once a second only.
   std::map<Subject, SharedBytes> newest_;
+  std::deque<SessionEvent> heard_;
   std::deque<SharedBytes> events_;
   std::deque<SharedBytes> task_;  // the exercise's
   std::uint64_t task_epoch_ = 0;

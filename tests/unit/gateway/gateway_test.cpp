@@ -52,6 +52,23 @@ struct GatewayTest : testing::Test {
   }
 };
 
+TEST_F(GatewayTest, passes_on_once_what_is_said_again_when_it_joins_anew) {
+  const std::uint32_t ada = enter("Ada");
+  for (int again = 0; again < 2; ++again)
+    for (const char* line : {"cut along the line", "at most 2 mm beside it"})
+      gateway.feed(SessionEvent{1, 0, kTaskTold, 0, 0, line});
+  const auto events = [&](std::uint32_t client) {
+    int count = 0;
+    for (std::vector<std::uint8_t> frame; gateway.next_frame(client, frame);) {
+      LiveFrameReader reader(frame);
+      while (const auto message = reader.next()) count += message->kind == LiveKind::event;
+    }
+    return count;
+  };
+  EXPECT_EQ(events(ada), 2);
+  EXPECT_EQ(events(enter("Ben")), 2) << "who comes later";
+}
+
 TEST_F(GatewayTest, passes_on_the_wishes_of_the_holder_alone) {
   const std::uint32_t ada = enter("Ada"), ben = enter("Ben");
   wish(ada, 0);
