@@ -52,7 +52,7 @@ class Gateway {
  public:
   static constexpr std::size_t kMaxMessageBytes = 4096;  // from a page; longer ones end its connection
   static constexpr std::size_t kEventsKept = 16;         // for those who come later
-  static constexpr std::size_t kEventsHeard = 256;       // as many as a server's writer keeps
+  static constexpr std::size_t kEventsHeard = 256;       // a server's writer keeps so many
   static constexpr double kKeyframeInterval_s = 0.2;     // between keyframes of one body for one client
 
   Gateway(Roles::Tokens tokens, const GatewayLimits& limits, std::uint64_t source)

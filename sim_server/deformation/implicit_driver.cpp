@@ -27,7 +27,7 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
     const Smoother& used = parts > 2 ? smoother : Smoother{};
     return take(energy, motion, particles, constraints, supports, reactions, parts, ending, used);
   };
-  // Where dividing makes worse what was nearly met, the attempt that came closest is the step.
+  // Dividing may make worse a step that was nearly met: then the attempt that came closest counts.
   bool met = false;
   int best = kMostParts;
   double least = HUGE_VAL;

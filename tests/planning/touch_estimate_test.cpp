@@ -1,6 +1,6 @@
-// The planner's expected errors of organs and turned boxes that a ball presses, or that lie on a floor, against measured
-// ones: each in the model that is taken for it, against a fine lattice. The error is that of the force, or of how far the
-// top sinks.
+// The planner's expected errors of organs and turned boxes that a ball presses, or that lie on a floor, against
+// measured ones: each in the model that is taken for it, against a fine lattice. The error is that of the force, or of
+// how far the top sinks.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -161,7 +161,7 @@ void PrintTo(const Lying& l, std::ostream* out) {
   *out << l.name;
 }
 
-// Of the upper two thirds, each: how far it has sunk at the end, and how far it has gone apart.
+// How far each of the upper two thirds has sunk at the end, and how far it has gone apart.
 std::array<double, 4> spread_m(const Scene& scene) {
   Simulation simulation(prepared(scene));
   const int steps = static_cast<int>(std::lround(scene.duration_s / scene.step_s));

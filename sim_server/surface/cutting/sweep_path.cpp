@@ -132,8 +132,8 @@ class PathFinder {
   }
 
  private:
-  // The groove behind a front may bulge over it, and round its bottom: such a path begins and ends at the first pose, or
-  // beneath it at the trail, and is open already.
+  // The groove behind a front may bulge over it, and round its bottom: such a path begins and ends at the first pose,
+  // or beneath it at the trail, and is open already.
   bool is_behind_front(const SurfacePath& path) const {
     const auto at_front = [](const PathPoint& p) {
       return p.ridge == kNone && (p.rim == SweepRim::first_pose || p.rim == SweepRim::trail);

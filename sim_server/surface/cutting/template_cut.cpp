@@ -14,7 +14,7 @@ namespace {
 
 using Kind = PathPoint::Kind;
 
-constexpr double kLeastPart_m = 1e-4;   // of the edge: less is a fold of the surface
+constexpr double kLeastPart_m = 1e-4;   // a shorter part of the edge is in a fold of the surface
 constexpr double kWidestOpening = 0.4;  // largest width, over the distance to the nearest vertex beside the path
 
 // The surface at a point of a path, before any change.
