@@ -35,7 +35,7 @@ std::string rerun_report(InputLogReader& reader, Simulation& simulation, bool& s
   std::string lines = std::to_string(run.steps) + " steps\n";
   if (steps_run > 0) lines = "from the checkpoint of step " + std::to_string(steps_run) + " to " + lines;
   if (!same) lines += "differs from the recorded session at " + run.difference + "\n";
-  // What comes after a difference was not read, which is no damage.
+  // A file that differs was not read to its end, which is no damage.
   if (same && !reader.note().empty()) lines += reader.note() + "\n";
   for (std::uint32_t b = 0; b < simulation.body_count(); ++b)
     lines += simulation.body(b).name + ": revision " + std::to_string(simulation.mesh(b).revision()) +
