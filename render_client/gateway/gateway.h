@@ -145,7 +145,7 @@ class Gateway {
   std::map<std::uint32_t, Hand> hands_;      // by tool
   // For those who come later: a server repeats what doesn't move once a second only.
   std::map<Subject, SharedBytes> newest_;
-  std::deque<SessionEvent> heard_;
+  std::deque<SessionEvent> heard_;  // the newest
   std::deque<SharedBytes> events_;
   std::deque<SharedBytes> task_;  // the exercise's
   std::uint64_t task_epoch_ = 0;

@@ -95,8 +95,9 @@ void Roles::tick(double now_s) {
 }
 
 void Roles::give(std::uint32_t tool_id, std::uint32_t person, double now_s) {
-  for (std::uint32_t t = 0; t < tools_.size(); ++t)  // a page has one hand: it puts down what it held
-    if (t == tool_id ? tools_[t].person != kNobody : tools_[t].person == person) set_free(t);
+  if (tools_[tool_id].person != kNobody) set_free(tool_id);
+  for (std::uint32_t t = 0; t < tools_.size(); ++t)
+    if (tools_[t].person == person) set_free(t);  // a page has one hand: it puts down what it held
   tools_[tool_id].person = person;
   tools_[tool_id].heard_s = now_s;
   changed_ = true;

@@ -7,6 +7,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <string_view>
 #include <utility>
 
 #include "common/core/error.h"
@@ -100,7 +101,8 @@ struct WebServer::State {
   int wait_for_picture(lws* wsi);
   int refuse(lws* wsi, unsigned status);
   static bool is_of_another_site(lws* wsi);
-  int confirm_version(lws* wsi);
+  static int refuse_handshake(lws* wsi, unsigned status, const std::string& text);
+  int confirm_handshake(lws* wsi);
   int open(lws* wsi);
   void close(lws* wsi);
   int receive(lws* wsi, const std::uint8_t* bytes, std::size_t size);
@@ -240,7 +242,6 @@ int WebServer::State::send_body(lws* wsi) {
   return complete(wsi);
 }
 
-// A browser can't read the answer to a handshake that was refused: the page asks for /version then.
 // A page of another site that a browser here has open must not watch; programs other than browsers name no origin.
 bool WebServer::State::is_of_another_site(lws* wsi) {
   std::array<char, 256> origin{}, host{};
@@ -253,10 +254,15 @@ bool WebServer::State::is_of_another_site(lws* wsi) {
   return scheme == of.npos || of.substr(scheme + 3) != host.data();
 }
 
-int WebServer::State::confirm_version(lws* wsi) {
+// A browser can't read the answer to a handshake that was refused: the page asks for /version then.
+int WebServer::State::refuse_handshake(lws* wsi, unsigned status, const std::string& text) {
+  return lws_return_http_status(wsi, status, text.c_str()) != 0 ? -1 : 1;
+}
+
+int WebServer::State::confirm_handshake(lws* wsi) {
   if (is_of_another_site(wsi)) {
     log_limited(LogLevel::warning, "origin", "a page of another site is refused");
-    return lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, "pages of other sites are refused") != 0 ? -1 : 1;
+    return refuse_handshake(wsi, HTTP_STATUS_FORBIDDEN, "pages of other sites are refused");
   }
   std::array<char, 128> asked{};
   lws_hdr_copy(wsi, asked.data(), static_cast<int>(asked.size()), WSI_TOKEN_PROTOCOL);
@@ -265,9 +271,7 @@ int WebServer::State::confirm_version(lws* wsi) {
   log_limited(LogLevel::warning, "version",
               "a page speaks '" + std::string(asked.data()) + "', this gateway '" + options.protocol +
                   "': it must be loaded again");
-  const std::string text = "this gateway speaks " + options.protocol;
-  if (lws_return_http_status(wsi, HTTP_STATUS_BAD_REQUEST, text.c_str())) return -1;
-  return 1;
+  return refuse_handshake(wsi, HTTP_STATUS_BAD_REQUEST, "this gateway speaks " + options.protocol);
 }
 
 int WebServer::State::open(lws* wsi) {
@@ -368,7 +372,7 @@ int WebServer::State::callback(lws* wsi, lws_callback_reasons reason, void*, voi
       state->waiting.erase(wsi);
       return 0;
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
-      return state->confirm_version(wsi);
+      return state->confirm_handshake(wsi);
     case LWS_CALLBACK_ESTABLISHED:
       return state->open(wsi);
     case LWS_CALLBACK_CLOSED:

@@ -72,8 +72,10 @@ int run_session(const RunFlags& flags) {
     if (is_mcap(flags.resume)) throw InputError("--resume: a record needs --export, for the session that goes on");
     options.directory = flags.resume;
   }
-  if (!options.record.empty() && flags.offline) throw InputError("--record: it is of a session on the network: --play-traces instead of --offline");
-  if (options.standby && flags.offline) throw InputError("--standby: it takes part in a session on the network, without --offline");
+  if (!options.record.empty() && flags.offline)
+    throw InputError("--record: it is of a session on the network: --play-traces instead of --offline");
+  if (options.standby && flags.offline)
+    throw InputError("--standby: it takes part in a session on the network, without --offline");
   if (!(options.fastest_m_per_s >= 0 && options.fastest_m_per_s <= 100))
     throw InputError("--max-speed-m-per-s: expected 0 to 100, got " + std::to_string(options.fastest_m_per_s));
   if (!options.network.session.empty()) scene.session = options.network.session;

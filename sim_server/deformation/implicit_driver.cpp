@@ -29,15 +29,15 @@ void ImplicitDriver::step(ElasticEnergy& energy, const Motion& motion, const Par
   };
   // Dividing may make worse a step that was nearly met: then the attempt that came closest counts.
   bool met = false;
-  int best = kMostParts;
-  double least = HUGE_VAL;
-  for (int parts = 1; parts <= kMostParts && !met; parts *= 2) {
-    met = attempt(parts, Ending::only_when_met);
-    if (met) break;
-    if (least < kNear && residual_ > least) break;
-    if (residual_ < kNear) best = parts, least = residual_;
+  int closest = 0;  // its parts; 0: none was near
+  double least = kNear;
+  for (int parts = 1; parts <= kMostParts; parts *= 2) {
+    const bool is_last = parts == kMostParts && closest == 0;
+    met = attempt(parts, is_last ? Ending::anyhow : Ending::only_when_met);
+    if (met || (closest > 0 && residual_ > least)) break;
+    if (!is_last && residual_ < least) closest = parts, least = residual_;
   }
-  if (!met) attempt(best, Ending::anyhow);
+  if (!met && closest > 0) attempt(closest, Ending::anyhow);
   not_met_ += !met;
   before_position_.clear();
   if (!motion.is_long || parts_ > 1) return;

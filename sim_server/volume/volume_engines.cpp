@@ -160,15 +160,6 @@ BodyEngines neo_hookean_lattice_engines(const EngineSite& site) {
 }
 
 void prepare_lattice(BodySpec& body) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : body.tets.vertices_body_m) box.extend(x);
-  if (const double length_m = box.sizes().maxCoeff(); body.volume.cell_m > length_m) {
-    char text[120];
-    std::snprintf(text, sizeof text,
-                  "volume: cell_m: a cell of %.3g m is larger than the whole body, which is %.3g m long",
-                  body.volume.cell_m, length_m);
-    throw InputError(text);
-  }
   if (body.volume.cell_m == 0) body.volume.cell_m = std::cbrt(check(body.tets).volume_m3 / kCells);
   body.mesh_notes.push_back(note_on(HexSolid(body.tets, grid_around(body.tets, body.volume.cell_m),
                                              volume_material(body.material), {}, integrator_of(body))));

@@ -33,4 +33,25 @@ inline Eigen::Quaterniond turned(const Vec3& deg) {
          Eigen::AngleAxisd(rad.x(), Vec3::UnitX());
 }
 
+// The scene of one body whose model is to be chosen, awake all the time.
+inline Scene planned_scene(const std::string& name, const TriangleSoup& mesh, const Vec3& turned_deg, double young_pa,
+                           double poisson, double damping_per_s, double error_budget, double duration_s) {
+  Scene scene;
+  scene.file = name;
+  scene.sleep.after_s = 0;
+  scene.duration_s = duration_s;
+  BodySpec& body = scene.bodies.emplace_back();
+  body.name = name;
+  body.model = "auto";
+  body.mesh = mesh;
+  body.pose.orientation = turned(turned_deg);
+  body.material.young_pa = young_pa;
+  body.material.poisson = poisson;
+  body.material.density_kg_per_m3 = 1050;
+  body.material.damping_per_s = damping_per_s;
+  body.plan.error_budget = error_budget;
+  body.plan.cpu_budget = 4;
+  return scene;
+}
+
 }  // namespace sectio::test

@@ -49,23 +49,8 @@ const Weighed kBodies[] = {
 };
 
 Scene scene_of(const Weighed& w) {
-  Scene scene;
-  scene.file = w.name;
-  scene.sleep.after_s = 0;
-  scene.duration_s = 0.8;
-  scene.bodies.emplace_back();
-  BodySpec& body = scene.bodies[0];
-  body.name = w.name;
-  body.model = "auto";
-  body.mesh = w.mesh;
-  body.pose.orientation = turned(w.turned_deg);
-  body.material.young_pa = w.young_pa;
-  body.material.poisson = w.poisson;
-  body.material.density_kg_per_m3 = 1050;
-  body.material.damping_per_s = 25;
-  body.fixed = w.fixed;
-  body.plan.error_budget = w.error_budget;
-  body.plan.cpu_budget = 4;
+  Scene scene = planned_scene(w.name, w.mesh, w.turned_deg, w.young_pa, w.poisson, 25, w.error_budget, 0.8);
+  scene.bodies[0].fixed = w.fixed;
   return scene;
 }
 
