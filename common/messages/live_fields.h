@@ -10,7 +10,7 @@ namespace sectio {
 template <class Visitor, FieldsOf<Hello> M>
 void fields(Visitor& visit, M& message) {
   auto& [name, token] = message;
-  visit("name", name, kName);
+  visit("name", name, at_most(kMaxNameBytes));
   visit("token", token, at_most(kMaxTokenBytes));
 }
 

@@ -223,6 +223,14 @@ TEST_F(GatewayTest, believes_no_message_that_was_changed_beyond_its_limits) {
   EXPECT_TRUE(gateway.take_wishes().empty());
 }
 
+TEST_F(GatewayTest, people_without_a_name_are_numbered_and_can_take_an_instrument) {
+  const std::uint32_t somebody = enter("");
+  EXPECT_EQ(gateway.counts().refused_garbage, 0u);
+  say(somebody, LiveKind::claim, ToolClaim{0, ClaimAction::claim});
+  EXPECT_TRUE(wish(somebody, 0.1));
+  EXPECT_EQ(gateway.take_wishes().size(), 1u);
+}
+
 TEST_F(GatewayTest, has_its_numbers_in_the_form_of_prometheus) {
   enter("Ada");
   EXPECT_NE(gateway.metrics().find("# TYPE sectio_gateway_clients gauge\nsectio_gateway_clients 1\n"),
