@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSlop_m = 5e-5;      // depth that is left, so that contacts last
 constexpr double kDepthUndone = 0.2;  // share of the remaining depth that one step undoes
-constexpr double kLongestLever = 20;  // the most speed that a particle gains, over what its contact needs
+constexpr double kLongestLever = 20;  // the most speed that a node gains, over what its contact needs
 
 }  // namespace
 
@@ -32,39 +32,54 @@ ContactSolver::ContactSolver(std::span<const ContactBody> bodies, std::span<cons
   }
 }
 
-std::uint32_t ContactSolver::borrow(std::uint32_t body, VertexId v) {
-  const auto [it, is_new] = numbers_.try_emplace({body, v}, static_cast<std::uint32_t>(particles_.size()));
+std::uint32_t ContactSolver::borrow(std::uint32_t body, std::uint32_t number) {
+  const auto [it, is_new] = borrowed_.try_emplace({body, number}, static_cast<std::uint32_t>(nodes_.size()));
   if (is_new) {
     const ContactBody& owner = bodies_[body];
-    const Vec3 velocity = owner.particles.velocity(v);
-    particles_.push_back(
-        {body, v, velocity, velocity, owner.deformation ? owner.deformation->inverse_mass_per_kg(v) : 0});
+    const NodeMotion motion = owner.deformation ? owner.deformation->node(owner.particles, number)
+                                                : NodeMotion{owner.particles.velocity(number), 0};
+    nodes_.push_back({body, number, motion.velocity_m_per_s, motion.velocity_m_per_s, motion.inverse_mass_per_kg});
   }
   return it->second;
 }
 
+// Vertices of a triangle may share nodes.
+void ContactSolver::add_share(Row& row, std::uint32_t node, double weight) const {
+  const auto shares = std::span(row.shares).first(row.share_count);
+  if (const auto at = std::ranges::find(shares, node, &Share::node); at != shares.end()) {
+    at->weight += weight;
+    return;
+  }
+  SECTIO_ASSERT(row.share_count < row.shares.size(), "a vertex and a triangle have so many nodes at most");
+  row.shares[row.share_count++] = {node, weight};
+}
+
 void ContactSolver::add_side(Row& row, const ContactSide& side, double sign, const BodyContact& contact) {
   if (side.body == kImmovable) return;
-  if (bodies_[side.body].rigid) {
+  const ContactBody& owner = bodies_[side.body];
+  if (owner.rigid) {
     (sign > 0 ? row.one : row.other) = side.body;
     return;
   }
   for (std::size_t a = 0; a < side.v.size(); ++a) {
     const double weight = sign * side.weights[static_cast<int>(a)];
     if (side.v[a] == kNone || weight == 0) continue;
-    SECTIO_ASSERT(row.share_count < row.shares.size(), "a vertex and a triangle have four particles");
-    const std::uint32_t particle = borrow(side.body, side.v[a]);
-    row.shares[row.share_count++] = {particle, weight};
-    row.depth_m += step_s_ * weight * particles_[particle].velocity_m_per_s.dot(contact.normal_world);
+    carriers_.assign(1, {side.v[a], 1});
+    if (owner.deformation) owner.deformation->nodes_of(side.v[a], carriers_);
+    for (const NodeShare& carrier : carriers_) {
+      const std::uint32_t node = borrow(side.body, carrier.node);
+      add_share(row, node, weight * carrier.weight);
+      row.depth_m += step_s_ * weight * carrier.weight * nodes_[node].velocity_m_per_s.dot(contact.normal_world);
+    }
   }
 }
 
-// A contact may lie on fixed tissue but for the last digits of its weights. A particle with such a weight would have to
-// fly off to move it, and doesn't take part.
+// A contact may lie on fixed tissue but for the last digits of its weights. A node with such a weight would have to fly
+// off to move it, and doesn't take part.
 void ContactSolver::drop_far_levers(Row& row, const BodyContact& c) const {
   const double mass_kg = mass_along(row, c.point_world_m, c.normal_world);
   for (Share& s : std::span(row.shares).first(row.share_count))
-    if (std::abs(s.weight) * particles_[s.particle].inverse_mass_per_kg * mass_kg > kLongestLever) s.weight = 0;
+    if (std::abs(s.weight) * nodes_[s.node].inverse_mass_per_kg * mass_kg > kLongestLever) s.weight = 0;
 }
 
 // The effective mass 1 / (J M^-1 J^T) along a direction; 0 if nothing can move.
@@ -76,7 +91,7 @@ double ContactSolver::mass_along(const Row& row, const Vec3& point_world_m, cons
     const Vec3 arm = (point_world_m - body.pose_world().position_m).cross(along);
     inverse += 1 / body.mass_kg() + arm.dot(body.inverse_inertia_world() * arm);
   }
-  for (const auto& [p, weight] : row.particles()) inverse += weight * weight * particles_[p].inverse_mass_per_kg;
+  for (const auto& [p, weight] : row.nodes()) inverse += weight * weight * nodes_[p].inverse_mass_per_kg;
   return inverse > 0 ? 1 / inverse : 0;
 }
 
@@ -84,15 +99,15 @@ Vec3 ContactSolver::velocity_apart(const Row& row, const BodyContact& c) const {
   Vec3 apart = -c.surface_velocity_m_per_s;
   if (row.one != kImmovable) apart += bodies_[row.one].rigid->velocity_at(c.point_world_m);
   if (row.other != kImmovable) apart -= bodies_[row.other].rigid->velocity_at(c.point_world_m);
-  for (const auto& [p, weight] : row.particles()) apart += weight * particles_[p].velocity_m_per_s;
+  for (const auto& [p, weight] : row.nodes()) apart += weight * nodes_[p].velocity_m_per_s;
   return apart;
 }
 
 void ContactSolver::push(Row& row, const BodyContact& c, const Vec3& impulse_n_s) {
   if (row.one != kImmovable) bodies_[row.one].rigid->add_impulse(impulse_n_s, c.point_world_m);
   if (row.other != kImmovable) bodies_[row.other].rigid->add_impulse(-impulse_n_s, c.point_world_m);
-  for (const auto& [p, weight] : row.particles())
-    particles_[p].velocity_m_per_s += weight * particles_[p].inverse_mass_per_kg * impulse_n_s;
+  for (const auto& [p, weight] : row.nodes())
+    nodes_[p].velocity_m_per_s += weight * nodes_[p].inverse_mass_per_kg * impulse_n_s;
   row.impulse_n_s += impulse_n_s;
 }
 
@@ -133,26 +148,26 @@ void ContactSolver::solve(int sweeps) {
 class ContactSolver::Drifts {
  public:
   explicit Drifts(const ContactSolver& solver)
-      : solver_(solver), bodies_(solver.bodies_.size()), particles_(solver.particles_.size(), Vec3::Zero()) {}
+      : solver_(solver), bodies_(solver.bodies_.size()), nodes_(solver.nodes_.size(), Vec3::Zero()) {}
 
   Vec3 velocity_apart(const Row& row, const Vec3& point_world_m) const {
     Vec3 apart = Vec3::Zero();
     if (row.one != kImmovable) apart += velocity_at(row.one, point_world_m);
     if (row.other != kImmovable) apart -= velocity_at(row.other, point_world_m);
-    for (const auto& [p, weight] : row.particles()) apart += weight * particles_[p];
+    for (const auto& [p, weight] : row.nodes()) apart += weight * nodes_[p];
     return apart;
   }
   void push(const Row& row, const Vec3& point_world_m, const Vec3& impulse_n_s) {
     if (row.one != kImmovable) push(row.one, impulse_n_s, point_world_m);
     if (row.other != kImmovable) push(row.other, -impulse_n_s, point_world_m);
-    for (const auto& [p, weight] : row.particles())
-      particles_[p] += weight * solver_.particles_[p].inverse_mass_per_kg * impulse_n_s;
+    for (const auto& [p, weight] : row.nodes())
+      nodes_[p] += weight * solver_.nodes_[p].inverse_mass_per_kg * impulse_n_s;
   }
-  void shift(std::vector<Particle>& particles) const {
+  void shift(std::vector<Node>& nodes) const {
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (RigidBody* rigid = solver_.bodies_[b].rigid; rigid && !rigid->asleep())
         rigid->shift(solver_.step_s_ * bodies_[b].velocity, solver_.step_s_ * bodies_[b].spin);
-    for (std::size_t p = 0; p < particles_.size(); ++p) particles[p].shift_m += solver_.step_s_ * particles_[p];
+    for (std::size_t p = 0; p < nodes_.size(); ++p) nodes[p].shift_m += solver_.step_s_ * nodes_[p];
   }
 
  private:
@@ -171,7 +186,7 @@ class ContactSolver::Drifts {
 
   const ContactSolver& solver_;
   std::vector<Drift> bodies_;
-  std::vector<Vec3> particles_;
+  std::vector<Vec3> nodes_;
 };
 
 void ContactSolver::undo_depths(int sweeps) {
@@ -190,22 +205,27 @@ void ContactSolver::undo_depths(int sweeps) {
       drifts.push(row, c.point_world_m, (impulse - impulses[i]) * c.normal_world);
       impulses[i] = impulse;
     }
-  drifts.shift(particles_);
+  drifts.shift(nodes_);
 }
 
-std::vector<ParticleImpulse> ContactSolver::impulses_on_particles(std::size_t contact) const {
-  std::vector<ParticleImpulse> impulses;
-  for (const auto& [p, weight] : rows_[contact].particles())
-    impulses.push_back({particles_[p].body, particles_[p].vertex, weight * rows_[contact].impulse_n_s});
+std::vector<VertexImpulse> ContactSolver::impulses_on_vertices(std::size_t contact) const {
+  std::vector<VertexImpulse> impulses;
+  const BodyContact& c = contacts_[contact];
+  for (const auto& [side, sign] : {std::pair(&c.one, 1.0), std::pair(&c.other, -1.0)}) {
+    if (side->body == kImmovable || bodies_[side->body].rigid) continue;
+    for (std::size_t a = 0; a < side->v.size(); ++a)
+      if (const double weight = side->weights[static_cast<int>(a)]; side->v[a] != kNone && weight != 0)
+        impulses.push_back({side->body, side->v[a], sign * weight * rows_[contact].impulse_n_s});
+  }
   return impulses;
 }
 
-std::vector<ParticleChange> ContactSolver::particle_changes() const {
-  std::vector<ParticleChange> changes;
-  for (const Particle& p : particles_) {
-    const Vec3 gained = p.velocity_m_per_s - p.velocity_before_m_per_s;
-    if (!gained.isZero(0) || !p.shift_m.isZero(0))
-      changes.push_back({p.body, p.vertex, gained, step_s_ * gained + p.shift_m});
+std::vector<NodeChange> ContactSolver::changes_of(std::uint32_t body) const {
+  std::vector<NodeChange> changes;
+  for (const Node& n : nodes_) {
+    const Vec3 gained = n.velocity_m_per_s - n.velocity_before_m_per_s;
+    if (n.body == body && (!gained.isZero(0) || !n.shift_m.isZero(0)))
+      changes.push_back({n.number, gained, step_s_ * gained + n.shift_m});
   }
   return changes;
 }

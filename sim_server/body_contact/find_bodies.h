@@ -11,6 +11,8 @@ namespace sectio {
 
 // At most so many vertices near the other body are probed; evenly chosen by number when there are more.
 constexpr std::size_t kMaxProbedVertices = 64;
+constexpr double kTouchReach_m = 2e-4;       // a gap that counts as contact; faster bodies see further
+constexpr double kWaking_m_per_s = 0.02;     // a body so fast wakes a sleeping one that it bumps into
 constexpr double kDeepestContact_m = 0.005;  // deeper contacts have no reliable nearest surface
 
 // A surface with its tree, which must be up to date; `view.body` is the number of the body in its contacts.

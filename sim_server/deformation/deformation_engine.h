@@ -7,6 +7,7 @@
 
 #include "common/math/types.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
+#include "sim_server/deformation/node.h"
 #include "sim_server/deformation/point_constraint.h"
 #include "sim_server/deformation/sag.h"
 #include "sim_server/engine/engine.h"
@@ -53,8 +54,19 @@ class DeformationEngine : public Engine {
 
   virtual bool fixed(VertexId v) const = 0;               // the vertex never moves
   virtual double mass_kg(VertexId v) const = 0;           // the tissue's, without added mass
-  virtual double inverse_mass_per_kg(VertexId v) const {  // change of velocity per impulse of a contact
+  virtual double inverse_mass_per_kg(VertexId v) const {  // change of its velocity per impulse on it; 0: held
     return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
+  }
+  // What contacts push (node.h). Most models have a node in each particle.
+  virtual void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const { nodes.assign(1, {v, 1}); }
+  virtual std::uint32_t node_count(const ParticleView& particles) const {
+    return static_cast<std::uint32_t>(particles.position_world_m.size());
+  }
+  virtual NodeMotion node(const ParticleView& particles, std::uint32_t n) const {
+    return {particles.velocity(n), inverse_mass_per_kg(n)};
+  }
+  virtual void nudge(const SharedBody& body, std::span<const NodeChange> changes) {
+    for (const NodeChange& c : changes) body.particles.nudge(c.node, c.faster_by_m_per_s, c.moved_by_m);
   }
   // The mesh is too stiff beneath what is smaller than its elements: an instrument that presses has this depth of
   // tissue in series, a layer of E* / layer_m (Pa/m).

@@ -10,8 +10,6 @@
 namespace sectio {
 namespace {
 
-constexpr double kReach_m = 2e-4;             // a gap that counts as contact; faster pieces see further
-constexpr double kWakingSpeedM_per_s = 0.02;  // a piece this fast wakes a sleeping one that it bumps into
 constexpr int kVelocitySweeps = 30, kDepthSweeps = 10;
 
 using Bodies = std::span<const std::unique_ptr<Body>>;
@@ -28,12 +26,8 @@ std::vector<Whole> wholes_of(Bodies bodies) {
   return wholes;
 }
 
-// A part that came off and goes on deforming; its engine keeps it above the floor.
-bool is_loose(const Body& body, const Scene& scene) {
-  return body.deforms() && body.id >= scene.bodies.size() && !body.spec.fixed;
-}
-bool moves(const Body& body, const Scene& scene) {
-  return (!body.deforms() || is_loose(body, scene)) && !body.frozen && !body.asleep();
+bool is_loose(const Body& body) {
+  return !body.deforms() && !body.frozen && !body.asleep();
 }
 
 Box3 box_around(Body& body, double margin_m) {
@@ -51,20 +45,29 @@ void wake_neighbours(Bodies bodies, std::span<const std::uint8_t> disturbed) {
   for (const auto& body : bodies) {
     if (!body->asleep()) continue;
     for (std::size_t other = 0; other < disturbed.size() && body->asleep(); ++other)
-      if (disturbed[other] && box_around(*body, kReach_m).intersects(box_around(*bodies[other], kReach_m)))
+      if (disturbed[other] && box_around(*body, kTouchReach_m).intersects(box_around(*bodies[other], kTouchReach_m)))
         body->wake();
   }
 }
 
 // The body below a sleeping piece goes on feeling its weight.
 void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
-  for (const ParticleImpulse& load : sleeping.resting_loads) {
+  std::vector<NodeShare> nodes;
+  std::vector<NodeChange> changes;
+  for (const VertexImpulse& load : sleeping.resting_loads) {
     Body& support = *bodies[load.body];
     if (support.frozen || support.asleep() || load.vertex >= support.mesh.vertex_slots() ||
         !support.mesh.vertex_alive(load.vertex))
       continue;
-    const Vec3 gained = support.engines.deformation->inverse_mass_per_kg(load.vertex) * load.impulse_n_s;
-    support.nudge(load.vertex, gained, step_s * gained);
+    const DeformationEngine& deformation = *support.engines.deformation;
+    deformation.nodes_of(load.vertex, nodes);
+    changes.clear();
+    for (const NodeShare& share : nodes) {
+      const NodeMotion motion = deformation.node(support.particle_view(), share.node);
+      const Vec3 gained = share.weight * motion.inverse_mass_per_kg * load.impulse_n_s;
+      changes.push_back({share.node, gained, step_s * gained});
+    }
+    support.nudge(changes);
   }
 }
 
@@ -75,7 +78,7 @@ void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>
   for (std::size_t i = from; i < contacts.size(); ++i) {
     BodyContact& c = contacts[i];
     if (!other.asleep()) return;
-    if (-body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWakingSpeedM_per_s)
+    if (-body.velocity_at(c.one.v, c.one.weights, c.point_world_m).dot(c.normal_world) > kWaking_m_per_s)
       other.wake();
     else
       c.other.body = kImmovable;
@@ -87,11 +90,11 @@ void find_contacts(Bodies bodies, Body& body, const Scene& scene, std::vector<Bo
   const std::size_t from = contacts.size();
   const RigidMotion* whole = body.rigid();
   const double speed_m_per_s = whole ? whole->body.velocity_m_per_s().norm() : 0;
-  const double reach_m = kReach_m + 2 * scene.step_s * speed_m_per_s;
+  const double reach_m = kTouchReach_m + 2 * scene.step_s * speed_m_per_s;
   if (whole && scene.floor_z_m)
     find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
   for (const auto& other : bodies) {
-    if (other->id == body.id || (moves(*other, scene) && other->id < body.id)) continue;
+    if (other->id == body.id || (is_loose(*other) && other->id < body.id)) continue;
     if (box_around(body, reach_m).intersects(box_around(*other, 0))) find_pair(body, *other, reach_m, contacts);
   }
   for (std::size_t i = from; i < contacts.size(); ++i) contacts[i].friction = body.spec.splitting.friction;
@@ -102,7 +105,7 @@ std::vector<std::uint8_t> supported_bodies(std::size_t count, std::span<const Bo
   std::vector<std::uint8_t> supported(count, 0);
   for (std::size_t i = from; i < contacts.size(); ++i)
     for (const std::uint32_t b : {contacts[i].one.body, contacts[i].other.body})
-      if (b != kImmovable && solver.depth_m(i) >= -kReach_m) supported[b] = 1;
+      if (b != kImmovable && solver.depth_m(i) >= -kTouchReach_m) supported[b] = 1;
   return supported;
 }
 
@@ -110,7 +113,7 @@ void keep_resting_loads(Body& body, std::span<const BodyContact> contacts, const
   body.resting_loads.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (contacts[i].one.body != body.id && contacts[i].other.body != body.id) continue;
-    const auto loads = solver.impulses_on_particles(i);
+    const auto loads = solver.impulses_on_vertices(i);
     body.resting_loads.insert(body.resting_loads.end(), loads.begin(), loads.end());
   }
 }
@@ -118,9 +121,8 @@ void keep_resting_loads(Body& body, std::span<const BodyContact> contacts, const
 }  // namespace
 
 void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, const Scene& scene) {
-  if (std::ranges::none_of(bodies, [&](const auto& b) { return !b->deforms() || b->id >= scene.bodies.size(); }))
-    return;
   wake_neighbours(bodies, disturbed);
+  if (std::ranges::all_of(bodies, [](const auto& b) { return b->deforms(); })) return;
   std::vector<BodyContact> contacts;
   const std::vector<Whole> wholes = wholes_of(bodies);
   for (const Whole& whole : wholes) whole.motion.append_contacts(whole.body.id, contacts);
@@ -130,15 +132,14 @@ void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, cons
   for (const Whole& whole : wholes)
     if (!whole.body.asleep()) whole.motion.push_by_gravity();
   for (const auto& body : bodies)
-    if (moves(*body, scene)) find_contacts(bodies, *body, scene, contacts);
+    if (is_loose(*body)) find_contacts(bodies, *body, scene, contacts);
 
   std::vector<ContactBody> sides;
   for (const auto& body : bodies) sides.push_back(body->contact_body());
   ContactSolver solver(sides, contacts, scene.step_s);
   solver.solve(kVelocitySweeps);
   solver.undo_depths(kDepthSweeps);
-  for (const ParticleChange& p : solver.particle_changes())
-    bodies[p.body]->nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
+  for (const auto& body : bodies) body->nudge(solver.changes_of(body->id));
   std::size_t contact = 0;
   for (const Whole& whole : wholes)
     for (std::size_t i = 0; i < whole.motion.constraints().size(); ++i)

@@ -43,14 +43,30 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
       world.interactions[i].engine->constrain(body.shared(), world.scene.step_s, constraints);
     say_whose(from, interaction_source(world, i));
   }
-  reactions.assign(constraints.size(), {});
   step.disturbed = constraints.size() > of_edges || !is_idle(world, context, b);
+  const std::size_t from_outside = constraints.size();
+  for (const BodyStep::Wall& wall : step.walls) constraints.push_back(wall.constraint);
+  say_whose(from_outside, interaction_source(world, world.interactions.size()));
+  reactions.assign(constraints.size(), {});
   if (step.disturbed && body.deforms()) body.wake();  // another wakes when it is pressed or held
   const bool spared = context.input.spare_idle_bodies && !step.disturbed && body.deforms();
   if (!spared) body.deform(constraints, reactions, world.scene.step_s);
   make_finite(reactions);
   for (const Reaction& reaction : reactions) step.work_j += reaction.work_j;
+  for (std::size_t i = 0; i < step.walls.size(); ++i)
+    context.meetings[step.walls[i].meeting].on_both_n -= reactions[from_outside + i].force_on_tool_n;
   if (body.deforms()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
+}
+
+// Two bodies that met moved one after the other, each against where the other was. What one has gained beyond what the
+// other lost is shared, so that momentum is kept.
+void even_out(SimulatedWorld& world, const StepContext& context) {
+  for (const Meeting& meeting : context.meetings) {
+    const auto moves = [&](std::uint32_t b) { return !world.bodies[b]->frozen && !world.bodies[b]->asleep(); };
+    if (!std::ranges::all_of(meeting.bodies, moves) || meeting.on_both_n.isZero(0)) continue;
+    for (const std::uint32_t b : meeting.bodies)
+      world.bodies[b]->push_as_one(-0.5 * world.scene.step_s * meeting.on_both_n);
+  }
 }
 
 }  // namespace
@@ -94,6 +110,7 @@ void deform(SimulatedWorld& world, StepContext& context) {
   std::vector<PointConstraint> constraints;
   std::vector<Reaction> reactions;
   for_each_body(world, context, [&](std::uint32_t b) { deform_body(world, context, b, constraints, reactions); });
+  even_out(world, context);
   for (const BodyStep& body : context.bodies) world.contact_work_j += body.work_j;
 }
 

@@ -2,6 +2,7 @@
 // their ids; what passes between stages is the context, which is made anew in each step.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -18,8 +19,19 @@ struct BodyStep {
   bool disturbed = false;  // it was touched, held or cut: what rests on it wakes
   std::vector<Entry> entries;
   std::vector<BladeMotion> motions;
-  double work_j = 0;       // by instruments on it
-  double processor_s = 0;  // by its stages, if somebody measures
+  struct Wall {
+    PointConstraint constraint;
+    std::size_t meeting;
+  };
+  std::vector<Wall> walls;  // other bodies that it touches
+  double work_j = 0;        // by instruments on it
+  double processor_s = 0;   // by its stages, if somebody measures
+};
+
+// Two bodies that deform and touch each other.
+struct Meeting {
+  std::array<std::uint32_t, 2> bodies;
+  Vec3 on_both_n = Vec3::Zero();  // the forces on both, which would be opposite if both had moved at once
 };
 
 struct StepContext {
@@ -34,7 +46,8 @@ struct StepContext {
   StepOutput& output;
   bool gravity_turned = false;
   std::vector<BodyStep> bodies;  // grows with the parts that come off
-  double (*processor_s)();       // the processor's time so far; nullptr: nobody measures
+  std::vector<Meeting> meetings;
+  double (*processor_s)();  // the processor's time so far; nullptr: nobody measures
 };
 
 // Calls stage(body_id) for each body that there is at the beginning, and measures what it takes.
@@ -66,12 +79,13 @@ void cut(SimulatedWorld& world, StepContext& context);           // engines plan
 void tidy(SimulatedWorld& world, StepContext& context);          // slivers are mended, away from instruments
 void split(SimulatedWorld& world, StepContext& context);         // parts that came off become bodies
 void indent(SimulatedWorld& world, StepContext& context);        // temporary elements follow instruments that press
+void meet(SimulatedWorld& world, StepContext& context);          // bodies that deform press against each other
 void deform(SimulatedWorld& world, StepContext& context);        // bodies move
 void watch(SimulatedWorld& world, StepContext& context);         // bodies fall asleep, freeze, and check their models
 void interact(SimulatedWorld& world, StepContext& context);      // fluids and threads go on between bodies
-void collide(SimulatedWorld& world, StepContext& context);       // bodies meet each other and the floor
-void guard(SimulatedWorld& world, StepContext& context);         // nothing leaves that is not finite, or out of bounds
-void feel(SimulatedWorld& world, StepContext& context);          // contact models for the hands
-void report(SimulatedWorld& world, StepContext& context);        // the numbers of the step
+void collide(SimulatedWorld& world, StepContext& context);  // bodies that move as a whole meet others and the floor
+void guard(SimulatedWorld& world, StepContext& context);    // nothing leaves that is not finite, or out of bounds
+void feel(SimulatedWorld& world, StepContext& context);     // contact models for the hands
+void report(SimulatedWorld& world, StepContext& context);   // the numbers of the step
 
 }  // namespace sectio

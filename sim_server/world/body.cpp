@@ -283,9 +283,23 @@ void Body::particles_moved() {
   bounds_world_m_.reset();
 }
 
-void Body::nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m) {
-  particles.nudge(v, faster_by_m_per_s, by_m);
+void Body::nudge(std::span<const NodeChange> changes) {
+  if (changes.empty()) return;
+  engines.deformation->nudge(shared(), changes);
   particles_moved();
+}
+
+void Body::push_as_one(const Vec3& impulse_n_s) {
+  const DeformationEngine& deformation = *engines.deformation;
+  std::vector<NodeChange> changes;
+  double mass_kg = 0;
+  for (std::uint32_t n = 0; n < deformation.node_count(particle_view()); ++n)
+    if (const double inverse = deformation.node(particle_view(), n).inverse_mass_per_kg; inverse > 0) {
+      changes.push_back({n, Vec3::Zero(), Vec3::Zero()});
+      mass_kg += 1 / inverse;
+    }
+  for (NodeChange& c : changes) c.faster_by_m_per_s = impulse_n_s / mass_kg;
+  nudge(changes);
 }
 
 void Body::deform(std::span<const PointConstraint> constraints, std::span<Reaction> reactions, double step_s) {
@@ -309,7 +323,7 @@ void Body::separate_lips(double step_s) {
   const ContactBody self = contact_body();
   ContactSolver solver({&self, 1}, contacts, step_s);
   solver.solve(kLipSweeps);
-  for (const ParticleChange& p : solver.particle_changes()) nudge(p.vertex, p.faster_by_m_per_s, p.moved_by_m);
+  nudge(solver.changes_of(0));
 }
 
 Body::Happenings Body::watch_driver() {

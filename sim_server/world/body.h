@@ -98,8 +98,10 @@ class Body {
   // Called after all that moves the body, with whether something touched it: nothing that isn't finite or is beyond
   // the bounds of recovery.h is left, and the events say what became of the body.
   Happenings guard(bool touched, double step_s);
-  // Called after deform(); a contact changes the velocity of a particle and moves it.
-  void nudge(VertexId v, const Vec3& faster_by_m_per_s, const Vec3& by_m);
+  // Called after deform(); contacts change the velocities of nodes and move them.
+  void nudge(std::span<const NodeChange> changes);
+  // Makes all of the body that isn't held faster by the same.
+  void push_as_one(const Vec3& impulse_n_s);
 
   const BodySpec& spec;
   const std::uint32_t id;
@@ -110,9 +112,9 @@ class Body {
   // Contact with temporary elements (world/indentation.h); otherwise instruments move the vertices.
   bool contact_by_templates() const { return spec.contact.style == "templates"; }
   TemporaryContact contact;
-  std::vector<double> still_s;                 // by owner: for how long what it let go has not moved
-  std::vector<TriangleId> unsettled;           // triangles of cuts whose parts are not decided yet
-  std::vector<ParticleImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
+  std::vector<double> still_s;               // by owner: for how long what it let go has not moved
+  std::vector<TriangleId> unsettled;         // triangles of cuts whose parts are not decided yet
+  std::vector<VertexImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
   std::uint32_t parts_made = 0;  // came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // it stays as it was (recovery.h), and can't be cut
 

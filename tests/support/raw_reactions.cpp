@@ -37,6 +37,10 @@ class Telling final : public DeformationEngine {
   bool fixed(VertexId v) const override { return engine_->fixed(v); }
   double mass_kg(VertexId v) const override { return engine_->mass_kg(v); }
   double inverse_mass_per_kg(VertexId v) const override { return engine_->inverse_mass_per_kg(v); }
+  void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const override { engine_->nodes_of(v, nodes); }
+  std::uint32_t node_count(const ParticleView& particles) const override { return engine_->node_count(particles); }
+  NodeMotion node(const ParticleView& particles, std::uint32_t n) const override { return engine_->node(particles, n); }
+  void nudge(const SharedBody& body, std::span<const NodeChange> changes) override { engine_->nudge(body, changes); }
   double layer_m() const override { return engine_->layer_m(); }
   double energy_j(const SharedBody& body) const override { return engine_->energy_j(body); }
   double largest_stable_step_s() const override { return engine_->largest_stable_step_s(); }

@@ -320,6 +320,33 @@ void HexSolid::read_vertices(std::span<const Vec4f> position_world_m, std::span<
   }
 }
 
+void HexSolid::take_up(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
+  if (!placed_) place(position_world_m, velocity_m_per_s);
+  bind_new(position_world_m);
+  read_vertices(position_world_m, velocity_m_per_s);
+}
+
+void HexSolid::nodes_of(VertexId v, std::vector<NodeShare>& nodes) const {
+  nodes.clear();
+  for (std::size_t c = 0; c < 8; ++c)
+    if (const double w{weight_[v][c]}; std::abs(w) > kSlight)
+      nodes.push_back({lattice_->cells[lattice_->points[v].cell].nodes[c], w});
+}
+
+NodeMotion HexSolid::node(std::span<const Vec4f>, std::uint32_t n) const {
+  return {velocity_[n].head<3>().cast<double>(), inverse_mass_[n]};
+}
+
+void HexSolid::nudge(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
+                     std::span<Vec4f> velocity_m_per_s) {
+  take_up(position_world_m, velocity_m_per_s);
+  for (const NodeChange& c : changes) {
+    velocity_[c.node].head<3>() += c.faster_by_m_per_s.cast<float>();
+    position_[c.node].head<3>() += c.moved_by_m.cast<float>();
+  }
+  write_vertices(position_world_m, velocity_m_per_s);
+}
+
 void HexSolid::write_vertices(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) {
   for (VertexId v = 0; v < position_world_m.size(); ++v) {
     const auto& nodes = lattice_->cells[lattice_->points[v].cell].nodes;
@@ -371,9 +398,7 @@ void HexSolid::support(std::span<const PointConstraint> constraints) {
 
 void HexSolid::step(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s,
                     std::span<const PointConstraint> constraints, std::span<Reaction> reactions) {
-  if (!placed_) place(position_world_m, velocity_m_per_s);
-  bind_new(position_world_m);
-  read_vertices(position_world_m, velocity_m_per_s);
+  take_up(position_world_m, velocity_m_per_s);
   support(constraints);
   start_position_ = position_;
   start_velocity_ = velocity_;

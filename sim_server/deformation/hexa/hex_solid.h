@@ -39,6 +39,11 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   // Each vertex of the surface counts as if it had its own share of its nodes' masses. So impulses on many vertices,
   // each computed as if it were alone, together never make a node faster than the object that hit it.
   double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
+  void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const override;
+  std::uint32_t node_count() const override { return static_cast<std::uint32_t>(position_.size()); }
+  NodeMotion node(std::span<const Vec4f> velocity_m_per_s, std::uint32_t n) const override;
+  void nudge(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
+             std::span<Vec4f> velocity_m_per_s) override;
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
   void save(std::vector<Vec4f>& nodes_world_m) const override { nodes_world_m = position_; }
   void restore(std::span<const Vec4f> nodes_world_m, const Pose& frame, std::span<Vec4f> position_world_m,
@@ -75,6 +80,8 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   void invert_masses();
   void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<Vec4f>& position,
                const std::vector<Vec4f>& velocity);
+  // Brings the nodes up to date with what has been done to vertices since they were written.
+  void take_up(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   // Before the first step: places the nodes by the rigid motion of the body, then each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   // A cut makes vertices on straight edges in the world. They are embedded at these places, which differ a little from

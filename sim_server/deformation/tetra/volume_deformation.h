@@ -42,6 +42,17 @@ class VolumeDeformation final : public DeformationEngine {
   double inverse_mass_per_kg(VertexId v) const override {
     return vertex_of_[v] == kNone ? 0 : model_->inverse_mass_per_kg(vertex_of_[v]);
   }
+  void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const override {
+    nodes.clear();
+    if (vertex_of_[v] != kNone) model_->nodes_of(vertex_of_[v], nodes);
+  }
+  std::uint32_t node_count(const ParticleView&) const override { return model_->node_count(); }
+  NodeMotion node(const ParticleView& particles, std::uint32_t n) const override {
+    return model_->node(particles.velocity_world_m_per_s, n);
+  }
+  void nudge(const SharedBody& body, std::span<const NodeChange> changes) override {
+    model_->nudge(changes, body.particles.position_world_m, body.particles.velocity_world_m_per_s);
+  }
   double layer_m() const override { return layer_m_; }
   double energy_j(const SharedBody& body) const override;
   double largest_stable_step_s() const override { return model_->largest_stable_step_s(); }

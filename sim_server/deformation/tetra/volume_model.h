@@ -14,6 +14,7 @@
 #include "common/mesh/tet_mesh.h"
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/integrator_diagnostics.h"
+#include "sim_server/deformation/node.h"
 #include "sim_server/deformation/sag.h"
 #include "sim_server/deformation/spring_kernel.h"
 
@@ -59,9 +60,22 @@ class VolumeModel {
   const Vec3& gravity_m_per_s2() const { return settings_.gravity_m_per_s2; }
   virtual void set_gravity(const Vec3& gravity_m_per_s2) { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
-  virtual const TetMesh& mesh() const = 0;                           // including numbers that are no longer in use
-  virtual double mass_kg(VertexId v) const = 0;                      // the tissue's, without added mass
-  virtual double inverse_mass_per_kg(VertexId v) const = 0;          // the effective mass; 0 when fixed
+  virtual const TetMesh& mesh() const = 0;                   // including numbers that are no longer in use
+  virtual double mass_kg(VertexId v) const = 0;              // the tissue's, without added mass
+  virtual double inverse_mass_per_kg(VertexId v) const = 0;  // the effective mass; 0 when fixed
+  // What contacts push (node.h): vertices, if they aren't embedded in something else. nudge() comes after a step.
+  virtual void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const { nodes.assign(1, {v, 1}); }
+  virtual std::uint32_t node_count() const { return static_cast<std::uint32_t>(mesh().vertices_body_m.size()); }
+  virtual NodeMotion node(std::span<const Vec4f> velocity_m_per_s, std::uint32_t n) const {
+    return {velocity_m_per_s[n].head<3>().cast<double>(), inverse_mass_per_kg(n)};
+  }
+  virtual void nudge(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
+                     std::span<Vec4f> velocity_m_per_s) {
+    for (const NodeChange& c : changes) {
+      velocity_m_per_s[c.node].head<3>() += c.faster_by_m_per_s.cast<float>();
+      position_world_m[c.node].head<3>() += c.moved_by_m.cast<float>();
+    }
+  }
   virtual double cell_m() const { return 0; }                        // a lattice's; 0: its elements are the mesh's
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable
   virtual IntegratorDiagnostics diagnostics() const { return {}; }

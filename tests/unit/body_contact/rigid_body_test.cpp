@@ -286,7 +286,7 @@ double gained_m_per_s(double weight) {
   ContactSolver solver({&body, 1}, {&contact, 1}, kStep_s);
   solver.solve(30);
   double most = 0;
-  for (const ParticleChange& p : solver.particle_changes()) most = std::max(most, p.faster_by_m_per_s.norm());
+  for (const NodeChange& c : solver.changes_of(0)) most = std::max(most, c.faster_by_m_per_s.norm());
   return most;
 }
 

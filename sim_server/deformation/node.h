@@ -1,0 +1,28 @@
+// A node: what a deformation model moves, and what contacts push. A vertex of the surface is carried by one node or a few,
+//
+//   v = sum_a weight_a v_a,   and an impulse p on the vertex changes each of them by  dv_a = weight_a p / m_a.
+//
+// In most models a particle is its own node; in a lattice (hexa/) the corners of a cell carry what is embedded in it.
+#pragma once
+
+#include <cstdint>
+
+#include "common/math/types.h"
+
+namespace sectio {
+
+struct NodeShare {
+  std::uint32_t node;
+  double weight;
+};
+struct NodeMotion {
+  Vec3 velocity_m_per_s;
+  double inverse_mass_per_kg;  // 0: held
+};
+// By contacts, in a step.
+struct NodeChange {
+  std::uint32_t node;
+  Vec3 faster_by_m_per_s, moved_by_m;
+};
+
+}  // namespace sectio

@@ -1,0 +1,157 @@
+// Bodies that deform press against each other as instruments press them: within their steps, not after them. Between the
+// surfaces, in the middle of their overlap, is a wall that goes on as they do, and on each side of it a thin layer gives
+// way. Each body meets its own side in its own step:
+//
+//   F = k d,   d: how far its point gets beyond the wall,   k = A sqrt(E rho) / h
+//
+// A is the area that a vertex stands for, h the step. So a layer answers a push as the tissue behind it does within a
+// step, through which sound goes c h deep: k = E A / (c h), the softer body's. What arrives at the wall then passes
+// through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever their
+// meshes, and at rest each bears the same. Their walls overlap by 2 F / k there, some hundredths of a millimetre below a
+// piece that lies on another.
+//
+// An impulse after the step, as collide() gives one to a body that moves as a whole, finds a vertex as light as it is:
+// the tissue behind throws it back within the next step, and no piece comes to rest.
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/body_contact/find_bodies.h"
+#include "sim_server/step/step.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kMostReach_m = 2e-3;    // of the fastest bodies
+constexpr double kMostOverlap_m = 2e-3;  // bodies that begin in each other push no harder than with this
+// Nor with more than kTouchReach_m once they part so fast: they aren't thrown.
+constexpr double kParting_m_per_s = 0.1;
+
+bool moves(const Body& body) {
+  return body.deforms() && !body.frozen && !body.asleep();
+}
+bool is_held(const Body& body) {
+  return body.spec.fixed || !moves(body);
+}
+
+double fastest_m_per_s(const Body& body) {
+  float most = 0;
+  if (moves(body))
+    for (const Vec4f& v : body.particles.velocity_world_m_per_s) most = std::max(most, v.head<3>().squaredNorm());
+  return std::sqrt(double{most});
+}
+
+double impedance_pa_s_per_m(const Body& body) {
+  return std::sqrt(body.spec.material.young_pa * body.spec.material.density_kg_per_m3);
+}
+
+// A point of a body's surface.
+struct Place {
+  ContactSide side;
+  Vec3 at_world_m = Vec3::Zero(), velocity_m_per_s = Vec3::Zero();
+
+  Place(const Body& body, const ContactSide& s) : side(s) {
+    for (std::size_t a = 0; a < s.v.size(); ++a)
+      if (s.v[a] != kNone) at_world_m += s.weights[static_cast<int>(a)] * body.particle_view().position(s.v[a]);
+    if (moves(body)) velocity_m_per_s = body.velocity_at(s.v, s.weights, at_world_m);
+  }
+  Place(const Place& a, const Place& b, double share_of_a)
+      : at_world_m(share_of_a * a.at_world_m + (1 - share_of_a) * b.at_world_m),
+        velocity_m_per_s(share_of_a * a.velocity_m_per_s + (1 - share_of_a) * b.velocity_m_per_s) {}
+};
+
+// The wall for one side; `out`: out of its tissue.
+PointConstraint wall_for(const Place& own, const Place& other, const Place& wall, const Vec3& out) {
+  PointConstraint c;
+  c.v = own.side.v;
+  for (std::size_t a = 0; a < c.w.size(); ++a) c.w[a] = own.side.weights[static_cast<int>(a)];
+  c.unilateral = true;
+  c.normal = out;
+  c.target_world_m = wall.at_world_m;
+  c.target_velocity_m_per_s = wall.velocity_m_per_s;
+  const bool parts = (other.velocity_m_per_s - own.velocity_m_per_s).dot(out) > kParting_m_per_s;
+  const double most_m = parts ? kTouchReach_m : kMostOverlap_m;
+  const double overlap_m = (own.at_world_m - wall.at_world_m).dot(out);
+  if (overlap_m > most_m) c.target_world_m += (overlap_m - most_m) * out;
+  return c;
+}
+
+class Touch {
+ public:
+  Touch(Body& one, Body& other, double step_s) : one_(one), other_(other), step_s_(step_s) {}
+
+  void find(double reach_m) {
+    std::vector<BodyContact> contacts;
+    find_body_contacts({one_.view(), one_.tree()}, {other_.view(), other_.tree()}, reach_m, contacts);
+    for (const BodyContact& c : contacts) pairs_.push_back({c, Place(one_, c.one), Place(other_, c.other)});
+    wake();
+  }
+  void append_walls(StepContext& context) const {
+    if (pairs_.empty()) return;
+    const std::size_t meeting = context.meetings.size();
+    context.meetings.push_back({{one_.id, other_.id}});
+    const double share = !moves(other_) ? 0 : moves(one_) ? 0.5 : 1;  // of `one` in the place of the wall
+    std::vector<Place> walls;
+    Vec3 way_m = Vec3::Zero();
+    for (const Pair& p : pairs_) {
+      walls.emplace_back(p.one, p.other, share);
+      way_m += step_s_ / static_cast<double>(pairs_.size()) * walls.back().velocity_m_per_s;
+    }
+    const double impedance = std::min(impedance_pa_s_per_m(one_), impedance_pa_s_per_m(other_));
+    const double friction = std::max(one_.spec.splitting.friction, other_.spec.splitting.friction);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const Pair& p = pairs_[i];
+      walls[i].at_world_m += way_m;
+      const auto append = [&](PointConstraint c, const Body& body) {
+        if (!moves(body)) return;
+        c.compliance_m_per_n = step_s_ / (impedance * p.contact.area_m2);
+        c.friction = friction;
+        context.bodies[body.id].walls.push_back({c, meeting});
+      };
+      append(wall_for(p.one, p.other, walls[i], -p.contact.normal_world), one_);
+      append(wall_for(p.other, p.one, walls[i], p.contact.normal_world), other_);
+    }
+  }
+
+ private:
+  struct Pair {
+    BodyContact contact;
+    Place one, other;
+  };
+
+  // A body that sleeps is woken by one that bumps into it.
+  void wake() {
+    for (const Pair& p : pairs_) {
+      const Vec3 nearing_m_per_s = p.other.velocity_m_per_s - p.one.velocity_m_per_s;
+      if (!(nearing_m_per_s.dot(p.contact.normal_world) > kWaking_m_per_s)) continue;
+      for (Body* body : {&one_, &other_})
+        if (body->asleep()) body->wake();
+    }
+  }
+
+  Body &one_, &other_;
+  double step_s_;
+  std::vector<Pair> pairs_;
+};
+
+}  // namespace
+
+void meet(SimulatedWorld& world, StepContext& context) {
+  const auto& bodies = world.bodies;
+  if (bodies.size() < 2) return;
+  const double step_s = world.scene.step_s;
+  std::vector<double> way_m;
+  for (const auto& body : bodies) way_m.push_back(step_s * fastest_m_per_s(*body));
+  for (std::uint32_t a = 0; a < bodies.size(); ++a)
+    for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
+      Body &one = *bodies[a], &other = *bodies[b];
+      if (!one.deforms() || !other.deforms() || (is_held(one) && is_held(other))) continue;
+      const double reach_m = std::min(kMostReach_m, kTouchReach_m + way_m[a] + way_m[b]);
+      const Box3 box = one.bounds_world_m();
+      if (box.isEmpty() || !grown(box, reach_m).intersects(other.bounds_world_m())) continue;
+      Touch touch(one, other, step_s);
+      touch.find(reach_m);
+      touch.append_walls(context);
+    }
+}
+
+}  // namespace sectio
