@@ -27,7 +27,7 @@ struct BodyContact {
   Vec3 point_world_m = Vec3::Zero();
   Vec3 normal_world = Vec3::UnitZ();  // unit; pushes `one`
   double depth_m = 0;                 // negative: a gap that may close within the step
-  double area_m2 = 0;                 // of the surface that it stands for
+  double area_m2 = 0;                 // the surface that it stands for
   ContactSide one, other;
   Vec3 surface_velocity_m_per_s = Vec3::Zero();  // an immovable other side's, e.g. an instrument's
   double largest_speed_m_per_s = 0.05;           // at which depth is undone

@@ -20,7 +20,7 @@ std::vector<VertexId> vertices_in(const SurfaceView& surface, const Box3& box) {
   return found;
 }
 
-// Where surfaces touch, one looks against the other. A point that is beyond the middle of a thin body is nearer to its far
+// Surfaces that touch look against each other. A point that is beyond the middle of a thin body is nearer to its far
 // side, which would draw it through.
 bool looks_along(const SurfaceView& other, TriangleId t, const Vec3& normal) {
   return other.normal(t).dot(normal) > kSameWay;

@@ -1,4 +1,4 @@
-// A node: what a deformation model moves, and what contacts push. A vertex of the surface is carried by one node or a few,
+// A node: what a deformation model moves, and what contacts push. One node or a few carry a vertex of the surface,
 //
 //   v = sum_a weight_a v_a,   and an impulse p on the vertex changes each of them by  dv_a = weight_a p / m_a.
 //

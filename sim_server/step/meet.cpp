@@ -1,14 +1,14 @@
-// Bodies that deform press against each other as instruments press them: within their steps, not after them. Between the
-// surfaces, in the middle of their overlap, is a wall that goes on as they do, and on each side of it a thin layer gives
-// way. Each body meets its own side in its own step:
+// Bodies that deform press against each other as instruments press them: within their steps, not after them. Between
+// the surfaces, in the middle of their overlap, is a wall that goes on as they do, and a thin layer on each side of it
+// gives way. Each body meets its own side in its own step:
 //
 //   F = k d,   d: how far its point gets beyond the wall,   k = A sqrt(E rho) / h
 //
 // A is the area that a vertex stands for, h the step. So a layer answers a push as the tissue behind it does within a
 // step, through which sound goes c h deep: k = E A / (c h), the softer body's. What arrives at the wall then passes
-// through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever their
-// meshes, and at rest each bears the same. Their walls overlap by 2 F / k there, some hundredths of a millimetre below a
-// piece that lies on another.
+// through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever
+// their meshes, and at rest each bears the same. The surfaces overlap by 2 F / k then, some hundredths of a millimetre
+// below a piece that lies on another.
 //
 // An impulse after the step, as collide() gives one to a body that moves as a whole, finds a vertex as light as it is:
 // the tissue behind throws it back within the next step, and no piece comes to rest.
@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kMostReach_m = 2e-3;    // of the fastest bodies
 constexpr double kMostOverlap_m = 2e-3;  // bodies that begin in each other push no harder than with this
-// Nor with more than kTouchReach_m once they part so fast: they aren't thrown.
+// Once they part so fast, with no more than kTouchReach_m: they aren't thrown.
 constexpr double kParting_m_per_s = 0.1;
 
 bool moves(const Body& body) {
