@@ -66,7 +66,7 @@ class ContactSolver {
   };
   // A node's weight in the point of a contact: positive on side `one`, negative on the other.
   struct Share {
-    std::uint32_t node;  // of those borrowed
+    std::uint32_t node;  // among those borrowed
     double weight;
   };
   static constexpr std::size_t kMostShares = 32;  // a vertex and a triangle with eight nodes a vertex

@@ -57,7 +57,7 @@ class DeformationEngine : public Engine {
   virtual double inverse_mass_per_kg(VertexId v) const {  // change of its velocity per impulse on it; 0: held
     return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
   }
-  // What contacts push (node.h). Most models have a node in each particle.
+  // Contacts push nodes (node.h). Most models have one in each particle.
   virtual void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const { nodes.assign(1, {v, 1}); }
   virtual std::uint32_t node_count(const ParticleView& particles) const {
     return static_cast<std::uint32_t>(particles.position_world_m.size());

@@ -58,8 +58,8 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
   if (body.deforms()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
 }
 
-// Two bodies that met moved one after the other, each against where the other was. What one has gained beyond what the
-// other lost is shared, so that momentum is kept.
+// Two bodies that met moved one after the other, each against where the other was. They share the momentum that one has
+// gained and the other hasn't lost.
 void even_out(SimulatedWorld& world, const StepContext& context) {
   for (const Meeting& meeting : context.meetings) {
     const auto moves = [&](std::uint32_t b) { return !world.bodies[b]->frozen && !world.bodies[b]->asleep(); };

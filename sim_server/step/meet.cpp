@@ -5,7 +5,7 @@
 //   F = k d,   d: how far its point gets beyond the wall,   k = A sqrt(E rho) / h
 //
 // A is the area that a vertex stands for, h the step. So a layer answers a push as the tissue behind it does within a
-// step, through which sound goes c h deep: k = E A / (c h), the softer body's. What arrives at the wall then passes
+// step, through which sound goes c h deep: k = E A / (c h), the softer body's. A wave that arrives at the wall then goes
 // through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever
 // their meshes, and at rest each bears the same. The surfaces overlap by 2 F / k then, some hundredths of a millimetre
 // below a piece that lies on another.
@@ -21,7 +21,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kMostReach_m = 2e-3;    // of the fastest bodies
+constexpr double kMostReach_m = 2e-3;    // however fast the bodies are
 constexpr double kMostOverlap_m = 2e-3;  // bodies that begin in each other push no harder than with this
 // Once they part so fast, with no more than kTouchReach_m: they aren't thrown.
 constexpr double kParting_m_per_s = 0.1;
@@ -89,7 +89,7 @@ class Touch {
     if (pairs_.empty()) return;
     const std::size_t meeting = context.meetings.size();
     context.meetings.push_back({{one_.id, other_.id}});
-    const double share = !moves(other_) ? 0 : moves(one_) ? 0.5 : 1;  // of `one` in the place of the wall
+    const double share = !moves(other_) ? 0 : moves(one_) ? 0.5 : 1;  // `one`'s in the place of the wall
     std::vector<Place> walls;
     Vec3 way_m = Vec3::Zero();
     for (const Pair& p : pairs_) {

@@ -72,6 +72,8 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   Vec3 carried(VertexId v, std::span<const Vec4f> nodes) const;
 
  private:
+  static constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
+
   void build();
   LatticeMaker::IsFixed is_fixed() const;
   void hold_nodes(double omega2);

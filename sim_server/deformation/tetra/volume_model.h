@@ -63,7 +63,7 @@ class VolumeModel {
   virtual const TetMesh& mesh() const = 0;                   // including numbers that are no longer in use
   virtual double mass_kg(VertexId v) const = 0;              // the tissue's, without added mass
   virtual double inverse_mass_per_kg(VertexId v) const = 0;  // the effective mass; 0 when fixed
-  // What contacts push (node.h): vertices, if they aren't embedded in something else. nudge() comes after a step.
+  // Contacts push nodes (node.h): vertices, if they aren't embedded in something else. nudge() comes after a step.
   virtual void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const { nodes.assign(1, {v, 1}); }
   virtual std::uint32_t node_count() const { return static_cast<std::uint32_t>(mesh().vertices_body_m.size()); }
   virtual NodeMotion node(std::span<const Vec4f> velocity_m_per_s, std::uint32_t n) const {
