@@ -5,8 +5,8 @@
 //   F = k d,   d: how far its point gets beyond the wall,   k = A sqrt(E rho) / h
 //
 // A is the area that a vertex stands for, h the step. So a layer answers a push as the tissue behind it does within a
-// step, through which sound goes c h deep: k = E A / (c h), the softer body's. A wave that arrives at the wall then goes
-// through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever
+// step, through which sound goes c h deep: k = E A / (c h), the softer body's. A wave that arrives at the wall then
+// goes through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever
 // their meshes, and at rest each bears the same. The surfaces overlap by 2 F / k then, some hundredths of a millimetre
 // below a piece that lies on another.
 //

@@ -41,7 +41,9 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   double inverse_mass_per_kg(VertexId v) const override { return vertex_inverse_[v]; }
   void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const override;
   std::uint32_t node_count() const override { return static_cast<std::uint32_t>(position_.size()); }
-  NodeMotion node(std::span<const Vec4f> velocity_m_per_s, std::uint32_t n) const override;
+  NodeMotion node(std::span<const Vec4f>, std::uint32_t n) const override {
+    return {velocity_[n].head<3>().cast<double>(), inverse_mass_[n]};
+  }
   void nudge(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
              std::span<Vec4f> velocity_m_per_s) override;
   VertexId first_bad_vertex() const override { return bad_ ? VertexId{0} : kNone; }
@@ -72,8 +74,6 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   Vec3 carried(VertexId v, std::span<const Vec4f> nodes) const;
 
  private:
-  static constexpr double kSlight = 1e-6;  // a node with less weight than this does not carry a vertex
-
   void build();
   LatticeMaker::IsFixed is_fixed() const;
   void hold_nodes(double omega2);
@@ -83,7 +83,11 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   void inherit(const HexLattice& lattice, std::span<const std::uint32_t> from, const std::vector<Vec4f>& position,
                const std::vector<Vec4f>& velocity);
   // Brings the nodes up to date with what has been done to vertices since they were written.
-  void take_up(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
+  void take_up(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) {
+    if (!placed_) place(position_world_m, velocity_m_per_s);
+    bind_new(position_world_m);
+    read_vertices(position_world_m, velocity_m_per_s);
+  }
   // Before the first step: places the nodes by the rigid motion of the body, then each with the vertices around it.
   void place(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s);
   // A cut makes vertices on straight edges in the world. They are embedded at these places, which differ a little from
