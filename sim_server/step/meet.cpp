@@ -82,7 +82,8 @@ class Touch {
   void find(double reach_m) {
     std::vector<BodyContact> contacts;
     find_body_contacts({one_.view(), one_.tree()}, {other_.view(), other_.tree()}, reach_m, contacts);
-    for (const BodyContact& c : contacts) pairs_.push_back({c, Place(one_, c.one), Place(other_, c.other)});
+    for (const BodyContact& c : contacts)
+      if (c.area_m2 > 0) pairs_.push_back({c, Place(one_, c.one), Place(other_, c.other)});
     wake();
   }
   void append_walls(StepContext& context) const {
@@ -139,15 +140,18 @@ void meet(SimulatedWorld& world, StepContext& context) {
   const auto& bodies = world.bodies;
   if (bodies.size() < 2) return;
   const double step_s = world.scene.step_s;
-  std::vector<double> way_m;
-  for (const auto& body : bodies) way_m.push_back(step_s * fastest_m_per_s(*body));
   for (std::uint32_t a = 0; a < bodies.size(); ++a)
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
       Body &one = *bodies[a], &other = *bodies[b];
       if (!one.deforms() || !other.deforms() || (is_held(one) && is_held(other))) continue;
-      const double reach_m = std::min(kMostReach_m, kTouchReach_m + way_m[a] + way_m[b]);
-      const Box3 box = one.bounds_world_m();
-      if (box.isEmpty() || !grown(box, reach_m).intersects(other.bounds_world_m())) continue;
+      const auto are_near = [&](double reach_m) {
+        const Box3 box = one.bounds_world_m();
+        return !box.isEmpty() && grown(box, reach_m).intersects(other.bounds_world_m());
+      };
+      if (!are_near(kMostReach_m)) continue;
+      const double way_m = step_s * (fastest_m_per_s(one) + fastest_m_per_s(other));
+      const double reach_m = std::min(kMostReach_m, kTouchReach_m + way_m);
+      if (!are_near(reach_m)) continue;
       Touch touch(one, other, step_s);
       touch.find(reach_m);
       touch.append_walls(context);
