@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "common/math/types.h"
 
@@ -24,5 +25,13 @@ struct NodeChange {
   std::uint32_t node;
   Vec3 faster_by_m_per_s, moved_by_m;
 };
+
+inline void apply(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
+                  std::span<Vec4f> velocity_m_per_s) {
+  for (const NodeChange& c : changes) {
+    velocity_m_per_s[c.node].head<3>() += c.faster_by_m_per_s.cast<float>();
+    position_world_m[c.node].head<3>() += c.moved_by_m.cast<float>();
+  }
+}
 
 }  // namespace sectio

@@ -1,6 +1,7 @@
 #include "sim_server/step/collide.h"
 
 #include <algorithm>
+#include <map>
 
 #include "sim_server/body_contact/contact_solver.h"
 #include "sim_server/body_contact/find_bodies.h"
@@ -26,10 +27,6 @@ std::vector<Whole> wholes_of(Bodies bodies) {
   return wholes;
 }
 
-bool is_loose(const Body& body) {
-  return !body.deforms() && !body.frozen && !body.asleep();
-}
-
 Box3 box_around(Body& body, double margin_m) {
   if (const RigidMotion* rigid = body.rigid()) {
     const Vec3& centre = rigid->body.pose_world().position_m;
@@ -53,22 +50,21 @@ void wake_neighbours(Bodies bodies, std::span<const std::uint8_t> disturbed) {
 // The body below a sleeping piece goes on feeling its weight.
 void apply_resting_loads(Bodies bodies, const Body& sleeping, double step_s) {
   std::vector<NodeShare> nodes;
-  std::vector<NodeChange> changes;
+  std::map<std::uint32_t, std::vector<NodeChange>> changes;  // by body
   for (const VertexImpulse& load : sleeping.resting_loads) {
-    Body& support = *bodies[load.body];
+    const Body& support = *bodies[load.body];
     if (support.frozen || support.asleep() || load.vertex >= support.mesh.vertex_slots() ||
         !support.mesh.vertex_alive(load.vertex))
       continue;
     const DeformationEngine& deformation = *support.engines.deformation;
     deformation.nodes_of(load.vertex, nodes);
-    changes.clear();
     for (const NodeShare& share : nodes) {
       const NodeMotion motion = deformation.node(support.particle_view(), share.node);
       const Vec3 gained = share.weight * motion.inverse_mass_per_kg * load.impulse_n_s;
-      changes.push_back({share.node, gained, step_s * gained});
+      changes[load.body].push_back({share.node, gained, step_s * gained});
     }
-    support.nudge(changes);
   }
+  for (const auto& [b, of_body] : changes) bodies[b]->nudge(of_body);
 }
 
 // A sleeping body can't be moved; it wakes when another bumps into it.
@@ -85,16 +81,15 @@ void find_pair(Body& body, Body& other, double reach_m, std::vector<BodyContact>
   }
 }
 
-// Contacts of a body that moves with the floor and with other bodies; two bodies that both move meet once.
-void find_contacts(Bodies bodies, Body& body, const Scene& scene, std::vector<BodyContact>& contacts) {
+// Contacts with the floor and with other bodies; two that both move as a whole meet once.
+void find_contacts(Bodies bodies, const Whole& whole, const Scene& scene, std::vector<BodyContact>& contacts) {
   const std::size_t from = contacts.size();
-  const RigidMotion* whole = body.rigid();
-  const double speed_m_per_s = whole ? whole->body.velocity_m_per_s().norm() : 0;
-  const double reach_m = kTouchReach_m + 2 * scene.step_s * speed_m_per_s;
-  if (whole && scene.floor_z_m)
-    find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
+  Body& body = whole.body;
+  const double reach_m = kTouchReach_m + 2 * scene.step_s * whole.motion.body.velocity_m_per_s().norm();
+  if (scene.floor_z_m) find_floor_contacts(body.positions_world_m(), *scene.floor_z_m, reach_m, body.id, contacts);
   for (const auto& other : bodies) {
-    if (other->id == body.id || (is_loose(*other) && other->id < body.id)) continue;
+    const bool moves_as_well = other->rigid() && !other->frozen && !other->asleep();
+    if (other->id == body.id || (moves_as_well && other->id < body.id)) continue;
     if (box_around(body, reach_m).intersects(box_around(*other, 0))) find_pair(body, *other, reach_m, contacts);
   }
   for (std::size_t i = from; i < contacts.size(); ++i) contacts[i].friction = body.spec.splitting.friction;
@@ -131,8 +126,8 @@ void collide_bodies(Bodies bodies, std::span<const std::uint8_t> disturbed, cons
     if (whole.body.asleep()) apply_resting_loads(bodies, whole.body, scene.step_s);
   for (const Whole& whole : wholes)
     if (!whole.body.asleep()) whole.motion.push_by_gravity();
-  for (const auto& body : bodies)
-    if (is_loose(*body)) find_contacts(bodies, *body, scene, contacts);
+  for (const Whole& whole : wholes)
+    if (!whole.body.asleep()) find_contacts(bodies, whole, scene, contacts);
 
   std::vector<ContactBody> sides;
   for (const auto& body : bodies) sides.push_back(body->contact_body());

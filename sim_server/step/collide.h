@@ -1,5 +1,5 @@
-// Contacts of all loose parts of a simulation: rigid pieces meet instruments, floor and bodies, move, and come to rest;
-// parts that came off and go on deforming meet bodies.
+// Contacts of all bodies that move as a whole: these meet instruments, floor and bodies, move, and come to rest. Bodies
+// that deform meet each other in meet.cpp.
 //
 // All bodies have taken their own step before. Contact then changes the velocities of their particles and of the pieces
 // alike, and moves particles by the change of their velocities. A sleeping piece bears others as if it could not move,

@@ -1,16 +1,21 @@
 #include <algorithm>
+#include <map>
 
 #include "sim_server/step/step.h"
 
 namespace sectio {
 namespace {
 
-// Sources of constraints: edges of instruments, then jaws by their tool, then engines between bodies.
+// Sources of constraints: edges of instruments, then jaws by their tool, engines between bodies, and other bodies.
 std::uint32_t grasp_source(const SimulatedWorld& world, std::size_t tool_id) {
   return static_cast<std::uint32_t>(world.edges.size() + tool_id);
 }
 std::uint32_t interaction_source(const SimulatedWorld& world, std::size_t i) {
   return grasp_source(world, world.tools.size() + i);
+}
+
+std::uint32_t wall_source(const SimulatedWorld& world) {
+  return interaction_source(world, world.interactions.size());
 }
 
 void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
@@ -44,29 +49,36 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
     say_whose(from, interaction_source(world, i));
   }
   step.disturbed = constraints.size() > of_edges || !is_idle(world, context, b);
-  const std::size_t from_outside = constraints.size();
+  const std::size_t first_wall = constraints.size();
   for (const BodyStep::Wall& wall : step.walls) constraints.push_back(wall.constraint);
-  say_whose(from_outside, interaction_source(world, world.interactions.size()));
+  say_whose(first_wall, wall_source(world));
   reactions.assign(constraints.size(), {});
   if (step.disturbed && body.deforms()) body.wake();  // another wakes when it is pressed or held
   const bool spared = context.input.spare_idle_bodies && !step.disturbed && body.deforms();
   if (!spared) body.deform(constraints, reactions, world.scene.step_s);
   make_finite(reactions);
-  for (const Reaction& reaction : reactions) step.work_j += reaction.work_j;
-  for (std::size_t i = 0; i < step.walls.size(); ++i)
-    context.meetings[step.walls[i].meeting].on_both_n -= reactions[from_outside + i].force_on_tool_n;
+  for (std::size_t i = 0; i < first_wall; ++i) step.work_j += reactions[i].work_j;
+  world.contact_work_j += step.work_j;
+  for (std::size_t i = 0; i < step.walls.size(); ++i) {
+    const Reaction& reaction = reactions[first_wall + i];
+    step.work_j += reaction.work_j;
+    context.meetings[step.walls[i].meeting].on_both_n -= reaction.force_on_tool_n;
+  }
   if (body.deforms()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
 }
 
 // Two bodies that met moved one after the other, each against where the other was. They share the momentum that one has
 // gained and the other hasn't lost.
 void even_out(SimulatedWorld& world, const StepContext& context) {
+  std::map<std::uint32_t, Vec3> missing_n_s;
   for (const Meeting& meeting : context.meetings) {
     const auto moves = [&](std::uint32_t b) { return !world.bodies[b]->frozen && !world.bodies[b]->asleep(); };
-    if (!std::ranges::all_of(meeting.bodies, moves) || meeting.on_both_n.isZero(0)) continue;
+    if (!std::ranges::all_of(meeting.bodies, moves)) continue;
     for (const std::uint32_t b : meeting.bodies)
-      world.bodies[b]->push_as_one(-0.5 * world.scene.step_s * meeting.on_both_n);
+      missing_n_s.try_emplace(b, Vec3::Zero()).first->second -= 0.5 * world.scene.step_s * meeting.on_both_n;
   }
+  for (const auto& [b, impulse_n_s] : missing_n_s)
+    if (!impulse_n_s.isZero(0)) world.bodies[b]->push_as_one(impulse_n_s);
 }
 
 }  // namespace
@@ -111,7 +123,6 @@ void deform(SimulatedWorld& world, StepContext& context) {
   std::vector<Reaction> reactions;
   for_each_body(world, context, [&](std::uint32_t b) { deform_body(world, context, b, constraints, reactions); });
   even_out(world, context);
-  for (const BodyStep& body : context.bodies) world.contact_work_j += body.work_j;
 }
 
 }  // namespace sectio

@@ -49,9 +49,7 @@ struct Place {
   ContactSide side;
   Vec3 at_world_m = Vec3::Zero(), velocity_m_per_s = Vec3::Zero();
 
-  Place(const Body& body, const ContactSide& s) : side(s) {
-    for (std::size_t a = 0; a < s.v.size(); ++a)
-      if (s.v[a] != kNone) at_world_m += s.weights[static_cast<int>(a)] * body.particle_view().position(s.v[a]);
+  Place(const Body& body, const ContactSide& s) : side(s), at_world_m(body.position_at(s.v, s.weights)) {
     if (moves(body)) velocity_m_per_s = body.velocity_at(s.v, s.weights, at_world_m);
   }
   Place(const Place& a, const Place& b, double share_of_a)
@@ -63,7 +61,7 @@ struct Place {
 PointConstraint wall_for(const Place& own, const Place& other, const Place& wall, const Vec3& out) {
   PointConstraint c;
   c.v = own.side.v;
-  for (std::size_t a = 0; a < c.w.size(); ++a) c.w[a] = own.side.weights[static_cast<int>(a)];
+  c.w = {own.side.weights.x(), own.side.weights.y(), own.side.weights.z()};
   c.unilateral = true;
   c.normal = out;
   c.target_world_m = wall.at_world_m;

@@ -24,7 +24,7 @@ struct BodyStep {
     std::size_t meeting;
   };
   std::vector<Wall> walls;  // other bodies that it touches
-  double work_j = 0;        // by instruments on it
+  double work_j = 0;        // on it, by instruments and by other bodies
   double processor_s = 0;   // by its stages, if somebody measures
 };
 

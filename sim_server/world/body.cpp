@@ -156,6 +156,13 @@ Box3 Body::bounds_world_m() {
   return box;
 }
 
+Vec3 Body::position_at(const std::array<VertexId, 3>& v, const Vec3& weights) const {
+  Vec3 position = Vec3::Zero();
+  for (std::size_t i = 0; i < v.size(); ++i)
+    if (v[i] != kNone) position += weights[static_cast<int>(i)] * particle_view().position(v[i]);
+  return position;
+}
+
 Vec3 Body::velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const {
   if (const RigidMotion* whole = rigid()) return whole->body.velocity_at(point_world_m);
   Vec3 velocity = Vec3::Zero();

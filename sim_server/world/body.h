@@ -54,7 +54,8 @@ class Body {
   PositionsView positions_world_m() const { return particles.positions(); }
   ParticleView particle_view() const { return particles.view(); }
   ContactBody contact_body();
-  // The velocity of a point of the surface: the weighted mean of these vertices; kNone counts for nothing.
+  // A point of the surface and its velocity: the weighted mean of these vertices; kNone counts for nothing.
+  Vec3 position_at(const std::array<VertexId, 3>& v, const Vec3& weights) const;
   Vec3 velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const;
   // The box of the current positions; leaves the collision engine as it is.
   Box3 bounds_world_m();

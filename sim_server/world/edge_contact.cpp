@@ -233,9 +233,7 @@ void EdgeContact::deformed(std::span<const Reaction> reactions) {
 
 void EdgeContact::pressed(bool is_active) {
   const PointConstraint& c = constraints_.front();
-  point_.setZero();
-  for (std::size_t i = 0; i < 3; ++i)
-    if (c.v[i] != kNone) point_ += c.w[i] * body_.particle_view().position(c.v[i]);
+  point_ = body_.position_at(c.v, {c.w[0], c.w[1], c.w[2]});
   const double above_m = (c.target_world_m - point_).dot(normal_);
   if (!is_active && above_m > kLetGo_m) return set_free();
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});

@@ -89,8 +89,7 @@ std::optional<RoundContact::Middle> RoundContact::deformed(const Body& body,
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const PointConstraint& c = constraints[i];
     SurfaceSample& sample = samples_[i];
-    sample.point_world_m.setZero();
-    for (std::size_t a = 0; a < 3; ++a) sample.point_world_m += c.w[a] * body.particle_view().position(c.v[a]);
+    sample.point_world_m = body.position_at(c.v, {c.w[0], c.w[1], c.w[2]});
     sample.depth_m = (sample.point_world_m - c.target_world_m).dot(c.normal);
     const double push_n = std::max(0.0, reactions[i].force_on_tool_n.dot(c.normal));
     sum_n += push_n;

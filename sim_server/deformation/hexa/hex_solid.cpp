@@ -330,10 +330,7 @@ void HexSolid::nodes_of(VertexId v, std::vector<NodeShare>& nodes) const {
 void HexSolid::nudge(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
                      std::span<Vec4f> velocity_m_per_s) {
   take_up(position_world_m, velocity_m_per_s);
-  for (const NodeChange& c : changes) {
-    velocity_[c.node].head<3>() += c.faster_by_m_per_s.cast<float>();
-    position_[c.node].head<3>() += c.moved_by_m.cast<float>();
-  }
+  apply(changes, position_, velocity_);
   write_vertices(position_world_m, velocity_m_per_s);
 }
 

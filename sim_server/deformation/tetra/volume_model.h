@@ -71,10 +71,7 @@ class VolumeModel {
   }
   virtual void nudge(std::span<const NodeChange> changes, std::span<Vec4f> position_world_m,
                      std::span<Vec4f> velocity_m_per_s) {
-    for (const NodeChange& c : changes) {
-      velocity_m_per_s[c.node].head<3>() += c.faster_by_m_per_s.cast<float>();
-      position_world_m[c.node].head<3>() += c.moved_by_m.cast<float>();
-    }
+    apply(changes, position_world_m, velocity_m_per_s);
   }
   virtual double cell_m() const { return 0; }                        // a lattice's; 0: its elements are the mesh's
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable

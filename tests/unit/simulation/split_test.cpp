@@ -220,6 +220,29 @@ TEST(Split, a_part_that_goes_on_deforming_falls_and_rests_on_the_floor) {
   EXPECT_GT(extent_z().second, 0.02);
 }
 
+TEST(Split, a_part_that_goes_on_deforming_lies_on_other_tissue) {
+  Row row(FreeParts::deformable, {0.02, 0.012}, 0);
+  ASSERT_EQ(row.split().parts.size(), 1u);
+  BodySpec bed_spec;
+  bed_spec.name = "bed";
+  bed_spec.mesh = moved(box(16, 16, 2, Vec3(0.12, 0.12, 0.02)), Vec3(0.04, -0.06, -0.04));
+  bed_spec.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, -0.035)};
+  const auto& bodies = row.world->bodies;
+  row.world->bodies[0] = std::make_unique<Body>(bed_spec, row.scene(), 0, surface_spring_engines);
+  double lowest_m = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const StepInput input;
+    StepOutput output;
+    StepContext context(input, output, bodies.size(), nullptr);
+    meet(*row.world, context);
+    deform(*row.world, context);
+    collide(*row.world, context);
+    lowest_m = std::min(lowest_m, bodies[1]->frame_world(0).position_m.z());
+  }
+  EXPECT_GT(lowest_m, -0.016) << "it dents the bed and gives way itself, but doesn't go through";
+  EXPECT_NEAR(bodies[1]->frame_world(0).position_m.z(), -0.02 + 0.012, 5e-3) << "it stays there";
+}
+
 TEST(Split, without_room_parts_stay_where_they_are) {
   Row row(FreeParts::rigid, {0.02, 0.012, 0.012});
   row.world->most_bodies = 2;
