@@ -9,7 +9,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio::tets_test {
+namespace sectio::tetra_test {
 namespace {
 
 TetMesh cut_block(std::uint32_t seed, int cuts) {
@@ -70,4 +70,4 @@ TEST(AfterCuts, springs_keep_their_step_too) {
 }
 
 }  // namespace
-}  // namespace sectio::tets_test
+}  // namespace sectio::tetra_test

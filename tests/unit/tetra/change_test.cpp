@@ -11,7 +11,7 @@
 #include "sim_server/volume/tets/tet_cut.h"
 #include "tests/support/tet_shapes.h"
 
-namespace sectio::tets_test {
+namespace sectio::tetra_test {
 namespace {
 
 using test::Points;
@@ -33,7 +33,7 @@ class Random {
   std::uniform_real_distribution<double> uniform_{-1, 1};
 };
 
-TetMesh block() {
+TetMesh uneven_block() {
   TetMesh mesh = test::tet_box(5, 5, 5, Vec3(0.1, 0.1, 0.1));
   test::jitter(mesh, 0.002);
   return mesh;
@@ -45,9 +45,10 @@ std::vector<std::uint8_t> fixed(std::span<const Vec3> vertices) {
   return fixed;
 }
 
-VolumeMaterial material() {
+VolumeMaterial with_stiff_spots() {
   VolumeMaterial material;
-  for (std::size_t t = 0; t < block().tetrahedra.size(); ++t) material.stiffness_factor.push_back(t % 3 == 0 ? 2 : 1);
+  for (std::size_t t = 0; t < uneven_block().tetrahedra.size(); ++t)
+    material.stiffness_factor.push_back(t % 3 == 0 ? 2 : 1);
   return material;
 }
 
@@ -100,10 +101,10 @@ INSTANTIATE_TEST_SUITE_P(Seeds, Changes, testing::Range(0u, 6u));
 
 TEST_P(Changes, rows_are_those_of_a_model_made_anew) {
   Random random(GetParam());
-  TetTopology volume(block());
-  TetSolid solid(block(), material(), settings(block()));
-  TetSprings springs(block(), material(), settings(block()), {0.5, 0, true});
-  std::vector<double> factors = material().stiffness_factor;
+  TetTopology volume(uneven_block());
+  TetSolid solid(uneven_block(), with_stiff_spots(), settings(uneven_block()));
+  TetSprings springs(uneven_block(), with_stiff_spots(), settings(uneven_block()), {0.5, 0, true});
+  std::vector<double> factors = with_stiff_spots().stiffness_factor;
   for (int n = 0; n < 12; ++n) {
     cut(volume, random.sheet(), {0.08, n % 4 == 3});
     const TetChange change = with_fixed(volume.change());
@@ -137,8 +138,8 @@ TEST_P(Changes, rows_are_those_of_a_model_made_anew) {
 // Both integrators compute the same from overflow slices and from a new layout, also after many cuts and compactions.
 TEST(Changes, a_body_that_is_cut_often_moves_like_one_made_anew) {
   Random random(77);
-  TetTopology volume(block());
-  TetSolid solid(block(), {}, settings(block(), 1e-3), VolumeIntegrator::implicit_only);
+  TetTopology volume(uneven_block());
+  TetSolid solid(uneven_block(), {}, settings(uneven_block(), 1e-3), VolumeIntegrator::implicit_only);
   bool compacted = false;
   for (int n = 0; n < 30; ++n) {
     cut(volume, random.sheet(), {});
@@ -165,11 +166,11 @@ TEST(Changes, a_body_that_is_cut_often_moves_like_one_made_anew) {
 
 // A vertex without tetrahedra has no row; the other rows are as if it had never existed.
 TEST(Changes, what_has_left_is_gone) {
-  TetTopology volume(block());
+  TetTopology volume(uneven_block());
   const Vec3 at(0.052, 0.05, 0.05);
   cut(volume, {{at + Vec3(0, -1, -1), at + Vec3(0, 1, -1), at + Vec3(0, 1, 1), at + Vec3(0, -1, 1)}, {}}, {});
-  TetSolid solid(block(), {}, settings(block()));
-  TetSprings springs(block(), {}, settings(block()));
+  TetSolid solid(uneven_block(), {}, settings(uneven_block()));
+  TetSprings springs(uneven_block(), {}, settings(uneven_block()));
   for (VolumeModel* model : {static_cast<VolumeModel*>(&solid), static_cast<VolumeModel*>(&springs)})
     model->change(with_fixed(volume.change()));
   volume.forget();
@@ -206,13 +207,13 @@ TEST(Changes, what_has_left_is_gone) {
 // The surface obtained from the changes is that of the volume.
 TEST(Changes, the_surface_follows_from_what_has_changed) {
   Random random(5);
-  TetTopology volume(block());
+  TetTopology volume(uneven_block());
   const auto turned = [](std::array<VertexId, 3> t) {
     std::rotate(t.begin(), std::ranges::min_element(t), t.end());
     return t;
   };
   std::map<std::array<VertexId, 3>, int> surface;
-  const TetSurface before = surface_of(block());
+  const TetSurface before = surface_of(uneven_block());
   for (const auto& t : before.soup.triangles)
     ++surface[turned({before.of_volume[t[0]], before.of_volume[t[1]], before.of_volume[t[2]]})];
   for (int n = 0; n < 20; ++n) {
@@ -233,4 +234,4 @@ TEST(Changes, the_surface_follows_from_what_has_changed) {
 }
 
 }  // namespace
-}  // namespace sectio::tets_test
+}  // namespace sectio::tetra_test
