@@ -27,6 +27,9 @@ int main(int argc, char** argv) {
     program.command("tilt", "tilts the patient of a running session, at the rate that the scene allows", tilt_command);
     program.command("pause", "halts a running session, until it goes on", pause_command);
     program.command("go-on", "lets a paused session go on", go_on_command);
+    program.command("freeze", "holds an instrument of a running session off its hand: it stays where it is",
+                    freeze_command);
+    program.command("thaw", "lets a frozen instrument follow its hand again", thaw_command);
     program.command("speed", "lets a running session run faster or slower than the clock", speed_command);
     program.command("anew", "begins a running session anew; the try so far keeps its files", anew_command);
     program.command("seek", "moves a shown record, or a live session with --export, to another time", seek_command);

@@ -13,7 +13,7 @@ namespace sectio {
 // The version stands in the subprotocol of the socket, with that of the wire. It goes up with every change of a message
 // of this file, or of the meaning of one.
 constexpr std::uint32_t kLiveVersion = 2;
-std::string live_protocol();  // "sectio-live-6.2": version 6 of the wire, version 2 of this
+std::string live_protocol();  // "sectio-live-10.2": version 10 of the wire, version 2 of this
 
 constexpr std::size_t kMaxPeople = 1024;
 constexpr std::size_t kMaxTokenBytes = 128;

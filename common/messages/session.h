@@ -127,6 +127,7 @@ struct ServerStatus {
   std::vector<LinkReport> link_reports;       // the last seconds', the newest of each program
   double speed = 1;                           // simulated time compared with the clock; 0: paused
   double sent_s = 0;                          // by a clock of the server that doesn't jump: link_clock.h
+  std::uint32_t frozen_tools = 0;             // bit t: nobody moves tool t
 };
 
 constexpr double kMostGravity_m_per_s2 = 1000;
@@ -141,6 +142,8 @@ enum class OrderKind : std::uint8_t {
   begin_anew,  // bodies and score as they were at first; the try so far is kept
   tell_score,  // the exercise's, so far
   seek,        // the played session goes on from another time
+  freeze,      // an instrument stays where it is, whatever its hand does
+  thaw,        // it follows its hand again
 };
 
 // An order of the person who leads a session, to all of its servers.
@@ -150,6 +153,7 @@ struct SessionOrder {
   Vec3 gravity_m_per_s2 = Vec3::Zero();  // tilt
   double speed = 1;                      // set_speed
   double sim_time_s = 0;                 // seek
+  std::uint32_t tool_id = 0;             // freeze, thaw
 };
 
 struct SessionEnd {

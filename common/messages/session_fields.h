@@ -142,7 +142,7 @@ void fields(Visitor& visit, M& message) {
 template <class Visitor, FieldsOf<ServerStatus> M>
 void fields(Visitor& visit, M& message) {
   auto& [epoch, step, sim_time_s, step_wall_time_s, stability_margin, cuts_made, cuts_refused, samples_refused, viewers,
-         bodies, gravity_target_m_per_s2, checks, link_reports, speed, sent_s] = message;
+         bodies, gravity_target_m_per_s2, checks, link_reports, speed, sent_s, frozen_tools] = message;
   visit("epoch", epoch);
   visit("step", step);
   visit("sim_time_s", sim_time_s);
@@ -158,16 +158,18 @@ void fields(Visitor& visit, M& message) {
   visit("link_reports", link_reports, at_most(kMaxLinkReports));
   visit("speed_1", speed, from_to(0, kFastest));
   visit("sent_s", sent_s);
+  visit("frozen_tools", frozen_tools);
 }
 
 template <class Visitor, FieldsOf<SessionOrder> M>
 void fields(Visitor& visit, M& message) {
-  auto& [source, kind, gravity_m_per_s2, speed, sim_time_s] = message;
+  auto& [source, kind, gravity_m_per_s2, speed, sim_time_s, tool_id] = message;
   visit("source", source);
-  visit("kind", kind, at_most(static_cast<double>(OrderKind::seek)));
+  visit("kind", kind, at_most(static_cast<double>(OrderKind::thaw)));
   visit("gravity_world_m_per_s2", gravity_m_per_s2, kGravity_m_per_s2);
   visit("speed_1", speed, from_to(kSlowest, kFastest));
   visit("sim_time_s", sim_time_s, kNotNegative);
+  visit("tool_id", tool_id, below(kMaxTools));
 }
 
 template <class Visitor, FieldsOf<SessionEnd> M>

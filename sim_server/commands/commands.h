@@ -20,6 +20,8 @@ Arguments::Action status_command(Arguments& arguments);
 Arguments::Action tilt_command(Arguments& arguments);
 Arguments::Action pause_command(Arguments& arguments);
 Arguments::Action go_on_command(Arguments& arguments);
+Arguments::Action freeze_command(Arguments& arguments);
+Arguments::Action thaw_command(Arguments& arguments);
 Arguments::Action speed_command(Arguments& arguments);
 Arguments::Action anew_command(Arguments& arguments);
 Arguments::Action score_command(Arguments& arguments);

@@ -42,6 +42,12 @@ Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags, const std::st
   };
 }
 
+Arguments::Action tool_command(Arguments& arguments, OrderKind kind, const std::string& name) {
+  const auto flags = order_flags(arguments, kind);
+  arguments.option("--tool-id", flags->order.tool_id, "number of the instrument in the scene, from 0", Need::required);
+  return giving(flags, name);
+}
+
 }  // namespace
 
 Arguments::Action tilt_command(Arguments& arguments) {
@@ -75,6 +81,14 @@ Arguments::Action seek_command(Arguments& arguments) {
                    "simulated time from which a session goes on again, or a record that is played is shown",
                    Need::required);
   return giving(flags, "seek");
+}
+
+Arguments::Action freeze_command(Arguments& arguments) {
+  return tool_command(arguments, OrderKind::freeze, "freeze");
+}
+
+Arguments::Action thaw_command(Arguments& arguments) {
+  return tool_command(arguments, OrderKind::thaw, "thaw");
 }
 
 Arguments::Action score_command(Arguments& arguments) {

@@ -52,6 +52,7 @@ void Intake::take_samples(std::vector<ToolSample>& samples) {
     const bool heard = is_holder && deduplicator_.accept(*packet, now_s, samples);
     for (std::size_t i = first; i < samples.size(); ++i)
       samples[i].pose_world = limits_[packet->tool_id].follow(samples[i], now_s);
+    if (known && (frozen_ >> packet->tool_id & 1) != 0) samples.resize(first);
     if (!known)
       log_limited(LogLevel::warning, "unknown tool",
                   "a device bridge moves tool " + std::to_string(packet->tool_id) + "; the scene has " +
@@ -64,6 +65,11 @@ void Intake::take_samples(std::vector<ToolSample>& samples) {
 
 std::vector<std::uint32_t> Intake::take_silent_tools() {
   return deduplicator_.take_silent(steady_now_s());
+}
+
+void Intake::set_frozen(std::uint32_t tool_id, bool frozen) {
+  const std::uint32_t bit = 1u << tool_id;
+  frozen_ = frozen ? frozen_ | bit : frozen_ & ~bit;
 }
 
 std::vector<SessionOrder> Intake::take_orders() {

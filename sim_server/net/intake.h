@@ -25,6 +25,10 @@ class Intake {
   // The tools for which nobody has spoken for SampleDeduplicator::kSilence_s, each once a silence.
   std::vector<std::uint32_t> take_silent_tools();
 
+  // Nobody moves a frozen tool: what its hand says is heard, so that it isn't silent, and is not followed.
+  void set_frozen(std::uint32_t tool_id, bool frozen);
+  std::uint32_t frozen_tools() const { return frozen_; }  // bit t: tool t
+
   // The orders that came since the last call, each once.
   std::vector<SessionOrder> take_orders();
 
@@ -39,6 +43,7 @@ class Intake {
   SampleDeduplicator deduplicator_;
   std::vector<Speaker> programs_;  // by tool: the program that moves it
   std::vector<SpeedLimit> limits_;
+  std::uint32_t frozen_ = 0;
   std::uint64_t refused_ = 0;
   std::deque<std::uint64_t> order_sources_;  // the last ones: an order may be delivered twice
 };

@@ -185,6 +185,8 @@ void LiveServer::obey(const SessionOrder& order) {
   if (const auto news = session_.take(order)) tell(news->kind, news->text);
   switch (order.kind) {
     case OrderKind::tilt:
+    case OrderKind::freeze:
+    case OrderKind::thaw:
       return;
     case OrderKind::pause:
     case OrderKind::go_on:
@@ -283,6 +285,10 @@ bool LiveServer::take_input() {
   session_.input.withdrawn = session_.net->take_silent_tools();
   session_.input.withdrawn.insert(session_.input.withdrawn.end(), session_.silent.begin(), session_.silent.end());
   session_.silent.clear();
+  for (const std::uint32_t tool : std::exchange(session_.thawed, {})) {
+    std::erase_if(session_.input.samples, [&](const ToolSample& sample) { return sample.tool_id == tool; });
+    session_.input.withdrawn.push_back(tool);
+  }
   return true;
 }
 

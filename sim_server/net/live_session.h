@@ -24,10 +24,12 @@ struct LiveSession {
 
   bool has_more_steps() const { return (!steps || run->steps() < *steps) && !stop_was_requested(); }
   double time_s() const { return static_cast<double>(run->steps()) * scene.step_s; }
-  // Keeps what an order sets.
+  // Keeps what an order sets, of gravity, of pace and of frozen tools.
   std::optional<Pace::News> take(const SessionOrder& order);
   // The bodies as they are, for a server that leads from now on in the term after `epoch`.
   Succession succession(std::uint64_t epoch);
+
+  std::optional<Pace::News> hold_off(const SessionOrder& order);
 
   const Scene& scene;
   const ServeOptions& options;
@@ -39,6 +41,7 @@ struct LiveSession {
   std::unique_ptr<ServerNet> net;
   StepInput input;                 // the next step's
   std::set<std::uint32_t> silent;  // tools, while standing by or paused
+  std::set<std::uint32_t> thawed;  // tools, before the next step
   Progress progress;
   Pace pace;
 };

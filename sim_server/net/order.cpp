@@ -49,6 +49,10 @@ bool obeys(const SessionOrder& order, const Answer& answer) {
       return answer.status.speed == 0;
     case OrderKind::go_on:
       return answer.status.speed > 0;
+    case OrderKind::freeze:
+      return (answer.status.frozen_tools >> order.tool_id & 1) == 1;
+    case OrderKind::thaw:
+      return (answer.status.frozen_tools >> order.tool_id & 1) == 0;
     case OrderKind::set_speed:
     case OrderKind::begin_anew:
     case OrderKind::tell_score:
@@ -64,7 +68,8 @@ void give_order(NetworkOptions network, SessionOrder order, const std::string& n
   order.source = microseconds_since_1970();
   if (const std::string flaw = first_flaw(order); !flaw.empty()) throw InputError(name + ": " + flaw);
   find_session(network, patience_s, [] { return false; });
-  Endpoints<Reads<ServerStatus, SessionEvent>, Writes<SessionOrder>> endpoints(network, "sim_server " + name);
+  Endpoints<Reads<SceneInfo, ServerStatus, SessionEvent>, Writes<SessionOrder>> endpoints(network,
+                                                                                          "sim_server " + name);
   const std::optional<EventKind> answer_kind = answering_event(order.kind);
   std::map<std::uint64_t, Answer> servers;  // by the beginning of their session
   const auto until =
@@ -78,11 +83,18 @@ void give_order(NetworkOptions network, SessionOrder order, const std::string& n
       std::printf("%s\n", event->text.c_str());
     }
   };
-  while (servers.empty() && Clock::now() < until) {
+  std::optional<std::size_t> tools;
+  while ((servers.empty() || !tools) && Clock::now() < until) {
+    while (const auto scene = endpoints.take<SceneInfo>()) tools = scene->tools.size();
     listen(false);
     std::this_thread::sleep_for(kOrderPollPeriod);
   }
   if (servers.empty()) throw InputError("session '" + network.session + "': no server was heard");
+  const bool is_of_a_tool = order.kind == OrderKind::freeze || order.kind == OrderKind::thaw;
+  if (is_of_a_tool && tools && order.tool_id >= *tools)
+    throw InputError(name + ": --tool-id: the scene has " + std::to_string(*tools) +
+                     (*tools == 1 ? " instrument" : " instruments") + ", numbered from 0, got " +
+                     std::to_string(order.tool_id));
   if (!endpoints.write(order)) throw InputError(name + ": DDS refused to send the order");
   Clock::time_point disobeyed = Clock::now();  // for the last time
   while (Clock::now() < until) {

@@ -1,5 +1,5 @@
-// Gives an order to the servers of a session: `sim_server tilt`, `pause`, `go-on`, `speed`, `anew`, `score`,
-// `seek`. Viewers don't write that topic.
+// Gives an order to the servers of a session: `sim_server tilt`, `pause`, `go-on`, `freeze`, `thaw`, `speed`,
+// `anew`, `score`, `seek`. Viewers don't write that topic.
 #pragma once
 
 #include <string>

@@ -127,6 +127,9 @@ class RecordServer {
         return go_to(order.sim_time_s, EventKind::sought, "the record is shown from ");
       case OrderKind::tell_score:
         return tell(EventKind::score_told, "a record has no score: sim_server replay simulates its inputs");
+      case OrderKind::freeze:
+      case OrderKind::thaw:
+        return log_warning("a record that is shown has no hands to hold off");
       case OrderKind::tilt:
         return log_warning("tilt: a record that is shown can't be tilted");
     }

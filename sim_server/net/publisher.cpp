@@ -183,6 +183,7 @@ void Publisher::send_status(const Outbox& batch) {
   status.viewers = endpoints_.writer<SessionEvent>().readers();
   status.gravity_target_m_per_s2 = batch.gravity_target_m_per_s2;
   status.speed = batch.speed;
+  status.frozen_tools = batch.frozen_tools;
   status.bodies = versions();
   status.checks = batch.report.checks;
   for (const auto& [client, report] : reports_) status.link_reports.push_back(report.report);

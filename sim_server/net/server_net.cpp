@@ -127,6 +127,14 @@ void NetworkSide::run() {
   }
 }
 
+// The contacts that hands feel: none of a frozen tool, which isn't where its hand is.
+std::vector<ContactModel> felt(std::vector<ContactModel> contacts, std::uint32_t frozen_tools) {
+  for (ContactModel& contact : contacts)
+    if ((frozen_tools >> contact.tool_id & 1) != 0)
+      contact = {contact.tool_id, contact.sequence, contact.sim_time_s, contact.tool_time_s};
+  return contacts;
+}
+
 }  // namespace
 
 // The part that the simulation's thread uses.
@@ -212,6 +220,15 @@ std::vector<SessionOrder> ServerNet::take_orders() {
   return state_->intake.take_orders();
 }
 
+void ServerNet::set_frozen(std::uint32_t tool_id, bool frozen) {
+  state_->intake.set_frozen(tool_id, frozen);
+  state_->handover.put([&](Outbox& outbox) { outbox.frozen_tools = frozen_tools(); });
+}
+
+std::uint32_t ServerNet::frozen_tools() const {
+  return state_->intake.frozen_tools();
+}
+
 void ServerNet::set_speed(double speed) {
   state_->handover.put([&](Outbox& outbox) { outbox.speed = speed; });
 }
@@ -257,7 +274,7 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     s.body_infos.push_back(s.body_infos.at(body.parent_id));
     s.body_infos.back().name = body.name;
   }
-  s.contacts->put(output.contacts);
+  s.contacts->put(felt(output.contacts, s.intake.frozen_tools()));
   s.handover.put([&](Outbox& outbox) {
     if (input) outbox.inputs.push_back(std::move(*input));
     outbox.put(output, world, s.body_infos, step_wall_time_s, due);

@@ -61,6 +61,9 @@ class ServerNet {
 
   // Orders, each once. Simulation's thread; never blocks.
   std::vector<SessionOrder> take_orders();
+  // Nobody moves a frozen tool, and its hand feels nothing. Simulation's thread.
+  void set_frozen(std::uint32_t tool_id, bool frozen);
+  std::uint32_t frozen_tools() const;  // bit t: tool t
   // The speed that the status tells from now on: 0 while paused. Simulation's thread.
   void set_speed(double speed);
 

@@ -53,6 +53,9 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
                   c.asleep ? "  asleep" : "");
     text += line;
   }
+  for (std::size_t t = 0; t < scene.tools.size(); ++t)
+    if ((status.frozen_tools >> t & 1) != 0)
+      text += "tool " + std::to_string(t) + " is frozen: " + scene.tools[t].name + "\n";
   for (const LinkReport& report : status.link_reports) text += line_of(report) + "\n";
   return text;
 }

@@ -64,6 +64,10 @@ const char* to_string(EventKind kind) {
       return "released";
     case EventKind::instrument_withdrawn:
       return "instrument withdrawn";
+    case EventKind::instrument_frozen:
+      return "instrument frozen";
+    case EventKind::instrument_thawed:
+      return "instrument thawed";
     case EventKind::recording_stopped:
       return "recording stopped";
   }

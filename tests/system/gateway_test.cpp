@@ -177,5 +177,36 @@ TEST_F(GatewayProgram, two_people_hold_an_instrument_each_and_one_whose_link_sto
   EXPECT_EQ(web->exit_code(), 0) << web->output();
 }
 
+// She goes on wishing it elsewhere all the time.
+TEST_F(GatewayProgram, a_teacher_freezes_an_instrument_which_stays_where_it_is_until_it_is_thawed) {
+  const auto sim = program("sim_server", in_session({"--scene", kScene, "--endless", "--export", file("out")}));
+  const auto hand = program("device_bridge", in_session({"--device", "wish"}));
+  const auto web = gateway();
+  const int port = port_of(*web);
+  Surgeon ada(port, "Ada", 0);
+  EXPECT_TRUE(ada.leads());
+  WebPeer tom(port, {"Tom", "theatre"}), eve(port, {"Eve", ""});
+  const SessionOrder freeze{0, OrderKind::freeze, Vec3::Zero(), 1, 0, 0},
+      thaw{0, OrderKind::thaw, Vec3::Zero(), 1, 0, 0};
+  EXPECT_TRUE(eve.wait_until([&] { return eve.own_id() != kNobody; }));
+  eve.say(LiveKind::order, freeze);
+  EXPECT_TRUE(eve.wait_until([&] { return eve.was_told("led by somebody else"); }));
+  EXPECT_TRUE(tom.wait_until([&] { return tom.own_id() != kNobody; }));
+  tom.say(LiveKind::order, freeze);
+  EXPECT_TRUE(sim->wait_for("scalpel is frozen where it is")) << sim->output();
+  const Pose at = ada.peer.state->tools[0].pose_world;
+  ada.place_m += Vec3(0.02, 0, 0.02);
+  const std::size_t seen = ada.peer.states;
+  EXPECT_TRUE(ada.waits_for([&] { return ada.peer.states > seen + 60; }));
+  EXPECT_LT((ada.peer.state->tools[0].pose_world.position_m - at.position_m).norm(), 1e-9);
+  tom.say(LiveKind::order, thaw);
+  EXPECT_TRUE(ada.leads());
+  sim->send(SIGINT);
+  EXPECT_EQ(sim->exit_code(), 0) << sim->output();
+  const auto events = json("out/report.json")["run"]["events"];
+  EXPECT_EQ(events["instrument withdrawn"], 1) << "it is taken out before it follows";
+  for (Process* each : {hand.get(), web.get()}) each->send(SIGINT), each->exit_code();
+}
+
 }  // namespace
 }  // namespace sectio

@@ -51,6 +51,20 @@ TEST_F(Orders, a_paused_session_stands_still_serves_a_late_viewer_and_goes_on_at
   expect_equal_at_the_end(*screen);
 }
 
+TEST_F(Orders, a_frozen_instrument_is_told_of_and_one_that_is_not_there_is_refused) {
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--endless"}));
+  ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  give("freeze", {"--tool-id", "0"});
+  EXPECT_NE(status().find("tool 0 is frozen"), std::string::npos) << status();
+  const auto order = ask("freeze", {"--tool-id", "3"});
+  EXPECT_EQ(order->exit_code(), 2) << order->output();
+  EXPECT_NE(order->output().find("freeze: --tool-id: the scene has 1 instrument, numbered from 0, got 3"),
+            std::string::npos)
+      << order->output();
+  give("thaw", {"--tool-id", "0"});
+  EXPECT_EQ(status().find("is frozen"), std::string::npos);
+}
+
 // Each time it has another epoch, of the same program.
 TEST_F(Orders, a_session_is_begun_anew_as_often_as_people_like_and_whoever_stays_goes_on) {
   const auto server = watched_server();
