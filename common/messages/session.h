@@ -16,6 +16,7 @@ namespace sectio {
 
 constexpr std::size_t kMaxBodies = 256;
 constexpr std::size_t kMaxTools = 16;
+constexpr std::size_t kMaxTaskLines = 64;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr std::size_t kMaxEventTextBytes = 256;
 constexpr std::size_t kMaxLinkReports = 64;
@@ -44,15 +45,15 @@ struct SceneInfo {
   std::optional<double> floor_z_m = {};  // a plane on which what falls comes to rest
   // All bodies of the scene. Several servers of one session may have a share each; shares have no body in common.
   std::vector<std::string> world_bodies;
-  std::vector<BodyInfo> bodies;  // this server's, then parts that came off; body_id is the index
-  std::vector<ToolInfo> tools;   // the scene's; tool_id is the index
+  std::vector<BodyInfo> bodies;   // this server's, then parts that came off; body_id is the index
+  std::vector<ToolInfo> tools;    // the scene's; tool_id is the index
+  std::vector<std::string> task;  // the exercise's aim, in lines for a person; empty: none, or another server's
 };
 
 // Do both claim a body? Then one of them is a ghost, or should never have been started.
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
 constexpr std::uint8_t kScoreTold = 26;  // EventKind::score_told: a line of the score
-constexpr std::uint8_t kTaskTold = 28;   // EventKind::task_told: a line of what the exercise wants
 
 struct SessionEvent {
   std::uint64_t epoch = 0;

@@ -77,7 +77,7 @@ void fields(Visitor& visit, M& message) {
 
 template <class Visitor, FieldsOf<SceneInfo> M>
 void fields(Visitor& visit, M& message) {
-  auto& [epoch, session, step_s, camera, floor_z_m, world_bodies, bodies, tools] = message;
+  auto& [epoch, session, step_s, camera, floor_z_m, world_bodies, bodies, tools, task] = message;
   visit("epoch", epoch);
   visit("session", session, kName);
   visit("step_s", step_s, from_to(1e-9, 1));
@@ -86,6 +86,7 @@ void fields(Visitor& visit, M& message) {
   visit("world_bodies", world_bodies, at_most(kMaxBodies), kName);
   visit("bodies", bodies, at_most(kMaxBodies));
   visit("tools", tools, at_most(kMaxTools));
+  visit("task", task, at_most(kMaxTaskLines), at_most(kMaxEventTextBytes));
 }
 
 template <class Visitor, FieldsOf<SessionEvent> M>

@@ -63,16 +63,9 @@ void Gateway::feed(const SessionEvent& message) {
   heard_.push_back(message);
   if (heard_.size() > kEventsHeard) heard_.pop_front();
   tries_.feed(message);
-  keep_for_later(message);
+  events_.push_back(shared(message));
+  if (events_.size() > kEventsKept) events_.pop_front();
   post_all(LiveKind::event, message);
-}
-
-// The task stays; of the other events those of late.
-void Gateway::keep_for_later(const SessionEvent& message) {
-  std::deque<SharedBytes>& kept = message.kind == kTaskTold ? task_ : events_;
-  if (message.kind == kTaskTold && std::exchange(task_epoch_, message.epoch) != message.epoch) task_.clear();
-  kept.push_back(shared(message));
-  if (kept.size() > kEventsKept) kept.pop_front();
 }
 
 void Gateway::feed(const ServerStatus& message) {
@@ -107,7 +100,6 @@ std::uint32_t Gateway::connect_inside() {
 void Gateway::welcome(Mailbox& mailbox) const {
   for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
   for (const auto& [subject, bytes] : newest_) mailbox.post_newest(subject, bytes);
-  for (const SharedBytes& event : task_) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
 }

@@ -31,8 +31,11 @@ void TryBook::keep_in(const std::string& directory) {
 }
 
 void TryBook::feed(const SceneInfo& message) {
-  if (!tools_.empty()) return;
-  for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
+  if (tools_.empty())
+    for (const ToolInfo& tool : message.tools) tools_.push_back(tool.name);
+  if (message.task.empty() || message.epoch == epoch_) return;
+  begin(message.epoch);
+  task_ = message.task;
 }
 
 void TryBook::begin(std::uint64_t epoch) {
@@ -47,10 +50,6 @@ void TryBook::begin(std::uint64_t epoch) {
 }
 
 void TryBook::feed(const SessionEvent& message) {
-  if (message.kind == kTaskTold) {
-    if (message.epoch != epoch_) begin(message.epoch);
-    if (task_.size() < kMostLines) task_.push_back(message.text);
-  }
   if (message.kind != kScoreTold || message.epoch != epoch_ || task_.empty()) return;
   if (message.step != scored_at_) score_.clear();
   scored_at_ = message.step;

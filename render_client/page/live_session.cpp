@@ -34,7 +34,10 @@ void LiveSession::receive(std::span<const std::uint8_t> frame, double now_s) {
 void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
   switch (message.kind) {
     case LiveKind::scene:
-      return with<SceneInfo>(message, [&](const SceneInfo& scene) { world_.announce(scene); });
+      return with<SceneInfo>(message, [&](const SceneInfo& scene) {
+        world_.announce(scene);
+        if (!scene.task.empty()) task_ = scene.task;
+      });
     case LiveKind::delta:
       return with<DeltaMessage>(message, [&](DeltaMessage delta) { world_.feed(std::move(delta)); });
     case LiveKind::keyframe_chunk:
@@ -76,16 +79,10 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
 // The lines of a score come one behind the other, in one step.
 void LiveSession::take(const SessionEvent& event) {
   if (event.text.empty()) return;
-  if (event.kind == kTaskTold) return take_task(event);
   if (event.kind != kScoreTold) return add_line(event.text);
   if (scored_at_ != std::pair(event.epoch, event.step)) score_.clear();
   scored_at_ = {event.epoch, event.step};
   if (score_.size() < kMostScoreLines) score_.push_back(event.text);
-}
-
-void LiveSession::take_task(const SessionEvent& event) {
-  if (std::exchange(task_epoch_, event.epoch) != event.epoch) task_.clear();
-  if (task_.size() < kMostScoreLines) task_.push_back(event.text);
 }
 
 bool LiveSession::frame(double now_s, Frame& frame) {

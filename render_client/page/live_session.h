@@ -72,7 +72,6 @@ class LiveSession {
   void compare(std::uint64_t epoch, const std::vector<BodyVersion>& server);
   void add_line(const std::string& text);
   void take(const SessionEvent& event);
-  void take_task(const SessionEvent& event);
   template <class Message>
   void send(LiveKind kind, const Message& message);
 
@@ -86,7 +85,6 @@ class LiveSession {
   std::deque<std::pair<std::uint64_t, std::string>> lines_;
   std::uint64_t line_count_ = 0;
   std::vector<std::string> score_, task_;
-  std::uint64_t task_epoch_ = 0;
   std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step
   std::uint64_t wish_sequence_ = 0;
   std::uint64_t damaged_ = 0;

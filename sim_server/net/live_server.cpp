@@ -133,7 +133,6 @@ void LiveServer::wait_for_peers() {
 }
 
 void LiveServer::lead() {
-  tell_task();
   due_ = Clock::now();
   session_.net->set_speed(session_.pace.now());
   while (session_.has_more_steps()) {
@@ -171,10 +170,6 @@ void LiveServer::tell_faults() {
   for (const std::string& fault : session_.run->take_faults())
     session_.net->tell(
         {session_.run->steps(), EventKind::recording_stopped, 0, 0, fault.substr(0, kMaxEventTextBytes)});
-}
-
-void LiveServer::tell_task() {
-  for (const std::string& line : session_.run->recorder().task_lines()) tell(EventKind::task_told, line);
 }
 
 void LiveServer::tell_score() {
@@ -265,7 +260,6 @@ void LiveServer::begin_anew(double from_s) {
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));
-  tell_task();
   session_.input = {};
   due_ = Clock::now();
   session_.net->set_speed(session_.pace.now());

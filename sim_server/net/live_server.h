@@ -29,7 +29,6 @@ class LiveServer {
   std::string directory_of(int attempt) const;
   void tell(EventKind kind, const std::string& text);
   void tell_faults();
-  void tell_task();
   void tell_score();
   bool take_input();
   void run_step();

@@ -1,5 +1,7 @@
 #include "sim_server/net/world_view.h"
 
+#include "sim_server/scene/scene_outcome.h"
+
 namespace sectio {
 
 void view_world(const Simulation& simulation, std::size_t tools, WorldView& view) {
@@ -31,6 +33,7 @@ SceneInfo scene_info(const Scene& scene) {
     const ToolGeometry& g = tool.geometry;
     info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}, g.gauge_m});
   }
+  info.task = task_in_words(scene);
   return info;
 }
 

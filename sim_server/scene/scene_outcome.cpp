@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <string_view>
 
+#include "sim_server/scene/scene.h"
+
 namespace sectio {
 
 const std::vector<Measure>& measures() {
@@ -70,6 +72,15 @@ std::string target_in_words(const Expectation& expectation) {
   range.low *= unit.per_unit;
   range.high *= unit.per_unit;
   return name + " " + range.in_words() + std::string(unit.name);
+}
+
+std::vector<std::string> task_in_words(const Scene& scene) {
+  if (!scene.exercise) return {};
+  std::vector<std::string> lines;
+  if (!scene.exercise->task.empty()) lines.push_back(scene.exercise->task);
+  for (const Expectation& e : scene.expect)
+    if (e.measure->of_exercise) lines.push_back(target_in_words(e));
+  return lines;
 }
 
 std::string value_in_words(const Measure& measure, double value) {

@@ -204,16 +204,6 @@ std::vector<std::string> Recorder::score_lines() const {
   return lines;
 }
 
-std::vector<std::string> Recorder::task_lines() const {
-  if (!state_->score) return {};
-  const std::string& task = state_->scene.exercise->task;
-  std::vector<std::string> lines;
-  if (!task.empty()) lines.push_back(task);
-  for (const Expectation& e : state_->scene.expect)
-    if (e.measure->of_exercise) lines.push_back(target_in_words(e));
-  return lines;
-}
-
 void Recorder::add_publish(double time_s) {
   state_->figures.publish_times.add(time_s);
 }

@@ -41,8 +41,6 @@ class Recorder {
   std::vector<std::string> take_faults();
   // The score of the exercise so far, for a person; a line that says so when the scene has none.
   std::vector<std::string> score_lines() const;
-  // The task, and what the scene expects of it; nothing when the scene has no exercise.
-  std::vector<std::string> task_lines() const;
   // Live sessions only: the time that publishing took after a step.
   void add_publish(double time_s);
   void set(const SyncCost& cost);

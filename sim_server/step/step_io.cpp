@@ -38,8 +38,6 @@ const char* to_string(EventKind kind) {
       return "score told";
     case EventKind::sought:
       return "sought";
-    case EventKind::task_told:
-      return "task told";
     case EventKind::gravity_turned:
       return "gravity turned";
     case EventKind::body_frozen:

@@ -70,7 +70,6 @@ enum class EventKind : std::uint8_t {
   begun_anew,  // bodies are as they were at first
   score_told,
   sought,             // the played session goes on from another time
-  task_told,          // the exercise's aim, a line each
   did_not_cut,        // a blade is in tissue where its body has no cut for it; the text says why
   left_world,         // the body fell or slid so far that it is out of every picture, and stays there
   instrument_frozen,  // by an order: it stays where it is, whatever its hand does

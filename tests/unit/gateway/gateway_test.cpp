@@ -56,7 +56,7 @@ TEST_F(GatewayTest, passes_on_once_what_is_said_again_when_it_joins_anew) {
   const std::uint32_t ada = enter("Ada");
   for (int again = 0; again < 2; ++again)
     for (const char* line : {"cut along the line", "at most 2 mm beside it"})
-      gateway.feed(SessionEvent{1, 0, kTaskTold, 0, 0, line});
+      gateway.feed(SessionEvent{1, 0, kScoreTold, 0, 0, line});
   const auto events = [&](std::uint32_t client) {
     int count = 0;
     for (std::vector<std::uint8_t> frame; gateway.next_frame(client, frame);) {

@@ -8,12 +8,9 @@
 #include <filesystem>
 
 #include "render_client/gateway/gateway.h"
-#include "sim_server/step/step_io.h"
 
 namespace sectio::gateway_test {
 namespace {
-
-static_assert(kTaskTold == static_cast<std::uint8_t>(EventKind::task_told));
 
 struct TryBookTest : testing::Test {
   std::string directory = testing::TempDir() + "sectio_tries_" + std::to_string(getpid());
@@ -23,13 +20,16 @@ struct TryBookTest : testing::Test {
   static void tell(TryBook& book, std::uint64_t epoch, std::uint8_t kind, const std::string& text) {
     book.feed(SessionEvent{epoch, 5, kind, 0, 0, text});
   }
-  // A try of 1 s in which the scalpel goes 10 mm along x, with a force of 2 N in the middle.
-  static void make_try(TryBook& book, std::uint64_t epoch, const std::string& task, const std::string& score) {
+  static SceneInfo scene_of(std::uint64_t epoch, const std::string& task) {
     SceneInfo scene;
     scene.epoch = epoch;
     scene.tools = {{"scalpel", "scalpel"}};
-    book.feed(scene);
-    tell(book, epoch, kTaskTold, task);
+    scene.task = {task};
+    return scene;
+  }
+  // A try of 1 s in which the scalpel goes 10 mm along x, with a force of 2 N in the middle.
+  static void make_try(TryBook& book, std::uint64_t epoch, const std::string& task, const std::string& score) {
+    book.feed(scene_of(epoch, task));
     for (int i = 0; i <= 60; ++i) {
       StateHeader state;
       state.epoch = epoch;
@@ -64,19 +64,19 @@ TEST_F(TryBookTest, a_try_has_its_score_path_and_force_and_stays_for_later_sessi
   TryBook later;
   later.keep_in(directory);
   EXPECT_EQ(later.json(), "[]") << "nobody has said which exercise it is";
-  tell(later, 3, kTaskTold, "cut along the line");
+  later.feed(scene_of(3, "cut along the line"));
   const std::string all = later.json();
   EXPECT_LT(all.find("50 %"), all.find(R"("line cut   90 %","time   3 s")")) << all;
   EXPECT_EQ(count(all, R"("hands":["Ada"])"), 2u);
   EXPECT_NE(all.find("[0,0,0],[1"), std::string::npos) << all;
   EXPECT_NE(all.find("0.5,2,0.5"), std::string::npos) << all;
-  tell(later, 4, kTaskTold, "another exercise");
+  later.feed(scene_of(4, "another exercise"));
   EXPECT_EQ(later.json(), "[]");
 }
 
 TEST_F(TryBookTest, a_long_try_is_kept_more_coarsely) {
   TryBook book;
-  tell(book, 1, kTaskTold, "wait");
+  book.feed(scene_of(1, "wait"));
   for (int i = 0; i < 20000; ++i) {
     StateHeader state;
     state.epoch = 1;
@@ -92,10 +92,7 @@ TEST_F(TryBookTest, a_long_try_is_kept_more_coarsely) {
 // The task doesn't go under in other events.
 TEST_F(TryBookTest, who_comes_late_is_told_the_task) {
   Gateway gateway({"secret", ""}, {}, 7);
-  SceneInfo scene;
-  scene.epoch = 1;
-  gateway.feed(scene);
-  gateway.feed(SessionEvent{1, 0, kTaskTold, 0, 0, "cut along the line"});
+  gateway.feed(scene_of(1, "cut along the line"));
   for (std::uint64_t i = 0; i < 100; ++i) gateway.feed(SessionEvent{1, i, 0, 0, 0, "something else"});
   const std::uint32_t late = gateway.connect().value();
   std::string heard;
