@@ -63,16 +63,28 @@ void Gateway::feed(const SessionEvent& message) {
   heard_.push_back(message);
   if (heard_.size() > kEventsHeard) heard_.pop_front();
   tries_.feed(message);
-  keep_for_later(message);
+  keep_task(message);
   post_all(LiveKind::event, message);
 }
 
-// The task stays; of the other events those of late.
-void Gateway::keep_for_later(const SessionEvent& message) {
-  std::deque<SharedBytes>& kept = message.kind == kTaskTold ? task_ : events_;
-  if (message.kind == kTaskTold && std::exchange(task_epoch_, message.epoch) != message.epoch) task_.clear();
-  kept.push_back(shared(message));
-  if (kept.size() > kEventsKept) kept.pop_front();
+void Gateway::keep_task(const SessionEvent& message) {
+  if (message.kind != kTaskTold) return;
+  if (std::exchange(task_epoch_, message.epoch) != message.epoch) task_.clear();
+  task_.push_back(shared(message));
+  if (task_.size() > kEventsKept) task_.pop_front();
+}
+
+// Those that have words. A lag is told again and again: its newest is enough, and leaves place for others.
+std::vector<SharedBytes> Gateway::events_of_late() const {
+  std::vector<SharedBytes> late;
+  bool has_lag = false;
+  for (auto event = heard_.rbegin(); event != heard_.rend() && late.size() < kEventsKept; ++event) {
+    if (event->kind == kTaskTold || event->text.empty()) continue;
+    if (event->kind == kStepOverrun && std::exchange(has_lag, true)) continue;
+    late.push_back(shared(*event));
+  }
+  std::ranges::reverse(late);
+  return late;
 }
 
 void Gateway::feed(const ServerStatus& message) {
@@ -108,7 +120,7 @@ void Gateway::welcome(Mailbox& mailbox) const {
   for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
   for (const auto& [subject, bytes] : newest_) mailbox.post_newest(subject, bytes);
   for (const SharedBytes& event : task_) mailbox.post(LiveKind::event, event);
-  for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
+  for (const SharedBytes& event : events_of_late()) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
 }
 

@@ -125,7 +125,8 @@ class Gateway {
   void post_all(LiveKind kind, const Message& message);
   template <class Message>
   void post_all_newest(const Subject& subject, const Message& message);
-  void keep_for_later(const SessionEvent& message);
+  void keep_task(const SessionEvent& message);
+  std::vector<SharedBytes> events_of_late() const;
   void welcome(Mailbox& mailbox) const;
   bool may_stay(std::uint32_t client, Client& who);
   void notify(std::uint32_t client, const std::string& text);
@@ -146,8 +147,7 @@ class Gateway {
   // For those who come later: a server repeats what doesn't move once a second only.
   std::map<Subject, SharedBytes> newest_;
   std::deque<SessionEvent> heard_;  // the newest
-  std::deque<SharedBytes> events_;
-  std::deque<SharedBytes> task_;  // the exercise's
+  std::deque<SharedBytes> task_;    // the exercise's
   std::uint64_t task_epoch_ = 0;
   TryBook tries_;
   std::vector<ToolWish> wishes_;
