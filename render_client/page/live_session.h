@@ -58,7 +58,8 @@ class LiveSession {
   // Newest last.
   const std::deque<Line>& lines() const { return lines_; }
   // Something that the page knows by itself.
-  void note(const std::string& text) { add_line(text, text, time_s_); }
+  void note(const std::string& topic, const std::string& text) { add_line(topic, text, time_s_); }
+  void note(const std::string& text) { note(text, text); }
   // The score that was told last, line by line.
   const std::vector<std::string>& score() const { return score_; }
   // The exercise, line by line: what to do, and what is expected.

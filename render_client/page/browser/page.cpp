@@ -69,9 +69,9 @@ void page_connected(const char* name, const char* token) {
 void page_disconnected() {
   page().view.session.disconnected();
 }
-// A line among what happened.
-void page_note(const char* text) {
-  page().view.session.note(text);
+// A line among what happened, in place of the one of the same topic.
+void page_note(const char* topic, const char* text) {
+  page().view.session.note(topic, text);
 }
 
 // The buffer into which the script puts a frame of the socket, before page_receive().

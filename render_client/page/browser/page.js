@@ -28,9 +28,9 @@ window.sectio = { get socket() { return socket; }, get state() { return state; }
 
 const call = (name, ...values) => program['_page_' + name](...values);
 
-// A line among what happened.
-const note = (text) => program.ccall('page_note', null, ['string'], [text]);
-const clock = (ago_s = 0) => new Date(Date.now() - 1000 * ago_s).toLocaleTimeString();
+// A line among what happened, in place of the one of the same topic.
+const note = (text, topic = text) => program.ccall('page_note', null, ['string', 'string'], [topic, text]);
+const clock = () => new Date().toLocaleTimeString();
 const how_long = (since_s) => `${(now() - since_s).toFixed(0)} s`;
 
 // ---- the socket ----
@@ -92,13 +92,16 @@ function lose(reason) {
   mute_s = null;
 }
 
+// A page that was busy itself has had no time to listen.
+let watched_s = 0;
 function watch_server() {
-  if (!window.sectio.connected || state.ended || state.silent_s === null) return;
+  const was_busy = now() - watched_s > SILENT_S / 2;
+  watched_s = now();
+  if (was_busy || !window.sectio.connected || state.ended || state.silent_s === null) return;
   if (mute_s === null && state.silent_s > SILENT_S) {
     mute_s = now() - state.silent_s;
-    note(`server silent since ${clock(state.silent_s)}`);
   } else if (mute_s !== null && state.silent_s < SILENT_S) {
-    note(`server heard again at ${clock()}, after ${how_long(mute_s)}`);
+    note(`the server was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
     mute_s = null;
   }
 }
