@@ -74,7 +74,7 @@ void Gateway::keep_task(const SessionEvent& message) {
   if (task_.size() > kEventsKept) task_.pop_front();
 }
 
-// Those that have words. A lag is told again and again: its newest is enough, and leaves place for others.
+// Only those with words. A lag is told again and again: its newest is enough, and leaves place for others.
 std::vector<SharedBytes> Gateway::events_of_late() const {
   std::vector<SharedBytes> late;
   bool has_lag = false;

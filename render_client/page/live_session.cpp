@@ -10,8 +10,7 @@ namespace sectio {
 
 namespace {
 
-// Events whose text is half a sentence. Of those that tell of a state, one that has changed again and again, only the
-// newest is of use.
+// Events whose text is half a sentence. Some tell of a state, and only the newest of these is of use.
 struct Words {
   std::uint8_t kind;
   const char* before;

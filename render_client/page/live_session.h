@@ -47,10 +47,10 @@ class LiveSession {
   double force_n(std::uint32_t tool_id, double now_s) const;
   // Since the last word of the server; nothing before the first one.
   std::optional<double> silent_s(double now_s) const;
-  // For a person. What is said again is one line.
+  // For a person. Something that is said again stays one line.
   struct Line {
     std::uint64_t number = 0;  // ascending, so that a reader knows which are new
-    std::string topic;         // of lines with the same one, the last stays
+    std::string topic;         // there is one line for each
     std::string text;
     std::uint32_t count = 1;
     double time_s = 0;  // simulated, when it was last said

@@ -1,4 +1,4 @@
-// What a page knows, out of messages of a gateway.
+// A page that hears messages of a gateway.
 #include "render_client/page/live_session.h"
 
 #include <gtest/gtest.h>
