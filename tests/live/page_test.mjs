@@ -1,5 +1,5 @@
-// What a page tells the people at it: deploy/live, a headless Chromium, and links that stand still and break. Each check
-// stands on the session that the ones before it have left.
+// A page tells the people at it what happens: deploy/live, a headless Chromium, and links that stand still and break. Each
+// check stands on the session that the ones before it have left.
 // usage: node tests/live/page_test.mjs [DIRECTORY for the pictures of docs/live.md]
 import assert from 'node:assert/strict';
 import { join } from 'node:path';

@@ -224,7 +224,7 @@ function show() {
   show_hint();
   const me = state.people.find((p) => p.id === state.you);
   const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
-  const silent = state.ended ? '' : state.silent_s > SILENT_S ? `server silent for ${Math.round(state.silent_s)} s` : '';
+  const silent = mute_s !== null && !state.ended ? `server silent for ${how_long(mute_s)}` : '';
   byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
   byId('session').textContent = state.session || 'waiting for a session';
