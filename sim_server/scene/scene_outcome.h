@@ -36,7 +36,7 @@ struct Expectation {
   Range range;
 };
 
-// For a person: "line deviation at most 2 mm", and the value as "3.1 mm".
+// For a person: "line deviation at most 2 mm", and the value as "3.10 mm".
 std::string target_in_words(const Expectation& expectation);
 std::string value_in_words(const Measure& measure, double value);
 
