@@ -53,7 +53,12 @@ struct SceneInfo {
 // Do both claim a body? Then one of them is a ghost, or should never have been started.
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
-constexpr std::uint8_t kScoreTold = 26;  // EventKind::score_told: a line of the score
+// Values of EventKind (sim_server/step/step_io.h) that viewers tell apart.
+constexpr std::uint8_t kCutRefused = 6;
+constexpr std::uint8_t kStepOverrun = 7;
+constexpr std::uint8_t kGravityTurned = 15;
+constexpr std::uint8_t kScoreTold = 26;  // a line of the score
+constexpr std::uint8_t kDidNotCut = 28;
 
 struct SessionEvent {
   std::uint64_t epoch = 0;

@@ -63,9 +63,20 @@ void Gateway::feed(const SessionEvent& message) {
   heard_.push_back(message);
   if (heard_.size() > kEventsHeard) heard_.pop_front();
   tries_.feed(message);
-  events_.push_back(shared(message));
-  if (events_.size() > kEventsKept) events_.pop_front();
   post_all(LiveKind::event, message);
+}
+
+// Only those with words. A lag is told again and again: its newest is enough, and leaves place for others.
+std::vector<SharedBytes> Gateway::events_of_late() const {
+  std::vector<SharedBytes> late;
+  bool has_lag = false;
+  for (auto event = heard_.rbegin(); event != heard_.rend() && late.size() < kEventsKept; ++event) {
+    if (event->text.empty()) continue;
+    if (event->kind == kStepOverrun && std::exchange(has_lag, true)) continue;
+    late.push_back(shared(*event));
+  }
+  std::ranges::reverse(late);
+  return late;
 }
 
 void Gateway::feed(const ServerStatus& message) {
@@ -100,7 +111,7 @@ std::uint32_t Gateway::connect_inside() {
 void Gateway::welcome(Mailbox& mailbox) const {
   for (const SharedBytes& scene : copy_.scenes()) mailbox.post(LiveKind::scene, scene);
   for (const auto& [subject, bytes] : newest_) mailbox.post_newest(subject, bytes);
-  for (const SharedBytes& event : events_) mailbox.post(LiveKind::event, event);
+  for (const SharedBytes& event : events_of_late()) mailbox.post(LiveKind::event, event);
   for (const SharedBytes& end : copy_.ends()) mailbox.post(LiveKind::session_end, end);
 }
 

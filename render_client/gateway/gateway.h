@@ -125,6 +125,7 @@ class Gateway {
   void post_all(LiveKind kind, const Message& message);
   template <class Message>
   void post_all_newest(const Subject& subject, const Message& message);
+  std::vector<SharedBytes> events_of_late() const;
   void welcome(Mailbox& mailbox) const;
   bool may_stay(std::uint32_t client, Client& who);
   void notify(std::uint32_t client, const std::string& text);
@@ -145,7 +146,6 @@ class Gateway {
   // For those who come later: a server repeats what doesn't move once a second only.
   std::map<Subject, SharedBytes> newest_;
   std::deque<SessionEvent> heard_;  // the newest
-  std::deque<SharedBytes> events_;
   TryBook tries_;
   std::vector<ToolWish> wishes_;
   std::vector<SessionOrder> orders_;

@@ -5,6 +5,11 @@
 namespace sectio {
 
 void Roles::set_tools(const std::vector<std::string>& names) {
+  for (std::uint32_t t = 0; t < tools_.size(); ++t) {
+    if (tools_[t].person == kNobody || (t < names.size() && names[t] == tools_[t].name)) continue;
+    notices_.emplace_back(tools_[t].person, "you hold the " + tools_[t].name + " no more: the session has others now");
+    set_free(t);
+  }
   tools_.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) tools_[i].name = names[i];
   changed_ = true;

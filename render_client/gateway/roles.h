@@ -23,7 +23,7 @@ class Roles {
   };
   explicit Roles(Tokens tokens) : tokens_(std::move(tokens)) {}
 
-  // The scene's instruments; those that are there already keep their holders.
+  // The scene's instruments; those that were there, by the same name, keep their holders.
   void set_tools(const std::vector<std::string>& names);
 
   // A person comes, as an observer until hello(), and leaves; what they held is free then.

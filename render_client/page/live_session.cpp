@@ -1,10 +1,27 @@
 #include "render_client/page/live_session.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/messages/codec.h"
+#include "common/messages/epoch.h"
 
 namespace sectio {
+
+namespace {
+
+// Events whose text is half a sentence. Some tell of a state, and only the newest of these is of use.
+struct Words {
+  std::uint8_t kind;
+  const char* before;
+  bool is_state;
+};
+constexpr Words kWords[] = {{kCutRefused, "cut refused: ", false},
+                            {kDidNotCut, "did not cut: ", false},
+                            {kStepOverrun, "pace of the server ", true},
+                            {kGravityTurned, "gravity turns ", true}};
+
+}  // namespace
 
 template <class Message>
 void LiveSession::send(LiveKind kind, const Message& message) {
@@ -25,6 +42,10 @@ void LiveSession::connected(const Hello& hello) {
   send(LiveKind::hello, hello);
 }
 
+void LiveSession::disconnected() {
+  std::replace(roster_.holders.begin(), roster_.holders.end(), roster_.you, kNobody);
+}
+
 void LiveSession::receive(std::span<const std::uint8_t> frame, double now_s) {
   LiveFrameReader reader(frame);
   while (const auto message = reader.next()) take(*message, now_s);
@@ -37,6 +58,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SceneInfo>(message, [&](const SceneInfo& scene) {
         world_.announce(scene);
         if (!scene.task.empty()) task_ = scene.task;
+        std::erase_if(statuses_, [&](const auto& each) { return !world_.knows(each.first); });
       });
     case LiveKind::delta:
       return with<DeltaMessage>(message, [&](DeltaMessage delta) { world_.feed(std::move(delta)); });
@@ -44,7 +66,10 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<KeyframeChunk>(message, [&](KeyframeChunk chunk) { world_.feed(std::move(chunk)); });
     case LiveKind::state_header:
       heard_s_ = now_s;
-      return with<StateHeader>(message, [&](StateHeader header) { world_.feed(std::move(header)); });
+      return with<StateHeader>(message, [&](StateHeader header) {
+        time_s_ = header.sim_time_s;
+        world_.feed(std::move(header));
+      });
     case LiveKind::state_piece:
       return with<StatePiece>(message, [&](StatePiece piece) { world_.feed(std::move(piece)); });
     case LiveKind::scalar_piece:
@@ -54,8 +79,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
     case LiveKind::status:
       return with<ServerStatus>(message, [&](const ServerStatus& status) {
         heard_s_ = now_s;
-        status_ = status;
-        versions_[status.epoch] = status.bodies;
+        statuses_[status.epoch] = status;
       });
     case LiveKind::contact:
       return with<ContactMessage>(message, [&](const ContactMessage& contact) {
@@ -64,13 +88,13 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
     case LiveKind::session_end:
       return with<SessionEnd>(message, [&](const SessionEnd& end) {
         world_.feed(end);
-        versions_[end.epoch] = end.bodies;
-        add_line("the session has ended: " + end.reason);
+        statuses_[end.epoch].bodies = end.bodies;
+        note("the session has ended: " + end.reason);
       });
     case LiveKind::roster:
       return with<Roster>(message, [&](Roster roster) { roster_ = std::move(roster); });
     case LiveKind::notice:
-      return with<Notice>(message, [&](const Notice& notice) { add_line(notice.text); });
+      return with<Notice>(message, [&](const Notice& notice) { note(notice.text); });
     default:
       ++damaged_;
   }
@@ -79,10 +103,18 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
 // The lines of a score come one behind the other, in one step.
 void LiveSession::take(const SessionEvent& event) {
   if (event.text.empty()) return;
-  if (event.kind != kScoreTold) return add_line(event.text);
+  if (event.kind != kScoreTold) return tell(event);
   if (scored_at_ != std::pair(event.epoch, event.step)) score_.clear();
   scored_at_ = {event.epoch, event.step};
   if (score_.size() < kMostScoreLines) score_.push_back(event.text);
+}
+
+void LiveSession::tell(const SessionEvent& event) {
+  const auto words = std::ranges::find(kWords, event.kind, &Words::kind);
+  const std::string text = words == std::end(kWords) ? event.text : words->before + event.text;
+  const Replica* replica = world_.replica_of(event.epoch);
+  const double time_s = replica ? static_cast<double>(event.step) * replica->scene()->step_s : time_s_;
+  add_line(words != std::end(kWords) && words->is_state ? words->before : text, text, time_s);
 }
 
 bool LiveSession::frame(double now_s, Frame& frame) {
@@ -90,11 +122,12 @@ bool LiveSession::frame(double now_s, Frame& frame) {
   if (world_.session_end()) world_.catch_up();
   for (const KeyframeRequest& request : world_.take_requests(now_s)) send(LiveKind::keyframe_request, request);
   compare();
+  if (fresh) say_who_serves();
   return fresh;
 }
 
 void LiveSession::compare() {
-  for (const auto& [epoch, versions] : versions_) compare(epoch, versions);
+  for (const auto& [epoch, status] : statuses_) compare(epoch, status.bodies);
 }
 
 void LiveSession::compare(std::uint64_t epoch, const std::vector<BodyVersion>& server) {
@@ -117,9 +150,31 @@ std::vector<LiveSession::Equality> LiveSession::equality() const {
   return all;
 }
 
-void LiveSession::add_line(const std::string& text) {
-  lines_.emplace_back(++line_count_, text);
+// A server that takes the session over, or begins it anew, goes on with it; another one begins at its own beginning.
+void LiveSession::say_who_serves() {
+  std::vector<std::uint64_t> servers;
+  for (const auto& [epoch, body_count] : world_.body_counts()) servers.push_back(epoch);
+  for (const std::uint64_t gone : served_by_)
+    if (!std::ranges::any_of(servers, [&](std::uint64_t epoch) { return same_session(epoch, gone); }))
+      note("a server has gone, and another has begun in its place");
+  served_by_ = std::move(servers);
+}
+
+void LiveSession::add_line(const std::string& topic, const std::string& text, double time_s) {
+  Line line{++line_count_, topic, text, 1, time_s};
+  if (const auto before = std::ranges::find(lines_, topic, &Line::topic); before != lines_.end()) {
+    line.count += before->count;
+    lines_.erase(before);
+  }
+  lines_.push_back(line);
   if (lines_.size() > kMaxLines) lines_.pop_front();
+}
+
+std::vector<const ServerStatus*> LiveSession::statuses() const {
+  std::vector<const ServerStatus*> known;
+  for (const auto& [epoch, body_count] : world_.body_counts())
+    if (const auto status = statuses_.find(epoch); status != statuses_.end()) known.push_back(&status->second);
+  return known;
 }
 
 void LiveSession::claim(const ToolClaim& claim) {

@@ -26,6 +26,8 @@ class LiveSession {
 
   // A new connection: the replica stays as it is, until the session says that it is out of date.
   void connected(const Hello& hello);
+  // Nobody at this page holds anything any more.
+  void disconnected();
   void receive(std::span<const std::uint8_t> frame, double now_s);
   // Fills `frame` with the newest state; false when there is none newer.
   bool frame(double now_s, Frame& frame);
@@ -40,12 +42,24 @@ class LiveSession {
   std::optional<std::uint32_t> held_tool() const;
   const Roster& roster() const { return roster_; }
   const World& world() const { return world_; }
-  const std::optional<ServerStatus>& status() const { return status_; }
+  // The newest of each server that is shown, in the order of their bodies.
+  std::vector<const ServerStatus*> statuses() const;
   double force_n(std::uint32_t tool_id, double now_s) const;
   // Since the last word of the server; nothing before the first one.
   std::optional<double> silent_s(double now_s) const;
-  // Events and notices, for a person, newest last; each has a number, so that a reader knows which are new.
-  const std::deque<std::pair<std::uint64_t, std::string>>& lines() const { return lines_; }
+  // For a person. Something that is said again stays one line.
+  struct Line {
+    std::uint64_t number = 0;  // ascending, so that a reader knows which are new
+    std::string topic;         // there is one line for each
+    std::string text;
+    std::uint32_t count = 1;
+    double time_s = 0;  // simulated, when it was last said
+  };
+  // Newest last.
+  const std::deque<Line>& lines() const { return lines_; }
+  // Something that the page knows by itself.
+  void note(const std::string& topic, const std::string& text) { add_line(topic, text, time_s_); }
+  void note(const std::string& text) { note(text, text); }
   // The score that was told last, line by line.
   const std::vector<std::string>& score() const { return score_; }
   // The exercise, line by line: what to do, and what is expected.
@@ -70,19 +84,22 @@ class LiveSession {
   void take(const LiveFrameReader::Message& message, double now_s);
   void compare();
   void compare(std::uint64_t epoch, const std::vector<BodyVersion>& server);
-  void add_line(const std::string& text);
+  void add_line(const std::string& topic, const std::string& text, double time_s);
+  void say_who_serves();
   void take(const SessionEvent& event);
+  void tell(const SessionEvent& event);
   template <class Message>
   void send(LiveKind kind, const Message& message);
 
   World world_;
   Roster roster_;
-  std::optional<ServerStatus> status_;
-  std::map<std::uint64_t, std::vector<BodyVersion>> versions_;          // by epoch: the newest that a server has told
+  std::map<std::uint64_t, ServerStatus> statuses_;                      // by epoch: the newest
+  std::vector<std::uint64_t> served_by_;                                // epochs
   std::map<std::pair<std::uint64_t, std::size_t>, Equality> equality_;  // by epoch and body
   std::map<std::uint32_t, Force> forces_;                               // by tool
   std::optional<double> heard_s_;
-  std::deque<std::pair<std::uint64_t, std::string>> lines_;
+  double time_s_ = 0;  // simulated
+  std::deque<Line> lines_;
   std::uint64_t line_count_ = 0;
   std::vector<std::string> score_, task_;
   std::pair<std::uint64_t, std::uint64_t> scored_at_{0, 0};  // epoch and step

@@ -1,5 +1,6 @@
 #include "render_client/page/live_view.h"
 
+#include <cmath>
 #include <set>
 
 #include "common/core/json_text.h"
@@ -125,6 +126,26 @@ void LiveView::describe_score(JsonText& json) const {
   json.close(']');
 }
 
+// Cuts are those of all servers; speed and tilt are the same everywhere, and programs report to each.
+void LiveView::describe_statuses(JsonText& json) const {
+  const std::vector<const ServerStatus*> statuses = session.statuses();
+  std::uint64_t cuts = 0, refused = 0;
+  std::set<std::string> links;
+  for (const ServerStatus* status : statuses) {
+    cuts += status->cuts_made;
+    refused += status->cuts_refused;
+    for (const LinkReport& report : status->link_reports) links.insert(line_of(report));
+  }
+  if (!statuses.empty()) {
+    const Vec3& down = statuses.front()->gravity_target_m_per_s2;
+    json.key("cuts").value(cuts).key("refused").value(refused).key("speed").value(statuses.front()->speed);
+    json.key("tilt_deg").value(down.norm() > 0 ? std::atan2(down.x(), -down.z()) * 180 / M_PI : 0);
+  }
+  json.key("links").open('[');
+  for (const std::string& line : links) json.value(line);
+  json.close(']');
+}
+
 std::string LiveView::describe(double now_s) const {
   JsonText json;
   json.open('{');
@@ -179,20 +200,19 @@ std::string LiveView::describe(double now_s) const {
     json.close('}');
   }
   json.close(']').key("lines").open('[');
-  for (const auto& [number, text] : session.lines())
-    json.open('{').key("number").value(number).key("text").value(text).close('}');
+  for (const LiveSession::Line& line : session.lines())
+    json.open('{')
+        .key("number")
+        .value(line.number)
+        .key("text")
+        .value(line.text)
+        .key("count")
+        .value(line.count)
+        .key("time_s")
+        .value(line.time_s)
+        .close('}');
   json.close(']');
-  if (const auto& status = session.status())
-    json.key("cuts")
-        .value(status->cuts_made)
-        .key("refused")
-        .value(status->cuts_refused)
-        .key("speed")
-        .value(status->speed);
-  json.key("links").open('[');
-  if (const auto& status = session.status())
-    for (const LinkReport& report : status->link_reports) json.value(line_of(report));
-  json.close(']');
+  describe_statuses(json);
   describe_score(json);
   const std::optional<JointPose> wanted = wish();
   json.key("held");
@@ -201,6 +221,7 @@ std::string LiveView::describe(double now_s) const {
   else
     json.null();
   json.key("depth_m").value(hand_.depth_m());
+  json.key("presses_beside").value(hand_.presses_beside());
   json.key("pad").value(pad_leads_).key("headset").value(headset_.has_value());
   if (held_ && wanted && camera_) describe_place(json, "wish", camera_->project(wanted->position_m, aspect_));
   json.key("damaged").value(session.damaged());

@@ -51,6 +51,7 @@ class LiveView {
 
   void hold(double now_s);
   void describe_score(class JsonText& json) const;
+  void describe_statuses(JsonText& json) const;
   std::optional<JointPose> instrument() const;  // the instrument that is held, if it is drawn
   std::optional<JointPose> wish() const;
   void move_camera() { moved_ = true; }

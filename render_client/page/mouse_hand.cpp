@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sectio {
 
@@ -17,7 +18,7 @@ Vec3 across(const Vec3& v, const Vec3& normal) {
 
 // Skin that is seen from outside, and isn't far before or behind the plane through the last contact; else that plane. A
 // hand that comes over a cut has none yet: it takes the wall's place, and the line of sight for a normal.
-std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const SurfaceShot& shot) const {
+std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const std::optional<Hit>& hit) const {
   std::optional<Contact> on_plane;
   if (contact_) {
     const double slope = ray.along_world.dot(contact_->normal_world);
@@ -25,7 +26,6 @@ std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const Su
     if (std::abs(slope) > 0.05 && distance_m > 0)
       on_plane = Contact{ray.from_world_m + distance_m * ray.along_world, contact_->normal_world};
   }
-  const std::optional<Hit> hit = pick(ray, shot);
   const bool usable = hit && hit->surface == Surface::skin && hit->normal_world.dot(ray.along_world) < 0;
   if (!usable && hit && !on_plane) return Contact{hit->point_world_m, -ray.along_world};
   if (!usable) return on_plane;
@@ -35,12 +35,15 @@ std::optional<MouseHand::Contact> MouseHand::contact_at(const Ray& ray, const Su
 
 void MouseHand::point(const Pointer& pointer, const Frame& frame, const Vec3& right_world) {
   closes_ = pointer.closes;
+  const bool was_down = std::exchange(button_is_down_, pointer.pressed);
   if (pressed_ && !pointer.pressed) {  // it is lifted where it is, wherever the pointer has gone
     pressed_ = false;
     return;
   }
   if (pointer.pressed && !pressed_) shot_ = shot_of(frame);
-  const std::optional<Contact> next = contact_at(pointer.ray, pointer.pressed ? shot_ : shot_of(frame));
+  const std::optional<Hit> hit = pick(pointer.ray, pointer.pressed ? shot_ : shot_of(frame));
+  if (pointer.pressed && !was_down && !hit) ++presses_beside_;
+  const std::optional<Contact> next = contact_at(pointer.ray, hit);
   pressed_ = pointer.pressed && next;
   if (!next) return;
   if (!has_ahead_) ahead_world_ = right_world;

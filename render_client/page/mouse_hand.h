@@ -40,19 +40,23 @@ class MouseHand {
   std::optional<JointPose> wish() const;
   double depth_m() const { return depth_m_; }
   bool pressed() const { return pressed_; }
+  // How often the button went down where there is no body.
+  unsigned presses_beside() const { return presses_beside_; }
 
  private:
   struct Contact {
     Vec3 point_world_m;
     Vec3 normal_world;
   };
-  std::optional<Contact> contact_at(const Ray& ray, const SurfaceShot& shot) const;
+  std::optional<Contact> contact_at(const Ray& ray, const std::optional<Hit>& hit) const;
 
   std::optional<Contact> contact_;
   SurfaceShot shot_;  // taken when the button went down
   Vec3 ahead_world_ = Vec3::UnitX();
   bool has_ahead_ = false;
   bool pressed_ = false, closes_ = false;
+  bool button_is_down_ = false;
+  unsigned presses_beside_ = 0;
   double depth_m_ = kDefaultDepth_m;
   double height_m_ = kHover_m;  // the tip, above the contact
   double roll_rad_ = 0;

@@ -54,9 +54,10 @@ namespace {
 struct Unit {
   std::string_view of_key, name;
   double per_unit = 1;
+  int decimals = 0;
 };
 Unit unit_for(const Measure& measure) {
-  for (const Unit& unit : {Unit{"_m", " mm", 1e3}, Unit{"_fraction", " %", 100}, Unit{"_ml", " ml"}})
+  for (const Unit& unit : {Unit{"_m", " mm", 1e3, 2}, Unit{"_fraction", " %", 100, 1}, Unit{"_ml", " ml", 1, 3}})
     if (measure.key.ends_with(unit.of_key)) return unit;
   return {};
 }
@@ -86,7 +87,7 @@ std::vector<std::string> task_in_words(const Scene& scene) {
 std::string value_in_words(const Measure& measure, double value) {
   const Unit unit = unit_for(measure);
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", unit.per_unit * value);
+  std::snprintf(text, sizeof text, "%.*f", unit.decimals, unit.per_unit * value);
   return text + std::string(unit.name);
 }
 

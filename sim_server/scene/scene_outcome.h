@@ -38,7 +38,7 @@ struct Expectation {
   Range range;
 };
 
-// For a person: "line deviation at most 2 mm", and the value as "3.1 mm".
+// For a person: "line deviation at most 2 mm", and the value as "3.10 mm".
 std::string target_in_words(const Expectation& expectation);
 // The task of the exercise, a line, and its targets, a line each; empty without an exercise.
 std::vector<std::string> task_in_words(const Scene& scene);

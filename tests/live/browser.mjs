@@ -123,7 +123,7 @@ class Page {
   }
   async click(text) {
     await until(`a button "${text}"`, () => this.evaluate(`(() => {
-      const found = [...document.querySelectorAll('button')].find((b) => b.textContent === ${JSON.stringify(text)});
+      const found = [...document.querySelectorAll('button:enabled')].find((b) => b.textContent === ${JSON.stringify(text)});
       found?.click();
       return Boolean(found);
     })()`));

@@ -66,6 +66,14 @@ void page_connected(const char* name, const char* token) {
   page().view.session.connected({name, token});
 }
 
+void page_disconnected() {
+  page().view.session.disconnected();
+}
+// A line among what happened, in place of the one of the same topic.
+void page_note(const char* topic, const char* text) {
+  page().view.session.note(topic, text);
+}
+
 // The buffer into which the script puts a frame of the socket, before page_receive().
 std::uint8_t* page_incoming(int size) {
   page().incoming.resize(static_cast<std::size_t>(size));

@@ -6,6 +6,8 @@ const FULL_FORCE_N = 5;     // a full bar
 const RETRY_MS = 1000;      // after a connection was lost
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
 const SILENT_S = 1;         // before the page says so
+const HINT_MS = 2500;
+const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
 const BACK_S = 10;  // the button that goes back in time
 const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5, seek: 6 };
@@ -19,10 +21,17 @@ let program = null;   // the WebAssembly module
 let socket = null;
 let state = null;     // what the program said last
 let refusal = '';     // why there is no connection
+let lost_s = null;    // when the connection was lost
+let mute_s = null;    // when the server said its last word, while it is silent
 // For tests: what is known, and the connection.
 window.sectio = { get socket() { return socket; }, get state() { return state; }, get connected() { return socket?.readyState === WebSocket.OPEN; } };
 
 const call = (name, ...values) => program['_page_' + name](...values);
+
+// A line among what happened, in place of the one of the same topic.
+const note = (text, topic = text) => program.ccall('page_note', null, ['string', 'string'], [topic, text]);
+const clock = () => new Date().toLocaleTimeString();
+const how_long = (since_s) => `${(now() - since_s).toFixed(0)} s`;
 
 // ---- the socket ----
 
@@ -55,7 +64,14 @@ async function connect() {
   }
   socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`, mine);
   socket.binaryType = 'arraybuffer';
-  socket.onopen = () => { refusal = ''; introduce(); };
+  let was_open = false;
+  socket.onopen = () => {
+    refusal = '';
+    was_open = true;
+    if (lost_s !== null) note(`connected again at ${clock()}, after ${how_long(lost_s)}`);
+    lost_s = null;
+    introduce();
+  };
   socket.onmessage = (event) => {
     const bytes = new Uint8Array(event.data);
     program.HEAPU8.set(bytes, call('incoming', bytes.length));
@@ -63,8 +79,31 @@ async function connect() {
   };
   socket.onclose = ({ reason }) => {
     refusal ||= reason ? `the gateway has ended the connection: this page ${reason}` : 'the connection to the gateway is lost';
+    if (was_open) lose(reason);
     setTimeout(connect, RETRY_MS);
   };
+}
+
+function lose(reason) {
+  const tool = holds() ? `, and with it the ${state.tools[state.held].name} that you held` : '';
+  note(`connection lost at ${clock()}${tool}` + (reason ? `: this page ${reason}` : ''));
+  call('disconnected');
+  lost_s = now();
+  mute_s = null;
+}
+
+// A page that was busy itself has had no time to listen.
+let watched_s = 0;
+function watch_server() {
+  const was_busy = now() - watched_s > SILENT_S / 2;
+  watched_s = now();
+  if (was_busy || !window.sectio.connected || state.ended || state.silent_s === null) return;
+  if (mute_s === null && state.silent_s > SILENT_S) {
+    mute_s = now() - state.silent_s;
+  } else if (mute_s !== null && state.silent_s < SILENT_S) {
+    note(`the server was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
+    mute_s = null;
+  }
 }
 
 // ---- pictures ----
@@ -155,21 +194,48 @@ function show_list(id, key, make) {
   list.replaceChildren(...make());
 }
 
+// A control shows what the session has, but for while somebody uses it. So does the text beside it.
+const used_ms = new Map();
+function follow(id, value, words_of = () => '') {
+  const control = byId(id);
+  const in_use = control.matches(':active') || performance.now() - (used_ms.get(id) ?? -Infinity) < SETTLES_MS;
+  if (!in_use) control.value = value;
+  const words = byId(id + '_said');
+  if (words) words.textContent = words_of(in_use ? Number(control.value) : value);
+}
+
+let presses_beside = 0, hinted_ms = -Infinity;
+function show_hint() {
+  if (state.presses_beside > presses_beside) hinted_ms = performance.now();
+  presses_beside = state.presses_beside;
+  byId('hint').textContent = 'There is no body under the pointer: press on tissue.';
+  byId('hint').hidden = !holds() || performance.now() - hinted_ms > HINT_MS;
+}
+
+const in_line = ({ text, count, time_s }) => {
+  const item = element('li', text + ' ');
+  item.append(element('span', `${count > 1 ? `${count} times, last ` : ''}at ${time_s.toFixed(1)} s`, { className: 'when' }));
+  return item;
+};
+
 function show() {
   if (!state) return;
+  watch_server();
+  show_hint();
   const me = state.people.find((p) => p.id === state.you);
   const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
-  const silent = state.ended ? '' : state.silent_s > SILENT_S ? `server silent since ${Math.round(state.silent_s)} s` : '';
+  const silent = mute_s !== null && !state.ended ? `server silent for ${how_long(mute_s)}` : '';
   byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
   byId('session').textContent = state.session || 'waiting for a session';
-  const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed}`;
-  byId('time').textContent = state.session ? state.time_s.toFixed(2) + ' s' + pace : '';
+  const pace = state.ended ? ', ended' : state.speed === 0 ? ', paused' : (state.speed ?? 1) === 1 ? '' : `, × ${state.speed.toFixed(2)}`;
+  byId('time').textContent = state.session ? state.time_s.toFixed(1) + ' s' + pace : '';
   byId('orders').hidden = !me?.may_lead || state.ended;
-  const moment = byId('moment');
-  if (document.activeElement !== moment) moment.value = moment.max = Math.max(1, state.time_s);
-  const speed = byId('speed');
-  if (document.activeElement !== speed && state.speed > 0) speed.value = state.speed;
+  byId('orders').disabled = byId('instruments').disabled = !window.sectio.connected || state.ended;
+  byId('moment').max = Math.max(1, state.time_s);
+  follow('moment', state.time_s, (s) => `${s.toFixed(1)} s`);
+  if (state.speed > 0) follow('speed', state.speed);
+  follow('tilt', state.tilt_deg ?? 0, (deg) => `${Math.round(deg)}°`);
   byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
   show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder]), state.people, state.you]), () =>
@@ -202,7 +268,7 @@ function show() {
   show_fields();
   byId('cuts').textContent = state.cuts === undefined ? '' : `${state.cuts} cuts, ${state.refused} refused`;
   show_list('lines', JSON.stringify(state.lines.map((l) => l.number)), () =>
-    state.lines.map((l) => element('li', l.text)).reverse());
+    state.lines.map(in_line).reverse());
 }
 
 function show_task() {
@@ -316,14 +382,31 @@ window.addEventListener('keydown', (event) => {
 
 // ---- begin ----
 
+// The panel is folded on small screens, until somebody says otherwise.
+const SMALL = '(max-width: 600px)';
+function fold(folded) {
+  document.body.classList.toggle('folded', folded);
+  byId('fold').textContent = folded ? 'Panel' : 'Hide';
+  byId('fold').setAttribute('aria-expanded', !folded);
+}
+
 async function begin() {
+  fold(localStorage.getItem('folded') === null ? matchMedia(SMALL).matches : localStorage.getItem('folded') === 'true');
+  byId('fold').onclick = () => {
+    fold(!document.body.classList.contains('folded'));
+    localStorage.setItem('folded', document.body.classList.contains('folded'));
+  };
   byId('name').value = sessionStorage.getItem('name') ?? '';
   program = await Sectio();
   const [width, height] = pixel_size();
   if (!call('begin', width, height)) show_stills();
   byId('name').onchange = () => { sessionStorage.setItem('name', byId('name').value); introduce(); };
   byId('wireframe').onchange = () => call('wireframe', byId('wireframe').checked ? 1 : 0);
-  const section = () => call('section', byId('section').checked ? 1 : 0, Number(byId('section_place').value));
+  const section = () => {
+    const nearer_m = Number(byId('section_place').value);
+    byId('section_place_said').textContent = `${(1000 * nearer_m).toFixed(0)} mm`;
+    call('section', byId('section').checked ? 1 : 0, nearer_m);
+  };
   byId('section').onchange = section;
   byId('section_place').oninput = section;
   byId('field').onchange = () => program.ccall('page_field', null, ['string'], [byId('field').value]);
@@ -332,7 +415,8 @@ async function begin() {
   byId('anew').onclick = () => order('begin_anew');
   byId('score').onclick = () => order('tell_score');
   byId('back').onclick = () => order('seek', { to_s: Math.max(0, state.time_s - BACK_S) });
-  byId('moment').onchange = () => { order('seek', { to_s: Number(byId('moment').value) }); byId('moment').blur(); };
+  for (const id of ['moment', 'speed', 'tilt']) byId(id).oninput = () => used_ms.set(id, performance.now());
+  byId('moment').onchange = () => order('seek', { to_s: Number(byId('moment').value) });
   byId('speed').onchange = () => order('set_speed', { speed: Number(byId('speed').value) });
   byId('tilt').onchange = () => order('tilt', { tilt_deg: Number(byId('tilt').value) });
   window.onresize = () => call('resize', ...pixel_size());

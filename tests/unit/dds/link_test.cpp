@@ -54,8 +54,8 @@ TEST(LinkReport, has_a_line_of_its_own_for_hands_and_for_viewers) {
   ages.take(report);
   EXPECT_EQ(
       line_of(report),
-      "hand   scalpel       sends 1000 poses/s, 998.5 contact models/s came, 0.0 % lost; a pose is answered after 51 "
-      "ms, 99 % within 100 ms");
+      "hand   scalpel       sends 1000 poses/s, 998.5 contact models/s came, 0.0 % lost; a pose is answered after 51.0 "
+      "ms, 99 % within 100.0 ms");
   report = {};
   report.name = "ward";
   report.rate_hz = 20;

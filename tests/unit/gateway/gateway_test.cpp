@@ -69,6 +69,22 @@ TEST_F(GatewayTest, passes_on_once_what_is_said_again_when_it_joins_anew) {
   EXPECT_EQ(events(enter("Ben")), 2) << "who comes later";
 }
 
+TEST_F(GatewayTest, tells_who_comes_later_more_than_that_the_server_was_late) {
+  gateway.feed(SessionEvent{1, 1, kCutRefused, 0, 0, "the body is frozen"});
+  for (std::uint64_t step = 2; step < 100; ++step) {
+    gateway.feed(SessionEvent{1, step, kStepOverrun, 0, 0, "slowed: " + std::to_string(step) + " ms behind"});
+    gateway.feed(SessionEvent{1, step, 0, 0, 0, ""});
+  }
+  std::vector<std::string> texts;
+  const std::uint32_t late = enter("Late");
+  for (std::vector<std::uint8_t> frame; gateway.next_frame(late, frame);) {
+    LiveFrameReader reader(frame);
+    while (const auto message = reader.next())
+      if (message->kind == LiveKind::event) texts.push_back(decode<SessionEvent>(message->bytes)->text);
+  }
+  EXPECT_EQ(texts, (std::vector<std::string>{"the body is frozen", "slowed: 99 ms behind"}));
+}
+
 TEST_F(GatewayTest, passes_on_the_wishes_of_the_holder_alone) {
   const std::uint32_t ada = enter("Ada"), ben = enter("Ben");
   wish(ada, 0);

@@ -101,6 +101,17 @@ TEST_F(Theatre, who_leaves_leaves_everything_behind) {
   EXPECT_EQ(act(ben, ClaimAction::claim), "");
 }
 
+TEST_F(Theatre, who_holds_what_a_new_session_has_no_more_is_told) {
+  act(ada, ClaimAction::claim);
+  roles.set_tools({"scalpel", "probe"});
+  EXPECT_EQ(roles.holder(0), ada);
+  roles.set_tools({"probe"});
+  EXPECT_EQ(roles.holder(0), kNobody);
+  const auto notices = roles.take_notices();
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_EQ(notices[0], std::pair(ada, std::string("you hold the scalpel no more: the session has others now")));
+}
+
 TEST(Roles, who_knows_the_leading_token_leads_and_gives_what_others_hold) {
   Roles roles{{"theatre", "professor"}};
   const std::uint32_t ada = roles.enter(), ben = roles.enter(), eve = roles.enter();

@@ -77,6 +77,16 @@ TEST_F(Mouse, is_lifted_where_it_is_when_the_button_is_let_go_elsewhere) {
   EXPECT_LT((hand.wish()->position_m - in_tissue).norm(), 0.02);
 }
 
+TEST_F(Mouse, counts_presses_where_there_is_no_body) {
+  move(0.02, 0.01, true);
+  move(0.4, 0.3, true);  // a stroke may leave the body
+  move(0.4, 0.3, false);
+  EXPECT_EQ(hand.presses_beside(), 0U);
+  move(0.4, 0.3, true);
+  move(0.4, 0.31, true);
+  EXPECT_EQ(hand.presses_beside(), 1U);
+}
+
 // Over 8 cm the ball falls away by 1 cm: a hand that stayed in one plane would leave the tissue.
 TEST_F(Mouse, follows_the_form_of_the_body_at_its_depth) {
   move(-0.04, 0, false);

@@ -2,10 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "common/messages/codec.h"
-#include "render_client/page/live_session.h"
-#include "sim_server/step/step_io.h"
-
 namespace sectio::page_test {
 namespace {
 
@@ -40,23 +36,6 @@ TEST_F(Pad, goes_on_from_where_the_instrument_is_and_stays_near_it) {
   EXPECT_LT(hand.wish()->opening_rad, PadHand::kWidest_rad + 1e-9);
   run(1, {.closes = true});
   EXPECT_NEAR(hand.wish()->opening_rad, 0, 1e-9);
-}
-
-TEST(LiveSessionScore, holds_the_lines_of_the_score_that_was_told_last) {
-  static_assert(kScoreTold == static_cast<std::uint8_t>(EventKind::score_told));
-  LiveSession session;
-  const auto tell = [&](std::uint64_t step, std::uint8_t kind, const std::string& text) {
-    std::vector<std::uint8_t> frame;
-    append_live(LiveKind::event, encode(SessionEvent{1, step, kind, 0, 0, text}), frame);
-    session.receive(frame, 0);
-  };
-  tell(5, kScoreTold, "line cut 50 %");
-  tell(5, kScoreTold, "time 3 s");
-  tell(6, static_cast<std::uint8_t>(EventKind::cut_refused), "refused: too thin");
-  EXPECT_EQ(session.score(), (std::vector<std::string>{"line cut 50 %", "time 3 s"}));
-  EXPECT_EQ(session.lines().size(), 1U);
-  tell(9, kScoreTold, "line cut 90 %");
-  EXPECT_EQ(session.score(), std::vector<std::string>{"line cut 90 %"});
 }
 
 }  // namespace

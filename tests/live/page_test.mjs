@@ -1,0 +1,135 @@
+// A page tells the people at it what happens: deploy/live, a headless Chromium, and links that stand still and break. Each
+// check stands on the session that the ones before it have left.
+// usage: node tests/live/page_test.mjs [DIRECTORY for the pictures of docs/live.md]
+import assert from 'node:assert/strict';
+import { join } from 'node:path';
+import { Browser, sleep, until } from './browser.mjs';
+import { Link } from './link.mjs';
+import { check, equal, root, Session } from './session.mjs';
+
+const pictures = process.argv[2];
+const session = await Session.begin(join(root, 'deploy/scenes/incision_templates.yaml'));
+const text = (page, id) => page.evaluate(`document.getElementById('${id}')?.textContent ?? ''`);
+const is_seen = (page, id) => page.evaluate(`document.getElementById('${id}').checkVisibility()`);
+const line = (state, beginning) => state.lines.find((l) => l.text.startsWith(beginning));
+const way = (x, to, y) => Array.from({ length: 25 }, (_, i) => [x + (to - x) * i / 24, y]);
+const call_oneself = (page, name) =>
+  page.evaluate(`Object.assign(document.getElementById('name'), { value: '${name}' }).onchange()`);
+
+const browser = new Browser();
+const link = await Link.to(session.address);
+try {
+  const ada = await browser.open(session.address);
+  await ada.until('a replica that equals the server', equal);
+  await call_oneself(ada, 'Ada');
+
+  await check('on a small screen the panel is folded, and as somebody has left it after that', async () => {
+    assert.ok(await is_seen(ada, 'panel'));
+    const phone = await browser.open(session.address, { width: 390, height: 844 });
+    await phone.until('a picture', (s) => equal(s) && s.pictures > 0);
+    assert.equal(await is_seen(phone, 'panel'), false);
+    await phone.click('Panel');
+    assert.ok(await is_seen(phone, 'panel'));
+    await phone.evaluate('window.is_old = true');
+    await phone.send('Page.reload');
+    await until('the page again', () => phone.evaluate('!window.is_old && Boolean(window.sectio?.state)'));
+    assert.ok(await is_seen(phone, 'panel'));
+    await phone.click('Hide');
+    assert.equal(await is_seen(phone, 'panel'), false);
+    await phone.close();
+  });
+
+  await check('whoever comes later sees how far the table is tilted', async () => {
+    await ada.evaluate(`(() => {
+      const tilt = Object.assign(document.getElementById('tilt'), { value: 20 });
+      for (const kind of ['input', 'change']) tilt.dispatchEvent(new Event(kind));
+    })()`);
+    await ada.until('the word of it', (s) => line(s, 'gravity turns to [3.36, 0, -9.22] m/s2'));
+    const late = await browser.open(session.watching);
+    await until('the tilt', async () => (await text(late, 'tilt_said')) === '20°');
+    assert.equal(await late.evaluate(`document.getElementById('tilt').value`), '20');
+    await late.close();
+  });
+
+  await check('a press where there is no body is answered', async () => {
+    await ada.click('Take in hand');
+    await ada.until('the scalpel in hand', (s) => s.held === 0);
+    assert.equal(await is_seen(ada, 'hint'), false);
+    await ada.mouse('mousePressed', 5, 290, 1);
+    await until('the hint', () => is_seen(ada, 'hint'));
+    await ada.mouse('mouseReleased', 5, 290, 0);
+    await until('its end', async () => !(await is_seen(ada, 'hint')));
+  });
+
+  const ben = await browser.open(link.address);
+  await check('a page whose link stands still for three seconds has the same body as the others afterwards', async () => {
+    const before = await ben.until('a replica', equal);
+    await call_oneself(ben, 'Ben');
+    link.stop();
+    const stopped_ms = Date.now();
+    await ada.drag(way(120, 240, 150), 60);
+    const { bodies } = await ada.until('a cut', (s) => s.cuts > 5 && equal(s));
+    assert.ok((await ben.warning()).startsWith('server silent for '), await ben.warning());
+    assert.equal((await ben.state()).bodies[0].hash, before.bodies[0].hash, 'nothing has come');
+    await sleep(Math.max(0, stopped_ms + 3000 - Date.now()));
+    link.go_on();
+    assert.notEqual(bodies[0].hash, before.bodies[0].hash);
+    const after = await ben.until('the same revision', (s) => s.bodies[0].revision >= bodies[0].revision && equal(s));
+    const now = await ada.state();
+    assert.equal(after.bodies[0].hash, now.bodies[0].hash);
+    await ben.until('the word of it', (s) => line(s, 'the server was silent for '));
+  });
+
+  await check('a cut that is refused says why', async () => {
+    // Templates don't go back where they have just cut.
+    const scribble = (k) => Array.from({ length: 60 }, (_, i) =>
+      [170 + 60 * Math.sin(i * (0.7 + 0.1 * k)), 190 + 40 * Math.cos(i * 1.1)]);
+    for (let k = 0; k < 6 && !line(await ada.state(), 'cut refused: '); ++k) await ada.drag(scribble(k), 60);
+    const refused = await ada.until('a refusal', (s) => line(s, 'cut refused: '));
+    assert.ok(refused.refused > 0);
+    await until('its line', async () => (await text(ada, 'lines')).includes(line(refused, 'cut refused: ').text));
+  });
+
+  await check('a server that is late again and again is one line', async () => {
+    const [server] = session.processes('/sim_server');
+    for (let i = 0; i < 4; ++i) {
+      process.kill(server, 'SIGSTOP');
+      await sleep(300);
+      process.kill(server, 'SIGCONT');
+      await sleep(700);
+    }
+    const { lines } = await ada.until('the word of it', (s) => line(s, 'pace of the server ')?.count >= 4);
+    assert.equal(lines.filter((l) => l.text.startsWith('pace of the server ')).length, 1);
+    await until('its count', async () => /pace of the server .* times, last at \d+\.\d s/.test(await text(ada, 'lines')));
+  });
+
+  await check('a lost connection is told, with the instrument that went, and offers nothing meanwhile', async () => {
+    await ada.click('Put down');
+    await ben.click('Take in hand');
+    await ben.until('the scalpel in hand', (s) => s.held === 0);
+    const idle = (page) => page.evaluate(`[...document.querySelectorAll('#orders button, #tools button')]
+      .every((b) => b.matches(':disabled'))`);
+    assert.equal(await idle(ben), false);
+    link.break();
+    await ben.until('the loss', (s) => s.held === null);
+    await until('nothing to press', () => idle(ben));
+    assert.match(line(await ben.state(), 'connection lost at ').text, /, and with it the scalpel that you held$/);
+    await ada.until('a free scalpel', (s) => s.tools[0].holder === 0);
+    await sleep(2000);
+    if (pictures) {
+      await ben.send('Emulation.setDeviceMetricsOverride', { width: 640, height: 790, deviceScaleFactor: 1, mobile: false });
+      await sleep(1000);
+      await ben.picture(join(pictures, 'live_lost.png'));
+    }
+    link.mend();
+    const back = await ben.until('the way back', (s) => line(s, 'connected again at '));
+    assert.match(line(back, 'connected again at ').text, /, after \d+ s$/);
+    await ben.click('Take in hand');
+    await ben.until('the scalpel in hand again', (s) => s.held === 0);
+  });
+} finally {
+  link.close();
+  await browser.close();
+}
+await session.end();
+session.forget();
