@@ -173,10 +173,13 @@ std::string LiveView::describe(double now_s) const {
         .close('}');
   json.close(']').key("tools").open('[');
   const SceneInfo* scene = session.world().scene();
+  std::uint32_t frozen = 0;
+  for (const ServerStatus* status : session.statuses()) frozen |= status->frozen_tools;
   for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
     const JointPose* pose = t < frame_.tools.size() && frame_.tools[t].present ? &frame_.tools[t].pose_world : nullptr;
     json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
     json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
+    json.key("frozen").value((frozen >> t & 1) != 0);
     json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
     if (pose) {
       const Vec3& at = pose->position_m;

@@ -103,6 +103,25 @@ try {
     await until('its count', async () => /pace of the server .* times, last at \d+\.\d s/.test(await text(ada, 'lines')));
   });
 
+  await check('a frozen instrument stays where it is, whatever the mouse does', async () => {
+    const place = (s) => JSON.stringify(s.tools[0].at_m);
+    await ada.drag(way(160, 240, 120), 20);
+    await ada.click('Freeze');
+    let last = '';
+    const at = place(await ada.until('a scalpel that stands', (s) => {
+      const stands = s.tools[0].frozen && place(s) === last;
+      last = place(s);
+      return stands;
+    }));
+    await ada.drag(way(120, 240, 150), 60);
+    assert.equal(place(await ada.state()), at);
+    await until('its word', async () => (await text(ada, 'tools')).includes('scalpel: you, frozen'));
+    await ada.click('Thaw');
+    await ada.until('a scalpel that has been let go', (s) => !s.tools[0].frozen);
+    await ada.drag(way(120, 240, 150), 60);
+    await ada.until('a scalpel elsewhere', (s) => s.tools[0].present && place(s) !== at);
+  });
+
   await check('a lost connection is told, with the instrument that went, and offers nothing meanwhile', async () => {
     await ada.click('Put down');
     await ben.click('Take in hand');

@@ -116,9 +116,11 @@ void page_claim(int tool_id, int action, int person) {
       {static_cast<std::uint32_t>(tool_id), static_cast<ClaimAction>(action), static_cast<std::uint32_t>(person)});
 }
 
-void page_order(int kind, double gx_m_per_s2, double gy_m_per_s2, double gz_m_per_s2, double speed, double to_s) {
+void page_order(int kind, double gx_m_per_s2, double gy_m_per_s2, double gz_m_per_s2, double speed, double to_s,
+                int tool_id) {
   const Vec3 gravity_m_per_s2(gx_m_per_s2, gy_m_per_s2, gz_m_per_s2);
-  page().view.session.order({0, static_cast<OrderKind>(kind), gravity_m_per_s2, speed, to_s});
+  page().view.session.order(
+      {0, static_cast<OrderKind>(kind), gravity_m_per_s2, speed, to_s, static_cast<std::uint32_t>(tool_id)});
 }
 
 void page_point(double x, double y, int pressed, int closes) {

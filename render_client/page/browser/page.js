@@ -10,7 +10,7 @@ const HINT_MS = 2500;
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
 const BACK_S = 10;  // the button that goes back in time
-const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5, seek: 6 };
+const ORDER = { tilt: 0, pause: 1, go_on: 2, set_speed: 3, begin_anew: 4, tell_score: 5, seek: 6, freeze: 7, thaw: 8 };
 const GRAVITY_M_PER_S2 = 9.81;
 
 const byId = (id) => document.getElementById(id);
@@ -173,16 +173,21 @@ const claim = (tool, action, person = 0) => { call('claim', tool, CLAIM[action],
 
 function buttons_of(tool, index, me) {
   if (!me?.may_write) return [];
-  if (tool.holder === 0) return [button('Take in hand', () => claim(index, 'claim'))];
-  if (tool.holder !== state.you) return [button('Take over', () => claim(index, 'take'))];
-  const others = state.people.filter((p) => p.may_write && p.id !== state.you);
-  return [button('Put down', () => claim(index, 'release')),
-          ...others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)))];
+  const is_own = tool.holder === state.you;
+  const own = is_own ? button('Put down', () => claim(index, 'release'))
+    : tool.holder === 0 ? button('Take in hand', () => claim(index, 'claim'))
+    : button('Take over', () => claim(index, 'take'));
+  if (!is_own && !me.may_lead) return [own];
+  const others = state.people.filter((p) => p.may_write && p.id !== state.you && p.id !== tool.holder);
+  const give = others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)));
+  if (!me.may_lead) return [own, ...give];
+  const [words, kind] = tool.frozen ? ['Thaw', 'thaw'] : ['Freeze', 'freeze'];
+  return [own, ...give, button(words, () => order(kind, { tool: index }))];
 }
 
-function order(kind, { tilt_deg = 0, speed = 1, to_s = 0 } = {}) {
+function order(kind, { tilt_deg = 0, speed = 1, to_s = 0, tool = 0 } = {}) {
   const tilt = tilt_deg * Math.PI / 180;
-  call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed, to_s);
+  call('order', ORDER[kind], GRAVITY_M_PER_S2 * Math.sin(tilt), 0, -GRAVITY_M_PER_S2 * Math.cos(tilt), speed, to_s, tool);
   flush();
 }
 
@@ -238,9 +243,10 @@ function show() {
   follow('tilt', state.tilt_deg ?? 0, (deg) => `${Math.round(deg)}°`);
   byId('pause').textContent = state.speed === 0 ? 'Go on' : 'Pause';
 
-  show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder]), state.people, state.you]), () =>
+  show_list('tools', JSON.stringify([state.tools.map((t) => [t.name, t.holder, t.frozen]), state.people, state.you]), () =>
     state.tools.map((tool, i) => {
-      const item = element('li', tool.name + (tool.holder ? ': ' + (tool.holder === state.you ? 'you' : name_of(tool.holder)) : ''));
+      const holder = tool.holder === 0 ? '' : ': ' + (tool.holder === state.you ? 'you' : name_of(tool.holder));
+      const item = element('li', tool.name + holder + (tool.frozen ? ', frozen' : ''));
       const bar = element('span', '', { className: 'bar' });
       bar.append(element('i', ''));
       item.append(bar, element('span', '', { className: 'force' }), element('br', ''), ...buttons_of(tool, i, me));
