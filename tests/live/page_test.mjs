@@ -2,6 +2,8 @@
 // check stands on the session that the ones before it have left.
 // usage: node tests/live/page_test.mjs [DIRECTORY for the pictures of docs/live.md]
 import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Browser, sleep, until } from './browser.mjs';
 import { Link } from './link.mjs';
@@ -126,6 +128,17 @@ try {
     assert.match(line(back, 'connected again at ').text, /, after \d+ s$/);
     await ben.click('Take in hand');
     await ben.until('the scalpel in hand again', (s) => s.held === 0);
+  });
+
+  await check('another server in the place of one that hangs is told', async () => {
+    const [server] = session.processes('/sim_server');
+    const [program, ...words] = readFileSync(`/proc/${server}/cmdline`, 'utf8').split('\0').slice(0, -1);
+    process.kill(server, 'SIGSTOP');
+    const other = spawn(program, words.map((word) => (word === session.out ? join(word, 'other') : word)), { stdio: 'ignore' });
+    await ben.until('the word of it', (s) => equal(s) && s.cuts === 0 && s.held === 0 &&
+      line(s, 'a server has gone, and another has begun in its place'));
+    other.kill('SIGKILL');
+    process.kill(server, 'SIGCONT');
   });
 } finally {
   link.close();
