@@ -1,5 +1,5 @@
-// A page tells the people at it what happens: deploy/live, a headless Chromium, and links that stand still and break. Each
-// check stands on the session that the ones before it have left.
+// A page tells the people at it what happens: deploy/live, a headless Chromium, and links that stand still and break.
+// Each check stands on the session that the ones before it have left.
 // usage: node tests/live/page_test.mjs [DIRECTORY for the pictures of docs/live.md]
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
@@ -134,7 +134,8 @@ try {
     const [server] = session.processes('/sim_server');
     const [program, ...words] = readFileSync(`/proc/${server}/cmdline`, 'utf8').split('\0').slice(0, -1);
     process.kill(server, 'SIGSTOP');
-    const other = spawn(program, words.map((word) => (word === session.out ? join(word, 'other') : word)), { stdio: 'ignore' });
+    const elsewhere = words.map((word) => (word === session.out ? join(word, 'other') : word));
+    const other = spawn(program, elsewhere, { stdio: 'ignore' });
     await ben.until('the word of it', (s) => equal(s) && s.cuts === 0 && s.held === 0 &&
       line(s, 'a server has gone, and another has begun in its place'));
     other.kill('SIGKILL');
