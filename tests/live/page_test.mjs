@@ -76,9 +76,12 @@ try {
     await sleep(Math.max(0, stopped_ms + 3000 - Date.now()));
     link.go_on();
     assert.notEqual(bodies[0].hash, before.bodies[0].hash);
-    const after = await ben.until('the same revision', (s) => s.bodies[0].revision >= bodies[0].revision && equal(s));
-    const now = await ada.state();
-    assert.equal(after.bodies[0].hash, now.bodies[0].hash);
+    await ben.until('what it has missed', (s) => s.bodies[0].revision >= bodies[0].revision && equal(s));
+    const [a, b] = await until('the same revision', async () => {
+      const both = [await ada.state(), await ben.state()];
+      return both.every(equal) && both[0].bodies[0].revision === both[1].bodies[0].revision ? both : null;
+    });
+    assert.equal(a.bodies[0].hash, b.bodies[0].hash);
     await ben.until('the word of it', (s) => line(s, 'the server was silent for '));
   });
 
