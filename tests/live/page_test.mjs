@@ -1,7 +1,9 @@
-// A page tells the people at it what happens: deploy/live, a headless Chromium, and links that stand still and break. Each
-// check stands on the session that the ones before it have left.
+// A page tells the people at it what happens: deploy/live, a headless Chromium, and links that stand still and break.
+// Each check stands on the session that the ones before it have left.
 // usage: node tests/live/page_test.mjs [DIRECTORY for the pictures of docs/live.md]
 import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Browser, sleep, until } from './browser.mjs';
 import { Link } from './link.mjs';
@@ -74,9 +76,12 @@ try {
     await sleep(Math.max(0, stopped_ms + 3000 - Date.now()));
     link.go_on();
     assert.notEqual(bodies[0].hash, before.bodies[0].hash);
-    const after = await ben.until('the same revision', (s) => s.bodies[0].revision >= bodies[0].revision && equal(s));
-    const now = await ada.state();
-    assert.equal(after.bodies[0].hash, now.bodies[0].hash);
+    await ben.until('what it has missed', (s) => s.bodies[0].revision >= bodies[0].revision && equal(s));
+    const [a, b] = await until('the same revision', async () => {
+      const both = [await ada.state(), await ben.state()];
+      return both.every(equal) && both[0].bodies[0].revision === both[1].bodies[0].revision ? both : null;
+    });
+    assert.equal(a.bodies[0].hash, b.bodies[0].hash);
     await ben.until('the word of it', (s) => line(s, 'the server was silent for '));
   });
 
@@ -145,6 +150,18 @@ try {
     assert.match(line(back, 'connected again at ').text, /, after \d+ s$/);
     await ben.click('Take in hand');
     await ben.until('the scalpel in hand again', (s) => s.held === 0);
+  });
+
+  await check('another server in the place of one that hangs is told', async () => {
+    const [server] = session.processes('/sim_server');
+    const [program, ...words] = readFileSync(`/proc/${server}/cmdline`, 'utf8').split('\0').slice(0, -1);
+    process.kill(server, 'SIGSTOP');
+    const elsewhere = words.map((word) => (word === session.out ? join(word, 'other') : word));
+    const other = spawn(program, elsewhere, { stdio: 'ignore' });
+    await ben.until('the word of it', (s) => equal(s) && s.cuts === 0 && s.held === 0 &&
+      line(s, 'a server has gone, and another has begun in its place'));
+    other.kill('SIGKILL');
+    process.kill(server, 'SIGCONT');
   });
 } finally {
   link.close();
