@@ -20,11 +20,15 @@ int replay_inputs(const std::string& path, double from_s) {
     throw InputError("--from-s: a record has no checkpoints, as DIRECTORY/inputs of an --export has: " + path);
   const Scene scene = recorded_scene(path);
   SessionRun run(scene, "");
+  const std::uint64_t from_step = steps_until(from_s, scene.step_s);
   if (from_s > 0 && reader.header().state_hash == run.header().state_hash)
-    run.jump(std::filesystem::path(path).parent_path().string(), steps_until(from_s, scene.step_s), reader);
-  bool same = false;
-  std::fputs(rerun_report(reader, run.simulation(), same, run.steps()).c_str(), stdout);
-  return same && reader.damage().empty() ? 0 : kExitNotOk;
+    run.jump(std::filesystem::path(path).parent_path().string(), from_step, reader);
+  Rerun again;
+  std::fputs(rerun_report(reader, run.simulation(), again, run.steps()).c_str(), stdout);
+  if (from_s > 0 && again.difference.empty() && again.steps <= from_step)
+    throw InputError("--from-s: the inputs end at step " + std::to_string(again.steps) +
+                     ", before that moment: " + path);
+  return again.difference.empty() && reader.damage().empty() ? 0 : kExitNotOk;
 }
 
 }  // namespace
@@ -45,6 +49,8 @@ Arguments::Action replay_command(Arguments& arguments) {
   return [flags] {
     if (!(flags->from_s >= 0)) throw InputError("--from-s: expected >= 0, got " + std::to_string(flags->from_s));
     if (is_input_log(flags->journal)) return replay_inputs(flags->journal, flags->from_s);
+    if (flags->from_s > 0)
+      throw InputError("--from-s: only DIRECTORY/inputs has checkpoints beside it: " + flags->journal);
     std::string damage;
     std::fputs(replay(flags->journal, flags->directory, damage).c_str(), stdout);
     if (!damage.empty()) log_warning(damage + ": read as far as it is whole");

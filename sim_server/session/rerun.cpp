@@ -28,10 +28,10 @@ Rerun rerun(InputLogReader& reader, Simulation& simulation, const AfterStep& aft
   return result;
 }
 
-std::string rerun_report(InputLogReader& reader, Simulation& simulation, bool& same, std::uint64_t steps_run) {
-  const Rerun run = rerun(
+std::string rerun_report(InputLogReader& reader, Simulation& simulation, Rerun& run, std::uint64_t steps_run) {
+  run = rerun(
       reader, simulation, [](const StepInputs&, const StepOutput&) {}, ~std::uint64_t{0}, steps_run);
-  same = run.difference.empty();
+  const bool same = run.difference.empty();
   std::string lines = std::to_string(run.steps) + " steps\n";
   if (steps_run > 0) lines = "from the checkpoint of step " + std::to_string(steps_run) + " to " + lines;
   if (!same) lines += "differs from the recorded session at " + run.difference + "\n";

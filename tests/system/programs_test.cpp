@@ -156,6 +156,7 @@ TEST_F(Programs, a_damaged_journal_is_one_line_with_file_and_byte) {
   write("other", "not a journal\n");
   expect_bad_input("sim_server", {"replay", file("other")}, file("other"), "");
   expect_bad_input("sim_server", {"replay", file("none")}, file("none"), "can't be read");
+  expect_bad_input("sim_server", {"replay", file("out/journal"), "--from-s", "1"}, "--from-s", "only DIRECTORY/inputs");
 }
 
 TEST_F(Programs, wrong_flags_are_one_line_that_names_them) {

@@ -146,6 +146,11 @@ TEST_F(Resume, a_session_is_played_again_for_viewers_and_branches_off_at_an_earl
   EXPECT_EQ(play->exit_code(), 0) << play->output();
   EXPECT_EQ(json("screen.json")["bodies"][0]["topology_hash"], recorded);
 
+  const auto beyond = program("sim_server", {"replay", file("out/inputs"), "--from-s", "99"});
+  EXPECT_EQ(beyond->exit_code(), 2) << beyond->output();
+  EXPECT_NE(beyond->output().find("the inputs end at step 2500, before that moment"), std::string::npos)
+      << beyond->output();
+
   server = program("sim_server", in_session({"--resume", file("out"), "--until-s", "1.2", "--export", file("again"),
                                              "--play-traces", "--steps", "2500"}));
   ASSERT_TRUE(server->wait_for("the session goes on after step 1200")) << server->output();
