@@ -68,14 +68,15 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
 }
 
 // Two bodies that met moved one after the other, each against where the other was. They share the momentum that one has
-// gained and the other hasn't lost.
+// gained and the other hasn't lost; the wall or bone that holds a body takes its part.
 void even_out(SimulatedWorld& world, const StepContext& context) {
   std::map<std::uint32_t, Vec3> missing_n_s;
   for (const Meeting& meeting : context.meetings) {
     const auto moves = [&](std::uint32_t b) { return !world.bodies[b]->frozen && !world.bodies[b]->asleep(); };
     if (!std::ranges::all_of(meeting.bodies, moves)) continue;
     for (const std::uint32_t b : meeting.bodies)
-      missing_n_s.try_emplace(b, Vec3::Zero()).first->second -= 0.5 * world.scene.step_s * meeting.on_both_n;
+      if (!world.bodies[b]->spec.fixed)
+        missing_n_s.try_emplace(b, Vec3::Zero()).first->second -= 0.5 * world.scene.step_s * meeting.on_both_n;
   }
   for (const auto& [b, impulse_n_s] : missing_n_s)
     if (!impulse_n_s.isZero(0)) world.bodies[b]->push_as_one(impulse_n_s);

@@ -29,8 +29,9 @@ constexpr double kParting_m_per_s = 0.1;
 bool moves(const Body& body) {
   return body.deforms() && !body.frozen && !body.asleep();
 }
-bool is_held(const Body& body) {
-  return body.spec.fixed || !moves(body);
+// A body that sleeps is a wall for those that move. Organs that the scene places within each other are as good as one.
+bool may_meet(const SimulatedWorld& world, const Body& one, const Body& other) {
+  return one.deforms() && other.deforms() && (moves(one) || moves(other)) && !world.are_nested(one, other);
 }
 
 double fastest_m_per_s(const Body& body) {
@@ -117,11 +118,13 @@ class Touch {
     Place one, other;
   };
 
-  // A body that sleeps is woken by one that bumps into it.
+  // A body that sleeps is woken by one that bumps into it; an organ also by one that presses slowly.
   void wake() {
+    const bool both_held = one_.spec.fixed && other_.spec.fixed;
     for (const Pair& p : pairs_) {
       const Vec3 nearing_m_per_s = p.other.velocity_m_per_s - p.one.velocity_m_per_s;
-      if (!(nearing_m_per_s.dot(p.contact.normal_world) > kWaking_m_per_s)) continue;
+      const bool bumps = nearing_m_per_s.dot(p.contact.normal_world) > kWaking_m_per_s;
+      if (!bumps && !(both_held && p.contact.depth_m > kTouchReach_m)) continue;
       for (Body* body : {&one_, &other_})
         if (body->asleep()) body->wake();
     }
@@ -141,7 +144,7 @@ void meet(SimulatedWorld& world, StepContext& context) {
   for (std::uint32_t a = 0; a < bodies.size(); ++a)
     for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
       Body &one = *bodies[a], &other = *bodies[b];
-      if (!one.deforms() || !other.deforms() || (is_held(one) && is_held(other))) continue;
+      if (!may_meet(world, one, other)) continue;
       const auto are_near = [&](double reach_m) {
         const Box3 box = one.bounds_world_m();
         return !box.isEmpty() && grown(box, reach_m).intersects(other.bounds_world_m());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "sim_server/body_contact/find_bodies.h"
 
 namespace sectio {
 
@@ -49,6 +50,29 @@ SimulatedWorld::SimulatedWorld(const Scene& s, const EngineTable& engines)
   for (auto& body : bodies) add_contacts(*body);
   for (const auto& body : bodies) checks.emplace_back(body->spec);
   add_processes();
+  find_nested();
+}
+
+void SimulatedWorld::find_nested() {
+  std::vector<BodyContact> overlaps;
+  for (std::uint32_t a = 0; a < bodies.size(); ++a)
+    for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
+      Body &one = *bodies[a], &other = *bodies[b];
+      if (!one.deforms() || !other.deforms() || !one.spec.fixed || !other.spec.fixed) continue;
+      overlaps.clear();
+      find_body_contacts({one.view(), one.tree()}, {other.view(), other.tree()}, 0, overlaps);
+      if (std::ranges::any_of(overlaps, [](const BodyContact& c) { return c.depth_m > kTouchReach_m; }))
+        nested_.emplace(a, b);
+    }
+}
+
+std::uint32_t SimulatedWorld::family_of(std::uint32_t body_id) const {
+  while (body_id >= scene.bodies.size()) body_id = origins_[body_id - scene.bodies.size()].parent_id;
+  return body_id;
+}
+
+bool SimulatedWorld::are_nested(const Body& one, const Body& other) const {
+  return one.spec.fixed && other.spec.fixed && nested_.contains(std::minmax(family_of(one.id), family_of(other.id)));
 }
 
 void SimulatedWorld::add_contacts(Body& body) {

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/messages/session.h"
@@ -38,6 +40,9 @@ struct SimulatedWorld {
   void add_part(std::unique_ptr<Body> part, Body& parent, std::span<const VertexId> vertex_from);
   // Writes or reads all that is kept from step to step; a world reads it before its first step.
   void archive(Archive& a);
+  // Both are held, and the surfaces of the bodies of the scene that they are, or came off, reached into each other from
+  // the beginning.
+  bool are_nested(const Body& one, const Body& other) const;
   // An engine between bodies moves the particles of this body.
   bool is_moved_from_outside(std::uint32_t body_id) const;
   // The fields that the engines of a body publish now.
@@ -83,8 +88,12 @@ struct SimulatedWorld {
   void add_contacts(Body& body);
   void add_processes();
 
+  void find_nested();
+  std::uint32_t family_of(std::uint32_t body_id) const;  // the body of the scene that it is, or came off
+
   EngineTable engines_;
-  std::vector<Origin> origins_;  // the parts', in their order
+  std::set<std::pair<std::uint32_t, std::uint32_t>> nested_;  // families
+  std::vector<Origin> origins_;                               // the parts', in their order
   std::vector<std::vector<const ProcessSpec*>>
       processes_in_;  // by body: those that the scene names, the last ones of it
 };

@@ -92,5 +92,39 @@ TEST_P(Parting, bodies_that_push_each_other_apart_keep_their_momentum) {
   EXPECT_LT((way[0] + way[1]).norm(), 0.05 * (way[1] - way[0]).norm());
 }
 
+// A soft block that is held above hangs down by some millimetres.
+BodySpec hanging(const std::string& model, double lower_end_m) {
+  BodySpec body = cube(model, Vec3(-0.008, -0.011, lower_end_m));
+  body.mesh = test::box(6, 6, 6, Vec3(0.02, 0.02, 0.03));
+  body.material.young_pa = 1000;
+  body.fixed = Box{Vec3(-1, -1, lower_end_m + 0.03 - 2e-4), Vec3(1, 1, 1)};
+  return body;
+}
+
+class Held : public testing::TestWithParam<Models> {};
+INSTANTIATE_TEST_SUITE_P(All, Held, testing::Combine(kVolumes, kVolumes));
+
+TEST_P(Held, organs_touch_each_other) {
+  const auto& [below, above] = GetParam();
+  Scene scene = plate_below(below, 0.02);
+  scene.bodies.push_back(hanging(above, 0.001));
+  Scene alone = scene;
+  alone.bodies.erase(alone.bodies.begin());
+  Simulation simulation(prepared(scene)), hangs(prepared(alone));
+  for (int n = 0; n < 400; ++n) simulation.step({}), hangs.step({});
+  EXPECT_LT(lowest_m(hangs, 0), -0.002);
+  EXPECT_GT(lowest_m(simulation, 1), -0.001);
+}
+
+TEST_P(Held, organs_that_are_placed_within_each_other_do_not_push_each_other_apart) {
+  const auto& [below, above] = GetParam();
+  Scene scene = plate_below(below, 0.02);
+  scene.gravity_m_per_s2.setZero();
+  scene.bodies.push_back(hanging(above, -0.003));
+  Simulation simulation(prepared(scene));
+  for (int n = 0; n < 100; ++n) simulation.step({});
+  EXPECT_NEAR(lowest_m(simulation, 1), -0.003, 1e-5);
+}
+
 }  // namespace
 }  // namespace sectio::simulation_test
