@@ -178,7 +178,7 @@ void FramePainter::update_tools(const Frame& frame) {
 }
 
 Camera FramePainter::camera_of(const Frame& frame, const DrawOptions& options) const {
-  return options.fit_camera ? fit_camera(frame, aspect()) : frame.camera;
+  return options.fit_camera ? fit_camera(frame, aspect(options)) : frame.camera;
 }
 
 void FramePainter::update(const Frame& frame, const DrawOptions& options) {
@@ -190,18 +190,16 @@ void FramePainter::update(const Frame& frame, const DrawOptions& options) {
 }
 
 const Image& FramePainter::draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
-  return draw_view(frame, options, eye);
+  return draw_part(frame, options, eye, PicturePart::whole);
 }
 
 const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& options) {
   update(frame, options);
   const Camera camera = camera_of(frame, options);
-  if (!options.stereo) return draw_view(frame, options, {view_from_world(camera), projection(camera, aspect())});
-  if (pair_.width_px != 2 * canvas_.width_px()) pair_ = Image(2 * canvas_.width_px(), canvas_.height_px());
-  for (const int side : {-1, 1})
-    paste(pair_, draw_view(frame, options, eye_view(camera, aspect(), *options.stereo, side)),
-          side < 0 ? 0 : canvas_.width_px(), 0);
-  return pair_;
+  const double aspect = this->aspect(options);
+  if (!options.stereo) return draw_eye(frame, options, {view_from_world(camera), projection(camera, aspect)});
+  draw_part(frame, options, eye_view(camera, aspect, *options.stereo, -1), PicturePart::left_half);
+  return draw_part(frame, options, eye_view(camera, aspect, *options.stereo, 1), PicturePart::right_half);
 }
 
 void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options) {
@@ -224,8 +222,10 @@ void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, cons
   if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
 }
 
-Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
+const Image& FramePainter::draw_part(const Frame& frame, const DrawOptions& options, const EyeView& eye,
+                                     PicturePart part) {
   CanvasView view;
+  view.part = part;
   view.view_from_world = eye.view_from_world;
   view.projection = eye.projection;
   if (options.section) {
@@ -246,8 +246,8 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     if (!is_drawable(frame.tools[i])) continue;
     const Eigen::Matrix4f world_from_tool = matrix_of(frame.tools[i].pose_world);
-    for (const ToolPart& part : tools_[i].mesh.parts) {
-      canvas_.draw(tools_[i].canvas_mesh, part.range, part.material, world_from_tool);
+    for (const ToolPart& piece : tools_[i].mesh.parts) {
+      canvas_.draw(tools_[i].canvas_mesh, piece.range, piece.material, world_from_tool);
     }
   }
   if (frame.floor_z_m) {
@@ -256,8 +256,10 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
                  {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])}, in_world);
   }
   Image& image = canvas_.finish();
-  if (options.overlay) draw_panel(image, text_, overlay_lines(frame, options));
-  if (options.overlay && field_range_) draw_legend(image, text_, options.field, *field_range_);
+  if (!options.overlay) return image;
+  const int left_px = part == PicturePart::right_half ? image.width_px / 2 : 0;
+  draw_panel(image, text_, overlay_lines(frame, options), left_px);
+  if (field_range_) draw_legend(image, text_, options.field, *field_range_, left_px);
   return image;
 }
 

@@ -313,6 +313,7 @@ vec3 backdrop(vec2 screen) {
 // rest.z is the share of the backdrop, in thousandths.
 constexpr const char* kDrape = R"(
 uniform vec2 half_size_px;
+uniform vec2 corner_px;
 void main() {
   vec3 n = normalize(n_view);
   vec4 folds = pattern;
@@ -321,7 +322,7 @@ void main() {
   float key = mix(0.35, 1.0, key_light_at(p_view));
   vec3 light = albedo * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22);
   emit(light * (1.0 - rest.w));
-  fragment.rgb = mix(fragment.rgb, backdrop(gl_FragCoord.xy / half_size_px - 1.0), 1000.0 * rest.z);
+  fragment.rgb = mix(fragment.rgb, backdrop((gl_FragCoord.xy - corner_px) / half_size_px - 1.0), 1000.0 * rest.z);
 })";
 
 // A triangle over the whole picture, at the far plane.
