@@ -27,7 +27,7 @@ class GlContext {
   virtual void finish(const GlTarget&) {}
 };
 
-// Reads a part of the context's own framebuffer, whose last row is the picture's first, into the same part of a picture.
+// Reads a part of a framebuffer, whose last row is the picture's first, into the same part of the picture.
 void read_pixels(const GlFunctions& gl, const GlTarget& part, Image& picture);
 
 // Throws InputError for what no canvas can be.

@@ -103,8 +103,8 @@ void show_view(const PanelView& view, WindowInput& input) {
 
 }  // namespace
 
-WindowInput show_panel(const PanelView& view) {
-  WindowInput input;
+PanelShown show_panel(const PanelView& view) {
+  PanelShown shown;
   ImGui::SetNextWindowPos({kMargin_px, kMargin_px}, ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize({kWidth_px, 0}, ImGuiCond_Always);
   ImGui::SetNextWindowBgAlpha(0.75f);
@@ -113,16 +113,19 @@ WindowInput show_panel(const PanelView& view) {
   show_bodies(view);
   ImGui::Separator();
   if (!view.instruments.empty()) {
-    show_instruments(view, input);
+    show_instruments(view, shown.input);
     ImGui::Separator();
   }
-  show_view(view, input);
+  show_view(view, shown.input);
   if (!view.events.empty()) ImGui::Separator();
   ImGui::PushTextWrapPos(0);
   for (const std::string& event : view.events) show_text(event);
   ImGui::PopTextWrapPos();
+  const ImVec2 corner = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+  shown.place = {static_cast<int>(corner.x), static_cast<int>(corner.y), static_cast<int>(size.x),
+                 static_cast<int>(size.y)};
   ImGui::End();
-  return input;
+  return shown;
 }
 
 }  // namespace sectio

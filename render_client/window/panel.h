@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "render_client/draw/image.h"
 #include "render_client/draw/overlay.h"
 #include "render_client/window/viewpoint.h"
 
@@ -44,7 +45,11 @@ struct PanelView {
   std::optional<FieldRange> field_range = {};
 };
 
-// Between ImGui::NewFrame() and ImGui::Render(). Tells what the person did at the panel.
-WindowInput show_panel(const PanelView& view);
+struct PanelShown {
+  WindowInput input;  // done by the person at the panel
+  Rect place;         // in the window
+};
+// Between ImGui::NewFrame() and ImGui::Render().
+PanelShown show_panel(const PanelView& view);
 
 }  // namespace sectio

@@ -27,7 +27,8 @@ struct Window::State {
   SDL_Window* window = nullptr;
   OpenGlPresenter drawn;  // its canvas only if it is OpenGL's
   bool full_screen = false;
-  WindowInput at_panel;
+  PanelShown panel;          // at the last picture
+  bool drags_panel = false;  // the button went down there
 
   ~State() {
     drawn.presenter.reset();
@@ -42,6 +43,11 @@ struct Window::State {
   void set_full_screen(bool on) {
     full_screen = on;
     SDL_SetWindowFullscreen(window, on ? SDL_WINDOW_FULLSCREEN_DESKTOP : 0);
+  }
+  // ImGui itself knows where the mouse was at the last picture, and events come in between.
+  bool is_on_panel(int x_px, int y_px) const {
+    const Rect& p = panel.place;
+    return x_px >= p.x_px && y_px >= p.y_px && x_px < p.x_px + p.width_px && y_px < p.y_px + p.height_px;
   }
   void press(SDL_Keycode key, WindowInput& input) const;
   void drag(const SDL_MouseMotionEvent& motion, WindowInput& input) const;
@@ -121,17 +127,18 @@ void Window::State::drag(const SDL_MouseMotionEvent& motion, WindowInput& input)
 }
 
 WindowInput Window::input() {
-  WindowInput input = std::exchange(state_->at_panel, {});
+  WindowInput input = std::exchange(state_->panel.input, {});
   for (SDL_Event event; SDL_PollEvent(&event) != 0;) {
     ImGui_ImplSDL2_ProcessEvent(&event);
     if (event.type == SDL_QUIT) input.closes = true;
-    const ImGuiIO& panel = ImGui::GetIO();
-    if (event.type == SDL_KEYDOWN && !panel.WantCaptureKeyboard &&
+    if (event.type == SDL_KEYDOWN && !ImGui::GetIO().WantCaptureKeyboard &&
         (event.key.repeat == 0 || event.key.keysym.sym == SDLK_PAGEUP || event.key.keysym.sym == SDLK_PAGEDOWN))
       state_->press(event.key.keysym.sym, input);
-    if (panel.WantCaptureMouse) continue;
-    if (event.type == SDL_MOUSEWHEEL) input.nearer *= std::exp(-kZoom * event.wheel.y);
-    if (event.type == SDL_MOUSEMOTION && event.motion.state != 0) state_->drag(event.motion, input);
+    if (event.type == SDL_MOUSEBUTTONDOWN) state_->drags_panel = state_->is_on_panel(event.button.x, event.button.y);
+    if (event.type == SDL_MOUSEWHEEL && !state_->is_on_panel(event.wheel.mouseX, event.wheel.mouseY))
+      input.nearer *= std::exp(-kZoom * event.wheel.y);
+    if (event.type == SDL_MOUSEMOTION && event.motion.state != 0 && !state_->drags_panel)
+      state_->drag(event.motion, input);
   }
   if (input.full_screen) state_->set_full_screen(!state_->full_screen);
   state_->drawn.presenter->fit();
@@ -141,11 +148,14 @@ WindowInput Window::input() {
 void Window::show(const Image& image, const PanelView* panel) {
   ImGui_ImplSDL2_NewFrame();
   ImGui::NewFrame();
+  state_->panel.place = {};
   if (panel) {
     PanelView view = *panel;
     view.pictures_per_s = static_cast<double>(ImGui::GetIO().Framerate);
     view.full_screen = state_->full_screen;
-    state_->at_panel.add(show_panel(view));
+    const PanelShown shown = show_panel(view);
+    state_->panel.place = shown.place;
+    state_->panel.input.add(shown.input);
   }
   ImGui::Render();
   state_->drawn.presenter->show(image, *ImGui::GetDrawData());

@@ -31,10 +31,11 @@ class Panel : public testing::Test {
     ImGui::GetIO().DeltaTime = 0.02f;
     ImGui::NewFrame();
     if (read) ImGui::LogToClipboard();
-    const WindowInput input = show_panel(view);
+    const PanelShown shown = show_panel(view);
     if (read) ImGui::LogFinish();
     ImGui::Render();
-    return input;
+    place = shown.place;
+    return shown.input;
   }
   std::string text() {
     frame(true);
@@ -70,6 +71,7 @@ class Panel : public testing::Test {
   }
 
   PanelView view;
+  Rect place;
 
  private:
   std::string text_;
@@ -114,10 +116,10 @@ TEST_F(Panel, a_slider_moves_the_section_nearer_and_deeper) {
   EXPECT_LT(deepest_m, -0.05) << "at its right";
 }
 
-TEST_F(Panel, takes_the_mouse_only_where_it_is) {
-  click(30, 60);
+TEST_F(Panel, tells_where_it_is_and_takes_no_keys) {
+  click(static_cast<float>(place.x_px + place.width_px - 3), static_cast<float>(place.y_px + place.height_px - 3));
   EXPECT_TRUE(ImGui::GetIO().WantCaptureMouse);
-  click(600, 600);
+  click(static_cast<float>(place.x_px + place.width_px + 3), 60);
   EXPECT_FALSE(ImGui::GetIO().WantCaptureMouse);
   EXPECT_FALSE(ImGui::GetIO().WantCaptureKeyboard);
 }

@@ -73,8 +73,8 @@ TEST(Viewpoint, goes_through_the_fields_that_bodies_publish_and_back_to_tissue) 
   Viewpoint view;
   Frame frame = frame_with_tool_at(Vec3::Zero());
   frame.bodies.resize(2);
-  frame.bodies[0].scalars = {{.name = "wetness"}, {.name = "damage"}};
-  frame.bodies[1].scalars = {{.name = "wetness"}};
+  frame.bodies[0].scalars = {{"wetness", 0, 1, {}}, {"damage", 0, 1, {}}};
+  frame.bodies[1].scalars = {{"wetness", 0, 1, {}}};
   seen(view, frame);
   EXPECT_EQ(view.fields(), (std::vector<std::string>{"damage", "wetness"}));
   for (const char* name : {"damage", "wetness", "", "damage"}) {
