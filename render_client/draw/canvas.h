@@ -56,6 +56,7 @@ struct Material {
   Vec3f inside_colour = Vec3f::Constant(0.6f);
   Eigen::Matrix4f rest_from_world = Eigen::Matrix4f::Identity();
   std::span<const TissueLayer> layers = {};  // a wall's, by its depth; at most kMaxLayers
+  bool lit = false;                          // no occluder's shadow reaches the triangles
 };
 
 // Throws a soft shadow on bodies and drapes: a cone between two spheres.

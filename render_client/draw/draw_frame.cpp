@@ -202,7 +202,15 @@ const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& opt
   return draw_part(frame, options, eye_view(camera, aspect, *options.stereo, 1), PicturePart::right_half);
 }
 
-void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options) {
+void FramePainter::draw_parts(MeshId mesh, const ShadowSplit::Parts& parts, Material material) {
+  material.lit = true;
+  canvas_.draw(mesh, parts.lit, material, Eigen::Matrix4f::Identity());
+  material.lit = false;
+  canvas_.draw(mesh, parts.shadowed, material, Eigen::Matrix4f::Identity());
+}
+
+void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, const CanvasView& view,
+                             const DrawOptions& options) {
   const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   const IndexRange all{0, static_cast<std::uint32_t>(drawn.mesh.indices().size())};
   Material material{Shading::scalar_field, body.skin_colour.cast<float>(), drawn.pattern_per_pixel,
@@ -213,13 +221,26 @@ void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, cons
   } else {
     const bool is_tissue = body.surface == BodySurface::tissue;
     material.shading = shading_of(body.surface);
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), material, in_world);
+    split_.look(view, drawn.mesh.vertices());
+    const ShadowSplit::Parts skin = split_.append(drawn.mesh.indices(), drawn.mesh.skin()),
+                             walls = split_.append(drawn.mesh.indices(), drawn.mesh.walls());
+    if (view.occluder_count > 0) canvas_.set_indices(drawn.canvas_mesh, split_.indices());
+    draw_parts(drawn.canvas_mesh, skin, material);
     if (is_tissue) material.shading = Shading::wall;
     material.colour = material.inside_colour;
     material.layers = body.layers;
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), material, in_world);
+    draw_parts(drawn.canvas_mesh, walls, material);
   }
   if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
+}
+
+void FramePainter::draw_floor(const CanvasView& view) {
+  constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
+  split_.look(view, floor_.vertices());
+  const ShadowSplit::Parts parts =
+      split_.append(floor_.indices(), {0, static_cast<std::uint32_t>(floor_.indices().size())});
+  canvas_.set_indices(floor_mesh_, split_.indices());
+  draw_parts(floor_mesh_, parts, {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])});
 }
 
 const Image& FramePainter::draw_part(const Frame& frame, const DrawOptions& options, const EyeView& eye,
@@ -239,9 +260,8 @@ const Image& FramePainter::draw_part(const Frame& frame, const DrawOptions& opti
   }
 
   canvas_.begin(view);
-  const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], options);
+    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], view, options);
   }
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     if (!is_drawable(frame.tools[i])) continue;
@@ -250,11 +270,7 @@ const Image& FramePainter::draw_part(const Frame& frame, const DrawOptions& opti
       canvas_.draw(tools_[i].canvas_mesh, piece.range, piece.material, world_from_tool);
     }
   }
-  if (frame.floor_z_m) {
-    constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
-    canvas_.draw(floor_mesh_, {0, static_cast<std::uint32_t>(floor_.indices().size())},
-                 {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])}, in_world);
-  }
+  if (frame.floor_z_m) draw_floor(view);
   Image& image = canvas_.finish();
   if (!options.overlay) return image;
   const int left_px = part == PicturePart::right_half ? image.width_px / 2 : 0;

@@ -11,6 +11,7 @@
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/floor_mesh.h"
 #include "render_client/draw/overlay.h"
+#include "render_client/draw/shadow_split.h"
 #include "render_client/draw/tool_mesh.h"
 #include "render_client/replica/frame.h"
 
@@ -68,7 +69,9 @@ class FramePainter {
 
   void update_bodies(const Frame& frame, const DrawOptions& options);
   void update_tools(const Frame& frame);
-  void draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options);
+  void draw_body(const DrawnBody& drawn, const BodyFrame& body, const CanvasView& view, const DrawOptions& options);
+  void draw_floor(const CanvasView& view);
+  void draw_parts(MeshId mesh, const ShadowSplit::Parts& parts, Material material);
   Camera camera_of(const Frame& frame, const DrawOptions& options) const;
   double aspect(const DrawOptions& options) const {  // of an eye's picture
     return static_cast<double>(canvas_.width_px()) / (options.stereo ? 2 : 1) / canvas_.height_px();
@@ -82,6 +85,7 @@ class FramePainter {
   std::vector<DrawnBody> bodies_;
   std::vector<DrawnTool> tools_;
   std::optional<FieldRange> field_range_;
+  ShadowSplit split_;
   FloorMesh floor_;
   MeshId floor_mesh_ = 0;
 };

@@ -17,18 +17,18 @@
 
 namespace sectio {
 
-#define SECTIO_GL_FUNCTIONS(f)                                                                                       \
-  f(ActiveTexture) f(AttachShader) f(BindBuffer) f(BindFramebuffer) f(BindRenderbuffer) f(BindTexture)               \
-      f(BindVertexArray) f(BlendFunc) f(BlitFramebuffer) f(BufferData) f(BufferSubData) f(CheckFramebufferStatus)    \
-          f(Clear) f(CompileShader) f(CreateProgram) f(CreateShader) f(DeleteBuffers) f(DeleteShader)                \
-              f(DeleteTextures) f(DeleteVertexArrays) f(DepthFunc) f(DepthMask) f(DepthRangef) f(Disable)            \
-                  f(DrawArrays) f(DrawElements) f(Enable) f(EnableVertexAttribArray) f(Finish)                       \
-                      f(FramebufferRenderbuffer) f(GenBuffers) f(GenFramebuffers) f(GenRenderbuffers) f(GenTextures) \
-                          f(GenVertexArrays) f(GenerateMipmap) f(GetProgramiv) f(GetShaderInfoLog) f(GetShaderiv)    \
-                              f(GetString) f(GetUniformLocation) f(LinkProgram) f(PixelStorei) f(PolygonOffset)      \
-                                  f(ReadPixels) f(RenderbufferStorageMultisample) f(Scissor) f(ShaderSource)         \
-                                      f(TexImage3D) f(TexParameteri) f(Uniform1i) f(Uniform2fv) f(Uniform2iv)        \
-                                          f(Uniform3fv) f(Uniform4fv) f(UniformMatrix4fv) f(UseProgram)              \
+#define SECTIO_GL_FUNCTIONS(f)                                                                                        \
+  f(ActiveTexture) f(AttachShader) f(BindBuffer) f(BindFramebuffer) f(BindRenderbuffer) f(BindTexture)                \
+      f(BindVertexArray) f(BlendFunc) f(BlitFramebuffer) f(BufferData) f(BufferSubData) f(CheckFramebufferStatus)     \
+          f(Clear) f(CompileShader) f(CreateProgram) f(CreateShader) f(DeleteBuffers) f(DeleteShader)                 \
+              f(DeleteTextures) f(DeleteVertexArrays) f(DepthFunc) f(DepthMask) f(DepthRangef) f(Disable)             \
+                  f(DrawArrays) f(DrawElements) f(Enable) f(EnableVertexAttribArray) f(Finish)                        \
+                      f(FramebufferRenderbuffer) f(GenBuffers) f(GenFramebuffers) f(GenRenderbuffers) f(GenTextures)  \
+                          f(GenVertexArrays) f(GenerateMipmap) f(GetProgramiv) f(GetShaderInfoLog) f(GetShaderiv)     \
+                              f(GetString) f(GetUniformLocation) f(LinkProgram) f(PixelStorei) f(PolygonOffset)       \
+                                  f(ReadPixels) f(RenderbufferStorageMultisample) f(Scissor) f(ShaderSource)          \
+                                      f(TexImage2D) f(TexImage3D) f(TexParameteri) f(Uniform1i) f(Uniform2fv)         \
+                                          f(Uniform2iv) f(Uniform3fv) f(Uniform4fv) f(UniformMatrix4fv) f(UseProgram) \
                                               f(VertexAttribPointer) f(Viewport)
 
 struct GlFunctions {

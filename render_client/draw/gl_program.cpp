@@ -69,6 +69,7 @@ Program Program::link(const GlFunctions& gl, std::initializer_list<unsigned> sta
   program.set("noise", 0);
   program.set("relief", 1);
   program.set("region_cells", 2);
+  program.set("weave", 3);
   program.set("colour_stops", std::span<const Vec3f>(kColourMap));
   return program;
 }
