@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kSheetShots = 8;
 constexpr int kSheetColumns = 4;
 constexpr int kSheetTile_px = 480;
-constexpr double kMostSectionDepth = 0.5;  // of the distance to what the eye looks at
+constexpr double kMostSectionDepth = 0.5;  // times the distance to what the eye looks at
 
 void keep(const Image& image, double sim_time_s) {
   char path[64];

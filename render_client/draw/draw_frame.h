@@ -73,7 +73,7 @@ class FramePainter {
   void draw_floor(const CanvasView& view);
   void draw_parts(MeshId mesh, const ShadowSplit::Parts& parts, Material material);
   Camera camera_of(const Frame& frame, const DrawOptions& options) const;
-  double aspect(const DrawOptions& options) const {  // of an eye's picture
+  double aspect(const DrawOptions& options) const {  // an eye's picture has it
     return static_cast<double>(canvas_.width_px()) / (options.stereo ? 2 : 1) / canvas_.height_px();
   }
   const Image& draw_part(const Frame& frame, const DrawOptions& options, const EyeView& eye, PicturePart part);

@@ -1,5 +1,5 @@
-// Divides triangles by whether a shadow of an instrument can fall on them. Those it can't reach are drawn by a shader
-// without shadows: in software the shadow takes a third of the time of a pixel, and most pixels lie in none.
+// Divides triangles by whether a shadow of an instrument can fall on them. A shader without shadows
+// draws the others: in software the shadow takes a third of the time of a pixel, and most pixels lie in none.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace sectio {
 
 class ShadowSplit {
  public:
-  // Where the occluders of a view, whose lamps hang at the camera, leave the vertices of a mesh in the light.
+  // Finds how far a mesh's vertices are from the shadows of a view's occluders. Its lamps hang at the camera.
   void look(const CanvasView& view, std::span<const CanvasVertex> vertices);
 
   struct Parts {
@@ -27,7 +27,7 @@ class ShadowSplit {
   bool is_lit(const std::uint32_t* corners) const;
 
   std::span<const CanvasVertex> vertices_;
-  std::vector<float> clearance_m_;  // of each vertex from the nearest penumbra
+  std::vector<float> clearance_m_;  // from each vertex to the nearest penumbra
   std::vector<std::uint32_t> sorted_, shadowed_;
 };
 

@@ -35,7 +35,7 @@ struct PanelView {
   std::vector<Instrument> instruments;
   std::vector<std::string> events;  // the last ones, newest last
 
-  // As the picture is now.
+  // The picture as it is now.
   bool halted = false, wireframe = false, stereo = false, full_screen = false;
   std::optional<std::size_t> followed = {};
   std::optional<double> section_depth_m = {};  // empty: no section

@@ -27,7 +27,7 @@ struct WindowInput {
   bool keeps_picture = false;
   bool closes = false;
   std::optional<std::size_t> follows = {};  // this instrument, or no longer
-  bool next_field = false;                  // of those that bodies publish; behind the last one comes tissue
+  bool next_field = false;                  // published by bodies; behind the last one comes tissue
   std::optional<std::string> field = {};    // this one; empty: tissue
 
   void add(const WindowInput& later);
@@ -53,7 +53,7 @@ class Viewpoint {
   bool halted() const { return halted_; }
   const std::optional<SectionPlane>& section() const { return section_; }
   double section_depth_m() const { return section_depth_m_; }  // behind where it was first
-  double distance_m() const;                                   // of the eye from what it looks at
+  double distance_m() const;                                   // from the eye to what it looks at
   std::optional<std::size_t> followed() const { return followed_; }
   // The names of all fields that bodies publish, in ascending order.
   const std::vector<std::string>& fields() const { return fields_; }

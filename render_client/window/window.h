@@ -17,7 +17,7 @@ struct WindowOptions {
   int display = 0;  // on which the window opens, from 0
   bool full_screen = false;
   bool opengl = false;        // a canvas draws in the window itself
-  int samples_per_pixel = 1;  // of that canvas
+  int samples_per_pixel = 1;  // on that canvas
 };
 
 class Window {
@@ -32,7 +32,7 @@ class Window {
   Canvas* canvas();
   void want_pixels(bool wanted);
 
-  // What the person did since the last call, at the panel, too.
+  // Tells all that the person did since the last call, at the panel, too.
   WindowInput input();
   // The picture, with the panel over it if there is one; the window itself adds what it knows. Without `opengl`, the
   // picture gets as large as the window allows, and the rest is black.
