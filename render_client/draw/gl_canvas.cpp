@@ -134,8 +134,8 @@ void GlCanvas::make_weave() {
       for (std::size_t x = 0; x < kSize; ++x)
         sums[y / kCell * kWeave + x / kCell] += tissue_noise().relief[4 * ((z * kSize + y) * kSize + x) + 3];
   std::array<std::uint8_t, kWeave * kWeave> texels;
-  std::ranges::transform(sums, texels.begin(),
-                         [](unsigned sum) { return static_cast<std::uint8_t>(sum / (2 * kCell * kCell)); });
+  std::transform(sums.begin(), sums.end(), texels.begin(),
+                 [](unsigned sum) { return static_cast<std::uint8_t>(sum / (2 * kCell * kCell)); });
   GLuint texture = 0;
   gl_.GenTextures(1, &texture);
   gl_.ActiveTexture(GL_TEXTURE3);
