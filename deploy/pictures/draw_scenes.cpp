@@ -89,7 +89,8 @@ void draw(std::span<const Moment> moments, const Options& options, const std::fu
       input.samples = samples_of_traces(scene, k);
       simulation.step(input);
     }
-    const auto canvas = make_osmesa_canvas(options.width_px, options.height_px, options.samples);
+    const auto canvas =
+        make_osmesa_canvas(options.width_px * (options.stereo ? 2 : 1), options.height_px, options.samples);
     DrawOptions draw{.wireframe = options.wireframe, .overlay = !options.field.empty(), .field = options.field};
     if (options.stereo) draw.stereo = Stereo{};
     Frame frame = whole_frame_of(scene, simulation);

@@ -56,6 +56,7 @@ struct Material {
   Vec3f inside_colour = Vec3f::Constant(0.6f);
   Eigen::Matrix4f rest_from_world = Eigen::Matrix4f::Identity();
   std::span<const TissueLayer> layers = {};  // a wall's, by its depth; at most kMaxLayers
+  bool lit = false;                          // no occluder's shadow reaches the triangles
 };
 
 // Throws a soft shadow on bodies and drapes: a cone between two spheres.
@@ -66,11 +67,15 @@ struct Occluder {
   float to_radius_m = 0;
 };
 
+// The part of a picture that a view fills.
+enum class PicturePart : std::uint8_t { whole, left_half, right_half };
+
 struct CanvasView {
   Eigen::Matrix4f view_from_world = Eigen::Matrix4f::Identity();  // rigid
   Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
   std::array<Occluder, 2> occluders;
   int occluder_count = 0;
+  PicturePart part = PicturePart::whole;
   // Skin, walls and scalar fields aren't drawn where n . p + d > 0 in the world; n is a unit vector. The plane is drawn
   // instead, where it is inside a closed mesh.
   std::optional<Eigen::Vector4f> section;
@@ -101,7 +106,8 @@ class Canvas {
                     const Eigen::Matrix4f& world_from_mesh) = 0;
   // The edges of triangles that have been drawn already.
   virtual void draw_wireframe(MeshId mesh, IndexRange range, const Eigen::Matrix4f& world_from_mesh) = 0;
-  // Fills what is left with the background. The picture is valid until the next begin() and may be drawn over.
+  // Fills what is left with the background. The picture is valid until the next begin() and may be drawn over; it has
+  // no pixels when they stay in a window.
   virtual Image& finish() = 0;
 };
 

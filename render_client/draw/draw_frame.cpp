@@ -178,7 +178,7 @@ void FramePainter::update_tools(const Frame& frame) {
 }
 
 Camera FramePainter::camera_of(const Frame& frame, const DrawOptions& options) const {
-  return options.fit_camera ? fit_camera(frame, aspect()) : frame.camera;
+  return options.fit_camera ? fit_camera(frame, aspect(options)) : frame.camera;
 }
 
 void FramePainter::update(const Frame& frame, const DrawOptions& options) {
@@ -190,21 +190,27 @@ void FramePainter::update(const Frame& frame, const DrawOptions& options) {
 }
 
 const Image& FramePainter::draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
-  return draw_view(frame, options, eye);
+  return draw_part(frame, options, eye, PicturePart::whole);
 }
 
 const Image& FramePainter::draw_frame(const Frame& frame, const DrawOptions& options) {
   update(frame, options);
   const Camera camera = camera_of(frame, options);
-  if (!options.stereo) return draw_view(frame, options, {view_from_world(camera), projection(camera, aspect())});
-  if (pair_.width_px != 2 * canvas_.width_px()) pair_ = Image(2 * canvas_.width_px(), canvas_.height_px());
-  for (const int side : {-1, 1})
-    paste(pair_, draw_view(frame, options, eye_view(camera, aspect(), *options.stereo, side)),
-          side < 0 ? 0 : canvas_.width_px(), 0);
-  return pair_;
+  const double aspect = this->aspect(options);
+  if (!options.stereo) return draw_eye(frame, options, {view_from_world(camera), projection(camera, aspect)});
+  draw_part(frame, options, eye_view(camera, aspect, *options.stereo, -1), PicturePart::left_half);
+  return draw_part(frame, options, eye_view(camera, aspect, *options.stereo, 1), PicturePart::right_half);
 }
 
-void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options) {
+void FramePainter::draw_parts(MeshId mesh, const ShadowSplit::Parts& parts, Material material) {
+  material.lit = true;
+  canvas_.draw(mesh, parts.lit, material, Eigen::Matrix4f::Identity());
+  material.lit = false;
+  canvas_.draw(mesh, parts.shadowed, material, Eigen::Matrix4f::Identity());
+}
+
+void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, const CanvasView& view,
+                             const DrawOptions& options) {
   const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   const IndexRange all{0, static_cast<std::uint32_t>(drawn.mesh.indices().size())};
   Material material{Shading::scalar_field, body.skin_colour.cast<float>(), drawn.pattern_per_pixel,
@@ -215,17 +221,32 @@ void FramePainter::draw_body(const DrawnBody& drawn, const BodyFrame& body, cons
   } else {
     const bool is_tissue = body.surface == BodySurface::tissue;
     material.shading = shading_of(body.surface);
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.skin(), material, in_world);
+    split_.look(view, drawn.mesh.vertices());
+    const ShadowSplit::Parts skin = split_.append(drawn.mesh.indices(), drawn.mesh.skin()),
+                             walls = split_.append(drawn.mesh.indices(), drawn.mesh.walls());
+    if (view.occluder_count > 0) canvas_.set_indices(drawn.canvas_mesh, split_.indices());
+    draw_parts(drawn.canvas_mesh, skin, material);
     if (is_tissue) material.shading = Shading::wall;
     material.colour = material.inside_colour;
     material.layers = body.layers;
-    canvas_.draw(drawn.canvas_mesh, drawn.mesh.walls(), material, in_world);
+    draw_parts(drawn.canvas_mesh, walls, material);
   }
   if (options.wireframe && !options.section) canvas_.draw_wireframe(drawn.canvas_mesh, all, in_world);
 }
 
-Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye) {
+void FramePainter::draw_floor(const CanvasView& view) {
+  constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
+  split_.look(view, floor_.vertices());
+  const ShadowSplit::Parts parts =
+      split_.append(floor_.indices(), {0, static_cast<std::uint32_t>(floor_.indices().size())});
+  canvas_.set_indices(floor_mesh_, split_.indices());
+  draw_parts(floor_mesh_, parts, {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])});
+}
+
+const Image& FramePainter::draw_part(const Frame& frame, const DrawOptions& options, const EyeView& eye,
+                                     PicturePart part) {
   CanvasView view;
+  view.part = part;
   view.view_from_world = eye.view_from_world;
   view.projection = eye.projection;
   if (options.section) {
@@ -239,25 +260,22 @@ Image& FramePainter::draw_view(const Frame& frame, const DrawOptions& options, c
   }
 
   canvas_.begin(view);
-  const Eigen::Matrix4f in_world = Eigen::Matrix4f::Identity();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], options);
+    if (bodies_[i].visible) draw_body(bodies_[i], frame.bodies[i], view, options);
   }
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     if (!is_drawable(frame.tools[i])) continue;
     const Eigen::Matrix4f world_from_tool = matrix_of(frame.tools[i].pose_world);
-    for (const ToolPart& part : tools_[i].mesh.parts) {
-      canvas_.draw(tools_[i].canvas_mesh, part.range, part.material, world_from_tool);
+    for (const ToolPart& piece : tools_[i].mesh.parts) {
+      canvas_.draw(tools_[i].canvas_mesh, piece.range, piece.material, world_from_tool);
     }
   }
-  if (frame.floor_z_m) {
-    constexpr float kCloth[] = {0.13f, 0.36f, 0.38f};
-    canvas_.draw(floor_mesh_, {0, static_cast<std::uint32_t>(floor_.indices().size())},
-                 {Shading::drape, Vec3f(kCloth[0], kCloth[1], kCloth[2])}, in_world);
-  }
+  if (frame.floor_z_m) draw_floor(view);
   Image& image = canvas_.finish();
-  if (options.overlay) draw_panel(image, text_, overlay_lines(frame, options));
-  if (options.overlay && field_range_) draw_legend(image, text_, options.field, *field_range_);
+  if (!options.overlay) return image;
+  const int left_px = part == PicturePart::right_half ? image.width_px / 2 : 0;
+  draw_panel(image, text_, overlay_lines(frame, options), left_px);
+  if (field_range_) draw_legend(image, text_, options.field, *field_range_, left_px);
   return image;
 }
 

@@ -11,6 +11,7 @@
 #include "render_client/draw/canvas.h"
 #include "render_client/draw/floor_mesh.h"
 #include "render_client/draw/overlay.h"
+#include "render_client/draw/shadow_split.h"
 #include "render_client/draw/tool_mesh.h"
 #include "render_client/replica/frame.h"
 
@@ -21,7 +22,7 @@ struct DrawOptions {
   bool overlay = true;
   bool fit_camera = false;            // show all of all bodies, along the frame's own line of sight
   double frames_per_s = 0;            // for the overlay; 0: not shown
-  std::optional<Stereo> stereo = {};  // the left eye's picture beside the right one's, each as large as the canvas
+  std::optional<Stereo> stereo = {};  // the left half of the picture is the left eye's, the right half the other's
   // The tissue on one side of it is left out, and the edges of triangles are. Regions inside are shown as at rest.
   std::optional<SectionPlane> section = {};
   std::string field = {};  // bodies with a scalar field of this name show it in colours instead of tissue
@@ -44,6 +45,9 @@ class FramePainter {
   void update(const Frame& frame, const DrawOptions& options);
   const Image& draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye);
 
+  // The shown field's, over all bodies that were drawn last; empty: none of them has it.
+  const std::optional<FieldRange>& field_range() const { return field_range_; }
+
  private:
   struct DrawnBody {
     MeshId canvas_mesh = 0;
@@ -65,10 +69,14 @@ class FramePainter {
 
   void update_bodies(const Frame& frame, const DrawOptions& options);
   void update_tools(const Frame& frame);
-  void draw_body(const DrawnBody& drawn, const BodyFrame& body, const DrawOptions& options);
+  void draw_body(const DrawnBody& drawn, const BodyFrame& body, const CanvasView& view, const DrawOptions& options);
+  void draw_floor(const CanvasView& view);
+  void draw_parts(MeshId mesh, const ShadowSplit::Parts& parts, Material material);
   Camera camera_of(const Frame& frame, const DrawOptions& options) const;
-  double aspect() const { return static_cast<double>(canvas_.width_px()) / canvas_.height_px(); }
-  Image& draw_view(const Frame& frame, const DrawOptions& options, const EyeView& eye);
+  double aspect(const DrawOptions& options) const {  // an eye's picture has it
+    return static_cast<double>(canvas_.width_px()) / (options.stereo ? 2 : 1) / canvas_.height_px();
+  }
+  const Image& draw_part(const Frame& frame, const DrawOptions& options, const EyeView& eye, PicturePart part);
   std::vector<std::string> overlay_lines(const Frame& frame, const DrawOptions& options) const;
 
   Canvas& canvas_;
@@ -76,10 +84,10 @@ class FramePainter {
   std::string session_;
   std::vector<DrawnBody> bodies_;
   std::vector<DrawnTool> tools_;
-  std::optional<FieldRange> field_range_;  // the shown field's, over all bodies; empty: no body has it
+  std::optional<FieldRange> field_range_;
+  ShadowSplit split_;
   FloorMesh floor_;
   MeshId floor_mesh_ = 0;
-  Image pair_;
 };
 
 }  // namespace sectio

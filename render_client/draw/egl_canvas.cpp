@@ -1,9 +1,6 @@
-// The same canvas in a context of EGL without a display: on a graphics card whose driver is Mesa's, else in llvmpipe.
-// The gl* functions are libOSMesa's: they go to whichever context of Mesa is current.
+// The same canvas in a context of EGL without a display: on a graphics card, else in llvmpipe.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
-#define GL_GLEXT_PROTOTYPES
-#include <GL/osmesa.h>
 
 #include <array>
 #include <cstdlib>
@@ -12,6 +9,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "render_client/draw/gl_canvas.h"
+#include "render_client/draw/gl_functions.h"
 
 namespace sectio {
 
@@ -54,9 +52,8 @@ class EglContext final : public GlContext {
         throw InputError("EGL can't make an OpenGL 3.3 core context with a picture of " + std::to_string(width_px) +
                          " x " + std::to_string(height_px) + " pixels");
       EglContext::make_current();
-      const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-      if (!renderer) throw InputError("EGL is of another maker than Mesa: its functions can't be called here");
-      log_info("EGL draws by " + std::string(renderer));
+      functions_ = std::make_unique<GlFunctions>(eglGetProcAddress);
+      log_info("EGL draws by " + std::string(reinterpret_cast<const char*>(functions_->GetString(GL_RENDERER))));
     } catch (...) {
       release();
       throw;
@@ -70,15 +67,9 @@ class EglContext final : public GlContext {
     if (eglGetCurrentContext() == context_) return;
     if (!eglMakeCurrent(display_, surface_, surface_, context_)) throw InputError("EGL can't use its own context");
   }
+  const GlFunctions& functions() const override { return *functions_; }
   Image& picture() override { return picture_; }
-  void finish() override {
-    const auto width = static_cast<std::size_t>(picture_.width_px);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    for (int y = 0; y < picture_.height_px; ++y)  // theirs has its last row first
-      glReadPixels(0, picture_.height_px - 1 - y, picture_.width_px, 1, GL_RGBA, GL_UNSIGNED_BYTE,
-                   picture_.rgba.data() + 4 * width * static_cast<std::size_t>(y));
-  }
+  void finish(const GlTarget& part) override { read_pixels(*functions_, part, picture_); }
 
  private:
   void release() {
@@ -88,6 +79,7 @@ class EglContext final : public GlContext {
   }
 
   Image picture_;
+  std::unique_ptr<GlFunctions> functions_;
   EGLDisplay display_ = EGL_NO_DISPLAY;
   ::EGLContext context_ = EGL_NO_CONTEXT;
   EGLSurface surface_ = EGL_NO_SURFACE;

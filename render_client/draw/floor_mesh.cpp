@@ -8,8 +8,9 @@
 namespace sectio {
 namespace {
 
-constexpr int kSide = 97;               // vertices along a side
-constexpr float kSizeOfView = 1.3f;     // half the side over the distance from eye to target
+constexpr int kSide = 97;            // heights and shades along a side
+constexpr int kStride = 2;           // between vertices that are drawn: finer triangles take longer than their pixels
+constexpr float kSizeOfView = 1.3f;  // half the side over the distance from eye to target
 constexpr float kShadeReach_m = 0.02f;  // a body this far above throws half of the shade
 constexpr float kPlain = 0.3f;          // share of half the side from which on the cloth passes into the backdrop
 constexpr float kDarkest = 0.75f;
@@ -34,9 +35,11 @@ void blur(std::vector<float>& values, std::vector<float>& scratch) {
 }  // namespace
 
 FloorMesh::FloorMesh() : vertices_(kSide * kSide) {
-  for (int y = 0; y + 1 < kSide; ++y)
-    for (int x = 0; x + 1 < kSide; ++x) {
-      const auto corner = [&](int dx, int dy) { return static_cast<std::uint32_t>(at(x + dx, y + dy)); };
+  for (int y = 0; y + kStride < kSide; y += kStride)
+    for (int x = 0; x + kStride < kSide; x += kStride) {
+      const auto corner = [&](int right, int up) {
+        return static_cast<std::uint32_t>(at(x + right * kStride, y + up * kStride));
+      };
       indices_.insert(indices_.end(), {corner(0, 0), corner(1, 0), corner(1, 1)});
       indices_.insert(indices_.end(), {corner(0, 0), corner(1, 1), corner(0, 1)});
     }

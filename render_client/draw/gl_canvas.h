@@ -13,16 +13,22 @@ struct GlTarget {
   int left_px = 0, bottom_px = 0, width_px = 0, height_px = 0;
 };
 
+struct GlFunctions;
+
 class GlContext {
  public:
   virtual ~GlContext() = default;
   virtual void make_current() = 0;
+  virtual const GlFunctions& functions() const = 0;
   // The size of the context's own framebuffer; its pixels, too, where they lie in memory.
   virtual Image& picture() = 0;
   virtual GlTarget target() { return {0, 0, 0, picture().width_px, picture().height_px}; }
-  // All has been drawn: brings the pixels into the picture, where they lie elsewhere.
-  virtual void finish() {}
+  // All has been drawn: brings the pixels of this part into the picture, where they lie elsewhere.
+  virtual void finish(const GlTarget&) {}
 };
+
+// Reads a part of a framebuffer, whose last row is the picture's first, into the same part of the picture.
+void read_pixels(const GlFunctions& gl, const GlTarget& part, Image& picture);
 
 // Throws InputError for what no canvas can be.
 void check_canvas(int width_px, int height_px, int samples_per_pixel);

@@ -1,19 +1,11 @@
 #include "render_client/draw/gl_program.h"
 
-#ifdef __EMSCRIPTEN__
-#include <GLES3/gl3.h>
-#else
-#define GL_GLEXT_PROTOTYPES
-#include <GL/osmesa.h>
-// osmesa.h brings gl.h
-#include <GL/glext.h>
-#endif
-
 #include <string>
 #include <vector>
 
 #include "common/core/error.h"
 #include "render_client/draw/colour_map.h"
+#include "render_client/draw/gl_functions.h"
 #include "render_client/draw/region_shader.h"
 #include "render_client/draw/shaders.h"
 
@@ -22,16 +14,16 @@ namespace sectio {
 namespace {
 
 // The source is the parts one behind the other.
-GLuint compile(GLenum stage, std::vector<const char*> parts) {
-  const GLuint shader = glCreateShader(stage);
+GLuint compile(const GlFunctions& gl, GLenum stage, std::vector<const char*> parts) {
+  const GLuint shader = gl.CreateShader(stage);
   parts.insert(parts.begin(), shaders::kVersion);
-  glShaderSource(shader, static_cast<GLsizei>(parts.size()), parts.data(), nullptr);
-  glCompileShader(shader);
+  gl.ShaderSource(shader, static_cast<GLsizei>(parts.size()), parts.data(), nullptr);
+  gl.CompileShader(shader);
   GLint ok = 0;
-  glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+  gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
   if (!ok) {
     std::array<char, 2000> text{};
-    glGetShaderInfoLog(shader, static_cast<GLsizei>(text.size()), nullptr, text.data());
+    gl.GetShaderInfoLog(shader, static_cast<GLsizei>(text.size()), nullptr, text.data());
     throw InputError("this OpenGL can't compile a shader: " + std::string(text.data()));
   }
   return shader;
@@ -63,78 +55,82 @@ const char* fragment_source(Shading shading) {
 
 }  // namespace
 
-Program Program::link(std::initializer_list<unsigned> stages) {
+Program Program::link(const GlFunctions& gl, std::initializer_list<unsigned> stages) {
   Program program;
-  program.id_ = glCreateProgram();
-  for (const GLuint stage : stages) glAttachShader(program.id_, stage);
-  glLinkProgram(program.id_);
-  for (const GLuint stage : stages) glDeleteShader(stage);
+  program.gl_ = &gl;
+  program.id_ = gl.CreateProgram();
+  for (const GLuint stage : stages) gl.AttachShader(program.id_, stage);
+  gl.LinkProgram(program.id_);
+  for (const GLuint stage : stages) gl.DeleteShader(stage);
   GLint ok = 0;
-  glGetProgramiv(program.id_, GL_LINK_STATUS, &ok);
+  gl.GetProgramiv(program.id_, GL_LINK_STATUS, &ok);
   if (!ok) throw InputError("this OpenGL can't link a shader program");
   program.use();
   program.set("noise", 0);
   program.set("relief", 1);
   program.set("region_cells", 2);
+  program.set("weave", 3);
   program.set("colour_stops", std::span<const Vec3f>(kColourMap));
   return program;
 }
 
-Program Program::of_variant(const ShaderVariant& variant) {
-  return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}),
-               compile(GL_FRAGMENT_SHADER,
-                       {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
-                        variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "",
-                        variant.section ? "#define SECTION\n" : "", variant.layers ? "#define LAYERS\n" : "",
-                        shaders::kLighting, shaders::kBackdrop, variant.regions ? shaders::kRegions : "",
-                        variant.section ? shaders::kSection : "", fragment_source(variant.shading)})});
+Program Program::of_variant(const GlFunctions& gl, const ShaderVariant& variant) {
+  return link(gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kVertex}),
+                   compile(gl, GL_FRAGMENT_SHADER,
+                           {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
+                            variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "",
+                            variant.section ? "#define SECTION\n" : "", variant.layers ? "#define LAYERS\n" : "",
+                            shaders::kLighting, shaders::kBackdrop, variant.regions ? shaders::kRegions : "",
+                            variant.section ? shaders::kSection : "", fragment_source(variant.shading)})});
 }
 
-Program Program::of_background() {
-  return link({compile(GL_VERTEX_SHADER, {shaders::kBackgroundVertex}),
-               compile(GL_FRAGMENT_SHADER, {shaders::kBackdrop, shaders::kBackground})});
+Program Program::of_background(const GlFunctions& gl) {
+  return link(gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kBackgroundVertex}),
+                   compile(gl, GL_FRAGMENT_SHADER, {shaders::kBackdrop, shaders::kBackground})});
 }
 
-Program Program::of_wireframe() {
+Program Program::of_wireframe(const GlFunctions& gl) {
 #ifdef __EMSCRIPTEN__
-  return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}), compile(GL_FRAGMENT_SHADER, {shaders::kWireLine})});
+  return link(
+      gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kVertex}), compile(gl, GL_FRAGMENT_SHADER, {shaders::kWireLine})});
 #else
-  return link({compile(GL_VERTEX_SHADER, {shaders::kVertex}), compile(GL_GEOMETRY_SHADER, {shaders::kWireGeometry}),
-               compile(GL_FRAGMENT_SHADER, {shaders::kWire})});
+  return link(
+      gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kVertex}), compile(gl, GL_GEOMETRY_SHADER, {shaders::kWireGeometry}),
+           compile(gl, GL_FRAGMENT_SHADER, {shaders::kWire})});
 #endif
 }
 
 void Program::use() const {
-  glUseProgram(id_);
+  gl_->UseProgram(id_);
 }
 
 int Program::location(const char* name) const {
-  return glGetUniformLocation(id_, name);
+  return gl_->GetUniformLocation(id_, name);
 }
 
 void Program::set(const char* name, int value) const {
-  glUniform1i(location(name), value);
+  gl_->Uniform1i(location(name), value);
 }
 void Program::set(const char* name, const Eigen::Vector2f& value) const {
-  glUniform2fv(location(name), 1, value.data());
+  gl_->Uniform2fv(location(name), 1, value.data());
 }
 void Program::set(const char* name, const Vec3f& value) const {
-  glUniform3fv(location(name), 1, value.data());
+  gl_->Uniform3fv(location(name), 1, value.data());
 }
 void Program::set(const char* name, const Vec4f& value) const {
-  glUniform4fv(location(name), 1, value.data());
+  gl_->Uniform4fv(location(name), 1, value.data());
 }
 void Program::set(const char* name, const Eigen::Matrix4f& value) const {
-  glUniformMatrix4fv(location(name), 1, GL_FALSE, value.data());
+  gl_->UniformMatrix4fv(location(name), 1, GL_FALSE, value.data());
 }
 void Program::set(const char* name, std::span<const Vec3f> values) const {
-  glUniform3fv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
+  gl_->Uniform3fv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
 }
 void Program::set(const char* name, std::span<const Vec4f> values) const {
-  glUniform4fv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
+  gl_->Uniform4fv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
 }
 void Program::set(const char* name, std::span<const std::array<int, 2>> values) const {
-  glUniform2iv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
+  gl_->Uniform2iv(location(name), static_cast<GLsizei>(values.size()), values.front().data());
 }
 
 }  // namespace sectio

@@ -11,6 +11,8 @@
 
 namespace sectio {
 
+struct GlFunctions;
+
 // OpenGL ES, which browsers have, knows neither geometry shaders nor interpolation on the screen: wireframes are lines.
 #ifdef __EMSCRIPTEN__
 constexpr bool kWireframesAreLines = true;
@@ -33,9 +35,9 @@ struct ShaderVariant {
 class Program {
  public:
   Program() = default;
-  static Program of_variant(const ShaderVariant& variant);
-  static Program of_background();
-  static Program of_wireframe();
+  static Program of_variant(const GlFunctions& gl, const ShaderVariant& variant);
+  static Program of_background(const GlFunctions& gl);
+  static Program of_wireframe(const GlFunctions& gl);
 
   void use() const;
 
@@ -50,10 +52,11 @@ class Program {
   void set(const char* name, std::span<const std::array<int, 2>> values) const;
 
  private:
-  static Program link(std::initializer_list<unsigned> stages);
+  static Program link(const GlFunctions& gl, std::initializer_list<unsigned> stages);
   int location(const char* name) const;
 
-  unsigned id_ = 0;  // OpenGL's
+  const GlFunctions* gl_ = nullptr;  // the context's
+  unsigned id_ = 0;                  // OpenGL's
 };
 
 }  // namespace sectio

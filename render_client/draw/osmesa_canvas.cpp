@@ -1,7 +1,4 @@
-// The software canvas: OpenGL 3.3 core in Mesa's llvmpipe, drawn into the picture's own memory. libOSMesa
-// exports the gl* functions, so no loader is needed.
-#include <GL/osmesa.h>
-
+// The software canvas: OpenGL 3.3 core in Mesa's llvmpipe, drawn into the picture's own memory.
 #include <array>
 #include <cstdlib>
 #include <string>
@@ -9,6 +6,7 @@
 #include "common/core/error.h"
 #include "common/core/log.h"
 #include "render_client/draw/gl_canvas.h"
+#include "render_client/draw/gl_functions.h"
 
 namespace sectio {
 
@@ -37,11 +35,9 @@ class OsmesaContext final : public GlContext {
       OSMesaDestroyContext(context_);
       throw;
     }
-    const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    if (!renderer || std::string(renderer).find("llvmpipe") == std::string::npos) {
-      log_warning("OpenGL is drawn by " + std::string(renderer ? renderer : "nothing known") +
-                  ", not by llvmpipe: expect few frames per second");
-    }
+    const std::string renderer = reinterpret_cast<const char*>(functions_.GetString(GL_RENDERER));
+    if (renderer.find("llvmpipe") == std::string::npos)
+      log_warning("OpenGL is drawn by " + renderer + ", not by llvmpipe: expect few frames per second");
   }
   ~OsmesaContext() override { OSMesaDestroyContext(context_); }
   OsmesaContext(const OsmesaContext&) = delete;
@@ -55,10 +51,12 @@ class OsmesaContext final : public GlContext {
     }
     OSMesaPixelStore(OSMESA_Y_UP, 0);
   }
+  const GlFunctions& functions() const override { return functions_; }
   Image& picture() override { return picture_; }
 
  private:
   Image picture_;
+  const GlFunctions functions_{OSMesaGetProcAddress};
   OSMesaContext context_ = nullptr;
 };
 

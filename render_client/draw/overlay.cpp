@@ -118,9 +118,10 @@ Rect panel_rect(const Text& text, const std::vector<std::string>& lines) {
           static_cast<int>(lines.size()) * text.line_height_px() + 2 * kPanelPadding};
 }
 
-void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines) {
+void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines, int left_px) {
   if (lines.empty()) return;
-  const Rect rect = panel_rect(text, lines);
+  Rect rect = panel_rect(text, lines);
+  rect.x_px += left_px;
   fill(image, rect, kPanelColour);
   int y = rect.y_px + kPanelPadding;
   for (const std::string& line : lines) {
@@ -129,7 +130,7 @@ void draw_panel(Image& image, const Text& text, const std::vector<std::string>& 
   }
 }
 
-void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range) {
+void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range, int left_px) {
   const auto format = [](const char* pattern, float value) {
     std::array<char, 32> digits{};
     std::snprintf(digits.data(), digits.size(), pattern, static_cast<double>(value));
@@ -137,7 +138,7 @@ void draw_legend(Image& image, const Text& text, const std::string& name, const 
   };
   const std::string before = name + format("   %.4g ", range.least), after = format(" %.4g", range.most);
   const int line_px = text.line_height_px(), bar_px = 8 * line_px, before_px = text.width_px(before);
-  const Rect panel{kPanelMargin, image.height_px - kPanelMargin - line_px - 2 * kPanelPadding,
+  const Rect panel{left_px + kPanelMargin, image.height_px - kPanelMargin - line_px - 2 * kPanelPadding,
                    before_px + bar_px + text.width_px(after) + 2 * kPanelPadding, line_px + 2 * kPanelPadding};
   fill(image, panel, kPanelColour);
   const int x = panel.x_px + kPanelPadding, y = panel.y_px + kPanelPadding;

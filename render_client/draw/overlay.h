@@ -33,14 +33,14 @@ class Text {
 
 // The rectangle that draw_panel() fills for these lines.
 Rect panel_rect(const Text& text, const std::vector<std::string>& lines);
-// Lines of text on a dark translucent panel in the top left corner.
-void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines);
+// Lines of text on a dark translucent panel in the top left corner of the picture, or of a part that begins at left_px.
+void draw_panel(Image& image, const Text& text, const std::vector<std::string>& lines, int left_px = 0);
 
 struct FieldRange {
   float least = 0, most = 1;
 };
 // The name of a scalar field and a bar of its colours (colour_map.h) with the ends of its range, on a panel in the
 // bottom left corner.
-void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range);
+void draw_legend(Image& image, const Text& text, const std::string& name, const FieldRange& range, int left_px = 0);
 
 }  // namespace sectio

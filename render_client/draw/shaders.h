@@ -46,6 +46,7 @@ in float scalar;
 uniform vec3 base_colour;
 uniform sampler3D noise;
 uniform sampler3D relief;
+uniform sampler2D weave;  // a plane of relief.a
 #ifdef SHADOWS
 uniform vec4 occluder_from[2];
 uniform vec4 occluder_to[2];
@@ -313,15 +314,15 @@ vec3 backdrop(vec2 screen) {
 // rest.z is the share of the backdrop, in thousandths.
 constexpr const char* kDrape = R"(
 uniform vec2 half_size_px;
+uniform vec2 corner_px;
 void main() {
   vec3 n = normalize(n_view);
   vec4 folds = pattern;
-  vec4 weave = texture(relief, rest.xyz * 150.0);
-  vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * folds.r) * (0.88 + 0.20 * weave.a);
+  vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * folds.r) * (0.88 + 0.20 * texture(weave, rest.xy * 150.0).r);
   float key = mix(0.35, 1.0, key_light_at(p_view));
   vec3 light = albedo * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22);
   emit(light * (1.0 - rest.w));
-  fragment.rgb = mix(fragment.rgb, backdrop(gl_FragCoord.xy / half_size_px - 1.0), 1000.0 * rest.z);
+  fragment.rgb = mix(fragment.rgb, backdrop((gl_FragCoord.xy - corner_px) / half_size_px - 1.0), 1000.0 * rest.z);
 })";
 
 // A triangle over the whole picture, at the far plane.

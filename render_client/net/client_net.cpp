@@ -54,6 +54,7 @@ void ClientNet::drain(const Use& use) {
 
 void ClientNet::poll(double now_s, World& world) {
   wire_->endpoints.renew_after_sleep();
+  equality_.compare(world);
   drain<SceneInfo>([&](const SceneInfo& scene) { world.announce(scene); });
   if (!world.scene()) return;  // the readers keep what comes before the scene
 
@@ -79,8 +80,12 @@ void ClientNet::poll(double now_s, World& world) {
     events_.push_back(std::move(event));
     if (events_.size() > kMaxEvents) events_.pop_front();
   });
-  drain<SessionEnd>([&](const SessionEnd& end) { world.feed(end); });
+  drain<SessionEnd>([&](const SessionEnd& end) {
+    equality_.hear(end.epoch, end.bodies);
+    world.feed(end);
+  });
   drain<ServerStatus>([&](const ServerStatus& status) {
+    equality_.hear(status.epoch, status.bodies);
     clock_.hear(now_s, client_, status);
     if (clock_.known()) meter_.set_clock_offset(clock_.offset_s());
   });
@@ -137,6 +142,11 @@ void ClientNet::record(HeardRecord& record) {
 
 bool ClientNet::connected() const {
   return wire_->endpoints.met();
+}
+
+std::optional<double> ClientNet::state_age_s() const {
+  if (!clock_.known() || meter_.report().came_per_s == 0) return std::nullopt;
+  return meter_.report().age_median_s;
 }
 
 ClientNetCounts ClientNet::counts() const {

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
 #include "render_client/net/heard_record.h"
 #include "render_client/net/link_meter.h"
+#include "render_client/replica/equality.h"
 #include "render_client/replica/world.h"
 
 namespace sectio {
@@ -38,6 +40,9 @@ class ClientNet {
   bool connected() const;
   const std::deque<SessionEvent>& events() const { return events_; }  // the newest kMaxEvents
   ClientNetCounts counts() const;
+  // The age of states when they are taken; empty before the server's clock is known.
+  std::optional<double> state_age_s() const;
+  const Equality& equality() const { return equality_; }
 
  private:
   struct Wire;
@@ -51,6 +56,7 @@ class ClientNet {
   std::unique_ptr<Wire> wire_;
   HeardRecord* record_ = nullptr;
   std::deque<SessionEvent> events_;
+  Equality equality_;
   std::uint64_t messages_ = 0;
 
   std::string name_;

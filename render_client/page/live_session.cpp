@@ -80,6 +80,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<ServerStatus>(message, [&](const ServerStatus& status) {
         heard_s_ = now_s;
         statuses_[status.epoch] = status;
+        equality_.hear(status.epoch, status.bodies);
       });
     case LiveKind::contact:
       return with<ContactMessage>(message, [&](const ContactMessage& contact) {
@@ -88,7 +89,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
     case LiveKind::session_end:
       return with<SessionEnd>(message, [&](const SessionEnd& end) {
         world_.feed(end);
-        statuses_[end.epoch].bodies = end.bodies;
+        equality_.hear(end.epoch, end.bodies);
         note("the session has ended: " + end.reason);
       });
     case LiveKind::roster:
@@ -121,33 +122,9 @@ bool LiveSession::frame(double now_s, Frame& frame) {
   const bool fresh = world_.frame(now_s, frame);
   if (world_.session_end()) world_.catch_up();
   for (const KeyframeRequest& request : world_.take_requests(now_s)) send(LiveKind::keyframe_request, request);
-  compare();
+  equality_.compare(world_);
   if (fresh) say_who_serves();
   return fresh;
-}
-
-void LiveSession::compare() {
-  for (const auto& [epoch, status] : statuses_) compare(epoch, status.bodies);
-}
-
-void LiveSession::compare(std::uint64_t epoch, const std::vector<BodyVersion>& server) {
-  const Replica* replica = world_.replica_of(epoch);
-  if (!replica) return;
-  for (std::size_t b = 0; b < replica->bodies().size() && b < server.size(); ++b) {
-    const ReplicaBody& body = replica->bodies()[b];
-    if (!body.known() || body.mesh().revision() != server[b].revision) continue;
-    equality_[{epoch, b}] = {body.mesh().hash() == server[b].topology_hash, server[b].revision};
-  }
-}
-
-std::vector<LiveSession::Equality> LiveSession::equality() const {
-  std::vector<Equality> all;
-  for (const auto& [epoch, body_count] : world_.body_counts())
-    for (std::size_t b = 0; b < body_count; ++b) {
-      const auto known = equality_.find({epoch, b});
-      all.push_back(known == equality_.end() ? Equality{} : known->second);
-    }
-  return all;
 }
 
 // A server that takes the session over, or begins it anew, goes on with it; another one begins at its own beginning.

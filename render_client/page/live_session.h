@@ -14,6 +14,7 @@
 #include "common/messages/live.h"
 #include "common/messages/live_frame.h"
 #include "common/messages/tool.h"
+#include "render_client/replica/equality.h"
 #include "render_client/replica/world.h"
 
 namespace sectio {
@@ -66,12 +67,7 @@ class LiveSession {
   const std::vector<std::string>& task() const { return task_; }
   std::uint64_t damaged() const { return damaged_; }
 
-  // Tells for each body whether its hash was the server's when both were last at the same revision.
-  struct Equality {
-    std::optional<bool> equal;
-    std::uint64_t revision = 0;
-  };
-  std::vector<Equality> equality() const;
+  std::vector<Equality::OfBody> equality() const { return equality_.of_bodies(world_); }
 
  private:
   struct Force {
@@ -82,8 +78,6 @@ class LiveSession {
   template <class Message, class Use>
   void with(const LiveFrameReader::Message& message, const Use& use);
   void take(const LiveFrameReader::Message& message, double now_s);
-  void compare();
-  void compare(std::uint64_t epoch, const std::vector<BodyVersion>& server);
   void add_line(const std::string& topic, const std::string& text, double time_s);
   void say_who_serves();
   void take(const SessionEvent& event);
@@ -93,10 +87,10 @@ class LiveSession {
 
   World world_;
   Roster roster_;
-  std::map<std::uint64_t, ServerStatus> statuses_;                      // by epoch: the newest
-  std::vector<std::uint64_t> served_by_;                                // epochs
-  std::map<std::pair<std::uint64_t, std::size_t>, Equality> equality_;  // by epoch and body
-  std::map<std::uint32_t, Force> forces_;                               // by tool
+  std::map<std::uint64_t, ServerStatus> statuses_;  // by epoch: the newest
+  std::vector<std::uint64_t> served_by_;            // epochs
+  Equality equality_;
+  std::map<std::uint32_t, Force> forces_;  // by tool
   std::optional<double> heard_s_;
   double time_s_ = 0;  // simulated
   std::deque<Line> lines_;

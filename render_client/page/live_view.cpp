@@ -191,7 +191,7 @@ std::string LiveView::describe(double now_s) const {
   json.close(']').key("bodies").open('[');
   const std::vector<const ReplicaBody*> bodies = session.world().bodies();
   const std::vector<std::string> names = session.world().body_names();
-  const std::vector<LiveSession::Equality> equality = session.equality();
+  const std::vector<Equality::OfBody> equality = session.equality();
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const TriangleMesh& mesh = bodies[b]->mesh();
     json.open('{').key("name").value(names[b]).key("revision").value(mesh.revision());

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "render_client/draw/camera.h"
 #include "render_client/draw/orbit_camera.h"
@@ -18,31 +20,55 @@ struct WindowInput {
   double nearer = 1;                            // the factor of the distance
   bool halts = false;                           // the picture, or lets it go on
   bool wireframe = false, full_screen = false;  // on or off
+  bool stereo = false, panel = false;           // likewise
   bool section = false;                         // on, facing the person, or off
   double section_nearer_m = 0;                  // the plane moves towards where it faced
   bool home = false;                            // the scene's own view
   bool keeps_picture = false;
   bool closes = false;
   std::optional<std::size_t> follows = {};  // this instrument, or no longer
+  bool next_field = false;                  // published by bodies; behind the last one comes tissue
+  std::optional<std::string> field = {};    // this one; empty: tissue
+
+  void add(const WindowInput& later);
+};
+
+// The parts of a view that can be on or off, as a program begins with them.
+struct ViewOptions {
+  bool wireframe = false, stereo = false;
+  bool section = false;  // through what the first view looks at
+  bool panel = true;
+  std::string field = {};
 };
 
 class Viewpoint {
  public:
+  explicit Viewpoint(ViewOptions options = {}) : options_(std::move(options)) {}
+
   void apply(const WindowInput& input);
   // Gives the frame this camera; the first frame gives its own.
   void look(Frame& frame);
 
+  const ViewOptions& options() const { return options_; }
   bool halted() const { return halted_; }
-  bool wireframe() const { return wireframe_; }
   const std::optional<SectionPlane>& section() const { return section_; }
+  double section_depth_m() const { return section_depth_m_; }  // behind where it was first
+  double distance_m() const;                                   // from the eye to what it looks at
+  std::optional<std::size_t> followed() const { return followed_; }
+  // The names of all fields that bodies publish, in ascending order.
+  const std::vector<std::string>& fields() const { return fields_; }
 
  private:
+  void choose_field(const WindowInput& input);
+
+  ViewOptions options_;
   std::optional<OrbitCamera> first_, camera_;
   std::optional<std::size_t> followed_;  // an instrument, with which the camera moves
   std::optional<Vec3> followed_world_m_;
   bool halted_ = false;
-  bool wireframe_ = false;
   std::optional<SectionPlane> section_;
+  double section_depth_m_ = 0;
+  std::vector<std::string> fields_;
 };
 
 }  // namespace sectio

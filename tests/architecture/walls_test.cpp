@@ -89,9 +89,11 @@ TEST(Walls, what_is_allowed_passes) {
 
 TEST(Walls, headers_of_libraries_stay_out_of_headers_of_ours) {
   // A library lives behind a header that names none of its types.
-  const std::set<std::string> hidden = {"fcl/", "yaml-cpp/", "assimp/", "spdlog/",
-                                        "CLI/", "GL/",       "png.h",   "ft2build.h"};
+  const std::set<std::string> hidden = {"fcl/", "yaml-cpp/", "assimp/",    "spdlog/", "CLI/",
+                                        "GL/",  "png.h",     "ft2build.h", "SDL2/",   "imgui.h"};
+  const std::string opengls = "render_client/draw/gl_functions.h";  // for sources that draw by OpenGL
   for (const auto& [path, text] : files({".h"})) {
+    if (path == opengls) continue;
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);)
       for (const std::string& library : hidden)

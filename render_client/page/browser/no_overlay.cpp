@@ -7,7 +7,7 @@ struct Text::Face {};
 
 Text::Text(int) {}
 Text::~Text() = default;
-void draw_panel(Image&, const Text&, const std::vector<std::string>&) {}
-void draw_legend(Image&, const Text&, const std::string&, const FieldRange&) {}
+void draw_panel(Image&, const Text&, const std::vector<std::string>&, int) {}
+void draw_legend(Image&, const Text&, const std::string&, const FieldRange&, int) {}
 
 }  // namespace sectio

@@ -1,7 +1,8 @@
 #include "render_client/page/browser/webgl_context.h"
 
-#include <GLES3/gl3.h>
 #include <emscripten/html5.h>
+
+#include "render_client/draw/gl_functions.h"
 
 namespace sectio {
 
@@ -13,6 +14,7 @@ class Context final : public WebglContext {
     Context::resize(width_px, height_px);
   }
   void make_current() override { emscripten_webgl_make_context_current(handle_); }
+  const GlFunctions& functions() const override { return functions_; }
   Image& picture() override { return picture_; }
   void resize(int width_px, int height_px) override {
     picture_.width_px = width_px;
@@ -20,17 +22,12 @@ class Context final : public WebglContext {
     emscripten_set_canvas_element_size("#canvas", width_px, height_px);
   }
   GlTarget target() override { return target_.value_or(WebglContext::target()); }
-  // The scissors keep the other eye's picture when this one's begins.
-  void aim(const std::optional<GlTarget>& target) override {
-    target_ = target;
-    if (!target) return glDisable(GL_SCISSOR_TEST);
-    glEnable(GL_SCISSOR_TEST);
-    glScissor(target->left_px, target->bottom_px, target->width_px, target->height_px);
-  }
+  void aim(const std::optional<GlTarget>& target) override { target_ = target; }
 
  private:
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE handle_;
   std::optional<GlTarget> target_;
+  const GlFunctions functions_;
   Image picture_;  // without pixels: they stay in the browser
 };
 

@@ -241,13 +241,14 @@ Eigen::Vector2d centre_in_half(const Image& image, const Image& empty, int half)
 TEST(C_EXP, C_EXP_2_points_beside_the_convergence_distance_have_the_disparity_of_their_depth) {
   const Stereo eyes{.eye_separation_m = 0.02, .convergence_m = 0.4};
   const DrawOptions options{.overlay = false, .stereo = eyes};
+  const std::unique_ptr<Canvas> canvas = make_osmesa_canvas(2 * kWidth, kHeight);
+  FramePainter painter(*canvas);
   Frame nothing = ball_at(0.4);
   nothing.bodies.clear();
-  const Image empty = drawn(nothing, options);
-  ASSERT_EQ(empty.width_px, 2 * kWidth);
+  const Image empty = painter.draw_frame(nothing, options);
   const double per_slope = kHeight / (2 * std::tan(20 * M_PI / 180));  // pixels
   for (const double distance_m : {0.4, 0.3, 0.6}) {
-    const Image pair = drawn(ball_at(distance_m), options);
+    const Image& pair = painter.draw_frame(ball_at(distance_m), options);
     const Eigen::Vector2d left = centre_in_half(pair, empty, 0), right = centre_in_half(pair, empty, 1);
     const double crossed = per_slope * 0.02 * (1 / distance_m - 1 / 0.4);
     EXPECT_NEAR(left.x() - right.x(), crossed, 0.5) << distance_m << " m away";

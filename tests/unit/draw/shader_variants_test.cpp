@@ -3,6 +3,8 @@
 
 #include "render_client/draw/body_mesh.h"
 #include "render_client/draw/draw_frame.h"
+#include "render_client/draw/orbit_camera.h"
+#include "render_client/draw/shadow_split.h"
 #include "render_client/draw/tissue_noise.h"
 #include "tests/unit/draw/drawn.h"
 #include "tests/unit/draw/picture_difference.h"
@@ -36,6 +38,46 @@ TEST(ShaderVariants, an_instrument_that_shades_nothing_changes_no_pixel) {
   EXPECT_EQ(test::pixels_that_differ(plain, test::drawn(frame), 0), 0) << "skin, walls and drape";
   frame.tools[0].pose_world.position_m = Vec3(0, 0.02, 0.05);
   EXPECT_GT(test::pixels_that_differ(plain, test::drawn(frame), 10), 400);
+}
+
+// A frame from several sides, by the shaders that each triangle needs, and all of it by those with shadows.
+TEST(ShaderVariants, triangles_that_no_shadow_reaches_are_drawn_without_and_change_no_pixel) {
+  CanvasView view;
+  view.occluder_count = 2;
+  const BodyFrame body = test::make_organ(kFine);
+  BodyMesh mesh;
+  mesh.arrange(body);
+  ASSERT_TRUE(mesh.move(body));
+  Canvas& canvas = test::shared_canvas();
+  const MeshId id = canvas.add_mesh();
+  canvas.set_vertices(id, mesh.vertices());
+  for (const double turn_rad : {0.0, 2.0, 4.0}) {
+    OrbitCamera camera(test::make_frame().camera);
+    camera.orbit(turn_rad, 0.1);
+    view.view_from_world = view_from_world(camera.camera());
+    view.projection = projection(camera.camera(), static_cast<double>(test::kWidth) / test::kHeight);
+    view.occluders = {Occluder{Vec3f(0, 0, 0.03f), Vec3f(0.03f, 0.02f, 0.12f), 0.002f, 0.004f},
+                      Occluder{Vec3f(-0.03f, 0.01f, 0.05f), Vec3f(-0.03f, 0.01f, 0.15f), 0.001f, 0.003f}};
+    ShadowSplit split;
+    split.look(view, mesh.vertices());
+    const ShadowSplit::Parts skin = split.append(mesh.indices(), mesh.skin());
+    canvas.set_indices(id, split.indices());
+    const auto drawn = [&](bool divided) {
+      Material material{.shading = Shading::skin, .colour = body.skin_colour.cast<float>(), .lit = divided};
+      canvas.begin(view);
+      canvas.draw(id, skin.lit, material, Eigen::Matrix4f::Identity());
+      material.lit = false;
+      canvas.draw(id, skin.shadowed, material, Eigen::Matrix4f::Identity());
+      return canvas.finish();
+    };
+    const Image with_shadows = drawn(false);
+    EXPECT_EQ(test::pixels_that_differ(with_shadows, drawn(true), 0), 0) << turn_rad;
+    view.occluder_count = 0;
+    EXPECT_GT(test::pixels_that_differ(with_shadows, drawn(false), 10), 200) << "there are shadows";
+    view.occluder_count = 2;
+    EXPECT_GT(skin.lit.count, mesh.skin().count / 2) << "most of it is in the light";
+  }
+  canvas.remove_mesh(id);
 }
 
 // Skin of the organ, drawn with either way to the broad pattern.

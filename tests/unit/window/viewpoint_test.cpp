@@ -58,6 +58,42 @@ TEST(Viewpoint, moves_with_the_instrument_that_it_follows_until_it_is_told_again
   EXPECT_EQ(seen(view, frame_with_tool_at(Vec3(0.2, 0, 0))).eye_world_m, after.eye_world_m) << "there is none";
 }
 
+TEST(Viewpoint, a_section_tells_its_depth_and_can_be_there_from_the_beginning) {
+  Viewpoint view({.section = true});
+  seen(view, frame_with_tool_at(Vec3::Zero()));
+  ASSERT_TRUE(view.section());
+  view.apply({.section_nearer_m = -0.01});
+  EXPECT_NEAR(view.section_depth_m(), 0.01, 1e-12);
+  view.apply({.section = true});
+  view.apply({.section = true});
+  EXPECT_EQ(view.section_depth_m(), 0) << "a new one is in the middle";
+}
+
+TEST(Viewpoint, goes_through_the_fields_that_bodies_publish_and_back_to_tissue) {
+  Viewpoint view;
+  Frame frame = frame_with_tool_at(Vec3::Zero());
+  frame.bodies.resize(2);
+  frame.bodies[0].scalars = {{"wetness", 0, 1, {}}, {"damage", 0, 1, {}}};
+  frame.bodies[1].scalars = {{"wetness", 0, 1, {}}};
+  seen(view, frame);
+  EXPECT_EQ(view.fields(), (std::vector<std::string>{"damage", "wetness"}));
+  for (const char* name : {"damage", "wetness", "", "damage"}) {
+    view.apply({.next_field = true});
+    EXPECT_EQ(view.options().field, name);
+  }
+  view.apply({.field = "wetness"});
+  EXPECT_EQ(view.options().field, "wetness");
+}
+
+TEST(Viewpoint, two_presses_of_a_key_are_none_and_moves_add_up) {
+  WindowInput input{.nearer = 2, .wireframe = true};
+  input.add({.nearer = 3, .wireframe = true, .stereo = true, .follows = 1});
+  EXPECT_FALSE(input.wireframe);
+  EXPECT_TRUE(input.stereo);
+  EXPECT_EQ(input.nearer, 6);
+  EXPECT_EQ(input.follows, 1u);
+}
+
 TEST(Viewpoint, halts_and_goes_on) {
   Viewpoint view;
   EXPECT_FALSE(view.halted());
