@@ -33,7 +33,7 @@ SceneInfo scene_info(const Scene& scene) {
     const ToolGeometry& g = tool.geometry;
     info.tools.push_back({tool.name, tool.kind, {g.a_tool_m, g.b_tool_m, g.c_tool_m, g.d_tool_m}, g.gauge_m});
   }
-  info.task = task_in_words(scene);
+  if (scene.exercise) info.task = task_in_words(scene.exercise->task, scene.expect);
   return info;
 }
 

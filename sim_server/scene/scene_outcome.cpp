@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <string_view>
 
-#include "sim_server/scene/scene.h"
-
 namespace sectio {
 
 const std::vector<Measure>& measures() {
@@ -75,11 +73,10 @@ std::string target_in_words(const Expectation& expectation) {
   return name + " " + range.in_words() + std::string(unit.name);
 }
 
-std::vector<std::string> task_in_words(const Scene& scene) {
-  if (!scene.exercise) return {};
+std::vector<std::string> task_in_words(const std::string& task, std::span<const Expectation> expectations) {
   std::vector<std::string> lines;
-  if (!scene.exercise->task.empty()) lines.push_back(scene.exercise->task);
-  for (const Expectation& e : scene.expect)
+  if (!task.empty()) lines.push_back(task);
+  for (const Expectation& e : expectations)
     if (e.measure->of_exercise) lines.push_back(target_in_words(e));
   return lines;
 }

@@ -9,8 +9,6 @@
 
 namespace sectio {
 
-struct Scene;
-
 // Things at the end of a run, and counts over all of it. A family is a body of the scene with all that came
 // off it; its largest part, by volume, is the body still, and the others are freed. An incision is a connected set of
 // walls; a freed piece took one of its own with it, which doesn't count.
@@ -40,8 +38,8 @@ struct Expectation {
 
 // For a person: "line deviation at most 2 mm", and the value as "3.10 mm".
 std::string target_in_words(const Expectation& expectation);
-// The task of the exercise, a line, and its targets, a line each; empty without an exercise.
-std::vector<std::string> task_in_words(const Scene& scene);
+// The task of an exercise and its targets, a line each.
+std::vector<std::string> task_in_words(const std::string& task, std::span<const Expectation> expectations);
 std::string value_in_words(const Measure& measure, double value);
 
 // "pieces_freed: expected 1, got 0" for each expectation that an outcome doesn't meet. No range holds a NaN.

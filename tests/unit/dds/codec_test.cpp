@@ -165,7 +165,7 @@ TEST(Text, names_every_field_and_shortens_long_sequences) {
             "epoch: 7, body_id: 1, known_revision: 5, client: 42, revision: 6, "
             "first_chunk: 32, chunks: 64");
   EXPECT_EQ(to_text(some_order()),
-            "source: 7, kind: 3, gravity_world_m_per_s2: [3, 0, -9], speed_1: 0.5, sim_time_s: 0");
+            "source: 7, kind: 3, gravity_world_m_per_s2: [3, 0, -9], speed_1: 0.5, sim_time_s: 0, tool_id: 0");
   EXPECT_EQ(to_text(some_end()), "epoch: 7, step: 100, reason: 'duration', bodies: [{revision: 5, topology_hash: 99}]");
   KeyframeChunk chunk = some_chunk();
   chunk.bytes.assign(1000, 1);
