@@ -74,8 +74,10 @@ void give_order(NetworkOptions network, SessionOrder order, const std::string& n
   std::map<std::uint64_t, Answer> servers;  // by the beginning of their session
   const auto until =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
+  std::optional<std::size_t> tools;
   // Events are kept for late joiners: answers to earlier orders must have come before this one goes out.
   const auto listen = [&](bool ordered) {
+    while (const auto scene = endpoints.take<SceneInfo>()) tools = scene->tools.size();
     while (const auto status = endpoints.take<ServerStatus>()) servers[beginning_of(status->epoch)].status = *status;
     while (const auto event = endpoints.take<SessionEvent>()) {
       if (!ordered || !answer_kind || event->kind != static_cast<std::uint8_t>(*answer_kind)) continue;
@@ -83,9 +85,7 @@ void give_order(NetworkOptions network, SessionOrder order, const std::string& n
       std::printf("%s\n", event->text.c_str());
     }
   };
-  std::optional<std::size_t> tools;
   while ((servers.empty() || !tools) && Clock::now() < until) {
-    while (const auto scene = endpoints.take<SceneInfo>()) tools = scene->tools.size();
     listen(false);
     std::this_thread::sleep_for(kOrderPollPeriod);
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <numeric>
 
 #include "common/math/solid_angle.h"
 
@@ -81,13 +83,59 @@ const std::vector<Vec3>& particles_of(const BodySpec& body) {
   return body.tets.tetrahedra.empty() ? body.mesh.vertices_body_m : body.tets.vertices_body_m;
 }
 
+// A part that hangs together.
+struct Piece {
+  Box3 box;
+  bool held = false;
+};
+
+std::vector<Piece> pieces_of(const BodySpec& body) {
+  const std::vector<Vec3>& at = particles_of(body);
+  std::vector<std::uint32_t> parent(at.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  const auto for_each_cell = [&](const auto& act) {
+    if (body.tets.tetrahedra.empty())
+      std::ranges::for_each(body.mesh.triangles, act);
+    else
+      std::ranges::for_each(body.tets.tetrahedra, act);
+  };
+  for_each_cell([&](const auto& cell) {
+    for (const std::uint32_t v : cell) parent[root(v)] = root(cell[0]);
+  });
+  std::map<std::uint32_t, Piece> pieces;  // by root
+  for_each_cell([&](const auto& cell) {
+    for (const std::uint32_t v : cell) {
+      Piece& piece = pieces[root(v)];
+      piece.box.extend(at[v]);
+      piece.held = piece.held || (body.fixed && body.fixed->contains(body.pose.to_world(at[v])));
+    }
+  });
+  std::vector<Piece> all;
+  for (const auto& [v, piece] : pieces) all.push_back(piece);
+  return all;
+}
+
 void check_hold(const BodySpec& body, const Scene& scene, std::vector<std::string>& warnings) {
-  bool held = scene.floor_z_m.has_value() || scene.gravity_m_per_s2.norm() == 0;
-  if (body.fixed)
-    for (const Vec3& p : particles_of(body)) held = held || body.fixed->contains(body.pose.to_world(p));
-  if (!held)
+  if (scene.floor_z_m || scene.gravity_m_per_s2.norm() == 0) return;
+  const std::vector<Piece> pieces = pieces_of(body);
+  // The surface of a cavity hangs together with that around it.
+  const auto is_cavity = [&](const Piece& piece) {
+    const auto surrounds = [&](const Piece& other) { return &other != &piece && other.box.contains(piece.box); };
+    return body.tets.tetrahedra.empty() && std::ranges::any_of(pieces, surrounds);
+  };
+  const auto falls = [&](const Piece& piece) { return !piece.held && !is_cavity(piece); };
+  const auto falling = std::ranges::count_if(pieces, falls);
+  if (falling == 0) return;
+  if (falling == std::ssize(pieces))
     warnings.push_back(body.name +
                        ": nothing holds it, so it falls: `fixed` has none of its vertices, and there is no floor");
+  else
+    warnings.push_back(body.name + ": " + std::to_string(falling) + " of its " + std::to_string(pieces.size()) +
+                       " parts fall: `fixed` has none of their vertices, and there is no floor");
 }
 
 // The floor lifts what lies in it before the first picture.

@@ -106,6 +106,22 @@ TEST(SceneWarnings, a_body_that_nothing_holds) {
   EXPECT_EQ(scene_warnings(scene, 2), Texts());
 }
 
+TEST(SceneWarnings, a_part_that_nothing_holds) {
+  Scene scene = good_scene();
+  TriangleSoup& soup = scene.bodies[0].mesh;
+  const TriangleSoup cube = soup;
+  const auto add = [&](double scale, const Vec3& at_m) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices_body_m.size());
+    for (const Vec3& p : cube.vertices_body_m) soup.vertices_body_m.push_back(scale * p + at_m);
+    for (const auto& t : cube.triangles) soup.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  };
+  add(0.1, Vec3(0.05, 0.05, 0.08));
+  EXPECT_EQ(scene_warnings(scene, 2), Texts()) << "a cavity";
+  add(1, Vec3(0, 0, 0.2));
+  EXPECT_EQ(scene_warnings(scene, 2),
+            Texts{"cube: 1 of its 3 parts fall: `fixed` has none of their vertices, and there is no floor"});
+}
+
 // The two organs of two_organs.yaml do touch. Bodies whose tetrahedra come from a file have no surface yet.
 TEST(SceneWarnings, scenes_of_the_project_have_none_but_one) {
   for (const auto& entry : std::filesystem::directory_iterator(SECTIO_SOURCE_DIR "/deploy/scenes")) {
