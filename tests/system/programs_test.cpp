@@ -239,7 +239,8 @@ TEST_F(Programs, a_terminal_that_is_closed_ends_each_in_order) {
   auto screen = viewer("screen", {"--no-pictures"});
   auto hand = program("device_bridge", in_session({"--trace", kTrace, "--wait-for-server", "--record", file("a.csv")}));
   std::signal(SIGHUP, as_it_was);
-  ASSERT_TRUE(sim->wait_for(" 1.00 s simulated")) << sim->output();
+  ASSERT_TRUE(sim->wait_for("step 1")) << sim->output();
+  ASSERT_TRUE(sim->wait_for_next("step ")) << sim->output();
   for (Process* each : {hand.get(), screen.get(), sim.get()}) {
     each->send(SIGHUP);
     EXPECT_EQ(each->exit_code(), 0) << each->output();
