@@ -116,7 +116,7 @@ TEST_F(GatewayProgram, who_only_watches_may_stay_as_long_as_pings_are_answered) 
   const auto sim = program("sim_server", in_session({"--scene", kScene, "--endless"}));
   const auto web = gateway();
   WebPeer eve(port_of(*web), {"Eve", ""});
-  EXPECT_TRUE(eve.wait_until([&] { return eve.pings == 5; })) << eve.goodbye;
+  EXPECT_TRUE(eve.wait_until([&] { return eve.pings == 4; })) << eve.goodbye;
   sim->send(SIGINT);
   EXPECT_EQ(web->exit_code(), 0) << web->output();
 }
@@ -132,7 +132,7 @@ TEST_F(GatewayProgram, who_reads_slowly_may_stay) {
   const auto read_a_little = [&] {
     for (; seen < ben.states; ++seen) is_there = eve.read_little(512);
   };
-  EXPECT_TRUE(ben.wait_until([&] { return ben.pings == 9 || !is_there; }, read_a_little));
+  EXPECT_TRUE(ben.wait_until([&] { return ben.pings == 5 || !is_there; }, read_a_little));
   EXPECT_TRUE(is_there) << eve.goodbye;
   sim->send(SIGINT);
   EXPECT_EQ(web->exit_code(), 0) << web->output();
