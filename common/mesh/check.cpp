@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <numeric>
+
+#include "common/math/disjoint_sets.h"
 
 namespace sectio {
 namespace {
@@ -177,20 +178,11 @@ class SurfaceCheck {
 
   // Triangles that share an edge, valid or not, are in one component.
   void count_components() {
-    std::vector<std::uint32_t> parent(triangles());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t t) {
-      while (parent[t] != t) t = parent[t] = parent[parent[t]];
-      return t;
-    };
+    DisjointSets together(triangles());
     report_.components = report_.triangles;
     for (std::size_t i = 0; i + 1 < sorted_.size(); ++i) {
       const std::uint32_t a = sorted_[i], b = sorted_[i + 1];
-      if (!same_edge(a, b)) continue;
-      const std::uint32_t root_a = root(a / 3), root_b = root(b / 3);
-      if (root_a == root_b) continue;
-      parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
-      --report_.components;
+      if (same_edge(a, b) && together.join(a / 3, b / 3)) --report_.components;
     }
   }
 

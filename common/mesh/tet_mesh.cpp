@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 #include "common/core/error.h"
+#include "common/math/disjoint_sets.h"
 #include "common/mesh/check.h"
 #include "common/mesh/slot_table.h"
 
@@ -116,12 +116,7 @@ class TetCheck {
   }
   void check_faces() {
     const std::vector<Face> faces = sorted_faces(mesh_);
-    std::vector<std::uint32_t> parent(mesh_.tetrahedra.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t t) {
-      while (parent[t] != t) t = parent[t] = parent[parent[t]];
-      return t;
-    };
+    DisjointSets together(mesh_.tetrahedra.size());
     for (std::size_t n = 0, end = 0; n < faces.size(); n = end) {
       for (end = n + 1; end < faces.size() && faces[end].key == faces[n].key;) ++end;
       const Vec3& at = mesh_.vertices_body_m[faces[n].key[0]];
@@ -130,9 +125,9 @@ class TetCheck {
       const Face &f = faces[n], &g = faces[n + 1];
       if (parity(corners(mesh_.tetrahedra[f.tet], f.side)) == parity(corners(mesh_.tetrahedra[g.tet], g.side)))
         defect("two tetrahedra on the same side of a face", at);
-      parent[root(f.tet)] = root(g.tet);
+      together.join(f.tet, g.tet);
     }
-    for (std::uint32_t t = 0; t < parent.size(); ++t) report_.components += root(t) == t;
+    for (std::uint32_t t = 0; t < mesh_.tetrahedra.size(); ++t) report_.components += together.root(t) == t;
   }
   void check_surface() {
     const SurfaceReport surface = sectio::check_soup(surface_of(mesh_).soup);

@@ -136,6 +136,11 @@ struct ServerStatus {
   std::uint32_t frozen_tools = 0;             // bit t: nobody moves tool t
 };
 
+// `frozen_tools` of a status.
+constexpr bool is_frozen(std::uint32_t frozen_tools, std::size_t tool_id) {
+  return (frozen_tools >> tool_id & 1) != 0;
+}
+
 constexpr double kMostGravity_m_per_s2 = 1000;
 
 constexpr double kSlowest = 0.01, kFastest = 10;  // speed of a session

@@ -1,18 +1,14 @@
 #include "render_client/net/tip_forces.h"
 
-#include <map>
-
 #include "common/dds/endpoints.h"
 #include "common/messages/contact.h"
+#include "render_client/replica/fading_forces.h"
 
 namespace sectio {
 
 struct TipForces::Wire {
-  struct Force {
-    double newton = 0, heard_s = 0;
-  };
   Endpoints<Reads<SceneInfo, ContactMessage>, Writes<>> endpoints;
-  std::map<std::uint32_t, Force> by_tool = {};
+  FadingForces forces = {};
 };
 
 TipForces::TipForces(const NetworkOptions& options) : wire_(new Wire{{options, "render_client forces"}}) {}
@@ -24,14 +20,11 @@ void TipForces::poll(double now_s) {
   while (wire_->endpoints.take<SceneInfo>()) {
     // the endpoints learn from it whose contacts to believe
   }
-  while (const auto contact = wire_->endpoints.take<ContactMessage>())
-    wire_->by_tool[contact->model.tool_id] = {contact->model.force_world_n.norm(), now_s};
+  while (const auto contact = wire_->endpoints.take<ContactMessage>()) wire_->forces.hear(contact->model, now_s);
 }
 
 std::optional<double> TipForces::force_n(std::uint32_t tool_id, double now_s) const {
-  const auto force = wire_->by_tool.find(tool_id);
-  if (force == wire_->by_tool.end()) return std::nullopt;
-  return now_s - force->second.heard_s > kFades_s ? 0 : force->second.newton;
+  return wire_->forces.force_n(tool_id, now_s);
 }
 
 }  // namespace sectio

@@ -12,13 +12,11 @@ namespace sectio {
 
 class TipForces {
  public:
-  static constexpr double kFades_s = 0.1;  // a contact that is as old is none any more
-
   explicit TipForces(const NetworkOptions& options);
   ~TipForces();
 
   void poll(double now_s);
-  // 0 when the last contact has faded; empty when none has ever been heard of.
+  // FadingForces::force_n()
   std::optional<double> force_n(std::uint32_t tool_id, double now_s) const;
 
  private:

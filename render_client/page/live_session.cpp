@@ -83,9 +83,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
         equality_.hear(status.epoch, status.bodies);
       });
     case LiveKind::contact:
-      return with<ContactMessage>(message, [&](const ContactMessage& contact) {
-        forces_[contact.model.tool_id] = {contact.model.force_world_n.norm(), now_s};
-      });
+      return with<ContactMessage>(message, [&](const ContactMessage& contact) { forces_.hear(contact.model, now_s); });
     case LiveKind::session_end:
       return with<SessionEnd>(message, [&](const SessionEnd& end) {
         world_.feed(end);
@@ -175,12 +173,6 @@ std::optional<std::uint32_t> LiveSession::held_tool() const {
   for (std::uint32_t t = 0; t < roster_.holders.size(); ++t)
     if (roster_.holders[t] == roster_.you) return t;
   return std::nullopt;
-}
-
-double LiveSession::force_n(std::uint32_t tool_id, double now_s) const {
-  const auto force = forces_.find(tool_id);
-  if (force == forces_.end() || now_s - force->second.heard_s > kForceFades_s) return 0;
-  return force->second.newton;
 }
 
 std::optional<double> LiveSession::silent_s(double now_s) const {

@@ -15,6 +15,7 @@
 #include "common/messages/live_frame.h"
 #include "common/messages/tool.h"
 #include "render_client/replica/equality.h"
+#include "render_client/replica/fading_forces.h"
 #include "render_client/replica/world.h"
 
 namespace sectio {
@@ -23,7 +24,6 @@ class LiveSession {
  public:
   static constexpr std::size_t kMaxLines = 8;
   static constexpr std::size_t kMostScoreLines = 64;
-  static constexpr double kForceFades_s = 0.1;  // a contact that is as old is none any more
 
   // A new connection: the replica stays as it is, until the session says that it is out of date.
   void connected(const Hello& hello);
@@ -45,7 +45,7 @@ class LiveSession {
   const World& world() const { return world_; }
   // The newest of each server that is shown, in the order of their bodies.
   std::vector<const ServerStatus*> statuses() const;
-  double force_n(std::uint32_t tool_id, double now_s) const;
+  double force_n(std::uint32_t tool_id, double now_s) const { return forces_.force_n(tool_id, now_s).value_or(0); }
   // Since the last word of the server; nothing before the first one.
   std::optional<double> silent_s(double now_s) const;
   // For a person. Something that is said again stays one line.
@@ -70,11 +70,6 @@ class LiveSession {
   std::vector<Equality::OfBody> equality() const { return equality_.of_bodies(world_); }
 
  private:
-  struct Force {
-    double newton = 0;
-    double heard_s = 0;
-  };
-
   template <class Message, class Use>
   void with(const LiveFrameReader::Message& message, const Use& use);
   void take(const LiveFrameReader::Message& message, double now_s);
@@ -90,7 +85,7 @@ class LiveSession {
   std::map<std::uint64_t, ServerStatus> statuses_;  // by epoch: the newest
   std::vector<std::uint64_t> served_by_;            // epochs
   Equality equality_;
-  std::map<std::uint32_t, Force> forces_;  // by tool
+  FadingForces forces_;
   std::optional<double> heard_s_;
   double time_s_ = 0;  // simulated
   std::deque<Line> lines_;

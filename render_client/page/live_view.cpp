@@ -127,8 +127,7 @@ void LiveView::describe_score(JsonText& json) const {
 }
 
 // Cuts are those of all servers; speed and tilt are the same everywhere, and programs report to each.
-void LiveView::describe_statuses(JsonText& json) const {
-  const std::vector<const ServerStatus*> statuses = session.statuses();
+void LiveView::describe_statuses(JsonText& json, std::span<const ServerStatus* const> statuses) const {
   std::uint64_t cuts = 0, refused = 0;
   std::set<std::string> links;
   for (const ServerStatus* status : statuses) {
@@ -173,13 +172,14 @@ std::string LiveView::describe(double now_s) const {
         .close('}');
   json.close(']').key("tools").open('[');
   const SceneInfo* scene = session.world().scene();
+  const std::vector<const ServerStatus*> statuses = session.statuses();
   std::uint32_t frozen = 0;
-  for (const ServerStatus* status : session.statuses()) frozen |= status->frozen_tools;
+  for (const ServerStatus* status : statuses) frozen |= status->frozen_tools;
   for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
     const JointPose* pose = t < frame_.tools.size() && frame_.tools[t].present ? &frame_.tools[t].pose_world : nullptr;
     json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
     json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
-    json.key("frozen").value((frozen >> t & 1) != 0);
+    json.key("frozen").value(is_frozen(frozen, t));
     json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
     if (pose) {
       const Vec3& at = pose->position_m;
@@ -215,7 +215,7 @@ std::string LiveView::describe(double now_s) const {
         .value(line.time_s)
         .close('}');
   json.close(']');
-  describe_statuses(json);
+  describe_statuses(json, statuses);
   describe_score(json);
   const std::optional<JointPose> wanted = wish();
   json.key("held");

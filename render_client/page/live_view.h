@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "render_client/draw/draw_frame.h"
@@ -51,7 +52,7 @@ class LiveView {
 
   void hold(double now_s);
   void describe_score(class JsonText& json) const;
-  void describe_statuses(JsonText& json) const;
+  void describe_statuses(JsonText& json, std::span<const ServerStatus* const> statuses) const;
   std::optional<JointPose> instrument() const;  // the instrument that is held, if it is drawn
   std::optional<JointPose> wish() const;
   void move_camera() { moved_ = true; }

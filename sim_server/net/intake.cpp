@@ -52,7 +52,7 @@ void Intake::take_samples(std::vector<ToolSample>& samples) {
     const bool heard = is_holder && deduplicator_.accept(*packet, now_s, samples);
     for (std::size_t i = first; i < samples.size(); ++i)
       samples[i].pose_world = limits_[packet->tool_id].follow(samples[i], now_s);
-    if (known && (frozen_ >> packet->tool_id & 1) != 0) samples.resize(first);
+    if (known && is_frozen(frozen_, packet->tool_id)) samples.resize(first);
     if (!known)
       log_limited(LogLevel::warning, "unknown tool",
                   "a device bridge moves tool " + std::to_string(packet->tool_id) + "; the scene has " +

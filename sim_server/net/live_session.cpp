@@ -52,8 +52,8 @@ std::optional<Pace::News> LiveSession::take(const SessionOrder& order) {
 // Its hand is elsewhere when a tool thaws: it leaves what it is in, and is in the scene anew, at its hand.
 std::optional<Pace::News> LiveSession::hold_off(const SessionOrder& order) {
   const bool freezes = order.kind == OrderKind::freeze;
-  const bool is_frozen = (net->frozen_tools() >> order.tool_id & 1) != 0;
-  if (order.tool_id >= scene.tools.size() || freezes == is_frozen) return std::nullopt;
+  if (order.tool_id >= scene.tools.size() || freezes == is_frozen(net->frozen_tools(), order.tool_id))
+    return std::nullopt;
   net->set_frozen(order.tool_id, freezes);
   const std::string& name = scene.tools[order.tool_id].name;
   if (freezes) return Pace::News{EventKind::instrument_frozen, name + " is frozen where it is"};

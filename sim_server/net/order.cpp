@@ -50,9 +50,9 @@ bool obeys(const SessionOrder& order, const Answer& answer) {
     case OrderKind::go_on:
       return answer.status.speed > 0;
     case OrderKind::freeze:
-      return (answer.status.frozen_tools >> order.tool_id & 1) == 1;
+      return is_frozen(answer.status.frozen_tools, order.tool_id);
     case OrderKind::thaw:
-      return (answer.status.frozen_tools >> order.tool_id & 1) == 0;
+      return !is_frozen(answer.status.frozen_tools, order.tool_id);
     case OrderKind::set_speed:
     case OrderKind::begin_anew:
     case OrderKind::tell_score:

@@ -130,7 +130,7 @@ void NetworkSide::run() {
 // The contacts that hands feel: none of a frozen tool, which isn't where its hand is.
 std::vector<ContactModel> felt(std::vector<ContactModel> contacts, std::uint32_t frozen_tools) {
   for (ContactModel& contact : contacts)
-    if ((frozen_tools >> contact.tool_id & 1) != 0)
+    if (is_frozen(frozen_tools, contact.tool_id))
       contact = {contact.tool_id, contact.sequence, contact.sim_time_s, contact.tool_time_s};
   return contacts;
 }
@@ -274,7 +274,10 @@ void ServerNet::publish(const StepOutput& output, const WorldView& world, double
     s.body_infos.push_back(s.body_infos.at(body.parent_id));
     s.body_infos.back().name = body.name;
   }
-  s.contacts->put(felt(output.contacts, s.intake.frozen_tools()));
+  if (frozen_tools() == 0)
+    s.contacts->put(output.contacts);
+  else
+    s.contacts->put(felt(output.contacts, frozen_tools()));
   s.handover.put([&](Outbox& outbox) {
     if (input) outbox.inputs.push_back(std::move(*input));
     outbox.put(output, world, s.body_infos, step_wall_time_s, due);

@@ -54,7 +54,7 @@ std::string text_of(const ServerStatus& status, const SceneInfo& scene) {
     text += line;
   }
   for (std::size_t t = 0; t < scene.tools.size(); ++t)
-    if ((status.frozen_tools >> t & 1) != 0)
+    if (is_frozen(status.frozen_tools, t))
       text += "tool " + std::to_string(t) + " is frozen: " + scene.tools[t].name + "\n";
   for (const LinkReport& report : status.link_reports) text += line_of(report) + "\n";
   return text;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <numeric>
 
+#include "common/math/disjoint_sets.h"
 #include "common/math/solid_angle.h"
 
 namespace sectio {
@@ -91,12 +91,7 @@ struct Piece {
 
 std::vector<Piece> pieces_of(const BodySpec& body) {
   const std::vector<Vec3>& at = particles_of(body);
-  std::vector<std::uint32_t> parent(at.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  DisjointSets together(at.size());
   const auto for_each_cell = [&](const auto& act) {
     if (body.tets.tetrahedra.empty())
       std::ranges::for_each(body.mesh.triangles, act);
@@ -104,12 +99,12 @@ std::vector<Piece> pieces_of(const BodySpec& body) {
       std::ranges::for_each(body.tets.tetrahedra, act);
   };
   for_each_cell([&](const auto& cell) {
-    for (const std::uint32_t v : cell) parent[root(v)] = root(cell[0]);
+    for (const std::uint32_t v : cell) together.join(v, cell[0]);
   });
   std::map<std::uint32_t, Piece> pieces;  // by root
   for_each_cell([&](const auto& cell) {
     for (const std::uint32_t v : cell) {
-      Piece& piece = pieces[root(v)];
+      Piece& piece = pieces[together.root(v)];
       piece.box.extend(at[v]);
       piece.held = piece.held || (body.fixed && body.fixed->contains(body.pose.to_world(at[v])));
     }

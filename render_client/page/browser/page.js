@@ -177,12 +177,11 @@ function buttons_of(tool, index, me) {
   const own = is_own ? button('Put down', () => claim(index, 'release'))
     : tool.holder === 0 ? button('Take in hand', () => claim(index, 'claim'))
     : button('Take over', () => claim(index, 'take'));
-  if (!is_own && !me.may_lead) return [own];
   const others = state.people.filter((p) => p.may_write && p.id !== state.you && p.id !== tool.holder);
   const give = others.map((p) => button('Give to ' + p.name, () => claim(index, 'give', p.id)));
-  if (!me.may_lead) return [own, ...give];
   const [words, kind] = tool.frozen ? ['Thaw', 'thaw'] : ['Freeze', 'freeze'];
-  return [own, ...give, button(words, () => order(kind, { tool: index }))];
+  const freeze = button(words, () => order(kind, { tool: index }));
+  return [own, ...(is_own || me.may_lead ? give : []), ...(me.may_lead ? [freeze] : [])];
 }
 
 function order(kind, { tilt_deg = 0, speed = 1, to_s = 0, tool = 0 } = {}) {

@@ -6,6 +6,7 @@
 
 #include "common/core/error.h"
 #include "common/core/sort_unique.h"
+#include "common/math/disjoint_sets.h"
 
 namespace sectio {
 namespace {
@@ -13,22 +14,6 @@ namespace {
 constexpr double kLeastVolume = 1e-9;  // in cells; smaller shares of a tetrahedron are rounding
 constexpr double kLeastArea = 1e-9;    // in faces of a cell
 constexpr double kLeastSpread = 0.05;  // so that the far corners of a crumb's cell don't drift
-
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t root(std::uint32_t a) {
-    while (parent_[a] != a) a = parent_[a] = parent_[parent_[a]];
-    return a;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 bool earlier(const GridPlace& a, const GridPlace& b) {
   return std::tuple(a[2], a[1], a[0]) < std::tuple(b[2], b[1], b[0]);
