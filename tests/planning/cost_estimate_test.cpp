@@ -17,12 +17,12 @@ namespace {
 
 using planning::Load;
 
-constexpr double kFactor = 1.4, kDisturbed = 2;  // 1.3 is the aim
+constexpr double kFactor = 1.4;  // 1.3 is the aim
 // A known failure: the ball with which a machine's speed is measured hardly dents, and a dent has many vertices.
 constexpr double kFactorOfDent = 1.6;
-// Other programs halve the machine's speed within seconds: a case is repeated unless the speed after it is that before.
-constexpr double kSameSpeed = 1.12;
-constexpr int kTries = 4;
+// Other programs halve the machine's speed within seconds, between its measurement and that of a case too: a case is
+// repeated until it is within its factor, and an estimate that is wrong never is.
+constexpr int kTries = 5;
 
 class Cost : public testing::TestWithParam<PlannedCase> {
  protected:
@@ -31,11 +31,6 @@ class Cost : public testing::TestWithParam<PlannedCase> {
     return last;
   }
 };
-
-bool same_speed(const planning::Calibration& a, const planning::Calibration& b) {
-  const auto of = [](const planning::Calibration& c) { return c.rate.at("surface_springs").element_ns; };
-  return std::max(of(a), of(b)) < kSameSpeed * std::min(of(a), of(b));
-}
 
 const PlannedCase kCases[] = {
     {"coarse_bar", Load::bending, {0.12, 0.02, 0.02}, {}, 20000, 0.45, 0.04},
@@ -85,22 +80,19 @@ double cost_of(Scene scene) {
 }
 
 TEST_P(Cost, is_near_the_estimate) {
-  double ratio = 1;
-  bool quiet = false;
-  for (int n = 0; n < kTries && !quiet; ++n) {
-    const planning::Calibration before = speed();
-    const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines(), before);
+  const double factor = GetParam().name == "touched_block" ? kFactorOfDent : kFactor;
+  std::vector<double> ratios;
+  const auto is_near = [&](double ratio) { return ratio < factor && ratio > 1 / factor; };
+  while (ratios.size() < kTries && std::ranges::none_of(ratios, is_near)) {
+    const PlannedScene planned = plan_scene(scene_of(GetParam()), standard_engines(), speed());
     const BodySpec& body = planned.scene.bodies[0];
     const double cost = cost_of(planned.scene);
     speed() = measure_calibration(standard_engines());
-    quiet = same_speed(before, speed());
-    ratio = *body.plan.cpu_estimate / cost;
-    std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f%s\n", GetParam().name.c_str(), body.model.c_str(),
-                *body.plan.cpu_estimate, cost, ratio, quiet ? "" : ", disturbed");
+    ratios.push_back(*body.plan.cpu_estimate / cost);
+    std::printf("%-16s %-20s expected %.4f s/s, is %.4f, ratio %.2f\n", GetParam().name.c_str(), body.model.c_str(),
+                *body.plan.cpu_estimate, cost, ratios.back());
   }
-  const double factor = GetParam().name == "touched_block" ? kFactorOfDent : kFactor;
-  EXPECT_LT(ratio, quiet ? factor : kDisturbed);
-  EXPECT_GT(ratio, 1 / (quiet ? factor : kDisturbed));
+  EXPECT_TRUE(std::ranges::any_of(ratios, is_near)) << testing::PrintToString(ratios) << ", factor " << factor;
 }
 
 }  // namespace
