@@ -7,9 +7,6 @@
 
 namespace sectio {
 
-namespace {
-
-// Rows: right, up and backward in the world.
 Mat3 view_axes(const Camera& camera) {
   Vec3 backward = camera.eye_world_m - camera.target_world_m;
   if (!(backward.norm() > 1e-9)) backward = Vec3::UnitZ();
@@ -26,10 +23,12 @@ Mat3 view_axes(const Camera& camera) {
   return axes;
 }
 
-}  // namespace
-
 double tangent_of_half_angle(const Camera& camera) {
   return std::tan(0.5 * std::clamp(camera.field_of_view_deg, 1.0, 150.0) * std::numbers::pi / 180.0);
+}
+
+Eigen::Vector2d half_slopes(const Camera& camera, double aspect) {
+  return tangent_of_half_angle(camera) * Eigen::Vector2d(std::max(1.0, aspect), std::max(1.0, 1 / aspect));
 }
 
 Eigen::Matrix4f view_from_world(const Camera& camera) {
@@ -44,10 +43,8 @@ Eigen::Matrix4f projection(const Camera& camera, double aspect) {
   // 24 bits of depth resolve about 2e-6 of the distance at this ratio of planes.
   const double distance_m = std::max((camera.eye_world_m - camera.target_world_m).norm(), 1e-3);
   const double near_m = 0.05 * distance_m, far_m = 20 * distance_m;
-  const double t = tangent_of_half_angle(camera);
   Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
-  m(0, 0) = 1 / (t * aspect);
-  m(1, 1) = 1 / t;
+  m.diagonal().head<2>() = half_slopes(camera, aspect).cwiseInverse();
   m(2, 2) = -(far_m + near_m) / (far_m - near_m);
   m(2, 3) = -2 * far_m * near_m / (far_m - near_m);
   m(3, 2) = -1;
@@ -76,7 +73,7 @@ Camera fit_camera(const Frame& frame, double aspect) {
   constexpr double kMargin = 1.08;
   Camera fitted = frame.camera;
   const Mat3 axes = view_axes(frame.camera);
-  const Vec3 slope(1 / (tangent_of_half_angle(frame.camera) * aspect), 1 / tangent_of_half_angle(frame.camera), 0);
+  const Eigen::Array2d slope = half_slopes(frame.camera, aspect).cwiseInverse();
   // A point (x, y, z) in view axes is inside the pyramid of an eye (ex, ey, ez) when slope |x - ex| + z <= ez. Hence
   // the bounds of z + slope x and z - slope x fix ex and ez, and those of y fix ey and ez.
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -88,7 +85,7 @@ Camera fit_camera(const Frame& frame, double aspect) {
       for (const VertexId v : triangle.v) {
         if (v >= body.positions_world_m.size() || !body.positions_world_m[v].allFinite()) continue;
         const Vec3 p = axes * body.positions_world_m[v].cast<double>();
-        const Eigen::Array2d across = slope.head<2>().array() * p.head<2>().array();
+        const Eigen::Array2d across = slope * p.head<2>().array();
         highest = highest.max(p.z() + across);
         lowest = lowest.max(p.z() - across);
         nearest = std::max(nearest, p.z());
@@ -97,7 +94,7 @@ Camera fit_camera(const Frame& frame, double aspect) {
     }
   }
   if (!std::isfinite(nearest)) return fitted;
-  const Eigen::Array2d across = (highest - lowest) / (2 * slope.head<2>().array());
+  const Eigen::Array2d across = (highest - lowest) / (2 * slope);
   const double centre_z = 0.5 * (nearest + farthest);
   const double eye_z = std::max(((highest + lowest) / 2).maxCoeff(), nearest + 1e-3);
   const double distance_m = kMargin * (eye_z - centre_z);

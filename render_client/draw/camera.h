@@ -8,13 +8,19 @@
 
 namespace sectio {
 
-// The vertical field of view is held between 1 and 150 degrees.
-double tangent_of_half_angle(const Camera& camera);
+// Rows: right, up and backward in the world; usable ones for an up vector along the line of sight and for an eye on its
+// target.
+Mat3 view_axes(const Camera& camera);
 
-// Rigid. An up vector along the line of sight, or an eye on its target, is replaced by a usable one.
+// Tangent of half the field of view, which is that of the picture's shorter side, between 1 and 150 degrees.
+double tangent_of_half_angle(const Camera& camera);
+// The tangents from the middle of a picture to its right and to its upper border. aspect: width over height.
+Eigen::Vector2d half_slopes(const Camera& camera, double aspect);
+
+// Rigid.
 Eigen::Matrix4f view_from_world(const Camera& camera);
 
-// field_of_view_deg is vertical; near and far planes follow the distance from eye to target.
+// Near and far planes follow the distance from eye to target.
 Eigen::Matrix4f projection(const Camera& camera, double aspect);
 
 // A plane in the world; the tissue on the normal's side is left out of a picture.

@@ -26,18 +26,6 @@ Mat3 level_axes(const Camera& camera) {
   return axes;
 }
 
-Mat3 OrbitCamera::axes() const {
-  Vec3 backward = camera_.eye_world_m - camera_.target_world_m;
-  backward = backward.norm() > 1e-9 ? backward.normalized() : Vec3::UnitZ();
-  Vec3 right = camera_.up_world.cross(backward);
-  right = right.norm() > 1e-6 ? right.normalized() : backward.unitOrthogonal();
-  Mat3 axes;
-  axes.row(0) = right;
-  axes.row(1) = backward.cross(right);
-  axes.row(2) = backward;
-  return axes;
-}
-
 void OrbitCamera::orbit(double right_rad, double up_rad) {
   const Vec3 up = camera_.up_world.normalized();
   const Vec3 arm = camera_.eye_world_m - camera_.target_world_m;
@@ -45,7 +33,7 @@ void OrbitCamera::orbit(double right_rad, double up_rad) {
   const double most_rad = std::numbers::pi - kFromPole_rad;
   const double turned_rad =
       std::clamp(polar_rad - up_rad, std::min(kFromPole_rad, polar_rad), std::max(most_rad, polar_rad));
-  const Vec3 right = axes().row(0).transpose();
+  const Vec3 right = view_axes(camera_).row(0).transpose();
   const Eigen::AngleAxisd about_right(turned_rad - polar_rad, right);
   const Eigen::AngleAxisd about_up(-right_rad, up);
   camera_.eye_world_m = camera_.target_world_m + about_up * (about_right * arm);
@@ -53,9 +41,9 @@ void OrbitCamera::orbit(double right_rad, double up_rad) {
 
 void OrbitCamera::pan(double right, double up) {
   const double distance_m = (camera_.eye_world_m - camera_.target_world_m).norm();
-  const double height_m = 2 * distance_m * tangent_of_half_angle(camera_);
-  const Mat3 a = axes();
-  move(-height_m * (right * a.row(0) + up * a.row(1)).transpose());
+  const double shorter_m = 2 * distance_m * tangent_of_half_angle(camera_);
+  const Mat3 a = view_axes(camera_);
+  move(-shorter_m * (right * a.row(0) + up * a.row(1)).transpose());
 }
 
 void OrbitCamera::move(const Vec3& by_world_m) {
@@ -66,22 +54,22 @@ void OrbitCamera::move(const Vec3& by_world_m) {
 void OrbitCamera::zoom(double factor) {
   const Vec3 arm = camera_.eye_world_m - camera_.target_world_m;
   const double distance_m = std::clamp(arm.norm() * factor, kNearest_m, kFarthest_m);
-  camera_.eye_world_m = camera_.target_world_m + distance_m * axes().row(2).transpose();
+  camera_.eye_world_m = camera_.target_world_m + distance_m * view_axes(camera_).row(2).transpose();
 }
 
 Ray OrbitCamera::ray(double x, double y, double aspect) const {
-  const double t = tangent_of_half_angle(camera_);
-  const Mat3 a = axes();
-  const Vec3 along = (x * t * aspect * a.row(0) + y * t * a.row(1) - a.row(2)).transpose();
+  const Eigen::Vector2d slope = half_slopes(camera_, aspect);
+  const Mat3 a = view_axes(camera_);
+  const Vec3 along = (x * slope.x() * a.row(0) + y * slope.y() * a.row(1) - a.row(2)).transpose();
   return {camera_.eye_world_m, along.normalized()};
 }
 
 Vec3 OrbitCamera::project(const Vec3& world_m, double aspect) const {
-  const Vec3 p = axes() * (world_m - camera_.eye_world_m);
-  const double t = tangent_of_half_angle(camera_);
+  const Vec3 p = view_axes(camera_) * (world_m - camera_.eye_world_m);
+  const Eigen::Vector2d slope = half_slopes(camera_, aspect);
   const double distance_m = -p.z();
   if (distance_m < 1e-6) return {0, 0, distance_m};
-  return {p.x() / (t * aspect * distance_m), p.y() / (t * distance_m), distance_m};
+  return {p.x() / (slope.x() * distance_m), p.y() / (slope.y() * distance_m), distance_m};
 }
 
 }  // namespace sectio

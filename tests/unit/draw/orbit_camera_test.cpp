@@ -15,13 +15,28 @@ TEST(OrbitCamera, a_ray_goes_through_what_is_drawn_at_its_place) {
   OrbitCamera camera(some_camera());
   camera.orbit(0.7, 0.2);
   camera.pan(0.1, -0.2);
-  for (const double x : {-0.9, 0.0, 0.4})
-    for (const double y : {-0.5, 0.8}) {
-      const Ray ray = camera.ray(x, y, kAspect);
-      const Vec3 place = camera.project(ray.from_world_m + 0.3 * ray.along_world, kAspect);
-      EXPECT_NEAR(place.x(), x, 1e-9);
-      EXPECT_NEAR(place.y(), y, 1e-9);
-    }
+  for (const double aspect : {kAspect, 1.0, 0.5})
+    for (const double x : {-0.9, 0.0, 0.4})
+      for (const double y : {-0.5, 0.8}) {
+        const Ray ray = camera.ray(x, y, aspect);
+        const Vec3 place = camera.project(ray.from_world_m + 0.3 * ray.along_world, aspect);
+        EXPECT_NEAR(place.x(), x, 1e-9);
+        EXPECT_NEAR(place.y(), y, 1e-9);
+      }
+}
+
+TEST(OrbitCamera, an_upright_picture_shows_as_much_as_one_on_its_side) {
+  const OrbitCamera camera(some_camera());
+  const Vec3 target = some_camera().target_world_m;
+  const Vec3 beside = camera.ray(0.9, 0, 1).along_world, above = camera.ray(0, 0.9, 1).along_world;
+  const double far_m = (target - some_camera().eye_world_m).norm();
+  const auto seen_at = [&](const Vec3& along, double aspect) {
+    return camera.project(some_camera().eye_world_m + far_m * along, aspect);
+  };
+  EXPECT_NEAR(seen_at(beside, 0.46).x(), 0.9, 1e-9);
+  EXPECT_NEAR(seen_at(above, 0.46).y(), 0.9 * 0.46, 1e-9);
+  EXPECT_NEAR(seen_at(beside, 2.17).x(), 0.9 / 2.17, 1e-9);
+  EXPECT_NEAR(seen_at(above, 2.17).y(), 0.9, 1e-9);
 }
 
 TEST(OrbitCamera, turns_about_its_target_and_never_over_the_pole) {
