@@ -23,11 +23,12 @@ class Validator {
 
  private:
   static std::string unless(bool fine, const char* text) { return fine ? "" : text; }
+  static std::string flaw_of(double number, Limits own);                    // ": expected 0 to 1, got -1"
   static std::string at_index(std::size_t index, const std::string& flaw);  // "[3].name: too long or too short"
 
   template <visit::Number T>
   static std::string flaw_in(const T& value, Limits own, Limits) {
-    return unless(own.contain(static_cast<double>(value)), ": out of range");
+    return flaw_of(static_cast<double>(value), own);
   }
   template <visit::Enumerator T>
   static std::string flaw_in(const T& value, Limits own, Limits) {
@@ -66,7 +67,9 @@ class Validator {
     return "";
   }
   static std::string flaw_in(const Vec3& v, Limits own, Limits) {
-    return unless(own.contain(v.x()) && own.contain(v.y()) && own.contain(v.z()), ": out of range");
+    for (const double x : {v.x(), v.y(), v.z()})
+      if (!own.contain(x)) return flaw_of(x, own);
+    return "";
   }
   static std::string flaw_in(const Eigen::Quaterniond& q, Limits, Limits) {
     return unless(std::abs(q.norm() - 1) < kUnitTolerance, ": not of length 1");

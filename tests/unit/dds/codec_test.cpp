@@ -157,7 +157,10 @@ TEST(Validate, names_the_field_that_is_wrong) {
   EXPECT_EQ(first_flaw(scene), "bodies[1].name: too long or too short");
   scene = some_scene();
   scene.camera.eye_world_m.x() = 1e9;
-  EXPECT_EQ(first_flaw(scene), "camera.eye_world_m: out of range");
+  EXPECT_EQ(first_flaw(scene), "camera.eye_world_m: expected -10000 to 10000, got 1e+09");
+  SessionOrder order = some_order();
+  order.sim_time_s = -1;
+  EXPECT_EQ(first_flaw(order), "sim_time_s: expected >= 0, got -1");
 }
 
 TEST(Text, names_every_field_and_shortens_long_sequences) {
