@@ -58,15 +58,17 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SceneInfo>(message, [&](const SceneInfo& scene) {
         world_.announce(scene);
         if (!scene.task.empty()) task_ = scene.task;
-        std::erase_if(statuses_, [&](const auto& each) { return !world_.knows(each.first); });
+        const auto is_gone = [&](const auto& each) { return !world_.knows(each.first); };
+        std::erase_if(statuses_, is_gone);
+        std::erase_if(heard_s_, is_gone);
       });
     case LiveKind::delta:
       return with<DeltaMessage>(message, [&](DeltaMessage delta) { world_.feed(std::move(delta)); });
     case LiveKind::keyframe_chunk:
       return with<KeyframeChunk>(message, [&](KeyframeChunk chunk) { world_.feed(std::move(chunk)); });
     case LiveKind::state_header:
-      heard_s_ = now_s;
       return with<StateHeader>(message, [&](StateHeader header) {
+        heard_s_[header.epoch] = now_s;
         time_s_ = header.sim_time_s;
         world_.feed(std::move(header));
       });
@@ -78,7 +80,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SessionEvent>(message, [&](const SessionEvent& event) { take(event); });
     case LiveKind::status:
       return with<ServerStatus>(message, [&](const ServerStatus& status) {
-        heard_s_ = now_s;
+        heard_s_[status.epoch] = now_s;
         statuses_[status.epoch] = status;
         equality_.hear(status.epoch, status.bodies);
       });
@@ -175,9 +177,21 @@ std::optional<std::uint32_t> LiveSession::held_tool() const {
   return std::nullopt;
 }
 
-std::optional<double> LiveSession::silent_s(double now_s) const {
-  if (!heard_s_) return std::nullopt;
-  return now_s - *heard_s_;
+std::optional<LiveSession::Silence> LiveSession::silence(double now_s) const {
+  const std::vector<std::pair<std::uint64_t, std::size_t>> servers = world_.body_counts();
+  const std::vector<std::string> names = world_.body_names();
+  std::optional<Silence> longest;
+  std::size_t first = 0;
+  for (const auto& [epoch, count] : servers) {
+    std::string bodies;
+    for (std::size_t b = first; servers.size() > 1 && b < first + count; ++b)
+      bodies += (bodies.empty() ? "" : ", ") + names[b];
+    first += count;
+    const auto heard = heard_s_.find(epoch);
+    if (heard == heard_s_.end() || (longest && longest->for_s >= now_s - heard->second)) continue;
+    longest = Silence{now_s - heard->second, bodies};
+  }
+  return longest;
 }
 
 }  // namespace sectio

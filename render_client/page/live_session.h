@@ -46,8 +46,12 @@ class LiveSession {
   // The newest of each server that is shown, in the order of their bodies.
   std::vector<const ServerStatus*> statuses() const;
   double force_n(std::uint32_t tool_id, double now_s) const { return forces_.force_n(tool_id, now_s).value_or(0); }
-  // Since the last word of the server; nothing before the first one.
-  std::optional<double> silent_s(double now_s) const;
+  // Since the last word of the server that has been silent for longest; nothing before the first word.
+  struct Silence {
+    double for_s = 0;
+    std::string of;  // its bodies, where there are several servers
+  };
+  std::optional<Silence> silence(double now_s) const;
   // For a person. Something that is said again stays one line.
   struct Line {
     std::uint64_t number = 0;  // ascending, so that a reader knows which are new
@@ -86,8 +90,8 @@ class LiveSession {
   std::vector<std::uint64_t> served_by_;            // epochs
   Equality equality_;
   FadingForces forces_;
-  std::optional<double> heard_s_;
-  double time_s_ = 0;  // simulated
+  std::map<std::uint64_t, double> heard_s_;  // by epoch
+  double time_s_ = 0;                        // simulated
   std::deque<Line> lines_;
   std::uint64_t line_count_ = 0;
   std::vector<std::string> score_, task_;

@@ -151,10 +151,12 @@ std::string LiveView::describe(double now_s) const {
   json.key("session").value(frame_.session).key("time_s").value(frame_.sim_time_s);
   json.key("step").value(frame_.step).key("pictures").value(pictures_);
   json.key("silent_s");
-  if (const auto silent_s = session.silent_s(now_s))
-    json.value(*silent_s);
+  const auto silence = session.silence(now_s);
+  if (silence)
+    json.value(silence->for_s);
   else
     json.null();
+  json.key("silent").value(silence ? silence->of : "");
   json.key("ended").value(session.world().session_end().has_value());
 
   const Roster& roster = session.roster();

@@ -59,8 +59,9 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
   input.spare_idle_bodies = budget == Budget::reduced;
   input.overrun.clear();
   if (budget == Budget::kept && !planner.changed()) return;
-  char text[96];
-  std::snprintf(text, sizeof text, "%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
+  char text[96] = "kept again";
+  if (budget != Budget::kept)
+    std::snprintf(text, sizeof text, "%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
   if (planner.changed()) input.overrun = text;
   log_limited(LogLevel::warning, to_string(budget), text);
 }

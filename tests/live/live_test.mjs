@@ -208,7 +208,7 @@ try {
   await check('a page says that the server is silent, and goes on when it is back', async () => {
     const [server] = processes('/sim_server');
     process.kill(server, 'SIGSTOP');
-    await until('the warning', async () => (await ada.warning()).startsWith('server silent for '));
+    await until('the warning', async () => (await ada.warning()).startsWith('the server has been silent for '));
     process.kill(server, 'SIGCONT');
     const { step } = await ada.state();
     await ada.until('the session to go on', (s) => s.step > step && s.silent_s < 1);

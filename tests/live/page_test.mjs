@@ -71,7 +71,7 @@ try {
     const stopped_ms = Date.now();
     await ada.drag(way(120, 240, 150), 60);
     const { bodies } = await ada.until('a cut', (s) => s.cuts > 5 && equal(s));
-    assert.ok((await ben.warning()).startsWith('server silent for '), await ben.warning());
+    assert.ok((await ben.warning()).startsWith('the server has been silent for '), await ben.warning());
     assert.equal((await ben.state()).bodies[0].hash, before.bodies[0].hash, 'nothing has come');
     await sleep(Math.max(0, stopped_ms + 3000 - Date.now()));
     link.go_on();
@@ -98,12 +98,13 @@ try {
   await check('a server that is late again and again is one line', async () => {
     const [server] = session.processes('/sim_server');
     for (let i = 0; i < 4; ++i) {
+      const told = line(await ada.state(), 'pace of the server ')?.count ?? 0;
       process.kill(server, 'SIGSTOP');
       await sleep(300);
       process.kill(server, 'SIGCONT');
-      await sleep(700);
+      await ada.until('the word of it', (s) => line(s, 'pace of the server ')?.count > told);
     }
-    const { lines } = await ada.until('the word of it', (s) => line(s, 'pace of the server ')?.count >= 4);
+    const { lines } = await ada.state();
     assert.equal(lines.filter((l) => l.text.startsWith('pace of the server ')).length, 1);
     await until('its count', async () => /pace of the server .* times, last at \d+\.\d s/.test(await text(ada, 'lines')));
   });
@@ -139,10 +140,10 @@ try {
     await until('nothing to press', () => idle(ben));
     assert.match(line(await ben.state(), 'connection lost at ').text, /, and with it the scalpel that you held$/);
     await ada.until('a free scalpel', (s) => s.tools[0].holder === 0);
-    await sleep(2000);
     if (pictures) {
       await ben.send('Emulation.setDeviceMetricsOverride', { width: 640, height: 790, deviceScaleFactor: 1, mobile: false });
-      await sleep(1000);
+      await until('a picture of that size', () => ben.evaluate(`document.getElementById('canvas').height > 700`));
+      await ben.evaluate('new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))');
       await ben.picture(join(pictures, 'live_lost.png'));
     }
     link.mend();

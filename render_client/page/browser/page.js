@@ -22,7 +22,8 @@ let socket = null;
 let state = null;     // what the program said last
 let refusal = '';     // why there is no connection
 let lost_s = null;    // when the connection was lost
-let mute_s = null;    // when the server said its last word, while it is silent
+let mute_s = null;    // when a server said its last word, while it is silent
+let mute = '';        // which server that is
 // For tests: what is known, and the connection.
 window.sectio = { get socket() { return socket; }, get state() { return state; }, get connected() { return socket?.readyState === WebSocket.OPEN; } };
 
@@ -100,8 +101,9 @@ function watch_server() {
   if (was_busy || !window.sectio.connected || state.ended || state.silent_s === null) return;
   if (mute_s === null && state.silent_s > SILENT_S) {
     mute_s = now() - state.silent_s;
+    mute = state.silent ? `the server of ${state.silent}` : 'the server';
   } else if (mute_s !== null && state.silent_s < SILENT_S) {
-    note(`the server was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
+    note(`${mute} was silent for ${how_long(mute_s)}, until ${clock()}`, 'silence');
     mute_s = null;
   }
 }
@@ -228,7 +230,7 @@ function show() {
   show_hint();
   const me = state.people.find((p) => p.id === state.you);
   const name_of = (id) => state.people.find((p) => p.id === id)?.name ?? '';
-  const silent = mute_s !== null && !state.ended ? `server silent for ${how_long(mute_s)}` : '';
+  const silent = mute_s !== null && !state.ended ? `${mute} has been silent for ${how_long(mute_s)}` : '';
   byId('warning').textContent = window.sectio.connected ? silent || no_webgl : refusal;
   byId('warning').hidden = byId('warning').textContent === '';
   byId('session').textContent = state.session || 'waiting for a session';
@@ -348,7 +350,8 @@ canvas.addEventListener('pointermove', (event) => {
     if (holds()) point(event);
     return;
   }
-  const dx = (event.clientX - before[0]) / canvas.clientHeight, dy = (event.clientY - before[1]) / canvas.clientHeight;
+  const side = Math.min(canvas.clientWidth, canvas.clientHeight);
+  const dx = (event.clientX - before[0]) / side, dy = (event.clientY - before[1]) / side;
   if (deed === 'point') point(event);
   else if (deed === 'orbit') call('orbit', 4 * dx, 4 * dy);
   else if (deed === 'pan') call('pan', dx, -dy);

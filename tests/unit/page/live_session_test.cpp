@@ -88,6 +88,26 @@ TEST_F(LiveSessionTest, keeps_a_status_of_each_server) {
   EXPECT_EQ(session.statuses()[1]->cuts_made, 3U);
 }
 
+TEST_F(LiveSessionTest, names_the_server_that_is_silent_where_there_are_several) {
+  const std::uint64_t liver = first_epoch(10), kidney = first_epoch(20);
+  announce(liver, "liver");
+  EXPECT_FALSE(session.silence(0));
+  now_s = 1;
+  report(liver, 0);
+  ASSERT_TRUE(session.silence(1.5));
+  EXPECT_NEAR(session.silence(1.5)->for_s, 0.5, 1e-12);
+  EXPECT_EQ(session.silence(1.5)->of, "") << "there is one";
+  announce(kidney, "kidney");
+  now_s = 2;
+  report(kidney, 0);
+  EXPECT_NEAR(session.silence(4)->for_s, 3, 1e-12);
+  EXPECT_EQ(session.silence(4)->of, "liver");
+  now_s = 4;
+  report(liver, 0);
+  EXPECT_NEAR(session.silence(4)->for_s, 2, 1e-12);
+  EXPECT_EQ(session.silence(4)->of, "kidney");
+}
+
 TEST_F(LiveSessionTest, lets_go_of_its_instrument_with_the_connection) {
   hear(LiveKind::roster, Roster{7, {{7, "Ada", true, true}}, {3, 7}});
   EXPECT_EQ(session.held_tool(), 1U);
