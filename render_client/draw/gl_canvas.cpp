@@ -71,7 +71,6 @@ class GlCanvas final : public Canvas {
   static void set_layer_uniforms(const Program& program, std::span<const TissueLayer> layers);
   void set_section_uniforms(const Program& program, const Material& material) const;
   Eigen::Vector2f half_size_px() const;
-  Eigen::Vector2f corner_px() const { return {target_.left_px, target_.bottom_px}; }
   void draw_elements(MeshId mesh, IndexRange range);
   void draw_lines(GpuMesh& mesh, IndexRange range);
 
@@ -366,8 +365,6 @@ void GlCanvas::draw(MeshId mesh, IndexRange range, const Material& material, con
   program.set("view_from_mesh", Eigen::Matrix4f(view_.view_from_world * world_from_mesh));
   program.set("projection", view_.projection);
   program.set("base_colour", material.colour);
-  program.set("half_size_px", half_size_px());
-  program.set("corner_px", corner_px());
   if (variant.regions) set_region_uniforms(program, m.regions);
   if (variant.shadows) set_occluder_uniforms(program);
   if (variant.layers) set_layer_uniforms(program, material.layers);

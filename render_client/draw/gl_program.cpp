@@ -45,7 +45,7 @@ const char* fragment_source(Shading shading) {
       return shaders::kPlastic;
     case Shading::cloth:
       return shaders::kCloth;
-    case Shading::drape:
+    case Shading::drape:  // has a vertex shader of its own, too
       return shaders::kDrape;
     case Shading::glow:
       return shaders::kGlow;
@@ -75,13 +75,21 @@ Program Program::link(const GlFunctions& gl, std::initializer_list<unsigned> sta
 }
 
 Program Program::of_variant(const GlFunctions& gl, const ShaderVariant& variant) {
-  return link(gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kVertex}),
-                   compile(gl, GL_FRAGMENT_SHADER,
-                           {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
-                            variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "",
-                            variant.section ? "#define SECTION\n" : "", variant.layers ? "#define LAYERS\n" : "",
-                            shaders::kLighting, shaders::kBackdrop, variant.regions ? shaders::kRegions : "",
-                            variant.section ? shaders::kSection : "", fragment_source(variant.shading)})});
+  if (variant.shading == Shading::drape)
+    return link(
+        gl,
+        {compile(gl, GL_VERTEX_SHADER,
+                 {shaders::kAttributes, shaders::kLamps, shaders::kBackdrop, shaders::kDrapeVertex}),
+         compile(gl, GL_FRAGMENT_SHADER,
+                 {variant.shadows ? "#define SHADOWS\n" : "", shaders::kLamps, shaders::kKeyLight, shaders::kDrape})});
+  return link(
+      gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kAttributes, shaders::kVertex}),
+           compile(gl, GL_FRAGMENT_SHADER,
+                   {variant.regions ? "#define REGIONS\n" : "", variant.shadows ? "#define SHADOWS\n" : "",
+                    variant.pattern_per_pixel ? "#define PATTERN_PER_PIXEL\n" : "",
+                    variant.section ? "#define SECTION\n" : "", variant.layers ? "#define LAYERS\n" : "",
+                    shaders::kLamps, shaders::kKeyLight, shaders::kLighting, variant.regions ? shaders::kRegions : "",
+                    variant.section ? shaders::kSection : "", fragment_source(variant.shading)})});
 }
 
 Program Program::of_background(const GlFunctions& gl) {
@@ -91,12 +99,12 @@ Program Program::of_background(const GlFunctions& gl) {
 
 Program Program::of_wireframe(const GlFunctions& gl) {
 #ifdef __EMSCRIPTEN__
-  return link(
-      gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kVertex}), compile(gl, GL_FRAGMENT_SHADER, {shaders::kWireLine})});
+  return link(gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kAttributes, shaders::kVertex}),
+                   compile(gl, GL_FRAGMENT_SHADER, {shaders::kWireLine})});
 #else
-  return link(
-      gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kVertex}), compile(gl, GL_GEOMETRY_SHADER, {shaders::kWireGeometry}),
-           compile(gl, GL_FRAGMENT_SHADER, {shaders::kWire})});
+  return link(gl, {compile(gl, GL_VERTEX_SHADER, {shaders::kAttributes, shaders::kVertex}),
+                   compile(gl, GL_GEOMETRY_SHADER, {shaders::kWireGeometry}),
+                   compile(gl, GL_FRAGMENT_SHADER, {shaders::kWire})});
 #endif
 }
 

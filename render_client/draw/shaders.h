@@ -13,7 +13,7 @@ constexpr const char* kVersion =
 constexpr const char* kVersion = "#version 330 core\n";
 #endif
 
-constexpr const char* kVertex = R"(
+constexpr const char* kAttributes = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 rest_depth;
@@ -22,6 +22,9 @@ layout(location = 4) in float vertex_scalar;
 uniform mat4 view_from_mesh;
 uniform mat4 projection;
 invariant gl_Position;
+)";
+
+constexpr const char* kVertex = R"(
 out vec3 p_view;
 out vec3 n_view;
 out vec4 rest;
@@ -37,26 +40,26 @@ void main() {
   gl_Position = projection * p;
 })";
 
-constexpr const char* kLighting = R"(
+constexpr const char* kLamps = R"(
+const vec3 kKey = vec3(-0.4082, 0.8165, 0.4082);
+const vec3 kFill = vec3(0.7682, 0.0960, 0.6330);
+const vec3 kRim = vec3(0.3015, 0.6030, -0.7385);
+
+// As it is on the screen. Filmic curve: Narkowicz 2015, ACES filmic tone mapping. Display gamma is taken as 2.
+vec3 shown(vec3 light) {
+  light *= 0.85;
+  return sqrt(clamp(light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14), 0.0, 1.0));
+}
+)";
+
+constexpr const char* kKeyLight = R"(
 in vec3 p_view;
-in vec3 n_view;
-in vec4 rest;
-in vec4 pattern;
-in float scalar;
-uniform vec3 base_colour;
-uniform sampler3D noise;
-uniform sampler3D relief;
-uniform sampler2D weave;  // a plane of relief.a
+out vec4 fragment;
 #ifdef SHADOWS
 uniform vec4 occluder_from[2];
 uniform vec4 occluder_to[2];
 uniform int occluder_count;
 #endif
-out vec4 fragment;
-
-const vec3 kKey = vec3(-0.4082, 0.8165, 0.4082);
-const vec3 kFill = vec3(0.7682, 0.0960, 0.6330);
-const vec3 kRim = vec3(0.3015, 0.6030, -0.7385);
 
 // Share of the key light that passes the instruments. The penumbra widens with the distance of what throws it.
 float key_light_at(vec3 p) {
@@ -77,6 +80,16 @@ float key_light_at(vec3 p) {
 #endif
   return max(light, 0.0);
 }
+)";
+
+constexpr const char* kLighting = R"(
+in vec3 n_view;
+in vec4 rest;
+in vec4 pattern;
+in float scalar;
+uniform vec3 base_colour;
+uniform sampler3D noise;
+uniform sampler3D relief;
 
 // A room with a bright square lamp above left and a grey floor, as a mirror direction sees it.
 vec3 surroundings(vec3 r) {
@@ -99,12 +112,7 @@ vec3 bumped(vec3 n, vec3 gradient) {
   return normalize(max(abs(area), 1e-12) * n - slope);
 }
 
-// Filmic curve: Narkowicz 2015, ACES filmic tone mapping. Display gamma is taken as 2.
-void emit(vec3 light) {
-  light *= 0.85;
-  vec3 c = clamp(light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14), 0.0, 1.0);
-  fragment = vec4(sqrt(c), 1.0);
-}
+void emit(vec3 light) { fragment = vec4(shown(light), 1.0); }
 
 // Diffuse light under a moist film. Red travels farther in tissue, so it wraps farther round the terminator.
 void emit_tissue(vec3 n, vec3 film_n, vec3 albedo, float ambient, float wetness) {
@@ -310,19 +318,42 @@ vec3 backdrop(vec2 screen) {
 }
 )";
 
-// Surgical cloth: a weave, folds, the shade of the bodies on it. Far from the middle it passes into the backdrop:
-// rest.z is the share of the backdrop, in thousandths.
-constexpr const char* kDrape = R"(
-uniform vec2 half_size_px;
-uniform vec2 corner_px;
+// Surgical cloth: folds, the shade of the bodies on it, and a weave. Far from the middle it passes into the backdrop:
+// rest_depth.z is the share of the backdrop, in thousandths. It is flat and fills a picture, so all but the weave and
+// the shadows of instruments is computed at its vertices, as colours on the screen.
+constexpr const char* kDrapeVertex = R"(
+uniform vec3 base_colour;
+out vec3 p_view;
+out vec2 place;
+out vec3 lit;
+out vec3 shadowed;
+out vec3 woven;
 void main() {
-  vec3 n = normalize(n_view);
-  vec4 folds = pattern;
-  vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * folds.r) * (0.88 + 0.20 * texture(weave, rest.xy * 150.0).r);
-  float key = mix(0.35, 1.0, key_light_at(p_view));
-  vec3 light = albedo * (key * max(dot(n, kKey), 0.0) + 0.25 * max(dot(n, kFill), 0.0) + 0.22);
-  emit(light * (1.0 - rest.w));
-  fragment.rgb = mix(fragment.rgb, backdrop((gl_FragCoord.xy - corner_px) / half_size_px - 1.0), 1000.0 * rest.z);
+  vec4 p = view_from_mesh * vec4(position, 1.0);
+  p_view = p.xyz;
+  place = rest_depth.xy;
+  gl_Position = projection * p;
+  vec3 n = normalize(mat3(view_from_mesh) * normal);
+  vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * vertex_pattern.r) * (1.0 - rest_depth.w);
+  float lamp = max(dot(n, kKey), 0.0), rest = 0.25 * max(dot(n, kFill), 0.0) + 0.22;
+  float share = 1000.0 * rest_depth.z;
+  vec3 behind = share * backdrop(gl_Position.xy / max(gl_Position.w, 1e-6));
+  woven = (1.0 - share) * shown(albedo * (lamp + rest));
+  lit = woven + behind;
+  shadowed = (1.0 - share) * shown(albedo * (0.35 * lamp + rest)) + behind;
+})";
+constexpr const char* kDrape = R"(
+in vec2 place;
+in vec3 lit;
+in vec3 shadowed;
+in vec3 woven;
+uniform sampler2D weave;  // a plane of the relief's mottling
+void main() {
+  vec3 colour = lit;
+#ifdef SHADOWS
+  colour = mix(shadowed, lit, key_light_at(p_view));
+#endif
+  fragment = vec4(colour + woven * (0.11 * texture(weave, place * 150.0).r - 0.066), 1.0);
 })";
 
 // A triangle over the whole picture, at the far plane.
