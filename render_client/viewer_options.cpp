@@ -79,7 +79,7 @@ bool parse(int argc, char** argv, ViewerOptions& o) {
   arguments.option("--samples", o.samples, "samples per pixel: 1 (live) or 4 (smooth edges)");
   arguments.option("--camera-eye", o.eye, "x,y,z in metres; empty: as the scene says");
   arguments.option("--camera-target", o.target, "x,y,z in metres; empty: as the scene says");
-  arguments.option("--fov", o.field_of_view_deg, "field of view of the shorter side in degrees; 0: as the scene says");
+  arguments.option("--fov", o.field_of_view_deg, "vertical field of view in degrees; 0: as the scene says");
   arguments.toggle("--stereo", o.stereo, "one picture for each eye, side by side, half of --size each");
   arguments.option("--eye-separation-m", o.eyes.eye_separation_m,
                    "distance between the eyes; 0: a thirtieth of the convergence distance");

@@ -5,6 +5,10 @@
 
 namespace sectio {
 
+// Scenes are made for pictures at least so wide. A narrower one, of a phone that is held upright, is as wide and shows
+// more above and below.
+constexpr double kNarrowestAspect = 4.0 / 3;
+
 struct Camera {
   Vec3 eye_world_m{0.0, -0.4, 0.3};
   Vec3 target_world_m = Vec3::Zero();

@@ -28,7 +28,8 @@ double tangent_of_half_angle(const Camera& camera) {
 }
 
 Eigen::Vector2d half_slopes(const Camera& camera, double aspect) {
-  return tangent_of_half_angle(camera) * Eigen::Vector2d(std::max(1.0, aspect), std::max(1.0, 1 / aspect));
+  const double right = tangent_of_half_angle(camera) * std::max(aspect, kNarrowestAspect);
+  return {right, right / aspect};
 }
 
 Eigen::Matrix4f view_from_world(const Camera& camera) {

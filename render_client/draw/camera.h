@@ -12,7 +12,7 @@ namespace sectio {
 // target.
 Mat3 view_axes(const Camera& camera);
 
-// Tangent of half the field of view, which is that of the picture's shorter side, between 1 and 150 degrees.
+// Tangent of half the field of view, which is vertical and held between 1 and 150 degrees.
 double tangent_of_half_angle(const Camera& camera);
 // The tangents from the middle of a picture to its right and to its upper border. aspect: width over height.
 Eigen::Vector2d half_slopes(const Camera& camera, double aspect);

@@ -41,9 +41,9 @@ void OrbitCamera::orbit(double right_rad, double up_rad) {
 
 void OrbitCamera::pan(double right, double up) {
   const double distance_m = (camera_.eye_world_m - camera_.target_world_m).norm();
-  const double shorter_m = 2 * distance_m * tangent_of_half_angle(camera_);
+  const double height_m = 2 * distance_m * tangent_of_half_angle(camera_);
   const Mat3 a = view_axes(camera_);
-  move(-shorter_m * (right * a.row(0) + up * a.row(1)).transpose());
+  move(-height_m * (right * a.row(0) + up * a.row(1)).transpose());
 }
 
 void OrbitCamera::move(const Vec3& by_world_m) {

@@ -21,7 +21,7 @@ class OrbitCamera {
 
   // Turns about the target: to the right and up, in radians. It stops short of the poles of the up vector.
   void orbit(double right_rad, double up_rad);
-  // Moves eye and target across the line of sight, in lengths of the picture's shorter side.
+  // Moves eye and target across the line of sight, in heights of the largest picture of 4:3 that fits.
   void pan(double right, double up);
   void move(const Vec3& by_world_m);
   // The distance to the target by this factor, within 2 cm to 5 m.

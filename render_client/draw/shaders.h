@@ -45,7 +45,7 @@ const vec3 kKey = vec3(-0.4082, 0.8165, 0.4082);
 const vec3 kFill = vec3(0.7682, 0.0960, 0.6330);
 const vec3 kRim = vec3(0.3015, 0.6030, -0.7385);
 
-// As it is on the screen. Filmic curve: Narkowicz 2015, ACES filmic tone mapping. Display gamma is taken as 2.
+// The colour on the screen. Filmic curve: Narkowicz 2015, ACES filmic tone mapping. Display gamma is taken as 2.
 vec3 shown(vec3 light) {
   light *= 0.85;
   return sqrt(clamp(light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14), 0.0, 1.0));

@@ -16,7 +16,7 @@ namespace sectio {
 // All that a person has done at a window since it was last asked.
 struct WindowInput {
   double turn_right_rad = 0, turn_up_rad = 0;
-  double move_right = 0, move_up = 0;           // in lengths of the picture's shorter side
+  double move_right = 0, move_up = 0;           // in heights of the largest picture of 4:3 that fits
   double nearer = 1;                            // the factor of the distance
   bool halts = false;                           // the picture, or lets it go on
   bool wireframe = false, full_screen = false;  // on or off

@@ -15,7 +15,7 @@ namespace sectio {
 
 namespace {
 
-constexpr double kTurn_rad = 4;  // by a drag over the shorter side of the window
+constexpr double kTurn_rad = 4;  // by a drag over the height of the window
 constexpr double kSectionStep_m = 0.002;
 constexpr const char* kFontFile = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr float kFontSize_px = 15;
@@ -114,9 +114,8 @@ void Window::State::press(SDL_Keycode key, WindowInput& input) const {
 void Window::State::drag(const SDL_MouseMotionEvent& motion, WindowInput& input) const {
   int width_px = 1, height_px = 1;
   SDL_GetWindowSize(window, &width_px, &height_px);
-  const int shorter_px = std::min(width_px, height_px);
-  const double right = static_cast<double>(motion.xrel) / shorter_px,
-               down = static_cast<double>(motion.yrel) / shorter_px;
+  const double height = std::min<double>(height_px, width_px / kNarrowestAspect);
+  const double right = motion.xrel / height, down = motion.yrel / height;
   const bool moves = (motion.state & SDL_BUTTON_RMASK) != 0 || (SDL_GetModState() & KMOD_SHIFT) != 0;
   if (moves) {
     input.move_right += right;

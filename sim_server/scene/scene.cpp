@@ -32,7 +32,7 @@ void read_camera(KeyReader& map, Camera& camera) {
   map.vector("target_world_m", camera.target_world_m, {}, "The point in the middle of the picture.");
   map.vector("up_world", camera.up_world, {}, "The direction that is up in the picture.");
   map.number("field_of_view_deg", camera.field_of_view_deg, between(1, 150),
-             "Angle of view across the shorter side of a picture.");
+             "Vertical angle of view; pictures narrower than 4:3 show more above and below.");
   const Vec3 view = camera.target_world_m - camera.eye_world_m;
   map.check(view.norm() >= 1e-6, "eye_world_m and target_world_m are the same point");
   map.check(view.cross(camera.up_world).norm() >= 1e-6 * view.norm(), "up_world points along the view");

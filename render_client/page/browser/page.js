@@ -350,7 +350,7 @@ canvas.addEventListener('pointermove', (event) => {
     if (holds()) point(event);
     return;
   }
-  const side = Math.min(canvas.clientWidth, canvas.clientHeight);
+  const side = Math.min(0.75 * canvas.clientWidth, canvas.clientHeight);
   const dx = (event.clientX - before[0]) / side, dy = (event.clientY - before[1]) / side;
   if (deed === 'point') point(event);
   else if (deed === 'orbit') call('orbit', 4 * dx, 4 * dy);

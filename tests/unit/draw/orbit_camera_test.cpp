@@ -25,18 +25,16 @@ TEST(OrbitCamera, a_ray_goes_through_what_is_drawn_at_its_place) {
       }
 }
 
-TEST(OrbitCamera, an_upright_picture_shows_as_much_as_one_on_its_side) {
+TEST(OrbitCamera, an_upright_picture_is_as_wide_as_one_of_4_to_3) {
   const OrbitCamera camera(some_camera());
-  const Vec3 target = some_camera().target_world_m;
-  const Vec3 beside = camera.ray(0.9, 0, 1).along_world, above = camera.ray(0, 0.9, 1).along_world;
-  const double far_m = (target - some_camera().eye_world_m).norm();
-  const auto seen_at = [&](const Vec3& along, double aspect) {
-    return camera.project(some_camera().eye_world_m + far_m * along, aspect);
+  const double far_m = (some_camera().target_world_m - some_camera().eye_world_m).norm();
+  const auto seen_at = [&](double x, double y, double aspect) {
+    return camera.project(some_camera().eye_world_m + far_m * camera.ray(x, y, 4.0 / 3).along_world, aspect);
   };
-  EXPECT_NEAR(seen_at(beside, 0.46).x(), 0.9, 1e-9);
-  EXPECT_NEAR(seen_at(above, 0.46).y(), 0.9 * 0.46, 1e-9);
-  EXPECT_NEAR(seen_at(beside, 2.17).x(), 0.9 / 2.17, 1e-9);
-  EXPECT_NEAR(seen_at(above, 2.17).y(), 0.9, 1e-9);
+  EXPECT_NEAR(seen_at(0.9, 0, 0.46).x(), 0.9, 1e-9);
+  EXPECT_NEAR(seen_at(0, 0.9, 0.46).y(), 0.9 * 0.46 * 3 / 4, 1e-9);
+  EXPECT_NEAR(seen_at(0.9, 0, 2).x(), 0.9 * 2 / 3, 1e-9);
+  EXPECT_NEAR(seen_at(0, 0.9, 2).y(), 0.9, 1e-9);
 }
 
 TEST(OrbitCamera, turns_about_its_target_and_never_over_the_pole) {
