@@ -18,6 +18,7 @@ struct Words {
 };
 constexpr Words kWords[] = {{kCutRefused, "cut refused: ", false},
                             {kDidNotCut, "did not cut: ", false},
+                            {kBodySplit, "came off: ", false},
                             {kStepOverrun, "pace of the server ", true},
                             {kGravityTurned, "gravity turns ", true}};
 

@@ -15,7 +15,8 @@ void cut_body(SimulatedWorld& world, StepContext& context, std::uint32_t b) {
   report.cuts_refused += plan.refused + (accepted ? 0u : 1u);
   for (EdgeContact& contact : world.contacts_of(b)) contact.planned(plan, accepted);
   if (!accepted) return;
-  for (std::size_t i = 0; i < plan.islands.size(); ++i) context.emit(EventKind::island_freed, b, 0);
+  for (std::size_t i = 0; i < plan.islands.size(); ++i)
+    context.emit(EventKind::island_freed, b, 0, "a piece of " + body.spec.name + " is free");
 }
 
 }  // namespace

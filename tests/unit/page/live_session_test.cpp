@@ -11,6 +11,7 @@ namespace sectio::page_test {
 namespace {
 
 static_assert(kCutRefused == static_cast<std::uint8_t>(EventKind::cut_refused));
+static_assert(kBodySplit == static_cast<std::uint8_t>(EventKind::body_split));
 static_assert(kStepOverrun == static_cast<std::uint8_t>(EventKind::step_overrun));
 static_assert(kGravityTurned == static_cast<std::uint8_t>(EventKind::gravity_turned));
 static_assert(kScoreTold == static_cast<std::uint8_t>(EventKind::score_told));
