@@ -69,7 +69,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<KeyframeChunk>(message, [&](KeyframeChunk chunk) { world_.feed(std::move(chunk)); });
     case LiveKind::state_header:
       return with<StateHeader>(message, [&](StateHeader header) {
-        heard_s_[header.epoch] = now_s;
+        if (world_.knows(header.epoch)) heard_s_[header.epoch] = now_s;
         time_s_ = header.sim_time_s;
         world_.feed(std::move(header));
       });
@@ -81,7 +81,7 @@ void LiveSession::take(const LiveFrameReader::Message& message, double now_s) {
       return with<SessionEvent>(message, [&](const SessionEvent& event) { take(event); });
     case LiveKind::status:
       return with<ServerStatus>(message, [&](const ServerStatus& status) {
-        heard_s_[status.epoch] = now_s;
+        if (world_.knows(status.epoch)) heard_s_[status.epoch] = now_s;
         statuses_[status.epoch] = status;
         equality_.hear(status.epoch, status.bodies);
       });

@@ -17,13 +17,18 @@ void describe_place(JsonText& json, const char* name, const Vec3& place) {
 
 }  // namespace
 
+bool LiveView::snips(std::uint32_t tool_id) const {
+  const SceneInfo* scene = session.world().scene();
+  return scene && tool_id < scene->tools.size() && scene->tools[tool_id].kind.ends_with("scissors");
+}
+
 bool LiveView::tick(double now_s) {
   const bool fresh = session.frame(now_s, frame_);
   if (fresh && !camera_) camera_ = OrbitCamera(frame_.camera);
   if (camera_) frame_.camera = camera_->camera();
   const std::optional<std::uint32_t> held = session.held_tool();
   if (held != held_) {
-    hand_ = {};
+    hand_ = MouseHand(held && snips(*held) ? MouseHand::kSnip_rad : MouseHand::kWidest_rad);
     pad_ = {};
     pad_leads_ = false;
   }

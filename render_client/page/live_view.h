@@ -48,6 +48,7 @@ class LiveView {
   std::string describe(double now_s) const;
 
  private:
+  bool snips(std::uint32_t tool_id) const;
   static constexpr double kStillThere_s = 0.5;
 
   void hold(double now_s);

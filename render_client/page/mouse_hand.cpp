@@ -73,7 +73,7 @@ void MouseHand::tick(double now_s) {
   last_s_ = now_s;
   const double wanted_m = pressed_ ? -depth_m_ : kHover_m;
   height_m_ = std::clamp(wanted_m, height_m_ - kSink_m_per_s * dt_s, height_m_ + kSink_m_per_s * dt_s);
-  const double wanted_rad = closes_ ? 0 : kWidest_rad;
+  const double wanted_rad = closes_ ? 0 : widest_rad_;
   opening_rad_ = std::clamp(wanted_rad, opening_rad_ - kJaws_rad_per_s * dt_s, opening_rad_ + kJaws_rad_per_s * dt_s);
 }
 

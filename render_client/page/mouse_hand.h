@@ -26,7 +26,10 @@ class MouseHand {
   static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
   static constexpr double kTurn_m = 0.006;       // the edge turns into the direction of motion over this way
   static constexpr double kWidest_rad = 0.6;     // jaws
+  static constexpr double kSnip_rad = 0.14;      // scissors, which then cut 8 mm: a blade's length would leave a curve
   static constexpr double kJaws_rad_per_s = 1.5;
+
+  explicit MouseHand(double widest_rad = kWidest_rad) : widest_rad_(widest_rad) {}
 
   // `right_world`: where the edge points at first.
   void point(const Pointer& pointer, const Frame& frame, const Vec3& right_world);
@@ -61,7 +64,7 @@ class MouseHand {
   double height_m_ = kHover_m;  // the tip, above the contact
   double roll_rad_ = 0;
   double pitch_rad_ = 0.2;  // the handle leans back
-  double opening_rad_ = kWidest_rad;
+  double widest_rad_, opening_rad_ = widest_rad_;
   std::optional<double> last_s_;
 };
 

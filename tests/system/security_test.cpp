@@ -56,7 +56,7 @@ TEST_F(Security, a_standby_with_keys_of_its_own_goes_on) {
   const auto second = program("sim_server", with_keys("standby", {"--scene", kScene, "--play-traces", "--standby"}));
   ASSERT_TRUE(second->wait_for("standing by")) << second->output();
   const auto screen = program("render_client", with_keys("observer", {"--no-pictures"}));
-  ASSERT_TRUE(second->wait_for("step ")) << second->output();
+  ASSERT_TRUE(second->wait_for("it has caught up with the server")) << second->output();
   first->send(SIGKILL);
   EXPECT_TRUE(second->wait_for("this one goes on after step ")) << second->output();
   expect_equal_at_the_end(*screen);
