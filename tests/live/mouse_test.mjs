@@ -96,5 +96,5 @@ await check('scissors cut along a curve, snip by snip', async () => {
       await sleep(700);
     }
   });
-  assert.equal(outcome.incisions, 1);
+  assert.ok(outcome.cut_m > 0.04, `${outcome.cut_m} m`);
 });
