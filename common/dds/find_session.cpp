@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
 #include "common/core/log.h"
 
 namespace sectio {
@@ -45,11 +46,8 @@ bool find_session(NetworkOptions& options, double patience_s, const std::functio
     any = any || !sessions.empty();
   }
   if (sessions.empty()) throw InputError("--session: no server was found on " + domain);
-  if (sessions.size() > 1) {
-    std::string list;
-    for (const std::string& session : sessions) list += (list.empty() ? "" : ", ") + session;
-    throw InputError("--session: expected one of " + list + ", the sessions on " + domain);
-  }
+  if (sessions.size() > 1)
+    throw InputError("--session: expected one of " + joined(sessions) + ", the sessions on " + domain);
   options.session = *sessions.begin();
   return true;
 }

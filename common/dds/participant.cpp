@@ -17,6 +17,7 @@
 #include <regex>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
 #include "common/core/log.h"
 #include "common/dds/expediting_transport.h"
 #include "common/dds/parts.h"
@@ -73,9 +74,8 @@ void check_interface(const std::string& address) {
     throw InputError("--interface: expected an IPv4 address, got " + address);
   const std::vector<std::string> addresses = own_addresses();
   if (addresses.empty() || std::ranges::find(addresses, address) != addresses.end()) return;
-  std::string list;
-  for (const std::string& each : addresses) list += (list.empty() ? "" : ", ") + each;
-  throw InputError("--interface: no interface of this machine has the address " + address + "; there are " + list);
+  throw InputError("--interface: no interface of this machine has the address " + address + "; there are " +
+                   joined(addresses));
 }
 
 // Otherwise samples between participants of one process bypass the network, which is what tests are about.
@@ -130,8 +130,7 @@ std::int32_t free_participant_id(const NetworkOptions& options) {
 }
 
 void say_that_it_is_open(const NetworkOptions& options) {
-  std::string where;
-  for (const std::string& address : options.interfaces) where += (where.empty() ? "" : ", ") + address;
+  const std::string where = joined(options.interfaces);
   log_limited(LogLevel::warning, "open",
               "OPEN SESSION (--insecure): whoever reaches " + (where.empty() ? "this machine" : where) + " on domain " +
                   std::to_string(options.domain) + " sees all of it, moves instruments and gives orders");

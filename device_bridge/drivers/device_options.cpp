@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
 
 namespace sectio {
 namespace {
@@ -81,8 +82,7 @@ std::optional<Vec3> DeviceOptions::place_m(const std::string& key) {
 }
 
 void DeviceOptions::check_keys() const {
-  std::string names;
-  for (const std::string& key : known_) names += (names.empty() ? "" : ", ") + key;
+  const std::string names = joined(known_);
   for (const auto& [key, value] : values_)
     if (std::find(known_.begin(), known_.end(), key) == known_.end())
       refuse("it has no option '" + key + "'; " + (names.empty() ? "it has none" : "there are " + names));

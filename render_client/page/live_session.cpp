@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/core/joined.h"
 #include "common/messages/codec.h"
 #include "common/messages/epoch.h"
 
@@ -180,19 +181,14 @@ std::optional<std::uint32_t> LiveSession::held_tool() const {
 
 std::optional<LiveSession::Silence> LiveSession::silence(double now_s) const {
   const std::vector<std::pair<std::uint64_t, std::size_t>> servers = world_.body_counts();
-  const std::vector<std::string> names = world_.body_names();
-  std::optional<Silence> longest;
-  std::size_t first = 0;
-  for (const auto& [epoch, count] : servers) {
-    std::string bodies;
-    for (std::size_t b = first; servers.size() > 1 && b < first + count; ++b)
-      bodies += (bodies.empty() ? "" : ", ") + names[b];
-    first += count;
-    const auto heard = heard_s_.find(epoch);
-    if (heard == heard_s_.end() || (longest && longest->for_s >= now_s - heard->second)) continue;
-    longest = Silence{now_s - heard->second, bodies};
-  }
-  return longest;
+  std::optional<std::uint64_t> mute;
+  for (const auto& [epoch, body_count] : servers)
+    if (heard_s_.contains(epoch) && (!mute || heard_s_.at(epoch) < heard_s_.at(*mute))) mute = epoch;
+  if (!mute) return std::nullopt;
+  std::vector<std::string> names;
+  if (servers.size() > 1)
+    for (const BodyInfo& body : world_.replica_of(*mute)->scene()->bodies) names.push_back(body.name);
+  return Silence{now_s - heard_s_.at(*mute), joined(names)};
 }
 
 }  // namespace sectio

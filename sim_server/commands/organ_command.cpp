@@ -7,6 +7,7 @@
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/joined.h"
 #include "common/core/write_file.h"
 #include "common/material/regions.h"
 #include "common/math/intersect.h"
@@ -116,11 +117,8 @@ void draw(const fs::path& folder) {
 
 int make_organ(const OrganFlags& flags) {
   const std::vector<std::string> known = tissue_names();
-  if (!flags.tissue.empty() && std::ranges::find(known, flags.tissue) == known.end()) {
-    std::string names;
-    for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
-    throw InputError("--tissue: expected one of " + names + ", got " + flags.tissue);
-  }
+  if (!flags.tissue.empty() && std::ranges::find(known, flags.tissue) == known.end())
+    throw InputError("--tissue: expected one of " + joined(known) + ", got " + flags.tissue);
   if (!(flags.size_mm >= 0)) throw InputError("--size-mm: expected > 0");
   const double unit_m = flags.unit == "m" ? 1 : flags.unit == "cm" ? 0.01 : 0.001;
   if (flags.inside.size() > kMaxRegions)

@@ -19,11 +19,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "common/core/joined.h"
 #include "sim_server/mesh_reader/labels.h"
 #include "sim_server/scene/mesh_process.h"
 
@@ -129,9 +131,7 @@ class SoupWriter {
 
   // Names of the parts that were not taken, for a person.
   std::string others() const {
-    std::string text;
-    for (std::size_t i = 0; i < std::min<std::size_t>(others_.size(), 12); ++i)
-      text += (text.empty() ? "" : ", ") + others_[i];
+    const std::string text = joined(std::span(others_).first(std::min<std::size_t>(others_.size(), 12)));
     return others_.size() > 12 ? text + ", ..." : text;
   }
 

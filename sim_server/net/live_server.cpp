@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
 #include "sim_server/net/standby.h"
@@ -66,12 +67,6 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
   log_limited(LogLevel::warning, to_string(budget), text);
 }
 
-std::string list_of(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
-}
-
 }  // namespace
 
 LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
@@ -123,7 +118,7 @@ void LiveServer::wait_for_peers() {
   };
   if (!complete()) log_info("waiting for viewers and tools");
   if (session_.options.wait_for_bodies && !others.missing_bodies().empty())
-    log_info("waiting for servers of " + list_of(others.missing_bodies()));
+    log_info("waiting for servers of " + joined(others.missing_bodies()));
   while (!stop_was_requested() && (!complete() || Clock::now() < listen_until)) {
     yield_to_another_server(*session_.net, session_.options);
     session_.input.samples.clear();  // motion before the clock starts is not part of the session

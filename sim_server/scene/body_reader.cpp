@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/core/joined.h"
 #include "sim_server/scene/region_reader.h"
 #include "sim_server/scene/tissues.h"
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/core/joined.h"
+
 namespace sectio {
 namespace {
 

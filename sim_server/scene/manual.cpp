@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/core/joined.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/scene/scene.h"
 #include "sim_server/scene/schema.h"

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
 
 namespace sectio {
 namespace {
@@ -41,12 +42,6 @@ std::string place(const std::string& file, const YAML::Mark& mark) {
 }
 
 }  // namespace
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 std::string nearest_word(const std::string& word, const std::vector<std::string>& candidates) {
   std::string best;
