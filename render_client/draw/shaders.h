@@ -22,22 +22,25 @@ layout(location = 4) in float vertex_scalar;
 uniform mat4 view_from_mesh;
 uniform mat4 projection;
 invariant gl_Position;
+out vec3 p_view;
+void put_vertex() {
+  vec4 p = view_from_mesh * vec4(position, 1.0);
+  p_view = p.xyz;
+  gl_Position = projection * p;
+}
 )";
 
 constexpr const char* kVertex = R"(
-out vec3 p_view;
 out vec3 n_view;
 out vec4 rest;
 out vec4 pattern;
 out float scalar;
 void main() {
-  vec4 p = view_from_mesh * vec4(position, 1.0);
-  p_view = p.xyz;
+  put_vertex();
   n_view = mat3(view_from_mesh) * normal;
   rest = rest_depth;
   pattern = vertex_pattern;
   scalar = vertex_scalar;
-  gl_Position = projection * p;
 })";
 
 constexpr const char* kLamps = R"(
@@ -323,16 +326,13 @@ vec3 backdrop(vec2 screen) {
 // the shadows of instruments is computed at its vertices, as colours on the screen.
 constexpr const char* kDrapeVertex = R"(
 uniform vec3 base_colour;
-out vec3 p_view;
 out vec2 place;
 out vec3 lit;
 out vec3 shadowed;
 out vec3 woven;
 void main() {
-  vec4 p = view_from_mesh * vec4(position, 1.0);
-  p_view = p.xyz;
+  put_vertex();
   place = rest_depth.xy;
-  gl_Position = projection * p;
   vec3 n = normalize(mat3(view_from_mesh) * normal);
   vec3 albedo = base_colour * base_colour * (0.86 + 0.22 * vertex_pattern.r) * (1.0 - rest_depth.w);
   float lamp = max(dot(n, kKey), 0.0), rest = 0.25 * max(dot(n, kFill), 0.0) + 0.22;
