@@ -1,5 +1,5 @@
 // Exercises that are done with a mouse: deploy/live, a headless Chromium, a pointer that follows what is drawn on the
-// body. Each ends with all that its scene expects.
+// body. Each ends with all the targets reached that the page shows.
 // usage: node tests/live/mouse_test.mjs [DIRECTORY for pictures]
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
