@@ -163,9 +163,15 @@ void NewtonStep::linearise(ElasticEnergy& energy, const Problem& problem, std::s
     for (int k = 0; k < 3; ++k) inverse_[i][static_cast<std::size_t>(k)].head<3>() = inverse.col(k);
   }
   const bool pays = with_groups && energy.changes() != 0 && stiffness > kStiffer * inertia;
-  if (pays && is_grouped_ && held_.empty()) return;  // the groups of this step's first iteration will do
-  is_grouped_ = pays;
-  if (pays) group(energy, problem, x);
+  if (!pays || !is_grouped_) {
+    is_grouped_ = pays && group(energy, x);
+  } else {
+    if (held_.empty()) return;  // the matrix of this step's first iteration will do
+    coarse_.begin_with_kept();  // the share of the tissue will do; points come and go
+  }
+  if (!is_grouped_) return;
+  for (std::size_t n = 0; n < held_.size(); ++n) group_point(problem, n);
+  coarse_.finish();
 }
 
 // The share of a point: by each group, how the point moves.
@@ -177,7 +183,7 @@ void NewtonStep::group_point(const Problem& problem, std::size_t n) {
     if (group == RigidAggregates::kNoGroup) continue;
     auto to = std::ranges::find(moves, group, &std::pair<std::uint32_t, Modes>::first);
     if (to == moves.end()) to = moves.insert(to, {group, Modes::Zero()});
-    const Vec3f& r = coarse_.arm(particle);
+    const Vec4f& r = coarse_.arm(particle);
     Modes at;
     at << 1, 0, 0, 0, r.z(), -r.y(), 0, 1, 0, -r.z(), 0, r.x(), 0, 0, 1, r.y(), -r.x(), 0;
     to->second += static_cast<float>(weight) * at;
@@ -189,20 +195,19 @@ void NewtonStep::group_point(const Problem& problem, std::size_t n) {
         *block += by_a.transpose() * slope * by_b;
 }
 
-// The matrix of the coarse levels.
-void NewtonStep::group(const ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x) {
+// The matrix of the coarse levels, without points. False when there are no groups.
+bool NewtonStep::group(const ElasticEnergy& energy, std::span<const Vec3> x) {
   if (grouped_ != energy.changes()) {
     grouped_ = energy.changes();
     coarse_.divide(energy.graph());
   }
-  is_grouped_ = !coarse_.empty();
-  if (!is_grouped_) return;
+  if (coarse_.empty()) return false;
   coarse_.begin(x);
   energy.add_to(coarse_);
   for (std::uint32_t i = 0; i < x.size(); ++i) {
     if (coarse_.group(i) == RigidAggregates::kNoGroup) continue;
     RigidAggregates::Mat6f& block = *coarse_.block(coarse_.group(i), coarse_.group(i));
-    const Vec3f& r = coarse_.arm(i);
+    const Vec3f r = coarse_.arm(i).head<3>();
     const float m = inertia_n_per_m_[i];
     block.diagonal().head<3>().array() += m;
     block.bottomRightCorner<3, 3>() -= m * r * r.transpose();
@@ -212,8 +217,8 @@ void NewtonStep::group(const ElasticEnergy& energy, const Problem& problem, std:
     block.bottomLeftCorner<3, 3>() += m * arm;
     block.topRightCorner<3, 3>() -= m * arm;
   }
-  for (std::size_t n = 0; n < held_.size(); ++n) group_point(problem, n);
-  coarse_.finish();
+  coarse_.keep();
+  return true;
 }
 
 void NewtonStep::bound_friction(const Problem& problem, std::span<const Vec3> x) {

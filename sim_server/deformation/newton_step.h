@@ -124,7 +124,7 @@ class NewtonStep {
   double add_points(const Problem& problem, std::span<const Vec3> x);                     // to what forces() found
   void linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x, bool with_groups);
   bool find_direction(const ElasticEnergy& energy, const Problem& problem, double tolerance_n, int& products);
-  void group(const ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
+  bool group(const ElasticEnergy& energy, std::span<const Vec3> x);
   void group_point(const Problem& problem, std::size_t constraint);
   void precondition();
   void multiply(const ElasticEnergy& energy, const Problem& problem);

@@ -75,7 +75,7 @@ void RigidAggregates::divide(const ParticleGraph& graph) {
       edges_m += (graph.rest_m[graph.to[n]] - graph.rest_m[i]).norm(), ++edges;
   }
   group_.assign(count, kNoGroup);
-  arm_.assign(count, Vec3f::Zero());
+  arm_.assign(count, Vec4f::Zero());
   if (free == 0 || edges == 0) return;
   const Vec3 size = box.sizes();
   std::array<int, 3> axes{0, 1, 2};  // the longest first: groups are numbered along it, which keeps the envelope small
@@ -207,7 +207,7 @@ void RigidAggregates::begin(std::span<const Vec3> position_m) {
       for (std::uint32_t i = 0; i < group_.size(); ++i) {
         const std::uint32_t a = group_[i];
         if (a != kNoGroup && level.particles[a] >= kFewToTurn)
-          arm_[i] = (scale * position_m[i] - centre[a]).cast<float>();
+          arm_[i].head<3>() = (scale * position_m[i] - centre[a]).cast<float>();
         else
           arm_[i].setZero();
       }
@@ -217,6 +217,12 @@ void RigidAggregates::begin(std::span<const Vec3> position_m) {
   for (std::size_t k = 0; k + 1 < levels_.size(); ++k)
     for (std::size_t a = 0; a < levels_[k].centre.size(); ++a)
       levels_[k].offset[a] = levels_[k].centre[a] - levels_[k + 1].centre[levels_[k].parent[a]];
+}
+
+void RigidAggregates::begin_with_kept() {
+  for (Level& level : levels_)
+    for (Mat6f& block : level.blocks) block.setZero();
+  levels_.front().blocks = kept_;
 }
 
 void RigidAggregates::coarsen(std::size_t k) {
@@ -302,7 +308,7 @@ void RigidAggregates::add_correction(std::span<const Vec4f> r, std::span<Vec4f> 
     const Vec3f own = r[i].head<3>();
     Vec6f& f = fine.force[group_[i]];
     f.head<3>() += own;
-    f.tail<3>() += arm_[i].cross(own);
+    f.tail<3>() += arm_[i].head<3>().cross(own);
   }
   for (std::size_t k = 0; k + 1 < levels_.size(); ++k) {
     Level &level = levels_[k], &next = levels_[k + 1];
@@ -329,7 +335,7 @@ void RigidAggregates::add_correction(std::span<const Vec4f> r, std::span<Vec4f> 
     if (group_[i] == kNoGroup) continue;
     const Vec6f& m = fine.move[group_[i]];
     const Vec3f turn = m.tail<3>();
-    z[i].head<3>() += m.head<3>() + turn.cross(arm_[i]);
+    z[i].head<3>() += m.head<3>() + turn.cross(arm_[i].head<3>());
   }
 }
 

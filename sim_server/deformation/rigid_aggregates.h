@@ -40,9 +40,13 @@ class RigidAggregates {
   // A new matrix, for modes about these places; then the shares of A are added, and the levels made ready.
   void begin(std::span<const Vec3> position_m);
   std::uint32_t group(std::uint32_t particle) const { return group_[particle]; }
-  const Vec3f& arm(std::uint32_t particle) const { return arm_[particle]; }  // from the centre of its group; scaled
+  // From the centre of its group; scaled. The fourth component is 0.
+  const Vec4f& arm(std::uint32_t particle) const { return arm_[particle]; }
   // The block of two groups, row <= column; nullptr when no particle is a neighbour of both.
   Mat6f* block(std::uint32_t row, std::uint32_t column);
+  // The matrix as it was at keep(), before finish(): shares that stay need not be added again.
+  void keep() { kept_ = levels_.front().blocks; }
+  void begin_with_kept();
   void finish();
 
   // z <- z + the corrections of all levels; fourth components stay.
@@ -73,8 +77,9 @@ class RigidAggregates {
 
   double box_m_ = 0;  // on the first level
   std::vector<std::uint32_t> group_;
-  std::vector<Vec3f> arm_;
+  std::vector<Vec4f> arm_;
   std::vector<Level> levels_;
+  std::vector<Mat6f> kept_;  // blocks of the first level
   Envelope envelope_;
 };
 

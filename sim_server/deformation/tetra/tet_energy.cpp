@@ -1,5 +1,7 @@
 #include "sim_server/deformation/tetra/tet_energy.h"
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,8 +19,40 @@ void for_rows(const TetRows& rows, const Visit& visit) {
     for (std::uint32_t lane = 0; lane < slice.count; ++lane) visit(vertex_at(slice.offset[lane]), slice, lane);
 }
 
-Vec3f lane_of(const std::array<std::array<float, kLanes>, 3>& vectors, std::uint32_t lane) {
-  return {vectors[0][lane], vectors[1][lane], vectors[2][lane]};
+Vec4f lane_of(const std::array<std::array<float, kLanes>, 3>& vectors, std::uint32_t lane) {
+  Vec4f all;  // stored at once: the processor waits for a load of what was stored in parts
+  _mm_store_ps(all.data(), _mm_setr_ps(vectors[0][lane], vectors[1][lane], vectors[2][lane], 0));
+  return all;
+}
+
+Vec4f cross(const Vec4f& a, const Vec4f& b) {
+  const auto turned = [](__m128 v) { return _mm_shuffle_ps(v, v, _MM_SHUFFLE(3, 0, 2, 1)); };  // y z x
+  const __m128 u = _mm_load_ps(a.data()), v = _mm_load_ps(b.data());
+  Vec4f all;
+  _mm_store_ps(all.data(), turned(_mm_sub_ps(_mm_mul_ps(u, turned(v)), _mm_mul_ps(turned(u), v))));
+  return all;
+}
+
+Eigen::Matrix3f cross_matrix(const Vec4f& a) {
+  Eigen::Matrix3f m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+// to <- to + a b^T, two columns at a time, which are three registers; each factor is a push and a turn.
+void add_outer(RigidAggregates::Mat6f& to, const Vec4f& a_push, const Vec4f& a_turn, const Vec4f& b_push,
+               const Vec4f& b_turn) {
+  using Lanes = Eigen::Array4f;
+  const Lanes upper(a_push[0], a_push[1], a_push[2], a_turn[0]), lower(a_push[2], a_turn[0], a_turn[1], a_turn[2]);
+  const Lanes both(a_turn[1], a_turn[2], a_push[0], a_push[1]);
+  const float b[6] = {b_push[0], b_push[1], b_push[2], b_turn[0], b_turn[1], b_turn[2]};
+  const auto at = [&](int n) { return Eigen::Map<Lanes, Eigen::Aligned16>(to.data() + n); };
+  for (int k = 0; k < 3; ++k) {
+    const float one = b[2 * k], two = b[2 * k + 1];
+    at(12 * k) += one * upper;
+    at(12 * k + 4) += Lanes(one, one, two, two) * both;
+    at(12 * k + 8) += two * lower;
+  }
 }
 
 }  // namespace
@@ -145,41 +179,31 @@ ParticleGraph TetEnergy::graph() const {
 void TetEnergy::add_to(RigidAggregates& coarse) const {
   struct Sums {
     std::uint32_t group;
-    float l = 0, along = 0;                            // along: s.r
-    Vec3f s = Vec3f::Zero(), arm = Vec3f::Zero();      // arm: l r
-    Eigen::Matrix3f across = Eigen::Matrix3f::Zero();  // r s^T
-    Vec3f push = Vec3f::Zero(), turn = Vec3f::Zero();  // R^T g
-    RigidAggregates::Vec6f by() const {
-      RigidAggregates::Vec6f all;
-      all << push, turn;
-      return all;
-    }
+    float l = 0, along = 0;                                                  // along: s.r
+    Vec4f s = Vec4f::Zero(), arm = Vec4f::Zero();                            // arm: l r
+    Eigen::Matrix<float, 4, 3> across = Eigen::Matrix<float, 4, 3>::Zero();  // r s^T
+    Vec4f push = Vec4f::Zero(), turn = Vec4f::Zero();                        // R^T g
   };
   std::vector<Sums> sums;
-  const auto cross_matrix = [](const Vec3f& a) {
-    Eigen::Matrix3f m;
-    m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-    return m;
-  };
   for_rows(*rows_, [&](VertexId v, const TetSlice& slice, std::uint32_t lane) {
     sums.clear();
     const std::uint32_t own = coarse.group(v);
-    const auto add = [&](std::uint32_t group, float l, const Vec3f& s, const Vec3f& g, const Vec3f& arm) {
+    const auto add = [&](std::uint32_t group, float l, const Vec4f& s, const Vec4f& g, const Vec4f& arm) {
       auto to = std::ranges::find(sums, group, &Sums::group);
       if (to == sums.end()) to = sums.insert(to, Sums{group});
       if (own != RigidAggregates::kNoGroup && group >= own) {
         to->l += l;
         to->s += s;
         to->arm += l * arm;
-        to->across.noalias() += arm * s.transpose();
+        for (int k = 0; k < 3; ++k) to->across.col(k) += s[k] * arm;
         to->along += s.dot(arm);
       }
       to->push += g;
-      to->turn += arm.cross(g);
+      to->turn += cross(arm, g);
     };
     const TetHessianSlice& block = hessian_.slices[static_cast<std::size_t>(&slice - rows_->slices().data())];
     if (own != RigidAggregates::kNoGroup)
-      add(own, slice.weight_sum[lane], Vec3f::Zero(), lane_of(block.g, lane), coarse.arm(v));
+      add(own, slice.weight_sum[lane], Vec4f::Zero(), lane_of(block.g, lane), coarse.arm(v));
     for (std::uint32_t e = slice.first_edge; e != slice.first_edge + slice.edges; ++e) {
       const VertexId to = vertex_at(rows_->edges()[e].offset[lane]);
       const std::uint32_t group = coarse.group(to);
@@ -192,15 +216,16 @@ void TetEnergy::add_to(RigidAggregates& coarse) const {
         RigidAggregates::Mat6f& to = *coarse.block(own, a.group);
         const Eigen::Matrix3f straight = a.l * Eigen::Matrix3f::Identity() + cross_matrix(a.s);
         // (l I + [s]x) [r]x = l [r]x + r s^T - (s.r) I
-        const Eigen::Matrix3f turned = cross_matrix(a.arm) + a.across - a.along * Eigen::Matrix3f::Identity();
+        const Eigen::Matrix3f turned =
+            cross_matrix(a.arm) + a.across.topRows<3>() - a.along * Eigen::Matrix3f::Identity();
         const Eigen::Matrix3f arm = cross_matrix(coarse.arm(v));
         to.topLeftCorner<3, 3>() += straight;
         to.topRightCorner<3, 3>() -= turned;
-        to.bottomLeftCorner<3, 3>().noalias() += arm * straight;
-        to.bottomRightCorner<3, 3>().noalias() -= arm * turned;
+        to.bottomLeftCorner<3, 3>() += arm.lazyProduct(straight);
+        to.bottomRightCorner<3, 3>() -= arm.lazyProduct(turned);
       }
       for (const Sums& b : sums)
-        if (a.group <= b.group) coarse.block(a.group, b.group)->noalias() += a.by() * b.by().transpose();
+        if (a.group <= b.group) add_outer(*coarse.block(a.group, b.group), a.push, a.turn, b.push, b.turn);
     }
   });
 }

@@ -80,7 +80,7 @@ TEST(LongSteps, coarse_blocks_are_those_of_the_product) {
   ASSERT_GT(groups, 8u);
   const auto mode = [&](std::uint32_t i, int k) -> Vec3f {
     const Vec3f unit = Vec3f::Unit(k % 3);
-    return k < 3 ? unit : unit.cross(coarse.arm(i));
+    return k < 3 ? unit : unit.cross(coarse.arm(i).head<3>());
   };
   for (std::uint32_t b = 0; b < groups; b += 3)
     for (int k = 0; k < 6; ++k) {
