@@ -106,8 +106,7 @@ void ClientNet::choose_channels(double now_s, const World& world, bool pulls) {
   wanted.keyframes = now_s - pulled_s_ < kKeyframePatience_s;
   // Before the bodies are known there is nothing to draw: the link is for their keyframes.
   const bool known = world.knows_all_bodies();
-  if (known && !channels_.states)
-    meter_.begin(static_cast<double>(pulled_bytes_) / std::max(0.05, now_s - pull_began_s_));
+  if (known && !channels_.states) meter_.begin(now_s - pull_began_s_);
   wanted.states = channels_.states || known;
   wanted.level = meter_.choose(now_s);
   // A link that hasn't brought them by now bears no stream of changes: the viewer lives on keyframes.

@@ -8,9 +8,9 @@ namespace sectio {
 namespace {
 
 constexpr std::size_t kMaxServers = 64;
-constexpr double kBytesForSecond_per_s = 6e5;  // 20 states a second of 10 000 triangles that all move
-constexpr double kSilent_s = 1;  // beyond a few intervals: the link is full, or the server has nothing to say
-constexpr double kSettle_s = 1;  // after a change, until the queue that led to it is empty
+constexpr double kStatesInKeyframe = 8;  // bytes of a keyframe over those of a state in which all vertices move
+constexpr double kSilent_s = 1;          // beyond a few intervals: the link is full, or the server has nothing to say
+constexpr double kSettle_s = 1;          // after a change, until the queue that led to it is empty
 
 }  // namespace
 
@@ -53,8 +53,9 @@ void LinkMeter::change_to(std::size_t level, double now_s) {
   prompt_since_s_ = -1;
 }
 
-void LinkMeter::begin(double bytes_per_s) {
-  level_ = bytes_per_s > kBytesForSecond_per_s ? 1 : bytes_per_s > kBytesForSecond_per_s / 3 ? 2 : 3;
+void LinkMeter::begin(double keyframes_took_s) {
+  for (level_ = 1; level_ + 1 < kStateRates_hz.size(); ++level_)
+    if (kStateRates_hz[level_] * keyframes_took_s <= kStatesInKeyframe) break;
 }
 
 std::size_t LinkMeter::choose(double now_s) {

@@ -34,8 +34,8 @@ class LinkMeter {
   // The server's clock less this program's; without it, the age of states isn't known.
   void set_clock_offset(double offset_s) { clock_offset_s_ = offset_s; }
 
-  // The rate with which to begin, on a link that has brought so many bytes a second.
-  void begin(double bytes_per_s);
+  // The rate with which to begin, on a link that took so long for the keyframes of what is to be seen.
+  void begin(double keyframes_took_s);
   // The rate from now on, an index of kStateRates_hz. `now_s` ascends.
   std::size_t choose(double now_s);
   // The last window, without `client` and `name`.

@@ -16,6 +16,10 @@ constexpr double kStatusInterval_s = 0.5;
 constexpr double kReportLife_s = 3;
 constexpr double kMostUnsent_s = 0.25;  // deltas wait so long for a state
 constexpr std::size_t kMostUnsentSlots = 1u << 16;
+constexpr std::size_t kPiecesAtOnce = 24;      // 28 kB of a state
+constexpr double kSpread = 0.8;                // share of a stream's interval over which the others are spread,
+constexpr double kMostPieces_per_s = 10000;    // or longer: 12 MB/s; a state waits for the one before
+constexpr double kMostRefreshed_per_s = 3500;  // 4 MB/s, as for keyframes
 
 LinkReport heard_now(LinkReport report) {
   report.heard_s = steady_now_s();
@@ -29,11 +33,24 @@ constexpr std::array<StateEncoder::Fineness, kStateRates_hz.size()> kFineness{{{
 
 Publisher::Publisher(ServerEndpoints& endpoints, SceneInfo scene, std::vector<TriangleMesh> meshes,
                      double state_interval_s, bool off_host, SessionRecord* record)
-    : endpoints_(endpoints), scene_(std::move(scene)), record_(record), keyframes_(scene_.epoch, off_host) {
+    : endpoints_(endpoints),
+      scene_(std::move(scene)),
+      record_(record),
+      off_host_(off_host),
+      keyframes_(scene_.epoch, off_host) {
   for (TriangleMesh& mesh : meshes) shadows_.push_back({std::move(mesh), false});
-  for (std::size_t i = 0; i < kStateRates_hz.size(); ++i)
-    streams_.push_back({StateEncoder(scene_.epoch, scene_.step_s, shadows_.size(), kFineness[i]),
-                        i == 0 ? state_interval_s : 1 / kStateRates_hz[i]});
+  for (std::size_t i = 0; i < kStateRates_hz.size(); ++i) {
+    Stream& stream = streams_.emplace_back();
+    stream.interval_s = i == 0 ? state_interval_s : 1 / kStateRates_hz[i];
+    stream.fineness = kFineness[i];
+    if (off_host_)
+      stream.fineness.most_refreshed = static_cast<std::uint32_t>(kMostRefreshed_per_s * stream.interval_s);
+    stream.encoder = new_encoder(stream);
+  }
+}
+
+StateEncoder Publisher::new_encoder(const Stream& stream) const {
+  return {scene_.epoch, scene_.step_s, shadows_.size(), stream.fineness};
 }
 
 // A record holds the finest stream of states.
@@ -141,8 +158,10 @@ void Publisher::look_for_readers() {
     const std::uint32_t readers = endpoints_.writer<StateHeader>().readers(i);
     const std::uint32_t before = std::exchange(stream.readers, readers);
     if (readers <= before) continue;
-    if (before == 0 && !(record_ && i == 0))
-      stream.encoder = {scene_.epoch, scene_.step_s, shadows_.size(), kFineness[i]};
+    if (before == 0 && !(record_ && i == 0)) {
+      stream.encoder = new_encoder(stream);
+      stream.pieces_sent = 0;
+    }
     for (std::uint32_t b = 0; b < shadows_.size(); ++b) stream.encoder.refresh(b);
     if (any_snapshot_) send_state(i);
   }
@@ -150,23 +169,49 @@ void Publisher::look_for_readers() {
 
 void Publisher::send_states(bool at_once) {
   for (std::size_t i = 0; i < streams_.size(); ++i) {
-    const bool due = (i == 0 && at_once) || Seconds(Clock::now() - streams_[i].sent).count() >= streams_[i].interval_s;
-    if (streams_[i].unsent && due) send_state(i);
+    const Stream& stream = streams_[i];
+    const bool due = (i == 0 && at_once) || Seconds(Clock::now() - stream.sent).count() >= stream.interval_s;
+    if (stream.unsent && due && stream.pieces_sent == stream.pieces()) send_state(i);
   }
 }
 
-void Publisher::send_state(std::size_t channel) {
+void Publisher::send_state(std::size_t channel, bool whole) {
   Stream& stream = streams_[channel];
+  send_pieces(channel, stream.pieces());
   stream.unsent = false;
   stream.sent = Clock::now();
   if (!is_heard(channel)) return;
   send_deltas();
-  stream.encoder.encode(last_snapshot_);
+  stream.encoder.encode(last_snapshot_, whole);
+  stream.unsent = stream.encoder.is_refreshing();
+  stream.pieces_sent = 0;
   StateHeader header = stream.encoder.header();
   header.sent_s = steady_now_s();
   write(header, channel);
-  for (const StatePiece& piece : stream.encoder.pieces()) write(piece, channel);
-  for (const ScalarPiece& piece : stream.encoder.scalar_pieces()) write(piece, channel);
+  send_pieces_that_are_due(channel);
+}
+
+void Publisher::send_pieces(std::size_t channel, std::size_t end) {
+  Stream& stream = streams_[channel];
+  const std::span<const StatePiece> pieces = stream.encoder.pieces();
+  for (std::size_t& n = stream.pieces_sent; n < end; ++n)
+    if (n < pieces.size())
+      write(pieces[n], channel);
+    else
+      write(stream.encoder.scalar_pieces()[n - pieces.size()], channel);
+}
+
+void Publisher::send_pieces_that_are_due(std::size_t channel) {
+  const Stream& stream = streams_[channel];
+  const std::size_t all = stream.pieces();
+  const double per_s = std::min(kMostPieces_per_s, static_cast<double>(all) / (kSpread * stream.interval_s));
+  const double due = static_cast<double>(kPiecesAtOnce) + per_s * Seconds(Clock::now() - stream.sent).count();
+  send_pieces(channel, off_host_ && due < static_cast<double>(all) ? static_cast<std::size_t>(due) : all);
+}
+
+bool Publisher::has_more_to_send() const {
+  return keyframes_.has_chunks_left() ||
+         std::ranges::any_of(streams_, [](const Stream& each) { return each.pieces_sent < each.pieces(); });
 }
 
 void Publisher::send_status(const Outbox& batch) {
@@ -194,8 +239,8 @@ void Publisher::send_status(const Outbox& batch) {
 SessionEnd Publisher::send_end(const std::string& reason) {
   send_deltas();
   for (std::size_t i = 0; i < streams_.size() && any_snapshot_; ++i) {
-    for (std::uint32_t b = 0; b < shadows_.size(); ++b) streams_[i].encoder.refresh(b);
-    send_state(i);
+    send_state(i, true);
+    send_pieces(i, streams_[i].pieces());
   }
   SessionEnd end{scene_.epoch, last_snapshot_.step, reason, versions()};
   write(end);
@@ -213,6 +258,7 @@ void Publisher::serve_viewers() {
       stream.encoder.refresh(body_id);
       stream.unsent = any_snapshot_;
     }
+  for (std::size_t i = 0; i < streams_.size(); ++i) send_pieces_that_are_due(i);
   // The simulation may be busy or over; a viewer that joins sees its last state.
   send_states(false);
 }

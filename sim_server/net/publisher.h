@@ -5,7 +5,8 @@
 // sees what comes and goes in between.
 //
 // States go out in several streams, the slower the coarser, of which each viewer hears one (kStateRates_hz); a stream
-// that nobody hears costs nothing.
+// that nobody hears costs nothing. Off host the pieces of a large state are spread over most of the time until the next
+// one, so that they don't fill the queue of a link that bears the stream.
 #pragma once
 
 #include <chrono>
@@ -42,7 +43,8 @@ class Publisher {
 
   // Takes what viewers ask for and report, and sends a few chunks of the keyframes that are due.
   void serve_viewers();
-  bool has_chunks_left() const { return keyframes_.has_chunks_left(); }
+  // There are chunks or pieces to be sent before long.
+  bool has_more_to_send() const;
   std::chrono::steady_clock::time_point last_chunk_sent() const { return keyframes_.last_sent(); }
 
   // The last state, then the final versions of the bodies, which it returns.
@@ -60,11 +62,15 @@ class Publisher {
     Clock::time_point unsent_since{};
   };
   struct Stream {
-    StateEncoder encoder;
+    StateEncoder encoder{0, 0, 0};
+    StateEncoder::Fineness fineness = {};
     double interval_s = 0;
     std::uint32_t readers = 0;
     bool unsent = false;  // there is a state that it hasn't sent
     Clock::time_point sent{};
+    std::size_t pieces_sent = 0;  // the encoder's last state's, with those of scalars
+
+    std::size_t pieces() const { return encoder.pieces().size() + encoder.scalar_pieces().size(); }
   };
   struct Report {
     LinkReport report;
@@ -79,7 +85,10 @@ class Publisher {
   void send_event(const Event& event);
   void look_for_readers();
   void send_states(bool at_once);
-  void send_state(std::size_t channel);
+  StateEncoder new_encoder(const Stream& stream) const;
+  void send_state(std::size_t channel, bool whole = false);
+  void send_pieces(std::size_t channel, std::size_t end);
+  void send_pieces_that_are_due(std::size_t channel);
   void send_status(const Outbox& batch);
   void take_requests();
   void take_reports();
@@ -93,6 +102,7 @@ class Publisher {
   ServerEndpoints& endpoints_;
   SceneInfo scene_;              // grows with the parts that come off
   SessionRecord* const record_;  // null: none
+  const bool off_host_;
   double keyframes_kept_s_ = -1e300;
 
   std::vector<Shadow> shadows_;

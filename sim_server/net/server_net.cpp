@@ -108,7 +108,7 @@ void NetworkSide::send(Outbox& batch) {
 
 void NetworkSide::run() {
   Outbox batch;
-  const auto patience_s = [&] { return publisher_ && publisher_->has_chunks_left() ? kChunkPause_s : kIdle_s; };
+  const auto patience_s = [&] { return publisher_ && publisher_->has_more_to_send() ? kChunkPause_s : kIdle_s; };
   while (handover_.pick_up(batch, patience_s())) {
     const Clock::time_point begun = Clock::now();
     PublisherReport report = handover_.last_report();

@@ -22,8 +22,9 @@ void StateEncoder::refresh(std::uint32_t body_id) {
   for (std::uint8_t& repeat : bodies_[body_id].repeat) repeat = std::max<std::uint8_t>(repeat, 1);
 }
 
-void StateEncoder::encode(const StateSnapshot& snapshot) {
+void StateEncoder::encode(const StateSnapshot& snapshot, bool whole) {
   ++frame_;
+  refreshed_ = refreshing_ = 0;
   used_ = 0;
   scalar_pieces_.clear();
   header_.epoch = epoch_;
@@ -34,10 +35,10 @@ void StateEncoder::encode(const StateSnapshot& snapshot) {
   header_.gravity_m_per_s2 = snapshot.gravity_m_per_s2;
   header_.tools = snapshot.tools;
   header_.bodies.resize(bodies_.size());
-  for (std::uint32_t b = 0; b < bodies_.size(); ++b) encode_body(b, snapshot);
+  for (std::uint32_t b = 0; b < bodies_.size(); ++b) encode_body(b, snapshot, whole);
 }
 
-void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snapshot) {
+void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snapshot, bool whole) {
   Body& body = bodies_[body_id];
   const StateSnapshot::Body& state = snapshot.bodies[body_id];
   const auto slots = static_cast<std::uint32_t>(state.positions_world_m.size());
@@ -48,7 +49,11 @@ void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snaps
   named.pieces_sent.assign((pieces + 7) / 8, 0);
 
   body.repeat.resize(pieces, 1);
-  body.sent.resize(slots, GridPoint{});
+  body.sent.reserve(slots);
+  for (std::size_t v = body.sent.size(); v < slots; ++v) {  // not sent yet: its piece is in the refresh, or has changed
+    body.sent.push_back(GridPoint{});
+    static_cast<void>(to_grid(state.positions_world_m[v], body.sent.back()));
+  }
   for (; !body.changes.empty() && body.changes.front().revision <= state.revision; body.changes.pop_front())
     for (const std::uint32_t piece : body.changes.front().pieces)
       if (piece < pieces) body.repeat[piece] = kRepeats;
@@ -60,8 +65,14 @@ void StateEncoder::encode_body(std::uint32_t body_id, const StateSnapshot& snaps
     now_.assign(body.sent.begin() + first, body.sent.begin() + first + count);
     for (std::uint32_t i = 0; i < count; ++i)
       if (!to_grid(state.positions_world_m[first + i], now_[i])) continue;  // stays where it was last sent
-    in_turn_[p] = body.repeat[p] > 0 || (frame_ + p) % fineness_.frames_per_refresh == 0;
-    if (!in_turn_[p] && !moved(body, first)) continue;
+    const bool refreshes = body.repeat[p] == 1 && !whole;
+    const bool is_forced = body.repeat[p] > 0 && (!refreshes || refreshed_ < fineness_.most_refreshed);
+    in_turn_[p] = whole || is_forced || (frame_ + p) % fineness_.frames_per_refresh == 0;
+    if (!in_turn_[p] && !moved(body, first)) {
+      refreshing_ += refreshes;
+      continue;
+    }
+    refreshed_ += refreshes;
 
     if (body.repeat[p] > 0) --body.repeat[p];
     std::copy(now_.begin(), now_.end(), body.sent.begin() + first);

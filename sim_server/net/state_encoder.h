@@ -32,10 +32,11 @@ struct StateSnapshot {
 class StateEncoder {
  public:
   // How fine a state is sent: a piece goes out when a vertex of it has moved by more than least_motion_quanta, and
-  // once in frames_per_refresh whatever has moved.
+  // once in frames_per_refresh whatever has moved. A refresh adds at most so many pieces to a state.
   struct Fineness {
     std::uint32_t frames_per_refresh = 60;
     int least_motion_quanta = 1;
+    std::uint32_t most_refreshed = ~0u;
   };
   static constexpr std::uint8_t kRepeats = 3;  // for a piece whose slots changed: its loss would be seen most
   static constexpr int kScalarStep = 128;  // levels by which a scalar must change to be sent: half a step of a colour
@@ -48,11 +49,13 @@ class StateEncoder {
   void add_body() { bodies_.emplace_back(); }
   // The slots that a delta changed are sent with the first state of its revision or later.
   void changed(std::uint32_t body_id, const TopologyDelta& delta);
-  // All pieces with the next state, for a viewer that begins from a keyframe.
+  // All pieces with the next states, for a viewer that begins from a keyframe.
   void refresh(std::uint32_t body_id);
+  // There are pieces that wait for their turn in a refresh.
+  bool is_refreshing() const { return refreshing_ > 0; }
 
-  // The header, and the pieces that it names. Results are valid until the next call.
-  void encode(const StateSnapshot& snapshot);
+  // The header, and the pieces that it names; `whole`: all of them. Results are valid until the next call.
+  void encode(const StateSnapshot& snapshot, bool whole = false);
   const StateHeader& header() const { return header_; }  // without the time at which it is sent
   std::span<const StatePiece> pieces() const { return {pieces_.data(), used_}; }
   std::span<const ScalarPiece> scalar_pieces() const { return scalar_pieces_; }
@@ -75,7 +78,7 @@ class StateEncoder {
     std::vector<SentScalar> scalars;
   };
 
-  void encode_body(std::uint32_t body_id, const StateSnapshot& snapshot);
+  void encode_body(std::uint32_t body_id, const StateSnapshot& snapshot, bool whole);
   void encode_scalars(std::uint32_t body_id, const StateSnapshot& snapshot, std::span<const std::uint8_t> in_turn);
   void encode_scalar(const ScalarField& field, SentScalar& sent, ScalarPiece head,
                      std::span<const std::uint8_t> in_turn);
@@ -87,6 +90,7 @@ class StateEncoder {
   Fineness fineness_;
   std::vector<Body> bodies_;
   std::uint32_t frame_ = 0;
+  std::uint32_t refreshed_ = 0, refreshing_ = 0;  // pieces in the state at hand; that wait
   StateHeader header_;
   std::vector<StatePiece> pieces_;  // the first used_ of them; the rest keep their memory
   std::size_t used_ = 0;

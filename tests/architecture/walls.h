@@ -367,6 +367,7 @@ inline const std::vector<Room>& rooms() {
        "participants, addresses, and the types of the wire",
        {"common/", "idl/", "tests/"},
        {"Eigen/", "gtest/", "fastcdr/"}},
+      {"tests/support/fine_scene.cpp", "", {"common/", "tests/"}, {"Eigen/", "yaml-cpp/"}},
       {"tests/unit/scene/schema_test.cpp",
        "",
        {"sim_server/", "tests/"},

@@ -29,6 +29,7 @@ std::vector<std::pair<std::string, LinkedSession>> cases() {
       {"5 Mbit/s, loss 2 %", {.viewers = {lossy}}},
       {"5 Mbit/s, loss 2 %, with keys", {.secured = true, .viewers = {lossy}}},
       {"1 Mbit/s", {.viewers = {behind(1)}}},
+      {"50 Mbit/s, 154 880 triangles", {.finer = 2, .duration_s = 6.5, .viewers = {behind(50)}}},
       {"5 Mbit/s, hand and viewer behind one uplink",
        {.server = {.up = {.rate_bit_per_s = 5 * kMbit}}, .viewers = {free}}},
       {"one of three at 5 Mbit/s, uplink of 100", shared},

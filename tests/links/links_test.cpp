@@ -56,6 +56,13 @@ TEST_F(Links, D_10_a_viewer_behind_a_thin_link_is_given_what_fits) {
   EXPECT_LT(figures.offered.bytes, 40'000'000u) << "repeats of what waits in a queue were 400 MB";
 }
 
+// A state of 155 000 triangles is larger than the queue of the link.
+TEST_F(Links, D_10_a_large_body_is_seen_through_a_link_whose_queue_is_smaller_than_a_state) {
+  const SessionFigures figures = session({.finer = 2, .duration_s = 2, .viewers = {behind(50)}});
+  EXPECT_EQ(figures.viewers[0].equals_server, "yes");
+  EXPECT_GT(figures.viewers[0].states, 2) << "0 when each state was one burst";
+}
+
 TEST_F(Links, D_10_a_viewer_behind_a_very_thin_link_is_whole_at_the_end) {
   const SessionFigures figures = session({.viewers = {behind(1)}});
   EXPECT_EQ(figures.viewers[0].equals_server, "yes");

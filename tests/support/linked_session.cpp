@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/core/report_figures.h"
+#include "tests/support/fine_scene.h"
 #include "tests/support/process.h"
 
 namespace sectio::test {
@@ -34,9 +35,9 @@ class Run {
     const std::string root = SECTIO_SOURCE_DIR "/deploy/";
     const std::size_t count = session_.viewers.size();
     const bool late = session_.late_s > 0;
-    auto server = start(0, "sim_server",
-                        {"--scene", root + "scenes/" + session_.scene + ".yaml", "--wait-for-tools",
-                         "--wait-for-viewers", std::to_string(late ? count - 1 : count)});
+    auto server =
+        start(0, "sim_server",
+              {"--scene", scene(), "--wait-for-tools", "--wait-for-viewers", std::to_string(late ? count - 1 : count)});
     auto hand = start(1, "device_bridge",
                       {"--trace", root + "traces/" + session_.scene + ".csv", "--wait-for-server", "--log", log()});
     std::vector<std::unique_ptr<Process>> viewers;
@@ -78,6 +79,10 @@ class Run {
     flags.insert(flags.end(), {"--session", "linked"});
     const std::string bin = session_.bin.empty() ? SECTIO_BIN_DIR : session_.bin;
     return std::make_unique<Process>(bin + "/" + program, flags, network_.host(host));
+  }
+  std::string scene() const {
+    if (session_.finer > 0) return fine_scene(session_.scene, session_.finer, session_.duration_s, directory_);
+    return SECTIO_SOURCE_DIR "/deploy/scenes/" + session_.scene + ".yaml";
   }
   std::string keys_of(const std::string& role) const { return (directory_ / "keys" / role).string(); }
   std::string log() const { return (directory_ / "force.csv").string(); }

@@ -13,6 +13,8 @@ namespace sectio::test {
 struct LinkedSession {
   std::string scene = "liver_incision";  // from deploy/scenes; its trace has the same name
   std::string bin = {};                  // the directory of the programs; empty: those of this build
+  int finer = 0;                         // each triangle is divided into four so often,
+  double duration_s = 0;                 // and the scene lasts so long
   bool secured = false;                  // with keys
   HostLinks server = {}, hand = {};
   std::vector<HostLinks> viewers = {};

@@ -59,6 +59,27 @@ TEST(StateEncoder, at_rest_only_whose_turn_it_is_is_sent_and_everybodys_comes_wi
   EXPECT_EQ(sent, std::vector<int>(piece_count(kSlots), 1));
 }
 
+TEST(StateEncoder, a_refresh_is_spread_over_states_and_what_moves_does_not_wait_for_it) {
+  StateEncoder encoder(7, 0.001, 1, {.frames_per_refresh = 1000, .most_refreshed = 1});
+  std::vector<Vec3f> positions = line();
+  const std::uint32_t pieces = piece_count(kSlots);
+  std::vector<int> sent(pieces);
+  ASSERT_GT(pieces, 2u);
+  for (std::uint32_t frame = 1; frame <= pieces; ++frame) {
+    encoder.encode(snapshot_of(frame, positions));
+    positions.back().z() += 0.001f;
+    EXPECT_LE(encoder.pieces().size(), 2u);
+    EXPECT_EQ(encoder.header().bodies[0].sent(pieces - 1), frame > 1);
+    EXPECT_EQ(encoder.is_refreshing(), frame + 1 < pieces) << "frame " << frame;
+    for (const StatePiece& piece : encoder.pieces()) ++sent[piece.piece];
+  }
+  for (std::uint32_t p = 0; p + 1 < pieces; ++p) EXPECT_EQ(sent[p], 1) << "piece " << p;
+  encoder.refresh(0);
+  encoder.encode(snapshot_of(pieces + 1, positions), true);
+  EXPECT_EQ(encoder.pieces().size(), pieces);
+  EXPECT_FALSE(encoder.is_refreshing());
+}
+
 TEST(StateEncoder, what_moved_is_sent_and_slow_drift_adds_up) {
   StateEncoder encoder(7, 0.001, 1);
   std::vector<Vec3f> positions = line();
