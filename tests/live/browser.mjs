@@ -145,19 +145,39 @@ class Page {
     const { data } = await this.send('Page.captureScreenshot', { format: 'png' });
     writeFileSync(path, Buffer.from(data, 'base64'));
   }
-  // The share of the canvas' pixels that look like tissue, and the pixels themselves at every eighth place.
-  pixels() {
+  // What a function of the page makes of an image of the canvas: `{ data, width, height }`, four bytes a pixel, rows from
+  // the top.
+  see(look) {
     return this.evaluate(`(() => {
       const from = document.getElementById('canvas'), to = document.createElement('canvas');
       to.width = from.width; to.height = from.height;
       const context = to.getContext('2d');
       context.drawImage(from, 0, 0);
-      const { data } = context.getImageData(0, 0, to.width, to.height);
+      return (${look})(context.getImageData(0, 0, to.width, to.height));
+    })()`);
+  }
+  // The share of the canvas' pixels that look like tissue, and the pixels themselves at every eighth place.
+  pixels() {
+    return this.see(({ data }) => {
       let red = 0;
       for (let i = 0; i < data.length; i += 4) red += data[i] > 60 && data[i] > 1.6 * data[i + 1] ? 1 : 0;
       const some = [];
       for (let i = 0; i < data.length; i += 4 * 8) some.push(data[i]);
       return { tissue: red / (data.length / 4), some };
-    })()`);
+    });
+  }
+  // Places of pixels that are drawn in ink on tissue, beside the panel: they are blue, and tissue above or below is red.
+  ink() {
+    return this.see(({ data, width, height }) => {
+      const end = Math.min(width, document.getElementById('panel').getBoundingClientRect().left - 10);
+      const red = (x, y) => data[4 * (y * width + x)] > 2 * data[4 * (y * width + x) + 2];
+      const blue = [];
+      for (let y = 6; y < height - 6; ++y)
+        for (let x = 0; x < end; ++x) {
+          const i = 4 * (y * width + x);
+          if (data[i + 2] > 50 && data[i + 2] > 1.3 * data[i] && (red(x, y - 6) || red(x, y + 6))) blue.push([x, y]);
+        }
+      return blue;
+    });
   }
 }

@@ -18,21 +18,14 @@ async function take_in_hand(page, name) {
   await page.until('the scalpel in hand', (s) => s.held === 0);
 }
 
-// Places of the line on the screen: its pixels are blue, those of tissue red. Beside the panel.
-const line_places = (page) => page.evaluate(`(() => {
-  const from = document.getElementById('canvas'), to = document.createElement('canvas');
-  to.width = from.width; to.height = from.height;
-  const context = to.getContext('2d');
-  context.drawImage(from, 0, 0);
-  const places = [], end = document.getElementById('panel').getBoundingClientRect().left - 10;
-  for (let x = 10; x < end; x += 5) {
-    const { data } = context.getImageData(x, 0, 1, to.height);
-    const blue = [...Array(to.height).keys()].filter((y) => data[4 * y + 2] > 50 && data[4 * y + 2] > 1.3 * data[4 * y]);
-    const on_body = blue.filter((y) => data[4 * (y - 6)] > 2 * data[4 * (y - 6) + 2] || data[4 * (y + 6)] > 2 * data[4 * (y + 6) + 2]);
-    if (on_body.length > 0) places.push([x, on_body.reduce((a, b) => a + b) / on_body.length]);
-  }
-  return places;
-})()`);
+// Places of the line on the screen, from the left, a few pixels apart.
+async function line_places(page) {
+  const columns = new Map();
+  for (const [x, y] of await page.ink())
+    if (x % 5 === 0) columns.set(x, [...(columns.get(x) ?? []), y]);
+  const mean = (rows) => rows.reduce((a, b) => a + b) / rows.length;
+  return [...columns].sort(([a], [b]) => a - b).map(([x, rows]) => [x, mean(rows)]);
+}
 
 // A person follows the line with the mouse, as deep as it should be.
 async function cut(page) {

@@ -8,20 +8,6 @@ import { check, equal, root, Session } from './session.mjs';
 
 const TURNS = 60, SNIPS = 13, WHEEL_NOTCH = 100;
 
-// Pixels that are drawn in ink, beside the panel: they are blue, and skin isn't.
-const ink = (page) => page.evaluate(`(() => {
-  const from = document.getElementById('canvas'), to = document.createElement('canvas');
-  to.width = from.width; to.height = from.height;
-  const context = to.getContext('2d');
-  context.drawImage(from, 0, 0);
-  const end = Math.floor(document.getElementById('panel').getBoundingClientRect().left) - 10;
-  const { data } = context.getImageData(0, 0, end, to.height);
-  const blue = [];
-  for (let i = 0; i < data.length; i += 4)
-    if (data[i + 2] > 50 && data[i + 2] > 1.3 * data[i]) blue.push([(i / 4) % end, Math.floor(i / 4 / end)]);
-  return blue;
-})()`);
-
 const mean = (points) => [0, 1].map((k) => points.reduce((sum, p) => sum + p[k], 0) / points.length);
 // The mean place of each group, in the order of their numbers.
 function places(points, count, number_of) {
@@ -53,7 +39,7 @@ async function do_exercise(name, act) {
     await page.until('a replica that equals the server', (s) => equal(s) && s.pictures > 0);
     await page.click('Take in hand');
     await page.until('the instrument in hand', (s) => s.held === 0);
-    await act(page, await ink(page));
+    await act(page, await page.ink());
     await page.click('Score');
     const { score } = await page.until('the score', (s) => s.score.length > 5);
     if (process.argv[2]) await page.picture(join(process.argv[2], `${name}.png`));
