@@ -96,6 +96,8 @@ const auto kPassages = std::to_array<Passage>({
      .places = lines({arc({-0.03, 0, 0.004}, 0.009, 0, 190), arc({-0.03, 0, 0.004}, 0.009, 170, 370),
                       arc({0, 0, 0.004}, 0.009, 0, 180), arc({0, 0, 0.004}, 0.009, 180, 360),
                       arc({0.03, 0, 0.004}, 0.009, 0, 178), arc({0.03, 0, 0.004}, 0.009, 182, 358)})},
+    {.name = "skin_moon",  // the second arc begins beside the rim of the first one's hole, and ends in the hole
+     .places = lines({arc({0.004, 0, 0.004}, 0.008, 0, 375), arc({-0.006, 0, 0.004}, 0.0085, 53, 318)})},
     {.name = "templates_depth",
      .places = lines({{.tips_world_m = {{-0.024, 0.001, 0.008},
                                         {-0.012, 0.001, 0.002},

@@ -48,6 +48,28 @@ std::optional<PlainGroove> plain_groove(const MeshDraft& draft, const Grooves& g
   return groove;
 }
 
+template <class Wanted>
+std::optional<PlaceOnCurve> nearest(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,
+                                    double within_m, const Wanted& wanted) {
+  constexpr double kLongestLip_m = 0.03;
+  std::optional<PlaceOnCurve> nearest;
+  double least_m = within_m;
+  for (const Rung& rung : grooves.rungs) {
+    const Vec3 from = draft.rest(rung.lip);
+    if ((from - rest_body_m).squaredNorm() > (within_m + kLongestLip_m) * (within_m + kLongestLip_m)) continue;
+    const auto lip = lip_from(draft, rung.lip);
+    if (!lip) continue;
+    const Vec3 edge = draft.rest(lip->to) - from;
+    const double along = std::clamp(edge.dot(rest_body_m - from) / std::max(1e-30, edge.squaredNorm()), 0.0, 1.0);
+    const Vec3 place = from + along * edge;
+    const PlaceOnCurve on_curve{*lip, along, place, (place - rest_body_m).norm()};
+    if (on_curve.distance_m >= least_m || !wanted(on_curve)) continue;
+    least_m = on_curve.distance_m;
+    nearest = on_curve;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 std::vector<VertexId> twins_of(const MeshDraft& draft, const Grooves& grooves, VertexId lip) {
@@ -128,23 +150,14 @@ Vec3 heading_at(const MeshDraft& draft, VertexId end) {
 
 std::optional<PlaceOnCurve> nearest_on_curves(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,
                                               double within_m) {
-  constexpr double kLongestLip_m = 0.03;
-  std::optional<PlaceOnCurve> nearest;
-  double least_m = within_m;
-  for (const Rung& rung : grooves.rungs) {
-    const Vec3 from = draft.rest(rung.lip);
-    if ((from - rest_body_m).squaredNorm() > (within_m + kLongestLip_m) * (within_m + kLongestLip_m)) continue;
-    const auto lip = lip_from(draft, rung.lip);
-    if (!lip) continue;
-    const Vec3 edge = draft.rest(lip->to) - from;
-    const double along = std::clamp(edge.dot(rest_body_m - from) / std::max(1e-30, edge.squaredNorm()), 0.0, 1.0);
-    const Vec3 place = from + along * edge;
-    const double distance_m = (place - rest_body_m).norm();
-    if (distance_m >= least_m) continue;
-    least_m = distance_m;
-    nearest = {*lip, along, place, distance_m};
-  }
-  return nearest;
+  return nearest(draft, grooves, rest_body_m, within_m, [](const PlaceOnCurve&) { return true; });
+}
+
+std::optional<PlaceOnCurve> nearest_on_rims(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,
+                                            double within_m, const std::function<bool(const Vec3&)>& wanted) {
+  return nearest(draft, grooves, rest_body_m, within_m, [&](const PlaceOnCurve& place) {
+    return wanted(place.rest_body_m) && !lid_of(draft, grooves, place.lip);
+  });
 }
 
 VertexId insert_rung(MeshDraft& draft, Grooves& grooves, const Lip& lip, double along) {

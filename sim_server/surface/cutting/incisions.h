@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -52,6 +53,9 @@ struct PlaceOnCurve {
 };
 std::optional<PlaceOnCurve> nearest_on_curves(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,
                                               double within_m);
+// Likewise of the rims of holes, which pieces have left, at a place that is wanted.
+std::optional<PlaceOnCurve> nearest_on_rims(const MeshDraft& draft, const Grooves& grooves, const Vec3& rest_body_m,
+                                            double within_m, const std::function<bool(const Vec3&)>& wanted);
 
 // Divides both lips and the bottom at one place at rest. The new vertex on `lip`; kNone where the groove is not plain.
 //

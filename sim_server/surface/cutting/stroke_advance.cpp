@@ -66,7 +66,32 @@ class Advance {
     stroke_.seen.was_away = true;
     if (stroke_.seen.at_world_m)
       stroke_.seen.depth_m = (*stroke_.seen.at_world_m - blade_.tip_world_m).dot(blade_.up_world);
-    return stroke_.seen.depth_m < settings_.release_depth_m ? StrokeEnd::lifted : StrokeEnd::going;
+    if (stroke_.seen.depth_m < settings_.release_depth_m) return StrokeEnd::lifted;
+    return run_over_rim();
+  }
+
+  // The skin before the rim of a hole, which a piece has left, gives way to a blade that comes to it: the blade is in
+  // the hole before the cut is at the rim. The cut runs into the rim that lies ahead once the blade has gone as far.
+  StrokeEnd run_over_rim() {
+    if (!stroke_.cuts() || !stroke_.blade) return StrokeEnd::going;
+    const Vec3 end = rest_of(draft_, stroke_), course = course_from(end);
+    const auto rim = nearest_on_rims(draft_, grooves_, end, settings_.join_tolerance_m, [&](const Vec3& place) {
+      return (place - end).dot(course) >= kAhead * (place - end).norm();
+    });
+    const Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
+    if (!rim || (went_world_m - went_world_m.dot(blade_.up_world) * blade_.up_world).norm() < rim->distance_m)
+      return StrokeEnd::going;
+    const Vec3 way = (rim->rest_body_m - end).stableNormalized();
+    const WalkEnd walked = walk_to({rim->rest_body_m + kOvershoot_m * way, kNone});
+    return walked == WalkEnd::joined    ? StrokeEnd::joined
+           : walked == WalkEnd::refused ? StrokeEnd::refused
+                                        : StrokeEnd::going;
+  }
+
+  // The unit direction in which the cut has gone lately, up to where it ends.
+  Vec3 course_from(const Vec3& end_body_m) const {
+    const Vec3 way = end_body_m - draft_.rest(stroke_.cell.apex);
+    return way.norm() > settings_.min_step_m ? way.normalized() : stroke_.heading_body;
   }
 
   // The blade goes on without the cut that it worked on, whose opening stays. False: the draft must be dropped.
@@ -339,14 +364,13 @@ class Advance {
   // A cut that has come near the end of another one, or its own beginning, and goes there, joins it.
   StrokeEnd close_gap() {
     if (stroke_.bottom == kNone && stroke_.start == kNone) return StrokeEnd::going;
-    const Vec3 here = rest_of(draft_, stroke_), apex = draft_.rest(stroke_.cell.apex);
+    const Vec3 here = rest_of(draft_, stroke_), course = course_from(here);
     VertexId nearest = kNone;
     double least_m = settings_.join_tolerance_m;
     for (const auto& [v, bottom] : grooves_.ends) {
       if (v == stroke_.cell.apex || v == stroke_.start) continue;
       if (v == stroke_.first && (stroke_.points < 4 || stroke_.length_m < 2 * settings_.join_tolerance_m)) continue;
-      const Vec3 gap = draft_.rest(v) - here, way = here - apex;
-      const Vec3 course = way.norm() > settings_.min_step_m ? way.normalized() : stroke_.heading_body;
+      const Vec3 gap = draft_.rest(v) - here;
       if (gap.norm() >= least_m || gap.dot(course) < 0) continue;
       least_m = gap.norm();
       nearest = v;
