@@ -12,6 +12,7 @@
 #include "sim_server/prepare/prepare.h"
 #include "sim_server/session/input_log.h"
 #include "sim_server/session/offline_run.h"
+#include "sim_server/session/run_files.h"
 
 namespace sectio {
 namespace {
@@ -49,13 +50,17 @@ Scene scene_to_run(const RunFlags& flags) {
     return prepared(std::move(scene));
   }
   for (const auto& [flag, given] : {std::pair("--scene", !flags.scene.empty()),
-                                    {"--bodies", !flags.bodies.empty()},
-                                    {"--server", !flags.server.empty()},
                                     {"--offline", flags.offline},
                                     {"--export", !flags.options.directory.empty() && flags.options.until_s < 0 &&
                                                      !flags.options.standby && !is_mcap(flags.resume)}})
     if (given) throw InputError(std::string(flag) + ": --resume goes on with what the directory says");
-  return recorded_scene(input_log_path(flags.resume));
+  const std::string past = try_directory(flags.resume, newest_try(flags.resume));
+  Scene scene = recorded_scene(input_log_path(past));
+  const std::size_t count = scene.bodies.size();
+  take_share(scene, flags);
+  if (scene.bodies.size() != count)
+    throw InputError(past + ": a session of other bodies than --server or --bodies names");
+  return scene;
 }
 
 int run_session(const RunFlags& flags) {
@@ -63,7 +68,8 @@ int run_session(const RunFlags& flags) {
     throw InputError("--until-s: expected >= 0, got " + std::to_string(flags.options.until_s));
   Scene scene = scene_to_run(flags);
   ServeOptions options = flags.options;
-  options.resume = flags.resume;
+  const int attempt = newest_try(flags.resume);
+  options.resume = try_directory(flags.resume, attempt);
   if (options.standby && !flags.resume.empty() && (options.directory.empty() || options.directory == flags.resume))
     throw InputError("--standby --resume: needs --export, a directory of its own");
   if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))
@@ -71,6 +77,7 @@ int run_session(const RunFlags& flags) {
   if (!flags.resume.empty() && options.directory.empty()) {
     if (is_mcap(flags.resume)) throw InputError("--resume: a record needs --export, for the session that goes on");
     options.directory = flags.resume;
+    options.attempt = attempt;
   }
   if (!options.record.empty() && flags.offline)
     throw InputError("--record: it is of a session on the network: --play-traces instead of --offline");

@@ -11,6 +11,8 @@
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
 #include "sim_server/net/standby.h"
+#include "sim_server/net/standing_orders.h"
+#include "sim_server/session/run_files.h"
 #include "sim_server/session/trace_player.h"
 
 namespace sectio {
@@ -71,16 +73,34 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
 
 LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
     : session_(scene, options),
+      attempt_(options.attempt),
       planner_(!options.play_traces),
       stall_s_(options.stall_at_s >= 0 ? options.stall_s : 0) {}
+
+// A session that branches off elsewhere has none yet, nor has one that begins.
+void LiveServer::recall_orders() {
+  const std::string& directory = session_.options.directory;
+  if (session_.options.resume != try_directory(directory, session_.options.attempt)) return keep_orders();
+  const StandingOrders orders = kept_orders(directory);
+  if (orders.speed != 1) session_.take({.kind = OrderKind::set_speed, .speed = orders.speed});
+  if (orders.is_paused) session_.take({.kind = OrderKind::pause});
+  for (std::uint32_t tool = 0; tool < session_.scene.tools.size(); ++tool)
+    if (is_frozen(orders.frozen_tools, tool)) session_.take({.kind = OrderKind::freeze, .tool_id = tool});
+}
+
+void LiveServer::keep_orders() const {
+  keep({session_.pace.speed(), session_.pace.is_paused(), session_.net->frozen_tools()}, session_.options.directory);
+}
 
 RunResult LiveServer::run() {
   if (session_.options.standby) {
     Standby standby(session_);
     if (!standby.follow()) return session_.run->recorder().finish();
     standby.take_over();
+    keep_orders();
   } else {
     if (!session_.options.resume.empty()) go_on();
+    recall_orders();
     wait_for_peers();
     log_info(session_.last_epoch ? "the session goes on" : "the session begins");
   }
@@ -131,6 +151,7 @@ void LiveServer::wait_for_peers() {
 void LiveServer::lead() {
   due_ = Clock::now();
   session_.net->set_speed(session_.pace.now());
+  if (session_.pace.is_paused()) show_now();
   while (session_.has_more_steps()) {
     yield_to_another_server(*session_.net, session_.options);
     for (const SessionOrder& order : session_.net->take_orders()) obey(order);
@@ -173,7 +194,10 @@ void LiveServer::tell_score() {
 }
 
 void LiveServer::obey(const SessionOrder& order) {
-  if (const auto news = session_.take(order)) tell(news->kind, news->text);
+  if (const auto news = session_.take(order)) {
+    tell(news->kind, news->text);
+    keep_orders();
+  }
   switch (order.kind) {
     case OrderKind::tilt:
     case OrderKind::freeze:
@@ -221,17 +245,13 @@ void LiveServer::wait_in_pause() {
   due_ = Clock::now();
 }
 
-// Empty: it leaves nothing behind.
-std::string LiveServer::directory_of(int attempt) const {
-  if (session_.options.directory.empty() || attempt == 1) return session_.options.directory;
-  return session_.options.directory + "/try_" + std::to_string(attempt);
-}
-
 // The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
 // that takes the session over: bodies of another term are asked for anew.
 void LiveServer::begin_anew(double from_s) {
   session_.net->show_life(kLongestTask_s);
-  const std::string directory = directory_of(tries_ + 1);
+  const std::string& root = session_.options.directory;
+  const int attempt = free_try_after(root, attempt_);
+  const std::string directory = try_directory(root, attempt);
   std::unique_ptr<SessionRun> next;
   if (session_.past || from_s <= 0) {
     next = std::make_unique<SessionRun>(session_.scene, directory);
@@ -239,9 +259,9 @@ void LiveServer::begin_anew(double from_s) {
     const auto last_step = steps_until(from_s, session_.scene.step_s);
     log_info("running " + std::to_string(last_step) + " steps again");
     std::optional<std::uint64_t> former_epoch;
-    next = SessionRun::resumed(session_.scene, {directory_of(tries_), last_step}, directory, former_epoch);
+    next = SessionRun::resumed(session_.scene, {try_directory(root, attempt_), last_step}, directory, former_epoch);
   }
-  ++tries_;
+  attempt_ = attempt;
   tell_score();
   session_.run->recorder().finish();
   tell_faults();
@@ -259,6 +279,17 @@ void LiveServer::begin_anew(double from_s) {
   session_.input = {};
   due_ = Clock::now();
   session_.net->set_speed(session_.pace.now());
+  if (session_.pace.is_paused()) show_now();
+}
+
+// No step comes in a pause: a new term has told viewers nothing.
+void LiveServer::show_now() {
+  StepOutput output;
+  output.step = session_.run->steps();
+  output.sim_time_s = session_.time_s();
+  output.publish_now = true;
+  view_world(session_.run->simulation(), session_.scene.tools.size(), world_);
+  session_.net->publish(output, world_, 0, std::nullopt);
 }
 
 // False when there is no further step.

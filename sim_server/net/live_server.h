@@ -25,8 +25,10 @@ class LiveServer {
   void obey(const SessionOrder& order);
   void wait_in_pause();
   void begin_anew(double from_s);
+  void show_now();
+  void recall_orders();
+  void keep_orders() const;
   void go_back(double to_s);
-  std::string directory_of(int attempt) const;
   void tell(EventKind kind, const std::string& text);
   void tell_faults();
   void tell_score();
@@ -36,7 +38,7 @@ class LiveServer {
 
   LiveSession session_;
   WorldView world_;
-  int tries_ = 1;
+  int attempt_;
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;

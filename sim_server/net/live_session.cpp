@@ -7,6 +7,7 @@
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
 #include "sim_server/scene/scene_warnings.h"
+#include "sim_server/session/run_files.h"
 #include "sim_server/session/trace_player.h"
 
 namespace sectio {
@@ -18,8 +19,9 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
       progress(steps),
       pace(options.speed) {
   const std::uint64_t last_step = options.until_s < 0 ? ~std::uint64_t{0} : steps_until(options.until_s, scene.step_s);
-  run = options.resume.empty() ? std::make_unique<SessionRun>(scene, options.directory)
-                               : SessionRun::resumed(scene, {options.resume, last_step}, options.directory, last_epoch);
+  const std::string directory = try_directory(options.directory, options.attempt);
+  run = options.resume.empty() ? std::make_unique<SessionRun>(scene, directory)
+                               : SessionRun::resumed(scene, {options.resume, last_step}, directory, last_epoch);
   if (!options.play.empty()) {
     past.emplace(options.play, *run);
     past->run_unseen(*run, scene.step_s, options.from_s);

@@ -15,6 +15,7 @@ struct ServeOptions {
   std::uint64_t steps = 0;  // 0: the scene's duration; without end when `endless`
   bool endless = false;
   std::string directory;               // for journals, surfaces and report; empty: none are written
+  int attempt = 1;                     // the try in this directory that goes on (run_files.h)
   std::string record;                  // file for everything that is sent (MCAP); empty: none
   bool standby = false;                // runs the steps of another server, and follows it when it dies
   std::string resume;                  // go on from the journal of inputs in this directory; a standby begins there ...

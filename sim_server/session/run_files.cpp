@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 #include "common/core/error.h"
 #include "common/core/write_file.h"
+#include "sim_server/session/input_log.h"
 
 namespace sectio {
 
@@ -31,6 +33,35 @@ DirectoryLock::DirectoryLock(const std::string& path) {
 
 DirectoryLock::~DirectoryLock() {
   if (file_ >= 0) ::close(file_);
+}
+
+std::string try_directory(const std::string& directory, int attempt) {
+  return directory.empty() || attempt == 1 ? directory : directory + "/try_" + std::to_string(attempt);
+}
+
+// A directory may hold tries of an earlier session, beyond a gap or older than those of this one.
+int newest_try(const std::string& directory) {
+  if (!std::filesystem::is_directory(directory)) return 1;
+  std::optional<std::filesystem::file_time_type> newest;
+  int attempt = 1;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    int number = 1;
+    char rest = 0;
+    const std::string name = entry.path().filename();
+    if (name != "inputs" && std::sscanf(name.c_str(), "try_%d%c", &number, &rest) != 1) continue;
+    std::error_code error;
+    const auto written = std::filesystem::last_write_time(input_log_path(try_directory(directory, number)), error);
+    if (error || (newest && written <= *newest)) continue;
+    newest = written;
+    attempt = number;
+  }
+  return attempt;
+}
+
+int free_try_after(const std::string& directory, int attempt) {
+  do ++attempt;
+  while (!directory.empty() && std::filesystem::exists(input_log_path(try_directory(directory, attempt))));
+  return attempt;
 }
 
 bool copy_beginning(const std::string& from, const std::string& to, std::uint64_t bytes) {

@@ -23,6 +23,14 @@ class DirectoryLock {
   int file_ = -1;
 };
 
+// The tries of a session, each begun anew: the first one's files are in the directory itself, those of the others in
+// try_2, try_3, ... in it. Empty: the session leaves nothing behind.
+std::string try_directory(const std::string& directory, int attempt);
+// The try whose inputs were written last, which is the one that a crash has ended.
+int newest_try(const std::string& directory);
+// The first one after `attempt` that has no files of an earlier session.
+int free_try_after(const std::string& directory, int attempt);
+
 // All throw InputError "PATH: why" when it can't be done.
 void make_directory(const std::string& path);
 // The first bytes of a file as another one; the file itself is shortened. False when it has fewer.

@@ -116,6 +116,55 @@ TEST_F(Orders, a_session_that_goes_back_in_time_ends_as_if_it_had_not_and_keeps_
   EXPECT_LT(json("out/report.json")["run"]["steps"], json("out/try_2/report.json")["run"]["steps"]);
 }
 
+TEST_F(Orders, a_session_that_is_begun_anew_in_a_pause_is_seen_at_its_beginning) {
+  const auto server = watched_server();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(server->wait_for(" cuts")) << server->output();
+  give("pause");
+  give("anew");
+  EXPECT_NE(status().find("0.0 s simulated, paused"), std::string::npos) << status();
+  const auto late = viewer("late", {"--no-pictures"});
+  ASSERT_TRUE(late->wait_for("on the screen")) << late->output();
+  give("go-on");
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  expect_equal_at_the_end(*screen);
+  expect_equal_at_the_end(*late);
+}
+
+TEST_F(Orders, a_server_that_is_resumed_goes_on_with_the_last_try_paused_and_frozen_as_it_was) {
+  auto server = watched_server();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(server->wait_for("1.0")) << server->output();
+  give("anew");
+  ASSERT_TRUE(server->wait_for("the session begins anew")) << server->output();
+  give("freeze", {"--tool-id", "0"});
+  give("speed", {"--factor", "0.5"});
+  give("pause");
+  const std::string before = time_of(status());
+  server->send(SIGKILL);
+  EXPECT_TRUE(server->exit_code().has_value());
+  const auto kept = std::filesystem::file_size(file("out/inputs"));
+  server = program("sim_server", in_session({"--resume", file("out"), "--play-traces"}));
+  ASSERT_TRUE(server->wait_for("the session goes on")) << server->output();
+  const std::string after = status();
+  EXPECT_EQ(time_of(after), before) << after;
+  EXPECT_NE(after.find("paused"), std::string::npos) << after;
+  EXPECT_NE(after.find("tool 0 is frozen"), std::string::npos) << after;
+  const auto late = viewer("late", {"--no-pictures"});
+  ASSERT_TRUE(late->wait_for("on the screen")) << late->output();
+  give("go-on");
+  EXPECT_NE(status().find("at 0.5 times the clock"), std::string::npos) << status();
+  give("speed", {"--factor", "10"});
+  give("anew");
+  ASSERT_TRUE(server->wait_for_next(" s simulated")) << server->output();
+  server->send(SIGINT);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(std::filesystem::file_size(file("out/inputs")), kept);
+  EXPECT_TRUE(std::filesystem::exists(file("out/try_2/report.json")));
+  EXPECT_TRUE(std::filesystem::exists(file("out/try_3/report.json")));
+}
+
 TEST_F(Orders, an_order_that_nobody_can_obey_is_refused_in_a_line) {
   const auto fast = ask("speed", {"--factor", "1000"});
   EXPECT_EQ(fast->exit_code(), kExitBadInput) << fast->output();
