@@ -20,7 +20,7 @@ class Disk : public test::SessionPrograms {
  protected:
   // Files can grow to so many bytes.
   static std::unique_ptr<Process> limited(std::uintmax_t bytes, const std::string& name, const Flags& flags) {
-    const std::string script = "ulimit -f " + std::to_string(bytes / 512) + "; trap '' XFSZ; exec \"$@\"";
+    const std::string script = "ulimit -f " + std::to_string(bytes / 512) + "; exec \"$@\"";
     return started(script, name, flags);
   }
   // file("disk") has so many kilobytes; its files are in file("left") afterwards.
@@ -122,6 +122,18 @@ TEST_F(Disk, that_takes_no_pictures_leaves_the_viewer_in_its_session) {
     EXPECT_EQ(count(screen->output(), file("disk/") + name), 1u) << screen->output();
   const std::set<std::string> names = left();
   EXPECT_TRUE(std::ranges::none_of(names, [](const std::string& name) { return name.ends_with(".part"); }));
+}
+
+TEST_F(Disk, that_takes_no_more_of_a_log_leaves_the_hand_in_its_session) {
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--endless"}));
+  const auto hand =
+      limited(4096, "device_bridge",
+              in_session({"--trace", kTrace, "--wait-for-server", "--duration-s", "0.5", "--log", file("force.csv")}));
+  EXPECT_EQ(hand->exit_code(), 1) << hand->output();
+  EXPECT_EQ(count(hand->output(), "warning: --log: " + file("force.csv") + ": the disk takes no more"), 1u)
+      << hand->output();
+  server->send(SIGINT);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
 }
 
 TEST_F(Disk, that_takes_no_output_is_no_success) {
