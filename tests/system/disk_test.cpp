@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 
+#include "common/core/error.h"
 #include "common/dds/qos.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/messages/codec.h"
@@ -105,6 +106,23 @@ TEST_F(Disk, that_is_full_ends_neither_a_session_nor_its_viewers_and_all_are_tol
         event && event->text.find("disk/") != std::string::npos)
       told.insert(event->text.substr(event->text.find("disk/"), 10));
   for (const char* name : {"disk/out/i", "disk/out/j", "disk/out/c"}) EXPECT_TRUE(told.contains(name)) << name;
+}
+
+TEST_F(Disk, that_is_full_lets_no_session_begin_anew_and_ends_none) {
+  const auto server = on_small_disk(
+      900, "sim_server",
+      in_session({"--scene", kScene, "--play-traces", "--wait-for-viewers", "1", "--export", file("disk/out")}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(server->wait_for("inputs are kept no longer")) << server->output();
+  const auto anew = program("sim_server", in_session({"anew", "--patience-s", "60"}));
+  EXPECT_EQ(anew->exit_code(), kExitBadInput) << anew->output();
+  EXPECT_NE(
+      anew->output().find("anew: refused by the server of liver: it stays where it is: " + file("disk/out/try_2")),
+      std::string::npos)
+      << anew->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 3) << server->output();
+  for (const std::string& name : left()) EXPECT_EQ(name.find("try_2"), std::string::npos) << name;
 }
 
 TEST_F(Disk, that_takes_no_pictures_leaves_the_viewer_in_its_session) {
