@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
@@ -166,6 +167,7 @@ int Arguments::run(int argc, const char* const* argv, const Action& without_comm
 
 int run_program(const std::string& program, const std::function<int()>& body) {
   set_log_program(program);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     const int exit_code = body();
     if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return exit_code;

@@ -48,7 +48,8 @@ class Arguments {
 };
 
 // The body of every main(): names the log, runs `body` and returns its exit code; prints an InputError as one line and
-// returns kExitBadInput; any other exception returns 1.
+// returns kExitBadInput; any other exception returns 1. A limit on the size of files (ulimit -f) is like a full disk,
+// for programs that this one starts, too: a write fails, and SIGXFSZ ends nothing.
 int run_program(const std::string& program, const std::function<int()>& body);
 
 }  // namespace sectio

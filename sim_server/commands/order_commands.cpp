@@ -33,19 +33,19 @@ std::shared_ptr<OrderFlags> order_flags(Arguments& arguments, OrderKind kind) {
   return flags;
 }
 
-Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags, const std::string& name) {
-  return [flags, name] {
+Arguments::Action giving(const std::shared_ptr<OrderFlags>& flags) {
+  return [flags] {
     if (!flags->gravity.empty()) flags->order.gravity_m_per_s2 = gravity_of(flags->gravity);
     check_network_options(flags->network);
-    give_order(flags->network, flags->order, name, flags->patience_s);
+    give_order(flags->network, flags->order, flags->patience_s);
     return 0;
   };
 }
 
-Arguments::Action tool_command(Arguments& arguments, OrderKind kind, const std::string& name) {
+Arguments::Action tool_command(Arguments& arguments, OrderKind kind) {
   const auto flags = order_flags(arguments, kind);
   arguments.option("--tool-id", flags->order.tool_id, "number of the instrument in the scene, from 0", Need::required);
-  return giving(flags, name);
+  return giving(flags);
 }
 
 }  // namespace
@@ -53,26 +53,26 @@ Arguments::Action tool_command(Arguments& arguments, OrderKind kind, const std::
 Arguments::Action tilt_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::tilt);
   arguments.option("--gravity", flags->gravity, "where to: x,y,z in m/s2", Need::required);
-  return giving(flags, "tilt");
+  return giving(flags);
 }
 
 Arguments::Action pause_command(Arguments& arguments) {
-  return giving(order_flags(arguments, OrderKind::pause), "pause");
+  return giving(order_flags(arguments, OrderKind::pause));
 }
 
 Arguments::Action go_on_command(Arguments& arguments) {
-  return giving(order_flags(arguments, OrderKind::go_on), "go-on");
+  return giving(order_flags(arguments, OrderKind::go_on));
 }
 
 Arguments::Action speed_command(Arguments& arguments) {
   const auto flags = order_flags(arguments, OrderKind::set_speed);
   arguments.option("--factor", flags->order.speed, "of simulated time, compared with the clock: 0.01 to 10",
                    Need::required);
-  return giving(flags, "speed");
+  return giving(flags);
 }
 
 Arguments::Action anew_command(Arguments& arguments) {
-  return giving(order_flags(arguments, OrderKind::begin_anew), "anew");
+  return giving(order_flags(arguments, OrderKind::begin_anew));
 }
 
 Arguments::Action seek_command(Arguments& arguments) {
@@ -80,19 +80,19 @@ Arguments::Action seek_command(Arguments& arguments) {
   arguments.option("--to-s", flags->order.sim_time_s,
                    "simulated time from which a session goes on again, or a record that is played is shown",
                    Need::required);
-  return giving(flags, "seek");
+  return giving(flags);
 }
 
 Arguments::Action freeze_command(Arguments& arguments) {
-  return tool_command(arguments, OrderKind::freeze, "freeze");
+  return tool_command(arguments, OrderKind::freeze);
 }
 
 Arguments::Action thaw_command(Arguments& arguments) {
-  return tool_command(arguments, OrderKind::thaw, "thaw");
+  return tool_command(arguments, OrderKind::thaw);
 }
 
 Arguments::Action score_command(Arguments& arguments) {
-  return giving(order_flags(arguments, OrderKind::tell_score), "score");
+  return giving(order_flags(arguments, OrderKind::tell_score));
 }
 
 }  // namespace sectio

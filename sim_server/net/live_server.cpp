@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "common/core/joined.h"
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
+#include "sim_server/net/order.h"
 #include "sim_server/net/standby.h"
 #include "sim_server/net/standing_orders.h"
 #include "sim_server/session/run_files.h"
@@ -193,7 +195,14 @@ void LiveServer::tell_score() {
   for (const std::string& line : session_.run->recorder().score_lines()) tell(EventKind::score_told, line);
 }
 
+void LiveServer::refuse(const SessionOrder& order, const std::string& why) {
+  const std::string text = std::string(to_string(order.kind)) + ": " + why;
+  log_warning(text);
+  session_.net->tell({session_.run->steps(), EventKind::order_refused, 0, 0, text.substr(0, kMaxEventTextBytes)});
+}
+
 void LiveServer::obey(const SessionOrder& order) {
+  if (const std::string why = session_.why_not(order); !why.empty()) return refuse(order, why);
   if (const auto news = session_.take(order)) {
     tell(news->kind, news->text);
     keep_orders();
@@ -209,27 +218,26 @@ void LiveServer::obey(const SessionOrder& order) {
       due_ = Clock::now();
       return session_.net->set_speed(session_.pace.now());
     case OrderKind::begin_anew:
-      begin_anew(0);
-      return tell(EventKind::begun_anew, "the session begins anew");
     case OrderKind::seek:
-      return go_back(order.sim_time_s);
+      return go_to(order);
     case OrderKind::tell_score:
       return tell_score();
   }
 }
 
-// Another try from an earlier moment, or what is played from another one.
-void LiveServer::go_back(double to_s) {
-  const double now_s = session_.time_s();
-  std::string why_not;
-  if (!session_.past && !session_.run->inputs()) why_not = "the session keeps no inputs to go back by (--export)";
-  if (!session_.past && to_s > now_s) why_not = "nobody knows what comes";
+// Another try from the beginning or from an earlier moment, or what is played from another one.
+void LiveServer::go_to(const SessionOrder& order) {
+  const bool anew = order.kind == OrderKind::begin_anew;
+  session_.net->show_life(kLongestTask_s);
+  Try next;
   try {
-    if (why_not.empty()) begin_anew(to_s);
-  } catch (const InputError& error) {
-    why_not = error.what();
+    next = another_try(anew ? 0 : order.sim_time_s);
+  } catch (const std::exception& error) {  // a disk that is full, a directory that is gone
+    due_ = Clock::now();
+    return refuse(order, std::string(kStays) + error.what());
   }
-  if (!why_not.empty()) return tell(EventKind::sought, "it stays where it is: " + why_not);
+  begin(std::move(next));
+  if (anew) return tell(EventKind::begun_anew, "the session begins anew");
   char text[64];
   std::snprintf(text, sizeof text, "the session %s from %.2f s", session_.past ? "is shown" : "goes on",
                 session_.time_s());
@@ -245,34 +253,47 @@ void LiveServer::wait_in_pause() {
   due_ = Clock::now();
 }
 
+// The session stays as it is meanwhile, and where this throws; then no directory is left behind.
+LiveServer::Try LiveServer::another_try(double from_s) const {
+  const std::string& root = session_.options.directory;
+  Try next;
+  next.attempt = free_try_after(root, attempt_);
+  const std::string directory = try_directory(root, next.attempt);
+  std::error_code unknown;
+  const bool is_new = !directory.empty() && !std::filesystem::exists(directory, unknown) && !unknown;
+  try {
+    if (session_.past || from_s <= 0) {
+      next.run = std::make_unique<SessionRun>(session_.scene, directory);
+    } else {
+      const auto last_step = steps_until(from_s, session_.scene.step_s);
+      log_info("running " + std::to_string(last_step) + " steps again");
+      std::optional<std::uint64_t> former_epoch;
+      next.run =
+          SessionRun::resumed(session_.scene, {try_directory(root, attempt_), last_step}, directory, former_epoch);
+    }
+    if (session_.past) {
+      next.past.emplace(session_.options.play, *next.run);
+      next.past->run_unseen(*next.run, session_.scene.step_s, from_s);
+    }
+  } catch (...) {
+    if (is_new) std::filesystem::remove_all(directory, unknown);
+    throw;
+  }
+  return next;
+}
+
 // The try so far keeps its files; the next one has a directory of its own in it. Viewers learn of it as of a server
 // that takes the session over: bodies of another term are asked for anew.
-void LiveServer::begin_anew(double from_s) {
-  session_.net->show_life(kLongestTask_s);
-  const std::string& root = session_.options.directory;
-  const int attempt = free_try_after(root, attempt_);
-  const std::string directory = try_directory(root, attempt);
-  std::unique_ptr<SessionRun> next;
-  if (session_.past || from_s <= 0) {
-    next = std::make_unique<SessionRun>(session_.scene, directory);
-  } else {
-    const auto last_step = steps_until(from_s, session_.scene.step_s);
-    log_info("running " + std::to_string(last_step) + " steps again");
-    std::optional<std::uint64_t> former_epoch;
-    next = SessionRun::resumed(session_.scene, {try_directory(root, attempt_), last_step}, directory, former_epoch);
-  }
-  attempt_ = attempt;
+void LiveServer::begin(Try next) {
+  attempt_ = next.attempt;
   tell_score();
   session_.run->recorder().finish();
   tell_faults();
   // The network reads the journal of the former run until it is told of this one.
-  const auto former = std::exchange(session_.run, std::move(next));
+  const auto former = std::exchange(session_.run, std::move(next.run));
   if (session_.record)
     session_.run->recorder().warn(session_.options.record + ": ends where the session was begun anew");
-  if (session_.past) {
-    session_.past.emplace(session_.options.play, *session_.run);
-    session_.past->run_unseen(*session_.run, session_.scene.step_s, from_s);
-  }
+  session_.past = std::move(next.past);
   Succession succession = session_.succession(session_.net->epoch());
   succession.record = nullptr;
   session_.net->take_over(std::move(succession));

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "sim_server/net/budget.h"
@@ -24,11 +26,18 @@ class LiveServer {
   void lead();
   void obey(const SessionOrder& order);
   void wait_in_pause();
-  void begin_anew(double from_s);
+  void refuse(const SessionOrder& order, const std::string& why);
+  void go_to(const SessionOrder& order);
+  struct Try {
+    int attempt = 1;  // its number
+    std::unique_ptr<SessionRun> run;
+    std::optional<PlayedInputs> past;
+  };
+  Try another_try(double from_s) const;
+  void begin(Try next);
   void show_now();
   void recall_orders();
   void keep_orders() const;
-  void go_back(double to_s);
   void tell(EventKind kind, const std::string& text);
   void tell_faults();
   void tell_score();

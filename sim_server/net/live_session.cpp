@@ -45,6 +45,16 @@ LiveSession::LiveSession(const Scene& the_scene, const ServeOptions& the_options
   log_info("session '" + options.network.session + "' on domain " + std::to_string(options.network.domain));
 }
 
+std::string LiveSession::why_not(const SessionOrder& order) const {
+  const bool is_of_motion = order.kind == OrderKind::freeze || order.kind == OrderKind::tilt;
+  if (past) return is_of_motion ? "what is played again is as it was" : "";
+  if (options.play_traces && order.kind == OrderKind::freeze)
+    return "instruments follow the scene's traces (--play-traces)";
+  if (order.kind != OrderKind::seek) return "";
+  if (!run->inputs()) return std::string(kStays) + "the session keeps no inputs to go back by (--export)";
+  return order.sim_time_s > time_s() ? std::string(kStays) + "nobody knows what comes" : "";
+}
+
 std::optional<Pace::News> LiveSession::take(const SessionOrder& order) {
   if (order.kind == OrderKind::tilt) input.gravity_m_per_s2 = order.gravity_m_per_s2;
   if (order.kind == OrderKind::freeze || order.kind == OrderKind::thaw) return hold_off(order);

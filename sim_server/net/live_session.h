@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 
 #include "common/core/stop_signal.h"
 #include "common/record/session_record.h"
@@ -17,6 +18,8 @@
 
 namespace sectio {
 
+constexpr const char* kStays = "it stays where it is: ";  // a session that can't go where it is told to
+
 struct LiveSession {
   // Both arguments outlive it; the scene is a prepared one. A session that goes on has been run again, one that is
   // played has come to where it is to be seen from.
@@ -24,6 +27,8 @@ struct LiveSession {
 
   bool has_more_steps() const { return (!steps || run->steps() < *steps) && !stop_was_requested(); }
   double time_s() const { return static_cast<double>(run->steps()) * scene.step_s; }
+  // The reason to refuse an order; empty: there is none yet.
+  std::string why_not(const SessionOrder& order) const;
   // Keeps what an order sets, of gravity, of pace and of frozen tools.
   std::optional<Pace::News> take(const SessionOrder& order);
   // The bodies as they are, for a server that leads from now on in the term after `epoch`.

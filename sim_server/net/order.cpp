@@ -5,9 +5,12 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "common/core/error.h"
+#include "common/core/joined.h"
 #include "common/core/log.h"
 #include "common/core/wall_time.h"
 #include "common/dds/endpoints.h"
@@ -24,12 +27,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kOrderPollPeriod = std::chrono::milliseconds(20);
+constexpr auto kAllKnown = std::chrono::milliseconds(500);  // a server that is there has said its status meanwhile
 constexpr auto kAllHeard = std::chrono::seconds(2);  // a server that hears the order has said its status meanwhile
 
 // A server as it speaks after the order.
 struct Answer {
   ServerStatus status;
-  bool told = false;  // it has said an event of the kind that answers this order
+  bool told = false;    // it has said an event of the kind that answers this order
+  std::string refusal;  // why it doesn't obey; empty: it has not refused
 };
 
 // The event that answers an order that no status shows.
@@ -62,54 +67,133 @@ bool obeys(const SessionOrder& order, const Answer& answer) {
   return false;
 }
 
+using OrderEndpoints = Endpoints<Reads<SceneInfo, ServerStatus, SessionEvent>, Writes<SessionOrder>>;
+
+// The bodies of a scene that a server has, without the parts that have come off.
+std::string bodies_of(const SceneInfo& scene) {
+  std::vector<std::string> names;
+  for (const BodyInfo& body : scene.bodies)
+    if (scene.world_bodies.empty() || std::ranges::count(scene.world_bodies, body.name) > 0) names.push_back(body.name);
+  return joined(names);
+}
+
+// The servers of a session, as they answer an order.
+struct Servers {
+  void listen(OrderEndpoints& endpoints, bool ordered);
+  std::size_t obeying() const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        answers, [&](const auto& a) { return a.second.refusal.empty() && obeys(order, a.second); }));
+  }
+  std::size_t refusing() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(answers, [](const auto& a) { return !a.second.refusal.empty(); }));
+  }
+  std::string in_words() const;
+
+  SessionOrder order;
+  std::map<std::uint64_t, Answer> answers;     // by the beginning of the server's session
+  std::map<std::uint64_t, std::string> names;  // likewise: its bodies
+  std::optional<std::size_t> tools;            // the scene's
+};
+
+// Events are kept for late joiners: answers to earlier orders must have come before this one goes out.
+void Servers::listen(OrderEndpoints& endpoints, bool ordered) {
+  while (const auto scene = endpoints.take<SceneInfo>()) {
+    tools = scene->tools.size();
+    names[beginning_of(scene->epoch)] = bodies_of(*scene);
+  }
+  while (const auto status = endpoints.take<ServerStatus>()) answers[beginning_of(status->epoch)].status = *status;
+  const std::optional<EventKind> answer_kind = answering_event(order.kind);
+  const std::string name = std::string(to_string(order.kind)) + ": ";
+  while (const auto event = endpoints.take<SessionEvent>()) {
+    if (!ordered) continue;
+    if (event->kind == static_cast<std::uint8_t>(EventKind::order_refused) && event->text.starts_with(name))
+      answers[beginning_of(event->epoch)].refusal = event->text.substr(name.size());
+    if (!answer_kind || event->kind != static_cast<std::uint8_t>(*answer_kind)) continue;
+    answers[beginning_of(event->epoch)].told = true;
+    std::printf("%s\n", event->text.c_str());
+  }
+}
+
+// First the servers that have refused, and why; then the others.
+std::string Servers::in_words() const {
+  std::string refused, obeyed;
+  for (const auto& [beginning, answer] : answers) {
+    const auto name = names.find(beginning);
+    const std::string who = name == names.end() ? "a server" : "the server of " + name->second;
+    if (answer.refusal.empty())
+      obeyed += "; " + who + " obeys";
+    else
+      refused += (refused.empty() ? "refused by " : "; by ") + who + ": " + answer.refusal;
+  }
+  return refused + obeyed;
+}
+
 }  // namespace
 
-void give_order(NetworkOptions network, SessionOrder order, const std::string& name, double patience_s) {
+const char* to_string(OrderKind kind) {
+  switch (kind) {
+    case OrderKind::tilt:
+      return "tilt";
+    case OrderKind::pause:
+      return "pause";
+    case OrderKind::go_on:
+      return "go-on";
+    case OrderKind::set_speed:
+      return "speed";
+    case OrderKind::begin_anew:
+      return "anew";
+    case OrderKind::tell_score:
+      return "score";
+    case OrderKind::seek:
+      return "seek";
+    case OrderKind::freeze:
+      return "freeze";
+    case OrderKind::thaw:
+      return "thaw";
+  }
+  return "?";
+}
+
+void give_order(NetworkOptions network, SessionOrder order, double patience_s) {
+  const std::string name = to_string(order.kind);
   order.source = microseconds_since_1970();
   if (const std::string flaw = first_flaw(order); !flaw.empty()) throw InputError(name + ": " + flaw);
   find_session(network, patience_s, [] { return false; });
-  Endpoints<Reads<SceneInfo, ServerStatus, SessionEvent>, Writes<SessionOrder>> endpoints(network,
-                                                                                          "sim_server " + name);
-  const std::optional<EventKind> answer_kind = answering_event(order.kind);
-  std::map<std::uint64_t, Answer> servers;  // by the beginning of their session
-  const auto until =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
-  std::optional<std::size_t> tools;
-  // Events are kept for late joiners: answers to earlier orders must have come before this one goes out.
-  const auto listen = [&](bool ordered) {
-    while (const auto scene = endpoints.take<SceneInfo>()) tools = scene->tools.size();
-    while (const auto status = endpoints.take<ServerStatus>()) servers[beginning_of(status->epoch)].status = *status;
-    while (const auto event = endpoints.take<SessionEvent>()) {
-      if (!ordered || !answer_kind || event->kind != static_cast<std::uint8_t>(*answer_kind)) continue;
-      servers[beginning_of(event->epoch)].told = true;
-      std::printf("%s\n", event->text.c_str());
-    }
+  OrderEndpoints endpoints(network, "sim_server " + name);
+  Servers servers{order, {}, {}, {}};
+  const auto begun = Clock::now();
+  const auto until = begun + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s));
+  // A standby hears orders, too, and says nothing.
+  const auto all_speak = [&](std::size_t speaking) { return speaking >= endpoints.writer<SessionOrder>().readers(); };
+  const auto are_known = [&] {
+    return !servers.answers.empty() && servers.tools &&
+           (all_speak(servers.answers.size()) || Clock::now() - begun > kAllKnown);
   };
-  while ((servers.empty() || !tools) && Clock::now() < until) {
-    listen(false);
+  while (!are_known() && Clock::now() < until) {
+    servers.listen(endpoints, false);
     std::this_thread::sleep_for(kOrderPollPeriod);
   }
-  if (servers.empty()) throw InputError("session '" + network.session + "': no server was heard");
+  if (servers.answers.empty()) throw InputError("session '" + network.session + "': no server was heard");
   const bool is_of_a_tool = order.kind == OrderKind::freeze || order.kind == OrderKind::thaw;
-  if (is_of_a_tool && tools && order.tool_id >= *tools)
-    throw InputError(name + ": --tool-id: the scene has " + std::to_string(*tools) +
-                     (*tools == 1 ? " instrument" : " instruments") + ", numbered from 0, got " +
+  if (is_of_a_tool && servers.tools && order.tool_id >= *servers.tools)
+    throw InputError(name + ": --tool-id: the scene has " + std::to_string(*servers.tools) +
+                     (*servers.tools == 1 ? " instrument" : " instruments") + ", numbered from 0, got " +
                      std::to_string(order.tool_id));
   if (!endpoints.write(order)) throw InputError(name + ": DDS refused to send the order");
-  Clock::time_point disobeyed = Clock::now();  // for the last time
+  Clock::time_point unanswered = Clock::now();  // for the last time
   while (Clock::now() < until) {
-    listen(true);
-    const auto obeying = static_cast<std::uint32_t>(
-        std::ranges::count_if(servers, [&](const auto& server) { return obeys(order, server.second); }));
-    if (obeying < servers.size()) disobeyed = Clock::now();
-    // A standby hears orders, too, and says nothing.
-    if (obeying == servers.size() &&
-        (obeying >= endpoints.writer<SessionOrder>().readers() || Clock::now() - disobeyed > kAllHeard)) {
+    servers.listen(endpoints, true);
+    const std::size_t obeying = servers.obeying(), refusing = servers.refusing(), answering = obeying + refusing;
+    if (answering < servers.answers.size()) unanswered = Clock::now();
+    if (answering == servers.answers.size() && (all_speak(answering) || Clock::now() - unanswered > kAllHeard)) {
+      if (refusing > 0) throw InputError(name + ": " + servers.in_words());
       log_info(name + ": " + std::to_string(obeying) + (obeying == 1 ? " server obeys" : " servers obey"));
       return;
     }
     std::this_thread::sleep_for(kOrderPollPeriod);
   }
+  if (servers.refusing() > 0) throw InputError(name + ": " + servers.in_words());
   throw InputError("session '" + network.session + "': a server did not obey: " + name);
 }
 

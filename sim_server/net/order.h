@@ -2,16 +2,17 @@
 // `anew`, `score`, `seek`. Viewers don't write that topic.
 #pragma once
 
-#include <string>
-
 #include "common/dds/participant.h"
 #include "common/messages/session.h"
 
 namespace sectio {
 
-// Returns when every server that speaks has said that it obeys; `name`: the command, for messages. The lines that the
-// servers say of it go to the standard output. Throws InputError when no server does within the time, or one of several
-// doesn't, and when the order is out of bounds.
-void give_order(NetworkOptions network, SessionOrder order, const std::string& name, double patience_s);
+// The command's name. The text of an event `order_refused` begins with it and ": ".
+const char* to_string(OrderKind kind);
+
+// Returns when every server that speaks has said that it obeys. The lines that the servers say of it go to the standard
+// output. Throws InputError when no server does within the time, when one of several doesn't or refuses, with the
+// reason, and when the order is out of bounds.
+void give_order(NetworkOptions network, SessionOrder order, double patience_s);
 
 }  // namespace sectio

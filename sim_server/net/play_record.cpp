@@ -8,6 +8,7 @@
 #include "common/core/log.h"
 #include "common/core/stop_signal.h"
 #include "common/messages/epoch.h"
+#include "sim_server/net/order.h"
 #include "sim_server/net/pace.h"
 #include "sim_server/net/played_record.h"
 
@@ -106,6 +107,10 @@ class RecordServer {
     net_->tell({record_.world().news().step, kind, 0, 0, text});
   }
 
+  void refuse(const SessionOrder& order, const std::string& why) {
+    tell(EventKind::order_refused, std::string(to_string(order.kind)) + ": " + why);
+  }
+
   void go_to(double sim_time_s, EventKind kind, const std::string& text) {
     record_.seek(sim_time_s);
     begin_term();
@@ -128,10 +133,10 @@ class RecordServer {
       case OrderKind::tell_score:
         return tell(EventKind::score_told, "a record has no score: sim_server replay simulates its inputs");
       case OrderKind::freeze:
-      case OrderKind::thaw:
-        return log_warning("a record that is shown has no hands to hold off");
       case OrderKind::tilt:
-        return log_warning("tilt: a record that is shown can't be tilted");
+        return refuse(order, "what is played again is as it was");
+      case OrderKind::thaw:
+        return;
     }
   }
 

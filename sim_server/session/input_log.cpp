@@ -27,7 +27,8 @@ constexpr std::string_view kInputMagic = "SECTIOI1";
 constexpr std::uint64_t kChecksumSeed = 1;
 constexpr std::size_t kRecordHeaderBytes = 12;  // size, checksum
 constexpr std::uint32_t kMostRecordBytes = 1u << 24;
-constexpr std::uint64_t kIndexedEvery = 256;  // steps
+constexpr std::size_t kContentBeginsAlike = 4;  // the mark in front of a message
+constexpr std::uint64_t kIndexedEvery = 256;    // steps
 constexpr auto kSyncPeriod = std::chrono::seconds(1);
 
 std::vector<std::uint8_t> as_record(std::span<const std::uint8_t> bytes) {
@@ -50,6 +51,37 @@ std::optional<std::vector<std::uint8_t>> content_of_record(const Read& read) {
   std::optional<std::vector<std::uint8_t>> bytes = read(size);
   if (!bytes || checksum(kChecksumSeed, *bytes) != sum) return std::nullopt;
   return bytes;
+}
+
+// The bytes at the front of `rest`, in turn; nothing when it has fewer.
+auto reads(std::span<const std::uint8_t>& rest) {
+  return [&rest](std::uint64_t size) -> std::optional<std::vector<std::uint8_t>> {
+    if (size > rest.size()) return std::nullopt;
+    const auto part = rest.first(size);
+    rest = rest.subspan(size);
+    return std::vector<std::uint8_t>(part.begin(), part.end());
+  };
+}
+
+// A record begins there, which says that it is longer.
+bool is_cut_short(std::span<const std::uint8_t> rest) {
+  if (rest.size() < kRecordHeaderBytes) return true;
+  const auto size = ByteReader(rest).get<std::uint32_t>();
+  return size <= kMostRecordBytes && size > rest.size() - kRecordHeaderBytes;
+}
+
+// A whole record begins at some byte behind the first. All contents begin alike, so few places are tried.
+bool holds_record(std::span<const std::uint8_t> rest) {
+  const std::vector<std::uint8_t> some = encode(StepInputs());
+  const auto begin = std::span(some).first(kContentBeginsAlike);
+  for (auto from = rest.begin() + 1;; ++from) {
+    from = std::search(from, rest.end(), begin.begin(), begin.end());
+    if (from == rest.end()) return false;
+    const auto at = static_cast<std::size_t>(from - rest.begin());
+    if (at <= kRecordHeaderBytes) continue;
+    std::span<const std::uint8_t> there = rest.subspan(at - kRecordHeaderBytes);
+    if (content_of_record(reads(there))) return true;
+  }
 }
 
 template <class Text>
@@ -144,6 +176,16 @@ std::string InputLogReader::damage() const {
   if (at_ == size_ || is_finished()) return {};
   return path_ + ": damaged at byte " + std::to_string(at_) + ": the last " + std::to_string(size_ - at_) +
          " bytes are not read";
+}
+
+bool InputLogReader::is_torn() {
+  if (record_ || at_ == size_ || size_ - at_ > kRecordHeaderBytes + kMostRecordBytes) return false;
+  std::vector<std::uint8_t> rest(size_ - at_);
+  file_.clear();
+  file_.seekg(static_cast<std::streamoff>(at_));
+  if (!file_.read(reinterpret_cast<char*>(rest.data()), static_cast<std::streamsize>(rest.size()))) return false;
+  if (std::ranges::all_of(rest, [](std::uint8_t byte) { return byte == 0; })) return true;
+  return is_cut_short(rest) && !holds_record(rest);
 }
 
 std::string InputLogReader::note() const {

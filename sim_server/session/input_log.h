@@ -45,7 +45,10 @@ class InputLogReader {
   // After the last record: where the whole part ends, and a word about the rest; empty when there is none.
   std::uint64_t whole_bytes() const { return at_; }
   std::string damage() const;
-  // The same, or a word about a record that nobody finished.
+  // The rest is what the death of a program or of a machine leaves: one record without its end, or zeros where nothing
+  // had come to the disk yet. Else a journal was damaged that had been whole, and records may be behind the damage.
+  bool is_torn();
+  // The same as damage(), or a word about a record that nobody finished.
   std::string note() const;
 
  private:

@@ -35,6 +35,26 @@ DirectoryLock::~DirectoryLock() {
   if (file_ >= 0) ::close(file_);
 }
 
+namespace {
+
+// False when not all of it could be copied. Closes what it is given.
+bool copy_bytes(int in, int out, std::uint64_t from_byte, std::uint64_t bytes, OnDisk on_disk) {
+  auto at = static_cast<off64_t>(from_byte);
+  std::uint64_t left = bytes;
+  for (ssize_t copied = 1; in >= 0 && out >= 0 && left > 0 && copied > 0; left -= static_cast<std::uint64_t>(copied))
+    copied = std::max<ssize_t>(0, ::copy_file_range(in, &at, out, nullptr, left, 0));
+  const bool is_there = in >= 0 && out >= 0 && left == 0 && (on_disk != OnDisk::now || ::fdatasync(out) == 0);
+  if (in >= 0) ::close(in);
+  if (out >= 0) ::close(out);
+  return is_there;
+}
+
+int opened_to_read(const std::string& path) {
+  return ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+}
+
+}  // namespace
+
 std::string try_directory(const std::string& directory, int attempt) {
   return directory.empty() || attempt == 1 ? directory : directory + "/try_" + std::to_string(attempt);
 }
@@ -68,19 +88,26 @@ bool copy_beginning(const std::string& from, const std::string& to, std::uint64_
   std::error_code error;
   if (const std::uint64_t size = std::filesystem::file_size(from, error); error || size < bytes) return false;
   if (from != to) {
-    const int in = ::open(from.c_str(), O_RDONLY | O_CLOEXEC);
     const int out = ::open(to.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    std::uint64_t left = bytes;
-    for (ssize_t copied = 1; in >= 0 && out >= 0 && left > 0 && copied > 0; left -= static_cast<std::uint64_t>(copied))
-      copied = std::max<ssize_t>(0, ::copy_file_range(in, nullptr, out, nullptr, left, 0));
-    if (in >= 0) ::close(in);
-    if (out >= 0) ::close(out);
-    if (in < 0 || out < 0 || left > 0) throw InputError(to + ": can't be written");
+    if (!copy_bytes(opened_to_read(from), out, 0, bytes, OnDisk::later)) throw InputError(to + ": can't be written");
     return true;
   }
   std::filesystem::resize_file(to, bytes, error);
   if (error) throw InputError(to + ": can't be written: " + error.message());
   return true;
+}
+
+std::string keep_rest(const std::string& path, std::uint64_t from_byte) {
+  std::string to = path + ".damaged";
+  std::error_code error;
+  for (int n = 2; std::filesystem::exists(to, error); ++n) to = path + ".damaged." + std::to_string(n);
+  const std::uint64_t size = std::filesystem::file_size(path, error);
+  const int out = ::open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (error || !copy_bytes(opened_to_read(path), out, from_byte, size - from_byte, OnDisk::now)) {
+    if (out >= 0) ::unlink(to.c_str());
+    throw InputError(to + ": can't be written");
+  }
+  return to;
 }
 
 std::string obj_path(const std::string& directory, const std::string& body) {

@@ -62,7 +62,12 @@ std::unique_ptr<SessionRun> SessionRun::resumed(const Scene& scene, const Past& 
   const Rerun done = rerun(reader, run->simulation_, after, past.last_step, jumped);
   if (!done.difference.empty())
     throw InputError(path + ": the simulation is not the one that wrote it: " + done.difference);
-  if (done.steps < past.last_step && !reader.damage().empty()) run->recorder_->warn(reader.damage());
+  if (done.steps < past.last_step && !reader.damage().empty()) {
+    if (elsewhere || reader.is_torn())
+      run->recorder_->warn(reader.damage());
+    else
+      run->recorder_->not_ok(reader.damage() + ", and kept in " + keep_rest(path, reader.whole_bytes()));
+  }
   if (done.steps > jumped) run->epoch_ = done.last_epoch;
   if (done.steps > 0) last_epoch = run->epoch_;
   run->steps_ = run->checkpoint_at_ = done.steps;

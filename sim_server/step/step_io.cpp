@@ -66,6 +66,8 @@ const char* to_string(EventKind kind) {
       return "instrument frozen";
     case EventKind::instrument_thawed:
       return "instrument thawed";
+    case EventKind::order_refused:
+      return "order refused";
     case EventKind::recording_stopped:
       return "recording stopped";
   }

@@ -74,6 +74,7 @@ enum class EventKind : std::uint8_t {
   left_world,         // the body fell or slid so far that it is out of every picture, and stays there
   instrument_frozen,  // by an order: it stays where it is, whatever its hand does
   instrument_thawed,  // by an order: it is taken out, and follows its hand again
+  order_refused,      // nothing has changed; the text has the order's name, and why
 };
 const char* to_string(EventKind kind);
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <set>
 
+#include "common/core/error.h"
 #include "common/dds/qos.h"
 #include "common/mcap/mcap_reader.h"
 #include "common/messages/codec.h"
@@ -20,7 +21,7 @@ class Disk : public test::SessionPrograms {
  protected:
   // Files can grow to so many bytes.
   static std::unique_ptr<Process> limited(std::uintmax_t bytes, const std::string& name, const Flags& flags) {
-    const std::string script = "ulimit -f " + std::to_string(bytes / 512) + "; trap '' XFSZ; exec \"$@\"";
+    const std::string script = "ulimit -f " + std::to_string(bytes / 512) + "; exec \"$@\"";
     return started(script, name, flags);
   }
   // file("disk") has so many kilobytes; its files are in file("left") afterwards.
@@ -107,6 +108,23 @@ TEST_F(Disk, that_is_full_ends_neither_a_session_nor_its_viewers_and_all_are_tol
   for (const char* name : {"disk/out/i", "disk/out/j", "disk/out/c"}) EXPECT_TRUE(told.contains(name)) << name;
 }
 
+TEST_F(Disk, that_is_full_lets_no_session_begin_anew_and_ends_none) {
+  const auto server = on_small_disk(
+      900, "sim_server",
+      in_session({"--scene", kScene, "--play-traces", "--wait-for-viewers", "1", "--export", file("disk/out")}));
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(server->wait_for("inputs are kept no longer")) << server->output();
+  const auto anew = program("sim_server", in_session({"anew", "--patience-s", "60"}));
+  EXPECT_EQ(anew->exit_code(), kExitBadInput) << anew->output();
+  EXPECT_NE(
+      anew->output().find("anew: refused by the server of liver: it stays where it is: " + file("disk/out/try_2")),
+      std::string::npos)
+      << anew->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 3) << server->output();
+  for (const std::string& name : left()) EXPECT_EQ(name.find("try_2"), std::string::npos) << name;
+}
+
 TEST_F(Disk, that_takes_no_pictures_leaves_the_viewer_in_its_session) {
   const auto server =
       program("sim_server", in_session({"--scene", kScene, "--play-traces", "--wait-for-viewers", "1"}));
@@ -122,6 +140,18 @@ TEST_F(Disk, that_takes_no_pictures_leaves_the_viewer_in_its_session) {
     EXPECT_EQ(count(screen->output(), file("disk/") + name), 1u) << screen->output();
   const std::set<std::string> names = left();
   EXPECT_TRUE(std::ranges::none_of(names, [](const std::string& name) { return name.ends_with(".part"); }));
+}
+
+TEST_F(Disk, that_takes_no_more_of_a_log_leaves_the_hand_in_its_session) {
+  const auto server = program("sim_server", in_session({"--scene", kScene, "--endless"}));
+  const auto hand =
+      limited(4096, "device_bridge",
+              in_session({"--trace", kTrace, "--wait-for-server", "--duration-s", "0.5", "--log", file("force.csv")}));
+  EXPECT_EQ(hand->exit_code(), 1) << hand->output();
+  EXPECT_EQ(count(hand->output(), "warning: --log: " + file("force.csv") + ": the disk takes no more"), 1u)
+      << hand->output();
+  server->send(SIGINT);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
 }
 
 TEST_F(Disk, that_takes_no_output_is_no_success) {

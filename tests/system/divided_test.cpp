@@ -179,5 +179,21 @@ TEST_F(Divided, A_ARCH_6_A_ARCH_12_what_is_done_about_a_stall_is_logged_and_what
   }
 }
 
+TEST_F(Divided, an_order_says_which_server_refuses_it_and_which_obeys) {
+  const auto left = share({"--server", "left", "--play-traces", "--endless", "--export", file("left")});
+  const auto right = share({"--server", "right", "--play-traces", "--endless"});
+  for (Process* each : {left.get(), right.get()}) ASSERT_TRUE(each->wait_for("step ")) << each->output();
+  const auto seek = program("sim_server", in_session({"seek", "--to-s", "0", "--patience-s", "60"}));
+  EXPECT_EQ(seek->exit_code(), kExitBadInput) << seek->output();
+  EXPECT_NE(seek->output().find("seek: refused by the server of kidney: it stays where it is: the session keeps no "
+                                "inputs to go back by (--export); the server of liver obeys"),
+            std::string::npos)
+      << seek->output();
+  for (Process* each : {left.get(), right.get()}) {
+    each->send(SIGINT);
+    EXPECT_TRUE(each->exit_code()) << each->output();
+  }
+}
+
 }  // namespace
 }  // namespace sectio

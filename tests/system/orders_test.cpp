@@ -91,6 +91,43 @@ TEST_F(Orders, a_session_that_is_begun_anew_ends_like_the_first_and_keeps_the_fi
   EXPECT_EQ(hash_of("out/try_2"), undisturbed_hash());
 }
 
+TEST_F(Orders, a_session_that_can_not_begin_anew_stays_where_it_is_and_says_why) {
+  const auto server = watched_server();
+  const auto screen = viewer("screen", {"--no-pictures"});
+  ASSERT_TRUE(server->wait_for("step ")) << server->output();
+  write("out/try_2", "in the way");
+  const auto anew = ask("anew");
+  EXPECT_EQ(anew->exit_code(), kExitBadInput) << anew->output();
+  const std::string why = "it stays where it is: " + file("out/try_2") + ": can't be made: Not a directory";
+  EXPECT_NE(anew->output().find("anew: refused by the server of liver: " + why), std::string::npos) << anew->output();
+  EXPECT_TRUE(server->wait_for("warning: anew: " + why)) << server->output();
+  expect_equal_at_the_end(*screen);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_EQ(hash_of("out"), undisturbed_hash());
+}
+
+TEST_F(Orders, an_instrument_that_nobody_holds_is_not_frozen) {
+  const auto refused = [&](const std::string& why) {
+    const auto freeze = ask("freeze", {"--tool-id", "0"});
+    EXPECT_EQ(freeze->exit_code(), kExitBadInput) << freeze->output();
+    EXPECT_NE(freeze->output().find("freeze: refused by the server of liver: " + why), std::string::npos)
+        << freeze->output();
+  };
+  auto server = program("sim_server", in_session({"--scene", kScene, "--play-traces", "--endless", "--export",
+                                                  file("out"), "--record", file("a.mcap")}));
+  ASSERT_TRUE(server->wait_for("step ")) << server->output();
+  refused("instruments follow the scene's traces");
+  server->send(SIGINT);
+  EXPECT_EQ(server->exit_code(), 0) << server->output();
+  for (const char* past : {"out/inputs", "a.mcap"}) {
+    server = program("sim_server", in_session({"play", file(past), "--speed", "0.01"}));
+    ASSERT_TRUE(server->wait_for(" on domain ")) << server->output();
+    refused("what is played again is as it was");
+    server->send(SIGINT);
+    EXPECT_EQ(server->exit_code(), 0) << server->output();
+  }
+}
+
 // Steps that are run again are those of the first try, and the traces go on from there: the end is that of a session
 // in which nobody went back.
 TEST_F(Orders, a_session_that_goes_back_in_time_ends_as_if_it_had_not_and_keeps_both_tries) {
@@ -104,8 +141,9 @@ TEST_F(Orders, a_session_that_goes_back_in_time_ends_as_if_it_had_not_and_keeps_
   do ASSERT_TRUE(server->wait_for_next("step ")) << server->output();
   while (steps() < 1500);
   const auto ahead = ask("seek", {"--to-s", "1000"});
-  EXPECT_EQ(ahead->exit_code(), 0) << ahead->output();
-  EXPECT_NE(ahead->output().find("it stays where it is: nobody knows what comes"), std::string::npos)
+  EXPECT_EQ(ahead->exit_code(), kExitBadInput) << ahead->output();
+  EXPECT_NE(ahead->output().find("seek: refused by the server of liver: it stays where it is: nobody knows what comes"),
+            std::string::npos)
       << ahead->output();
   const auto back = ask("seek", {"--to-s", "1.2"});
   EXPECT_EQ(back->exit_code(), 0) << back->output();
@@ -171,6 +209,10 @@ TEST_F(Orders, an_order_that_nobody_can_obey_is_refused_in_a_line) {
   EXPECT_NE(fast->output().find("speed"), std::string::npos) << fast->output();
   const auto server = program("sim_server", in_session({"--scene", kScene, "--endless"}));
   ASSERT_TRUE(server->wait_for("the session begins")) << server->output();
+  const auto back = ask("seek", {"--to-s", "0"});
+  EXPECT_EQ(back->exit_code(), kExitBadInput) << back->output();
+  EXPECT_NE(back->output().find("it stays where it is: the session keeps no inputs"), std::string::npos)
+      << back->output();
   const auto score = ask("score");
   EXPECT_EQ(score->exit_code(), 0) << score->output();
   EXPECT_NE(score->output().find("no exercise"), std::string::npos) << score->output();

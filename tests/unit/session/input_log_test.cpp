@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "sim_server/session/rerun.h"
 #include "sim_server/session/step_record.h"
@@ -34,6 +35,18 @@ class InputLogs : public testing::Test {
     }
     EXPECT_GT(op.deltas, 0u) << "nothing was cut";
     last_hash = state_hash_of(op.simulation);
+  }
+  std::string bytes() const {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  bool is_torn(const std::string& bytes) const {
+    std::ofstream(path, std::ios::binary) << bytes;
+    InputLogReader reader(path);
+    while (reader.next()) {
+    }
+    EXPECT_FALSE(reader.damage().empty());
+    return reader.is_torn();
   }
   Rerun again() {
     InputLogReader reader(path);
@@ -97,6 +110,27 @@ TEST_F(InputLogs, every_prefix_of_a_file_is_read_as_far_as_it_is_whole) {
   InputLog log(path, reader.whole_bytes());
   EXPECT_EQ(std::filesystem::file_size(path), reader.whole_bytes()) << "what is torn is cut off";
   ASSERT_FALSE(log.read_from(1, 1 << 20).empty());
+}
+
+TEST_F(InputLogs, the_end_that_a_crash_leaves_is_told_from_damage) {
+  record(400);
+  const std::string whole = bytes();
+  std::vector<std::size_t> begins;
+  InputLogReader reader(path);
+  do begins.push_back(reader.whole_bytes());
+  while (reader.next());
+  ASSERT_EQ(begins.size(), 401u);
+  EXPECT_EQ(begins.back(), whole.size());
+  EXPECT_FALSE(reader.is_torn()) << "it is whole";
+  for (std::size_t size = begins[399] + 1; size < whole.size(); ++size)
+    EXPECT_TRUE(is_torn(whole.substr(0, size))) << size;
+  EXPECT_TRUE(is_torn(whole + std::string(5000, '\0')));
+  for (std::size_t at = begins[20]; at < begins[21]; ++at)
+    for (const int bit : {1, 128}) {
+      std::string flipped = whole;
+      flipped[at] = static_cast<char>(flipped[at] ^ bit);
+      EXPECT_FALSE(is_torn(flipped)) << at;
+    }
 }
 
 TEST_F(InputLogs, steps_are_served_from_any_step_on_while_the_file_grows) {
