@@ -117,6 +117,9 @@ double Simulation::energy_j() const {
   for (const auto& body : state_->world.bodies) energy += body->energy_j();
   return energy;
 }
+std::vector<BodyOverlap> Simulation::overlaps() const {
+  return state_->world.overlaps();
+}
 const std::optional<JointPose>& Simulation::tool_pose_world(std::uint32_t tool_id) const {
   return state_->world.tools[tool_id].pose;
 }

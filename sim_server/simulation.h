@@ -62,6 +62,8 @@ class Simulation {
   std::vector<ScalarField> scalars(std::uint32_t body_id) const;
   // Kinetic, elastic and gravitational, of all bodies; heights count from the origin. O(all), for tests and reports.
   double energy_j() const;
+  // Pairs of bodies that lie in each other now, but for organs that the scene placed so. O(all), for reports.
+  std::vector<BodyOverlap> overlaps() const;
   // The pose of each tool in the newest sample used; nothing before the first sample.
   const std::optional<JointPose>& tool_pose_world(std::uint32_t tool_id) const;
 

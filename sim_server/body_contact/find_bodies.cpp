@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -12,12 +13,65 @@ namespace {
 
 constexpr double kTouching_m = 1e-6;  // closer points have no meaningful direction
 constexpr double kSameWay = 0.5;      // cosine between normals
+// The surface that a point looks against is at most so many times as far as the one along which it looks. A crumpled
+// surface looks all ways, and would be drawn in.
+constexpr double kFarther = 3;
 
-std::vector<VertexId> vertices_in(const SurfaceView& surface, const Box3& box) {
+// Cells of a grid over a box, marked where a surface may be near. A bowl's box holds all that lies in the bowl, most of
+// which is far from its wall.
+class NearCells {
+ public:
+  NearCells(const SurfaceView& surface, const Box3& box, double near_m)
+      : box_(box),
+        cell_m_(std::max(box.sizes().maxCoeff(), kTouching_m) / kCells),
+        marked_(kCells * kCells * kCells, 0) {
+    for (TriangleId t = 0; t < surface.mesh.triangle_slots(); ++t) {
+      if (!surface.alive(t)) continue;
+      const Box3 reached = grown(box_of(surface.corners(t)), near_m).intersection(box);
+      if (!reached.isEmpty()) mark(cell_at(reached.min()), cell_at(reached.max()));
+    }
+  }
+  std::vector<VertexId> vertices(const SurfaceView& surface) const {
+    std::vector<VertexId> found;
+    for (VertexId v = 0; v < surface.mesh.vertex_slots(); ++v) {
+      if (!surface.mesh.vertex_alive(v)) continue;
+      const Vec3 p = surface.positions_world_m[v].cast<double>();
+      if (box_.contains(p) && marked_[number_of(cell_at(p))] != 0) found.push_back(v);
+    }
+    return found;
+  }
+
+ private:
+  static constexpr int kCells = 32;  // along each side
+
+  Eigen::Vector3i cell_at(const Vec3& p) const {
+    return ((p - box_.min()) / cell_m_).cast<int>().cwiseMax(0).cwiseMin(kCells - 1);
+  }
+  static std::size_t number_of(const Eigen::Vector3i& cell) {
+    return static_cast<std::size_t>((cell.z() * kCells + cell.y()) * kCells + cell.x());
+  }
+  void mark(const Eigen::Vector3i& from, const Eigen::Vector3i& to) {
+    for (int z = from.z(); z <= to.z(); ++z)
+      for (int y = from.y(); y <= to.y(); ++y) {
+        const auto row = marked_.begin() + static_cast<std::ptrdiff_t>(number_of({from.x(), y, z}));
+        std::fill(row, row + (to.x() - from.x() + 1), std::uint8_t{1});
+      }
+  }
+
+  Box3 box_;
+  double cell_m_;
+  std::vector<std::uint8_t> marked_;
+};
+
+std::vector<VertexId> vertices_near(const SurfaceView& surface, const SearchedSurface& other, const Box3& box,
+                                    double near_m) {
   std::vector<VertexId> found;
   for (VertexId v = 0; v < surface.mesh.vertex_slots(); ++v)
     if (surface.mesh.vertex_alive(v) && box.contains(surface.positions_world_m[v].cast<double>())) found.push_back(v);
-  return found;
+  if (found.size() <= kMaxProbedVertices) return found;
+  Box3 of_found;
+  for (const VertexId v : found) of_found.extend(surface.positions_world_m[v].cast<double>());
+  return NearCells(other.view, of_found, near_m).vertices(surface);
 }
 
 // Surfaces that touch look against each other. A point that is beyond the middle of a thin body is nearer to its far
@@ -53,14 +107,15 @@ std::optional<ClosestSurfacePoint> closest_against(const SearchedSurface& other,
 }
 
 // Contacts of the vertices of `one`, whose normals point out of `other`.
-void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m, std::vector<BodyContact>& contacts) {
+void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m, std::size_t most_probed,
+           std::vector<BodyContact>& contacts) {
   Box3 box = other.tree.bounds_world_m();
   if (box.isEmpty()) return;
   box.min() -= Vec3::Constant(reach_m);
   box.max() += Vec3::Constant(reach_m);
-  const std::vector<VertexId> near = vertices_in(one, box);
+  const std::vector<VertexId> near = vertices_near(one, other, box, std::max(reach_m, kDeepestContact_m));
   // Chosen by number, so that the same vertices are probed from step to step.
-  const std::size_t stride = std::bit_ceil(near.size() / kMaxProbedVertices + 1);
+  const std::size_t stride = std::bit_ceil(near.size() / most_probed + 1);
   for (const VertexId v : near) {
     if (v % stride != 0) continue;
     const Vec3 p = one.positions_world_m[v].cast<double>();
@@ -70,7 +125,9 @@ void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m,
     if (!inside && closest->distance_m > reach_m) continue;
     const Vec3 area = area_at(one, v), normal = area.stableNormalized();
     if (inside && looks_along(other.view, closest->triangle, normal))
-      if (const auto against = closest_against(other, p, normal)) closest = against;
+      if (const auto against = closest_against(other, p, normal);
+          against && against->distance_m < kFarther * closest->distance_m)
+        closest = against;
     BodyContact contact;
     contact.point_world_m = p;
     contact.normal_world = other.view.normal(closest->triangle);
@@ -87,10 +144,10 @@ void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m,
 }  // namespace
 
 void find_body_contacts(const SearchedSurface& one, const SearchedSurface& other, double reach_m,
-                        std::vector<BodyContact>& contacts) {
-  probe(one.view, other, reach_m, contacts);
+                        std::vector<BodyContact>& contacts, std::size_t most_probed) {
+  probe(one.view, other, reach_m, most_probed, contacts);
   const std::size_t of_other = contacts.size();
-  probe(other.view, one, reach_m, contacts);
+  probe(other.view, one, reach_m, most_probed, contacts);
   for (std::size_t i = of_other; i < contacts.size(); ++i) {
     contacts[i].normal_world = -contacts[i].normal_world;
     std::swap(contacts[i].one, contacts[i].other);

@@ -9,8 +9,9 @@
 
 namespace sectio {
 
-// At most so many vertices near the other body are probed; evenly chosen by number when there are more.
-constexpr std::size_t kMaxProbedVertices = 64;
+// At most so many vertices near the other body's surface are probed; evenly chosen by number when there are more.
+// A body that moves as a whole rests on a few; one that deforms sinks in between them.
+constexpr std::size_t kMaxProbedVertices = 64, kMaxProbedSoft = 1024;
 constexpr double kTouchReach_m = 2e-4;       // a gap that counts as contact; faster bodies see further
 constexpr double kWaking_m_per_s = 0.02;     // a body so fast wakes a sleeping one that it bumps into
 constexpr double kDeepestContact_m = 0.005;  // deeper contacts have no reliable nearest surface
@@ -25,6 +26,6 @@ struct SearchedSurface {
 // vertices of `other`, each in order of vertex. `one` becomes side `one` of all of them.
 // O(vertices + probed x log triangles).
 void find_body_contacts(const SearchedSurface& one, const SearchedSurface& other, double reach_m,
-                        std::vector<BodyContact>& contacts);
+                        std::vector<BodyContact>& contacts, std::size_t most_probed = kMaxProbedVertices);
 
 }  // namespace sectio

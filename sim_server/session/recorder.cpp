@@ -219,6 +219,7 @@ RunResult Recorder::finish() {
     s.figures.score = s.score->finish();
     for (const std::string& line : to_lines(*s.figures.score)) log_info(line);
   }
+  s.figures.overlaps = s.simulation.overlaps();
   s.figures.outcome = s.outcome.finish(s.figures);
   for (const std::string& text : s.blades.finish()) log_warning(text);
   RunResult result;

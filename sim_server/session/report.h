@@ -58,6 +58,7 @@ struct RunFigures {
   std::optional<SyncCost> cost;
   std::optional<Score> score;
   Outcome outcome;
+  std::vector<BodyOverlap> overlaps;  // at the end
 
   // Without the times of steps, which are of this run, and what belongs to its end.
   template <class A>

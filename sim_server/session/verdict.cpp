@@ -48,6 +48,9 @@ void judge_body(const RunFigures& figures, const Simulation& simulation, std::ui
 std::vector<std::string> reasons_against(const RunFigures& figures, const Scene& scene, const Simulation& simulation) {
   Reasons reasons;
   for (std::uint32_t id = 0; id < simulation.body_count(); ++id) judge_body(figures, simulation, id, reasons);
+  for (const BodyOverlap& o : figures.overlaps)
+    reasons.add_count(o.come_through, "vertices have come through: " + simulation.body(o.one).name + " and " +
+                                          simulation.body(o.other).name + " are in each other");
   reasons.add_if(!std::isfinite(figures.largest_force_n), "a force was not finite");
   reasons.add_count(count_of(figures, EventKind::body_frozen), "times a body froze");
   reasons.add_count(figures.last.forces_capped, "forces were beyond what an instrument may feel");

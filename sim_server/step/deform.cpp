@@ -62,7 +62,7 @@ void deform_body(SimulatedWorld& world, StepContext& context, std::uint32_t b,
   for (std::size_t i = 0; i < step.walls.size(); ++i) {
     const Reaction& reaction = reactions[first_wall + i];
     step.work_j += reaction.work_j;
-    context.meetings[step.walls[i].meeting].on_both_n -= reaction.force_on_tool_n;
+    if (const auto meeting = step.walls[i].meeting) context.meetings[*meeting].on_both_n -= reaction.force_on_tool_n;
   }
   if (body.deforms()) distribute_reactions(world, context, b, constraints, reactions);  // else after collide()
 }

@@ -2,18 +2,22 @@
 // the surfaces, in the middle of their overlap, is a wall that goes on as they do, and a thin layer on each side of it
 // gives way. Each body meets its own side in its own step:
 //
-//   F = k d,   d: how far its point gets beyond the wall,   k = A sqrt(E rho) / h
+//   F = k (1 + d / d0) d,   k = A sqrt(E rho) / h,   d: how far its point gets beyond the wall
 //
-// A is the area that a vertex stands for, h the step. So a layer answers a push as the tissue behind it does within a
-// step, through which sound goes c h deep: k = E A / (c h), the softer body's. A wave that arrives at the wall then
+// A is the area that a vertex stands for, h the step. So a light touch is answered as the tissue behind it does within
+// a step, through which sound goes c h deep: k = E A / (c h), the softer body's. A wave that arrives at the wall then
 // goes through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever
-// their meshes, and at rest each bears the same. The surfaces overlap by 2 F / k then, some hundredths of a millimetre
-// below a piece that lies on another.
+// their meshes, and at rest each bears the same. That much alone bears little: a ball that touches with a square
+// centimetre would sink in by millimetres. So the layer hardens, over d0, as it is pressed together.
+//
+// A point that nothing can move, of a body that is held or sleeps, is the wall itself, and the other one's impedance
+// counts.
 //
 // An impulse after the step, as collide() gives one to a body that moves as a whole, finds a vertex as light as it is:
 // the tissue behind throws it back within the next step, and no piece comes to rest.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sim_server/body_contact/find_bodies.h"
 #include "sim_server/step/step.h"
@@ -21,10 +25,11 @@
 namespace sectio {
 namespace {
 
-constexpr double kMostReach_m = 2e-3;    // however fast the bodies are
-constexpr double kMostOverlap_m = 2e-3;  // bodies that begin in each other push no harder than with this
-// Once they part so fast, with no more than kTouchReach_m: they aren't thrown.
+constexpr double kMostReach_m = 5e-3;  // however fast the bodies are
+constexpr double kHardens_m = 2e-5;    // d0
+// Depth is undone no faster: bodies that begin in each other aren't thrown.
 constexpr double kParting_m_per_s = 0.1;
+constexpr double kHeld = 1e-6;  // a point that moves by less than this share of the other's, under the same push
 
 bool moves(const Body& body) {
   return body.deforms() && !body.frozen && !body.asleep();
@@ -49,28 +54,48 @@ double impedance_pa_s_per_m(const Body& body) {
 struct Place {
   ContactSide side;
   Vec3 at_world_m = Vec3::Zero(), velocity_m_per_s = Vec3::Zero();
+  double inverse_mass_per_kg = 0;
 
-  Place(const Body& body, const ContactSide& s) : side(s), at_world_m(body.position_at(s.v, s.weights)) {
-    if (moves(body)) velocity_m_per_s = body.velocity_at(s.v, s.weights, at_world_m);
+  Place(Body& body, const ContactSide& s) : side(s), at_world_m(body.position_at(s.v, s.weights)) {
+    if (!moves(body)) return;
+    velocity_m_per_s = body.velocity_at(s.v, s.weights, at_world_m);
+    const ContactBody nodes = body.contact_body();
+    std::vector<NodeShare> carriers;
+    for (std::size_t i = 0; i < s.v.size(); ++i) {
+      const double weight = s.weights[static_cast<int>(i)];
+      if (s.v[i] == kNone || weight == 0) continue;
+      nodes.deformation->nodes_of(s.v[i], carriers);
+      for (const NodeShare& c : carriers) {
+        const double share = weight * c.weight;
+        inverse_mass_per_kg += share * share * nodes.deformation->node(nodes.particles, c.node).inverse_mass_per_kg;
+      }
+    }
   }
-  Place(const Place& a, const Place& b, double share_of_a)
-      : at_world_m(share_of_a * a.at_world_m + (1 - share_of_a) * b.at_world_m),
-        velocity_m_per_s(share_of_a * a.velocity_m_per_s + (1 - share_of_a) * b.velocity_m_per_s) {}
 };
 
+struct Wall {
+  Vec3 at_world_m, velocity_m_per_s;
+  bool held = false;  // one of the points is the wall: what holds it takes what the other gives
+};
+Wall wall_between(const Place& one, const Place& other) {
+  const bool one_held = one.inverse_mass_per_kg <= kHeld * other.inverse_mass_per_kg;
+  const bool other_held = other.inverse_mass_per_kg <= kHeld * one.inverse_mass_per_kg;
+  const double share = one_held ? 1 : other_held ? 0 : 0.5;  // `one`'s
+  return {share * one.at_world_m + (1 - share) * other.at_world_m,
+          share * one.velocity_m_per_s + (1 - share) * other.velocity_m_per_s, one_held || other_held};
+}
+
 // The wall for one side; `out`: out of its tissue.
-PointConstraint wall_for(const Place& own, const Place& other, const Place& wall, const Vec3& out) {
+PointConstraint wall_for(const Place& own, const Wall& wall, const Vec3& way_m, const Vec3& out, double step_s) {
   PointConstraint c;
   c.v = own.side.v;
   c.w = {own.side.weights.x(), own.side.weights.y(), own.side.weights.z()};
   c.unilateral = true;
   c.normal = out;
-  c.target_world_m = wall.at_world_m;
-  c.target_velocity_m_per_s = wall.velocity_m_per_s;
-  const bool parts = (other.velocity_m_per_s - own.velocity_m_per_s).dot(out) > kParting_m_per_s;
-  const double most_m = parts ? kTouchReach_m : kMostOverlap_m;
   const double overlap_m = (own.at_world_m - wall.at_world_m).dot(out);
-  if (overlap_m > most_m) c.target_world_m += (overlap_m - most_m) * out;
+  c.target_world_m = wall.at_world_m + way_m + std::max(0.0, overlap_m - kParting_m_per_s * step_s) * out;
+  c.target_velocity_m_per_s = wall.velocity_m_per_s;
+  c.compliance_m_per_n = 1 / (1 + std::max(0.0, overlap_m) / kHardens_m);
   return c;
 }
 
@@ -80,7 +105,7 @@ class Touch {
 
   void find(double reach_m) {
     std::vector<BodyContact> contacts;
-    find_body_contacts({one_.view(), one_.tree()}, {other_.view(), other_.tree()}, reach_m, contacts);
+    find_body_contacts({one_.view(), one_.tree()}, {other_.view(), other_.tree()}, reach_m, contacts, kMaxProbedSoft);
     for (const BodyContact& c : contacts)
       if (c.area_m2 > 0) pairs_.push_back({c, Place(one_, c.one), Place(other_, c.other)});
     wake();
@@ -89,26 +114,30 @@ class Touch {
     if (pairs_.empty()) return;
     const std::size_t meeting = context.meetings.size();
     context.meetings.push_back({{one_.id, other_.id}});
-    const double share = !moves(other_) ? 0 : moves(one_) ? 0.5 : 1;  // `one`'s in the place of the wall
-    std::vector<Place> walls;
+    std::vector<Wall> walls;
     Vec3 way_m = Vec3::Zero();
+    double moving = 0;
     for (const Pair& p : pairs_) {
-      walls.emplace_back(p.one, p.other, share);
-      way_m += step_s_ / static_cast<double>(pairs_.size()) * walls.back().velocity_m_per_s;
+      walls.push_back(wall_between(p.one, p.other));
+      if (walls.back().held) continue;
+      way_m += step_s_ * walls.back().velocity_m_per_s;
+      ++moving;
     }
-    const double impedance = std::min(impedance_pa_s_per_m(one_), impedance_pa_s_per_m(other_));
+    way_m /= std::max(1.0, moving);
+    const double of_one = impedance_pa_s_per_m(one_), of_other = impedance_pa_s_per_m(other_);
     const double friction = std::max(one_.spec.splitting.friction, other_.spec.splitting.friction);
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const Pair& p = pairs_[i];
-      walls[i].at_world_m += way_m;
+      const Vec3 own_way_m = walls[i].held ? Vec3(step_s_ * walls[i].velocity_m_per_s) : way_m;
       const auto append = [&](PointConstraint c, const Body& body) {
         if (!moves(body)) return;
-        c.compliance_m_per_n = step_s_ / (impedance * p.contact.area_m2);
+        const double impedance = !walls[i].held ? std::min(of_one, of_other) : &body == &one_ ? of_one : of_other;
+        c.compliance_m_per_n *= step_s_ / (impedance * p.contact.area_m2);
         c.friction = friction;
-        context.bodies[body.id].walls.push_back({c, meeting});
+        context.bodies[body.id].walls.push_back({c, walls[i].held ? std::nullopt : std::optional(meeting)});
       };
-      append(wall_for(p.one, p.other, walls[i], -p.contact.normal_world), one_);
-      append(wall_for(p.other, p.one, walls[i], p.contact.normal_world), other_);
+      append(wall_for(p.one, walls[i], own_way_m, -p.contact.normal_world, step_s_), one_);
+      append(wall_for(p.other, walls[i], own_way_m, p.contact.normal_world, step_s_), other_);
     }
   }
 

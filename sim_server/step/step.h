@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct BodyStep {
   std::vector<BladeMotion> motions;
   struct Wall {
     PointConstraint constraint;
-    std::size_t meeting;
+    std::optional<std::size_t> meeting;  // nothing: against a point that is held
   };
   std::vector<Wall> walls;  // other bodies that it touches
   double work_j = 0;        // on it, by instruments and by other bodies

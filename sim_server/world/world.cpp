@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/core/error.h"
-#include "sim_server/body_contact/find_bodies.h"
+#include "sim_server/body_contact/body_overlap.h"
 
 namespace sectio {
 
@@ -64,6 +64,19 @@ void SimulatedWorld::find_nested() {
       if (std::ranges::any_of(overlaps, [](const BodyContact& c) { return c.depth_m > kTouchReach_m; }))
         nested_.emplace(a, b);
     }
+}
+
+std::vector<BodyOverlap> SimulatedWorld::overlaps() const {
+  std::vector<BodyOverlap> found;
+  for (std::uint32_t a = 0; a < bodies.size(); ++a)
+    for (std::uint32_t b = a + 1; b < bodies.size(); ++b) {
+      Body &one = *bodies[a], &other = *bodies[b];
+      const Box3 box = one.bounds_world_m();
+      if (are_nested(one, other) || box.isEmpty() || !box.intersects(other.bounds_world_m())) continue;
+      const auto [deepest_m, come_through] = overlap_of({one.view(), one.tree()}, {other.view(), other.tree()});
+      if (deepest_m > 0 || come_through > 0) found.push_back({a, b, deepest_m, come_through});
+    }
+  return found;
 }
 
 std::uint32_t SimulatedWorld::family_of(std::uint32_t body_id) const {

@@ -43,6 +43,7 @@ struct SimulatedWorld {
   // Both are held, and the surfaces of the bodies of the scene that they are, or came off, reached into each other from
   // the beginning.
   bool are_nested(const Body& one, const Body& other) const;
+  std::vector<BodyOverlap> overlaps() const;  // but for nested ones
   // An engine between bodies moves the particles of this body.
   bool is_moved_from_outside(std::uint32_t body_id) const;
   // The fields that the engines of a body publish now.

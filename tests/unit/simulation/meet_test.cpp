@@ -46,6 +46,27 @@ Vec3 middle_m(const Simulation& simulation, std::uint32_t body) {
   return sum / static_cast<double>(count);
 }
 
+constexpr double kTrayFloor_m = 0.004;
+// A tray whose floor and walls are thin, so that what lies in it is in its box, held everywhere.
+Scene tray() {
+  Scene scene = plate_below("surface_springs", 0.02);
+  BodySpec& body = scene.bodies[0];
+  body.mesh = test::box(10, 10, 5, Vec3(0.064, 0.064, 0.02));
+  for (Vec3& x : body.mesh.vertices_body_m)
+    if (x.z() > 0.0199 && (x.head<2>() - Vec3(0.032, 0.032, 0).head<2>()).cwiseAbs().maxCoeff() < 0.026)
+      x.z() = kTrayFloor_m;
+  body.pose.position_m = Vec3(-0.032, -0.032, 0);
+  body.fixed = Box{Vec3(-1, -1, -1), Vec3(1, 1, 1)};
+  return scene;
+}
+BodySpec ball(const std::string& model, double radius_m, double young_pa, double above_m) {
+  BodySpec body = cube(model, Vec3(0.001, 0.002, kTrayFloor_m + radius_m + above_m));
+  body.name = "ball";
+  body.mesh = test::ellipsoid(3, Vec3::Constant(radius_m));
+  body.material.young_pa = young_pa;
+  return body;
+}
+
 using Models = std::tuple<std::string, std::string>;
 class Stacked : public testing::TestWithParam<Models> {};
 const auto kModels = testing::Values("surface_springs", "tetra_springs", "neo_hookean", "neo_hookean_lattice");
@@ -72,6 +93,29 @@ TEST_P(Alone, it_lies_on_a_thin_tray) {
   Simulation simulation(prepared(scene));
   for (int n = 0; n < 500; ++n) simulation.step({});
   EXPECT_NEAR(lowest_m(simulation, 1), 0, 0.001);
+}
+
+TEST_P(Alone, a_ball_lies_on_a_thin_tray) {
+  struct Case {
+    double radius_m, young_pa, above_m;
+  };
+  for (const auto& [radius_m, young_pa, above_m] :
+       {Case{0.014, 5000, 1e-4}, Case{0.012, 3000, 0.02}, Case{0.007, 100000, 1e-4}}) {
+    Scene scene = tray();
+    scene.bodies.push_back(ball(GetParam(), radius_m, young_pa, above_m));
+    Simulation simulation(prepared(scene));
+    double deepest_m = 0;
+    for (int n = 0; n < 600; ++n) {
+      simulation.step({});
+      deepest_m = std::max(deepest_m, kTrayFloor_m - lowest_m(simulation, 1));
+    }
+    EXPECT_LT(deepest_m, 0.001) << young_pa << " Pa, on its way";
+    EXPECT_NEAR(lowest_m(simulation, 1), kTrayFloor_m, 0.0004) << young_pa << " Pa";
+    for (const BodyOverlap& o : simulation.overlaps()) {
+      EXPECT_LT(o.deepest_m, 0.0004);
+      EXPECT_EQ(o.come_through, 0u);
+    }
+  }
 }
 
 class Parting : public testing::TestWithParam<Models> {};  // homes would hold a skin
