@@ -166,11 +166,11 @@ class Page {
       return { tissue: red / (data.length / 4), some };
     });
   }
-  // Places of pixels that are drawn in ink on tissue, beside the panel: they are blue, and tissue above or below is red.
+  // Places of pixels that are drawn in ink on tissue, beside the panel: they are blue, and tissue above or below is not.
   ink() {
     return this.see(({ data, width, height }) => {
       const end = Math.min(width, document.getElementById('panel').getBoundingClientRect().left - 10);
-      const red = (x, y) => data[4 * (y * width + x)] > 2 * data[4 * (y * width + x) + 2];
+      const red = (x, y) => data[4 * (y * width + x)] > 1.05 * data[4 * (y * width + x) + 2];
       const blue = [];
       for (let y = 6; y < height - 6; ++y)
         for (let x = 0; x < end; ++x) {
