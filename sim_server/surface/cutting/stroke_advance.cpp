@@ -81,11 +81,24 @@ class Advance {
     const Vec3 went_world_m = blade_.tip_world_m - stroke_.blade->tip_world_m;
     if (!rim || (went_world_m - went_world_m.dot(blade_.up_world) * blade_.up_world).norm() < rim->distance_m)
       return StrokeEnd::going;
-    const Vec3 way = (rim->rest_body_m - end).stableNormalized();
-    const WalkEnd walked = walk_to({rim->rest_body_m + kOvershoot_m * way, kNone});
-    return walked == WalkEnd::joined    ? StrokeEnd::joined
-           : walked == WalkEnd::refused ? StrokeEnd::refused
-                                        : StrokeEnd::going;
+    return run_into(rim->rest_body_m);
+  }
+
+  // The cut goes to a place on a lip and over it, so that the two meet.
+  StrokeEnd run_into(const Vec3& rest_body_m) {
+    const Vec3 way = (rest_body_m - rest_of(draft_, stroke_)).stableNormalized();
+    return end_of(walk_to({rest_body_m + kOvershoot_m * way, kNone}));
+  }
+
+  static StrokeEnd end_of(WalkEnd walked) {
+    switch (walked) {
+      case WalkEnd::joined:
+        return StrokeEnd::joined;
+      case WalkEnd::refused:
+        return StrokeEnd::refused;
+      default:
+        return StrokeEnd::going;
+    }
   }
 
   // The unit direction in which the cut has gone lately, up to where it ends.
@@ -115,10 +128,7 @@ class Advance {
   // In a groove nothing is cut. A cut that comes to another groove runs into it.
   StrokeEnd on_lid(const BladePlace& place) {
     if (stroke_.cuts() && !is_behind(place.rest_body_m) && !is_own(place.lid) && !is_far_at_rest(place)) {
-      const Vec3 way = (place.rest_body_m - rest_of(draft_, stroke_)).stableNormalized();
-      const WalkEnd end = walk_to({place.rest_body_m + kOvershoot_m * way, kNone});
-      if (end == WalkEnd::refused) return StrokeEnd::refused;
-      if (end == WalkEnd::joined) return StrokeEnd::joined;
+      if (const StrokeEnd end = run_into(place.rest_body_m); end != StrokeEnd::going) return end;
     }
     stroke_.seen.on_lid_body_m = place.rest_body_m;
     if (!stroke_.cuts()) touch(place.lid.lip);
@@ -376,14 +386,7 @@ class Advance {
       nearest = v;
     }
     if (nearest == kNone) return StrokeEnd::going;
-    switch (walk_to({draft_.rest(nearest), nearest})) {
-      case WalkEnd::joined:
-        return StrokeEnd::joined;
-      case WalkEnd::refused:
-        return StrokeEnd::refused;
-      default:
-        return StrokeEnd::going;
-    }
+    return end_of(walk_to({draft_.rest(nearest), nearest}));
   }
 
   MeshDraft& draft_;
