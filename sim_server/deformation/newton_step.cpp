@@ -163,13 +163,10 @@ void NewtonStep::linearise(ElasticEnergy& energy, const Problem& problem, std::s
     for (int k = 0; k < 3; ++k) inverse_[i][static_cast<std::size_t>(k)].head<3>() = inverse.col(k);
   }
   const bool pays = with_groups && energy.changes() != 0 && stiffness > kStiffer * inertia;
-  if (!pays || !is_grouped_) {
-    is_grouped_ = pays && group(energy, x);
-  } else {
-    if (held_.empty()) return;  // the matrix of this step's first iteration will do
-    coarse_.begin_with_kept();  // the share of the tissue will do; points come and go
-  }
-  if (!is_grouped_) return;
+  const bool was_grouped = is_grouped_;
+  is_grouped_ = pays && (was_grouped || group(energy, x));
+  if (!is_grouped_ || (was_grouped && held_.empty())) return;  // the matrix of the step's first iteration will do
+  if (was_grouped) coarse_.begin_with_kept();                  // the tissue's share of it will do; points come and go
   for (std::size_t n = 0; n < held_.size(); ++n) group_point(problem, n);
   coarse_.finish();
 }
@@ -212,12 +209,11 @@ bool NewtonStep::group(const ElasticEnergy& energy, std::span<const Vec3> x) {
     block.diagonal().head<3>().array() += m;
     block.bottomRightCorner<3, 3>() -= m * r * r.transpose();
     block.diagonal().tail<3>().array() += m * r.squaredNorm();
-    Eigen::Matrix3f arm;
-    arm << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+    const Eigen::Matrix3f arm = cross_matrix(r);
     block.bottomLeftCorner<3, 3>() += m * arm;
     block.topRightCorner<3, 3>() -= m * arm;
   }
-  coarse_.keep();
+  if (!held_.empty()) coarse_.keep();
   return true;
 }
 

@@ -14,12 +14,6 @@ constexpr std::size_t kMostExact = 100;  // groups of the level that is solved e
 constexpr std::uint32_t kFewToTurn = 4;  // fewer particles have no rotations of their own
 constexpr float kLeastTurn = 1e-5f;      // stiffness of a rotation over that of translations
 
-Eigen::Matrix3f cross_matrix(const Vec3f& a) {
-  Eigen::Matrix3f m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
-
 // A u + [d] terms: the modes of a child from those of its parent, u_child = u + theta x d.
 RigidAggregates::Mat6f from_parent(const Vec3f& d) {
   RigidAggregates::Mat6f c = RigidAggregates::Mat6f::Identity();
@@ -220,9 +214,9 @@ void RigidAggregates::begin(std::span<const Vec3> position_m) {
 }
 
 void RigidAggregates::begin_with_kept() {
-  for (Level& level : levels_)
-    for (Mat6f& block : level.blocks) block.setZero();
   levels_.front().blocks = kept_;
+  for (Level& level : std::span(levels_).subspan(1))
+    for (Mat6f& block : level.blocks) block.setZero();
 }
 
 void RigidAggregates::coarsen(std::size_t k) {

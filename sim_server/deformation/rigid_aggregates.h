@@ -26,6 +26,14 @@ struct ParticleGraph {
   std::vector<std::uint32_t> first, to;  // by particle: its neighbours are to[first[i]] .. to[first[i + 1]]
 };
 
+// [a]x: the product with it is the cross product with a, of which only the first three components count.
+template <class Vector>
+Eigen::Matrix3f cross_matrix(const Eigen::MatrixBase<Vector>& a) {
+  Eigen::Matrix3f m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
 class RigidAggregates {
  public:
   using Mat6f = Eigen::Matrix<float, 6, 6>;

@@ -33,12 +33,6 @@ Vec4f cross(const Vec4f& a, const Vec4f& b) {
   return all;
 }
 
-Eigen::Matrix3f cross_matrix(const Vec4f& a) {
-  Eigen::Matrix3f m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
-
 // to <- to + a b^T, two columns at a time, which are three registers; each factor is a push and a turn.
 void add_outer(RigidAggregates::Mat6f& to, const Vec4f& a_push, const Vec4f& a_turn, const Vec4f& b_push,
                const Vec4f& b_turn) {
