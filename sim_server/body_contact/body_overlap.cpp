@@ -14,20 +14,11 @@ constexpr double kThinnest_m = 1e-3;    // a body's edge that dents another one 
 constexpr double kSearchedAround_m = 0.03;
 const Vec3 kAside(0.011, 0.017, -0.013);  // a way along an edge of the mesh would cross nothing for certain
 
-Vec3 normal_at(const SurfaceView& surface, VertexId v) {
-  Vec3 sum = Vec3::Zero();
-  for (const TriangleId t : surface.mesh.fan(v)) {
-    const Corners c = surface.corners(t);
-    sum += (c[1] - c[0]).cross(c[2] - c[0]);
-  }
-  return sum.stableNormalized();
-}
-
 // Surfaces that touch have nothing of the other body in their own. A vertex that has come through has: on the straight
 // way into its own body, the other one begins and ends, both times across the way, and is not just a sliver between.
 // The end is how deep the vertex is; 0: it has not come through.
 double came_through_m(const SearchedSurface& one, const SearchedSurface& other, VertexId v) {
-  const Vec3 p = one.view.positions_world_m[v].cast<double>(), normal = normal_at(one.view, v);
+  const Vec3 p = one.view.positions_world_m[v].cast<double>(), normal = area_at(one.view, v).stableNormalized();
   if (normal.isZero(0) || other.tree.inside(other.view, p)) return 0;
   const Vec3 from = p - kOffSurface_m * normal, way_m = -kLongestWay_m * (normal + kAside);
   const auto hits = other.tree.hits(other.view, from, from + way_m);

@@ -81,16 +81,6 @@ bool looks_along(const SurfaceView& other, TriangleId t, const Vec3& normal) {
   return other.normal(t).dot(normal) > kSameWay;
 }
 
-// Its length is the area of the triangles around the vertex, twice.
-Vec3 area_at(const SurfaceView& surface, VertexId v) {
-  Vec3 sum = Vec3::Zero();
-  for (const TriangleId t : surface.mesh.fan(v)) {
-    const Corners c = surface.corners(t);
-    sum += (c[1] - c[0]).cross(c[2] - c[0]);
-  }
-  return sum;
-}
-
 std::optional<ClosestSurfacePoint> closest_against(const SearchedSurface& other, const Vec3& p, const Vec3& normal) {
   std::vector<TriangleId> near;
   const std::array<Vec3, 1> points{p};
@@ -152,6 +142,15 @@ void probe(const SurfaceView& one, const SearchedSurface& other, double reach_m,
 }
 
 }  // namespace
+
+Vec3 area_at(const SurfaceView& surface, VertexId v) {
+  Vec3 sum = Vec3::Zero();
+  for (const TriangleId t : surface.mesh.fan(v)) {
+    const Corners c = surface.corners(t);
+    sum += (c[1] - c[0]).cross(c[2] - c[0]);
+  }
+  return sum;
+}
 
 void find_body_contacts(const SearchedSurface& one, const SearchedSurface& other, double reach_m,
                         std::vector<BodyContact>& contacts, std::size_t most_probed) {

@@ -22,6 +22,9 @@ struct SearchedSurface {
   const CollisionEngine& tree;
 };
 
+// Along the normal of the surface at a vertex; as long as twice the area of the triangles around it.
+Vec3 area_at(const SurfaceView& surface, VertexId v);
+
 // Appends contacts of vertices that are at most reach_m above the opposite surface: first of vertices of `one`, then of
 // vertices of `other`, each in order of vertex. `one` becomes side `one` of all of them.
 // O(vertices + probed x log triangles).
