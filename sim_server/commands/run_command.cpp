@@ -42,7 +42,8 @@ void take_share(Scene& scene, const RunFlags& flags) {
   keep_bodies(scene, names, "--server " + flags.server);
 }
 
-Scene scene_to_run(const RunFlags& flags) {
+// `past`: the directory of the try that goes on.
+Scene scene_to_run(const RunFlags& flags, const std::string& past) {
   if (flags.resume.empty()) {
     if (flags.scene.empty()) throw InputError("--scene: required, or --resume");
     Scene scene = planned(load_scene(flags.scene, standard_traits()), standard_engines());
@@ -54,7 +55,6 @@ Scene scene_to_run(const RunFlags& flags) {
                                     {"--export", !flags.options.directory.empty() && flags.options.until_s < 0 &&
                                                      !flags.options.standby && !is_mcap(flags.resume)}})
     if (given) throw InputError(std::string(flag) + ": --resume goes on with what the directory says");
-  const std::string past = try_directory(flags.resume, newest_try(flags.resume));
   Scene scene = recorded_scene(input_log_path(past));
   const std::size_t count = scene.bodies.size();
   take_share(scene, flags);
@@ -66,10 +66,10 @@ Scene scene_to_run(const RunFlags& flags) {
 int run_session(const RunFlags& flags) {
   if (flags.options.until_s < 0 && flags.options.until_s != ServeOptions().until_s)
     throw InputError("--until-s: expected >= 0, got " + std::to_string(flags.options.until_s));
-  Scene scene = scene_to_run(flags);
-  ServeOptions options = flags.options;
   const int attempt = newest_try(flags.resume);
+  ServeOptions options = flags.options;
   options.resume = try_directory(flags.resume, attempt);
+  Scene scene = scene_to_run(flags, options.resume);
   if (options.standby && !flags.resume.empty() && (options.directory.empty() || options.directory == flags.resume))
     throw InputError("--standby --resume: needs --export, a directory of its own");
   if (options.until_s >= 0 && (flags.resume.empty() || options.directory.empty()))

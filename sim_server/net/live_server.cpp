@@ -196,7 +196,7 @@ void LiveServer::tell_score() {
 }
 
 void LiveServer::refuse(const SessionOrder& order, const std::string& why) {
-  const std::string text = std::string(to_string(order.kind)) + ": " + why;
+  const std::string text = refusal(order, why);
   log_warning(text);
   session_.net->tell({session_.run->steps(), EventKind::order_refused, 0, 0, text.substr(0, kMaxEventTextBytes)});
 }

@@ -104,7 +104,7 @@ void Servers::listen(OrderEndpoints& endpoints, bool ordered) {
   }
   while (const auto status = endpoints.take<ServerStatus>()) answers[beginning_of(status->epoch)].status = *status;
   const std::optional<EventKind> answer_kind = answering_event(order.kind);
-  const std::string name = std::string(to_string(order.kind)) + ": ";
+  const std::string name = refusal(order, "");
   while (const auto event = endpoints.take<SessionEvent>()) {
     if (!ordered) continue;
     if (event->kind == static_cast<std::uint8_t>(EventKind::order_refused) && event->text.starts_with(name))
@@ -153,6 +153,10 @@ const char* to_string(OrderKind kind) {
       return "thaw";
   }
   return "?";
+}
+
+std::string refusal(const SessionOrder& order, const std::string& why) {
+  return std::string(to_string(order.kind)) + ": " + why;
 }
 
 void give_order(NetworkOptions network, SessionOrder order, double patience_s) {

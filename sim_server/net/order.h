@@ -7,8 +7,10 @@
 
 namespace sectio {
 
-// The command's name. The text of an event `order_refused` begins with it and ": ".
+// The command's name.
 const char* to_string(OrderKind kind);
+// The text of an event `order_refused`: the command's name, ": ", and why.
+std::string refusal(const SessionOrder& order, const std::string& why);
 
 // Returns when every server that speaks has said that it obeys. The lines that the servers say of it go to the standard
 // output. Throws InputError when no server does within the time, when one of several doesn't or refuses, with the

@@ -108,7 +108,7 @@ class RecordServer {
   }
 
   void refuse(const SessionOrder& order, const std::string& why) {
-    tell(EventKind::order_refused, std::string(to_string(order.kind)) + ": " + why);
+    tell(EventKind::order_refused, refusal(order, why));
   }
 
   void go_to(double sim_time_s, EventKind kind, const std::string& text) {
