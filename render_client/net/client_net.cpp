@@ -70,7 +70,6 @@ void ClientNet::poll(double now_s, World& world) {
   drain<DeltaMessage>([&](DeltaMessage message) { world.feed(std::move(message)); });
   drain<KeyframeChunk>([&](KeyframeChunk chunk) {
     if (pull_began_s_ < 0) pull_began_s_ = now_s;
-    pulled_bytes_ += chunk.bytes.size();
     world.feed(std::move(chunk));
   });
   drain<SessionEvent>([&](SessionEvent event) {

@@ -71,8 +71,7 @@ class ClientNet {
   Channels channels_;     // heard now
   double joined_s_ = -1;  // when the scene was heard
   double pull_began_s_ = -1;
-  std::size_t pulled_bytes_ = 0;  // since then
-  double pulled_s_ = -1e300;      // when a keyframe was last wanted
+  double pulled_s_ = -1e300;  // when a keyframe was last wanted
   double next_report_s_ = -1e300;
 };
 
