@@ -145,15 +145,15 @@ class Page {
     const { data } = await this.send('Page.captureScreenshot', { format: 'png' });
     writeFileSync(path, Buffer.from(data, 'base64'));
   }
-  // What a function of the page makes of an image of the canvas: `{ data, width, height }`, four bytes a pixel, rows from
-  // the top.
-  see(look) {
+  // What a function of the page makes of an image of the canvas, `{ data, width, height }`, four bytes a pixel, rows from
+  // the top, and of further arguments.
+  see(look, ...more) {
     return this.evaluate(`(() => {
       const from = document.getElementById('canvas'), to = document.createElement('canvas');
       to.width = from.width; to.height = from.height;
       const context = to.getContext('2d');
       context.drawImage(from, 0, 0);
-      return (${look})(context.getImageData(0, 0, to.width, to.height));
+      return (${look})(context.getImageData(0, 0, to.width, to.height), ...${JSON.stringify(more)});
     })()`);
   }
   // The share of the canvas' pixels that look like tissue, and the pixels themselves at every eighth place.
@@ -166,18 +166,19 @@ class Page {
       return { tissue: red / (data.length / 4), some };
     });
   }
-  // Places of pixels that are drawn in ink on tissue, beside the panel: they are blue, and tissue above or below is not.
-  ink() {
-    return this.see(({ data, width, height }) => {
+  // Places of pixels that are drawn in ink, beside the panel: they are blue, and what is above or below has more than so
+  // many times as much red as blue (0: whatever it is).
+  ink(redness = 0) {
+    return this.see(({ data, width, height }, redness) => {
       const end = Math.min(width, document.getElementById('panel').getBoundingClientRect().left - 10);
-      const red = (x, y) => data[4 * (y * width + x)] > 1.05 * data[4 * (y * width + x) + 2];
+      const is_red = (x, y) => redness === 0 || data[4 * (y * width + x)] > redness * data[4 * (y * width + x) + 2];
       const blue = [];
       for (let y = 6; y < height - 6; ++y)
         for (let x = 0; x < end; ++x) {
           const i = 4 * (y * width + x);
-          if (data[i + 2] > 50 && data[i + 2] > 1.3 * data[i] && (red(x, y - 6) || red(x, y + 6))) blue.push([x, y]);
+          if (data[i + 2] > 50 && data[i + 2] > 1.3 * data[i] && (is_red(x, y - 6) || is_red(x, y + 6))) blue.push([x, y]);
         }
       return blue;
-    });
+    }, redness);
   }
 }

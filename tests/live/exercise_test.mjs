@@ -18,10 +18,10 @@ async function take_in_hand(page, name) {
   await page.until('the scalpel in hand', (s) => s.held === 0);
 }
 
-// Places of the line on the screen, from the left, a few pixels apart.
+// Places of the line on the liver on the screen, from the left, a few pixels apart.
 async function line_places(page) {
   const columns = new Map();
-  for (const [x, y] of await page.ink())
+  for (const [x, y] of await page.ink(2))
     if (x % 5 === 0) columns.set(x, [...(columns.get(x) ?? []), y]);
   const mean = (rows) => rows.reduce((a, b) => a + b) / rows.length;
   return [...columns].sort(([a], [b]) => a - b).map(([x, rows]) => [x, mean(rows)]);
