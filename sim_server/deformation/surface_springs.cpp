@@ -36,7 +36,7 @@ constexpr int kStableAfterCap = 50;  // steps
 
 SurfaceSprings::SurfaceSprings(const TriangleMesh& mesh, const Pose& body, const SurfaceSpringMaterial& material,
                                const SurfaceSpringSettings& settings)
-    : material_(material), settings_(settings), body_(body), frames_(body) {
+    : material_(material), settings_(settings), body_(body), frames_(body), inside_(material) {
   SECTIO_ASSERT(material.young_pa > 0 && material.density_kg_per_m3 > 0, "elastic constants are positive");
   SECTIO_ASSERT(material.skin_thickness_m > 0 && material.foundation_radius_m > 0, "lengths are positive");
   SECTIO_ASSERT(std::abs(material.poisson) < 1 && settings.step_s > 0, "Poisson's ratio and step are in range");
@@ -196,6 +196,7 @@ void SurfaceSprings::update(const TriangleMesh& mesh, std::span<const VertexId> 
     if (!alive(v)) remove_row(v);
   }
   resize(mesh.vertex_slots());  // slots at the end may be gone
+  inside_.forget_pieces();
   for (const VertexId v : touched) {
     if (!alive(v)) continue;
     if (change == Change::permanent) {
@@ -250,6 +251,7 @@ void SurfaceSprings::set_component(std::uint32_t component, std::span<const Vert
                 "a component is made of living vertices");
   const bool is_held = std::any_of(vertices.begin(), vertices.end(), [&](VertexId v) { return fixed_[v] != 0; });
   frames_.set(component, vertices, !anchored && !is_held);
+  inside_.forget_pieces();
   for (const VertexId v : vertices) rows_.set_home(v, home_world_m(v));
 }
 

@@ -16,7 +16,8 @@
 // cut, and to take it from them would close the cut by a fifth.) The homes of anchored tissue are also lifted by the
 // weight m g / k_h in the gravity in which the body was given; when gravity turns, the tissue follows the difference.
 // A piece that falls or turns carries no weight on its home springs, and the frame of its homes follows it: none of its
-// springs can push it as a whole.
+// springs can push it as a whole. The pressure inside it keeps its volume (inside_pressure.h); the overload of step()
+// without a body has no triangles and leaves it out.
 //
 // The step is divided into as many equal parts as the surface needs at rest, and these in two or four when cuts need
 // much added mass; the implicit driver takes the steps when they need more than a body may have, or when a vertex that
@@ -38,6 +39,7 @@
 #include "sim_server/deformation/deformation_engine.h"
 #include "sim_server/deformation/divided_constraints.h"
 #include "sim_server/deformation/implicit_driver.h"
+#include "sim_server/deformation/inside_pressure.h"
 #include "sim_server/deformation/max_tree.h"
 #include "sim_server/deformation/rest_frames.h"
 #include "sim_server/deformation/spring_energy.h"
@@ -82,6 +84,8 @@ class SurfaceSprings final : public DeformationEngine {
             std::span<const PointConstraint> constraints = {}, std::span<Reaction> reactions = {});
   void step(const SharedBody& body, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override {
+    inside_.push(body.mesh, frames_, settings_.step_s, inverse_mass_, body.particles.position_world_m,
+                 body.particles.velocity_world_m_per_s);
     step(body.particles.position_world_m, body.particles.velocity_world_m_per_s, constraints, reactions);
   }
 
@@ -147,6 +151,7 @@ class SurfaceSprings final : public DeformationEngine {
       rest_body_m_, home_body_m_, lift_world_m_, physical_mass_, added_mass_, inverse_mass_, fixed_, cut_, temporary_,
       frames_, omega2_, physical_mass_kg_, added_mass_kg_, driver_, parts_, parts_at_rest_, refused_, implicit_steps_,
       stable_for_, was_implicit_, parts_looked_at_, capped_parts_, forces_, clamped_, first_bad_vertex_);
+    inside_.forget_pieces();
   }
   const SpringRows& rows() const { return rows_; }
   int parts() const { return parts_; }  // an explicit step's
@@ -158,7 +163,8 @@ class SurfaceSprings final : public DeformationEngine {
   // Kinetic, elastic and gravitational energy, with the frames of the last step. O(n); for tests and reports.
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const;
   double energy_j(const SharedBody& body) const override {
-    return energy_j(body.particles.position_world_m, body.particles.velocity_world_m_per_s);
+    return energy_j(body.particles.position_world_m, body.particles.velocity_world_m_per_s) +
+           inside_.energy_j(body.mesh, frames_, body.particles.position_world_m);
   }
 
  private:
@@ -224,6 +230,7 @@ class SurfaceSprings final : public DeformationEngine {
 
   SpringEnergy energy_;
   ImplicitDriver driver_;
+  InsidePressure inside_;
   std::vector<Held> held_;
   ConstraintSupports corners_;
   DividedConstraints divided_;
