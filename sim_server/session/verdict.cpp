@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of a body's own
 constexpr double kStepsNotMet = 0.01;               // share of all steps
+constexpr double kVolumeChanged = 0.2;              // share of a body's volume at rest
 
 class Reasons {
  public:
@@ -34,6 +35,11 @@ void judge_body(const RunFigures& figures, const Simulation& simulation, std::ui
   const SurfaceReport surface = check(simulation.mesh(id));
   reasons.add_if(!surface.closed, name + " is not closed");
   reasons.add_if(!surface.manifold, name + " is not manifold");
+  std::vector<Vec3> now;
+  for (const Vec3f& x : positions) now.push_back(x.cast<double>());
+  const double kept = check(simulation.mesh(id), now).volume_m3 / surface.volume_m3;
+  reasons.add_if(surface.closed && !(std::abs(kept - 1) < kVolumeChanged),
+                 name + " has " + std::to_string(std::lround(100 * kept)) + " % of its volume");
   if (id >= figures.last.drivers.size()) return;
   const std::uint64_t not_met = figures.last.drivers[id].steps_not_met;
   if (static_cast<double>(not_met) > kStepsNotMet * static_cast<double>(figures.steps))
