@@ -71,6 +71,7 @@ void EdgeContact::begin_pressing() {
 
 void EdgeContact::enter(const Entry& at) {
   entry_ = at;
+  came_in_sideways_ = !press_.on_tool().at_tip;
   phase_ = Phase::cutting;
   stroke_.resistance().release();
 }
@@ -113,11 +114,14 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   if (looks && before) look_along(*before, poses, continuous);
   if ((phase_ == Phase::free || phase_ == Phase::pressing) && enter_open_cut()) return;
   if (phase_ == Phase::pressing) press();
-  if (!before || !looks) return;
-  say_when_tip_is_outside(*before);
+  if (!before) return;
+  if (looks) say_when_tip_is_outside(*before);
+  // Also while the tip touches a wall of the cut that the blade is in.
   if (phase_ != Phase::cutting && body_.cut_traits.edge_cuts_anywhere && cuts())
-    if (const auto hit = sharp_edge_deep_inside(body_, edge_, *before))
+    if (const auto hit = sharp_edge_deep_inside(body_, edge_, *before)) {
       break_in({edge_.id(), hit->triangle, hit->bary});
+      came_in_sideways_ = true;
+    }
 }
 
 void EdgeContact::look_along(const JointPose& before, std::span<const JointPose> poses, bool continuous) {
@@ -310,7 +314,7 @@ void EdgeContact::begin_stroke(std::vector<Entry>& entries, std::vector<BladeMot
   point_ = entry_->bary[0] * c[0] + entry_->bary[1] * c[1] + entry_->bary[2] * c[2];
   normal_ = view.normal(entry_->triangle);
   entries.push_back(*entry_);
-  motions.push_back(stroke_.begin(body_, edge_, point_, press_.on_tool().at_tip));
+  motions.push_back(stroke_.begin(body_, edge_, point_, came_in_sideways_));
   entry_.reset();
 }
 

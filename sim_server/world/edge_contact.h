@@ -79,8 +79,9 @@ class EdgeContact {
 
   template <class A>
   void archive(A& a) {
-    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, stroke_, ended_at_, deep_steps_,
-      groove_searches_, point_, normal_, contact_points_, constraints_, force_n_, said_tip_is_outside_, events_);
+    a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_, stroke_,
+      ended_at_, deep_steps_, groove_searches_, point_, normal_, contact_points_, constraints_, force_n_,
+      said_tip_is_outside_, events_);
   }
 
  private:
@@ -141,7 +142,8 @@ class EdgeContact {
   PressPoint press_;
   RoundContact round_;
   RuptureGauge rupture_;
-  std::optional<Entry> entry_;  // a stroke begins here in this step
+  std::optional<Entry> entry_;     // a stroke begins here in this step
+  bool came_in_sideways_ = false;  // there, rather than with the tip first
   EdgeStroke stroke_;
   Vec3 ended_at_ = Vec3::Zero();  // the last cut ended here
   int deep_steps_ = 0;            // in which the instrument pressed deep

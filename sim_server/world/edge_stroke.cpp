@@ -66,7 +66,7 @@ struct EdgeOnWay {
 
 }  // namespace
 
-BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool at_tip) {
+BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool sideways) {
   tip_before_world_m_ = edge.tip_world_m();
   BladeMotion motion{edge.id(), {limited_blade(body, edge, point_world_m)}, false};
   if (!body.cut_traits.edge_cuts_anywhere) {
@@ -74,7 +74,7 @@ BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3
     return motion;
   }
   // A blade that breaks in sideways comes from outside.
-  if (!at_tip)
+  if (sideways)
     if (const auto outside = blade_outside(body, edge, motion.path.front()))
       motion.path.insert(motion.path.begin(), *outside);
   motion.active = swept_over(body, edge, motion.path.front(), motion.path);

@@ -24,8 +24,8 @@ struct StrokeStep {
 
 class EdgeStroke {
  public:
-  // The edge breaks in here; `at_tip`: with its tip first.
-  BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool at_tip);
+  // The edge breaks in here; `sideways`: not with its tip first.
+  BladeMotion begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool sideways);
 
   struct Outcome {
     BladeMotion motion;

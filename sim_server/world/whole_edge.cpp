@@ -118,7 +118,8 @@ std::optional<Blade> blade_outside(Body& body, const InstrumentEdge& edge, const
     Blade blade = inside;
     blade.tip_world_m -= back_m * *sharp_side;
     const Vec3 heel = blade.tip_world_m + edge.length_m() * blade.up_world;
-    const bool is_out = tree.hits(view, blade.tip_world_m, heel).empty() && !tree.inside(view, blade.tip_world_m);
+    const bool is_out = (tree.hits(view, blade.tip_world_m, heel).empty() && !tree.inside(view, blade.tip_world_m)) ||
+                        (body.cut_traits.cuts_inside && !uncut_tissue_at(body, edge, blade.tip_world_m));
     if (!is_out && outside) break;
     if (!is_out) continue;
     if (!outside) most_m = back_m + (opens_from_edge(body.cut_traits) ? kClear_m : 0);
