@@ -6,7 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sim_server/prepare/prepare.h"
 #include "sim_server/session/recorder.h"
+#include "tests/support/block_scene.h"
 #include "tests/support/operation.h"
 
 namespace sectio::session_test {
@@ -31,6 +33,23 @@ TEST(Verdict, a_run_that_was_well_is_ok_and_the_reasons_of_another_are_named) {
   EXPECT_EQ(reasons[4], "3 cuts were refused");
   EXPECT_EQ((RunResult{"", reasons}.exit_code()), kExitNotOk);
   EXPECT_EQ((RunResult{"", {}}.exit_code()), 0);
+}
+
+TEST(Verdict, a_body_that_has_lost_a_fifth_of_its_volume_is_named) {
+  Scene scene = test::block_scene("neo_hookean");
+  scene.bodies[0].material.poisson = 0;
+  scene.bodies[0].pose.position_m.z() = 0.001;
+  const auto squeezed_by = [&](double gravity_m_per_s2) {
+    scene.gravity_m_per_s2 = Vec3(0, 0, -gravity_m_per_s2);
+    const Scene ready = prepared(scene);
+    Simulation simulation(ready);
+    for (int n = 0; n < 300; ++n) simulation.step({});
+    return reasons_against({}, ready, simulation);
+  };
+  EXPECT_TRUE(squeezed_by(9.81).empty());
+  const std::vector<std::string> reasons = squeezed_by(300);
+  ASSERT_EQ(reasons.size(), 1u);
+  EXPECT_TRUE(reasons[0].starts_with("block has ") && reasons[0].ends_with(" % of its volume")) << reasons[0];
 }
 
 TEST(Verdict, what_the_scene_expects_counts_once_the_run_was_whole) {

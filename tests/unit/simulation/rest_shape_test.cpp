@@ -3,7 +3,7 @@
 
 #include "common/mesh/check.h"
 #include "sim_server/engine/standard_traits.h"
-#include "tests/support/operation.h"
+#include "tests/support/loop_cut.h"
 
 namespace sectio::test {
 namespace {
@@ -91,6 +91,44 @@ TEST(RestShape, what_nothing_holds_lies_on_the_floor) {
   EXPECT_GT(from_m - mean_height_m(op), 0.01);
   EXPECT_LT(from_m - mean_height_m(op), 0.05);
   EXPECT_NEAR(volume_m3(op) / given_m3, 1, 0.1);
+}
+
+// Of a surface's component at rest and now.
+struct Kept {
+  double rest_m3 = 0, now_m3 = 0;
+};
+std::vector<Kept> kept_volumes(const Operation& op) {
+  std::vector<Kept> kept;
+  for (std::uint32_t b = 0; b < op.simulation.body_count(); ++b) {
+    const TriangleMesh& mesh = op.mesh(b);
+    const auto at = op.simulation.positions_world_m(b);
+    const std::vector<std::uint32_t> component = component_of_triangle(mesh);
+    const std::size_t first = kept.size();
+    for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+      if (component[t] == kNone) continue;
+      kept.resize(std::max(kept.size(), first + component[t] + 1));
+      const auto& [x, y, z] = mesh.triangle(t).v;
+      kept[first + component[t]].rest_m3 += mesh.rest_body_m(x).dot(mesh.rest_body_m(y).cross(mesh.rest_body_m(z))) / 6;
+      kept[first + component[t]].now_m3 +=
+          at[x].cast<double>().dot(at[y].cast<double>().cross(at[z].cast<double>())) / 6;
+    }
+  }
+  return kept;
+}
+
+class FreedPiece : public testing::TestWithParam<FreeParts> {};
+INSTANTIATE_TEST_SUITE_P(RestShape, FreedPiece, testing::Values(FreeParts::keep, FreeParts::deformable));
+
+TEST_P(FreedPiece, keeps_its_volume) {
+  Scene scene = loop_scene(GetParam());
+  scene.gravity_m_per_s2 = Vec3(0, 0, -9.81);
+  Operation op(scene);
+  cut_arc(op, 0, 375);
+  lift(op);
+  op.rest(1500);
+  const std::vector<Kept> parts = kept_volumes(op);
+  ASSERT_EQ(parts.size(), 2u);
+  for (const Kept& part : parts) EXPECT_NEAR(part.now_m3 / part.rest_m3, 1, 0.1) << part.rest_m3;
 }
 
 TEST(RestShape, a_box_that_holds_no_vertex_holds_nothing) {
