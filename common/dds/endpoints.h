@@ -109,6 +109,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     try {
       auto fresh = std::make_unique<Set>(options_, name_);
       damaged_before_ = damaged();
+      former_id_ = now_->participant.id();
       former_ = std::exchange(now_, std::move(fresh));
       if (channels_) now_->participant.hear(*channels_);
     } catch (const std::exception& error) {
@@ -124,6 +125,11 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   static constexpr std::size_t kMostWaiting = 16;
   template <class Message>
   using Waiting = std::vector<std::pair<ProgramId, Message>>;
+
+  // A program hears itself, and after a sleep under another id than that with which it began.
+  bool is_own(const ProgramId& program) const {
+    return program == now_->participant.id() || program == former_id_;
+  }
 
   // Several threads may read, a kind of message each.
   template <class Call>
@@ -145,7 +151,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
       if constexpr (std::is_same_v<Message, SceneInfo>)
         with_owners([&] { owners_.announce(message->epoch, reader.sender()); });
       if (owns(message->epoch, reader.sender())) return message;
-      if (with_owners([&] { return owners_.knows(message->epoch); }))
+      if (with_owners([&] { return owners_.knows(message->epoch); }) && !is_own(reader.sender()))
         log_limited(
             LogLevel::warning, "impostor",
             std::string("a program that didn't begin the session speaks in its server's name, and is not heard: ") +
@@ -184,6 +190,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   NetworkOptions options_;
   std::string name_;
   std::unique_ptr<Set> former_, now_;
+  std::optional<ProgramId> former_id_;
   std::uint64_t damaged_before_ = 0;
   std::mutex owners_mutex_;
   EpochOwners owners_{[this](const ProgramId& program) { return now_->participant.is_there(program); }};

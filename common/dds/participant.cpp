@@ -246,6 +246,12 @@ bool Participant::secured() const {
   return parts_->keys.has_value();
 }
 
+ProgramId Participant::id() const {
+  ProgramId id;
+  std::ranges::copy(parts_->participant->guid().guidPrefix.value, id.begin());
+  return id;
+}
+
 bool Participant::is_there(const ProgramId& program) const {
   return parts_->peers.is_there(program);
 }

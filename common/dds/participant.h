@@ -60,6 +60,8 @@ class Participant {
   // keys of their own. Any thread.
   std::vector<Peer> peers() const;
 
+  // That by which samples of this participant name their sender.
+  ProgramId id() const;
   // Whether a program is in the domain and has not been dropped. Any thread.
   bool is_there(const ProgramId& program) const;
 

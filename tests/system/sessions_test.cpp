@@ -92,6 +92,7 @@ TEST_F(Sessions, a_server_that_slept_is_seen_again) {
   EXPECT_TRUE(late->wait_for("on the screen")) << late->output();
   server->send(SIGINT);
   EXPECT_EQ(server->exit_code(), 0) << server->output();
+  EXPECT_EQ(server->output().find("speaks in its server's name"), std::string::npos) << "it heard itself";
   expect_equal_at_the_end(*screen);
   expect_equal_at_the_end(*late);
 }
