@@ -26,6 +26,7 @@ void Follower::listen(std::optional<std::uint64_t> leader) {
   if (leader && leader != epoch_ && (!epoch_ || !heard_any_ || takes_over(*leader, *epoch_))) {
     epoch_ = leader;
     heard_ = false;
+    status_.reset();
     silence_s_ = deaf_s_ = 0;
   }
   while (auto inputs = endpoints_.take<StepInputs>()) {
@@ -39,6 +40,8 @@ void Follower::listen(std::optional<std::uint64_t> leader) {
       if (step.step >= next_step_ && steps_.size() < kMostWaiting) steps_.try_emplace(step.step, std::move(step));
     }
   }
+  while (auto status = endpoints_.take<ServerStatus>())
+    if (epoch_ && status->epoch == *epoch_) status_ = std::move(status);
   if (epoch_) ask(passed_s);
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "sim_server/net/server_endpoints.h"
 
@@ -35,6 +36,8 @@ class Follower {
   std::uint64_t steps_taken() const { return next_step_ - 1; }
   // The server has sent all outputs of this step, and of those before it.
   std::uint64_t steps_sent() const { return steps_sent_; }
+  // The last status of that server; nothing: none has come since the last call.
+  std::optional<ServerStatus> take_status() { return std::exchange(status_, std::nullopt); }
   // Nothing of a server's inputs has come for a while. Once each time; the next one takes longer.
   bool is_deaf();
   // Steps are missing, and the server doesn't have them: this standby came too late.
@@ -49,6 +52,7 @@ class Follower {
   ServerEndpoints& endpoints_;
   std::uint64_t client_ = 0;
   std::optional<std::uint64_t> epoch_;
+  std::optional<ServerStatus> status_;
   std::map<std::uint64_t, StepRecord> steps_;  // steps that wait for those before them
   std::uint64_t next_step_ = 1, newest_step_ = 0, steps_sent_ = 0;
   bool heard_ = false;      // this server

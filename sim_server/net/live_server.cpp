@@ -83,11 +83,9 @@ LiveServer::LiveServer(const Scene& scene, const ServeOptions& options)
 void LiveServer::recall_orders() {
   const std::string& directory = session_.options.directory;
   if (session_.options.resume != try_directory(directory, session_.options.attempt)) return keep_orders();
-  const StandingOrders orders = kept_orders(directory);
-  if (orders.speed != 1) session_.take({.kind = OrderKind::set_speed, .speed = orders.speed});
-  if (orders.is_paused) session_.take({.kind = OrderKind::pause});
-  for (std::uint32_t tool = 0; tool < session_.scene.tools.size(); ++tool)
-    if (is_frozen(orders.frozen_tools, tool)) session_.take({.kind = OrderKind::freeze, .tool_id = tool});
+  StandingOrders orders = kept_orders(directory);
+  if (orders.speed == 1) orders.speed = session_.pace.speed();  // as --speed says
+  session_.adopt(orders);
 }
 
 void LiveServer::keep_orders() const {

@@ -61,6 +61,15 @@ std::optional<Pace::News> LiveSession::take(const SessionOrder& order) {
   return pace.take(order);
 }
 
+void LiveSession::adopt(const StandingOrders& orders) {
+  pace = Pace(orders.speed);
+  if (orders.is_paused) pace.take({.kind = OrderKind::pause});
+  for (std::uint32_t tool = 0; tool < scene.tools.size(); ++tool)
+    if (const bool frozen = is_frozen(orders.frozen_tools, tool); frozen != is_frozen(net->frozen_tools(), tool))
+      net->set_frozen(tool, frozen);
+  thawed.clear();
+}
+
 // Its hand is elsewhere when a tool thaws: it leaves what it is in, and is in the scene anew, at its hand.
 std::optional<Pace::News> LiveSession::hold_off(const SessionOrder& order) {
   const bool freezes = order.kind == OrderKind::freeze;

@@ -11,6 +11,7 @@
 #include "common/record/session_record.h"
 #include "sim_server/net/pace.h"
 #include "sim_server/net/serve.h"
+#include "sim_server/net/standing_orders.h"
 #include "sim_server/net/world_view.h"
 #include "sim_server/session/played_inputs.h"
 #include "sim_server/session/progress.h"
@@ -31,6 +32,8 @@ struct LiveSession {
   std::string why_not(const SessionOrder& order) const;
   // Keeps what an order sets, of gravity, of pace and of frozen tools.
   std::optional<Pace::News> take(const SessionOrder& order);
+  // What holds in the session that this server takes part in, or goes on with: tools that thawed have done so there.
+  void adopt(const StandingOrders& orders);
   // The bodies as they are, for a server that leads from now on in the term after `epoch`.
   Succession succession(std::uint64_t epoch);
 

@@ -15,7 +15,8 @@ using ServerEndpoints =
     Endpoints<Reads<ToolPacket, SessionOrder,            // Intake
                     KeyframeRequest, LinkReport,         // Publisher
                     SceneInfo, StateHeader, SessionEnd,  // OtherServers
-                    StepRequest, StepInputs>,            // InputFeed, Follower
+                    StepRequest, StepInputs,             // InputFeed, Follower
+                    ServerStatus>,                       // Follower
               Writes<SceneInfo, DeltaMessage, KeyframeChunk, StateHeader, StatePiece, ScalarPiece, ContactMessage,
                      SessionEvent, ServerStatus, SessionEnd, StepInputs, StepRequest>>;
 

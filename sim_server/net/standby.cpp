@@ -33,9 +33,10 @@ bool Standby::follow() {
       if (!record) break;
       follow_step(*record);
     }
-    if (!in_step && server.newest_step() > 0 && server.steps_taken() >= server.newest_step()) {
+    if (!in_step && knows_orders_ && server.newest_step() > 0 && server.steps_taken() >= server.newest_step()) {
       in_step = true;
-      log_info("it has caught up with the server at step " + std::to_string(session_.run->steps()));
+      log_info("it has caught up with the server at step " + std::to_string(session_.run->steps()) +
+               (session_.pace.is_paused() ? ", which is paused" : ""));
     }
     if (!server.heard_any() && server.epoch() && session_.net->others().has_ended(*server.epoch()))
       throw std::runtime_error("the session ended before this standby had heard a step of it");
@@ -58,8 +59,13 @@ void Standby::rejoin_if_servers_are_there() {
     log_info("no server of the session is there yet");
 }
 
-// Poses and requests that the server may not have used when it dies.
+// Poses and requests that the server may not have used when it dies. Orders may have come before this one was there.
 void Standby::keep_news() {
+  if (const auto status = session_.net->follower().take_status()) {
+    knows_orders_ = true;
+    const bool is_paused = status->speed == 0;
+    session_.adopt({is_paused ? session_.pace.speed() : status->speed, is_paused, status->frozen_tools});
+  }
   session_.net->take_samples(session_.input.samples);
   if (session_.input.samples.size() > kMostSamplesKept)
     session_.input.samples.erase(session_.input.samples.begin(), session_.input.samples.end() - kMostSamplesKept);

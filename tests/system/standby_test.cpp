@@ -209,6 +209,29 @@ TEST_F(Standby, that_joins_late_catches_up_by_the_inputs_that_the_server_has_kep
   EXPECT_EQ(hash_of("second"), undisturbed_hash());
 }
 
+TEST_F(Standby, that_comes_into_a_pause_takes_over_paused_and_with_the_same_tools_frozen) {
+  const auto give = [&](const Flags& order) {
+    const auto told = program("sim_server", in_session(order));
+    EXPECT_EQ(told->exit_code(), 0) << told->output();
+    return told->output();
+  };
+  const auto first = one("first", {"--endless"});
+  ASSERT_TRUE(first->wait_for("step ")) << first->output();
+  give({"freeze", "--tool-id", "0", "--patience-s", "60"});
+  give({"pause", "--patience-s", "60"});
+  const auto second = one("second", {"--endless", "--standby"});
+  ASSERT_TRUE(second->wait_for("it has caught up")) << second->output();
+  EXPECT_TRUE(second->wait_for(", which is paused")) << second->output();
+  first->send(SIGKILL);
+  ASSERT_TRUE(second->wait_for("this one goes on after step ")) << second->output();
+  const std::string status = give({"status", "--patience-s", "60"});
+  EXPECT_NE(status.find("s simulated, paused"), std::string::npos) << status;
+  EXPECT_NE(status.find("tool 0 is frozen"), std::string::npos) << status;
+  give({"go-on", "--patience-s", "60"});
+  second->send(SIGINT);
+  EXPECT_EQ(second->exit_code(), 0) << second->output();
+}
+
 TEST_F(Standby, that_has_another_scene_says_at_which_step_it_differs_and_leaves) {
   const auto first = one("first", {"--play-traces", "--endless"});
   ASSERT_TRUE(first->wait_for("the session begins")) << first->output();
