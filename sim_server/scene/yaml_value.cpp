@@ -223,6 +223,17 @@ int count_documents(const std::string& text) {
   return count;
 }
 
+// The first line that begins with a tab, and has something behind it, counted from 1; or 0.
+int line_indented_by_tab(const std::string& text) {
+  std::istringstream in(text);
+  std::string line;
+  for (int n = 1; std::getline(in, line); ++n) {
+    const std::size_t word = line.find_first_not_of(" \t\r");
+    if (word != std::string::npos && line.find('\t') < word) return n;
+  }
+  return 0;
+}
+
 YAML::Node document_of(const std::string& path) {
   std::ifstream file(path);
   std::ostringstream content;
@@ -233,6 +244,8 @@ YAML::Node document_of(const std::string& path) {
       throw InputError(path + ": expected one document, got " + (documents == 0 ? "none" : "several"));
     return YAML::Load(content.str());
   } catch (const YAML::Exception& error) {
+    if (const int line = line_indented_by_tab(content.str()); line > 0 && line <= error.mark.line + 1)
+      throw InputError(path + ":" + std::to_string(line) + ": a tab indents this line; YAML takes spaces alone");
     throw InputError(place(path, error.mark) + ": " + shortened(error.msg));
   }
 }

@@ -245,6 +245,10 @@ TEST_F(SceneFile, threshold_by_displacement_replaces_the_default_force) {
   EXPECT_EQ(cutting.threshold_displacement_m, 0.002);
 }
 
+TEST_F(SceneFile, a_tab_that_indents_is_named) {
+  EXPECT_EQ(refusal("    model:", "\t    model:"), "s.yaml:10: a tab indents this line; YAML takes spaces alone");
+}
+
 TEST_F(SceneFile, wrong_values_are_named_with_line_and_key) {
   EXPECT_EQ(refusal("young_pa: 7000", "young_pa: -5"), "s.yaml:11: bodies[0].material.young_pa: expected > 0, got -5");
   EXPECT_EQ(refusal("poisson: 0.4", "poisson: 0.5"),
