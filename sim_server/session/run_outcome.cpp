@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <numeric>
 
 #include "common/mesh/check.h"
+#include "sim_server/session/count_cuts.h"
 
 namespace sectio {
 namespace {
 
 constexpr double kMlPerM3 = 1e6;
-constexpr double kLeastPiece_m3 = 1e-12;  // a crack encloses nothing
 
 // A component of a body at rest and now.
 struct Part {
@@ -48,24 +47,6 @@ std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, Posit
     list.push_back(part);
   }
   return list;
-}
-
-// Connected sets of wall triangles.
-std::size_t walls_of(const TriangleMesh& mesh) {
-  std::vector<VertexId> up(mesh.vertex_slots(), kNone);
-  const auto root = [&](VertexId v) {
-    while (up[v] != v) v = up[v] = up[up[v]];
-    return v;
-  };
-  for (const Triangle& t : mesh.triangles()) {
-    if (!t.alive() || t.surface != Surface::wall) continue;
-    for (const VertexId v : t.v)
-      if (up[v] == kNone) up[v] = v;
-    for (const VertexId v : t.v) up[root(v)] = root(t.v[0]);
-  }
-  std::size_t walls = 0;
-  for (VertexId v = 0; v < up.size(); ++v) walls += up[v] == v;
-  return walls;
 }
 
 // Half the length of all lips at rest: a cut has two.
@@ -112,33 +93,29 @@ void RunOutcome::add(const StepOutput& output) {
 
 Outcome RunOutcome::finish(const RunFigures& figures) const {
   Outcome outcome;
-  std::size_t walls = 0;
+  std::vector<CutSurface> surfaces;
   std::vector<Part> parts;
   for (std::uint32_t b = 0; b < simulation_.body_count(); ++b) {
     const TriangleMesh& mesh = simulation_.mesh(b);
-    walls += walls_of(mesh);
+    surfaces.push_back({&mesh, simulation_.body(b).pose, family_of_[b]});
     outcome.cut_m += cut_m_of(mesh);
     const auto of_body = parts_of(simulation_.body(b), mesh, simulation_.positions_world_m(b), family_of_[b]);
     parts.insert(parts.end(), of_body.begin(), of_body.end());
   }
   std::ranges::stable_sort(parts, std::ranges::greater(), &Part::rest_volume_m3);
   std::vector<std::size_t> left = parts_begun_;  // the largest of each family are no freed ones
-  std::size_t cracks = 0;                        // inside a volume
   for (const Part& part : parts) {
     if (left[part.family] > 0) {
       --left[part.family];
       outcome.largest_displacement_m = std::max(outcome.largest_displacement_m, part.furthest_m);
       continue;
     }
-    if (part.rest_volume_m3 < kLeastPiece_m3) {
-      ++cracks;
-      continue;
-    }
+    if (part.rest_volume_m3 < kLeastPiece_m3) continue;
     ++outcome.pieces_freed;
     outcome.freed_ml += kMlPerM3 * part.rest_volume_m3;
     outcome.freed_moved_m = std::max(outcome.freed_moved_m, part.middle_moved_m);
   }
-  outcome.incisions = std::max(0.0, static_cast<double>(walls - cracks) - outcome.pieces_freed);
+  outcome.incisions = static_cast<double>(count_cuts(surfaces));
   outcome.removed_ml = kMlPerM3 * figures.last.removed_volume_m3;
   outcome.refusals = static_cast<double>(figures.last.cuts_refused);
   outcome.joins = static_cast<double>(count_of(figures, EventKind::joined));

@@ -1,0 +1,104 @@
+#include "sim_server/session/count_cuts.h"
+
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+#include <vector>
+
+#include "common/mesh/check.h"
+
+namespace sectio {
+namespace {
+
+constexpr double kSamePlace_m = 5e-4;  // the walls of templates stand a little apart
+
+class Joined {
+ public:
+  std::uint32_t add() {
+    up_.push_back(static_cast<std::uint32_t>(up_.size()));
+    return up_.back();
+  }
+  std::uint32_t root(std::uint32_t i) {
+    while (up_[i] != i) i = up_[i] = up_[up_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { up_[root(a)] = root(b); }
+  std::size_t count() const {
+    std::size_t roots = 0;
+    for (std::size_t i = 0; i < up_.size(); ++i) roots += up_[i] == i;
+    return roots;
+  }
+
+ private:
+  std::vector<std::uint32_t> up_;
+};
+
+// By component.
+std::vector<double> rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component) {
+  std::vector<double> volume_m3;
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+    if (component[t] == kNone) continue;
+    if (component[t] >= volume_m3.size()) volume_m3.resize(component[t] + 1);
+    const auto& [a, b, c] = mesh.triangle(t).v;
+    volume_m3[component[t]] += mesh.rest_body_m(a).dot(mesh.rest_body_m(b).cross(mesh.rest_body_m(c))) / 6;
+  }
+  return volume_m3;
+}
+
+// Cells of space, in each the corners of walls that lie in it.
+class Places {
+ public:
+  struct Corner {
+    std::uint32_t family, id;
+    Vec3 at_m;
+  };
+
+  // Calls near(id) for those before it that lie at the same place.
+  template <class Near>
+  void add(const Corner& corner, const Near& near) {
+    const Vec3 cell = (corner.at_m / kSamePlace_m).array().floor();
+    for (double x = -1; x <= 1; ++x)
+      for (double y = -1; y <= 1; ++y)
+        for (double z = -1; z <= 1; ++z)
+          if (const auto found = cells_.find(key(cell + Vec3(x, y, z))); found != cells_.end())
+            for (const Corner& other : found->second)
+              if (other.family == corner.family && (other.at_m - corner.at_m).norm() <= kSamePlace_m) near(other.id);
+    cells_[key(cell)].push_back(corner);
+  }
+
+ private:
+  static std::uint64_t key(const Vec3& cell) {
+    std::uint64_t key = 0;
+    for (const double c : cell) key = key << 21 ^ (static_cast<std::uint64_t>(static_cast<std::int64_t>(c)) & 0x1fffff);
+    return key;
+  }
+  std::unordered_map<std::uint64_t, std::vector<Corner>> cells_;
+};
+
+}  // namespace
+
+std::size_t count_cuts(std::span<const CutSurface> surfaces) {
+  Joined walls;
+  Places places;
+  for (const CutSurface& surface : surfaces) {
+    const TriangleMesh& mesh = *surface.mesh;
+    const std::vector<std::uint32_t> component = component_of_triangle(mesh);
+    const std::vector<double> volume_m3 = rest_volumes_m3(mesh, component);
+    std::vector<std::uint32_t> id(mesh.vertex_slots(), kNone);
+    for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+      const Triangle& triangle = mesh.triangle(t);
+      if (!triangle.alive() || triangle.surface != Surface::wall || volume_m3[component[t]] < kLeastPiece_m3) continue;
+      for (const VertexId v : triangle.v) {
+        if (id[v] == kNone) {
+          id[v] = walls.add();
+          places.add({surface.family, id[v], surface.at_rest_world.to_world(mesh.rest_body_m(v))},
+                     [&](std::uint32_t other) { walls.join(other, id[v]); });
+        }
+        walls.join(id[v], id[triangle.v[0]]);
+      }
+    }
+  }
+  return walls.count();
+}
+
+}  // namespace sectio

@@ -1,0 +1,24 @@
+// Counts cuts as a person does, who sees one where two walls face each other.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/math/types.h"
+#include "common/mesh/triangle_mesh.h"
+
+namespace sectio {
+
+constexpr double kLeastPiece_m3 = 1e-12;  // a crack inside a volume encloses nothing
+
+struct CutSurface {
+  const TriangleMesh* mesh = nullptr;  // not null
+  Pose at_rest_world;
+  std::uint32_t family = 0;  // of one body that was cut into several
+};
+
+// Connected walls, of which those of a family are one that lie at the same place at rest: both sides of a cut that has
+// gone through a part of a body, a piece and its bed. Those of cracks don't count. O(n).
+std::size_t count_cuts(std::span<const CutSurface> surfaces);
+
+}  // namespace sectio
