@@ -127,9 +127,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
   using Waiting = std::vector<std::pair<ProgramId, Message>>;
 
   // A program hears itself, and after a sleep under another id than that with which it began.
-  bool is_own(const ProgramId& program) const {
-    return program == now_->participant.id() || program == former_id_;
-  }
+  bool is_own(const ProgramId& program) const { return program == now_->participant.id() || program == former_id_; }
 
   // Several threads may read, a kind of message each.
   template <class Call>
