@@ -1,6 +1,7 @@
 #include "sim_server/prepare/fill_volumes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/core/error.h"
@@ -67,7 +68,21 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
-constexpr double kCrumb = 2;  // mean tetrahedra: what comes off and is smaller is debris, and is removed
+// What comes off and is smaller is debris, and is removed.
+constexpr double kCrumb = 2;            // mean tetrahedra
+constexpr double kSurfaceCrumb = 0.02;  // cubes of the mean edge
+
+double mean_edge_m(const TriangleSoup& mesh) {
+  double sum_m = 0;
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      sum_m += (mesh.vertices_body_m[t[(k + 1) % 3]] - mesh.vertices_body_m[t[k]]).norm();
+  return mesh.triangles.empty() ? 0 : sum_m / (3 * static_cast<double>(mesh.triangles.size()));
+}
+
+void remove_below(double crumb_m3, BodySpec& body) {
+  body.splitting.least_volume_m3 = std::max(body.splitting.least_volume_m3, crumb_m3);
+}
 
 }  // namespace
 
@@ -81,7 +96,7 @@ void fill_volume(BodySpec& body, Filling filling) {
   body.tets = with_first(volume.mesh, surface.of_volume);
   body.mesh = surface.soup;
   const double element_m3 = check(body.tets).volume_m3 / static_cast<double>(body.tets.tetrahedra.size());
-  body.splitting.least_volume_m3 = std::max(body.splitting.least_volume_m3, kCrumb * element_m3);
+  remove_below(kCrumb * element_m3, body);
   body.mesh_notes.insert(body.mesh_notes.end(), volume.notes.begin(), volume.notes.end());
   for (const FillReport& report : volume.compared) body.mesh_notes.push_back(to_string(report));
 }
@@ -91,7 +106,10 @@ Scene fill_volumes(Scene scene, const EngineTable& engines) {
     const ModelEntry* model = engines.find_model(body.model);
     if (!model || !body.tets.tetrahedra.empty()) continue;
     try {
-      if (model->traits.needs_volume) fill_volume(body);
+      if (model->traits.needs_volume)
+        fill_volume(body);
+      else
+        remove_below(kSurfaceCrumb * std::pow(mean_edge_m(body.mesh), 3), body);
       if (model->prepare) model->prepare(body);
     } catch (const InputError& error) {
       throw InputError(scene.file + ": body '" + body.name + "': " + error.what());

@@ -1,5 +1,6 @@
 #include "sim_server/session/count_cuts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
@@ -10,7 +11,8 @@
 namespace sectio {
 namespace {
 
-constexpr double kSamePlace_m = 5e-4;  // the walls of templates stand a little apart
+constexpr double kCell_m = 2e-3;
+constexpr double kBesideGroove_m = 5e-4;  // corners of walls that face each other lie no further apart than this
 
 class Joined {
  public:
@@ -45,24 +47,25 @@ std::vector<double> rest_volumes_m3(const TriangleMesh& mesh, std::span<const st
   return volume_m3;
 }
 
-// Cells of space, in each the corners of walls that lie in it.
+// Corners of walls by the cell of space in which they lie.
 class Places {
  public:
   struct Corner {
     std::uint32_t family, id;
     Vec3 at_m;
+    double near_m;  // at most a cell
   };
 
-  // Calls near(id) for those before it that lie at the same place.
+  // Calls near(id) for those before it that are near.
   template <class Near>
   void add(const Corner& corner, const Near& near) {
-    const Vec3 cell = (corner.at_m / kSamePlace_m).array().floor();
+    const Vec3 cell = (corner.at_m / kCell_m).array().floor();
     for (double x = -1; x <= 1; ++x)
       for (double y = -1; y <= 1; ++y)
         for (double z = -1; z <= 1; ++z)
           if (const auto found = cells_.find(key(cell + Vec3(x, y, z))); found != cells_.end())
             for (const Corner& other : found->second)
-              if (other.family == corner.family && (other.at_m - corner.at_m).norm() <= kSamePlace_m) near(other.id);
+              if (other.family == corner.family && (other.at_m - corner.at_m).norm() <= corner.near_m) near(other.id);
     cells_[key(cell)].push_back(corner);
   }
 
@@ -84,6 +87,7 @@ std::size_t count_cuts(std::span<const CutSurface> surfaces) {
     const TriangleMesh& mesh = *surface.mesh;
     const std::vector<std::uint32_t> component = component_of_triangle(mesh);
     const std::vector<double> volume_m3 = rest_volumes_m3(mesh, component);
+    const double near_m = std::min(surface.groove_m + kBesideGroove_m, kCell_m);
     std::vector<std::uint32_t> id(mesh.vertex_slots(), kNone);
     for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
       const Triangle& triangle = mesh.triangle(t);
@@ -91,7 +95,7 @@ std::size_t count_cuts(std::span<const CutSurface> surfaces) {
       for (const VertexId v : triangle.v) {
         if (id[v] == kNone) {
           id[v] = walls.add();
-          places.add({surface.family, id[v], surface.at_rest_world.to_world(mesh.rest_body_m(v))},
+          places.add({surface.family, id[v], surface.at_rest_world.to_world(mesh.rest_body_m(v)), near_m},
                      [&](std::uint32_t other) { walls.join(other, id[v]); });
         }
         walls.join(id[v], id[triangle.v[0]]);

@@ -97,9 +97,10 @@ Outcome RunOutcome::finish(const RunFigures& figures) const {
   std::vector<Part> parts;
   for (std::uint32_t b = 0; b < simulation_.body_count(); ++b) {
     const TriangleMesh& mesh = simulation_.mesh(b);
-    surfaces.push_back({&mesh, simulation_.body(b).pose, family_of_[b]});
+    const BodySpec& body = simulation_.body(b);
+    surfaces.push_back({&mesh, body.pose, family_of_[b], body.cutting.open_top_m});
     outcome.cut_m += cut_m_of(mesh);
-    const auto of_body = parts_of(simulation_.body(b), mesh, simulation_.positions_world_m(b), family_of_[b]);
+    const auto of_body = parts_of(body, mesh, simulation_.positions_world_m(b), family_of_[b]);
     parts.insert(parts.end(), of_body.begin(), of_body.end());
   }
   std::ranges::stable_sort(parts, std::ranges::greater(), &Part::rest_volume_m3);

@@ -43,10 +43,10 @@ TriangleMesh walls_at(double left_m, double right_m) {
 }
 
 TEST(CountCuts, walls_that_face_each_other_at_rest_are_one_cut_and_others_are_not) {
-  for (const auto& [apart_m, cuts] : std::vector<std::pair<double, std::size_t>>{{0, 1}, {0.0004, 1}, {0.001, 2}}) {
+  for (const auto& [apart_m, cuts] : std::vector<std::pair<double, std::size_t>>{{0, 1}, {0.0008, 1}, {0.0015, 2}}) {
     const TriangleMesh mesh = walls_at(0, apart_m);
     ASSERT_TRUE(check(mesh).valid()) << check(mesh).first_defect;
-    EXPECT_EQ(count_cuts(std::vector<CutSurface>{{&mesh, {}, 0}}), cuts) << apart_m;
+    EXPECT_EQ(count_cuts(std::vector<CutSurface>{{&mesh, {}, 0, 0.0006}}), cuts) << apart_m;
   }
 }
 
