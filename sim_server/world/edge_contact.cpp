@@ -10,8 +10,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kLetGo_m = 5e-4;      // this far above the surface a contact ends
-constexpr double kBeneath_m = 3e-4;    // there is tissue this far ahead of what presses
+constexpr double kLetGo_m = 5e-4;    // this far above the surface a contact ends
+constexpr double kBeneath_m = 3e-4;  // there is tissue this far ahead of what presses
+constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
 constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;   // steps
 constexpr double kGoneOn = 3;          // join tolerances: this far from the end of a cut a new one may begin
@@ -90,8 +91,9 @@ void EdgeContact::end_cut() {
   constraints_.clear();
 }
 
-void EdgeContact::slip_off() {
-  events_.push_back({EventKind::contact_ended, "it was pushed through, and the skin slipped off"});
+void EdgeContact::slip_off(const char* why) {
+  events_.push_back({phase_ == Phase::cutting ? EventKind::cut_ended : EventKind::contact_ended, why});
+  stroke_.resistance().release();
   phase_ = Phase::through;
   force_n_.setZero();
   rupture_.release();
@@ -243,7 +245,8 @@ void EdgeContact::pressed(bool is_active) {
   const Vec3 home = body_.home_world_m(c.v, {c.w[0], c.w[1], c.w[2]});
   const double displacement_m = (home - c.target_world_m).dot(normal_);
   // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
-  if (edge_.is_blunt() && slips_through(displacement_m, c.target_world_m - kBeneath_m * normal_)) return slip_off();
+  if (edge_.is_blunt() && slips_through(displacement_m, c.target_world_m - kBeneath_m * normal_))
+    return slip_off(kPushedThrough);
   if (breaks_surface(displacement_m)) break_in({edge_.id(), press_.triangle(), press_.bary()});
 }
 
@@ -267,7 +270,7 @@ void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
   point_ = middle->point_world_m;
   const Vec3 home = body_.home_world_m(body_.mesh.triangle(press_.triangle()).v, press_.bary());
   const Vec3 ahead = press_.tool_point_world_m(edge_) - (edge_.ball_radius_m() + kBeneath_m) * normal_;
-  if (slips_through((home - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off();
+  if (slips_through((home - middle->nearest.target_world_m).dot(normal_), ahead)) slip_off(kPushedThrough);
 }
 
 // There is no tissue ahead of what presses any more.
@@ -294,6 +297,7 @@ ContactGap EdgeContact::gap() {
 void EdgeContact::plan(std::span<const JointPose> poses, std::vector<Entry>& entries,
                        std::vector<BladeMotion>& motions) {
   stroke_.resistance().begin_step();
+  slips_off_.reset();
   if (phase_ == Phase::spent) rest_in_groove();
   if (body_.frozen && (entry_ || phase_ == Phase::cutting)) return refuse_frozen(motions);
   if (entry_) return begin_stroke(entries, motions);
@@ -324,8 +328,10 @@ void EdgeContact::follow_stroke(const CutPoint& cut, std::span<const JointPose> 
   const Pose frame = body_.frame_world(cut.near);
   if (!body_.cut_traits.edge_cuts_anywhere && cut.normal_body.squaredNorm() > 0.5)
     normal_ = frame.orientation * cut.normal_body;
-  auto [motion, end_goes_to] = stroke_.follow(body_, {edge_, poses, opening_before_rad_, cut, frame, point_, normal_});
+  auto [motion, end_goes_to, slips] =
+      stroke_.follow(body_, {edge_, poses, opening_before_rad_, cut, frame, point_, normal_});
   motions.push_back(std::move(motion));
+  if (slips) slips_off_ = frame;
   if (!end_goes_to) return;
   PointConstraint c = drag(cut.follows, body_.particle_view().position(cut.follows), *end_goes_to, step_s_);
   c.largest_force_n = edge_.largest_force_n();
@@ -371,6 +377,9 @@ void EdgeContact::planned(const CutPlan& plan, bool accepted) {
   if (goes_on || (accepted && end == StrokeEnd::going)) return;
   rupture_.set_just_cut(true);
   constraints_.clear();
+  if (const auto frame_world = std::exchange(slips_off_, std::nullopt);
+      frame_world && !tip_will_be_in_groove(body_, edge_, *frame_world))
+    return slip_off("it went aside, and the tissue slipped off");
   if (end == StrokeEnd::lifted && !opens_from_edge(body_.cut_traits)) return set_free();
   end_cut();
   if (end == StrokeEnd::lifted || end == StrokeEnd::through) events_.push_back({EventKind::cut_ended});

@@ -105,7 +105,7 @@ class EdgeContact {
   void enter(const Entry& at);
   void break_in(const Entry& at);
   void end_cut();
-  void slip_off();
+  void slip_off(const char* why);
 
   // Free, or pressing.
   void look_along(const JointPose& before, std::span<const JointPose> poses, bool continuous);
@@ -145,8 +145,9 @@ class EdgeContact {
   std::optional<Entry> entry_;     // a stroke begins here in this step
   bool came_in_sideways_ = false;  // there, rather than with the tip first
   EdgeStroke stroke_;
-  Vec3 ended_at_ = Vec3::Zero();  // the last cut ended here
-  int deep_steps_ = 0;            // in which the instrument pressed deep
+  std::optional<Pose> slips_off_;  // tissue with this frame slips off the edge in this step, which ends the stroke
+  Vec3 ended_at_ = Vec3::Zero();   // the last cut ended here
+  int deep_steps_ = 0;             // in which the instrument pressed deep
   std::uint64_t groove_searches_ = 0;
 
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();

@@ -9,6 +9,8 @@
 namespace sectio {
 namespace {
 
+// Tissue goes along with a blade that doesn't cut, further with a deeper one, until it slips off.
+constexpr double kMostDrag_m = 0.004, kMostDragInDepths = 2;
 constexpr double kSteep = 0.5;     // cosine to the normal from which on a blade passes through a surface
 constexpr double kLeftBehind = 3;  // join tolerances: a deep blade that is further from the end of its cut has left it
 
@@ -85,6 +87,15 @@ EdgeStroke::Outcome EdgeStroke::follow(Body& body, const StrokeStep& step) {
   return body.cut_traits.edge_cuts_anywhere ? follow_whole_edge(body, step) : follow_tip(body, step);
 }
 
+// Both on the way since the last cut, and from where the end of the cut was at rest: others may hold tissue aside.
+bool EdgeStroke::tissue_slips_off(const Body& body, const StrokeStep& step, const Blade& blade,
+                                  const Vec3& at_surface_world_m) const {
+  const Vec3 home_world_m = step.frame_world.to_world(body.mesh.rest_body_m(step.cut.follows));
+  const double dragged_m =
+      std::min((blade.tip_world_m - tip_before_world_m_).norm(), (at_surface_world_m - home_world_m).norm());
+  return dragged_m > kMostDrag_m + kMostDragInDepths * (at_surface_world_m - blade.tip_world_m).norm();
+}
+
 // The decision tree of figure 4, for each pose; the first one that does not cut ends what is cut in this step.
 EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
   const InstrumentKind& kind = step.edge.kind();
@@ -118,7 +129,9 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
       break;
     }
     if (decision.leaf == CutDecision::push_out) resistance_.push_out(body, edge, step.point_world_m, step.normal_world);
-    if (step.cut.cuts && step.cut.follows != kNone) outcome.end_goes_to_world_m = decision.at_surface_world_m;
+    if (!step.cut.cuts || step.cut.follows == kNone) break;
+    outcome.slips = motion.lift = tissue_slips_off(body, step, blade, decision.at_surface_world_m);
+    if (!outcome.slips) outcome.end_goes_to_world_m = decision.at_surface_world_m;
     break;
   }
   return outcome;

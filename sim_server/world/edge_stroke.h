@@ -30,6 +30,7 @@ class EdgeStroke {
   struct Outcome {
     BladeMotion motion;
     std::optional<Vec3> end_goes_to_world_m;  // a blade that doesn't cut takes the end of its cut along
+    bool slips = false;                       // but not further: the tissue slips off it, and the cut ends
   };
   Outcome follow(Body& body, const StrokeStep& step);
 
@@ -43,6 +44,8 @@ class EdgeStroke {
 
  private:
   Outcome follow_tip(Body& body, const StrokeStep& step);
+  bool tissue_slips_off(const Body& body, const StrokeStep& step, const Blade& blade,
+                        const Vec3& at_surface_world_m) const;
   Outcome follow_whole_edge(Body& body, const StrokeStep& step);
 
   Vec3 tip_before_world_m_ = Vec3::Zero();  // the pose before; for a cutting tip the last one at which it cut

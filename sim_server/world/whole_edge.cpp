@@ -77,6 +77,16 @@ bool tip_is_in_groove(Body& body, const InstrumentEdge& edge) {
   return is_between_walls(body, edge, edge.tip_world_m(), kWidestGroove_m);
 }
 
+bool tip_will_be_in_groove(const Body& body, const InstrumentEdge& edge, const Pose& frame_world) {
+  const Vec3 tip_at_rest_m = frame_world.to_local(edge.tip_world_m());
+  const double near_m = body.cut_traits.join_tolerance_m;
+  return std::ranges::any_of(body.mesh.triangles(), [&](const Triangle& t) {
+    if (!t.alive() || t.surface != Surface::wall) return false;
+    const Corners wall{body.mesh.rest_body_m(t.v[0]), body.mesh.rest_body_m(t.v[1]), body.mesh.rest_body_m(t.v[2])};
+    return closest_on_triangle(tip_at_rest_m, wall).squared_distance < near_m * near_m;
+  });
+}
+
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip) {
   const Vec3 along = edge.along_world_m();
   const std::vector<SurfaceHit> hits = body.tree().hits(body.view(), tip, tip + along);

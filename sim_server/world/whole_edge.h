@@ -31,6 +31,8 @@ bool back_presses(const InstrumentEdge& edge, const Vec3& normal_world);
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press);
 // The tip is between the walls of a cut, however far these gape.
 bool tip_is_in_groove(Body& body, const InstrumentEdge& edge);
+// It will be when the tissue has come back to rest in this frame. O(triangles).
+bool tip_will_be_in_groove(const Body& body, const InstrumentEdge& edge, const Pose& frame_world);
 // The first part of a line along the edge, from `tip_world_m` on, that is in tissue which no cut has opened.
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip_world_m);
 // The place at which an edge that moves towards its sharp side is so deep inside that it has broken in, whatever its

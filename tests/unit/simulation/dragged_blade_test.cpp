@@ -1,0 +1,71 @@
+// A blade that leaves its cut sideways or backwards takes tissue along, but not far.
+#include <gtest/gtest.h>
+
+#include "tests/support/gripper.h"
+
+namespace sectio::test {
+namespace {
+
+constexpr double kFrom_m = -0.012, kTo_m = 0.004;  // of a cut along x
+
+double strayed_m(const Operation& op) {
+  double most = 0;
+  const auto at = op.simulation.positions_world_m(0);
+  for (VertexId v = 0; v < op.mesh().vertex_slots(); ++v)
+    if (op.mesh().vertex_alive(v))
+      most = std::max(most, (at[v].cast<double>() - op.scene.bodies[0].pose.to_world(op.mesh().rest_body_m(v))).norm());
+  return most;
+}
+
+class DraggedBlade : public testing::Test {
+ protected:
+  DraggedBlade() : op(organ_scene()) {
+    op.tip_to(kFrom_m, 0, -0.004);
+    op.tip_to(kFrom_m, 0, kStrokeDepth_m);
+    op.tip_to(kTo_m, 0, kStrokeDepth_m);
+    EXPECT_EQ(op.state(), ContactState::penetration);
+    op.after_each = [this](const StepOutput&) { farthest_m = std::max(farthest_m, strayed_m(op)); };
+  }
+  double lips_end_m() const {  // where the cut ends, along x
+    double most = -1;
+    for (const Triangle& t : op.mesh().triangles())
+      if (t.alive() && t.surface == Surface::wall)
+        for (const VertexId v : t.v) most = std::max(most, op.mesh().rest_body_m(v).x());
+    return most;
+  }
+
+  Operation op;
+  double farthest_m = 0;
+};
+
+TEST_F(DraggedBlade, sideways_the_tissue_slips_off_says_so_and_comes_back) {
+  op.tip_to(kTo_m, 0.03, kStrokeDepth_m, 0.06);
+  EXPECT_GT(farthest_m, 0.005) << "it goes along at first";
+  EXPECT_LT(farthest_m, 0.016);
+  EXPECT_EQ(text_of_last(op, EventKind::cut_ended), "it went aside, and the tissue slipped off");
+  EXPECT_EQ(op.state(), ContactState::free);
+  EXPECT_EQ(op.force_n().norm(), 0);
+  const std::size_t walls = op.walls();
+  op.rest(500);
+  EXPECT_LT(strayed_m(op), 0.002);
+  op.tip_to(kTo_m + 0.01, 0.03, kStrokeDepth_m);
+  EXPECT_EQ(op.walls(), walls) << "nothing is cut until it has been lifted";
+  op.tip_to(kTo_m + 0.01, 0.03, -0.004);
+  op.tip_to(kTo_m + 0.01, 0.03, kStrokeDepth_m);
+  op.tip_to(kTo_m + 0.02, 0.03, kStrokeDepth_m);
+  EXPECT_GT(op.walls(), walls);
+  EXPECT_EQ(op.count(EventKind::cut_refused), 0u);
+  op.expect_valid();
+}
+
+TEST_F(DraggedBlade, that_goes_back_in_its_groove_and_on_again_goes_on_with_its_cut) {
+  op.tip_to(kFrom_m + 0.001, 0, kStrokeDepth_m, 0.06);
+  EXPECT_LT(farthest_m, 0.016);
+  op.tip_to(kTo_m + 0.01, 0, kStrokeDepth_m);
+  EXPECT_GT(lips_end_m(), kTo_m + 0.007);
+  EXPECT_EQ(op.count(EventKind::cut_refused), 0u);
+  op.expect_valid();
+}
+
+}  // namespace
+}  // namespace sectio::test
