@@ -120,6 +120,12 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
     residual_m_ = outcome.last_move_m;
     met &= outcome.met;
     if (!met && ending == Ending::only_when_met) return false;
+    if (!outcome.met && !(outcome.residual < kHopeless)) {
+      for (std::size_t i = 0; i < count; ++i)
+        if (particles.inverse_mass_per_kg[i] > 0) particles.velocity_m_per_s[i].setZero();
+      newton_.begin_with({});
+      continue;
+    }
     for (std::size_t i = 0; i < count; ++i) {
       if (particles.inverse_mass_per_kg[i] == 0) continue;
       const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();

@@ -6,7 +6,9 @@
 // is a step of backward Euler of length H from (X, V). The first step is one of backward Euler. A particle that
 // others have moved or pushed since takes its past along; a new one has x_-1 = x_0 - h v_0. Newton's method begins at
 // x_0 + h v_0. Drag is implicit, too. A step whose residual stays above the tolerance is undone and taken in two, four,
-// eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found.
+// eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found. Where
+// that is far from equilibrium, Newton's method has lost its way: the tissue stands still for that part, without speed,
+// and the hand feels none of it.
 #pragma once
 
 #include <algorithm>
@@ -63,6 +65,7 @@ class ImplicitDriver {
   static constexpr int kMostProducts = 250;
 
   static constexpr double kNear = 0.2;  // a residual below this is nearly met
+  static constexpr double kHopeless = 20;
   enum class Ending : std::uint8_t { only_when_met, anyhow };
 
   void look_back(double step_s);
