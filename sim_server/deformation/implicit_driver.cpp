@@ -63,6 +63,27 @@ void ImplicitDriver::look_back(double step_s) {
   }
 }
 
+bool ImplicitDriver::is_thrown(const Particles& particles, double furthest_m) const {
+  for (std::size_t i = 0; i < now_.size(); ++i)
+    if (!((now_[i] - particles.position_world_m[i].head<3>().cast<double>()).norm() <= furthest_m)) return true;
+  return false;
+}
+
+// But for what a smoother changes, to which inertia is nothing that leads away.
+void ImplicitDriver::stand_still(const Particles& particles, double furthest_m, double part_s,
+                                 const Smoother& smoother) {
+  const auto place = [&](std::size_t i) -> Vec3 { return particles.position_world_m[i].head<3>().cast<double>(); };
+  for (std::size_t i = 0; i < now_.size(); ++i) inertial_[i] = now_[i] = place(i);
+  if (smoother) smoother(part_s, inertial_, now_);
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    if (particles.inverse_mass_per_kg[i] == 0) continue;
+    particles.velocity_m_per_s[i].setZero();
+    const Vec3 moved = now_[i] - place(i);
+    if (moved.norm() <= furthest_m) particles.position_world_m[i].head<3>() = now_[i].cast<float>();
+  }
+  newton_.begin_with({});
+}
+
 bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
                           std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
                           std::span<Reaction> reactions, int parts, Ending ending, const Smoother& smoother) {
@@ -120,17 +141,16 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
     residual_m_ = outcome.last_move_m;
     met &= outcome.met;
     if (!met && ending == Ending::only_when_met) return false;
-    if (!outcome.met && !(outcome.residual < kHopeless)) {
-      for (std::size_t i = 0; i < count; ++i)
-        if (particles.inverse_mass_per_kg[i] > 0) particles.velocity_m_per_s[i].setZero();
-      newton_.begin_with({});
+    const double furthest_m = motion.largest_speed_m_per_s * h;
+    if (!outcome.met && (!(outcome.residual < kLost) || is_thrown(particles, furthest_m))) {
+      stand_still(particles, furthest_m, h, smoother);
       continue;
     }
     for (std::size_t i = 0; i < count; ++i) {
       if (particles.inverse_mass_per_kg[i] == 0) continue;
       const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();
       Vec3 moved = now_[i] - from;
-      const double furthest_m = motion.largest_speed_m_per_s * h, distance_m = moved.norm();
+      const double distance_m = moved.norm();
       if (!std::isfinite(distance_m)) moved.setZero(), met = false;
       if (distance_m > furthest_m) moved *= furthest_m / distance_m;
       particles.position_world_m[i].head<3>() = (from + moved).cast<float>();

@@ -7,8 +7,8 @@
 // others have moved or pushed since takes its past along; a new one has x_-1 = x_0 - h v_0. Newton's method begins at
 // x_0 + h v_0. Drag is implicit, too. A step whose residual stays above the tolerance is undone and taken in two, four,
 // eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found. Where
-// that is far from equilibrium, Newton's method has lost its way: the tissue stands still for that part, without speed,
-// and the hand feels none of it.
+// that is very far from equilibrium, or faster than tissue may be, Newton's method has lost its way: for that part the
+// tissue stands still, but for what the smoother improves, without speed, and the hand feels none of it.
 #pragma once
 
 #include <algorithm>
@@ -65,10 +65,12 @@ class ImplicitDriver {
   static constexpr int kMostProducts = 250;
 
   static constexpr double kNear = 0.2;  // a residual below this is nearly met
-  static constexpr double kHopeless = 20;
+  static constexpr double kLost = 1000;
   enum class Ending : std::uint8_t { only_when_met, anyhow };
 
   void look_back(double step_s);
+  bool is_thrown(const Particles& particles, double furthest_m) const;
+  void stand_still(const Particles& particles, double furthest_m, double part_s, const Smoother& smoother);
   bool take(ElasticEnergy& energy, const Motion& motion, const Particles& particles,
             std::span<const PointConstraint> constraints, const ConstraintSupports& supports,
             std::span<Reaction> reactions, int parts, Ending ending, const Smoother& smoother);
