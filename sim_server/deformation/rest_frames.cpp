@@ -4,6 +4,11 @@
 #include "sim_server/deformation/deformation_engine.h"
 
 namespace sectio {
+namespace {
+
+constexpr double kBedFriction = 0.5;
+
+}  // namespace
 
 RestFrames::RestFrames(const Pose& body_world) : body_world_(body_world), components_{{false, body_world}} {}
 
@@ -51,14 +56,19 @@ void RestFrames::match(Component& c, std::span<const Vec3> rest_body_m, std::spa
   c.frame_world = match_shape(matched_, c.frame_world);
 }
 
-void RestFrames::stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const {
+void RestFrames::stop_at_beds(double step_s, std::span<Vec4f> position_world_m,
+                              std::span<Vec4f> velocity_m_per_s) const {
   for (const Component& c : components_) {
     if (!c.free || !c.bed_point_world_m) continue;
     for (const VertexId v : c.vertices) {
       const Vec3 at = position_world_m[v].head<3>().cast<double>();
       const double height_m = (at - *c.bed_point_world_m).dot(c.bed_normal_world);
       if (height_m >= 0) continue;
-      position_world_m[v].head<3>() = (at - height_m * c.bed_normal_world).cast<float>();
+      const Vec3 moved_m = step_s * velocity_m_per_s[v].head<3>().cast<double>();
+      const Vec3 slid_m = moved_m - moved_m.dot(c.bed_normal_world) * c.bed_normal_world;
+      const double most_m = -kBedFriction * height_m, far_m = slid_m.norm();
+      const Vec3 back_m = far_m > most_m ? Vec3(most_m / far_m * slid_m) : slid_m;
+      position_world_m[v].head<3>() = (at - height_m * c.bed_normal_world - back_m).cast<float>();
       velocity_m_per_s[v].setZero();
     }
   }

@@ -42,8 +42,9 @@ class RestFrames {
       for (const VertexId v : c.vertices) moved(v);
     }
   }
-  // Vertices below the bed of their component are put onto it and stop.
-  void stop_at_beds(std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
+  // Vertices that have come below the bed of their component in a step of step_s are put onto it and stop, and go back
+  // the way that they slid by up to the coefficient of friction times their depth.
+  void stop_at_beds(double step_s, std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
 
   std::vector<Pose> save() const;
   // A component that has come since keeps its frame; one without a finite frame gets the body's.

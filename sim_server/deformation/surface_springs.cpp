@@ -375,7 +375,7 @@ void SurfaceSprings::explicit_step(std::span<Vec4f> position_world_m, std::span<
   }
   push(velocity_m_per_s);
   update_positions(static_cast<float>(h), velocity_m_per_s, position_world_m);
-  frames_.stop_at_beds(position_world_m, velocity_m_per_s);
+  frames_.stop_at_beds(h, position_world_m, velocity_m_per_s);
 }
 
 void SurfaceSprings::push(std::span<Vec4f> velocity_m_per_s) {
@@ -392,7 +392,7 @@ void SurfaceSprings::implicit_step(std::span<Vec4f> position_world_m, std::span<
   energy_.read(rows_, static_cast<std::uint32_t>(rest_body_m_.size()));
   driver_.step(energy_, {settings_.step_s, material_.damping_per_s, settings_.gravity_m_per_s2, kMaxSpeed_m_per_s},
                {physical_mass_, inverse_mass_, position_world_m, velocity_m_per_s}, constraints, corners_, reactions);
-  frames_.stop_at_beds(position_world_m, velocity_m_per_s);
+  frames_.stop_at_beds(settings_.step_s, position_world_m, velocity_m_per_s);
 }
 
 double SurfaceSprings::energy_j(std::span<const Vec4f> position_world_m,
