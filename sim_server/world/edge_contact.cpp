@@ -13,6 +13,7 @@ namespace {
 constexpr double kLetGo_m = 5e-4;    // this far above the surface a contact ends
 constexpr double kBeneath_m = 3e-4;  // there is tissue this far ahead of what presses
 constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
+constexpr const char* kThroughWhole = "a part that moves as a whole isn't cut: the blade goes through it";
 constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;   // steps
 constexpr double kGoneOn = 3;          // join tolerances: this far from the end of a cut a new one may begin
@@ -93,6 +94,7 @@ void EdgeContact::end_cut() {
 
 void EdgeContact::slip_off(const char* why) {
   events_.push_back({phase_ == Phase::cutting ? EventKind::cut_ended : EventKind::contact_ended, why});
+  constraints_.clear();
   stroke_.resistance().release();
   phase_ = Phase::through;
   force_n_.setZero();
@@ -247,10 +249,12 @@ void EdgeContact::pressed(bool is_active) {
   // A sharp edge that is pushed in deep breaks in; skin slips off what is blunt.
   if (edge_.is_blunt() && slips_through(displacement_m, c.target_world_m - kBeneath_m * normal_))
     return slip_off(kPushedThrough);
-  if (breaks_surface(displacement_m)) break_in({edge_.id(), press_.triangle(), press_.bary()});
+  if (!breaks_surface(displacement_m)) return;
+  cuts() ? break_in({edge_.id(), press_.triangle(), press_.bary()}) : slip_off(kThroughWhole);
 }
 
 bool EdgeContact::breaks_surface(double displacement_m) {
+  if (!cuts()) return !edge_.is_blunt() && !back_presses(edge_, normal_) && rupture_.breaks(displacement_m);
   if (sharp_edge_is_in_slit(body_, edge_, press_)) return true;
   // The progressive style cuts from the skin: a wall belongs to the cut above it, into which the blade must come.
   const bool is_skin = body_.mesh.triangle(press_.triangle()).surface == Surface::skin;

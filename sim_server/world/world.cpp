@@ -1,7 +1,6 @@
 #include "sim_server/world/world.h"
 
 #include <algorithm>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -22,10 +21,8 @@ BodySpec spec_of_part(const BodySpec& parent, std::uint32_t part, bool anchored)
   spec.name.append(1, '.').append(number);
   if (anchored) return spec;
   spec.fixed.reset();
-  if (spec.splitting.free_parts == FreeParts::rigid) {  // it gives way before it can be cut
+  if (spec.splitting.free_parts == FreeParts::rigid) {
     spec.material.friction = spec.splitting.friction;
-    spec.cutting.threshold_force_n = std::numeric_limits<double>::infinity();
-    spec.cutting.threshold_displacement_m.reset();
     spec.contact.style = "vertices";
   }
   return spec;
