@@ -6,7 +6,7 @@
 // is a step of backward Euler of length H from (X, V). The first step is one of backward Euler. A particle that
 // others have moved or pushed since takes its past along; a new one has x_-1 = x_0 - h v_0. Newton's method begins at
 // x_0 + h v_0. Drag is implicit, too. A step whose residual stays above the tolerance is undone and taken in two, four,
-// eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found. Where
+// eight parts of backward Euler; what is still above it then is counted, and goes on from the best state found. If
 // that is very far from equilibrium, or faster than tissue may be, Newton's method has lost its way: for that part the
 // tissue stands still, but for what the smoother improves, without speed, and the hand feels none of it.
 #pragma once

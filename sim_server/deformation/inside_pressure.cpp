@@ -10,7 +10,7 @@ constexpr double kMostPoisson = 0.49;
 // At most this share of V_0 counts, so that a crushed piece opens without a blow.
 constexpr double kMostShare = 0.5;
 
-// Of the tetrahedra between each triangle and one vertex, near which sums lose nothing.
+// The sum over the tetrahedra between each triangle and one vertex, near which it loses nothing.
 template <class At>
 double volume_m3(std::span<const std::array<VertexId, 3>> triangles, const At& at_m) {
   if (triangles.empty()) return 0;

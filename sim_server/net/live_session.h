@@ -32,7 +32,7 @@ struct LiveSession {
   std::string why_not(const SessionOrder& order) const;
   // Keeps what an order sets, of gravity, of pace and of frozen tools.
   std::optional<Pace::News> take(const SessionOrder& order);
-  // What holds in the session that this server takes part in, or goes on with: tools that thawed have done so there.
+  // Takes over the orders that hold in a session elsewhere, in which tools that thawed have done so.
   void adopt(const StandingOrders& orders);
   // The bodies as they are, for a server that leads from now on in the term after `epoch`.
   Succession succession(std::uint64_t epoch);

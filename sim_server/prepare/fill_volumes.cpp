@@ -68,7 +68,7 @@ TetMesh with_first(const TetMesh& mesh, std::span<const VertexId> first) {
   return out;
 }
 
-// What comes off and is smaller is debris, and is removed.
+// Parts that come off and are smaller are debris, and are removed.
 constexpr double kCrumb = 2;            // mean tetrahedra
 constexpr double kSurfaceCrumb = 0.02;  // cubes of the mean edge
 

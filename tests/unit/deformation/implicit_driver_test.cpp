@@ -1,4 +1,4 @@
-// What becomes of a step that Newton's method can't take.
+// The driver takes a step that Newton's method can't solve.
 #include "sim_server/deformation/implicit_driver.h"
 
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 namespace sectio::test {
 namespace {
 
-constexpr double kFrom_m = -0.012, kTo_m = 0.004;  // of a cut along x
+constexpr double kFrom_m = -0.012, kTo_m = 0.004;  // the ends of a cut along x
 
 double strayed_m(const Operation& op) {
   double most = 0;
@@ -27,7 +27,7 @@ class DraggedBlade : public testing::Test {
     EXPECT_EQ(op.state(), ContactState::penetration);
     op.after_each = [this](const StepOutput&) { farthest_m = std::max(farthest_m, strayed_m(op)); };
   }
-  double lips_end_m() const {  // where the cut ends, along x
+  double lips_end_m() const {  // the end of the cut
     double most = -1;
     for (const Triangle& t : op.mesh().triangles())
       if (t.alive() && t.surface == Surface::wall)

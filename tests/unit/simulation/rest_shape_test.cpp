@@ -93,7 +93,7 @@ TEST(RestShape, what_nothing_holds_lies_on_the_floor) {
   EXPECT_NEAR(volume_m3(op) / given_m3, 1, 0.1);
 }
 
-// Of a surface's component at rest and now.
+// Volumes of a surface's component at rest and now.
 struct Kept {
   double rest_m3 = 0, now_m3 = 0;
 };
