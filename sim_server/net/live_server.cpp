@@ -84,7 +84,7 @@ void LiveServer::recall_orders() {
   const std::string& directory = session_.options.directory;
   if (session_.options.resume != try_directory(directory, session_.options.attempt)) return keep_orders();
   StandingOrders orders = kept_orders(directory);
-  if (orders.speed == 1) orders.speed = session_.pace.speed();  // that of --speed
+  if (orders.speed == 1) orders.speed = session_.pace.speed();  // --speed says it
   session_.adopt(orders);
 }
 
