@@ -64,8 +64,8 @@ class ImplicitDriver {
   // In one attempt at a step: tissue that hangs by a thread would take any number of them.
   static constexpr int kMostProducts = 250;
 
-  static constexpr double kNear = 0.2;  // a residual below this is nearly met
-  static constexpr double kLost = 1000;
+  static constexpr double kNear = 0.2;   // a residual below this is nearly met
+  static constexpr double kLost = 1000;  // from this residual on, Newton's method has lost its way
   enum class Ending : std::uint8_t { only_when_met, anyhow };
 
   void look_back(double step_s);
