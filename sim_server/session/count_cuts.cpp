@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "common/math/disjoint_sets.h"
 #include "common/mesh/check.h"
 
 namespace sectio {
@@ -13,27 +14,6 @@ namespace {
 
 constexpr double kCell_m = 2e-3;
 constexpr double kBesideGroove_m = 5e-4;  // corners of walls that face each other lie no further apart than this
-
-class Joined {
- public:
-  std::uint32_t add() {
-    up_.push_back(static_cast<std::uint32_t>(up_.size()));
-    return up_.back();
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (up_[i] != i) i = up_[i] = up_[up_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) { up_[root(a)] = root(b); }
-  std::size_t count() const {
-    std::size_t roots = 0;
-    for (std::size_t i = 0; i < up_.size(); ++i) roots += up_[i] == i;
-    return roots;
-  }
-
- private:
-  std::vector<std::uint32_t> up_;
-};
 
 // By component.
 std::vector<double> rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component) {
@@ -81,28 +61,33 @@ class Places {
 }  // namespace
 
 std::size_t count_cuts(std::span<const CutSurface> surfaces) {
-  Joined walls;
+  std::uint32_t slots = 0;
+  for (const CutSurface& surface : surfaces) slots += surface.mesh->vertex_slots();
+  DisjointSets walls(slots);  // numbers: the vertices of all surfaces, one after the other
+  std::vector<std::uint8_t> is_corner(slots, 0);
   Places places;
+  std::uint32_t first = 0;
   for (const CutSurface& surface : surfaces) {
     const TriangleMesh& mesh = *surface.mesh;
     const std::vector<std::uint32_t> component = component_of_triangle(mesh);
     const std::vector<double> volume_m3 = rest_volumes_m3(mesh, component);
     const double near_m = std::min(surface.groove_m + kBesideGroove_m, kCell_m);
-    std::vector<std::uint32_t> id(mesh.vertex_slots(), kNone);
     for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
       const Triangle& triangle = mesh.triangle(t);
       if (!triangle.alive() || triangle.surface != Surface::wall || volume_m3[component[t]] < kLeastPiece_m3) continue;
       for (const VertexId v : triangle.v) {
-        if (id[v] == kNone) {
-          id[v] = walls.add();
-          places.add({surface.family, id[v], surface.at_rest_world.to_world(mesh.rest_body_m(v)), near_m},
-                     [&](std::uint32_t other) { walls.join(other, id[v]); });
-        }
-        walls.join(id[v], id[triangle.v[0]]);
+        const std::uint32_t id = first + v;
+        if (!std::exchange(is_corner[id], 1))
+          places.add({surface.family, id, surface.at_rest_world.to_world(mesh.rest_body_m(v)), near_m},
+                     [&](std::uint32_t other) { walls.join(other, id); });
+        walls.join(id, first + triangle.v[0]);
       }
     }
+    first += mesh.vertex_slots();
   }
-  return walls.count();
+  std::size_t cuts = 0;
+  for (std::uint32_t id = 0; id < slots; ++id) cuts += is_corner[id] && walls.root(id) == id;
+  return cuts;
 }
 
 }  // namespace sectio
