@@ -151,7 +151,6 @@ bool ImplicitDriver::take(ElasticEnergy& energy, const Motion& motion, const Par
       const Vec3 from = particles.position_world_m[i].head<3>().cast<double>();
       Vec3 moved = now_[i] - from;
       const double distance_m = moved.norm();
-      if (!std::isfinite(distance_m)) moved.setZero(), met = false;
       if (distance_m > furthest_m) moved *= furthest_m / distance_m;
       particles.position_world_m[i].head<3>() = (from + moved).cast<float>();
       particles.velocity_m_per_s[i].head<3>() = ((from + moved - base_[i]) / length).cast<float>();
