@@ -81,6 +81,15 @@ std::size_t Operation::count(EventKind kind) const {
   return n;
 }
 
+double Operation::farthest_from_rest_m() const {
+  double most = 0;
+  const auto at = simulation.positions_world_m(0);
+  for (VertexId v = 0; v < mesh().vertex_slots(); ++v)
+    if (mesh().vertex_alive(v))
+      most = std::max(most, (at[v].cast<double>() - scene.bodies[0].pose.to_world(mesh().rest_body_m(v))).norm());
+  return most;
+}
+
 void Operation::expect_valid() const {
   const SurfaceReport r = check(mesh());
   ASSERT_TRUE(r.valid()) << r.first_defect;

@@ -44,6 +44,7 @@ class Operation {
   Vec3 force_n(std::uint32_t tool = 0) const { return last.contacts.at(tool).force_world_n; }
   const TriangleMesh& mesh(std::uint32_t body = 0) const { return simulation.mesh(body); }
   void expect_valid() const;
+  double farthest_from_rest_m() const;  // any vertex of the first body
   // Original edges that a cut has opened: both ends among the vertices of the beginning.
   std::size_t walls() const;
 

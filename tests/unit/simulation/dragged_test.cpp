@@ -9,15 +9,6 @@ namespace {
 
 constexpr double kFrom_m = -0.012, kTo_m = 0.004;  // the ends of a cut along x
 
-double strayed_m(const Operation& op) {
-  double most = 0;
-  const auto at = op.simulation.positions_world_m(0);
-  for (VertexId v = 0; v < op.mesh().vertex_slots(); ++v)
-    if (op.mesh().vertex_alive(v))
-      most = std::max(most, (at[v].cast<double>() - op.scene.bodies[0].pose.to_world(op.mesh().rest_body_m(v))).norm());
-  return most;
-}
-
 class DraggedBlade : public testing::Test {
  protected:
   DraggedBlade() : op(organ_scene()) {
@@ -25,7 +16,7 @@ class DraggedBlade : public testing::Test {
     op.tip_to(kFrom_m, 0, kStrokeDepth_m);
     op.tip_to(kTo_m, 0, kStrokeDepth_m);
     EXPECT_EQ(op.state(), ContactState::penetration);
-    op.after_each = [this](const StepOutput&) { farthest_m = std::max(farthest_m, strayed_m(op)); };
+    op.after_each = [this](const StepOutput&) { farthest_m = std::max(farthest_m, op.farthest_from_rest_m()); };
   }
   double lips_end_m() const {  // the end of the cut
     double most = -1;
@@ -48,7 +39,7 @@ TEST_F(DraggedBlade, sideways_the_tissue_slips_off_says_so_and_comes_back) {
   EXPECT_EQ(op.force_n().norm(), 0);
   const std::size_t walls = op.walls();
   op.rest(500);
-  EXPECT_LT(strayed_m(op), 0.002);
+  EXPECT_LT(op.farthest_from_rest_m(), 0.002);
   op.tip_to(kTo_m + 0.01, 0.03, kStrokeDepth_m);
   EXPECT_EQ(op.walls(), walls) << "nothing is cut until it has been lifted";
   op.tip_to(kTo_m + 0.01, 0.03, -0.004);
