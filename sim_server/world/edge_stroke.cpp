@@ -70,6 +70,7 @@ struct EdgeOnWay {
 
 BladeMotion EdgeStroke::begin(Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, bool sideways) {
   tip_before_world_m_ = edge.tip_world_m();
+  drags_end_ = false;
   BladeMotion motion{edge.id(), {limited_blade(body, edge, point_world_m)}, false};
   if (!body.cut_traits.edge_cuts_anywhere) {
     ask_surface(body, motion.path.front(), motion.active);
@@ -118,6 +119,7 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
     }
     resistance_.meet(body, edge, step.frame_world, kind.only_closing && decision.leaf != CutDecision::cut);
     if (decision.leaf == CutDecision::cut) {
+      motion.has_dragged_end |= std::exchange(drags_end_, false);
       motion.path.push_back(blade);
       ask_surface(body, blade, motion.active);
       from = decision.at_surface_world_m;
@@ -131,7 +133,8 @@ EdgeStroke::Outcome EdgeStroke::follow_tip(Body& body, const StrokeStep& step) {
     if (decision.leaf == CutDecision::push_out) resistance_.push_out(body, edge, step.point_world_m, step.normal_world);
     if (!step.cut.cuts || step.cut.follows == kNone) break;
     outcome.slips = motion.lift = tissue_slips_off(body, step, blade, decision.at_surface_world_m);
-    if (!outcome.slips) outcome.end_goes_to_world_m = decision.at_surface_world_m;
+    drags_end_ = !outcome.slips;
+    if (drags_end_) outcome.end_goes_to_world_m = decision.at_surface_world_m;
     break;
   }
   return outcome;

@@ -39,7 +39,7 @@ class EdgeStroke {
 
   template <class A>
   void archive(A& a) {
-    a(tip_before_world_m_, resistance_);
+    a(tip_before_world_m_, drags_end_, resistance_);
   }
 
  private:
@@ -49,6 +49,7 @@ class EdgeStroke {
   Outcome follow_whole_edge(Body& body, const StrokeStep& step);
 
   Vec3 tip_before_world_m_ = Vec3::Zero();  // the pose before; for a cutting tip the last one at which it cut
+  bool drags_end_ = false;                  // it has taken the end of its cut along since then
   CutResistance resistance_;
 };
 

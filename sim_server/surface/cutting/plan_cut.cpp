@@ -160,10 +160,12 @@ class Attempt {
     if (share_of(s) != Share::moves) s.seen.owed_m = shares_.at(s.edge_id).owed_m;
     if (moves) {
       std::vector<TriangleId> near = motion->active;
+      s.seen.has_dragged_end = motion->has_dragged_end;
       for (const Blade& blade : motion->path) {
         near.resize(motion->active.size());
         draft_.append_edited(near);
         end = advance(draft_, s, blade, near, plan.after.grooves, settings_);
+        s.seen.has_dragged_end = false;
         if (end == StrokeEnd::refused) return Refusal{s.edge_id, s.why_refused, s.seen.owed_m};
         if (end == StrokeEnd::joined) plan.outcomes.push_back({s.edge_id, end});
         if (end == StrokeEnd::lifted) break;

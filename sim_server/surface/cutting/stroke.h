@@ -47,10 +47,11 @@ struct BladeSeen {
   bool was_away = false;              // it has not been at the surface since
   bool begins_anew = false;           // at the blade's next place; the cut before was refused
   double owed_m = 0;                  // from the end of the cut to the blade, which the cut can't follow
+  bool has_dragged_end = false;       // the blade took the end of the cut along to its next place
 
   template <class A>
   void archive(A& a) {
-    a(depth_m, at_world_m, on_lid_body_m, was_away, begins_anew, owed_m);
+    a(depth_m, at_world_m, on_lid_body_m, was_away, begins_anew, owed_m, has_dragged_end);
   }
 };
 

@@ -149,8 +149,10 @@ class Advance {
         const auto curve = beside ? beside : nearest_on_curves(draft_, grooves_, place.rest_body_m, kLeaves_m);
         if (curve) stroke_.seen.on_lid_body_m = curve->rest_body_m;
         if (beside || !curve || (place.rest_body_m - draft_.rest(stroke_.cell.apex)).norm() < kNode_m) return end;
-        if (!leave_cut()) return StrokeEnd::refused;
-        continue;
+        if (!stroke_.seen.has_dragged_end) {
+          if (!leave_cut()) return StrokeEnd::refused;
+          continue;
+        }
       }
       const WalkEnd walked =
           walk_to({place.rest_body_m, kNone, rest_normal_of(draft_, draft_.triangle(place.triangle).v)});
