@@ -54,6 +54,27 @@ std::vector<Place> lines(std::initializer_list<Line> strokes) {
   return places;
 }
 
+// A blade that turns late: past each corner it drags the tissue along on its flat side, until it faces its way.
+std::vector<Place> zigzag() {
+  constexpr double kLeg_m = 0.012, kSteep_deg = 60, kLate_m = 0.005, kTurned_m = 0.007;
+  constexpr double kDepth_m = 0.004, kClear_m = 0.026, kSlow_m_per_s = 0.02;
+  const auto at_height = [](const Vec3& x, double z_m) { return Vec3(x.x(), x.y(), z_m); };
+  Vec3 corner(-0.024, -0.004, kDepth_m);
+  double before_deg = kSteep_deg;
+  std::vector<Place> places{{at_height(corner, kClear_m), before_deg, 0.2}, {corner, before_deg, 0.1}};
+  for (const double ahead_deg : {kSteep_deg, -kSteep_deg, kSteep_deg, -kSteep_deg, kSteep_deg, -kSteep_deg}) {
+    const double ahead_rad = ahead_deg * M_PI / 180;
+    const Vec3 ahead(std::cos(ahead_rad), std::sin(ahead_rad), 0);
+    if (ahead_deg != before_deg) places.push_back({corner + kLate_m * ahead, before_deg, 0, kSlow_m_per_s});
+    places.push_back({corner + kTurned_m * ahead, ahead_deg, 0, kSlow_m_per_s});
+    corner += kLeg_m * ahead;
+    places.push_back({corner, ahead_deg, 0, kSlow_m_per_s});
+    before_deg = ahead_deg;
+  }
+  places.push_back({at_height(corner, kClear_m), before_deg, 0.1, 0.06});
+  return places;
+}
+
 const auto kPassages = std::to_array<Passage>({
     {.name = "skin_corners",
      .places = lines({{.tips_world_m = {{-0.026, 0.010, 0.004},
@@ -92,6 +113,7 @@ const auto kPassages = std::to_array<Passage>({
                 {.tip_world_m = {0.002, 0.001, 0.004}, .ahead_deg = 0},
                 {.tip_world_m = {0.014, 0.001, 0.004}, .ahead_deg = 0},
                 {.tip_world_m = {0.014, 0.001, 0.026}, .ahead_deg = 0, .rest_s = 0.1, .speed_m_per_s = 0.06}}},
+    {.name = "skin_zigzag", .places = zigzag()},
     {.name = "skin_rings",  // arcs that overlap by 3 mm; that end where the other begins; 0.6 mm before it
      .places = lines({arc({-0.03, 0, 0.004}, 0.009, 0, 190), arc({-0.03, 0, 0.004}, 0.009, 170, 370),
                       arc({0, 0, 0.004}, 0.009, 0, 180), arc({0, 0, 0.004}, 0.009, 180, 360),
