@@ -38,16 +38,23 @@ double depth_of(const PointConstraint& c, const Vec3& point) {
   return (point - c.target_world_m).dot(c.normal);
 }
 
+// The depths of a sample at the beginning of a step, and once the tissue has moved by itself.
+struct DepthsBefore {
+  double begun_m = 0, free_m = 0;
+};
+
 // The same for a sample with a spring in series, or with friction. The sum of impulses may push along the inward normal
 // but not pull. Over h, an impulse J moves the point by h J / m, and the spring gives way by a J / h, as far as it can:
-// beyond, the point is driven ahead, at a bounded speed whoever drives it: samples share vertices.
+// beyond, the point is driven ahead, at a bounded speed whoever drives it: samples share vertices. Ahead of a tip, the
+// way by which the tissue comes back in a step doesn't count, or a light point could not be held against its springs.
 // Friction is what stops the point against the instrument, but no more than its coefficient times the push.
-Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, double depth_before_m, const Vec3& velocity,
+Vec3 missing_of_sample(const PointConstraint& c, const Vec3& point, const DepthsBefore& before, const Vec3& velocity,
                        double point_mass, double step_s, const Vec3& so_far) {
   const double given = -so_far.dot(c.normal), a = c.compliance_m_per_n / step_s, moves = step_s / point_mass;
   const double depth = depth_of(c, point);
   const double speed_m_per_s = std::min(kFastestHand_m_per_s, c.target_velocity_m_per_s.norm() + kFaster_m_per_s);
-  const double may_move_m = speed_m_per_s * step_s - std::max(moves * given, depth_before_m - depth);
+  const double came_back_m = c.is_ahead ? std::max(0.0, before.free_m - before.begun_m) : 0;
+  const double may_move_m = speed_m_per_s * step_s - std::max(moves * given - came_back_m, before.begun_m - depth);
   const double driven = std::min(depth - c.gives_most_m, std::max(0.0, may_move_m));
   const double total = std::max({0.0, given + (depth - a * given) / (moves + a), given + driven / moves});
   const Vec3 slip = velocity - c.target_velocity_m_per_s;
@@ -91,12 +98,14 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
   inverse_of.assign(constraints.size(), 0);
   for (std::size_t n = 0; n < constraints.size(); ++n)
     for (const auto& [particle, weight] : supports.of(n)) inverse_of[n] += weight * weight * inverse_mass[particle];
-  thread_local std::vector<double> depth_before_m;
-  depth_before_m.assign(constraints.size(), 0);
+  thread_local std::vector<DepthsBefore> before;
+  before.assign(constraints.size(), {});
   for (std::size_t n = 0; n < constraints.size(); ++n)
-    if (is_sample(constraints[n]))
-      depth_before_m[n] = depth_of(constraints[n], carried(supports.of(n), position_world_m) -
-                                                       step_s * carried(supports.of(n), velocity_m_per_s));
+    if (is_sample(constraints[n])) {
+      const Vec3 free = carried(supports.of(n), position_world_m);
+      const Vec3 begun = free - step_s * carried(supports.of(n), velocity_m_per_s);
+      before[n] = {depth_of(constraints[n], begun), depth_of(constraints[n], free)};
+    }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     double largest = 0, largest_change = 0;
     for (std::size_t n = 0; n < constraints.size(); ++n) {
@@ -107,7 +116,7 @@ void project(std::span<const PointConstraint> constraints, const ConstraintSuppo
       const PointConstraint& c = constraints[n];
       const Vec3 point = carried(by, position_world_m);
       if (is_sample(c) && so_far.isZero(0) && depth_of(c, point) <= 0) continue;
-      const Vec3 impulse = is_sample(c) ? missing_of_sample(c, point, depth_before_m[n], carried(by, velocity_m_per_s),
+      const Vec3 impulse = is_sample(c) ? missing_of_sample(c, point, before[n], carried(by, velocity_m_per_s),
                                                             1 / inverse, step_s, so_far)
                                         : missing_impulse(c, point, 1 / inverse, step_s, so_far);
       if (impulse.isZero(0)) continue;

@@ -33,14 +33,15 @@ struct PointConstraint {
   double largest_force_n = std::numeric_limits<double>::infinity();  // a two-sided one's
   // A unilateral one that does not stick has a spring between point and target, which gives way by so much at most.
   double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
-  double friction = 0;  // the same one's: Coulomb's coefficient
+  bool is_ahead = false;  // ahead of an instrument's tip, rather than beside its shaft
+  double friction = 0;    // the same one's: Coulomb's coefficient
   Vec3 normal = Vec3::UnitZ();
   std::uint32_t source = 0;  // the owner's; its reaction goes to the same one
 
   template <class A>
   void archive(A& a) {
     a(v, w, point_world_m, target_world_m, target_velocity_m_per_s, unilateral, sticks, largest_force_n,
-      compliance_m_per_n, gives_most_m, friction, normal, source);
+      compliance_m_per_n, gives_most_m, is_ahead, friction, normal, source);
   }
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "sim_server/surface/indentation/contact_places.h"
 #include "sim_server/world/indentation.h"
@@ -13,9 +14,11 @@ namespace {
 constexpr double kLetGo_m = 5e-4;    // this far above the surface a contact ends
 constexpr double kBeneath_m = 3e-4;  // there is tissue this far ahead of what presses
 constexpr const char* kPushedThrough = "it was pushed through, and the skin slipped off";
+constexpr const char* kPressedTooFar = "it was pressed in further than the skin gives way, and the skin slipped off";
 constexpr const char* kThroughWhole = "a part that moves as a whole isn't cut: the blade goes through it";
 constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;   // steps
+constexpr double kBeneath_s = 0.02;    // a blow may get so far ahead of the skin for less
 constexpr double kGoneOn = 3;          // join tolerances: this far from the end of a cut a new one may begin
 
 RuptureThreshold threshold_of(const CuttingSpec& cutting) {
@@ -71,15 +74,15 @@ void EdgeContact::begin_pressing() {
   phase_ = Phase::pressing;
 }
 
-void EdgeContact::enter(const Entry& at) {
+void EdgeContact::enter(const Entry& at, Way way) {
   entry_ = at;
-  came_in_sideways_ = !press_.on_tool().at_tip;
+  came_in_sideways_ = way == Way::sideways;
   phase_ = Phase::cutting;
   stroke_.resistance().release();
 }
 
-void EdgeContact::break_in(const Entry& at) {
-  enter(at);
+void EdgeContact::break_in(const Entry& at, Way way) {
+  enter(at, way);
   rupture_.release();
   constraints_.clear();
   events_.push_back({EventKind::penetrated});
@@ -123,8 +126,7 @@ void EdgeContact::approach(const std::optional<JointPose>& before, std::span<con
   // Also while the tip touches a wall of the cut that the blade is in.
   if (phase_ != Phase::cutting && body_.cut_traits.edge_cuts_anywhere && cuts())
     if (const auto hit = sharp_edge_deep_inside(body_, edge_, *before)) {
-      break_in({edge_.id(), hit->triangle, hit->bary});
-      came_in_sideways_ = true;
+      break_in({edge_.id(), hit->triangle, hit->bary}, Way::sideways);
     }
 }
 
@@ -142,7 +144,7 @@ void EdgeContact::look_along(const JointPose& before, std::span<const JointPose>
 void EdgeContact::look_for_contact(const ToolContact& contact) {
   if (may_enter())
     if (const auto hit = reaches_in(body_, edge_, contact)) {
-      enter(entry_at(*hit));
+      enter(entry_at(*hit), as_it_presses());
       events_.push_back({EventKind::penetrated});
       return;
     }
@@ -171,7 +173,7 @@ bool EdgeContact::enter_open_cut() {
   const auto entry = enters_open_cut(body_, edge_, wall);
   if (!entry) return false;
   if (phase_ == Phase::pressing) events_.push_back({EventKind::contact_ended});
-  break_in(*entry);
+  break_in(*entry, as_it_presses());
   return true;
 }
 
@@ -250,7 +252,7 @@ void EdgeContact::pressed(bool is_active) {
   if (edge_.is_blunt() && slips_through(displacement_m, c.target_world_m - kBeneath_m * normal_))
     return slip_off(kPushedThrough);
   if (!breaks_surface(displacement_m)) return;
-  cuts() ? break_in({edge_.id(), press_.triangle(), press_.bary()}) : slip_off(kThroughWhole);
+  cuts() ? break_in({edge_.id(), press_.triangle(), press_.bary()}, as_it_presses()) : slip_off(kThroughWhole);
 }
 
 bool EdgeContact::breaks_surface(double displacement_m) {
@@ -266,10 +268,17 @@ bool EdgeContact::breaks_surface(double displacement_m) {
   return (tip_breaks || sharp_edge_presses(body_, edge_, press_, normal_)) && rupture_.breaks(displacement_m);
 }
 
+// A ball lies in its dent. Skin that the whole ball is beneath for some time has slipped off it.
+bool EdgeContact::is_beneath_skin() {
+  steps_beneath_ = round_.depth_m() > 2 * edge_.ball_radius_m() ? steps_beneath_ + 1 : 0;
+  return steps_beneath_ * step_s_ > kBeneath_s;
+}
+
 // The instrument stands at the middle of what it presses.
 void EdgeContact::pressed_round(std::span<const Reaction> reactions) {
   const auto middle = round_.deformed(body_, constraints_, reactions);
   if (!middle) return;
+  if (is_beneath_skin()) return slip_off(kPressedTooFar);
   stand_at(middle->nearest);
   point_ = middle->point_world_m;
   const Vec3 home = body_.home_world_m(body_.mesh.triangle(press_.triangle()).v, press_.bary());
@@ -364,7 +373,7 @@ void EdgeContact::rest_in_groove() {
   if (!hit) return set_free();
   if (!hit->entering) return;
   if (opens_from_edge(body_.cut_traits) && edge_.shape().sharp_side_tool && !uncut_tissue_at(body_, edge_, tip)) return;
-  enter({edge_.id(), hit->triangle, hit->bary});
+  enter({edge_.id(), hit->triangle, hit->bary}, as_it_presses());
 }
 
 void EdgeContact::planned(const CutPlan& plan, bool accepted) {

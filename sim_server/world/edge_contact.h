@@ -80,8 +80,8 @@ class EdgeContact {
   template <class A>
   void archive(A& a) {
     a(edge_, opening_before_rad_, phase_, tracker_, press_, round_, rupture_, entry_, came_in_sideways_, stroke_,
-      ended_at_, deep_steps_, groove_searches_, point_, normal_, contact_points_, constraints_, force_n_,
-      said_tip_is_outside_, events_);
+      ended_at_, deep_steps_, steps_beneath_, groove_searches_, point_, normal_, contact_points_, constraints_,
+      force_n_, said_tip_is_outside_, events_);
   }
 
  private:
@@ -102,8 +102,10 @@ class EdgeContact {
   // From one phase to another.
   void set_free();
   void begin_pressing();
-  void enter(const Entry& at);
-  void break_in(const Entry& at);
+  enum class Way : std::uint8_t { tip_first, sideways };
+  Way as_it_presses() const { return press_.on_tool().at_tip ? Way::tip_first : Way::sideways; }
+  void enter(const Entry& at, Way way);
+  void break_in(const Entry& at, Way way);
   void end_cut();
   void slip_off(const char* why);
 
@@ -120,6 +122,7 @@ class EdgeContact {
   void stand_at(const SurfaceSample& sample);
   void pressed(bool is_active);
   void pressed_round(std::span<const Reaction> reactions);
+  bool is_beneath_skin();
   bool slips_through(double displacement_m, const Vec3& ahead_world_m);
   bool breaks_surface(double displacement_m);
 
@@ -148,6 +151,7 @@ class EdgeContact {
   std::optional<Pose> slips_off_;  // tissue with this frame slips off the edge in this step, which ends the stroke
   Vec3 ended_at_ = Vec3::Zero();   // the last cut ended here
   int deep_steps_ = 0;             // in which the instrument pressed deep
+  int steps_beneath_ = 0;          // in which the skin was above all of its ball, one after the other
   std::uint64_t groove_searches_ = 0;
 
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();

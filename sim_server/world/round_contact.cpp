@@ -8,11 +8,17 @@
 namespace sectio {
 namespace {
 
+constexpr double kAhead = 0.5;  // cosine to the axis from which on tissue is ahead of a tip
+
+Vec3 axis_tool_of(const InstrumentShape& shape) {
+  return (shape.b_tool_m - shape.a_tool_m).stableNormalized();
+}
+
 // The ball about the tip; the shaft, when it has a thickness, is no thicker.
 std::vector<MovingCapsule> round_parts(const InstrumentEdge& edge, const Pose& before) {
   const InstrumentShape& shape = edge.shape();
   const double radius_m = edge.ball_radius_m();
-  const Vec3 axis = (shape.b_tool_m - shape.a_tool_m).stableNormalized(), side = shape.c_tool_m - shape.a_tool_m;
+  const Vec3 axis = axis_tool_of(shape), side = shape.c_tool_m - shape.a_tool_m;
   const double shaft_m = std::min(radius_m, (side - side.dot(axis) * axis).norm());
   std::vector<MovingCapsule> parts;
   const auto add = [&](const Vec3& end_tool_m, double part_radius_m) {
@@ -63,6 +69,7 @@ std::vector<PointConstraint> RoundContact::constraints(const Body& body, const I
   const double deepest_m = 0.5 * edge.ball_radius_m();
   const double layer_m_per_pa = std::min(deepest_m, body.engines.deformation->layer_m()) / e_star_pa;
   const bool varies = vary_in_stiffness(body.spec.regions);
+  const Vec3 back_world = edge.pose().orientation * axis_tool_of(edge.shape());
   std::vector<PointConstraint> held;
   for (const SurfaceSample& s : samples_) {
     PointConstraint c;
@@ -73,6 +80,7 @@ std::vector<PointConstraint> RoundContact::constraints(const Body& body, const I
     c.unilateral = true;
     c.friction = m.friction;
     c.gives_most_m = deepest_m;
+    c.is_ahead = s.normal_world.dot(back_world) > kAhead;
     c.compliance_m_per_n = layer_m_per_pa / s.area_rest_m2;
     if (varies) c.compliance_m_per_n /= stiffness_factor_at(body.spec.regions, body.mesh.rest_body_m(c.v[0]));
     held.push_back(c);

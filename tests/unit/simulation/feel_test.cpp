@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -217,6 +218,58 @@ TEST_F(Feel, the_plane_under_a_hand_stays_when_only_the_hand_moves) {
     EXPECT_LT(plane_m[1] - plane_m[0], 1e-4) << hz << " Hz";
     EXPECT_LT(most_m_per_s, 0.06 * 0.0005 * 2 * M_PI * hz) << hz << " Hz";
   }
+}
+
+// A block on a table, and a probe of 1.5 mm radius.
+std::string block_of(const std::string& model) {
+  return R"(session: feel
+step_s: 0.001
+duration_s: 2
+gravity_m_per_s2: [0, 0, 0]
+bodies:
+  - name: block
+    mesh: {file: block.obj, unit: m}
+    pose: {position_world_m: [-0.03, -0.03, 0]}
+    material: {young_pa: 15000, poisson: 0.4, damping_per_s: 30}
+    fixed: {min_world_m: [-1, -1, -1], max_world_m: [1, 1, 0.004]}
+    model: )" +
+         model + (model == "surface_springs" ? "" : "\n    volume: {mesher: lattice, tetrahedra: 4000}") +
+         "\ntools:\n  - {name: rod, kind: probe}\n";
+}
+
+// The elements are wider than the probe: all of it presses within one triangle, whose corners are light.
+TEST_F(Feel, a_thin_probe_that_is_pressed_deep_dents_the_skin_and_does_not_sink_in) {
+  for (const std::string model : {"surface_springs", "tetra_springs", "neo_hookean"}) {
+    SCOPED_TRACE(model);
+    Operation operation(scene(block_of(model)));
+    operation.place(Vec3(0.0013, 0.0021, kTop_m + 0.001));
+    double before_n = 0;
+    for (const double depth_m : {0.004, 0.006, 0.008}) {
+      operation.move(Vec3(0.0013, 0.0021, kTop_m - depth_m), 0.02);
+      operation.rest(100);
+      EXPECT_GT(operation.force_n().norm(), 1.1 * before_n) << depth_m;
+      before_n = operation.force_n().norm();
+    }
+    EXPECT_LT(operation.deepest_m, 0.0015);
+    operation.expect_valid();
+  }
+}
+
+TEST_F(Feel, skin_slips_off_a_probe_that_is_pressed_further_than_tissue_goes_and_the_hand_is_told) {
+  Operation operation(scene(block_of("neo_hookean")));
+  operation.place(Vec3(0.0013, 0.0021, kTop_m + 0.001));
+  operation.move(Vec3(0.0013, 0.0021, 0.006), 0.02);
+  const auto slipped = std::ranges::find_if(operation.events, [](const Event& e) {
+    return e.kind == EventKind::contact_ended && e.text.find("the skin slipped off") != std::string::npos;
+  });
+  ASSERT_NE(slipped, operation.events.end());
+  EXPECT_EQ(operation.force_n().norm(), 0);
+  operation.expect_valid();
+  operation.move(Vec3(0.0013, 0.0021, kTop_m + 0.005), 0.05);
+  operation.rest(500);
+  EXPECT_LT(operation.farthest_from_rest_m(), 0.0005);
+  operation.move(Vec3(0.0013, 0.0021, kTop_m - 0.002), 0.02);
+  EXPECT_EQ(operation.state(), ContactState::contact);
 }
 
 }  // namespace
