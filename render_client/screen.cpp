@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 
 namespace sectio {
@@ -18,9 +19,8 @@ constexpr int kSheetTile_px = 480;
 constexpr double kMostSectionDepth = 0.5;  // times the distance to what the eye looks at
 
 void keep(const Image& image, double sim_time_s) {
-  char path[64];
-  std::snprintf(path, sizeof path, "sectio_%.3f_s.png", sim_time_s);
-  if (try_to_write([&] { write_png(path, image); })) log_info(std::string("kept ") + path);
+  const std::string path = formatted("sectio_%.3f_s.png", sim_time_s);
+  if (try_to_write([&] { write_png(path, image); })) log_info("kept " + path);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "render_client/viewer_options.h"
 
-#include <cstdio>
 #include <utility>
 
 #include "common/core/arguments.h"

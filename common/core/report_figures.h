@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "common/core/formatted.h"
+
 namespace sectio {
 
 // The value below which a fraction q of the samples lies; 0 without samples.
@@ -23,9 +25,7 @@ double quantile(std::vector<T> samples, double q) {
 
 // 16 hexadecimal digits.
 inline std::string hash_text(std::uint64_t hash) {
-  std::array<char, 17> text;
-  std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);
-  return text.data();
+  return formatted("%016" PRIx64, hash);
 }
 
 }  // namespace sectio

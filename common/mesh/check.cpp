@@ -1,9 +1,10 @@
 #include "common/mesh/check.h"
 
 #include <algorithm>
-#include <cstdio>
 
+#include "common/core/formatted.h"
 #include "common/math/disjoint_sets.h"
+#include "common/mesh/enclosed_volume.h"
 
 namespace sectio {
 namespace {
@@ -56,11 +57,7 @@ class SurfaceCheck {
   VertexId upper(std::uint32_t h) const { return std::max(from(h), to(h)); }
   bool same_edge(std::uint32_t g, std::uint32_t h) const { return lower(g) == lower(h) && upper(g) == upper(h); }
 
-  std::string at(const Vec3& p) const {
-    char text[96];
-    std::snprintf(text, sizeof text, "(%.6g, %.6g, %.6g) m", p.x(), p.y(), p.z());
-    return text;
-  }
+  std::string at(const Vec3& p) const { return formatted("(%.6g, %.6g, %.6g) m", p.x(), p.y(), p.z()); }
   std::string edge_text(std::uint32_t h) const {
     const VertexId a = lower(h), b = upper(h);
     return "edge " + std::to_string(a) + "-" + std::to_string(b) + " at " + at(0.5 * (position_[a] + position_[b]));
@@ -186,18 +183,14 @@ class SurfaceCheck {
     }
   }
 
-  // Sums the tetrahedra that the triangles form with a point near the surface (less cancellation than the origin).
   double volume_m3() const {
-    double six_volumes = 0;
-    const Vec3* origin = nullptr;
+    EnclosedVolume volume;
     for (std::uint32_t t = 0; t < triangles(); ++t) {
       if (dead(t)) continue;
       const VertexId* v = &corner_[3 * std::size_t{t}];
-      if (origin == nullptr) origin = &position_[v[0]];
-      const Vec3 a = position_[v[0]] - *origin, b = position_[v[1]] - *origin, c = position_[v[2]] - *origin;
-      six_volumes += a.dot(b.cross(c));
+      volume.add(position_[v[0]], position_[v[1]], position_[v[2]]);
     }
-    return six_volumes / 6;
+    return volume.m3();
   }
 
   std::vector<VertexId> corner_;
@@ -280,6 +273,19 @@ std::vector<std::uint32_t> component_of_triangle(const TriangleMesh& mesh) {
     ++components;
   }
   return label;
+}
+
+std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component) {
+  std::vector<EnclosedVolume> volumes;
+  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
+    if (component[t] == kNone) continue;
+    if (component[t] >= volumes.size()) volumes.resize(component[t] + 1);
+    const auto& [a, b, c] = mesh.triangle(t).v;
+    volumes[component[t]].add(mesh.rest_body_m(a), mesh.rest_body_m(b), mesh.rest_body_m(c));
+  }
+  std::vector<double> m3;
+  for (const EnclosedVolume& volume : volumes) m3.push_back(volume.m3());
+  return m3;
 }
 
 }  // namespace sectio

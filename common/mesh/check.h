@@ -36,5 +36,7 @@ SurfaceReport check_soup(const TriangleSoup& soup);
 
 // Component label (0, 1, ...) of every triangle slot, in the order of their lowest triangle; kNone for dead slots.
 std::vector<std::uint32_t> component_of_triangle(const TriangleMesh& mesh);
+// The volume at rest of each component, by its label.
+std::vector<double> component_rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component);
 
 }  // namespace sectio

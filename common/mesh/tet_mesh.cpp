@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/math/disjoint_sets.h"
 #include "common/mesh/check.h"
 #include "common/mesh/slot_table.h"
@@ -77,9 +78,8 @@ class TetCheck {
   void defect(const char* what, const Vec3& at) {
     if (!report_.valid) return;
     report_.valid = report_.conforming = false;
-    char text[200];
-    std::snprintf(text, sizeof text, "%s at (%.6g, %.6g, %.6g) m", what, at.x(), at.y(), at.z());
-    report_.first_defect = report_.tetrahedra > 0 ? text : what;
+    report_.first_defect =
+        report_.tetrahedra == 0 ? what : formatted("%s at (%.6g, %.6g, %.6g) m", what, at.x(), at.y(), at.z());
   }
   bool check_vertices() {
     for (const Vec3& x : mesh_.vertices_body_m)

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/core/formatted.h"
 #include "common/core/report_figures.h"
 
 namespace sectio {
 namespace {
 
 std::string milliseconds(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f ms", 1e3 * seconds);
-  return text;
+  return formatted("%.1f ms", 1e3 * seconds);
 }
 
 }  // namespace

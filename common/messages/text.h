@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "common/core/formatted.h"
 #include "common/messages/visit.h"
 
 namespace sectio {
@@ -23,11 +24,7 @@ class TextWriter {
 
  private:
   static std::string text_of(bool value) { return value ? "true" : "false"; }
-  static std::string text_of(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.6g", value);
-    return text;
-  }
+  static std::string text_of(double value) { return formatted("%.6g", value); }
   static std::string text_of(float value) { return text_of(static_cast<double>(value)); }
   template <class T>
   requires std::is_integral_v<T>

@@ -1,18 +1,15 @@
 #include "common/messages/validate.h"
 
-#include <cstdio>
+#include "common/core/formatted.h"
 
 namespace sectio {
 
 std::string Validator::flaw_of(double number, Limits own) {
   if (own.contain(number)) return "";
-  char range[64] = "a finite number", text[112];
-  if (own.most < Limits().most)
-    std::snprintf(range, sizeof range, "%.6g to %.6g", own.least, own.most);
-  else if (own.least > Limits().least)
-    std::snprintf(range, sizeof range, ">= %.6g", own.least);
-  std::snprintf(text, sizeof text, ": expected %s, got %.6g", range, number);
-  return text;
+  const std::string range = own.most < Limits().most     ? formatted("%.6g to %.6g", own.least, own.most)
+                            : own.least > Limits().least ? formatted(">= %.6g", own.least)
+                                                         : "a finite number";
+  return formatted(": expected %s, got %.6g", range.c_str(), number);
 }
 
 std::string Validator::at_index(std::size_t index, const std::string& flaw) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/math/low_pass.h"
+
 namespace sectio {
 namespace {
 
@@ -14,10 +16,6 @@ constexpr double kShareOfLoop = 0.8;     // the loop's gain about the resonance,
 constexpr double kShortestFilter_s = 0.002;
 constexpr double kForgets_s = 0.01;     // a correction, where nothing touches
 constexpr double kLeastForce_n = 1e-3;  // smaller ones push in no direction
-
-double share(double dt_s, double filter_s) {
-  return dt_s / (dt_s + filter_s);
-}
 
 bool in_tissue(const ContactModel& model) {
   return model.state == ContactState::penetration;
@@ -107,7 +105,7 @@ Vec3 ContactModelFollower::push(double dt_s) {
     correction_n_ *= std::exp(-dt_s / kForgets_s);
     return Vec3::Zero();
   }
-  correction_n_ += share(dt_s, filter_s_) * (wrong_n_ - correction_n_);
+  correction_n_ += low_pass_share(dt_s, filter_s_) * (wrong_n_ - correction_n_);
   const double pushed_n = force_n(model_, dent) + correction_n_;
   return pushed_n < 0 ? Vec3(Vec3::Zero()) : Vec3(pushed_n * model_.normal_world);  // no number stays none
 }
@@ -120,7 +118,7 @@ Vec3 ContactModelFollower::hold_blade(double dt_s) {
   const double ahead_m = -stretched_m.dot(model_.normal_world), size_m = stretched_m.norm();
   const double most_m = k > 0 && ahead_m > 0 ? std::min(size_m, model_.yield_n / k * ahead_m / size_m) : 0;
   anchor_m_ = tip_.position_m - (size_m > 0 ? most_m / size_m : 0) * stretched_m;
-  side_correction_n_ += share(dt_s, side_filter_s_) * (side_wrong_n_ - side_correction_n_);
+  side_correction_n_ += low_pass_share(dt_s, side_filter_s_) * (side_wrong_n_ - side_correction_n_);
   return limited(k * (anchor_m_ - tip_.position_m) + side_correction_n_,
                  std::max(model_.yield_n, model_.force_world_n.norm()));
 }
@@ -140,7 +138,7 @@ Vec3 ContactModelFollower::drag(const Vec3& push_n, double dt_s) {
     side_correction_n_.setZero();
     return Vec3::Zero();
   }
-  side_correction_n_ += share(dt_s, side_filter_s_) * (side_wrong_n_ - side_correction_n_);
+  side_correction_n_ += low_pass_share(dt_s, side_filter_s_) * (side_wrong_n_ - side_correction_n_);
   const Vec3 wanted_n = sideways(model_, k * (anchor_m_ - tip_.position_m)) + side_correction_n_;
   const Vec3 bounded_n = limited(wanted_n, most_n);
   anchor_m_ += (bounded_n - wanted_n) / k;

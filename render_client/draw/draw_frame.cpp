@@ -7,6 +7,8 @@
 
 #include <Eigen/SVD>
 
+#include "common/core/formatted.h"
+
 namespace sectio {
 
 namespace {
@@ -41,9 +43,7 @@ Shading shading_of(BodySurface surface) {
 }
 
 std::string format(const char* pattern, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), pattern, value);
-  return text.data();
+  return formatted(pattern, value);
 }
 
 // Between gravity and straight down.

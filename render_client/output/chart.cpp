@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "render_client/draw/overlay.h"
 #include "render_client/output/heat_cells.h"
 
@@ -80,9 +81,7 @@ std::vector<double> decades(double low, double high) {
 }
 
 std::string decade_text(double decade) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", std::pow(10.0, decade));
-  return text.data();
+  return formatted("%.3g", std::pow(10.0, decade));
 }
 
 class Chart {

@@ -150,6 +150,75 @@ void LiveView::describe_statuses(JsonText& json, std::span<const ServerStatus* c
   json.close(']');
 }
 
+void LiveView::describe_people(JsonText& json) const {
+  json.key("you").value(session.roster().you).key("people").open('[');
+  for (const Person& p : session.roster().people) {
+    json.open('{').key("id").value(p.id).key("name").value(p.name);
+    json.key("may_write").value(p.may_write).key("may_lead").value(p.may_lead).close('}');
+  }
+  json.close(']');
+}
+
+void LiveView::describe_tools(JsonText& json, std::uint32_t frozen_tools, double now_s) const {
+  const Roster& roster = session.roster();
+  const SceneInfo* scene = session.world().scene();
+  json.key("tools").open('[');
+  for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
+    const JointPose* pose = t < frame_.tools.size() && frame_.tools[t].present ? &frame_.tools[t].pose_world : nullptr;
+    json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
+    json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
+    json.key("frozen").value(is_frozen(frozen_tools, t));
+    json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
+    if (pose) {
+      const Vec3& at = pose->position_m;
+      json.key("at_m").open('[').value(at.x()).value(at.y()).value(at.z()).close(']');
+      describe_place(json, "tip", camera_->project(at, aspect_));
+    }
+    json.close('}');
+  }
+  json.close(']');
+}
+
+void LiveView::describe_bodies(JsonText& json) const {
+  const std::vector<const ReplicaBody*> bodies = session.world().bodies();
+  const std::vector<std::string> names = session.world().body_names();
+  const std::vector<Equality::OfBody> equality = session.equality();
+  json.key("bodies").open('[');
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const TriangleMesh& mesh = bodies[b]->mesh();
+    json.open('{').key("name").value(names[b]).key("revision").value(mesh.revision());
+    json.key("hash").value(hash_text(mesh.hash())).key("equal");
+    if (equality[b].equal)
+      json.value(*equality[b].equal);
+    else
+      json.null();
+    json.close('}');
+  }
+  json.close(']');
+}
+
+void LiveView::describe_lines(JsonText& json) const {
+  json.key("lines").open('[');
+  for (const LiveSession::Line& line : session.lines()) {
+    json.open('{').key("number").value(line.number).key("text").value(line.text);
+    json.key("count").value(line.count).key("time_s").value(line.time_s).close('}');
+  }
+  json.close(']');
+}
+
+void LiveView::describe_hand(JsonText& json) const {
+  const std::optional<JointPose> wanted = wish();
+  json.key("held");
+  if (held_)
+    json.value(*held_);
+  else
+    json.null();
+  json.key("depth_m").value(hand_.depth_m());
+  json.key("presses_beside").value(hand_.presses_beside());
+  json.key("pad").value(pad_leads_).key("headset").value(headset_.has_value());
+  if (held_ && wanted && camera_) describe_place(json, "wish", camera_->project(wanted->position_m, aspect_));
+}
+
 std::string LiveView::describe(double now_s) const {
   JsonText json;
   json.open('{');
@@ -163,77 +232,16 @@ std::string LiveView::describe(double now_s) const {
     json.null();
   json.key("silent").value(silence ? silence->of : "");
   json.key("ended").value(session.world().session_end().has_value());
-
-  const Roster& roster = session.roster();
-  json.key("you").value(roster.you).key("people").open('[');
-  for (const Person& p : roster.people)
-    json.open('{')
-        .key("id")
-        .value(p.id)
-        .key("name")
-        .value(p.name)
-        .key("may_write")
-        .value(p.may_write)
-        .key("may_lead")
-        .value(p.may_lead)
-        .close('}');
-  json.close(']').key("tools").open('[');
-  const SceneInfo* scene = session.world().scene();
   const std::vector<const ServerStatus*> statuses = session.statuses();
-  std::uint32_t frozen = 0;
-  for (const ServerStatus* status : statuses) frozen |= status->frozen_tools;
-  for (std::uint32_t t = 0; scene && t < scene->tools.size(); ++t) {
-    const JointPose* pose = t < frame_.tools.size() && frame_.tools[t].present ? &frame_.tools[t].pose_world : nullptr;
-    json.open('{').key("name").value(scene->tools[t].name).key("present").value(pose != nullptr);
-    json.key("holder").value(t < roster.holders.size() ? roster.holders[t] : kNobody);
-    json.key("frozen").value(is_frozen(frozen, t));
-    json.key("force_n").value(pose ? session.force_n(t, now_s) : 0.0);
-    if (pose) {
-      const Vec3& at = pose->position_m;
-      json.key("at_m").open('[').value(at.x()).value(at.y()).value(at.z()).close(']');
-      describe_place(json, "tip", camera_->project(at, aspect_));
-    }
-    json.close('}');
-  }
-  json.close(']').key("bodies").open('[');
-  const std::vector<const ReplicaBody*> bodies = session.world().bodies();
-  const std::vector<std::string> names = session.world().body_names();
-  const std::vector<Equality::OfBody> equality = session.equality();
-  for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const TriangleMesh& mesh = bodies[b]->mesh();
-    json.open('{').key("name").value(names[b]).key("revision").value(mesh.revision());
-    json.key("hash").value(hash_text(mesh.hash())).key("equal");
-    if (equality[b].equal)
-      json.value(*equality[b].equal);
-    else
-      json.null();
-    json.close('}');
-  }
-  json.close(']').key("lines").open('[');
-  for (const LiveSession::Line& line : session.lines())
-    json.open('{')
-        .key("number")
-        .value(line.number)
-        .key("text")
-        .value(line.text)
-        .key("count")
-        .value(line.count)
-        .key("time_s")
-        .value(line.time_s)
-        .close('}');
-  json.close(']');
+  std::uint32_t frozen_tools = 0;
+  for (const ServerStatus* status : statuses) frozen_tools |= status->frozen_tools;
+  describe_people(json);
+  describe_tools(json, frozen_tools, now_s);
+  describe_bodies(json);
+  describe_lines(json);
   describe_statuses(json, statuses);
   describe_score(json);
-  const std::optional<JointPose> wanted = wish();
-  json.key("held");
-  if (held_)
-    json.value(*held_);
-  else
-    json.null();
-  json.key("depth_m").value(hand_.depth_m());
-  json.key("presses_beside").value(hand_.presses_beside());
-  json.key("pad").value(pad_leads_).key("headset").value(headset_.has_value());
-  if (held_ && wanted && camera_) describe_place(json, "wish", camera_->project(wanted->position_m, aspect_));
+  describe_hand(json);
   json.key("damaged").value(session.damaged());
   return json.close('}').text();
 }

@@ -52,7 +52,12 @@ class LiveView {
   static constexpr double kStillThere_s = 0.5;
 
   void hold(double now_s);
-  void describe_score(class JsonText& json) const;
+  void describe_people(class JsonText& json) const;
+  void describe_tools(JsonText& json, std::uint32_t frozen_tools, double now_s) const;
+  void describe_bodies(JsonText& json) const;
+  void describe_lines(JsonText& json) const;
+  void describe_hand(JsonText& json) const;
+  void describe_score(JsonText& json) const;
   void describe_statuses(JsonText& json, std::span<const ServerStatus* const> statuses) const;
   std::optional<JointPose> instrument() const;  // the instrument that is held, if it is drawn
   std::optional<JointPose> wish() const;

@@ -15,7 +15,7 @@ constexpr double kApartAtRest_m = 0.001;  // walls further from each other are n
 constexpr double kBehindAtRest_m = 1e-4;  // walls with tissue of this thickness between them are not of one cut
 constexpr double kReach_m = 1e-4;         // a gap that counts as contact
 constexpr double kDeepest_m = 0.004;      // a deeper vertex is not behind this lip
-constexpr double kFastM_per_s = 0.5;      // lips meet more slowly
+constexpr double kFast_m_per_s = 0.5;     // lips meet more slowly
 constexpr double kLongestPause = 8;       // steps
 constexpr double kFacing = -0.5;          // cosine of the angle between walls that face each other
 
@@ -145,7 +145,7 @@ void LipFinder::find_contact(const SharedBody& body, VertexId v, Lip& lip, doubl
     facing = area_of(corners).stableNormalized();
     on = t;
   }
-  lip.pause = static_cast<std::uint8_t>(std::min(kLongestPause, std::sqrt(nearest) / (kFastM_per_s * step_s)));
+  lip.pause = static_cast<std::uint8_t>(std::min(kLongestPause, std::sqrt(nearest) / (kFast_m_per_s * step_s)));
   if (on == kNone) return;
   const Vec3 away = at - best.point;
   const double above_m = away.dot(facing);

@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kStillM_per_s = 0.004;  // largest speed of any point at rest
+constexpr double kStill_m_per_s = 0.004;  // largest speed of any point at rest
 constexpr double kStillBeforeSleep_s = 0.2;
 
 // The orientation turned by w h, by Cayley's map, which agrees with the exponential to the third order and needs a
@@ -87,7 +87,7 @@ void RigidBody::rest_at(const Pose& pose_world) {
 
 void RigidBody::rest(bool supported, double radius_m, double step_s) {
   const double fastest = velocity_m_per_s().norm() + radius_m * angular_velocity_rad_per_s().norm();
-  still_s_ = supported && fastest < kStillM_per_s ? still_s_ + step_s : 0;
+  still_s_ = supported && fastest < kStill_m_per_s ? still_s_ + step_s : 0;
   if (still_s_ < kStillBeforeSleep_s) return;
   asleep_ = true;
   momentum_.setZero();

@@ -1,5 +1,4 @@
 // Orders to the servers of a running session.
-#include <cstdio>
 
 #include "common/core/error.h"
 #include "common/dds/network_arguments.h"

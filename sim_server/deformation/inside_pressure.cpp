@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/mesh/enclosed_volume.h"
+
 namespace sectio {
 namespace {
 
@@ -10,14 +12,11 @@ constexpr double kMostPoisson = 0.49;
 // At most this share of V_0 counts, so that a crushed piece opens without a blow.
 constexpr double kMostShare = 0.5;
 
-// The sum over the tetrahedra between each triangle and one vertex, near which it loses nothing.
 template <class At>
 double volume_m3(std::span<const std::array<VertexId, 3>> triangles, const At& at_m) {
-  if (triangles.empty()) return 0;
-  const Vec3 near = at_m(triangles.front()[0]);
-  double six = 0;
-  for (const auto& [a, b, c] : triangles) six += (at_m(a) - near).dot((at_m(b) - near).cross(at_m(c) - near));
-  return six / 6;
+  EnclosedVolume volume;
+  for (const auto& [a, b, c] : triangles) volume.add(at_m(a), at_m(b), at_m(c));
+  return volume.m3();
 }
 
 }  // namespace

@@ -3,8 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
+
+#include "common/core/sort_unique.h"
+#include "common/math/disjoint_sets.h"
 
 namespace sectio {
 namespace {
@@ -21,26 +23,50 @@ RigidAggregates::Mat6f from_parent(const Vec3f& d) {
   return c;
 }
 
-std::uint32_t root_of(std::vector<std::uint32_t>& up, std::uint32_t n) {
-  while (up[n] != n) n = up[n] = up[up[n]];
-  return n;
-}
+using Box = RigidAggregates::Box;
 
-using Box = std::array<int, 3>;
-
-// Numbers the sets of a forest, whose members are `boxes`, along the boxes.
-std::vector<std::uint32_t> numbered(std::vector<std::uint32_t>& up, const std::vector<Box>& boxes,
+// Numbers the sets, whose members are in `boxes`, along the boxes.
+std::vector<std::uint32_t> numbered(DisjointSets& sets, const std::vector<Box>& boxes,
                                     const std::vector<std::uint8_t>& counts, std::uint32_t& count) {
-  std::vector<std::uint32_t> roots, number(up.size(), RigidAggregates::kNoGroup);
-  for (std::uint32_t n = 0; n < up.size(); ++n)
-    if (counts[n] != 0 && root_of(up, n) == n) roots.push_back(n);
+  const auto n_members = static_cast<std::uint32_t>(boxes.size());
+  std::vector<std::uint32_t> roots, number(n_members, RigidAggregates::kNoGroup);
+  for (std::uint32_t n = 0; n < n_members; ++n)
+    if (counts[n] != 0 && sets.root(n) == n) roots.push_back(n);
   std::ranges::stable_sort(roots, {}, [&](std::uint32_t n) { return boxes[n]; });
   count = static_cast<std::uint32_t>(roots.size());
   for (std::uint32_t k = 0; k < count; ++k) number[roots[k]] = k;
-  std::vector<std::uint32_t> group(up.size(), RigidAggregates::kNoGroup);
-  for (std::uint32_t n = 0; n < up.size(); ++n)
-    if (counts[n] != 0) group[n] = number[root_of(up, n)];
+  std::vector<std::uint32_t> group(n_members, RigidAggregates::kNoGroup);
+  for (std::uint32_t n = 0; n < n_members; ++n)
+    if (counts[n] != 0) group[n] = number[sets.root(n)];
   return group;
+}
+
+struct Boxes {
+  std::vector<Box> of_particle;  // none: no particle is free, or nothing joins them
+  double size_m = 0;
+};
+
+Boxes boxes_of(const ParticleGraph& graph) {
+  const std::size_t count = graph.rest_m.size();
+  Eigen::AlignedBox3d box;
+  double edges_m = 0, edges = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (graph.is_free[i] == 0) continue;
+    box.extend(graph.rest_m[i]);
+    for (std::uint32_t n = graph.first[i]; n < graph.first[i + 1]; ++n)
+      edges_m += (graph.rest_m[graph.to[n]] - graph.rest_m[i]).norm(), ++edges;
+  }
+  if (box.isEmpty() || edges == 0) return {};
+  const Vec3 size = box.sizes();
+  std::array<int, 3> axes{0, 1, 2};  // the longest first: groups are numbered along it, which keeps the envelope small
+  std::ranges::stable_sort(axes, [&](int a, int b) { return size[a] > size[b]; });
+  Boxes boxes{std::vector<Box>(count, Box{}), 0};
+  boxes.size_m = kNodesInBox * 0.8 * edges_m / edges;  // edges are longer than cells: along faces, diagonals
+  for (std::uint32_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      boxes.of_particle[i][k] =
+          static_cast<int>(std::floor((graph.rest_m[i] - box.min())[axes[k]] / boxes.size_m + 1e-6));
+  return boxes;
 }
 
 }  // namespace
@@ -57,86 +83,27 @@ RigidAggregates::Mat6f* RigidAggregates::block(std::uint32_t row, std::uint32_t 
 
 void RigidAggregates::divide(const ParticleGraph& graph) {
   levels_.clear();
-  const std::size_t count = graph.rest_m.size();
-  Eigen::AlignedBox3d box;
-  std::size_t free = 0;
-  double edges_m = 0, edges = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (graph.is_free[i] == 0) continue;
-    box.extend(graph.rest_m[i]);
-    ++free;
-    for (std::uint32_t n = graph.first[i]; n < graph.first[i + 1]; ++n)
-      edges_m += (graph.rest_m[graph.to[n]] - graph.rest_m[i]).norm(), ++edges;
-  }
+  const auto count = static_cast<std::uint32_t>(graph.rest_m.size());
   group_.assign(count, kNoGroup);
   arm_.assign(count, Vec4f::Zero());
-  if (free == 0 || edges == 0) return;
-  const Vec3 size = box.sizes();
-  std::array<int, 3> axes{0, 1, 2};  // the longest first: groups are numbered along it, which keeps the envelope small
-  std::ranges::stable_sort(axes, [&](int a, int b) { return size[a] > size[b]; });
-  box_m_ = kNodesInBox * 0.8 * edges_m / edges;  // edges along faces and diagonals of cells are longer than cells
-  std::vector<Box> boxes(count, Box{});
-  for (std::uint32_t i = 0; i < count; ++i)
-    for (std::size_t k = 0; k < 3; ++k)
-      boxes[i][k] = static_cast<int>(std::floor((graph.rest_m[i] - box.min())[axes[k]] / box_m_ + 1e-6));
-  std::vector<std::uint32_t> up(count);
-  std::iota(up.begin(), up.end(), 0u);
+  const auto [boxes, size_m] = boxes_of(graph);
+  if (boxes.empty()) return;
+  box_m_ = size_m;
+  DisjointSets joined(count);
   for (std::uint32_t i = 0; i < count; ++i)
     for (std::uint32_t n = graph.first[i]; n < graph.first[i + 1]; ++n) {
       const std::uint32_t j = graph.to[n];
-      if (graph.is_free[i] == 0 || graph.is_free[j] == 0 || boxes[i] != boxes[j]) continue;
-      const std::uint32_t a = root_of(up, i), b = root_of(up, j);
-      up[std::max(a, b)] = std::min(a, b);
+      if (graph.is_free[i] != 0 && graph.is_free[j] != 0 && boxes[i] == boxes[j]) joined.join(i, j);
     }
   std::uint32_t groups = 0;
-  group_ = numbered(up, boxes, graph.is_free, groups);
+  group_ = numbered(joined, boxes, graph.is_free, groups);
   std::vector<Box> box_of(groups);
   levels_.resize(1);
   levels_[0].particles.assign(groups, 0);
   for (std::uint32_t i = 0; i < count; ++i)
     if (group_[i] != kNoGroup) box_of[group_[i]] = boxes[i], ++levels_[0].particles[group_[i]];
   lay_out(graph);
-  while (levels_.back().particles.size() > kMostExact) {
-    Level& fine = levels_.back();
-    const auto n = static_cast<std::uint32_t>(fine.particles.size());
-    for (Box& b : box_of)
-      for (int& k : b) k /= 2;
-    std::vector<std::uint32_t> tree(n);
-    std::iota(tree.begin(), tree.end(), 0u);
-    for (std::uint32_t a = 0; a < n; ++a)
-      for (std::uint32_t e = fine.first[a]; e < fine.first[a + 1]; ++e) {
-        const std::uint32_t b = fine.columns[e];
-        if (box_of[a] != box_of[b]) continue;
-        const std::uint32_t x = root_of(tree, a), y = root_of(tree, b);
-        tree[std::max(x, y)] = std::min(x, y);
-      }
-    std::uint32_t coarse = 0;
-    fine.parent = numbered(tree, box_of, std::vector<std::uint8_t>(n, 1), coarse);
-    if (coarse == n) {
-      fine.parent.clear();
-      break;
-    }
-    Level next;
-    next.particles.assign(coarse, 0);
-    std::vector<Box> next_box(coarse);
-    std::vector<std::vector<std::uint32_t>> columns(coarse);
-    for (std::uint32_t a = 0; a < n; ++a) {
-      next.particles[fine.parent[a]] += fine.particles[a];
-      next_box[fine.parent[a]] = box_of[a];
-      for (std::uint32_t e = fine.first[a]; e < fine.first[a + 1]; ++e) {
-        const auto [row, column] = std::minmax(fine.parent[a], fine.parent[fine.columns[e]]);
-        columns[row].push_back(column);
-      }
-    }
-    next.first.assign(1, 0);
-    for (auto& row : columns) {
-      std::ranges::sort(row);
-      row.erase(std::unique(row.begin(), row.end()), row.end());
-      next.columns.insert(next.columns.end(), row.begin(), row.end());
-      next.first.push_back(static_cast<std::uint32_t>(next.columns.size()));
-    }
-    box_of = std::move(next_box);
-    levels_.push_back(std::move(next));
+  while (levels_.back().particles.size() > kMostExact && add_level(box_of)) {
   }
   for (Level& level : levels_) {
     const std::size_t n = level.particles.size();
@@ -144,6 +111,50 @@ void RigidAggregates::divide(const ParticleGraph& graph) {
     level.force.resize(n), level.move.resize(n);
     level.blocks.resize(level.columns.size());
   }
+  lay_out_envelope();
+}
+
+// Joins groups in boxes that are twice as wide. False: none were beside each other.
+bool RigidAggregates::add_level(std::vector<Box>& box_of) {
+  Level& fine = levels_.back();
+  const auto n = static_cast<std::uint32_t>(fine.particles.size());
+  for (Box& b : box_of)
+    for (int& k : b) k /= 2;
+  DisjointSets joined(n);
+  for (std::uint32_t a = 0; a < n; ++a)
+    for (std::uint32_t e = fine.first[a]; e < fine.first[a + 1]; ++e)
+      if (box_of[a] == box_of[fine.columns[e]]) joined.join(a, fine.columns[e]);
+  std::uint32_t coarse = 0;
+  fine.parent = numbered(joined, box_of, std::vector<std::uint8_t>(n, 1), coarse);
+  if (coarse == n) {
+    fine.parent.clear();
+    return false;
+  }
+  Level next;
+  next.particles.assign(coarse, 0);
+  std::vector<Box> next_box(coarse);
+  std::vector<std::vector<std::uint32_t>> columns(coarse);
+  for (std::uint32_t a = 0; a < n; ++a) {
+    next.particles[fine.parent[a]] += fine.particles[a];
+    next_box[fine.parent[a]] = box_of[a];
+    for (std::uint32_t e = fine.first[a]; e < fine.first[a + 1]; ++e) {
+      const auto [row, column] = std::minmax(fine.parent[a], fine.parent[fine.columns[e]]);
+      columns[row].push_back(column);
+    }
+  }
+  next.first.assign(1, 0);
+  for (auto& row : columns) {
+    sort_unique(row);
+    next.columns.insert(next.columns.end(), row.begin(), row.end());
+    next.first.push_back(static_cast<std::uint32_t>(next.columns.size()));
+  }
+  box_of = std::move(next_box);
+  levels_.push_back(std::move(next));
+  return true;
+}
+
+// The last level's matrix is kept from the first block of each column on.
+void RigidAggregates::lay_out_envelope() {
   const Level& last = levels_.back();
   const std::size_t n = last.particles.size();
   envelope_ = {};
@@ -167,8 +178,7 @@ void RigidAggregates::lay_out(const ParticleGraph& graph) {
   for (std::uint32_t i = 0; i < group_.size(); ++i) {
     around.assign(1, group_[i]);
     for (std::uint32_t n = graph.first[i]; n < graph.first[i + 1]; ++n) around.push_back(group_[graph.to[n]]);
-    std::ranges::sort(around);
-    around.erase(std::unique(around.begin(), around.end()), around.end());
+    sort_unique(around);
     for (std::size_t a = 0; a < around.size(); ++a)
       for (std::size_t b = a + 1; b < around.size() && around[b] != kNoGroup; ++b) {
         auto& row = columns[around[a]];

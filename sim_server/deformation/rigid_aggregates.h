@@ -36,6 +36,7 @@ Eigen::Matrix3f cross_matrix(const Eigen::MatrixBase<Vector>& a) {
 
 class RigidAggregates {
  public:
+  using Box = std::array<int, 3>;  // its place, in boxes
   using Mat6f = Eigen::Matrix<float, 6, 6>;
   using Mat6 = Eigen::Matrix<double, 6, 6>;
   using Vec6f = Eigen::Matrix<float, 6, 1>;
@@ -79,6 +80,8 @@ class RigidAggregates {
     std::vector<Eigen::Matrix<double, 6, 1>> solution;
   };
   void lay_out(const ParticleGraph& graph);
+  bool add_level(std::vector<Box>& box_of);
+  void lay_out_envelope();
   void coarsen(std::size_t level);
   void factor();
   void solve(const std::vector<Vec6f>& force, std::vector<Vec6f>& move);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/math/low_pass.h"
 
 namespace sectio {
 namespace {
@@ -22,10 +23,6 @@ constexpr double kYieldRises_s = 0.004, kYieldFalls_s = 0.01;
 // The prior weighs as much as kPriorRows samples of a sine of 15 Hz and 20 um: a hand that rests teaches nothing.
 constexpr double kPriorRows = 150, kPriorWay_m = 2e-5, kPriorRate = 2 * std::numbers::pi * 15;
 
-double share(double dt_s, double filter_s) {
-  return dt_s / (dt_s + filter_s);
-}
-
 }  // namespace
 
 const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
@@ -39,7 +36,7 @@ const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
   model_.state = step.state;
   // The constraints of jaws come and go from step to step.
   model_.force_world_n +=
-      (step.is_held ? share(dt, kForceFilter_s) : 1) * (step.reaction_world_n - model_.force_world_n);
+      (step.is_held ? low_pass_share(dt, kForceFilter_s) : 1) * (step.reaction_world_n - model_.force_world_n);
   model_.lever_world_m = step.lever_world_m;
 
   const double pushes_n = step.normal_world.dot(step.reaction_world_n);
@@ -69,7 +66,8 @@ const ContactModel& ContactModelFitter::fit(const ContactStep& step) {
     model_.yield_n = step.is_held ? kNeverYields_n : tissue_.yield_n;
   } else {
     const double force_n = model_.force_world_n.norm(), before_n = std::min(model_.yield_n, force_n + 1);
-    model_.yield_n = before_n + share(dt, force_n > before_n ? kYieldRises_s : kYieldFalls_s) * (force_n - before_n);
+    model_.yield_n =
+        before_n + low_pass_share(dt, force_n > before_n ? kYieldRises_s : kYieldFalls_s) * (force_n - before_n);
   }
   return model_;
 }
@@ -87,7 +85,7 @@ void ContactModelFitter::meet(const ContactStep& step) {
 
 void ContactModelFitter::place(const ContactStep& step) {
   const double dt = step.sim_time_s - model_.sim_time_s;
-  model_.velocity_world_m_per_s += (surface_known_ ? share(dt, kVelocityFilter_s) : 1) *
+  model_.velocity_world_m_per_s += (surface_known_ ? low_pass_share(dt, kVelocityFilter_s) : 1) *
                                    (step.surface_velocity_world_m_per_s - model_.velocity_world_m_per_s);
   surface_known_ = step.surface_known;
   model_.normal_world = step.normal_world;
@@ -104,10 +102,10 @@ void ContactModelFitter::learn(const Vec3& response, double force_n, double dt_s
     mean_response_ = response;
     mean_force_n_ = force_n;
   }
-  mean_response_ += share(dt_s, kMean_s) * (response - mean_response_);
-  mean_force_n_ += share(dt_s, kMean_s) * (force_n - mean_force_n_);
+  mean_response_ += low_pass_share(dt_s, kMean_s) * (response - mean_response_);
+  mean_force_n_ += low_pass_share(dt_s, kMean_s) * (force_n - mean_force_n_);
   const Vec3 varies = response - mean_response_;
-  const double keeps = 1 - share(dt_s, kMemory_s), rows = dt_s / 0.001;
+  const double keeps = 1 - low_pass_share(dt_s, kMemory_s), rows = dt_s / 0.001;
   responses_ = keeps * responses_ + rows * varies * varies.transpose();
   forces_ = keeps * forces_ + rows * (force_n - mean_force_n_) * varies;
 }

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/sort_unique.h"
 #include "common/math/intersect.h"
 #include "sim_server/meshing/lattice.h"
@@ -222,9 +223,8 @@ TetMesh fill_with_lattice(const TriangleSoup& surface, double cell_m, const Rela
   relax(mesh, creases, {}, relaxes);
   const TetReport report = check(mesh);
   if (!report.valid) {
-    char text[120];
-    std::snprintf(text, sizeof text, "cells of %.4g m can't follow the surface: ", cell_m);
-    throw InputError(text + report.first_defect + "; smaller cells may");
+    throw InputError(formatted("cells of %.4g m can't follow the surface: ", cell_m) + report.first_defect +
+                     "; smaller cells may");
   }
   return mesh;
 }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 
 #include "common/core/sort_unique.h"
+#include "common/math/disjoint_sets.h"
 
 namespace sectio {
 namespace {
@@ -60,24 +60,18 @@ SurfaceCreases::SurfaceCreases(const TriangleSoup& surface, double cell_m)
 }
 
 void SurfaceCreases::find_faces(double least_area_m2) {
-  std::vector<std::uint32_t> root(surface_.triangles.size());
-  std::iota(root.begin(), root.end(), 0u);
-  const auto root_of = [&](std::uint32_t t) {
-    while (root[t] != t) t = root[t] = root[root[t]];
-    return t;
-  };
+  DisjointSets faces(surface_.triangles.size());
   const double smooth = std::cos(kSharp_deg * M_PI / 180);
   for (const auto& [edge, t] : sides_of(surface_)) {
     if (t[1] == kNone) continue;
     const Vec3 m = normal_m2(surface_, t[0]), n = normal_m2(surface_, t[1]);
     if (m.dot(n) < smooth * m.norm() * n.norm()) continue;
-    const auto [a, b] = std::minmax({root_of(t[0]), root_of(t[1])});
-    root[b] = a;
+    faces.join(t[0], t[1]);
   }
-  std::vector<double> area_m2(root.size(), 0);
-  for (std::uint32_t t = 0; t < root.size(); ++t) area_m2[root_of(t)] += normal_m2(surface_, t).norm();
-  for (std::uint32_t t = 0; t < root.size(); ++t)
-    face_.push_back(area_m2[root_of(t)] < least_area_m2 ? kNone : root_of(t));
+  std::vector<double> area_m2(surface_.triangles.size(), 0);
+  for (std::uint32_t t = 0; t < area_m2.size(); ++t) area_m2[faces.root(t)] += normal_m2(surface_, t).norm();
+  for (std::uint32_t t = 0; t < area_m2.size(); ++t)
+    face_.push_back(area_m2[faces.root(t)] < least_area_m2 ? kNone : faces.root(t));
 }
 
 void SurfaceCreases::find_creases() {

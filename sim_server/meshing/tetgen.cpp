@@ -15,6 +15,7 @@
 
 #include "common/core/child_process.h"
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "sim_server/meshing/tet_file.h"
 
 namespace sectio {
@@ -71,9 +72,7 @@ std::string run(const std::vector<std::string>& words, double limit_s) {
   } catch (const std::system_error& error) {
     return error.code().message();
   }
-  char text[60];
-  std::snprintf(text, sizeof text, "it took longer than %g s", limit_s);
-  return text;
+  return formatted("it took longer than %g s", limit_s);
 }
 
 }  // namespace

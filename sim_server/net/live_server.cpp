@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/joined.h"
 #include "common/core/log.h"
 #include "common/messages/epoch.h"
@@ -64,9 +65,9 @@ void answer_lag(BudgetPlanner& planner, double behind_s, StepInput& input) {
   input.spare_idle_bodies = budget == Budget::reduced;
   input.overrun.clear();
   if (budget == Budget::kept && !planner.changed()) return;
-  char text[96] = "kept again";
-  if (budget != Budget::kept)
-    std::snprintf(text, sizeof text, "%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
+  const std::string text = budget == Budget::kept
+                               ? "kept again"
+                               : formatted("%s: %.0f ms behind", to_string(budget), 1e3 * std::max(0.0, behind_s));
   if (planner.changed()) input.overrun = text;
   log_limited(LogLevel::warning, to_string(budget), text);
 }
@@ -236,10 +237,8 @@ void LiveServer::go_to(const SessionOrder& order) {
   }
   begin(std::move(next));
   if (anew) return tell(EventKind::begun_anew, "the session begins anew");
-  char text[64];
-  std::snprintf(text, sizeof text, "the session %s from %.2f s", session_.past ? "is shown" : "goes on",
-                session_.time_s());
-  tell(EventKind::sought, text);
+  tell(EventKind::sought,
+       formatted("the session %s from %.2f s", session_.past ? "is shown" : "goes on", session_.time_s()));
 }
 
 // Poses that come meanwhile are not part of the session; that a hand has fallen silent is.

@@ -1,12 +1,12 @@
 #include "sim_server/net/pace.h"
 
-#include <cstdio>
 #include <utility>
+
+#include "common/core/formatted.h"
 
 namespace sectio {
 
 std::optional<Pace::News> Pace::take(const SessionOrder& order) {
-  char text[64];
   switch (order.kind) {
     case OrderKind::pause:
       if (std::exchange(is_paused_, true)) return std::nullopt;
@@ -16,8 +16,7 @@ std::optional<Pace::News> Pace::take(const SessionOrder& order) {
       return News{EventKind::went_on, "the session goes on"};
     case OrderKind::set_speed:
       speed_ = order.speed;
-      std::snprintf(text, sizeof text, "the session runs at %.3g times the clock", speed_);
-      return News{EventKind::speed_set, text};
+      return News{EventKind::speed_set, formatted("the session runs at %.3g times the clock", speed_)};
     default:
       return std::nullopt;
   }

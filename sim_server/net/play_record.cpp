@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/core/stop_signal.h"
 #include "common/messages/epoch.h"
@@ -58,11 +59,7 @@ class RecordServer {
   }
 
  private:
-  static std::string seconds(double time_s) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2f s", time_s);
-    return text;
-  }
+  static std::string seconds(double time_s) { return formatted("%.2f s", time_s); }
 
   SceneInfo scene() {
     SceneInfo scene = record_.world().scene();

@@ -1,10 +1,10 @@
 #include "sim_server/net/played_record.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/dds/qos.h"
 
@@ -71,9 +71,7 @@ void PlayedRecord::pass_damage() {
     begin_at(place);
     while (next_ && !world_.can_be_shown()) step_on();
     if (!world_.can_be_shown()) continue;
-    char text[64];
-    std::snprintf(text, sizeof text, "it goes on at %.2f s", time_s_);
-    tell_damage(at, text);
+    tell_damage(at, formatted("it goes on at %.2f s", time_s_));
     return world_.begin_elsewhere();
   }
   world_ = std::move(before);

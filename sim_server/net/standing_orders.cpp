@@ -1,10 +1,10 @@
 #include "sim_server/net/standing_orders.h"
 
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/core/write_file.h"
 
@@ -21,11 +21,10 @@ std::string path_in(const std::string& directory) {
 
 void keep(const StandingOrders& orders, const std::string& directory) {
   if (directory.empty()) return;
-  char text[128];
-  std::snprintf(text, sizeof text, "speed %.17g\npaused %d\nfrozen_tools %u\n", orders.speed, orders.is_paused ? 1 : 0,
-                orders.frozen_tools);
+  const std::string text = formatted("speed %.17g\npaused %d\nfrozen_tools %u\n", orders.speed,
+                                     orders.is_paused ? 1 : 0, orders.frozen_tools);
   try {
-    write_file(path_in(directory), std::string_view(text));
+    write_file(path_in(directory), text);
   } catch (const InputError& error) {
     log_warning(std::string(error.what()) + ": a server that goes on after a crash won't know of this order");
   }

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/dds/endpoints.h"
 #include "common/dds/find_session.h"
 #include "common/messages/link.h"
@@ -31,9 +32,7 @@ std::string number(double x, bool known) {
 std::string pace_of(double speed) {
   if (speed == 0) return "paused";
   if (speed == 1) return "in real time";
-  char text[40];
-  std::snprintf(text, sizeof text, "at %.3g times the clock", speed);
-  return text;
+  return formatted("at %.3g times the clock", speed);
 }
 
 std::string text_of(const ServerStatus& status, const SceneInfo& scene) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/core/formatted.h"
 #include "common/core/log.h"
 #include "common/math/hash.h"
 #include "sim_server/prepare/cache_folder.h"
@@ -152,9 +153,7 @@ fs::path plans_folder() {
 }
 
 std::string hex(std::uint64_t key) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(key));
-  return text.data();
+  return formatted("%016llx", static_cast<unsigned long long>(key));
 }
 
 fs::path file_of(std::uint64_t key) {

@@ -2,16 +2,15 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
+
+#include "common/core/formatted.h"
 
 namespace sectio {
 namespace {
 
 std::string short_number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", x);
-  return text;
+  return formatted("%g", x);
 }
 
 // The symbol of a word in a key's name; empty: it is no unit.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/core/formatted.h"
 #include "common/core/joined.h"
 #include "sim_server/instruments/instrument.h"
 #include "sim_server/scene/scene.h"
@@ -26,15 +27,11 @@ A scene is a YAML file: the tissue, the instruments, and the world around them. 
 )";
 
 std::string number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", x);
-  return text;
+  return formatted("%.6g", x);
 }
 
 std::string vector(const Vec3& v) {
-  char text[96];
-  std::snprintf(text, sizeof text, "[%.6g, %.6g, %.6g]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);  // no -0
-  return text;
+  return formatted("[%.6g, %.6g, %.6g]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);  // no -0
 }
 
 std::string type_of(const Key& key) {

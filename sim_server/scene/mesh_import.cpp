@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "sim_server/scene/mesh_mend.h"
 #include "sim_server/scene/mesh_process.h"
 #include "sim_server/scene/self_intersection.h"
@@ -51,12 +52,9 @@ void refuse_slivers(const TriangleSoup& soup, const std::string& path) {
 std::string goes_through_itself(const SelfIntersections& found) {
   if (found.pairs.empty()) return "triangles crowd so closely that self-intersections can't be searched for";
   const TrianglePair& first = found.pairs.front();
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "goes through itself: %s%zu pairs of triangles, the first %u and %u at (%.6g, %.6g, %.6g) m",
-                found.complete ? "" : "at least ", found.pairs.size(), first.a, first.b, first.point.x(),
-                first.point.y(), first.point.z());
-  return text;
+  return formatted("goes through itself: %s%zu pairs of triangles, the first %u and %u at (%.6g, %.6g, %.6g) m",
+                   found.complete ? "" : "at least ", found.pairs.size(), first.a, first.b, first.point.x(),
+                   first.point.y(), first.point.z());
 }
 
 }  // namespace

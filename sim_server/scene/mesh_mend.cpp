@@ -7,6 +7,7 @@
 
 #include "common/math/hash.h"
 #include "common/math/solid_angle.h"
+#include "common/mesh/enclosed_volume.h"
 
 namespace sectio {
 namespace {
@@ -212,12 +213,9 @@ class Orienter {
   }
 
   double volume(std::uint32_t c) const {
-    double six = 0;
-    const Vec3 origin = at(members_[c][0], 0);
-    for (const std::uint32_t t : members_[c]) {
-      six += (at(t, 0) - origin).dot((at(t, 1) - origin).cross(at(t, 2) - origin));
-    }
-    return six / 6;
+    EnclosedVolume volume;
+    for (const std::uint32_t t : members_[c]) volume.add(at(t, 0), at(t, 1), at(t, 2));
+    return volume.m3();
   }
   const Vec3& at(std::uint32_t t, std::size_t i) const { return soup_.vertices_body_m[soup_.triangles[t][i]]; }
 

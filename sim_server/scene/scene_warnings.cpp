@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
+#include "common/core/formatted.h"
 #include "common/math/disjoint_sets.h"
 #include "common/math/solid_angle.h"
 
@@ -21,12 +21,6 @@ constexpr double kBelowFloor_m = 0.001;
 // All soft tissue lies within.
 constexpr double kSoftest_pa = 100, kStiffest_pa = 1e7;
 constexpr double kLightest_kg_per_m3 = 200, kHeaviest_kg_per_m3 = 3000;
-
-std::string format(const char* form, double a, double b) {
-  char text[160];
-  std::snprintf(text, sizeof text, form, a, b);
-  return text;
-}
 
 using Box3 = Eigen::AlignedBox3d;
 
@@ -72,10 +66,10 @@ void check_material(const BodySpec& body, std::vector<std::string>& warnings) {
   const MaterialSpec& m = body.material;
   if (m.young_pa < kSoftest_pa || m.young_pa > kStiffest_pa)
     warnings.push_back(body.name +
-                       format(": young_pa is %.4g; soft tissue has %.4g Pa to 10 MPa", m.young_pa, kSoftest_pa));
+                       formatted(": young_pa is %.4g; soft tissue has %.4g Pa to 10 MPa", m.young_pa, kSoftest_pa));
   if (m.density_kg_per_m3 < kLightest_kg_per_m3 || m.density_kg_per_m3 > kHeaviest_kg_per_m3)
-    warnings.push_back(body.name + format(": density_kg_per_m3 is %.4g; tissue has %.4g to 3000 kg/m3",
-                                          m.density_kg_per_m3, kLightest_kg_per_m3));
+    warnings.push_back(body.name + formatted(": density_kg_per_m3 is %.4g; tissue has %.4g to 3000 kg/m3",
+                                             m.density_kg_per_m3, kLightest_kg_per_m3));
 }
 
 // The vertices that are simulated, in the frame of the mesh.
@@ -138,8 +132,8 @@ void check_floor(const BodySpec& body, const Scene& scene, std::vector<std::stri
   if (!scene.floor_z_m || body.mesh.vertices_body_m.empty()) return;
   const double below_m = *scene.floor_z_m - box_of(in_world(body)).min().z();
   if (below_m > kBelowFloor_m)
-    warnings.push_back(body.name +
-                       format(": it reaches %.4g mm below the floor at z = %.4g m", 1e3 * below_m, *scene.floor_z_m));
+    warnings.push_back(
+        body.name + formatted(": it reaches %.4g mm below the floor at z = %.4g m", 1e3 * below_m, *scene.floor_z_m));
 }
 
 void check_regions(const BodySpec& body, std::vector<std::string>& warnings) {
@@ -157,9 +151,9 @@ void check_regions(const BodySpec& body, std::vector<std::string>& warnings) {
 void check_plan(const BodySpec& body, std::vector<std::string>& warnings) {
   const PlanSpec& plan = body.plan;
   if (!plan.cut_cpu_estimate || *plan.cut_cpu_estimate <= plan.cpu_budget) return;
-  warnings.push_back(body.name + format(": while it is cut it is expected to cost %.2g s of the processor's time a "
-                                        "second; its cpu_budget is %.2g",
-                                        *plan.cut_cpu_estimate, plan.cpu_budget));
+  warnings.push_back(body.name + formatted(": while it is cut it is expected to cost %.2g s of the processor's time a "
+                                           "second; its cpu_budget is %.2g",
+                                           *plan.cut_cpu_estimate, plan.cpu_budget));
 }
 
 bool comes_near(const ToolSpec& tool, const std::vector<Vec3>& vertices) {
@@ -186,15 +180,16 @@ void check_opening(const ToolSpec& tool, std::vector<std::string>& warnings) {
   const double first_rad = tool.trace.front().opening_rad;
   if (std::ranges::all_of(tool.trace, [&](const TracePoint& at) { return at.opening_rad == first_rad; }))
     warnings.push_back("tool " + tool.name +
-                       format(": its jaws never move: opening_rad is %.4g in all of its trace", first_rad, 0));
+                       formatted(": its jaws never move: opening_rad is %.4g in all of its trace", first_rad));
 }
 
 void check_trace(const ToolSpec& tool, const Scene& scene, double duration_s, std::vector<std::string>& warnings) {
   if (tool.trace.empty()) return;
   const double end_s = tool.trace.back().time_s;
   if (end_s > duration_s + kOutlasts_s)
-    warnings.push_back("tool " + tool.name +
-                       format(": its trace lasts %.4g s, the run %.4g s; the rest is not played", end_s, duration_s));
+    warnings.push_back(
+        "tool " + tool.name +
+        formatted(": its trace lasts %.4g s, the run %.4g s; the rest is not played", end_s, duration_s));
   if (scene.bodies.size() < scene.world_bodies.size()) return;  // it may be meant for a body of another server
   const auto near = [&](const BodySpec& body) { return comes_near(tool, in_world(body)); };
   if (std::ranges::none_of(scene.bodies, near))

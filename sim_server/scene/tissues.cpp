@@ -1,9 +1,9 @@
 #include "sim_server/scene/tissues.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 
 namespace sectio {
 namespace {
@@ -70,9 +70,7 @@ const MeasuredTissue kTissues[] = {
 
 std::string cell(const std::optional<Measured>& constant) {
   if (!constant) return " |";
-  char text[96];
-  std::snprintf(text, sizeof text, " %g (%s) |", constant->value, constant->work);
-  return text;
+  return formatted(" %g (%s) |", constant->value, constant->work);
 }
 
 }  // namespace

@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/core/formatted.h"
+
 namespace sectio {
 namespace {
 
 bool has_edge(const ToolSpec& tool) {
   const InstrumentShape shape = instrument_of(tool.kind).shape(tool.geometry, {tool.intensity, 0, 0});
   return (shape.edge_tip_tool_m - shape.edge_heel_tool_m).norm() > 0;
-}
-
-std::string format(const char* form, double a, double b) {
-  char text[160];
-  std::snprintf(text, sizeof text, form, a, b);
-  return text;
 }
 
 }  // namespace
@@ -39,12 +35,12 @@ std::string BladeWatch::reason(std::uint32_t tool, const Blade& blade) const {
     const BodySpec& body = scene_.bodies[blade.body_id];
     const auto force = body.cutting.threshold_force_n, displacement = body.cutting.threshold_displacement_m;
     if (force && blade.largest_force_n < *force)
-      return format("it pushed with %.3g N at most, and threshold_force_n is %.3g N in ", blade.largest_force_n,
-                    *force) +
+      return formatted("it pushed with %.3g N at most, and threshold_force_n is %.3g N in ", blade.largest_force_n,
+                       *force) +
              body.name;
     if (displacement)
-      return format("threshold_displacement_m, %.3g mm, was not reached (%.3g N at most) in ", 1e3 * *displacement,
-                    blade.largest_force_n) +
+      return formatted("threshold_displacement_m, %.3g mm, was not reached (%.3g N at most) in ", 1e3 * *displacement,
+                       blade.largest_force_n) +
              body.name;
   }
   return "its edge never crossed the surface";

@@ -15,18 +15,6 @@ namespace {
 constexpr double kCell_m = 2e-3;
 constexpr double kBesideGroove_m = 5e-4;  // corners of walls that face each other lie no further apart than this
 
-// By component.
-std::vector<double> rest_volumes_m3(const TriangleMesh& mesh, std::span<const std::uint32_t> component) {
-  std::vector<double> volume_m3;
-  for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
-    if (component[t] == kNone) continue;
-    if (component[t] >= volume_m3.size()) volume_m3.resize(component[t] + 1);
-    const auto& [a, b, c] = mesh.triangle(t).v;
-    volume_m3[component[t]] += mesh.rest_body_m(a).dot(mesh.rest_body_m(b).cross(mesh.rest_body_m(c))) / 6;
-  }
-  return volume_m3;
-}
-
 // Corners of walls by the cell of space in which they lie.
 class Places {
  public:
@@ -70,7 +58,7 @@ std::size_t count_cuts(std::span<const CutSurface> surfaces) {
   for (const CutSurface& surface : surfaces) {
     const TriangleMesh& mesh = *surface.mesh;
     const std::vector<std::uint32_t> component = component_of_triangle(mesh);
-    const std::vector<double> volume_m3 = rest_volumes_m3(mesh, component);
+    const std::vector<double> volume_m3 = component_rest_volumes_m3(mesh, component);
     const double near_m = std::min(surface.groove_m + kBesideGroove_m, kCell_m);
     for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
       const Triangle& triangle = mesh.triangle(t);

@@ -1,8 +1,8 @@
 #include "sim_server/session/exercise_score.h"
 
 #include <algorithm>
-#include <cstdio>
 
+#include "common/core/formatted.h"
 #include "common/mesh/check.h"
 #include "sim_server/instruments/instrument.h"
 
@@ -15,9 +15,7 @@ constexpr double kTouches_m = 1e-4;     // into the floor or side of a bin, whic
 constexpr double kWhole = 0.999;        // share of a volume that is measured on a grid
 
 std::string line(const char* format, double a, double b) {
-  char text[160];
-  std::snprintf(text, sizeof text, format, a, b);
-  return text;
+  return formatted(format, a, b);
 }
 
 Vec3 edge_world_m(const ToolSpec& tool, const JointPose& pose) {

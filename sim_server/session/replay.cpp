@@ -6,6 +6,7 @@
 #include <numeric>
 #include <vector>
 
+#include "common/core/formatted.h"
 #include "common/core/report_figures.h"
 #include "common/core/write_file.h"
 #include "common/delta/journal.h"
@@ -18,11 +19,9 @@ std::string line_of(const JournalScalars& scalars, const std::string& body) {
   const std::vector<float>& values = scalars.field.values;
   if (values.empty()) return {};
   const auto [least, most] = std::ranges::minmax(values);
-  char text[256];
-  std::snprintf(text, sizeof text, "%s: %s at step %" PRIu64 ": %.4g to %.4g, mean %.4g\n", body.c_str(),
-                scalars.field.name.c_str(), scalars.step, static_cast<double>(least), static_cast<double>(most),
-                std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size()));
-  return text;
+  return formatted("%s: %s at step %" PRIu64 ": %.4g to %.4g, mean %.4g\n", body.c_str(), scalars.field.name.c_str(),
+                   scalars.step, static_cast<double>(least), static_cast<double>(most),
+                   std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size()));
 }
 
 std::string csv_of(const ScalarField& field) {

@@ -1,8 +1,6 @@
 #include "sim_server/session/run_outcome.h"
 
 #include <algorithm>
-#include <array>
-#include <map>
 
 #include "common/mesh/check.h"
 #include "sim_server/session/count_cuts.h"
@@ -22,31 +20,23 @@ struct Part {
 std::vector<Part> parts_of(const BodySpec& spec, const TriangleMesh& mesh, PositionsView positions_world_m,
                            std::uint32_t family) {
   const std::vector<std::uint32_t> component = component_of_triangle(mesh);
-  std::map<std::uint32_t, Part> parts;
-  std::map<std::uint32_t, std::pair<Vec3, std::size_t>> way;  // sum over corners
+  std::vector<Part> parts;
+  for (const double volume_m3 : component_rest_volumes_m3(mesh, component))
+    parts.push_back({.family = family, .rest_volume_m3 = volume_m3});
+  std::vector<Vec3> way_m(parts.size(), Vec3::Zero());  // sum over corners
+  std::vector<double> corners(parts.size(), 0);
   for (TriangleId t = 0; t < mesh.triangle_slots(); ++t) {
     if (component[t] == kNone) continue;
-    Part& part = parts[component[t]];
-    auto& [sum, corners] = way.try_emplace(component[t], Vec3::Zero(), 0).first->second;
-    std::array<Vec3, 3> rest;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const VertexId v = mesh.triangle(t).v[k];
-      rest[k] = mesh.rest_body_m(v);
-      const Vec3 moved = positions_world_m[v].cast<double>() - spec.pose.to_world(rest[k]);
-      part.furthest_m = std::max(part.furthest_m, moved.norm());
-      sum += moved;
-      ++corners;
+    for (const VertexId v : mesh.triangle(t).v) {
+      const Vec3 moved_m = positions_world_m[v].cast<double>() - spec.pose.to_world(mesh.rest_body_m(v));
+      Part& part = parts[component[t]];
+      part.furthest_m = std::max(part.furthest_m, moved_m.norm());
+      way_m[component[t]] += moved_m;
+      ++corners[component[t]];
     }
-    part.rest_volume_m3 += rest[0].dot(rest[1].cross(rest[2])) / 6;
   }
-  std::vector<Part> list;
-  for (auto& [id, part] : parts) {
-    const auto& [sum, corners] = way.at(id);
-    part.middle_moved_m = sum.norm() / static_cast<double>(corners);
-    part.family = family;
-    list.push_back(part);
-  }
-  return list;
+  for (std::size_t p = 0; p < parts.size(); ++p) parts[p].middle_moved_m = way_m[p].norm() / corners[p];
+  return parts;
 }
 
 // Half the length of all lips at rest: a cut has two.

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/core/formatted.h"
 #include "common/core/write_file.h"
 #include "sim_server/scene/yaml_value.h"
 #include "sim_server/session/run_files.h"
@@ -11,9 +12,7 @@ namespace sectio {
 namespace {
 
 std::string exactly(double x) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", x);
-  return text;
+  return formatted("%.17g", x);
 }
 
 std::string trace_text(const std::vector<TracePoint>& trace) {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/material/region_volumes.h"
 #include "common/mesh/check.h"
 #include "sim_server/collision/surface_tree.h"
@@ -99,12 +100,9 @@ BodyEngines engines_around(std::unique_ptr<VolumeModel> model, VolumePart part, 
 constexpr double kCells = 2000;  // in a body whose scene doesn't say how large they are
 
 std::string note_on(const HexSolid& solid) {
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
-                solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
-                1e3 * solid.explicit_limit_s());
-  return text;
+  return formatted("hexahedra: %zu of %.2g mm, %zu nodes, stable step %.3g ms at rest, which no cut makes shorter",
+                   solid.lattice().cells.size(), 1e3 * solid.lattice().grid.cell_m, solid.lattice().nodes.size(),
+                   1e3 * solid.explicit_limit_s());
 }
 
 BodyEngines spring_engines(const EngineSite& site, VolumePart part, TetSpringOptions options) {

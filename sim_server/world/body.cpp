@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/sort_unique.h"
 #include "sim_server/bodies/touched_vertices.h"
 #include "sim_server/deformation/shape_matching.h"
@@ -24,9 +25,7 @@ constexpr std::size_t kPatch = 40;  // vertices that tell how tissue has turned
 constexpr double kTilts_rad = 0.2;  // so far the rim of a dent may turn them
 
 std::string percent(double fraction) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f %%", 100 * fraction);
-  return text;
+  return formatted("%.0f %%", 100 * fraction);
 }
 
 double pixel_rad(const Camera& camera) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "common/core/formatted.h"
+#include "common/mesh/enclosed_volume.h"
 
 namespace sectio {
 namespace {
@@ -23,35 +25,22 @@ bool within(std::span<const Vec4f> entries, float bound) {
 
 constexpr auto kReach_m = static_cast<float>(kWorldReach_m), kSpeed_m_per_s = static_cast<float>(kMostSpeed_m_per_s);
 
-// Six times the volume, now and at rest.
-std::pair<double, double> volumes(const TriangleMesh& mesh, const ParticleView& particles) {
-  double now = 0, rest = 0;
-  const auto triangles = mesh.triangles();
-  const auto first = std::ranges::find_if(triangles, [](const Triangle& t) { return t.alive(); });
-  if (first == triangles.end()) return {};
-  const Vec3 from = particles.position(first->v[0]), from_rest = mesh.rest_body_m(first->v[0]);
-  for (const Triangle& t : triangles) {
+std::pair<double, double> volumes_now_and_at_rest_m3(const TriangleMesh& mesh, const ParticleView& particles) {
+  EnclosedVolume now, rest;
+  for (const Triangle& t : mesh.triangles()) {
     if (!t.alive()) continue;
-    const auto at = [&](std::size_t k) -> Vec3 { return particles.position(t.v[k]) - from; };
-    const auto at_rest = [&](std::size_t k) -> Vec3 { return mesh.rest_body_m(t.v[k]) - from_rest; };
-    now += at(0).dot(at(1).cross(at(2)));
-    rest += at_rest(0).dot(at_rest(1).cross(at_rest(2)));
+    now.add(particles.position(t.v[0]), particles.position(t.v[1]), particles.position(t.v[2]));
+    rest.add(mesh.rest_body_m(t.v[0]), mesh.rest_body_m(t.v[1]), mesh.rest_body_m(t.v[2]));
   }
-  return {now, rest};
-}
-
-std::string text(const char* format, double a, double b = 0) {
-  char line[128];
-  std::snprintf(line, sizeof line, format, a, b);
-  return line;
+  return {now.m3(), rest.m3()};
 }
 
 std::string describe(const ParticleState& particles, VertexId v) {
   const Vec3 x = particles.position_world_m[v].head<3>().cast<double>();
   const Vec3 u = particles.velocity_world_m_per_s[v].head<3>().cast<double>();
-  if (!x.allFinite() || !u.allFinite()) return text("vertex %.0f is not finite", v);
-  if (x.cwiseAbs().maxCoeff() > kWorldReach_m) return text("vertex %.0f is %.3g m away", v, x.norm());
-  return text("vertex %.0f moves at %.3g m/s", v, u.norm());
+  if (!x.allFinite() || !u.allFinite()) return formatted("vertex %u is not finite", v);
+  if (x.cwiseAbs().maxCoeff() > kWorldReach_m) return formatted("vertex %u is %.3g m away", v, x.norm());
+  return formatted("vertex %u moves at %.3g m/s", v, u.norm());
 }
 
 // Any explosion leaves some of the body nearer than that.
@@ -87,11 +76,12 @@ void Recovery::keep(const SharedBody& body, const DeformationEngine& deformation
 
 std::optional<std::string> Recovery::flaw(const SharedBody& body, const DeformationEngine& deformation) {
   if (const VertexId bad = first_beyond_bounds(body.particles); bad != kNone) return describe(body.particles, bad);
-  if (const VertexId bad = deformation.first_bad_vertex(); bad != kNone) return text("vertex %.0f was not finite", bad);
+  if (const VertexId bad = deformation.first_bad_vertex(); bad != kNone)
+    return formatted("vertex %u was not finite", bad);
   if (steps_ % kMeasureEvery != 0) return std::nullopt;
-  const auto [now, rest] = volumes(body.mesh, body.particles.view());
+  const auto [now, rest] = volumes_now_and_at_rest_m3(body.mesh, body.particles.view());
   if (!(rest > 0) || (now >= kLeastVolume * rest && now <= kMostVolume * rest)) return std::nullopt;
-  return text("it has %.3g of its volume", now / rest);
+  return formatted("it has %.3g of its volume", now / rest);
 }
 
 Recovery::Remedy Recovery::next_remedy(double step_s) {

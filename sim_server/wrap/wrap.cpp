@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <unordered_map>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
+#include "common/math/disjoint_sets.h"
 #include "common/math/intersect.h"
 #include "common/mesh/check.h"
+#include "common/mesh/enclosed_volume.h"
 #include "sim_server/wrap/remesh.h"
 #include "sim_server/wrap/surface_field.h"
 
@@ -27,18 +29,13 @@ constexpr double kLayerCells = 1.75;  // so thick is the layer of balls that bou
 
 // Labels of triangles that share vertices, from 0.
 std::vector<std::uint32_t> parts_of(const TriangleSoup& soup, std::uint32_t& count) {
-  std::vector<std::uint32_t> root(soup.vertices_body_m.size());
-  std::iota(root.begin(), root.end(), 0u);
-  const auto find = [&](std::uint32_t v) {
-    while (root[v] != v) v = root[v] = root[root[v]];
-    return v;
-  };
+  DisjointSets together(soup.vertices_body_m.size());
   for (const auto& t : soup.triangles)
-    for (const VertexId v : {t[1], t[2]}) root[std::max(find(v), find(t[0]))] = std::min(find(v), find(t[0]));
+    for (const VertexId v : {t[1], t[2]}) together.join(v, t[0]);
   std::vector<std::uint32_t> label(soup.vertices_body_m.size(), kNone), of(soup.triangles.size());
   count = 0;
   for (std::size_t t = 0; t < of.size(); ++t) {
-    std::uint32_t& name = label[find(soup.triangles[t][0])];
+    std::uint32_t& name = label[together.root(soup.triangles[t][0])];
     if (name == kNone) name = count++;
     of[t] = name;
   }
@@ -79,12 +76,12 @@ double area_m2(const TriangleSoup& soup) {
   return area;
 }
 double volume_of(const TriangleSoup& soup, std::span<const std::uint32_t> triangles) {
-  double six = 0;
+  EnclosedVolume volume;
   for (const std::uint32_t t : triangles) {
-    const auto& c = soup.triangles[t];
-    six += soup.vertices_body_m[c[0]].dot(soup.vertices_body_m[c[1]].cross(soup.vertices_body_m[c[2]]));
+    const auto& [a, b, c] = soup.triangles[t];
+    volume.add(soup.vertices_body_m[a], soup.vertices_body_m[b], soup.vertices_body_m[c]);
   }
-  return six / 6;
+  return volume.m3();
 }
 double volume_of(const TriangleSoup& soup) {
   std::vector<std::uint32_t> all(soup.triangles.size());
@@ -346,13 +343,11 @@ Wrapped wrap(const TriangleSoup& given, double size_m, double fill_sizes) {
 }
 
 std::string to_string(const Wrapped& w) {
-  char text[256];
-  std::snprintf(text, sizeof text,
-                "wrapped: %zu triangles of %.3g mm, smallest angle %.0f deg, %.5g ml, at most %.3g mm and on average "
-                "%.2g mm from what was given%s",
-                w.soup.triangles.size(), 1e3 * w.size_m, w.least_angle_rad * 180 / M_PI, 1e6 * w.volume_m3,
-                1e3 * w.furthest_m, 1e3 * w.mean_far_m, w.bubbles > 0 ? ", hollows filled" : "");
-  return text;
+  return formatted(
+      "wrapped: %zu triangles of %.3g mm, smallest angle %.0f deg, %.5g ml, at most %.3g mm and on average "
+      "%.2g mm from what was given%s",
+      w.soup.triangles.size(), 1e3 * w.size_m, w.least_angle_rad * 180 / M_PI, 1e6 * w.volume_m3, 1e3 * w.furthest_m,
+      1e3 * w.mean_far_m, w.bubbles > 0 ? ", hollows filled" : "");
 }
 
 }  // namespace sectio

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "common/core/error.h"
+#include "common/core/formatted.h"
 #include "common/core/sort_unique.h"
 #include "common/math/disjoint_sets.h"
 
@@ -267,11 +268,8 @@ Grid grid_around(const TetMesh& mesh, double cell_m) {
   if (!(((box.sizes() / cell_m).array() + 1).prod() < 5e6))
     throw InputError("volume: cell_m is too small: the body would have more than 5 million cells");
   if (const double length_m = box.sizes().maxCoeff(); cell_m > length_m) {
-    char text[120];
-    std::snprintf(text, sizeof text,
-                  "volume: cell_m: a cell of %.3g m is larger than the whole body, which is %.3g m long", cell_m,
-                  length_m);
-    throw InputError(text);
+    throw InputError(formatted("volume: cell_m: a cell of %.3g m is larger than the whole body, which is %.3g m long",
+                               cell_m, length_m));
   }
   return {box.min(), cell_m};
 }

@@ -12,7 +12,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kLeastAreaM2 = 4e-6;      // an island's skin at rest: a crumb between two cuts stays on its ground
+constexpr double kLeastArea_m2 = 4e-6;     // an island's skin at rest: a crumb between two cuts stays on its ground
 constexpr std::size_t kMostOfCrumb = 200;  // triangles
 
 // A breadth-first search over skin.
@@ -159,7 +159,7 @@ std::optional<std::vector<TriangleId>> crumb_at(const MeshDraft& draft, const Ri
   std::vector<TriangleId> skin;
   std::ranges::copy_if(crumb, std::back_inserter(skin),
                        [&](TriangleId t) { return draft.triangle(t).surface == Surface::skin; });
-  if (area_m2(draft, skin) >= kLeastAreaM2) return std::nullopt;
+  if (area_m2(draft, skin) >= kLeastArea_m2) return std::nullopt;
   return crumb;
 }
 
@@ -167,7 +167,7 @@ std::optional<std::vector<TriangleId>> crumb_at(const MeshDraft& draft, const Ri
 
 std::optional<Island> free_island(MeshDraft& draft, const Grooves& grooves, VertexId left, VertexId right) {
   std::vector<TriangleId> region = parted_skin(draft, left, right);
-  if (region.empty() || area_m2(draft, region) < kLeastAreaM2) return std::nullopt;
+  if (region.empty() || area_m2(draft, region) < kLeastArea_m2) return std::nullopt;
   std::unordered_set<TriangleId> inside = with_walls(draft, grooves, region);
   std::set<Edge> edges;
   std::vector<BottomRim> of_ground;
