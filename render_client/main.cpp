@@ -1,4 +1,4 @@
-// The viewer: replica, pictures, files. It draws at its own steady rate, independent of the server's.
+// The viewer: replica, pictures, files. It draws at its own steady rate, independent of the rate of the server.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -16,7 +16,7 @@
 
 namespace sectio {
 
-// A disk that is full costs a viewer its files, and not the session. False: it did.
+// A full disk costs a viewer its files, and not the session. False: the disk is full.
 bool try_to_write(const std::function<void()>& write);
 
 class Screen {

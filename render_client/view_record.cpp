@@ -11,7 +11,7 @@ namespace sectio {
 
 namespace {
 
-constexpr std::size_t kMaxTimes = 1u << 20;  // a longer session's first ones are kept
+constexpr std::size_t kMaxTimes = 1u << 20;  // a longer session keeps the first ones
 
 }  // namespace
 

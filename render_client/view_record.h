@@ -1,4 +1,4 @@
-// The numbers of a viewer for its report, and the comparison of its bodies with the server's.
+// The numbers of a viewer for its report, and the comparison of its bodies with those of the server.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ class ViewRecord {
   std::uint64_t pictures() const { return pictures_; }
   double pictures_per_s() const;
 
-  // `versions`: of the bodies at the end. `end`: the server's, if it announced them.
+  // `versions`: the versions of the bodies at the end. `end`: those that the server announced, if it did.
   std::string json(const std::string& name, const World& world, const ClientNetCounts& net,
                    const std::vector<BodyVersion>& versions, const std::optional<SessionEnd>& end) const;
 

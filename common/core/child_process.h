@@ -13,14 +13,14 @@ namespace sectio {
 struct ChildOptions {
   // Pairs of a descriptor here and its number in the child, which gets no others.
   std::vector<std::pair<int, int>> descriptors = {};
-  bool is_quiet = true;        // standard streams that `descriptors` doesn't name are /dev/null, else this program's
-  bool has_own_group = false;  // Ctrl-C at the terminal doesn't reach it
+  bool is_quiet = true;        // standard streams that `descriptors` lacks are /dev/null, else those of this program
+  bool has_own_group = false;  // Ctrl-C at the terminal doesn't reach the child
 };
 
 class ChildProcess {
  public:
   struct Ending {
-    bool well = false;  // with exit code 0
+    bool well = false;  // the exit code was 0
     std::string text;   // for a person: "ended with code 2"
   };
 
@@ -37,7 +37,7 @@ class ChildProcess {
 
  private:
   pid_t pid_ = -1;
-  Ending ending_;  // when it has been waited for
+  Ending ending_;  // valid once the child has been waited for
 };
 
 }  // namespace sectio

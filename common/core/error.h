@@ -19,7 +19,7 @@ constexpr int kExitBadInput = 2;
 
 }  // namespace sectio
 
-// On in the ci, asan and tsan presets; in release builds the condition is not evaluated.
+// Enabled in the ci, asan and tsan presets; in release builds the condition is not evaluated.
 #if SECTIO_CHECKED
 #define SECTIO_ASSERT(condition, text) \
   ((condition) ? static_cast<void>(0) : ::sectio::assertion_failed(#condition, text, __FILE__, __LINE__))

@@ -15,13 +15,14 @@ class LatestValue {
   static_assert(std::is_copy_assignable_v<T> && std::is_default_constructible_v<T>);
 
  public:
-  // Producer's thread only.
+  // Called by the producer's thread only.
   void store(const T& value) {
     slots_[writing_].value = value;
     writing_ = exchanged_.exchange(static_cast<std::uint8_t>(writing_ | kFresh), std::memory_order_acq_rel) & kIndex;
   }
 
-  // Consumer's thread only. True when a value has been stored since the last call; otherwise `value` stays as it is.
+  // Called by the consumer's thread only. True when a value has been stored since the last call; otherwise `value`
+  // stays as it is.
   bool load(T& value) {
     if (!(exchanged_.load(std::memory_order_relaxed) & kFresh)) return false;
     reading_ = exchanged_.exchange(reading_, std::memory_order_acq_rel) & kIndex;

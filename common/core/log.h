@@ -12,10 +12,10 @@ namespace sectio {
 
 enum class LogLevel : std::uint8_t { info, warning, error };
 
-// The name at the beginning of every line. Once, before any other thread logs.
+// Sets the name at the beginning of every line. Call once, before any other thread logs.
 void set_log_program(std::string_view program);
 
-// Messages below this level are not written. Once, before any other thread logs.
+// Messages below this level are not written. Call once, before any other thread logs.
 void set_log_level(LogLevel least);
 
 // Control characters in the text (a peer may have sent them) are written as spaces.
@@ -30,7 +30,7 @@ inline void log_error(std::string_view text) {
   log(LogLevel::error, text);
 }
 
-// At most one line a second for each key; the next line says how many were left out. Keys are ours, never a peer's.
+// At most one line a second for each key; the next line says how many were left out. No key comes from a peer.
 void log_limited(LogLevel level, std::string_view key, std::string_view text);
 
 // The arithmetic behind log_limited, without clock or lock.

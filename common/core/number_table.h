@@ -1,5 +1,5 @@
-// Values by numbers, which are asked for often and never walked through: open addressing, a power of two of places, at
-// most half of them taken. All numbers but the largest of 64 bits.
+// A hash table from numbers to values, for many look-ups and no iteration: open addressing, a power of two of places,
+// at most half of them taken. A number is any of 64 bits but the largest.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ class NumberTable {
  public:
   // The value of a number, T{} when it is new. Valid until the next number is new.
   T& at(std::uint64_t number) { return insert(number).first; }
-  // The same, and whether it is new.
+  // The value of a number as from at(), and whether the number is new.
   std::pair<T&, bool> insert(std::uint64_t number) {
     if (2 * (count_ + 1) > places_.size()) grow();
     Place& place = place_of(number);
@@ -59,7 +59,7 @@ class NumberTable {
 
 struct Nothing {};
 
-// A set of numbers, likewise.
+// A set of numbers, stored in the same way.
 class NumberSet {
  public:
   bool insert(std::uint64_t number) { return table_.insert(number).second; }  // false when it has the number

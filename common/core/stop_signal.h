@@ -7,7 +7,8 @@ namespace sectio {
 
 // SIGHUP is none of them where it is ignored (nohup).
 std::vector<int> stop_signals();
-// From now on they are only remembered. A log that nobody reads any more ends nothing: SIGPIPE is ignored.
+// From this call on, stop signals are only remembered. A log that nobody reads any more ends nothing: SIGPIPE is
+// ignored.
 void catch_stop_signals();
 bool stop_was_requested();
 

@@ -8,7 +8,7 @@
 
 namespace sectio {
 
-enum class OnDisk { later, now };  // now: it outlives the end of the machine
+enum class OnDisk { later, now };  // now: the file survives a crash of the machine
 
 // Writes a file beside its place, as PATH.part, and renames it: when that fails, whatever was there before stays, and
 // nothing half written is left. A PATH that is no file, as a pipe or /dev/stdout, is written to. Throws InputError

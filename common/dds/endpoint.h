@@ -27,7 +27,7 @@ class SampleWriter {
   [[nodiscard]] bool write(const Bytes& bytes, std::size_t channel = 0);
   std::uint32_t readers(std::size_t channel = 0) const;
   std::uint32_t lost_readers() const;  // programs that fell silent without a word and have not come back
-  // Until every matched reader has all samples that are still kept, or the time is over. True for the former.
+  // Waits until every matched reader has all samples that are still kept, or the time is over; true in the first case.
   bool wait_for_acknowledgments(double timeout_s);
 
  private:
@@ -44,7 +44,7 @@ class SampleReader {
 
   // The next sample, oldest first; false when there is none. Never blocks.
   bool take(Bytes& bytes);
-  const ProgramId& sender() const { return sender_; }  // the last sample's
+  const ProgramId& sender() const { return sender_; }  // sender of the last sample
   std::uint32_t writers() const;
 
  private:

@@ -29,7 +29,7 @@ struct Reads {};
 template <class... Messages>
 struct Writes {};
 
-// A server writes it, and it says of which epoch it is. Requests say so, too: of whom they ask.
+// A message that a server writes, with the epoch of that server. Requests have an epoch, too: that of the server asked.
 template <class Message>
 concept FromServer = requires(const Message& message) {
   message.epoch;
@@ -39,7 +39,7 @@ concept FromServer = requires(const Message& message) {
 template <class Reading, class Writing>
 class Endpoints;
 
-// Threads: as those of the single endpoints; renew_after_sleep() and a call of another thread exclude each other.
+// Threads: as for single endpoints; renew_after_sleep() and a call of another thread exclude each other.
 template <class... R, class... W>
 class Endpoints<Reads<R...>, Writes<W...>> {
  public:
@@ -58,7 +58,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     else
       return std::get<Reader<Message>>(now_->readers).take();
   }
-  // The program that wrote the last one.
+  // The program that wrote the last message of this kind.
   template <class Message>
   const ProgramId& sender() const {
     return std::get<Reader<Message>>(now_->readers).sender();
@@ -88,7 +88,7 @@ class Endpoints<Reads<R...>, Writes<W...>> {
     return ((std::get<Reader<R>>(now_->readers).writers() > 0) || ...) ||
            ((std::get<Writer<W>>(now_->writers).readers() > 0) || ...);
   }
-  // Damaged messages that were dropped: of one kind, and all.
+  // Number of damaged messages that were dropped: of one kind, and of all kinds.
   template <class Message>
   std::uint64_t damaged() const {
     return std::get<Reader<Message>>(now_->readers).damaged();

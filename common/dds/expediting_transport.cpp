@@ -37,7 +37,7 @@ bool is_udp(int fd) {
          getsockname(fd, reinterpret_cast<sockaddr*>(&address), &address_size) == 0 && address.ss_family == AF_INET;
 }
 
-// Ascending.
+// The descriptors of all UDP sockets of the process, ascending.
 std::vector<int> udp_sockets() {
   std::vector<int> sockets;
   DIR* directory = opendir("/proc/self/fd");
@@ -49,8 +49,8 @@ std::vector<int> udp_sockets() {
   return sockets;
 }
 
-// Fast DDS hides its sockets: those that are new after it has opened a channel are the channel's. A participant sends
-// one packet at a time, so that no other packet gets the mark.
+// Fast DDS hides its sockets: those that are new after it has opened a channel belong to that channel. A participant
+// sends one packet at a time, so that no other packet gets the mark.
 class ExpeditingTransport : public transports::ChainingTransport {
  public:
   struct Descriptor : transports::ChainingTransportDescriptor {

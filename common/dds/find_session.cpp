@@ -14,7 +14,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPollPeriod = std::chrono::milliseconds(20);
-constexpr double kOthers_s = 0.7;  // after the first session, for others of the domain: two announcements
+constexpr double kOthers_s = 0.7;  // wait for other sessions of the domain after the first one: two announcements
 
 std::set<std::string> sessions_of_servers(const Participant& participant, std::uint32_t protocol) {
   std::set<std::string> sessions;

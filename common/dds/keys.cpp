@@ -64,7 +64,7 @@ std::string last_day_of(const X509* certificate) {
   return text.data();
 }
 
-// Why the certificate is none of the authority's, or not any more. Empty: it is.
+// The reason why the certificate isn't one of the authority, or is one no more. Empty: it is one.
 std::string flaw_of(X509* certificate, X509* authority, const std::string& revocations) {
   const Owned<X509_STORE, X509_STORE_free> store(X509_STORE_new());
   X509_STORE_add_cert(store.get(), authority);

@@ -60,7 +60,7 @@ class Participant {
   // keys of their own. Any thread.
   std::vector<Peer> peers() const;
 
-  // That by which samples of this participant name their sender.
+  // The id by which samples of this participant name their sender.
   ProgramId id() const;
   // Whether a program is in the domain and has not been dropped. Any thread.
   bool is_there(const ProgramId& program) const;
@@ -69,8 +69,8 @@ class Participant {
   // make up for that, or never does. A new participant is there at once.
   bool overslept() const { return sleep_watch_.overslept(); }
 
-  // The readers of this participant hear these channels from now on, of the topics that have any (qos.h): the first of
-  // each topic until it is called. The thread that reads.
+  // The readers of this participant hear these channels from now on, in the topics that have channels (qos.h); before
+  // the first call they hear the first channel of each topic. For the thread that reads.
   void hear(const std::vector<std::string>& channels);
 
   struct Parts;  // parts.h

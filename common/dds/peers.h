@@ -21,7 +21,7 @@ class Peers : public eprosima::fastdds::dds::DomainParticipantListener {
 
   // `own`: what this participant announces. A program of its session that speaks another version gets a line in the
   // log; so does one that has keys where this one has none, or no good ones where this one has.
-  // `authority`: of its keys; empty: it has none.
+  // `authority`: the authority of this participant's keys; empty: it has no keys.
   Peers(const Announcement& own, const std::string& authority)
       : own_(own), secured_(!authority.empty()), authority_(authority) {}
 

@@ -19,7 +19,7 @@ struct Repair {
   double heartbeat_s;         // from one heartbeat to the next while a reader lacks something
   double response_s;          // a reader answers a heartbeat after this time
   double nack_response_s;     // the writer answers such a response after this time
-  double nack_suppression_s;  // after a sample was sent: its loss isn't believed so soon
+  double nack_suppression_s;  // for so long after a sample was sent, its loss isn't believed
 };
 constexpr Repair kStream{0.02, 0.003, 0.005, 0};  // few samples at a time, each needed soon
 constexpr Repair kBurst{0.05, 0.005, 0.01, 0.1};  // many at once, which fill a queue by themselves
@@ -61,7 +61,7 @@ constexpr std::uint32_t kMaxDatagramWithKeysBytes = 16000;
 template <class Message>
 const TopicQos& qos_of();
 
-// All of them.
+// The topics of all messages.
 std::span<const TopicQos> topics();
 
 }  // namespace sectio

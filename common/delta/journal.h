@@ -53,7 +53,7 @@ class JournalWriter {
   void append(const JournalBody& body);
   void append(const JournalGravity& gravity);
   void append(const JournalScalars& scalars);
-  std::uint64_t bytes() const { return size_; }  // the file's
+  std::uint64_t bytes() const { return size_; }  // size of the file
 
  private:
   void write(std::span<const std::uint8_t> bytes);
@@ -113,7 +113,7 @@ struct JournalContents {
 // Throws InputError when not even the beginning is whole.
 JournalContents salvage_journal(const std::string& path);
 
-// The same, of journals without damage: otherwise these throw InputError.
+// The contents of a journal without damage; a damaged journal throws InputError.
 std::vector<JournalBody> read_journal(const std::string& path);
 std::vector<JournalGravity> read_gravity(const std::string& path);
 std::vector<JournalScalars> read_scalars(const std::string& path);

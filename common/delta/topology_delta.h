@@ -55,15 +55,15 @@ struct TopologyDelta {
 
 enum class ApplyStatus : std::uint8_t {
   applied,
-  stale,          // revision <= the mesh's: already known
-  gap,            // base_revision > the mesh's: a delta is missing
+  stale,          // revision <= that of the mesh: already known
+  gap,            // base_revision > revision of the mesh: a delta is missing
   hash_mismatch,  // the result would not have hash_after
   malformed,      // slots out of range, not finite, not a closed manifold; permanent on top of temporary elements
 };
 const char* to_string(ApplyStatus status);
 
 // Validates everything first, then changes the mesh; any status but `applied` leaves it untouched.
-// Cost O(size of the delta), whatever the mesh's.
+// Cost: O(size of the delta), independent of the size of the mesh.
 [[nodiscard]] ApplyStatus apply(const TopologyDelta& delta, TriangleMesh& mesh);
 
 // The delta that undoes `delta`, which must not have been applied to `before` yet. Applying it restores the database of

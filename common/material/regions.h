@@ -30,7 +30,7 @@ struct RegionPart {
   Vec3 a_m = Vec3::Zero();
   Vec3 b_m = Vec3::Ones();
   double radius_a_m = 0, radius_b_m = 0;                            // a tube's ends
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // an ellipsoid's or a box's
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // ellipsoid and box
 };
 
 struct Region {

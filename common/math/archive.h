@@ -51,7 +51,7 @@ struct IsBytes<Eigen::Quaternion<T, Options>> : IsBytes<T> {};
 template <class T, std::size_t N>
 struct IsBytes<std::array<T, N>> : IsBytes<T> {};
 
-// A value that is nothing but its bytes, without any between its parts.
+// A value that is nothing but its bytes, without padding between its parts.
 template <class T>
 concept Bytes = IsBytes<T>::value;
 
@@ -68,7 +68,7 @@ class Archive {
   bool reads() const { return to_ == nullptr; }
   std::size_t remaining() const { return from_.size(); }
 
-  // Something can't say its state: what is written is of no use.
+  // Called by an object that can't save its state: the archive is then of no use.
   void refuse() { refused_ = true; }
   bool refused() const { return refused_; }
 
@@ -202,7 +202,7 @@ class Archive {
       while (values.size() < n) values.push_back(Container::value_type::blank());
   }
 
-  std::vector<std::uint8_t>* to_ = nullptr;  // null: it reads
+  std::vector<std::uint8_t>* to_ = nullptr;  // null: the archive reads
   std::span<const std::uint8_t> from_;       // bytes that are left
   bool refused_ = false;
 };

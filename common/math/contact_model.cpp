@@ -6,7 +6,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kLongestWay_s = 0.25;  // for which a plane goes on without news
+constexpr double kLongestWay_s = 0.25;  // time for which a plane goes on without news
 
 }  // namespace
 

@@ -33,7 +33,7 @@ struct ContactModel {
   double damping_n_s_per_m = 0;
   double mass_kg = 0;
   double soft_depth_m = 0.0015;
-  double side_stiffness_n_per_m = 0;  // the tissue's, sideways; the front's that holds a blade
+  double side_stiffness_n_per_m = 0;  // sideways stiffness of the tissue, or of the front that holds a blade
   double friction = 0;                // Coulomb's coefficient
   double yield_n = kNeverYields_n;    // the tissue breaks at this force
 
@@ -61,7 +61,7 @@ struct TipMotion {
   }
 };
 
-// The dent of a tip in a model's plane. With d the depth, d_r the soft depth, and n and p the plane's:
+// The dent of a tip in a model's plane. With d the depth, d_r the soft depth, n the plane's normal and p its point:
 //
 //   d = -n.(x - p),  u(d) = 0 (d <= 0),  2/3 d sqrt(d/d_r) (d < d_r),  d - d_r/3 (else)      Hertz, then straight
 //   force Y = k u + c u' + m u'',  with u' = (du/dd) d' and u'' = (du/dd) d''                 k, c, m >= 0

@@ -9,7 +9,7 @@
 
 namespace sectio {
 
-// In [-1, 1).
+// A number in [-1, 1).
 inline double fixed_sequence(std::size_t n) {
   std::uint64_t x = (n + 1) * 0x9e3779b97f4a7c15u;
   x ^= x >> 29;

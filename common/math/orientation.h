@@ -8,7 +8,7 @@ namespace sectio {
 
 struct Orientation {
   double value = 0;  // det[b - a, c - a, d - a], rounded: six times the signed volume
-  int sign = 0;      // the exact determinant's: -1, 0 or 1
+  int sign = 0;      // sign of the exact determinant: -1, 0 or 1
 };
 
 // Positive when d is on the side to which the normal (b - a) x (c - a) points.

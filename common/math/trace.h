@@ -36,7 +36,7 @@ void append_trace_point(std::string& line, const TracePoint& point);
 // The state of the instrument at a time, interpolated between neighbours; it rests at the first point before the trace
 // begins and at the last one after it ends. The trace must not be empty. O(log n).
 TracePoint point_at(std::span<const TracePoint> trace, double time_s);
-// So many (two or more) points, evenly spread over the time of the trace, its first and its last one included.
+// `count` points (two or more), evenly spread over the time of the trace, its first and its last one included.
 std::vector<TracePoint> moments_of(std::span<const TracePoint> trace, std::size_t count);
 Pose pose_at(std::span<const TracePoint> trace, double time_s);
 

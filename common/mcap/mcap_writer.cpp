@@ -72,7 +72,7 @@ struct McapWriter::State {
   std::uint64_t at = 0;
   bool failed = false, finished = false;
 
-  ByteWriter records;  // the open chunk's
+  ByteWriter records;  // records of the open chunk
   TimeRange chunk_range, range;
   std::map<std::uint16_t, ByteWriter> index;  // by channel: times and offsets in the chunk
 

@@ -14,16 +14,16 @@ namespace sectio {
 
 class McapWriter {
  public:
-  // `chunk_bytes`: so much is held back at most, and lost when the program dies. Throws InputError "PATH: why".
+  // `chunk_bytes`: at most this much is held back, and lost when the program dies. Throws InputError "PATH: why".
   explicit McapWriter(const std::string& path, std::size_t chunk_bytes = 1u << 20);
   // Finishes the file.
   ~McapWriter();
 
-  // Metadata of the whole file. Before the first message.
+  // Adds metadata of the whole file. Call before the first message.
   void add_metadata(const std::string& name, const std::map<std::string, std::string>& values);
   // A topic whose messages are CDR of a struct in IDL. Returns its channel.
   std::uint16_t add_channel(const std::string& topic, const std::string& type, const std::string& idl);
-  // `time_ns` ascends. False from when the disk is full: then the file ends before, and says so to nobody else.
+  // `time_ns` ascends. False once the disk is full: the file then ends before, and nothing but this result tells of it.
   bool add(std::uint16_t channel, std::uint64_t time_ns, std::span<const std::uint8_t> bytes);
   // Writes what is held back, the index and the end. False when the disk is full.
   bool finish();

@@ -41,9 +41,9 @@ struct TetEdit {
   }
 };
 
-// A change of a volume, for those who keep data beside it. Vertices and tetrahedra keep their numbers as long as they
-// exist, and the number of one that is removed stays unused. New ones get the next numbers, or those of temporary ones
-// that the change replaces; the places of such vertices may differ.
+// A change of a volume, for data kept beside it. Vertices and tetrahedra keep their numbers as long as they exist, and
+// the number of one that is removed stays unused. New ones get the next numbers, or those of temporary ones that the
+// change replaces; the places of such vertices may differ.
 struct TetChange {
   VertexId first_added = 0;
   std::vector<Vec3> added_body_m;   // vertices from first_added on, at rest
@@ -51,8 +51,8 @@ struct TetChange {
   std::vector<TetEdit> tetrahedra;  // ascending; before == after where only neighbours or places have changed
 };
 
-// The change that turns a's result into b's; a and b are changes of the same volume. O(changes). Origins are those of
-// b, or the tetrahedron itself.
+// The change that turns the result of a into the result of b; a and b are changes of the same volume. O(changes).
+// Origins are those of b, or the tetrahedron itself.
 TetChange between(const TetChange& a, const TetChange& b);
 
 void follow(TetMesh& mesh, const TetChange& change);

@@ -37,7 +37,7 @@ class KeyframeAssembler {
     std::size_t bytes = 0;
     std::map<std::uint32_t, std::vector<std::uint8_t>> chunks;
   };
-  static constexpr std::size_t kPlaceBytes = 96;  // a chunk's, in the map
+  static constexpr std::size_t kPlaceBytes = 96;  // memory that the map needs for a chunk
 
   std::map<std::uint32_t, Parts> parts_;  // by body_id
   std::size_t bytes_ = 0;

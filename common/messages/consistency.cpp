@@ -11,7 +11,7 @@
 namespace sectio {
 namespace {
 
-constexpr std::uint64_t kMaxMergedRevisions = 1u << 16;  // told as one
+constexpr std::uint64_t kMaxMergedRevisions = 1u << 16;  // revisions that one delta may span
 
 template <class Edit>
 bool is_ascending(const std::vector<Edit>& edits) {

@@ -16,7 +16,7 @@ constexpr std::size_t kMaxPacketsPerStep = 4096;
 struct StepRecord {
   std::uint64_t step = 0;               // from 1
   std::uint64_t hash_before = 0;        // all bodies' topology before the step
-  std::uint64_t state_hash_before = 0;  // all vertices', too; 0 in most steps
+  std::uint64_t state_hash_before = 0;  // topology and vertex positions of all bodies; 0 in most steps
   std::vector<ToolPacket> packets;      // the samples, in order
   std::vector<std::uint32_t> withdrawn_tools;
   bool spare_idle_bodies = false;
@@ -25,7 +25,7 @@ struct StepRecord {
   std::string overrun;
 };
 
-// Without steps: the server lives.
+// A message without steps says that the server lives.
 struct StepInputs {
   std::uint64_t epoch = 0;
   std::uint64_t newest_step = 0;  // the server's newest step

@@ -13,18 +13,18 @@ namespace sectio {
 // One line for a person.
 std::string line_of(const LinkReport& report);
 
-// How long messages take to the server and back, and by how much the server's clock is ahead of the program's. The
+// How long messages take to the server and back, and by how much the server's clock is ahead of the program. The
 // server tells with its status when it heard the program's last report; the exchange that took the least time says most
 // about the clocks, as in the Network Time Protocol. One thread.
 class LinkClock {
  public:
-  // `client`: of this program's reports.
+  // `client`: the number in this program's reports.
   void hear(double now_s, std::uint64_t client, const ServerStatus& status);
 
   bool known() const { return !exchanges_.empty(); }
   double round_trip_s() const { return best().round_trip_s; }
-  double offset_s() const { return best().offset_s; }  // the server's clock less the program's
-  // Fills in both, and the time.
+  double offset_s() const { return best().offset_s; }  // server clock minus program clock
+  // Fills in the round trip, the offset of the clocks, and the time.
   void stamp(double now_s, LinkReport& report) const;
 
  private:
@@ -34,10 +34,10 @@ class LinkClock {
   };
   Exchange best() const;
 
-  std::deque<Exchange> exchanges_;  // the newest
+  std::deque<Exchange> exchanges_;  // the newest exchanges
 };
 
-// Durations of a while, and their quantiles.
+// Durations since the last take(), and their quantiles.
 class Ages {
  public:
   void add(double age_s) { ages_s_.push_back(age_s); }

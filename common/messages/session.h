@@ -25,9 +25,9 @@ struct BodyInfo {
   std::string name;
   Vec3 skin_colour = Vec3::Constant(0.6);  // red, green, blue; 0 to 1
   Vec3 wall_colour = Vec3::Constant(0.5);
-  Regions regions = {};  // the inside's
+  Regions regions = {};  // inside the body
   BodySurface surface = BodySurface::tissue;
-  std::vector<TissueLayer> layers = {};  // in walls, from the skin down; to ascending depths
+  std::vector<TissueLayer> layers = {};  // layers in walls, from the skin down; to ascending depths
 };
 
 struct ToolInfo {
@@ -45,12 +45,12 @@ struct SceneInfo {
   std::optional<double> floor_z_m = {};  // a plane on which what falls comes to rest
   // All bodies of the scene. Several servers of one session may have a share each; shares have no body in common.
   std::vector<std::string> world_bodies;
-  std::vector<BodyInfo> bodies;   // this server's, then parts that came off; body_id is the index
-  std::vector<ToolInfo> tools;    // the scene's; tool_id is the index
-  std::vector<std::string> task;  // the exercise's aim, in lines for a person; empty: none, or another server's
+  std::vector<BodyInfo> bodies;   // bodies of this server, then parts that came off; body_id is the index
+  std::vector<ToolInfo> tools;    // tools of the scene; tool_id is the index
+  std::vector<std::string> task;  // aim of the exercise, in lines for a person; empty: none, or another server has it
 };
 
-// Do both claim a body? Then one of them is a ghost, or should never have been started.
+// Whether both claim the same body. Then one of the servers is a ghost, or should never have been started.
 bool overlap(const SceneInfo& a, const SceneInfo& b);
 
 // Values of EventKind (sim_server/step/step_io.h) that viewers tell apart.
@@ -70,7 +70,7 @@ struct SessionEvent {
   std::string text;
 };
 
-// The same one, perhaps said again by a server that has taken the session over.
+// Whether both are the same event, perhaps said again by a server that has taken the session over.
 bool is_same_event(const SessionEvent& a, const SessionEvent& b);
 
 struct BodyVersion {
@@ -82,11 +82,11 @@ struct BodyVersion {
 // The check of a deforming body's model: expected error and cost, and those that are measured.
 struct BodyCheck {
   double error_estimate = 0;    // relative; 0: nobody estimated it
-  double cpu_estimate = 0;      // processor's time for a second; 0 likewise
-  double cpu = 0;               // the same as measured, of late; 0: nobody measures
+  double cpu_estimate = 0;      // processor's time for a second; 0: nobody estimated it
+  double cpu = 0;               // measured processor's time for a second, of late; 0: nobody measures
   double stability_margin = 1;  // largest stable step over the step taken, at most 1e9
-  double residual_m = 0;        // an implicit step's: how far its last sweep still moved something
-  double energy_gain_j = 0;     // beyond what instruments put in, the most so far
+  double residual_m = 0;        // how far the last sweep of an implicit step still moved something
+  double energy_gain_j = 0;     // the most so far, beyond what instruments put in
   std::uint64_t implicit_steps = 0;
   bool asleep = false;  // it rests, and is not stepped
   bool operator==(const BodyCheck&) const = default;
@@ -99,20 +99,19 @@ struct BodyCheck {
 
 enum class ProgramKind : std::uint8_t { viewer, hand };
 
-// A program's word on its link: a viewer's, which hears states, or a hand's, which hears contact models. Times of 0 are
-// not known.
+// The report of a program on its link: a viewer hears states, a hand hears contact models. Times of 0 are not known.
 struct LinkReport {
   std::uint64_t client = 0;
   std::string name;
   ProgramKind kind = ProgramKind::viewer;
   double rate_hz = 0;         // states that it has chosen to hear; poses that it sends
-  double came_per_s = 0;      // states, contact models
-  double lost_fraction = 0;   // share of the pieces that those states' headers named; of the models
+  double came_per_s = 0;      // states, or contact models, that arrived
+  double lost_fraction = 0;   // lost share of the pieces that headers of these states named, or of the models
   double late_s = 0;          // the promptest state of late was so much longer under way than the promptest ever
-  double age_median_s = 0;    // a state's when the viewer takes it, a pose's when the model that answers it comes
-  double age_p99_s = 0;       // likewise
+  double age_median_s = 0;    // age of a state when the viewer takes it, of a pose when the model that answers it comes
+  double age_p99_s = 0;       // 99th percentile of the same ages
   double round_trip_s = 0;    // to the server and back, the shortest of late
-  double clock_offset_s = 0;  // the server's clock less the program's, to within half of the round trip
+  double clock_offset_s = 0;  // server clock minus program clock, to within half of the round trip
   double sent_s = 0;          // by a clock of the program that doesn't jump
   double heard_s = 0;         // by the server's clock; the server fills it in
   bool operator==(const LinkReport&) const = default;
@@ -122,7 +121,7 @@ struct ServerStatus {
   std::uint64_t epoch = 0;
   std::uint64_t step = 0;
   double sim_time_s = 0;
-  double step_wall_time_s = 0;  // the newest sent state's
+  double step_wall_time_s = 0;  // wall time of the step of the newest state that was sent
   double stability_margin = 1;
   std::uint64_t cuts_made = 0;
   std::uint64_t cuts_refused = 0;
@@ -131,13 +130,13 @@ struct ServerStatus {
   std::vector<BodyVersion> bodies;
   Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // gravity turns to this
   std::vector<BodyCheck> checks;              // one a body
-  std::vector<LinkReport> link_reports;       // the last seconds', the newest of each program
+  std::vector<LinkReport> link_reports;       // newest report of each program in the last seconds
   double speed = 1;                           // simulated time compared with the clock; 0: paused
-  double sent_s = 0;                          // by a clock of the server that doesn't jump: link_clock.h
+  double sent_s = 0;                          // by a clock of the server that doesn't jump: link.h
   std::uint32_t frozen_tools = 0;             // bit t: nobody moves tool t
 };
 
-// `frozen_tools` of a status.
+// `frozen_tools`: see ServerStatus.
 constexpr bool is_frozen(std::uint32_t frozen_tools, std::size_t tool_id) {
   return (frozen_tools >> tool_id & 1) != 0;
 }
@@ -152,7 +151,7 @@ enum class OrderKind : std::uint8_t {
   go_on,
   set_speed,   // simulated time compared with the clock
   begin_anew,  // bodies and score as they were at first; the try so far is kept
-  tell_score,  // the exercise's, so far
+  tell_score,  // the score of the exercise so far is told
   seek,        // the played session goes on from another time
   freeze,      // an instrument stays where it is, whatever its hand does
   thaw,        // it follows its hand again
@@ -160,7 +159,7 @@ enum class OrderKind : std::uint8_t {
 
 // An order of the person who leads a session, to all of its servers.
 struct SessionOrder {
-  std::uint64_t source = 0;  // another one with every order
+  std::uint64_t source = 0;  // differs with every order
   OrderKind kind = OrderKind::tilt;
   Vec3 gravity_m_per_s2 = Vec3::Zero();  // tilt
   double speed = 1;                      // set_speed

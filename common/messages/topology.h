@@ -32,7 +32,7 @@ struct KeyframeChunk {
 
 constexpr std::uint64_t kNoRevision = ~std::uint64_t{0};
 constexpr std::uint32_t kFirstWindow = 16;   // chunks
-constexpr std::uint32_t kMostWindow = 1024;  // likewise
+constexpr std::uint32_t kMostWindow = 1024;  // chunks
 
 // A keyframe is pulled in windows, so that no link is given more than it bears. The first request names no revision,
 // and is answered with the first chunks of a new one; the others name that revision and the chunks that are to follow.

@@ -20,7 +20,7 @@ namespace sectio {
 // The metadata of every record have this name.
 constexpr const char* kRecordMetadata = "sectio";
 
-constexpr double kKeyframesKeptEvery_s = 10;  // simulated: all bodies, for who begins in the middle of a record
+constexpr double kKeyframesKeptEvery_s = 10;  // simulated: all bodies, for readers that begin in the middle
 
 class SessionRecord {
  public:
@@ -53,7 +53,7 @@ class SessionRecord {
   std::map<std::string, std::uint16_t> channels_;  // by topic
   std::uint64_t time_ns_ = 0;
   std::atomic<bool> is_full_ = false;
-  bool told_ = false;  // by take_fault()
+  bool told_ = false;  // take_fault() has told of it
 };
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
 // An organ: a geodesic sphere is put on the implicit shape; then vertices move to the middle of their neighbourhood and
-// back to the surface, and edges flip to Delaunay's, until triangles are even. A bar or sheet: a grid on each side.
+// back to the surface, and edges flip as Delaunay's do, until triangles are even. A bar or sheet: a grid on each side.
 #include <algorithm>
 #include <array>
 #include <cmath>

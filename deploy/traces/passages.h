@@ -16,7 +16,7 @@ struct Place {
   double ahead_deg;             // the sharp edge points there, from +x towards +y
   double rest_s = 0;            // here, before it goes on
   double speed_m_per_s = 0.03;  // to here
-  double opening_rad = 0;       // the jaws'; at one place they turn while they rest
+  double opening_rad = 0;       // opening of the jaws; at one place they turn while they rest
 };
 struct Passage {
   const char* name;

@@ -7,12 +7,12 @@ namespace sectio {
 
 // Limits of a device, which bound all that its hand may feel, whatever a server sends.
 struct DeviceLimits {
-  double damping_n_s_per_m = 0.5;  // the device's own when no hand holds it
-  double mass_kg = 0.1;            // a hand moves so much with it
+  double damping_n_s_per_m = 0.5;  // damping of the device when no hand holds it
+  double mass_kg = 0.1;            // mass that a hand moves with the device
   double largest_force_n = 10;
   double slew_n_per_s = 500;  // the fastest change of its force while the hand rests
   double largest_moment_n_m = 1;
-  double rate_hz = 1000;  // the loop that drives it runs so often
+  double rate_hz = 1000;  // rate of the loop that drives the device
 };
 
 enum class DeviceStatus {
@@ -37,13 +37,13 @@ class Device {
   // The instrument's pose at a time since the loop began; times ascend.
   virtual Pose pose_world(double now_s) = 0;
 
-  // Between the blades of an instrument with a joint, at the same time.
+  // The angle between the blades of an instrument with a joint, at the same time.
   virtual double opening_rad(double) const { return 0; }
   virtual Buttons buttons() const { return {}; }
 
-  // The force on the hand from now on, until the next call.
+  // Sets the force on the hand from now on, until the next call.
   virtual void apply(const Vec3& force_world_n) = 0;
-  // Likewise the moment about the origin of the tool's frame, of a device that can turn the hand.
+  // Sets the moment about the origin of the tool's frame likewise, for a device that can turn the hand.
   virtual void apply_moment(const Vec3& /*moment_world_n_m*/) {}
 
   // False while nobody holds the instrument: then it isn't shown to the server.

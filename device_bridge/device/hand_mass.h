@@ -14,7 +14,7 @@ struct HandSpec {
   double device_damping_n_s_per_m = 0.5;
   double hand_stiffness_n_per_m = 450;  // people: 200 to 700
   double hand_damping_n_s_per_m = 4;    // people: 2 to 5
-  double tremor_m = 1e-4;               // rms of each axis, between 8 and 12 Hz; of a hand that is simulated
+  double tremor_m = 1e-4;               // tremor of a simulated hand: rms of each axis, between 8 and 12 Hz
   std::uint64_t seed = 1;
 };
 

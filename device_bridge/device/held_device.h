@@ -9,10 +9,10 @@
 
 namespace sectio {
 
-// A driver has measured this, in the axes of the device (workspace.h).
+// The state of a handle as a driver has measured it, in the axes of the device (workspace.h).
 struct HandleState {
   Pose pose;                 // z up the shaft of the instrument
-  double opening_share = 1;  // the joint's, 1: wide open; only of a device that has one
+  double opening_share = 1;  // opening of the joint, 1: wide open; only of a device that has one
   bool has_opening = false;
   Buttons buttons;
 };
@@ -24,14 +24,14 @@ class Handle {
   virtual DeviceLimits limits() const { return {}; }
   // True when there is a newer state than at the last call; otherwise `state` stays as it is.
   virtual bool latest(HandleState& state) = 0;
-  // On the hand, in the axes of the device.
+  // Sets the force and the moment on the hand, in the axes of the device.
   virtual void apply(const Vec3& force_n, const Vec3& moment_n_m) = 0;
   virtual bool lost() const = 0;
 };
 
 class HeldDevice : public Device {
  public:
-  static constexpr double kWidest_rad = 0.6;  // jaws that a button closes
+  static constexpr double kWidest_rad = 0.6;  // angle of jaws that a button closes
   static constexpr double kJaws_rad_per_s = 3;
 
   // A force limit below the device's own may be asked for.

@@ -21,14 +21,14 @@ struct Step {
 class Steering {
  public:
   virtual ~Steering() = default;
-  // Nothing of a device that isn't there.
+  // Nothing when the device isn't there.
   virtual std::optional<Step> step(double dt_s) = 0;
 };
 
 class SteeredHand : public WishedHand {
  public:
   static constexpr double kLeash_m = 0.03;    // the wish is at most this far from the instrument
-  static constexpr double kSmallSteps = 0.2;  // while the clutch is down
+  static constexpr double kSmallSteps = 0.2;  // factor of the steps while the clutch is down
   static constexpr double kWidest_rad = 0.6;
   static constexpr double kJaws_rad_per_s = 1.5;
 

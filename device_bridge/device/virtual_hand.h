@@ -20,7 +20,7 @@ class VirtualHand : public Device {
   explicit VirtualHand(std::vector<TracePoint> wish, const HandSpec& spec = {});
 
   DeviceLimits limits() const override { return limits_of(spec_); }
-  // Integrates up to now in steps of kStep_s. Orientation is the wish's own: only forces are felt, no torques.
+  // Integrates up to now in steps of kStep_s. The orientation is that of the wish: only forces are felt, no torques.
   Pose pose_world(double now_s) override;
   double opening_rad(double now_s) const override { return point_at(wish_, now_s).opening_rad; }
   void apply(const Vec3& force_world_n) override { mass_.apply(force_world_n); }

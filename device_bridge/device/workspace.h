@@ -42,7 +42,7 @@ class WorkspaceMap {
  private:
   Workspace workspace_;
   Eigen::Quaterniond turn_, roll_;
-  std::optional<Vec3> anchor_m_;  // the handle's, where the instrument is at `at_world_m_`
+  std::optional<Vec3> anchor_m_;  // place of the handle where the instrument is at `at_world_m_`
   Vec3 at_world_m_;
   Vec3 last_world_m_;
   bool clutch_ = false;

@@ -26,13 +26,13 @@ class PreparedDevice {
  public:
   // Its options don't say where the instrument appears: the scene does.
   bool wants_scene() const { return (handle || steering) && !(has_place && has_turn); }
-  // Once. Without a scene's camera the world's own axes serve.
+  // Call once. Without a camera of the scene, the axes of the world serve.
   std::unique_ptr<Device> finish(WishSource& wishes, const std::optional<Camera>& camera);
 
-  // One of them; none where the motion comes over the network.
+  // One of `whole`, `handle` and `steering` is set; none where the motion comes over the network.
   std::unique_ptr<Device> whole;
   std::unique_ptr<Handle> handle;
-  bool pushes = true;  // the handle can
+  bool pushes = true;  // the handle can push the hand
   std::unique_ptr<Steering> steering;
 
   Workspace workspace;

@@ -20,9 +20,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kSilence_s = 0.1;        // the service's, before the device is lost
-constexpr double kAnswer_s = 0.05;        // for an answer, before another message goes out
-constexpr lws_usec_t kAlive_us = 20'000;  // between messages while no force is asked for
+constexpr double kSilence_s = 0.1;        // silence of the service before the device is lost
+constexpr double kAnswer_s = 0.05;        // wait for an answer before another message goes out
+constexpr lws_usec_t kAlive_us = 20'000;  // time between messages while no force is asked for
 constexpr lws_usec_t kRetry_us = 500'000;
 constexpr std::chrono::seconds kPatience{3};
 constexpr double kFarthest_m = 10;

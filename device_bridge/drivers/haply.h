@@ -12,7 +12,7 @@ namespace sectio {
 struct HaplySpec {
   std::string host = "localhost";
   int port = 10001;
-  std::string id;  // the Inverse3's; empty: the first one
+  std::string id;  // id of the Inverse3; empty: the first one
 };
 
 // Connects, and waits a few seconds for the first state. Throws InputError when there is no service or no device. A

@@ -1,4 +1,4 @@
-// A library that is looked for at run time: who doesn't own the device needs neither it nor its headers.
+// A library that is looked for at run time: without the device, neither the library nor its headers are needed.
 #pragma once
 
 #include <dlfcn.h>

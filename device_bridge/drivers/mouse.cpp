@@ -113,7 +113,7 @@ class Mouse : public Steering {
 
   MouseSpec spec_;
   LatestValue<MouseState> states_;
-  MouseState last_;  // the servo thread's
+  MouseState last_;  // used by the servo thread only
   std::atomic<bool> stop_{false};
   std::mutex mutex_;
   std::condition_variable changed_;

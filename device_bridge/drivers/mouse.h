@@ -9,7 +9,7 @@ namespace sectio {
 
 struct MouseSpec {
   double way_m_per_count = 1e-4;
-  double wheel_m = 0.001;  // for a notch
+  double wheel_m = 0.001;  // way of the instrument for a notch
 };
 
 // Throws InputError when there is no desktop. A window that is closed is a device that is lost.

@@ -17,7 +17,7 @@ struct HandLoad {
 
 class PolledHandle : public Handle {
  public:
-  static constexpr double kSilence_s = 0.1;  // the device's, before it is lost
+  static constexpr double kSilence_s = 0.1;  // silence of the device before it is lost
   static constexpr double kStale_s = 0.05;   // a force of the servo older than this is stale
 
   bool latest(HandleState& state) override { return states_.load(state); }
@@ -27,7 +27,7 @@ class PolledHandle : public Handle {
   bool lost() const override { return steady_now_s() - heard_s_ > kSilence_s; }
 
  protected:
-  // The thread that talks to the library.
+  // Called by the thread that talks to the library.
   void heard(const HandleState& state) {
     states_.store(state);
     heard_s_ = steady_now_s();

@@ -1,4 +1,4 @@
-// Does a program listen at a port?
+// Whether a program listens at a port.
 #pragma once
 
 #include <string>

@@ -10,7 +10,7 @@
 namespace sectio {
 
 struct SpacemouseSpec {
-  std::string socket = {};  // spacenavd's; empty: its own default
+  std::string socket = {};  // socket of spacenavd; empty: its default
   double speed_m_per_s = 0.1;
   double turn_rad_per_s = 1.5;
 };

@@ -77,7 +77,7 @@ class Tracker : public PolledHandle {
     if (message->Unpack(1) & igtl::MessageHeader::UNPACK_BODY) take(*message);
     return true;
   }
-  // Millimetres.
+  // Messages are in millimetres.
   void take(igtl::TransformMessage& message) {
     igtl::Matrix4x4 place;
     message.GetMatrix(place);

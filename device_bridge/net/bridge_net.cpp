@@ -63,14 +63,14 @@ struct Handover {
   Ring<PoseSample> samples{kRingSamples};  // to the network
   Signal signal;                           // there is a sample
   LatestValue<ContactModel> newest;        // to the hand
-  LatestValue<ToolWish> wish;              // likewise
+  LatestValue<ToolWish> wish;              // to the hand
 
   // Written by the network's thread, read by any.
   std::atomic<std::uint32_t> servers{0};
   std::atomic<std::uint64_t> packets{0};
   std::atomic<bool> met{false};
   std::atomic<bool> ended{false};
-  Camera camera;  // the first scene's; never written again once there is one
+  Camera camera;  // camera of the first scene; never written again once there is one
   std::atomic<bool> has_camera{false};
 };
 
@@ -234,9 +234,9 @@ struct BridgeNet::State {
     thread.join();
   }
 
-  std::uint64_t samples_dropped = 0;  // servo thread's
+  std::uint64_t samples_dropped = 0;  // used by the servo thread only
   Handover handover;
-  Messenger messenger;  // network's thread's
+  Messenger messenger;  // used by the network's thread only
   std::atomic<bool> stop{false};
   std::thread thread;
 };

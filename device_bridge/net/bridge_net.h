@@ -31,10 +31,10 @@ class BridgeNet {
   bool latest_wish(ToolWish& wish);
 
   // Any thread. A session that has ended stays ended.
-  std::uint32_t servers() const;  // listening now
-  bool met_a_server() const;      // at any time
+  std::uint32_t servers() const;  // servers that listen now
+  bool met_a_server() const;      // a server has listened at any time
   bool session_ended() const;
-  std::optional<Camera> camera() const;  // the first scene's that has come
+  std::optional<Camera> camera() const;  // camera of the first scene that has come
 
   std::uint64_t packets_sent() const;
   std::uint64_t samples_dropped() const;

@@ -25,7 +25,7 @@ class StrongestContact {
   void announce(const SceneInfo& scene);
 
   void end(double now_s, std::uint64_t epoch);
-  // A server has ended its session, and no other server speaks any more.
+  // True when a server has ended its session, and no other server speaks any more.
   bool all_ended(double now_s) const;
 
  private:
@@ -39,7 +39,7 @@ class StrongestContact {
   void bury_before(std::uint64_t epoch);
 
   std::map<std::uint64_t, Server> servers_;    // by epoch
-  std::map<std::uint64_t, SceneInfo> scenes_;  // likewise
+  std::map<std::uint64_t, SceneInfo> scenes_;  // by epoch
   ContactModel model_;
 };
 

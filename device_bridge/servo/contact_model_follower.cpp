@@ -9,12 +9,12 @@ namespace sectio {
 namespace {
 
 constexpr double kShareOfBound = 0.7, kShareOfDamping = 0.95;
-constexpr double kShareOfMass = 0.3;     // share of the device's own
+constexpr double kShareOfMass = 0.3;     // share of the device's own mass
 constexpr double kWrongStiffness = 0.2;  // the part of a fitted stiffness that is taken to be wrong
 constexpr double kSideways = 1.5;        // nobody fits the stiffness there
 constexpr double kShareOfLoop = 0.8;     // the loop's gain about the resonance, which is highest a little below it
 constexpr double kShortestFilter_s = 0.002;
-constexpr double kForgets_s = 0.01;     // a correction, where nothing touches
+constexpr double kForgets_s = 0.01;     // time in which a correction fades where nothing touches
 constexpr double kLeastForce_n = 1e-3;  // smaller ones push in no direction
 
 bool in_tissue(const ContactModel& model) {
@@ -110,7 +110,7 @@ Vec3 ContactModelFollower::push(double dt_s) {
   return pushed_n < 0 ? Vec3(Vec3::Zero()) : Vec3(pushed_n * model_.normal_world);  // no number stays none
 }
 
-// A force that the simulation has besides the front's is added slowly.
+// A force that the simulation has besides that of the front is added slowly.
 Vec3 ContactModelFollower::hold_blade(double dt_s) {
   const double k = model_.side_stiffness_n_per_m;
   anchor_m_ += dt_s * model_.velocity_world_m_per_s;

@@ -56,7 +56,7 @@ class ContactModelFollower {
   static constexpr std::size_t kHistory = 256;
   struct Felt {
     TipMotion tip;
-    Vec3 spring_n = Vec3::Zero();  // the anchor's
+    Vec3 spring_n = Vec3::Zero();  // force of the spring at the anchor
   };
   const Felt* felt_at(double time_s) const;
   void adopt(bool is_held);
@@ -69,7 +69,7 @@ class ContactModelFollower {
   bool fresh_ = false, has_model_ = false;
   double received_s_ = 0;
   TipMotion tip_;
-  std::array<Felt, kHistory> history_{};  // the last ticks'
+  std::array<Felt, kHistory> history_{};  // samples of the last ticks
   std::size_t ticks_ = 0;
   double filter_s_ = 0, side_filter_s_ = 0;  // tau
   double wrong_n_ = 0, correction_n_ = 0;    // n.f - Y(i), and w

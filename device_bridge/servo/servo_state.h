@@ -24,7 +24,7 @@ struct ServoRecord {
   Vec3 moment_world_n_m = Vec3::Zero();  // about the origin of the tool's frame
   double model_age_s = -1;               // now - the model's tool time; negative: no model yet
   ContactState state = ContactState::free;
-  bool server_silent = false;  // the watchdog has the force
+  bool server_silent = false;  // the watchdog controls the force
   std::uint64_t overruns = 0;  // ticks missed so far
 };
 
@@ -33,8 +33,8 @@ class ServoState {
   explicit ServoState(const DeviceLimits& device = {}) : device_(device), follower_(device) {}
 
   // `model`: the newest model if one has come since the last tick, else null. The tip is the origin of the tool's
-  // frame. A result that isn't finite becomes no force, and the model is forgotten. Whatever comes, the force on a
-  // hand at rest changes no faster than the device's slew; its own motion adds what the stiffest spring would.
+  // frame. A result that isn't finite becomes no force, and the model is forgotten. In any case, the force on a hand at
+  // rest changes no faster than the device's slew; its own motion adds what the stiffest spring would.
   ServoRecord tick(double now_s, const Pose& pose_world, const ContactModel* model);
 
   // A tick at which nobody holds the instrument: the next pose goes on from no other one, which the hole in the
@@ -49,7 +49,7 @@ class ServoState {
   double last_s_ = 0;
   Vec3 last_position_m_ = Vec3::Zero();
   Vec3 last_force_n_ = Vec3::Zero();
-  double given_j_ = 0;  // to the hand, since the touch
+  double given_j_ = 0;  // energy given to the hand since the touch
   double is_shaken_until_s_ = 0;
 };
 

@@ -21,9 +21,9 @@ class BodyMesh {
   [[nodiscard]] bool move(const BodyFrame& body);
   // After move(): takes the values of a field as shares of the range from `least` to `most`; without a field, zeros.
   void set_scalars(const ScalarField* field, float least = 0, float most = 1);
-  // Around all vertices that are drawn.
+  // The box around all vertices that are drawn, at rest.
   Eigen::AlignedBox3d rest_box() const;
-  // The skin's edges are too long for its vertices to carry the broad pattern (tissue_noise.h).
+  // True when the skin's edges are too long for its vertices to carry the broad pattern (tissue_noise.h).
   bool is_coarse() const { return is_coarse_; }
 
   std::span<const CanvasVertex> vertices() const { return vertices_; }

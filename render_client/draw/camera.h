@@ -17,7 +17,7 @@ double tangent_of_half_angle(const Camera& camera);
 // The tangents from the middle of a picture to its right and to its upper border. aspect: width over height.
 Eigen::Vector2d half_slopes(const Camera& camera, double aspect);
 
-// Rigid.
+// A rigid transform.
 Eigen::Matrix4f view_from_world(const Camera& camera);
 
 // Near and far planes follow the distance from eye to target.
@@ -28,7 +28,7 @@ struct SectionPlane {
   Vec3 point_world_m = Vec3::Zero();
   Vec3 normal_world = Vec3::UnitZ();  // unit
 };
-// Through the camera's target, facing its eye.
+// The plane through the camera's target, facing its eye.
 SectionPlane section_at_target(const Camera& camera);
 
 // Two eyes side by side that look in parallel, each through a frustum that is shifted so that both meet at the
@@ -42,7 +42,7 @@ struct Stereo {
 struct EyeView {
   Eigen::Matrix4f view_from_world, projection;
 };
-// side: -1 the left eye, 1 the right one. aspect: of the picture of one eye.
+// side: -1 the left eye, 1 the right one. aspect: width over height of the picture of one eye.
 EyeView eye_view(const Camera& camera, double aspect, const Stereo& stereo, int side);
 
 // Keeps the direction of sight and moves target and eye so that all finite vertices of bodies are in the picture.

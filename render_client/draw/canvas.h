@@ -49,13 +49,13 @@ enum class Shading : std::uint8_t {
 
 struct Material {
   Shading shading = Shading::skin;
-  Vec3f colour = Vec3f::Constant(0.6f);  // the screen's, 0 to 1
+  Vec3f colour = Vec3f::Constant(0.6f);  // colour on the screen, 0 to 1
   // Skin whose vertices are too far apart to carry the broad pattern looks it up for each pixel.
   bool pattern_per_pixel = false;
   // A section through the mesh shows this colour, and the regions where its places were at rest.
   Vec3f inside_colour = Vec3f::Constant(0.6f);
   Eigen::Matrix4f rest_from_world = Eigen::Matrix4f::Identity();
-  std::span<const TissueLayer> layers = {};  // a wall's, by its depth; at most kMaxLayers
+  std::span<const TissueLayer> layers = {};  // layers of a wall, by depth; at most kMaxLayers
   bool lit = false;                          // no occluder's shadow reaches the triangles
 };
 

@@ -22,8 +22,9 @@ struct DrawOptions {
   bool overlay = true;
   bool fit_camera = false;            // show all of all bodies, along the frame's own line of sight
   double frames_per_s = 0;            // for the overlay; 0: not shown
-  std::optional<Stereo> stereo = {};  // the left half of the picture is the left eye's, the right half the other's
-  // The tissue on one side of it is left out, and the edges of triangles are. Regions inside are shown as at rest.
+  std::optional<Stereo> stereo = {};  // left half of the picture: left eye; right half: right eye
+  // The tissue on one side of the plane is left out, and so are the edges of triangles. Regions inside are shown as at
+  // rest.
   std::optional<SectionPlane> section = {};
   std::string field = {};  // bodies with a scalar field of this name show it in colours instead of tissue
 };
@@ -45,7 +46,7 @@ class FramePainter {
   void update(const Frame& frame, const DrawOptions& options);
   const Image& draw_eye(const Frame& frame, const DrawOptions& options, const EyeView& eye);
 
-  // The shown field's, over all bodies that were drawn last; empty: none of them has it.
+  // The range of the shown field over all bodies that were drawn last; empty: none of them has the field.
   const std::optional<FieldRange>& field_range() const { return field_range_; }
 
  private:
@@ -73,7 +74,7 @@ class FramePainter {
   void draw_floor(const CanvasView& view);
   void draw_parts(MeshId mesh, const ShadowSplit::Parts& parts, Material material);
   Camera camera_of(const Frame& frame, const DrawOptions& options) const;
-  double aspect(const DrawOptions& options) const {  // an eye's picture has it
+  double aspect(const DrawOptions& options) const {  // aspect of the picture of one eye
     return static_cast<double>(canvas_.width_px()) / (options.stereo ? 2 : 1) / canvas_.height_px();
   }
   const Image& draw_part(const Frame& frame, const DrawOptions& options, const EyeView& eye, PicturePart part);

@@ -30,7 +30,7 @@ class GlContext {
 // Reads a part of a framebuffer, whose last row is the picture's first, into the same part of the picture.
 void read_pixels(const GlFunctions& gl, const GlTarget& part, Image& picture);
 
-// Throws InputError for what no canvas can be.
+// Throws InputError for sizes and samples that no canvas can have.
 void check_canvas(int width_px, int height_px, int samples_per_pixel);
 
 // samples_per_pixel: see make_osmesa_canvas(). The size of the picture may change between two of them.

@@ -33,10 +33,10 @@ namespace sectio {
 
 struct GlFunctions {
 #ifdef __EMSCRIPTEN__
-  // A browser has one.
+  // A browser has one library of OpenGL.
 #define SECTIO_DECLARE(name) decltype(&::gl##name) name = &::gl##name;
 #else
-  // find("glClear") gives the context's, or null. Throws InputError when one is missing.
+  // find("glClear") gives the function of the context, or null. Throws InputError when one is missing.
   explicit GlFunctions(const auto& find) {
 #define SECTIO_FIND(name)                                           \
   name = reinterpret_cast<decltype(&::gl##name)>(find("gl" #name)); \

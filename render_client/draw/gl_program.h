@@ -55,8 +55,8 @@ class Program {
   static Program link(const GlFunctions& gl, std::initializer_list<unsigned> stages);
   int location(const char* name) const;
 
-  const GlFunctions* gl_ = nullptr;  // the context's
-  unsigned id_ = 0;                  // OpenGL's
+  const GlFunctions* gl_ = nullptr;  // functions of the context
+  unsigned id_ = 0;                  // number of the program in OpenGL
 };
 
 }  // namespace sectio

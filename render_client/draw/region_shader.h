@@ -20,11 +20,11 @@ struct RegionTable {
   std::array<std::array<int, 2>, kMaxRegionParts> part_of{};      // form, region
   std::array<Vec4f, kMaxRegions> colour, grain, rim;              // linear light; w is rim_m, ripple_m, unused
   Vec3f grid_from_m = Vec3f::Zero(), grid_per_m = Vec3f::Ones();  // cell = (x - from) * per_m
-  std::vector<std::uint32_t> cells;  // the grid's, x fastest: a bit for each part that may be there
+  std::vector<std::uint32_t> cells;  // cells of the grid, x fastest: a bit for each part that may be there
 };
 
 // Parts are in the order of their regions. Parts beyond kMaxRegionParts are left out: flaw_of() refuses such regions.
-// `rest_box`: of the body.
+// `rest_box`: the box of the body at rest.
 RegionTable region_table(std::span<const Region> regions, const Eigen::AlignedBox3d& rest_box);
 
 namespace shaders {

@@ -20,7 +20,7 @@ class ShadowSplit {
   };
   // Appends the triangles of a range of `indices` to indices(), those first that are in the light for certain.
   Parts append(std::span<const std::uint32_t> indices, IndexRange range);
-  // Since look().
+  // All indices appended since look().
   const std::vector<std::uint32_t>& indices() const { return sorted_; }
 
  private:

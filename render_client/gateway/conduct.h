@@ -21,7 +21,7 @@ class Conduct {
   }
   void refusal(double now_s, double weight = 1);
   void wish(bool too_fast) { too_fast_ = too_fast ? too_fast_ + 1 : 0; }
-  // Again and again.
+  // Call again and again.
   void tick(double now_s);
   // This process didn't run: nobody could be heard.
   void slept(double now_s) { came_s_ = now_s; }

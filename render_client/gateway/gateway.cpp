@@ -57,7 +57,7 @@ void Gateway::feed(const ScalarPiece& message) {
 }
 
 void Gateway::feed(const SessionEvent& message) {
-  // To a gateway that joins anew what is kept of them is said again.
+  // The kept events are said again to a gateway that joins anew.
   const auto is_known = [&](const SessionEvent& e) { return e.epoch == message.epoch && is_same_event(e, message); };
   if (std::ranges::any_of(heard_, is_known)) return;
   heard_.push_back(message);
@@ -66,7 +66,7 @@ void Gateway::feed(const SessionEvent& message) {
   post_all(LiveKind::event, message);
 }
 
-// Only those with words. A lag is told again and again: its newest is enough, and leaves place for others.
+// Only events with words. A lag is told again and again: its newest is enough, and leaves place for others.
 std::vector<SharedBytes> Gateway::events_of_late() const {
   std::vector<SharedBytes> late;
   bool has_lag = false;
@@ -191,7 +191,7 @@ void Gateway::take_wish(std::uint32_t client, ToolWish wish, double now_s) {
     return;
   }
   Hand& hand = hands_[wish.tool_id];
-  constexpr double kJitter_s = 0.02;  // the network's
+  constexpr double kJitter_s = 0.02;  // jitter of the network
   const double most_m = limits_.max_speed_m_per_s * (now_s - hand.heard_s + kJitter_s);
   const bool too_fast = hand.heard_s >= 0 && (wish.pose_world.position_m - hand.position_m).norm() > most_m;
   clients_.at(client).conduct.wish(too_fast);

@@ -31,12 +31,12 @@ namespace sectio {
 struct GatewayLimits {
   std::size_t max_clients = 64;
   double max_speed_m_per_s =
-      kUsualMaxSpeed_m_per_s;  // a wish's; faster ones are passed on, counted, and followed at the limit
+      kUsualMaxSpeed_m_per_s;  // limit of wishes; faster ones are passed on, counted, and followed at the limit
 };
 
 struct GatewayCounts {
-  std::uint64_t clients_refused = 0;  // too many
-  std::uint64_t clients_cut = 0;      // because of their conduct
+  std::uint64_t clients_refused = 0;  // refused because there were too many
+  std::uint64_t clients_cut = 0;      // cut because of their conduct
   std::uint64_t wishes = 0;           // passed on
   std::uint64_t wishes_too_fast = 0;
   std::uint64_t refused_garbage = 0;     // frames that are no messages
@@ -73,12 +73,12 @@ class Gateway {
   // Scored tries of an exercise, as files.
   TryBook& tries() { return tries_; }
 
-  // Clients. Nothing when there are too many.
+  // Connects a client. Nothing when there are too many.
   std::optional<std::uint32_t> connect();
   // The gateway's own viewer, which is nobody that people see or that counts.
   std::uint32_t connect_inside();
   void disconnect(std::uint32_t client);
-  // Whatever a client has sent, as one frame. False: its connection has to end (see take_guilty()).
+  // Takes the data of a client, as one frame. False: the connection has to end (see take_guilty()).
   bool receive(std::uint32_t client, std::span<const std::uint8_t> frame, double now_s);
   // The next frame for a client; false when there is none.
   bool next_frame(std::uint32_t client, std::vector<std::uint8_t>& frame);
@@ -86,7 +86,7 @@ class Gateway {
   std::string title(std::uint32_t client) const;
   bool has_mail(std::uint32_t client) const;
 
-  // Again and again: hands and clients that are silent, notices, who is here.
+  // Call again and again: for hands and clients that are silent, for notices, and for the roster.
   void tick(double now_s);
   // Clients whose connections have to end, each named once, and why.
   struct Guilty {
@@ -95,7 +95,7 @@ class Gateway {
   };
   std::vector<Guilty> take_guilty() { return std::exchange(guilty_, {}); }
 
-  // For the session, since the last call.
+  // The messages for the session since the last call.
   std::vector<ToolWish> take_wishes();
   std::vector<SessionOrder> take_orders();
   std::vector<KeyframeRequest> take_requests(double now_s) { return copy_.take_requests(now_s); }

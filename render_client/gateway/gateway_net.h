@@ -21,7 +21,7 @@ class GatewayNet {
   void send(Gateway& gateway, double now_s);
 
   bool connected() const;
-  bool session_ended() const;  // and nothing of another server has come since
+  bool session_ended() const;  // it has ended, and nothing of another server has come since
 
  private:
   struct Wire;

@@ -48,18 +48,18 @@ class Mailbox {
   bool take(std::vector<std::uint8_t>& frame);
   bool is_empty() const { return ordered_.empty() && round_.empty() && next_round_.empty(); }
 
-  // The keyframe of a body waits already.
+  // Whether the keyframe of a body waits already.
   bool holds_keyframe(std::uint64_t epoch, std::uint32_t body_id) const;
   void post_keyframe(std::uint64_t epoch, std::uint32_t body_id, const std::vector<SharedBytes>& chunks);
 
-  std::uint64_t replaced() const { return replaced_; }  // messages that a newer one took the place of
+  std::uint64_t replaced() const { return replaced_; }  // messages that newer ones replaced
   std::uint64_t dropped() const { return dropped_; }    // changes of topology
 
  private:
   struct Ordered {
     LiveKind kind;
     SharedBytes message;
-    std::uint64_t epoch = 0;  // a keyframe chunk's
+    std::uint64_t epoch = 0;  // epoch of a keyframe chunk
     std::uint32_t body_id = 0;
   };
 

@@ -87,7 +87,7 @@ bool Roles::heard(std::uint32_t person, std::uint32_t tool_id, double now_s) {
 }
 
 void Roles::tick(double now_s) {
-  // Whoever calls this was asleep: what hands have said meanwhile hasn't been heard yet.
+  // The caller was asleep: what hands have said meanwhile hasn't been heard yet.
   if (now_s - ticked_s_ > kAsleep_s)
     for (Holding& tool : tools_) tool.heard_s = now_s;
   ticked_s_ = now_s;

@@ -14,7 +14,7 @@ namespace sectio {
 
 class Roles {
  public:
-  static constexpr double kHandSilence_s = 3;  // after which an instrument is taken from a hand that says nothing
+  static constexpr double kHandSilence_s = 3;  // silence of a hand after which its instrument is taken from it
 
   // The words that a person must know to hold an instrument, and to lead the session. Empty: none, and whoever may hold
   // an instrument leads.
@@ -57,7 +57,7 @@ class Roles {
   static constexpr double kAsleep_s = 1;
 
   struct Holding {
-    std::string name;  // the instrument's
+    std::string name;  // name of the instrument
     std::uint32_t person = kNobody;
     double heard_s = 0;
   };

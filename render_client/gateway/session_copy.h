@@ -25,7 +25,7 @@ class SessionCopy {
   void feed(const StateHeader& header);  // for the revisions with which a later term begins
   void feed(const SessionEnd& end);
 
-  // For the servers: what this copy lacks.
+  // Requests to the servers for what this copy lacks.
   std::vector<KeyframeRequest> take_requests(double now_s);
 
   // The scenes of all servers, and the ends of those that have ended, encoded.
@@ -38,7 +38,7 @@ class SessionCopy {
 
  private:
   struct Body {
-    std::uint64_t revision = kNoRevision;  // the chunks'
+    std::uint64_t revision = kNoRevision;  // revision of the chunks
     std::vector<SharedBytes> chunks;
   };
   struct Server {

@@ -18,7 +18,7 @@ class TryBook {
  public:
   static constexpr double kEvery_s = 0.1;             // simulated time between places of an instrument, at first
   static constexpr std::size_t kMostPlaces = 1200;    // when there are more, every second one goes
-  static constexpr std::size_t kMostLines = 64;       // a score's
+  static constexpr std::size_t kMostLines = 64;       // lines of a score
   static constexpr std::size_t kMostTriesShown = 40;  // the newest
 
   // Empty: nothing is kept. Throws InputError when there can be no such directory.

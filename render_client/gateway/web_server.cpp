@@ -338,7 +338,7 @@ bool WebServer::State::ping_if_due(lws* wsi, Socket& socket) {
 // One frame for each time that the socket can take one.
 int WebServer::State::send(lws* wsi) {
   const auto at = sockets.find(wsi);
-  // Whoever reads is alive, though the answer to a ping comes late: the ping waits behind all that is to be read.
+  // A client that reads is alive, though the answer to a ping comes late: the ping waits behind all that is to be read.
   if (at != sockets.end() && std::exchange(at->second.is_full, false)) at->second.heard_s = steady_now_s();
   if (at != sockets.end() && ping_if_due(wsi, at->second)) return 0;
   if (at == sockets.end() || !handlers.next_frame(at->second.id, frame)) return 0;

@@ -27,7 +27,7 @@ struct WebServerHandlers {
   std::function<bool(std::uint64_t socket, std::vector<std::uint8_t>& frame)> next_frame;  // false: nothing to send
   std::function<std::string(std::uint64_t socket)> title;                                  // for a line about it
   std::function<std::string()> metrics;
-  std::function<std::string()> tries;          // the exercise's, as JSON
+  std::function<std::string()> tries;          // tries of the exercise, as JSON
   std::function<std::uint64_t()> ask_picture;  // returns the number of the picture that will answer
   std::function<std::shared_ptr<const std::string>(std::uint64_t number)> picture;  // null: not yet
   std::function<bool()> tick;                                                       // every 4 ms; false: run() returns

@@ -34,7 +34,8 @@ class ClientNet {
   // joins the session anew here; the world keeps what it has.
   void poll(double now_s, World& world);
 
-  // Everything that is heard from now on goes there, too; HeardRecord::keep() is for who draws. It outlives the net.
+  // Records everything that is heard from now on, too; the program that draws calls HeardRecord::keep(). The record
+  // outlives the net.
   void record(HeardRecord& record);
 
   bool connected() const;
@@ -68,7 +69,7 @@ class ClientNet {
     bool states = true, keyframes = true, deltas = true;
     bool operator==(const Channels&) const = default;
   };
-  Channels channels_;     // heard now
+  Channels channels_;     // channels that are heard now
   double joined_s_ = -1;  // when the scene was heard
   double pull_began_s_ = -1;
   double pulled_s_ = -1e300;  // when a keyframe was last wanted

@@ -58,7 +58,7 @@ class HeardRecord {
   SessionRecord record_;
   bool ended_ = false, is_whole_ = true;
   std::map<std::uint64_t, std::size_t> scenes_;  // in the record: epoch, number of bodies
-  std::map<BodyKey, BodyVersion> versions_;      // likewise
+  std::map<BodyKey, BodyVersion> versions_;      // in the record
   std::map<BodyKey, DeltaQueue> deltas_;         // heard
   std::vector<Waiting> waiting_;
   std::map<std::uint64_t, double> times_s_;  // by epoch: of the newest state since the last keep()

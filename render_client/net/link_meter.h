@@ -21,8 +21,8 @@ namespace sectio {
 class LinkMeter {
  public:
   static constexpr double kWindow_s = 0.5;   // a measurement lasts this long
-  static constexpr double kLate_s = 0.1;     // a slower rate is chosen
-  static constexpr double kPrompt_s = 0.05;  // a faster one may be tried
+  static constexpr double kLate_s = 0.1;     // states this late: a slower rate is chosen
+  static constexpr double kPrompt_s = 0.05;  // states this prompt: a faster rate may be tried
   static constexpr double kPatience_s = 1;   // before the first try
   static constexpr double kMostPatience_s = 60;
 
@@ -31,7 +31,7 @@ class LinkMeter {
 
   void hear(double now_s, const StateHeader& header);
   void hear(const StatePiece& piece);
-  // The server's clock less this program's; without it, the age of states isn't known.
+  // Sets the server clock minus this program's clock; without it, the age of states isn't known.
   void set_clock_offset(double offset_s) { clock_offset_s_ = offset_s; }
 
   // The rate with which to begin, on a link that took so long for the keyframes of what is to be seen.

@@ -39,7 +39,7 @@ Image plot(const ChartLabels& labels, const std::vector<Series>& series, int wid
 // finite is grey. Lines of series lie over the cells.
 struct HeatMap {
   std::vector<double> x, y, value;
-  std::string name;  // the value's, with its unit
+  std::string name;  // name of the value, with its unit
   // The values with the first and the last colour, which values beyond them have, too; empty: the least, the largest.
   std::optional<double> low = {}, high = {};
 };

@@ -29,7 +29,7 @@ struct Lines {
     return static_cast<std::size_t>(found - cells[0].begin());
   }
   std::string path;
-  std::vector<std::vector<std::string>> cells;  // the header's, then every line's
+  std::vector<std::vector<std::string>> cells;  // cells of the header, then of every line
 };
 
 double number(const std::string& path, std::size_t line, const std::vector<std::string>& cells, std::size_t at) {

@@ -1,7 +1,7 @@
-// A person with a headset and a controller. The room is WebXR's: metres, y up, and where the head was at first the
-// origin, with -z ahead. The scene stands in it as large as a person sees well, ahead of the chest, its ground level,
-// seen from the side from which the scene's camera sees it. A controller is the instrument: it reaches ahead of the
-// hand as a pen does.
+// A person with a headset and a controller. The room is that of WebXR: metres, y up, -z ahead; its origin is where the
+// head was at first. The scene stands in it as large as a person sees well, ahead of the chest, its ground level, seen
+// from the side from which the scene's camera sees it. A controller is the instrument: it reaches ahead of the hand as
+// a pen does.
 #pragma once
 
 #include <optional>

@@ -46,13 +46,13 @@ class LiveSession {
   // The newest of each server that is shown, in the order of their bodies.
   std::vector<const ServerStatus*> statuses() const;
   double force_n(std::uint32_t tool_id, double now_s) const { return forces_.force_n(tool_id, now_s).value_or(0); }
-  // Since the last word of the server that has been silent for longest; nothing before the first word.
+  // The time since the last word of the server that has been silent for longest; nothing before the first word.
   struct Silence {
     double for_s = 0;
     std::string of;  // its bodies, where there are several servers
   };
   std::optional<Silence> silence(double now_s) const;
-  // For a person. Something that is said again stays one line.
+  // A line for a person. Something that is said again stays one line.
   struct Line {
     std::uint64_t number = 0;  // ascending, so that a reader knows which are new
     std::string topic;         // there is one line for each

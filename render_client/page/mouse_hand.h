@@ -25,7 +25,7 @@ class MouseHand {
   static constexpr double kDeepest_m = 0.05;
   static constexpr double kSink_m_per_s = 0.08;  // down into the tissue and up again
   static constexpr double kTurn_m = 0.006;       // the edge turns into the direction of motion over this way
-  static constexpr double kWidest_rad = 0.6;     // jaws
+  static constexpr double kWidest_rad = 0.6;     // widest angle of jaws
   static constexpr double kSnip_rad = 0.14;      // scissors, which then cut 8 mm: a blade's length would leave a curve
   static constexpr double kJaws_rad_per_s = 1.5;
 

@@ -28,7 +28,7 @@ class PadHand {
   static constexpr double kJaws_rad_per_s = 1.5;
 
   void push(const PadState& state) { state_ = state; }
-  // `instrument`: where it is; nothing when it isn't drawn.
+  // `instrument`: its pose; nothing when it isn't drawn.
   void tick(double now_s, const std::optional<JointPose>& instrument, const Camera& camera);
   const std::optional<JointPose>& wish() const { return wish_; }
 

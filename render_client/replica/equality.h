@@ -1,4 +1,4 @@
-// Whether a viewer's bodies are the server's: hashes are compared whenever both are at the same revision.
+// Whether a viewer's bodies equal those of the server: hashes are compared whenever both are at the same revision.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ class Equality {
 
   // The newest versions that a server has told.
   void hear(std::uint64_t epoch, const std::vector<BodyVersion>& server) { server_[epoch] = server; }
-  // After each frame, so that no revision is missed.
+  // Call after each frame, so that no revision is missed.
   void compare(const World& world);
   // In the order of the bodies.
   std::vector<OfBody> of_bodies(const World& world) const;

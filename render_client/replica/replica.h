@@ -40,7 +40,7 @@ class Replica {
   // Another server has taken this one's session over (common/messages/epoch.h): bodies, revisions and steps go on, and
   // messages of the one before are ghosts. A body of which the new server doesn't know as much is begun anew.
   void adopt(const SceneInfo& scene);
-  // The first state of the new server says so. feed(StateHeader) does this, too.
+  // Begins the new server's term with its first state. feed(StateHeader) does this, too.
   void begin_term(const StateHeader& header);
   const std::optional<SceneInfo>& scene() const { return scene_; }
 
@@ -92,7 +92,7 @@ class Replica {
   std::vector<ReplicaBody> bodies_;
   std::vector<Recovery> recoveries_;  // one a body
   bool ended_ = false;
-  bool adopted_ = false;                          // and no state of the new server has come yet
+  bool adopted_ = false;                          // it has adopted a scene, and no state of the new server has come yet
   std::map<std::uint64_t, StateHeader> headers_;  // newer than the last frame, by step
   std::size_t largest_header_bytes_ = 0;          // so far
   std::optional<std::uint64_t> drawn_step_;

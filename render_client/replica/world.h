@@ -79,8 +79,8 @@ class World {
     bool heard = false;  // a state has come since the last frame
     double heard_s = -1e300;
     std::optional<SessionEnd> end;
-    std::uint64_t former_epoch = 0;  // the server's that had the session before
-    bool former_heard = false;       // and still sends states
+    std::uint64_t former_epoch = 0;  // epoch of the server that had the session before
+    bool former_heard = false;       // the former server still sends states
 
     std::uint64_t epoch() const { return replica.scene()->epoch; }
     bool is_silent(double now_s) const { return now_s - heard_s > kSilence_s; }

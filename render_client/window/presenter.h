@@ -14,7 +14,7 @@ namespace sectio {
 class Presenter {
  public:
   virtual ~Presenter() = default;
-  // Before the first picture after the window may have changed its size.
+  // Called before the first picture after the window may have changed its size.
   virtual void fit() {}
   // Whether the next pictures must lie in memory, too.
   virtual void want_pixels(bool) {}

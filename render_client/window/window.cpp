@@ -25,7 +25,7 @@ constexpr double kZoom = 0.12;  // logarithm of the distance, for a notch of the
 
 struct Window::State {
   SDL_Window* window = nullptr;
-  OpenGlPresenter drawn;  // its canvas only if it is OpenGL's
+  OpenGlPresenter drawn;  // it has a canvas only if it draws by OpenGL
   bool full_screen = false;
   PanelShown panel;          // at the last picture
   bool drags_panel = false;  // the button went down there

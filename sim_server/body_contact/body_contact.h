@@ -29,8 +29,8 @@ struct BodyContact {
   double depth_m = 0;                 // negative: a gap that may close within the step
   double area_m2 = 0;                 // the surface that it stands for
   ContactSide one, other;
-  Vec3 surface_velocity_m_per_s = Vec3::Zero();  // an immovable other side's, e.g. an instrument's
-  double largest_speed_m_per_s = 0.05;           // at which depth is undone
+  Vec3 surface_velocity_m_per_s = Vec3::Zero();  // velocity of an immovable other side, e.g. an instrument
+  double largest_speed_m_per_s = 0.05;           // largest speed at which depth is undone
   double friction = 0.4;                         // Coulomb's coefficient
   // More than 0 makes a grip of the contact: it holds the point to the surface in all directions, by this force at
   // most.

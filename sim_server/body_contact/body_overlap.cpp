@@ -14,8 +14,8 @@ constexpr double kThinnest_m = 1e-3;    // a body's edge that dents another one 
 constexpr double kSearchedAround_m = 0.03;
 const Vec3 kAside(0.011, 0.017, -0.013);  // a way along an edge of the mesh would cross nothing for certain
 
-// Surfaces that touch have nothing of the other body in their own. A vertex that has come through has: on the straight
-// way into its own body, the other one begins and ends, both times across the way, and is not just a sliver between.
+// When surfaces only touch, neither body contains a part of the other. A vertex has come through when, on the straight
+// way into its own body, the other body begins and ends, both times across the way, and is not just a sliver between.
 // The end is how deep the vertex is; 0: it has not come through.
 double came_through_m(const SearchedSurface& one, const SearchedSurface& other, VertexId v) {
   const Vec3 p = one.view.positions_world_m[v].cast<double>(), normal = area_at(one.view, v).stableNormalized();

@@ -49,7 +49,7 @@ class ContactSolver {
   // position, and an impulse that undid it would let bodies jump.
   void undo_depths(int sweeps);
 
-  // Before nodes moved in this step: contacts may still change that motion.
+  // The depth before nodes moved in this step: contacts may still change that motion.
   double depth_m(std::size_t contact) const { return rows_[contact].depth_m; }
   Vec3 impulse_on_other_n_s(std::size_t contact) const { return -rows_[contact].impulse_n_s; }
   std::vector<VertexImpulse> impulses_on_vertices(std::size_t contact) const;
@@ -81,7 +81,7 @@ class ContactSolver {
     double target_m_per_s = 0;  // least velocity apart
     double normal_impulse_n_s = 0;
     Eigen::Vector2d friction_impulse_n_s = Eigen::Vector2d::Zero();
-    Vec3 impulse_n_s = Vec3::Zero();  // in all
+    Vec3 impulse_n_s = Vec3::Zero();  // total impulse
 
     std::span<const Share> nodes() const { return {shares.data(), share_count}; }
   };

@@ -22,7 +22,7 @@ struct SearchedSurface {
   const CollisionEngine& tree;
 };
 
-// Along the normal of the surface at a vertex; as long as twice the area of the triangles around it.
+// A vector along the normal of the surface at a vertex, as long as twice the area of the triangles around it.
 Vec3 area_at(const SurfaceView& surface, VertexId v);
 
 // Appends contacts of vertices that are at most reach_m above the opposite surface: first of vertices of `one`, then of

@@ -29,7 +29,7 @@ class LipFinder {
 
   // Takes the vertices around which the topology has changed.
   void follow(const TriangleMesh& mesh, std::span<const VertexId> changed);
-  // Once a step of step_s, after deformation: appends the contacts of wall vertices with opposite triangles, in
+  // Call once a step of step_s, after deformation: appends the contacts of wall vertices with opposite triangles, in
   // which the body has number 0.
   void find(const SharedBody& body, double step_s, std::vector<BodyContact>& contacts);
 
@@ -42,7 +42,7 @@ class LipFinder {
   static constexpr std::size_t kOpposite = 6;
   struct Lip {
     std::array<TriangleId, kOpposite> opposite;
-    bool waits = false;      // for a search
+    bool waits = false;      // the vertex waits for a search
     std::uint8_t pause = 0;  // steps until it is looked at again: it was far from the other lip
 
     template <class A>

@@ -58,7 +58,7 @@ class RigidBody {
   Mat3 inverse_inertia_world_ = Mat3::Identity();  // at the present pose
   Pose pose_;
   Vec3 momentum_ = Vec3::Zero(), angular_momentum_ = Vec3::Zero();
-  Vec3 velocity_before_ = Vec3::Zero();  // before push()
+  Vec3 velocity_before_ = Vec3::Zero();  // velocity before push()
   Vec3 pushed_ = Vec3::Zero();           // momentum after push()
   double still_s_ = 0;
   bool asleep_ = false;

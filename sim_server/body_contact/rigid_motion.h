@@ -21,7 +21,7 @@ struct RigidSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
   double density_kg_per_m3 = 1000;
-  double friction = 0.4;  // Coulomb's, with instruments
+  double friction = 0.4;  // Coulomb's coefficient, with instruments
 
   template <class A>
   void archive(A& a) {
@@ -31,8 +31,8 @@ struct RigidSettings {
 
 class RigidMotion final : public DeformationEngine {
  public:
-  // `frame_world`: of the shape at rest; `mass_kg`: by vertex. Null when the surface encloses no volume, at rest or in
-  // its present shape: such a part has no rigid motion.
+  // `frame_world`: the frame of the shape at rest; `mass_kg`: by vertex. Null when the surface encloses no volume, at
+  // rest or in its present shape: such a part has no rigid motion.
   static std::unique_ptr<RigidMotion> release(const SharedBody& part, const Pose& frame_world,
                                               std::span<const double> mass_kg, const RigidSettings& settings);
 
@@ -40,9 +40,9 @@ class RigidMotion final : public DeformationEngine {
   void step(const SharedBody& self, std::span<const PointConstraint> constraints,
             std::span<Reaction> reactions) override;
   std::span<const PointConstraint> constraints() const { return constraints_; }
-  // The same as contacts of a body with this number, in their order.
+  // Appends the same constraints as contacts of a body with this number, in their order.
   void append_contacts(std::uint32_t number, std::vector<BodyContact>& contacts) const;
-  // One a constraint; whoever solves the contacts sets them.
+  // One reaction a constraint; the caller that solves the contacts sets them.
   std::span<const Reaction> reactions() const { return reactions_; }
   void react(std::size_t constraint, const Vec3& impulse_on_tool_n_s);
 
@@ -59,7 +59,7 @@ class RigidMotion final : public DeformationEngine {
   double energy_j(const SharedBody& self) const override;
   double largest_stable_step_s() const override { return std::numeric_limits<double>::infinity(); }
   VertexId first_bad_vertex() const override { return is_finite() ? kNone : 0; }
-  // The pose. Without one the body stays where it is, and has the shape of its release.
+  // Saves the pose. Without one the body stays where it is, and has the shape of its release.
   void save(DeformationState& state) const override { state.frames_world.assign(1, body.pose_world()); }
   void restore(const SharedBody& self, const DeformationState* state) override;
   bool deforms() const override { return false; }

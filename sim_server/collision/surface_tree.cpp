@@ -274,7 +274,7 @@ void SurfaceTree::update_changed(const SurfaceView& view, std::span<const Triang
   for (const TriangleId t : changed)
     if (view.alive(t))
       for (const VertexId v : view.mesh.triangle(t).v)
-        if (h.left_margin(v, view.positions_world_m[v])) {  // the vertex is new, or its slot was another's
+        if (h.left_margin(v, view.positions_world_m[v])) {  // the vertex is new, or its slot had another vertex
           h.anchors[v] = view.positions_world_m[v];
           h.moved.push_back(v);
         }

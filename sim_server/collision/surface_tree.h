@@ -43,7 +43,7 @@ class SurfaceTree final : public CollisionEngine {
 
   std::vector<SurfaceHit> hits(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;
   std::optional<SurfaceHit> first_hit(const SurfaceView& view, const Vec3& p, const Vec3& q) const override;
-  // By the parity of the crossings of a ray, which is exact.
+  // Counts the crossings of a ray, whose parity is exact.
   bool inside(const SurfaceView& view, const Vec3& point) const override;
   std::optional<ClosestSurfacePoint> closest(const SurfaceView& view, const Vec3& point,
                                              double within_m) const override;

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr double kHeldShare = 0.15;  // share of the height, from below
 constexpr double kPictureLimit_s = 60;
-constexpr std::size_t kMostShapes = 12;  // a region's
+constexpr std::size_t kMostShapes = 12;  // shapes of a region
 constexpr std::array kColours{"[0.86, 0.78, 0.62]", "[0.35, 0.42, 0.68]", "[0.72, 0.16, 0.14]", "[0.55, 0.62, 0.35]"};
 
 struct OrganFlags {

@@ -11,7 +11,7 @@ namespace sectio {
 
 struct Leaving {
   TopologyDelta delta;                // for the body, at the revision of `mesh`
-  TriangleMesh mesh;                  // the part's, at revision 0, without dead slots
+  TriangleMesh mesh;                  // mesh of the part, at revision 0, without dead slots
   std::vector<VertexId> vertex_from;  // by vertex of the part: its slot in the body
 };
 

@@ -53,7 +53,7 @@ class DeformationEngine : public Engine {
   virtual void release(std::span<const VertexId> piece, const std::optional<SupportPlane>& support) = 0;
 
   virtual bool fixed(VertexId v) const = 0;               // the vertex never moves
-  virtual double mass_kg(VertexId v) const = 0;           // the tissue's, without added mass
+  virtual double mass_kg(VertexId v) const = 0;           // mass of the tissue, without added mass
   virtual double inverse_mass_per_kg(VertexId v) const {  // change of its velocity per impulse on it; 0: held
     return fixed(v) || !(mass_kg(v) > 0) ? 0 : 1 / mass_kg(v);
   }

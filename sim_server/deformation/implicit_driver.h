@@ -46,12 +46,12 @@ class ImplicitDriver {
     if (from == 0) newton_.begin_with({});
   }
 
-  double residual() const { return residual_; }             // by force, of the last step: the largest of its parts
+  double residual() const { return residual_; }             // residual by force in the last step: largest of its parts
   double residual_m() const { return residual_m_; }         // how far the last iteration moved something
-  std::uint64_t steps_not_met() const { return not_met_; }  // so far
-  int parts() const { return parts_; }                      // the last step's
-  int iterations() const { return iterations_; }            // the last step's, by Newton's method
-  int products() const { return products_; }                // the last step's
+  std::uint64_t steps_not_met() const { return not_met_; }  // steps so far that missed the tolerance
+  int parts() const { return parts_; }                      // parts of the last step
+  int iterations() const { return iterations_; }            // iterations of Newton's method in the last step
+  int products() const { return products_; }                // products with Hessians in the last step
 
   template <class A>
   void archive(A& a) {
@@ -61,7 +61,7 @@ class ImplicitDriver {
 
  private:
   static constexpr int kMostParts = 8;
-  // In one attempt at a step: tissue that hangs by a thread would take any number of them.
+  // Bounds one attempt at a step: tissue that hangs by a thread would take any number of products.
   static constexpr int kMostProducts = 250;
 
   static constexpr double kNear = 0.2;   // a residual below this is nearly met

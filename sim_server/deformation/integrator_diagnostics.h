@@ -26,7 +26,7 @@ struct IntegratorDiagnostics {
 // The numbers by which the cost of a step is estimated.
 struct ModelSize {
   double elements = 0, vertices = 0;
-  int parts = 1;                   // an explicit step's
+  int parts = 1;                   // parts of an explicit step
   double part_limit_s = HUGE_VAL;  // the longest explicit part that is stable at rest; infinite: `parts` stays as it is
 };
 

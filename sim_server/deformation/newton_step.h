@@ -61,7 +61,7 @@ struct NewtonOutcome {
 class NewtonStep {
  public:
   static constexpr double kTolerance = 0.02;     // share of the residual
-  static constexpr double kLongTolerance = 0.1;  // the same of steps that are long by choice
+  static constexpr double kLongTolerance = 0.1;  // the same, for steps that are long by choice
 
   struct Problem {
     double step_s = 0;
@@ -70,7 +70,7 @@ class NewtonStep {
     std::span<const Vec3> inertial_world_m;                // y
     std::span<const PointConstraint> constraints;
     const ConstraintSupports* supports = nullptr;  // the particles that carry the points
-    std::span<const Vec3> taken_along_world_m;     // each constraint's instrument would take its point here
+    std::span<const Vec3> taken_along_world_m;     // places to which each instrument would take its point
     // The best positions found with so many products with Hessians will have to do.
     int most_products = std::numeric_limits<int>::max();
   };
@@ -106,7 +106,7 @@ class NewtonStep {
   struct Held {
     Vec3 force_n = Vec3::Zero();   // lambda, on the tissue
     double stiffness_n_per_m = 0;  // k
-    double friction_n = 0;         // at most
+    double friction_n = 0;         // largest friction
     Mat3 slope_n_per_m = Mat3::Zero();
   };
   // The force of a constraint on the tissue, its slope, and its share of phi.
@@ -121,7 +121,7 @@ class NewtonStep {
   void bound_friction(const Problem& problem, std::span<const Vec3> x);
   double objective_j(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);
   double forces(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x);  // returns |r|
-  double add_points(const Problem& problem, std::span<const Vec3> x);                     // to what forces() found
+  double add_points(const Problem& problem, std::span<const Vec3> x);                     // adds to sums of forces()
   void linearise(ElasticEnergy& energy, const Problem& problem, std::span<const Vec3> x, bool with_groups);
   bool find_direction(const ElasticEnergy& energy, const Problem& problem, double tolerance_n, int& products);
   bool group(const ElasticEnergy& energy, std::span<const Vec3> x);
@@ -136,8 +136,8 @@ class NewtonStep {
   std::vector<Vec3> free_force_, force_, tried_;  // free: without the points
   std::vector<float> inertia_n_per_m_;            // m / h^2; 0: held
   std::vector<Mat3> blocks_;
-  std::vector<std::array<Vec4f, 3>> inverse_;  // the blocks', by columns
-  std::vector<Vec4f> p_, ap_, r_, z_, dx_;     // fourth components are 0, but for p's
+  std::vector<std::array<Vec4f, 3>> inverse_;  // inverse blocks, by columns
+  std::vector<Vec4f> p_, ap_, r_, z_, dx_;     // fourth components are 0, except in p_
   RigidAggregates coarse_;
   std::uint64_t grouped_ = 0;  // the energy's count of changes when particles were grouped
   bool is_grouped_ = false;    // in this step

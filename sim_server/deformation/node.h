@@ -20,7 +20,7 @@ struct NodeMotion {
   Vec3 velocity_m_per_s;
   double inverse_mass_per_kg;  // 0: held
 };
-// By contacts, in a step.
+// The change of a node by contacts, in a step.
 struct NodeChange {
   std::uint32_t node;
   Vec3 faster_by_m_per_s, moved_by_m;

@@ -27,16 +27,17 @@ struct PointConstraint {
   std::array<double, 3> w{0, 0, 0};
   Vec3 point_world_m = Vec3::Zero();  // for a body that moves as a whole: the point itself, when no vertices are named
   Vec3 target_world_m = Vec3::Zero();
-  Vec3 target_velocity_m_per_s = Vec3::Zero();  // the pressing instrument's, which tissue rubs against
+  Vec3 target_velocity_m_per_s = Vec3::Zero();  // velocity of the pressing instrument, which tissue rubs against
   bool unilateral = false;
   bool sticks = false;
-  double largest_force_n = std::numeric_limits<double>::infinity();  // a two-sided one's
-  // A unilateral one that does not stick has a spring between point and target, which gives way by so much at most.
+  double largest_force_n = std::numeric_limits<double>::infinity();  // largest force of a two-sided constraint
+  // A unilateral constraint that does not stick has a spring between point and target, which gives way by so much at
+  // most.
   double compliance_m_per_n = 0, gives_most_m = std::numeric_limits<double>::infinity();
   bool is_ahead = false;  // ahead of an instrument's tip, rather than beside its shaft
-  double friction = 0;    // the same one's: Coulomb's coefficient
+  double friction = 0;    // Coulomb's coefficient of such a constraint
   Vec3 normal = Vec3::UnitZ();
-  std::uint32_t source = 0;  // the owner's; its reaction goes to the same one
+  std::uint32_t source = 0;  // number of the owner, which gets the reaction
 
   template <class A>
   void archive(A& a) {

@@ -16,11 +16,11 @@ namespace sectio {
 
 class RestFrames {
  public:
-  // There is component 0, anchored, without vertices.
+  // Begins with component 0, which is anchored and has no vertices.
   explicit RestFrames(const Pose& body_world);
 
   void resize(std::uint32_t vertex_slots);
-  // kNone: the vertex is in none.
+  // `component` kNone: the vertex is in no component.
   void move(VertexId v, std::uint32_t component);
   // Makes a component of these vertices, or makes one anew; one that stays free keeps its frame.
   void set(std::uint32_t component, std::span<const VertexId> vertices, bool free);
@@ -47,7 +47,7 @@ class RestFrames {
   void stop_at_beds(double step_s, std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s) const;
 
   std::vector<Pose> save() const;
-  // A component that has come since keeps its frame; one without a finite frame gets the body's.
+  // A component that has come since keeps its frame; one without a finite frame gets the frame of the body.
   void restore(std::span<const Pose> frames_world);
 
   template <class A>

@@ -49,7 +49,7 @@ class RigidAggregates {
   // A new matrix, for modes about these places; then the shares of A are added, and the levels made ready.
   void begin(std::span<const Vec3> position_m);
   std::uint32_t group(std::uint32_t particle) const { return group_[particle]; }
-  // From the centre of its group; scaled. The fourth component is 0.
+  // The place of a particle from the centre of its group, scaled. The fourth component is 0.
   const Vec4f& arm(std::uint32_t particle) const { return arm_[particle]; }
   // The block of two groups, row <= column; nullptr when no particle is a neighbour of both.
   Mat6f* block(std::uint32_t row, std::uint32_t column);
@@ -72,7 +72,7 @@ class RigidAggregates {
 
     Mat6f* block(std::uint32_t row, std::uint32_t column);
   };
-  // The last level's, by rows from the first block that isn't empty.
+  // The matrix of the last level, by rows from the first block that isn't empty.
   struct Envelope {
     std::vector<std::uint32_t> first;
     std::vector<std::size_t> start;

@@ -20,7 +20,7 @@ struct SagPoint {
 
 // Spans have one entry a particle.
 struct SagProblem {
-  std::span<const double> mass_kg, inverse_mass_per_kg;  // the tissue's; inverse 0: held
+  std::span<const double> mass_kg, inverse_mass_per_kg;  // masses of the tissue; inverse 0: held
   Vec3 gravity_m_per_s2 = Vec3::Zero();
   std::vector<Mat3> blocks_n_per_m;  // the diagonal of K
   // Adds K p. Fourth components are scratch.
@@ -29,7 +29,7 @@ struct SagProblem {
 
 // The displacements; empty when they are without bounds, as of a body that nothing holds.
 std::vector<Vec3> sag_m(const SagProblem& problem);
-// The same of an energy whose body is at rest here.
+// The same, for an energy whose body is at rest at `rest_m`.
 std::vector<Vec3> sag_m(ElasticEnergy& energy, std::span<const Vec3> rest_m, std::span<const double> mass_kg,
                         std::span<const double> inverse_mass_per_kg, const Vec3& gravity_m_per_s2);
 

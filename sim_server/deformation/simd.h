@@ -1,6 +1,6 @@
 // Arithmetic and memory access on SIMD registers, written once for both widths. R names the registers and their
 // operations: Avx2 (simd_avx2.h) or Avx512 (simd_avx512.h). Only *_loop_avx*.cpp instantiate these templates; as every
-// R is in an unnamed namespace, no function compiled for one instruction set is linked in place of another's.
+// R is in an unnamed namespace, no function compiled for one instruction set is linked in place of one for another.
 //
 // State in memory is an array of entries of four floats {x y z w}, addressed by byte offsets. Register i of the four
 // that R::load_entries() and the *_entries() of R take holds the entries i, i + 4, i + 8 ... of a batch.

@@ -22,7 +22,7 @@ struct SpringLoopInput {
   float gravity_step[3];
   float max_speed_m_per_s;
   const char* velocity_before;  // a copy of all velocities, where springs have dampers
-  float damper_s;               // a damper's constant over its spring's
+  float damper_s;               // constant of a damper over that of its spring
 };
 
 VelocityOutcome spring_loop_avx2(const SpringLoopInput& in);

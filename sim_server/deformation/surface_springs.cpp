@@ -12,7 +12,7 @@
 namespace sectio {
 namespace {
 
-constexpr int kMostDivision = 4;  // by cuts, of the parts that an explicit step had at rest
+constexpr int kMostDivision = 4;  // largest division, by cuts, of the parts that an explicit step had at rest
 
 // The depth of the layer over the spacing of the vertices. A surface that is held out of a ball everywhere lies around
 // it like a polyhedron, further in than the ball; with this layer, balls on layers feel the same force on all meshes.

@@ -60,7 +60,7 @@ struct SurfaceSpringMaterial : ElasticMaterial {
 struct SurfaceSpringSettings {
   double step_s = 0.001;
   Vec3 gravity_m_per_s2{0, 0, -9.81};
-  std::optional<Vec3> given_gravity_m_per_s2 = {};  // in which the shape was given; empty: the one above
+  std::optional<Vec3> given_gravity_m_per_s2 = {};  // gravity in which the shape was given; empty: the one above
   // Vertices whose rest place it accepts never move; empty: none.
   std::function<bool(const Vec3& rest_world_m)> fixed = {};
   // The stiffness factor of the tissue at a rest point; empty: 1. A home spring stands for the column of tissue beneath
@@ -123,8 +123,8 @@ class SurfaceSprings final : public DeformationEngine {
   // h^2.
   Vec3 displace(VertexId v, const Vec3& by_m, std::span<Vec4f> position_world_m, std::span<Vec4f> velocity_m_per_s);
 
-  // From the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex, with omega h <=
-  // 2 (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
+  // Follows from the bound omega_i^2 = (2 lambda_max(sum_j K_ij) + k_h,i) / m_i of every vertex, with omega h <= 2
+  // (sqrt(1 + zeta^2) - zeta); infinite when nothing can move.
   double largest_stable_step_s() const override;
   IntegratorDiagnostics diagnostics() const override {
     IntegratorDiagnostics d;
@@ -154,7 +154,7 @@ class SurfaceSprings final : public DeformationEngine {
     inside_.forget_pieces();
   }
   const SpringRows& rows() const { return rows_; }
-  int parts() const { return parts_; }  // an explicit step's
+  int parts() const { return parts_; }  // parts of an explicit step
   ModelSize size(const SharedBody& body) const override {
     const double vertices = body.mesh.vertex_count();
     return {vertices, vertices, parts_};
@@ -235,7 +235,7 @@ class SurfaceSprings final : public DeformationEngine {
   ConstraintSupports corners_;
   DividedConstraints divided_;
   int parts_ = 1, parts_at_rest_ = 1;
-  bool refused_ = false;  // mass, since it was last shared out
+  bool refused_ = false;  // some mass was refused since it was last shared out
   std::uint64_t implicit_steps_ = 0;
   int stable_for_ = 0;  // steps that the implicit driver takes whatever the bound says
   bool was_implicit_ = false;

@@ -33,9 +33,9 @@ struct SharedBody {
 // A delta that has been applied, and the slots that matter to data kept beside the mesh: ascending, each once.
 struct TopologyChange {
   const TopologyDelta& delta;
-  std::span<const VertexId> vertices;     // their triangles, or these triangles' shapes at rest, have changed
+  std::span<const VertexId> vertices;     // vertices whose triangles, or the shapes of these at rest, have changed
   std::span<const TriangleId> triangles;  // slots that changed, or that have a corner that did
-  std::span<const VertexId> placed;       // were given a place in the world with this change
+  std::span<const VertexId> placed;       // vertices that got a place in the world with this change
 };
 
 class Engine {

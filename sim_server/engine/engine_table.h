@@ -79,7 +79,8 @@ struct ProcessSite {
   const Scene& scene;
   SharedBody body;
   Pose frame_world;  // the shape at rest
-  // For a part: the process in the body that it came off, and by vertex of the part its slot there. None likewise.
+  // For a part: the process in the body that it came off, and by vertex of the part its slot there. None for a part
+  // whose process is about to read its state.
   const ProcessEngine* parent = nullptr;
   std::span<const VertexId> vertex_from = {};
 };
@@ -112,7 +113,7 @@ struct EngineTable {
   const ProcessEntry* find_process(const std::string& kind) const;
 
   EngineTraits traits() const;                    // for the reader of scenes
-  std::vector<planning::Method> methods() const;  // all models', for plans
+  std::vector<planning::Method> methods() const;  // methods of all models, for plans
 };
 
 }  // namespace sectio

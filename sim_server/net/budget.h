@@ -28,7 +28,7 @@ class BudgetPlanner {
 
   explicit BudgetPlanner(bool may_reduce = true) : may_reduce_(may_reduce) {}
 
-  // Before each step: the time by which the session's clock is behind the clock on the wall.
+  // Call before each step. `behind_s`: how far the session's clock is behind the clock on the wall.
   Budget plan(double behind_s);
   Budget now() const { return now_; }
   // The last plan() began or ended something that is seen: leaving bodies alone, or slowing down. To be late for a

@@ -55,8 +55,8 @@ class Follower {
   std::optional<ServerStatus> status_;
   std::map<std::uint64_t, StepRecord> steps_;  // steps that wait for those before them
   std::uint64_t next_step_ = 1, newest_step_ = 0, steps_sent_ = 0;
-  bool heard_ = false;      // this server
-  bool heard_any_ = false;  // any server
+  bool heard_ = false;      // this server has been heard
+  bool heard_any_ = false;  // any server has been heard
   double silence_s_ = 0, futile_s_ = 0, deaf_s_ = 0, deaf_after_s_ = kDeaf_s;
   std::uint64_t wanted_ = 0;
   std::optional<Clock::time_point> looked_;

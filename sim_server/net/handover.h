@@ -19,8 +19,8 @@ struct PublisherReport {
   std::uint64_t writes_refused = 0;
   double busy_s = 0;
   std::size_t copy_bytes = 0;                          // set with the end
-  std::chrono::steady_clock::time_point chunk_sent{};  // the last piece of a keyframe
-  std::optional<SessionEnd> end;                       // when it has been sent
+  std::chrono::steady_clock::time_point chunk_sent{};  // time at which the last piece of a keyframe was sent
+  std::optional<SessionEnd> end;                       // set when it has been sent
 };
 
 class Handover {
@@ -28,8 +28,8 @@ class Handover {
   // Simulation's thread. put() is called with the outbox under the lock; the network's thread wakes when the outbox
   // is urgent then.
   void put(const std::function<void(Outbox&)>& put);
-  void stop();    // pick_up() fails once nothing urgent is left,
-  void resume();  // until then
+  void stop();    // from now on pick_up() fails once nothing urgent is left
+  void resume();  // ends the effect of stop()
   SessionEnd wait_for_end();
   // The simulation is at work, and will say so again before this time is over.
   void show_life(double for_s);

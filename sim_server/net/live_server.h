@@ -29,7 +29,7 @@ class LiveServer {
   void refuse(const SessionOrder& order, const std::string& why);
   void go_to(const SessionOrder& order);
   struct Try {
-    int attempt = 1;  // its number
+    int attempt = 1;  // number of the try
     std::unique_ptr<SessionRun> run;
     std::optional<PlayedInputs> past;
   };
@@ -51,7 +51,7 @@ class LiveServer {
   BudgetPlanner planner_;
   SyncCost cost_;
   double stall_s_;
-  bool touched_ = false;  // an instrument, by the last step
+  bool touched_ = false;  // an instrument touched something in the last step
   Clock::time_point due_;
 };
 

@@ -47,9 +47,9 @@ struct LiveSession {
   std::optional<PlayedInputs> past;  // the journal that is played
   std::unique_ptr<SessionRecord> record;
   std::unique_ptr<ServerNet> net;
-  StepInput input;                 // the next step's
-  std::set<std::uint32_t> silent;  // tools, while standing by or paused
-  std::set<std::uint32_t> thawed;  // tools, before the next step
+  StepInput input;                 // input of the next step
+  std::set<std::uint32_t> silent;  // tools that fell silent while standing by or paused
+  std::set<std::uint32_t> thawed;  // tools that thawed before the next step
   Progress progress;
   Pace pace;
 };

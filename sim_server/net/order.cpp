@@ -92,8 +92,8 @@ struct Servers {
 
   SessionOrder order;
   std::map<std::uint64_t, Answer> answers;     // by the beginning of the server's session
-  std::map<std::uint64_t, std::string> names;  // likewise: its bodies
-  std::optional<std::size_t> tools;            // the scene's
+  std::map<std::uint64_t, std::string> names;  // bodies of the servers, by the same key
+  std::optional<std::size_t> tools;            // number of tools in the scene
 };
 
 // Events are kept for late joiners: answers to earlier orders must have come before this one goes out.

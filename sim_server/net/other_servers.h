@@ -1,4 +1,4 @@
-// The servers of a session have a share of its bodies each. One server's knowledge of the others.
+// One server's knowledge of the other servers of its session, each of which has a share of the bodies.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@ namespace sectio {
 
 class OtherServers {
  public:
-  static constexpr double kSilence_s = 1;    // a server that is silent for longer is taken for dead
+  static constexpr double kSilence_s = 1;    // a server counts as dead when it is silent for longer
   static constexpr double kFarBehind_s = 1;  // nobody waits for a server that is further behind: it has come late
 
   // `own`: the scene that this server announces. The endpoints outlive it.
@@ -31,7 +31,7 @@ class OtherServers {
   // This server has simulated so much. Any thread.
   void advance(double sim_time_s) { own_time_s_ = sim_time_s; }
 
-  // So many have said who they are.
+  // The number of servers that have announced themselves.
   std::size_t count() const;
   // The server for which a standby of these bodies stands by; nothing: none has been heard.
   std::optional<std::uint64_t> leader() const;
@@ -54,7 +54,7 @@ class OtherServers {
   using Clock = std::chrono::steady_clock;
   static double seconds(Clock::time_point t) { return std::chrono::duration<double>(t.time_since_epoch()).count(); }
   struct Other {
-    std::string body;       // the first that both have; empty: none
+    std::string body;       // first body that both have; empty: none
     double sim_time_s = 0;  // 0: it has not begun
     int states = 0;         // states heard, each later than the one before
     Clock::time_point heard{};

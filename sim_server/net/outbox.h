@@ -34,14 +34,15 @@ struct WorldView {
 };
 
 struct Outbox {
-  // After a step. `infos`: of all bodies, the new ones included. The state is copied when it is due, and with deltas.
+  // Call after a step. `infos`: one for each body, new ones included. The state is copied when it is due, and with
+  // deltas.
   void put(const StepOutput& output, const WorldView& world, std::span<const BodyInfo> infos, double step_wall_time_s,
            bool state_due);
   // The network's thread must be woken for it.
   bool urgent() const;
   // Takes over the numbers of the outbox that has been picked up: they hold until there are newer ones.
   void go_on_from(const Outbox& picked_up);
-  // After all of it has been sent.
+  // Call after all of it has been sent.
   void clear();
 
   std::vector<StepRecord> inputs;  // inputs of the steps whose outputs are below

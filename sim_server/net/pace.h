@@ -1,4 +1,4 @@
-// How fast a session goes on, as those say who lead it: paused, or so many times as fast as the clock.
+// The speed of a session, set by its leader: paused, or a multiple of real time.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ class Pace {
  public:
   explicit Pace(double speed) : speed_(speed) {}
 
-  double speed() const { return speed_; }  // when it goes on
+  double speed() const { return speed_; }  // speed while the session is not paused
   bool is_paused() const { return is_paused_; }
   double now() const { return is_paused_ ? 0 : speed_; }
 
@@ -21,7 +21,7 @@ class Pace {
     EventKind kind;
     std::string text;
   };
-  // Takes what an order says of it. Nothing: the order says nothing, or what was so before.
+  // Takes over what an order says of the pace. Nothing: the order says nothing of it, or no other than before.
   std::optional<News> take(const SessionOrder& order);
 
  private:

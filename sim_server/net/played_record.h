@@ -21,9 +21,9 @@ class PlayedRecord {
   void seek(double sim_time_s);
   // Takes all messages up to this simulated time. False at the end.
   bool advance(double sim_time_s);
-  double time_s() const { return time_s_; }  // the world's
+  double time_s() const { return time_s_; }  // time of the world
   PlayedWorld& world() { return world_; }
-  bool is_damaged() const { return is_damaged_; }  // in what has been read
+  bool is_damaged() const { return is_damaged_; }  // true: there was damage in the part that has been read
 
  private:
   struct Place {

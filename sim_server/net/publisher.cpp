@@ -67,7 +67,7 @@ void Publisher::announce() {
   write(scene_);
 }
 
-// For whoever reads a record from there on.
+// For readers that begin at this place of a record.
 void Publisher::keep_keyframes() {
   send_deltas();
   keyframes_kept_s_ = record_->time_s();

@@ -68,7 +68,7 @@ class Publisher {
     std::uint32_t readers = 0;
     bool unsent = false;  // there is a state that it hasn't sent
     Clock::time_point sent{};
-    std::size_t pieces_sent = 0;  // the encoder's last state's, with those of scalars
+    std::size_t pieces_sent = 0;  // pieces of the last state of the encoder, with those of scalars, that have been sent
 
     std::size_t pieces() const { return encoder.pieces().size() + encoder.scalar_pieces().size(); }
   };

@@ -35,7 +35,7 @@ class Rivalry {
 
  private:
   bool other_has_begun_ = false;
-  double lead_s_ = -std::numeric_limits<double>::infinity();  // the other's, at least: by its fastest message
+  double lead_s_ = -std::numeric_limits<double>::infinity();  // least lead of the other server, by its fastest message
   std::optional<double> beside_since_s_;                      // both have run since then
 };
 

@@ -72,7 +72,7 @@ class ServerNet {
   Follower& follower();
   // Joins the session anew, as after a sleep. Simulation's thread.
   void rejoin(const std::string& why);
-  // So many other servers of the session are in the domain, standbys included, whether they have been heard or not.
+  // The number of other servers of the session in the domain, standbys included, whether they have been heard or not.
   std::size_t servers_known() const;
 
   // The simulation is at work. publish() and take_samples() say so, too; a server that says nothing for kHang_s is
@@ -90,7 +90,7 @@ class ServerNet {
   // body that they came off. Simulation's thread.
   void name_bodies(std::vector<BodyInfo> bodies);
 
-  // Tells of an event that is none of the simulation's. Simulation's thread.
+  // Tells of an event that the simulation doesn't make. Simulation's thread.
   void tell(const Event& event);
 
   // Sends all that is left, then the final versions of the bodies, which it returns.

@@ -30,7 +30,7 @@ class Standby {
     std::vector<BodyDelta> deltas;
     std::vector<Event> events;
   };
-  bool knows_orders_ = false;  // it has heard which hold in the session
+  bool knows_orders_ = false;  // it has heard which orders hold in the session
   std::deque<Recent> recent_;  // steps whose outputs viewers may not have got
 };
 

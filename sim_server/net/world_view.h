@@ -11,7 +11,7 @@ void view_world(const Simulation& simulation, std::size_t tools, WorldView& view
 
 // Names, colours, tools and camera of the scene, without the epoch.
 SceneInfo scene_info(const Scene& scene);
-// With the parts that have come off its bodies so far.
+// The same, with the parts that have come off the scene's bodies so far.
 SceneInfo scene_info_now(const Scene& scene, const Simulation& simulation);
 
 // Copies of all bodies as they are.

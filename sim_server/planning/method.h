@@ -34,7 +34,7 @@ enum class Elements { surface, tetrahedra, cells_on_faces, cells_beside_faces };
 
 struct Method {
   std::string name;        // in tables and measurements; unique
-  std::string model = {};  // the scene's; filled in from the model's entry
+  std::string model = {};  // name in a scene; filled in from the entry of the model
   Elements elements = Elements::tetrahedra;
   bool is_implicit = false;
   bool is_of_springs = false;      // its net has a Poisson's ratio of its own

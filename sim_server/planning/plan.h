@@ -26,12 +26,12 @@ struct Rate {
 };
 // Processor time of cutting. Lengths are in edges: of the lattice's cubes (resolution.h), or of a surface's triangles.
 struct CutRate {
-  double changes_per_edge = 0;  // the topology changes so often while the blade goes so far
-  double change_ns = 0;         // for each, and
-  double deep_ns = 0;           // for each of them and each edge of the blade's depth, and
-  double whole_ns = 0;          // for each of them and each tetrahedron of the body
-  double cell_ns = 0;           // for each of them and each cell of a lattice
-  double open_ns = 0;           // for each step from then on and each squared edge of cut: its lips
+  double changes_per_edge = 0;  // changes of the topology while the blade goes one edge
+  double change_ns = 0;         // per change; plus
+  double deep_ns = 0;           // per change and edge of the blade's depth; plus
+  double whole_ns = 0;          // per change and tetrahedron of the body; plus
+  double cell_ns = 0;           // per change and cell of a lattice
+  double open_ns = 0;           // per later step and squared edge of cut: the lips of the cut
 };
 struct Calibration {
   std::map<std::string, Rate> rate;    // by name of the method
@@ -69,14 +69,14 @@ struct Candidate {
   double cell_m = 0;
   double tetrahedra = 0;  // for a model with an inside
   double elements = 0, vertices = 0;
-  int substeps = 1;  // in a step; the implicit integrator's is undivided
+  int substeps = 1;  // substeps in a step; the step of the implicit integrator is undivided
   double error = 0, cpu = 0;
   double cut_cpu = 0;     // while a blade cuts, with all that it has cut; 0: none does
   double cut_step_s = 0;  // processor's time of a step in which the topology changes
   double elements_after_cut = 0;
   Load worst = Load::bending;     // the load with this error
   bool built = false;             // elements, vertices and substeps are counted, not estimated
-  std::optional<double> weighed;  // the error by weight as it was measured; else it is the law's
+  std::optional<double> weighed;  // the error by weight as it was measured; empty: it follows from the law
 
   double most_cpu() const { return std::max(cpu, cut_cpu); }
 };

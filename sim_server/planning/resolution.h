@@ -17,8 +17,8 @@ inline double cube_for(double volume_m3, double tetrahedra) {
 // Tetrahedra that a cut adds on each squared edge of such a cube.
 constexpr double kMorePerSquare = 45;
 
-// Tetrahedra embedded in hexahedra cost little, and their edges are the body's: two of their cubes along a cell, within
-// these limits.
+// Tetrahedra embedded in hexahedra cost little, and their edges are those of the body: two of their cubes along a cell,
+// within these limits.
 constexpr double kMostEmbedded = 24000, kFewestEmbedded = 1000;
 inline double embedded_for(double volume_m3, double cell_m) {
   return std::clamp(tetrahedra_for(volume_m3, cell_m / 2), kFewestEmbedded, kMostEmbedded);

@@ -124,7 +124,7 @@ Subject subject_of(const BodySpec& body, const Scene& scene, std::span<const Met
 }
 
 struct Choice {
-  std::vector<planning::PlanInput> inputs;  // the auto bodies', in order
+  std::vector<planning::PlanInput> inputs;  // inputs for the auto bodies, in order
   std::vector<planning::BodyPlan> plans;
   double worst = 0;  // the bodies' demand over their budget
 };

@@ -29,9 +29,9 @@ using planning::Rate;
 
 constexpr int kTries = 7, kSteps = 6, kHeld = 40;
 constexpr double kSoft_pa = 2000, kStiff_pa = 4e6, kCell_m = kBlockCell_m, kDensity = 1060,
-                 kNu = 0.45;                       // MaterialSpec's
+                 kNu = 0.45;                       // Poisson's ratio of MaterialSpec
 constexpr double kBall_m = 0.01, kDent_m = 0.002;  // contact in a dent takes twice as long as that of a ball that rests
-constexpr int kDentSteps = 200;                    // in which the ball comes down
+constexpr int kDentSteps = 200;                    // steps in which the ball comes down
 constexpr char kFirstLine[] = "sectio calibration 7", kEnd[] = "end";
 
 struct Blocks {
@@ -81,7 +81,7 @@ class Specimen {
   std::vector<Reaction> reactions_;
 };
 
-// The cost of a surface, as a report tells the body's, which a ball dents or nothing does.
+// The cost of a surface, as a report tells that of its body, which a ball dents or nothing does.
 double reported_step_s(bool touched) {
   Scene scene = surface_block();
   if (touched) {

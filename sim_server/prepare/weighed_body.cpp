@@ -101,7 +101,7 @@ class WeighedBody::Field {
   }
   bool known() const { return !moved_m_.empty(); }
 
-  // In the closest cell.
+  // The displacement at a point, by the closest cell.
   std::optional<Vec3> at(const Vec3& point_m) const {
     const Vec3 x = lattice().grid.at(point_m);
     std::optional<HexPoint> best;

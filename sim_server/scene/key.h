@@ -50,12 +50,12 @@ struct Key {
   KeyType type = KeyType::number;
   std::string meaning;  // one plain sentence
   KeyValue default_value = {};
-  Range range = {};                     // a number's, or each number's of a vector
-  std::vector<std::string> words = {};  // a choice's; number: may stand instead of it
+  Range range = {};                     // range of a number, or of each number of a vector
+  std::vector<std::string> words = {};  // words of a choice, or words that may stand instead of a number
   bool required = false;
   std::string default_note = {};   // the default's origin when it is no constant
-  KeyType entries = KeyType::map;  // a list's: the type of each
-  std::vector<Key> keys = {};      // a map's, or each map's of a list
+  KeyType entries = KeyType::map;  // type of each entry of a list
+  std::vector<Key> keys = {};      // keys of a map, or of each map of a list
 };
 
 // "kg/m³" of "density_kg_per_m3"; empty: the name has no unit.

@@ -49,7 +49,7 @@ class KeyReader {
   void part(const std::string& key, const ReadPart& read_part, const std::string& meaning);
   void each(const std::string& key, const ReadPart& read_entry, const std::string& meaning);
 
-  // The keys that engines described, of which the scene has chosen one (or none): the others' are errors.
+  // The keys that engines described, of which the scene has chosen one (or none): keys of the others are errors.
   struct Owner {
     std::string label;  // "model x"
     bool is_chosen = false;
@@ -80,8 +80,8 @@ class KeyReader {
   std::optional<YamlValue> map_;
   std::vector<YamlEntry> entries_;
   std::vector<Key> keys_;
-  bool required_ = false;     // the next key's
-  std::string default_note_;  // the next key's
+  bool required_ = false;     // the next key is required
+  std::string default_note_;  // note on the default of the next key
 };
 
 }  // namespace sectio

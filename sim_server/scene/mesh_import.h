@@ -15,20 +15,20 @@ namespace sectio {
 // The file is read by a child process within these limits: some readers crash or never end on damaged files.
 struct ImportLimits {
   double time_s = 60;
-  std::uint64_t memory_bytes = 3'000'000'000;  // the child's
+  std::uint64_t memory_bytes = 3'000'000'000;  // largest memory of the child
   std::uint64_t file_bytes = 1'000'000'000;
   std::uint32_t triangles = 5'000'000;
 };
 
 struct ImportedMesh {
   TriangleSoup soup;                // in metres; a closed, oriented manifold without self-intersection, outside outward
-  SurfaceReport report;             // soup's
+  SurfaceReport report;             // report on `soup`
   std::vector<std::string> mended;  // notes for a person on how the file's triangles were mended; often empty
 };
 
 // The part of a file that is wanted for a body that is wrapped around it (sim_server/wrap/wrap.h).
 struct WrapRequest {
-  std::string part;   // MeshChoice's (mesh_process.h)
+  std::string part;   // MeshChoice::part (mesh_process.h)
   double size_m = 0;  // 0: for about 8000 triangles
 };
 

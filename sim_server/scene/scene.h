@@ -27,15 +27,15 @@ struct MaterialSpec : ElasticMaterial {
   double pretension = 0.06;            // mesh springs' rest length is (1 - pretension) times the edge
   double damping_per_s = 25;           // mass-proportional
   double toughness_j_per_m2 = 200;     // cutting work per area, J_c
-  double friction = 0.2;               // Coulomb's, of instruments on the tissue, as the hand feels it
+  double friction = 0.2;               // Coulomb's coefficient of instruments on the tissue, as the hand feels it
 };
 
 struct CuttingSpec {
-  // Surfaces: "progressive", paper B's way, or "templates", A's. Volumes: "progressive", up to the blade
-  // inside tetrahedra, or "semi_progressive", C's way, tetrahedra that it has gone through whole.
+  // Surfaces: "progressive" (paper B), or "templates" (paper A). Volumes: "progressive", up to the blade inside
+  // tetrahedra, or "semi_progressive" (paper C), tetrahedra that it has gone through whole.
   std::string style = "progressive";
   double open_top_m = 0.0004;                     // templates: width of the opening at the surface
-  double open_bottom_m = 0.0002;                  // and at the bottom
+  double open_bottom_m = 0.0002;                  // templates: width of the opening at the bottom
   std::optional<double> threshold_force_n = 0.5;  // one of the two (paper B, 3)
   std::optional<double> threshold_displacement_m;
   double hysteresis = 0.7;          // a cut goes on while the measure is above hysteresis x threshold
@@ -45,9 +45,9 @@ struct CuttingSpec {
   double snap_ratio = 0.08;        // volumes: a cut this close to the end of an edge goes through it; 0 to 0.15
 };
 
-// A pressing instrument moves the vertices under it or, with "templates" (paper A), temporary particles.
-// These follow its form more closely, but the force goes over from one to the next where the vertices' is interpolated,
-// and each sends topology: hence the default.
+// A pressing instrument moves the vertices under it or, with "templates" (paper A), temporary particles. Particles
+// follow its form more closely, but the force goes over from one particle to the next, while it is interpolated between
+// vertices, and each particle sends topology: hence the default.
 struct ContactSpec {
   std::string style = "vertices";
 };
@@ -120,7 +120,7 @@ struct BodySpec {
   std::optional<Box> fixed;  // vertices inside stay where they are
   Vec3 skin_colour{0.62, 0.20, 0.16};
   Vec3 wall_colour{0.78, 0.33, 0.27};
-  Regions regions;  // the inside's, in the frame of the mesh
+  Regions regions;  // regions inside the body, in the frame of the mesh
   BodySurface surface = BodySurface::tissue;
   std::vector<TissueLayer> layers;  // in walls, from the skin down
 };
@@ -130,8 +130,8 @@ struct ToolSpec {
   std::string kind = "scalpel";  // instrument_of()
   ToolGeometry geometry;
   double intensity = 1;                               // cautery: |CD| = intensity x geometry's |CD|
-  std::optional<double> grip_force_n, grip_radius_m;  // forceps'; else their kind's
-  double largest_force_n = 20;                        // its hand may feel so much
+  std::optional<double> grip_force_n, grip_radius_m;  // for forceps; absent: those of their kind
+  double largest_force_n = 20;                        // largest force that its hand may feel
   double max_speed_m_per_s = kUsualMaxSpeed_m_per_s;  // a faster hand is followed at this speed
   std::string trace_file;
   std::vector<TracePoint> trace;  // ascending in time; may be empty
@@ -196,18 +196,18 @@ struct Scene {
   std::vector<ToolSpec> tools;
   std::vector<ProcessSpec> processes;
   std::optional<ExerciseSpec> exercise;
-  std::vector<Expectation> expect;  // a run's for duration_s on the scene's own traces
+  std::vector<Expectation> expect;  // expectations of a run for duration_s on the scene's own traces
 };
 
-// Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the scene's
-// own. docs/scene.md has every key. Throws InputError "FILE:LINE: KEY: what is wrong"; unknown, duplicate and missing
-// keys, empty lists, wrong types and numbers that are not finite or out of range are errors. Any thread.
+// Reads a scene, its meshes (mesh_import.h) and traces (common/math/trace.h). Files are named relative to the file of
+// the scene. docs/scene.md has every key. Throws InputError "FILE:LINE: KEY: what is wrong"; unknown, duplicate and
+// missing keys, empty lists, wrong types and numbers that are not finite or out of range are errors. Any thread.
 Scene load_scene(const std::string& path, const EngineTraits& traits);
 
 // The keys of a scene, from the reader itself.
 std::vector<Key> describe_scene(const EngineTraits& traits);
 
-// Leaves the bodies named, in the order of the scene; the others are somebody else's. Throws InputError "WHO: ..." for
+// Leaves the bodies named, in the order of the scene; other programs have the others. Throws InputError "WHO: ..." for
 // a name that the scene doesn't have, or none at all, and for a process over bodies here and elsewhere.
 void keep_bodies(Scene& scene, const std::vector<std::string>& names, const std::string& who);
 

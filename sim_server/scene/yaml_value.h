@@ -29,7 +29,7 @@ class YamlValue {
   std::string choice(const std::vector<std::string>& allowed) const;
   Vec3 vector3(const Range& each = {}) const;
   std::vector<YamlValue> list() const;     // not empty
-  std::vector<YamlEntry> entries() const;  // a map's; a key that stands there twice is an error
+  std::vector<YamlEntry> entries() const;  // entries of a map; a key that stands there twice is an error
 
   [[noreturn]] void fail(const std::string& flaw) const;
   // An entry of this map that does not stand in the file: its errors name the map's line.

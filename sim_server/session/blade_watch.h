@@ -11,9 +11,10 @@ namespace sectio {
 
 class BladeWatch {
  public:
-  explicit BladeWatch(const Scene& scene);  // must outlive the watch
+  explicit BladeWatch(const Scene& scene);  // the scene must outlive the watch
 
-  // After each step. Warnings, at most one for each tool: it has been in contact for kPatience_s and has never cut.
+  // Call after each step. Warnings, at most one for each tool: it has been in contact for kPatience_s and has never
+  // cut.
   std::vector<std::string> add(const StepOutput& output);
 
   // At the end. Warnings of blades that have touched tissue for kTouch_s, have never cut and have not been warned of.
@@ -30,8 +31,8 @@ class BladeWatch {
   struct Blade {
     bool watched = false;  // it can cut, has not, and has not been warned of
     double contact_time_s = 0, largest_force_n = 0;
-    std::uint32_t body_id = 0;  // touched last
-    std::string refusal;        // its last refused cut's
+    std::uint32_t body_id = 0;  // reason of its last refused cut
+    std::string refusal;        // reason for refusing its last refused cut
     std::string remark;         // on a cut that it did not begin
 
     template <class A>

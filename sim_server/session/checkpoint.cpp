@@ -195,7 +195,7 @@ struct CheckpointWriter::State {
 
   std::string directory;
   std::uint64_t most_bytes = 0;
-  // The thread's, while it runs.
+  // Used by the thread alone while it runs.
   std::map<std::uint64_t, std::uint64_t> kept;  // sizes by step
   std::uint64_t total = 0;
 

@@ -20,7 +20,7 @@ struct Checkpoint {
   std::uint64_t step = 0;     // the last one that has been run
   std::uint64_t epoch = 0;
   std::uint64_t state_hash = 0;                       // after the step
-  std::uint64_t inputs_bytes = 0, journal_bytes = 0;  // these files', up to the step
+  std::uint64_t inputs_bytes = 0, journal_bytes = 0;  // lengths of these files up to the step
   std::vector<std::uint8_t> simulation, recorder;
 
   template <class A>

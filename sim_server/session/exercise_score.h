@@ -30,7 +30,7 @@ std::vector<TissuePiece> tissue_pieces(const BodySpec& spec, const TriangleMesh&
 
 struct InstrumentUse {
   std::string name;
-  double path_m = 0;  // its tip's
+  double path_m = 0;  // path of its tip
   double largest_force_n = 0;
   double contact_time_s = 0;
 
@@ -50,7 +50,7 @@ struct LineScore {
   double depth_m = 0;   // mean
   double astray_m = 0;  // length of the cut that is further from the line than the tolerance
   double tremor_m = 0;  // root mean square of the tip's motion above kTremor_hz
-  // The most in each of equal parts of the line, at most kLineParts; nothing where no blade was.
+  // The largest deviation in each of equal parts of the line, at most kLineParts; nothing where no blade was.
   std::vector<std::optional<double>> beside_m;
 };
 constexpr std::size_t kLineParts = 40;
@@ -93,7 +93,7 @@ class LineWatch {
   double depth_wanted_m_ = 0, within_m_ = 0, step_s_ = 0;
   std::vector<Vec3> points_world_m_;  // a millimetre apart
   std::vector<bool> cut_;
-  std::vector<std::optional<double>> beside_m_;  // by point: the most
+  std::vector<std::optional<double>> beside_m_;  // largest deviation by point
   double way_m_ = 0, square_m3_ = 0, most_m_ = 0, depth_way_m2_ = 0, astray_m_ = 0;
   std::optional<Vec3> slow_world_m_, slower_world_m_;  // the tip without its tremor
   double tremor_square_m2_ = 0;

@@ -240,8 +240,8 @@ struct InputLog::State {
   std::mutex mutex;  // guards all that follows
   std::condition_variable wake;
   bool stop = false;
-  std::uint64_t size = 0;                          // the whole records'
-  std::uint64_t newest_step = 0;                   // among them
+  std::uint64_t size = 0;                          // length of the whole records
+  std::uint64_t newest_step = 0;                   // newest step among the records
   std::map<std::uint64_t, std::uint64_t> offsets;  // some steps have one
   std::thread thread;
 };

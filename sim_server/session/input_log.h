@@ -18,7 +18,7 @@ namespace sectio {
 // The beginning of a file says enough of its session to begin it again.
 struct InputLogHeader {
   std::string scene;                // the file, with its whole path
-  std::vector<std::string> bodies;  // this server's
+  std::vector<std::string> bodies;  // bodies of this server
   std::uint64_t state_hash = 0;     // before the first step
 };
 
@@ -61,7 +61,7 @@ class InputLogReader {
   std::ifstream file_;
   std::uint64_t size_ = 0, at_ = 0;
   std::optional<McapReader::Message> pending_;
-  bool broken_ = false;  // or at its end
+  bool broken_ = false;  // the file is damaged, or at its end
   InputLogHeader header_;
 };
 
@@ -80,7 +80,7 @@ class InputLog {
   // Nothing, or a word about why this step and those that follow are not kept: said once. Simulation's thread.
   std::optional<std::string> append(const StepInputs& one_step);
 
-  std::uint64_t bytes() const;  // the whole records'
+  std::uint64_t bytes() const;  // length of the whole records
   // The records from a step on, as many as fit about `most_bytes`; none when they are not kept. One thread, any one.
   std::vector<StepRecord> read_from(std::uint64_t first_step, std::size_t most_bytes);
 

@@ -47,11 +47,11 @@ struct Recorder::State {
   BladeWatch blades;
   std::vector<std::vector<ScalarField>> scalars;   // by body, as the journal has them
   std::uint64_t scalars_kept_at = 0;               // step
-  Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // the journal's
+  Vec3 gravity_m_per_s2 = scene.gravity_m_per_s2;  // gravity that the journal has
   double processor_begun_s = processor_time_s();
   RunFigures figures;
-  std::vector<std::string> faults;  // since they were last taken
-  std::vector<std::string> lost;    // all of them
+  std::vector<std::string> faults;  // faults since they were last taken
+  std::vector<std::string> lost;    // all losses
 };
 
 Recorder::Recorder(const Scene& scene, const Simulation& simulation, const std::string& directory)

@@ -26,7 +26,7 @@ class Recorder {
   void forget_report();
   // The journal begins with the bodies as they are.
   void begin_journal();
-  // It goes on with a journal of which so many bytes are of steps that have been run; in another directory with a copy.
+  // Continues a journal of which so many bytes are of steps that have been run; in another directory with a copy.
   void continue_journal(const std::string& former_directory, std::uint64_t bytes);
   std::uint64_t journal_bytes() const;  // 0: there is none
   // Writes or reads what has been gathered, but for the times of steps (common/math/archive.h).

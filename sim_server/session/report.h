@@ -14,8 +14,8 @@
 
 namespace sectio {
 
-// The cost of several copies of a body (paper A, conclusion): the simulation's, the one from which the
-// network's thread serves viewers, and one in each viewer (its own report has that).
+// The cost of several copies of a body (paper A, conclusion): the copy of the simulation, the copy from which the
+// network's thread serves viewers, and a copy in each viewer, which reports it.
 struct SyncCost {
   std::size_t copy_bytes = 0;       // the network's thread: topology and positions
   double network_total_s = 0;       // the network's thread
@@ -46,15 +46,15 @@ struct CutCost {
 struct RunFigures {
   std::uint64_t steps = 0, body_steps = 0, body_steps_asleep = 0;
   TimeDigest step_times, publish_times;                // wall clock
-  double processor_s = 0;                              // the whole run's
+  double processor_s = 0;                              // processor's time of the whole run
   std::map<std::string, std::uint64_t> events;         // how many of each kind
   std::map<std::string, std::uint64_t> refusals;       // cuts that were refused, by reason
   std::vector<std::string> warnings;                   // each once
-  std::vector<double> body_cpu_s, body_residual_m;     // by body: so far; the most
-  std::vector<double> body_residual, body_added_mass;  // by body: the most
+  std::vector<double> body_cpu_s, body_residual_m;     // by body: total so far; largest value
+  std::vector<double> body_residual, body_added_mass;  // by body: largest value
   std::vector<CutCost> body_cuts;                      // by body
   double least_margin = 1e9, largest_penetration_m = 0, largest_force_n = 0, largest_added_mass = 0;
-  StepReport last;  // the last step's
+  StepReport last;  // report of the last step
   std::optional<SyncCost> cost;
   std::optional<Score> score;
   Outcome outcome;

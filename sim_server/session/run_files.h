@@ -33,10 +33,10 @@ int free_try_after(const std::string& directory, int attempt);
 
 // All throw InputError "PATH: why" when it can't be done.
 void make_directory(const std::string& path);
-// The first bytes of a file as another one; the file itself is shortened. False when it has fewer.
+// Copies the first bytes of a file to another; if both are the same file, shortens it. False when it has fewer bytes.
 bool copy_beginning(const std::string& from, const std::string& to, std::uint64_t bytes);
-// Copies a file from a byte on to PATH.damaged, or PATH.damaged.2 when that is there, and so on: its name. It is on the
-// disk then.
+// Copies a file from a byte on to PATH.damaged, or PATH.damaged.2 when that is there, and so on. Returns the copy's
+// name after it is synced.
 std::string keep_rest(const std::string& path, std::uint64_t from_byte);
 // Wavefront OBJ of the live surface, skin and wall as groups, in metres.
 void write_obj(const std::string& path, const TriangleMesh& mesh, PositionsView positions_world_m);

@@ -8,7 +8,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of a body's own
+constexpr double kAddedMassTolerated = 0.1 + 1e-9;  // share of the body's own mass
 constexpr double kStepsNotMet = 0.01;               // share of all steps
 constexpr double kVolumeChanged = 0.2;              // share of a body's volume at rest
 

@@ -12,7 +12,7 @@ constexpr int kExitNotOk = 3;  // a run whose report says so
 
 struct RunResult {
   std::string report;                // JSON
-  std::vector<std::string> reasons;  // the report's; empty: it is ok
+  std::vector<std::string> reasons;  // reasons in the report; empty: the run was ok
   int exit_code() const { return reasons.empty() ? 0 : kExitNotOk; }
 };
 

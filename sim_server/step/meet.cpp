@@ -5,7 +5,7 @@
 //   F = k (1 + d / d0) d,   k = A sqrt(E rho) / h,   d: how far its point gets beyond the wall
 //
 // A is the area that a vertex stands for, h the step. So a light touch is answered as the tissue behind it does within
-// a step, through which sound goes c h deep: k = E A / (c h), the softer body's. A wave that arrives at the wall then
+// a step, through which sound goes c h deep: k = E A / (c h), that of the softer. A wave that arrives at the wall then
 // goes through instead of being thrown back (a matched impedance), so that both sides agree after a few steps, whatever
 // their meshes, and at rest each bears the same. That much alone bears little: a ball that touches with a square
 // centimetre would sink in by millimetres. So the layer hardens, over d0, as it is pressed together.
@@ -29,7 +29,7 @@ constexpr double kMostReach_m = 5e-3;  // however fast the bodies are
 constexpr double kHardens_m = 2e-5;    // d0
 // Depth is undone no faster: bodies that begin in each other aren't thrown.
 constexpr double kParting_m_per_s = 0.1;
-constexpr double kHeld = 1e-6;  // a point that moves by less than this share of the other's, under the same push
+constexpr double kHeld = 1e-6;  // a held point moves by less than this share of the other point, under the same push
 
 bool moves(const Body& body) {
   return body.deforms() && !body.frozen && !body.asleep();
@@ -80,7 +80,7 @@ struct Wall {
 Wall wall_between(const Place& one, const Place& other) {
   const bool one_held = one.inverse_mass_per_kg <= kHeld * other.inverse_mass_per_kg;
   const bool other_held = other.inverse_mass_per_kg <= kHeld * one.inverse_mass_per_kg;
-  const double share = one_held ? 1 : other_held ? 0 : 0.5;  // `one`'s
+  const double share = one_held ? 1 : other_held ? 0 : 0.5;  // share of `one`
   return {share * one.at_world_m + (1 - share) * other.at_world_m,
           share * one.velocity_m_per_s + (1 - share) * other.velocity_m_per_s, one_held || other_held};
 }

@@ -25,8 +25,8 @@ struct BodyStep {
     std::optional<std::size_t> meeting;  // nothing: against a point that is held
   };
   std::vector<Wall> walls;  // other bodies that it touches
-  double work_j = 0;        // on it, by instruments and by other bodies
-  double processor_s = 0;   // by its stages, if somebody measures
+  double work_j = 0;        // work on it by instruments and by other bodies
+  double processor_s = 0;   // processor's time of its stages, if somebody measures
 };
 
 // Two bodies that deform and touch each other.

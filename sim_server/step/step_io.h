@@ -95,8 +95,8 @@ struct Event {
 
 // How the driver of a body fares.
 struct DriverFigures {
-  double added_mass_fraction = 0;   // now
-  double residual = 0;              // the last step's if it was implicit: force left over, over the weight
+  double added_mass_fraction = 0;   // added mass over the mass of the tissue
+  double residual = 0;              // if the last step was implicit: force left over, over the weight
   std::uint64_t steps_not_met = 0;  // implicit steps so far whose residual was above the tolerance
 
   template <class A>
@@ -108,21 +108,21 @@ struct DriverFigures {
 // Numbers of one step, for ServerStatus and report.json.
 struct StepReport {
   double stability_margin = 1;     // largest stable step over the step taken, least over the bodies
-  double added_mass_fraction = 0;  // by selective mass scaling
-  std::uint64_t cuts_made = 0;     // deltas so far
+  double added_mass_fraction = 0;  // mass added by selective mass scaling, over the mass of the tissue
+  std::uint64_t cuts_made = 0;     // deltas by cuts so far
   std::uint64_t cuts_refused = 0;
-  std::uint64_t edges_collapsed = 0;  // so far: short ones that cuts had left
-  double removed_volume_m3 = 0;       // fragments', at rest, so far
-  double penetration_m = 0;           // pressing instruments beneath the surface, after this step
-  double instrument_work_j = 0;       // on deforming bodies, so far, what cutting took included
-  std::uint32_t bodies_asleep = 0;    // not stepped: they rest
-  std::uint64_t forces_capped = 0;    // steps of instruments so far, in which a reaction was beyond what they may feel
-  double contact_time_s = 0;          // simulated time with any instrument in contact, so far
+  std::uint64_t edges_collapsed = 0;  // short edges, left by cuts, that have collapsed so far
+  double removed_volume_m3 = 0;       // rest volume of the fragments removed so far
+  double penetration_m = 0;           // depth of pressing instruments beneath the surface, after this step
+  double instrument_work_j = 0;       // work on deforming bodies so far, including that of cutting
+  std::uint32_t bodies_asleep = 0;    // bodies that rest and are not stepped
+  std::uint64_t forces_capped = 0;    // steps of instruments so far in which a reaction was beyond what they may feel
+  double contact_time_s = 0;          // simulated time so far with any instrument in contact
   std::uint64_t global_searches = 0;
   std::uint64_t local_searches = 0;
   std::vector<BodyCheck> checks;       // one a body
   std::vector<DriverFigures> drivers;  // one a body
-  std::vector<double> processor_s;     // by each so far, if it is measured
+  std::vector<double> processor_s;     // processor's time of each body so far, if it is measured
 
   template <class A>
   void archive(A& a) {
@@ -139,7 +139,7 @@ struct StepOutput {
   std::vector<NewBody> new_bodies;     // in order of body_id
   std::vector<ContactModel> contacts;  // one a tool that has a device
   std::vector<Event> events;
-  Vec3 gravity_m_per_s2{0, 0, -9.81};         // in this step, and
+  Vec3 gravity_m_per_s2{0, 0, -9.81};         // gravity in this step
   Vec3 gravity_target_m_per_s2{0, 0, -9.81};  // gravity turns to this
   bool publish_now = false;  // contact just began: viewers must not wait for the frame rhythm (paper A, 2.1)
   StepReport report;

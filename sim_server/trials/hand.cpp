@@ -18,8 +18,8 @@ constexpr double kTremorLow_hz = 8, kTremorHigh_hz = 12;
 constexpr double kRise_s = 0.5, kAloft_s = 0.6;  // up; over to where it goes down
 constexpr double kPause_s = 1;
 constexpr double kLeastSaw_m = 0.003, kMostSaw_m = 0.008;
-constexpr std::size_t kMoments = 400;                    // at which a trace is looked at
-constexpr int kEdgeParts = 4;                            // into which a cutting edge is divided
+constexpr std::size_t kMoments = 400;                    // moments at which a trace is looked at
+constexpr int kEdgeParts = 4;                            // parts into which a cutting edge is divided
 constexpr double kLeastLift_m = 0.02, kClear_m = 0.005;  // at least; above all bodies
 
 // Each use of a seed has numbers of its own, so that one property of a hand leaves the others as they are.

@@ -13,13 +13,13 @@ namespace sectio {
 using Trace = std::vector<TracePoint>;
 
 struct Hand {
-  double shift_m = 0;        // all traces together, at most so far, in any direction
-  double turn_deg = 0;       // all traces together, at most so far, about a vertical axis
+  double shift_m = 0;        // largest shift of all traces together, in any direction
+  double turn_deg = 0;       // largest turn of all traces together, about a vertical axis
   double slower = 1;         // takes so many times as long
   double faster = 1;         // takes so many times less time
   double tremor_m = 0;       // root mean square of the distance from the quiet hand
-  std::uint32_t lifts = 0;   // all cutting instruments', spread over their way
-  double back_m = 0;         // behind where it was lifted, at most so far, an instrument is put down
+  std::uint32_t lifts = 0;   // lifts of all cutting instruments, spread over their way
+  double back_m = 0;         // an instrument is put down at most so far behind where it was lifted
   std::uint32_t pauses = 0;  // each lasts a second
   std::uint32_t saws = 0;    // times that instruments go back along their way and forth again, spread over it
 };

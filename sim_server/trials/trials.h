@@ -14,14 +14,14 @@ namespace sectio {
 struct TrialsOptions {
   Hand hand = {};
   std::uint32_t runs = 1;
-  std::uint64_t seed = 1;  // the first run's; each of the others has the next one
+  std::uint64_t seed = 1;  // seed of the first run; each of the others has the next one
   std::uint32_t processes = 1;
-  std::uint32_t processor_limit_s = 900;  // a run's
+  std::uint32_t processor_limit_s = 900;  // limit of a run
 };
 
 struct Trial {
   std::uint64_t seed = 0;
-  std::vector<std::string> reasons;  // report.json's; or that it crashed, was refused or didn't end. Empty: ok
+  std::vector<std::string> reasons;  // reasons in report.json; or that it crashed, was refused or didn't end. Empty: ok
 };
 
 // In the order of their seeds. `done` is called after each run, as they end. The scene is a prepared one. Forks: the

@@ -29,7 +29,7 @@ struct BladeEdge {
   }
 };
 
-// From the middle of an edge to that of another.
+// The vector from the middle of an edge to that of another.
 inline Vec3 forward_m(const BladeEdge& from, const BladeEdge& to) {
   return 0.5 * (to.tip_m + to.heel_m - from.tip_m - from.heel_m);
 }
@@ -57,7 +57,7 @@ inline Vec3 heel_world_m(const Blade& blade) {
   return blade.tip_world_m + blade.length_m * blade.up_world;
 }
 
-// Places along a blade, evenly from its tip to its heel, and where they are in the shape at rest: on no straight line.
+// Places along a blade, evenly from its tip to its heel. Their rest positions need not be collinear.
 struct BladePlaces {
   static constexpr std::size_t kCount = 9;
   BladeEdge rigid;  // the tissue has moved, and kept its shape
@@ -79,7 +79,7 @@ class TissueAround {
   TissueAround(const Tissue& tissue, const Blade& blade, const Pose& otherwise_world, std::vector<VertexId> begin);
 
   const std::vector<VertexId>& vertices() const { return vertices_; }  // `begin` when none is near
-  const Pose& frame_world() const { return frame_world_; }             // the rest shape's, in the mean
+  const Pose& frame_world() const { return frame_world_; }             // mean frame of the rest shape
   // Each place along the edge is carried to rest by a smooth field of the displacement of the tissue there. A place
   // between the lips of a slit is in the slit, however far they gape and whichever of them is closer.
   // `slit_at`: the plane of a slit near a place at rest, if there is one.
@@ -97,7 +97,7 @@ class TissueAround {
   };
   struct Displacement {
     Vec3 home_m = Vec3::Zero();
-    double weight = 0;  // the tissue's there
+    double weight = 0;  // weight of the tissue there
   };
   template <class Counts>
   Displacement displacement(const Vec3& at_m, const Counts& counts) const;

@@ -64,21 +64,22 @@ struct BladeTrack {
   // back, cuts them on from the way that it came.
   bool turns_at_end(const Tissue& tissue, const BladeEdge& edge) const;
   bool is_due() const { return edges.size() > 1 && since_cut_m > next_cut_m; }
-  // Across the edge, of the end that has gone further; negative: it has gone back, further than between two cuts.
+  // The advance across the edge of the end that is ahead; with fronts, negative when it went back by more than one cut
+  // interval.
   double ahead_m(const Tissue& tissue) const;
-  // Each end where it is, or where the tissue is open when it has gone back. Around a neck that turns, an end may go
-  // back and aside, and what lies aside has been cut.
+  // The edge with each end where it is, or, for an end that has gone back, where the tissue is open. Around a neck that
+  // turns, an end may go back and aside, and what lies aside has been cut.
   BladeEdge furthest(const Tissue& tissue) const;
-  // From the oldest place, or where the blade has turned back, to the furthest; with the places where the way bends.
-  // Without fronts an element is cut when the blade has gone through it, along the way that it went; a front is short,
-  // and flat.
+  // The way from the oldest place, or from where the blade has turned back, to the furthest; with the places where it
+  // bends. Without fronts an element is cut when the blade has gone through it, along the way that it went; a front is
+  // short, and flat.
   std::vector<BladeEdge> way(const Tissue& tissue) const;
-  // How much of an edge is in the tissue or a little above it: in the air an edge may turn as it likes.
+  // The share of an edge that is in the tissue or a little above it: in the air an edge may turn as it likes.
   double share_in_tissue(const Tissue& tissue, const BladeEdge& edge) const;
-  // With fronts: up to there, or as much as has been in tissue; without them the whole edge, as its part is found when
-  // a sheet is cut, from all that is around it then.
+  // With fronts: the edge up to where it leaves the tissue, or as much of it as has been in tissue. Without fronts: the
+  // whole edge, as its part is found when a sheet is cut, from all that is around it then.
   BladeEdge part_of(const Tissue& tissue, const BladeEdge& edge);
-  // The edges up to there.
+  // The edges, each cut off where the newest one leaves the tissue.
   std::vector<BladeEdge> in_tissue(const Tissue& tissue) const;
   // The blade has turned round and is where its front has nothing to do with it: back in its slit; or beside that, for
   // tissue has swung, and what lies between has still been cut.

@@ -1,5 +1,5 @@
 // Short edges that cuts have left collapse, one a step, while no instrument is at the body. At the surface a collapse
-// is a delta as a cut's is; inside it changes the volume alone.
+// is a delta as that of a cut is; inside it changes the volume alone.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct EdgeCollapse {
 std::optional<EdgeCollapse> plan_collapse(const Volume& volume, const SharedBody& body, double ratio,
                                           CollapseSearch& search, TopologyDelta& delta);
 
-// Once the body has the delta.
+// Call once the body has the delta.
 void collapse(Volume& volume, const SharedBody& body, const EdgeCollapse& planned);
 
 }  // namespace sectio

@@ -1,5 +1,5 @@
-// How blades cut tetrahedra: all constants of tracks and fronts. Lengths whose names end in `_edges` are in mean
-// lengths of an edge of the volume.
+// The settings of tracks and fronts that a scene or the engine may set; numeric tolerances stand where they are used.
+// Lengths whose names end in `_edges` are in mean lengths of an edge of the volume.
 #pragma once
 
 #include <cstddef>
@@ -44,7 +44,7 @@ struct FrontSettings {
   double slit_edges = 0.25, slit_left_edges = 0.4;
   double turn_edges = 0.5;   // without fronts: one that has gone so far back at most has not left the end of its cut
   double strip_edges = 0.5;  // a slit is remembered in strips of this length
-  double lid_edges = 1;      // lips that gape are the slit's when the place between them is this close to it
+  double lid_edges = 1;      // lips that gape belong to the slit when the place between them is this close to it
   double slit_closed_edges = 0.6;  // lips that have closed in on a blade lie over it by so much at most
 
   // Tissue this far beside a slit belongs to a side of it; what connects the sides is looked for so far from it.

@@ -62,7 +62,7 @@ class Slit {
 
     // Its plane at a place between its two edges, which may be this far beyond their ends.
     std::optional<SlitPlane> plane_at(const Vec3& at_m, double beyond_share) const;
-    // Square to its plane in the middle, as long as it is.
+    // A vector square to its plane in the middle, as long as the strip.
     Vec3 normal_m() const;
 
     template <class A>

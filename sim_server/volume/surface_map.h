@@ -17,9 +17,9 @@ using Corners3 = std::array<VertexId, 3>;
 
 class SurfaceMap {
  public:
-  SurfaceMap(std::vector<VertexId> vertex_of, std::size_t vertices);  // by slot; of the volume
+  SurfaceMap(std::vector<VertexId> vertex_of, std::size_t vertices);  // `vertex_of`: by slot; `vertices`: of the volume
 
-  // By slot; kNone where it is dead.
+  // The vertex of each slot; kNone where the slot is dead.
   std::span<const VertexId> vertices() const { return vertex_of_; }
   VertexId vertex_of(VertexId slot) const { return vertex_of_[slot]; }
   std::span<const VertexId> slots_of(VertexId vertex) const;
@@ -39,8 +39,8 @@ class SurfaceMap {
   };
   using StateOf = std::function<VertexState(VertexId vertex)>;
   using LabelOf = std::function<Surface(const Corners3&)>;
-  // Into a draft of the surface; `moved`: vertices that have another place at rest than those that had their number
-  // before. False when what is left would not be a manifold: the draft is not to be used any more. O(change).
+  // Writes the change into a surface draft. `moved`: reused vertex numbers whose rest position differs. False when what
+  // is left would not be a manifold: the draft is not to be used any more. O(change).
   bool plan(const TriangleMesh& mesh, const BoundaryChange& change, std::span<const VertexId> moved,
             const StateOf& state_of, const LabelOf& label_of, MeshDraft& draft, Change& result) const;
   void accept(const Change& change);

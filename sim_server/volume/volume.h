@@ -38,7 +38,7 @@ struct Volume {
     std::vector<VertexId> vertices;  // ascending; empty: nothing is to be kept
     Vec3 sum_n_s = Vec3::Zero();
   };
-  // The corners of these edits, or vertices.
+  // The momentum of the corners of these edits, or of these vertices.
   Momentum momentum(const SharedBody& body, std::span<const TetEdit> edits) const;
   Momentum momentum(const SharedBody& body, std::vector<VertexId> ascending) const;
   // The free ones of the vertices share what has gone missing since, each getting the same velocity.

@@ -18,7 +18,7 @@ struct VolumeCut {
   // The topology: this front goes (nullptr: there is none), the lasting cuts are made, the tracks' new front is opened.
   std::shared_ptr<const VolumeFront> undone;
   TetDelta lasting;
-  // The same for those who keep data beside the volume.
+  // The same change, for data kept beside the volume (model, particles).
   TetChange change;
   std::vector<TetVertexState> added;                        // states of its added vertices
   std::vector<std::pair<VertexId, TetVertexState>> placed;  // older vertices that are elsewhere now
@@ -26,7 +26,7 @@ struct VolumeCut {
   Volume::Momentum before;  // to be conserved
 };
 
-// Once the body has the surface's delta. `front`: the new one; nullptr: there is none.
+// Call once the body has the delta of the surface. `front`: the new one; nullptr: there is none.
 void apply_cut(Volume& volume, const SharedBody& body, const VolumeCut& cut, const VolumeFront* front);
 
 // Plans what blades cut in one step.
@@ -58,7 +58,7 @@ class VolumeCutPlanner {
   const Tissue& tissue_;
   BladeTracks tracks_;
   TetTopology& draft_;
-  const SurfaceLabels* front_labels_;  // the undone front's; nullptr: there is none
+  const SurfaceLabels* front_labels_;  // labels of the undone front; nullptr: there is none
   std::size_t lasting_operations_ = 0;
   std::vector<std::uint32_t> tried_;
 };

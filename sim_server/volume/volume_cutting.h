@@ -37,7 +37,7 @@ class VolumeCutting final : public CuttingEngine {
   TidyPlan tidy(const SharedBody& body) const override;
   std::optional<CutPoint> cut_point(const SharedBody& body, std::uint32_t edge_id) const override;
   double uncut_m(const SharedBody& body, const Blade& part, VertexId near) const override;
-  // The volume, too, which it shares with other engines.
+  // Includes the volume, which the engine shares with other engines.
   void archive(Archive& a, const SharedBody&) override {
     a(*volume_, has_come_apart_, state_.blades, state_.tracks, state_.search);
   }

@@ -6,9 +6,9 @@
 namespace sectio {
 namespace {
 
-constexpr double kPart_m = 1e-4;  // into which a motion is divided
+constexpr double kPart_m = 1e-4;  // length of the parts into which a motion is divided
 constexpr int kMostParts = 64;
-constexpr double kJumps_m = 0.02;    // in a step: that is no motion
+constexpr double kJumps_m = 0.02;    // a way this long in a step is no motion
 constexpr double kNowhere_m = 1e-9;  // a shorter way has no direction
 
 }  // namespace

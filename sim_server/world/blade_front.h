@@ -31,8 +31,8 @@ class BladeFront {
   const Vec3& ahead() const { return ahead_; }       // n
   double strength_n() const { return strength_n_; }  // J L: the front yields here; 0: nothing holds the edge
   double stiffness_n_per_m() const { return std::min(kStiffest_n_per_m, strength_n_ / kYields_m); }
-  double work_j() const { return work_j_; }        // by the hand, in the last move()
-  double new_area_m2() const { return area_m2_; }  // since release()
+  double work_j() const { return work_j_; }        // work by the hand in the last move()
+  double new_area_m2() const { return area_m2_; }  // area that has been cut since release()
 
   template <class A>
   void archive(A& a) {
@@ -47,7 +47,7 @@ class BladeFront {
   std::optional<SweptTissue::Way> way_;
   Vec3 stretched_m_ = Vec3::Zero();  // b
   Vec3 force_n_ = Vec3::Zero(), ahead_ = Vec3::Zero();
-  double middle_ = 0.5;  // the edge's in tissue
+  double middle_ = 0.5;  // middle of the part of the edge in tissue
   double strength_n_ = 0, work_j_ = 0, area_m2_ = 0;
 };
 

@@ -47,7 +47,7 @@ class Body {
   void archive(Archive& a);
   const Pose& frame_at_first_world() const { return frame_at_first_world_; }  // its shape at rest
 
-  const MakeEngines& make_engines() const { return make_; }  // this body's and its parts'
+  const MakeEngines& make_engines() const { return make_; }  // makes the engines of this body and of its parts
   std::size_t bytes() const { return mesh.bytes() + particles.bytes(); }
   SharedBody shared() { return {id, mesh, particles}; }
   SurfaceView view() { return {mesh, particles.positions(), id}; }
@@ -59,7 +59,7 @@ class Body {
   Vec3 velocity_at(const std::array<VertexId, 3>& v, const Vec3& weights, const Vec3& point_world_m) const;
   // The box of the current positions; leaves the collision engine as it is.
   Box3 bounds_world_m();
-  double energy_j() { return engines.deformation->energy_j(shared()); }  // see there
+  double energy_j() { return engines.deformation->energy_j(shared()); }  // see DeformationEngine
   // The collision engine, with the current positions.
   const CollisionEngine& tree();
 
@@ -71,7 +71,7 @@ class Body {
   Vec3 home_normal_world(const MeshDraft& surface, const std::array<VertexId, 3>& v, const Vec3& bary) const;
   // The direction of a blade in the tissue at rest. The home frame does not turn with the dent that the blade makes.
   void express_in_rest_frame(std::span<const Entry> entries, BladeMotion& motion);
-  // Swept by blades; made when it is first asked for, before the first cut.
+  // The tissue swept by blades; made when it is first asked for, before the first cut.
   SweptTissue& swept_tissue();
   // The largest depth that the tissue's thickness allows a groove from a point of the surface to the tip.
   double depth_limit_m(const Vec3& surface_world_m, const Vec3& tip_world_m);
@@ -116,7 +116,7 @@ class Body {
   std::vector<double> still_s;               // by owner: for how long what it let go has not moved
   std::vector<TriangleId> unsettled;         // triangles of cuts whose parts are not decided yet
   std::vector<VertexImpulse> resting_loads;  // a sleeping piece gives these to the bodies below it in each step
-  std::uint32_t parts_made = 0;  // came off so far: the n-th one of `liver` is `liver.n`, whatever else there is
+  std::uint32_t parts_made = 0;  // parts that came off: the n-th one of `liver` is `liver.n`, whatever else there is
   bool frozen = false;           // it stays as it was (recovery.h), and can't be cut
 
  private:
@@ -134,7 +134,7 @@ class Body {
   bool tree_stale_ = false;
   std::optional<Box3> bounds_world_m_;  // while the tree is stale; nothing: nobody has asked
   bool asleep_ = false;
-  bool much_added_ = false;           // mass, for stability
+  bool much_added_ = false;           // much mass has been added for stability
   bool implicit_ = false;             // the last step was taken over by a driver that is always stable
   std::uint64_t implicit_steps_ = 0;  // so far, as the deformation engine says
   Stillness stillness_;

@@ -24,7 +24,7 @@ struct Change {
   TopologyDelta delta;                                  // empty: only the state of some vertices changes
   std::vector<std::pair<VertexId, VertexState>> seeds;  // vertices are placed so once the delta is applied
   std::shared_ptr<const CutTicket> ticket = nullptr;    // the cutting engine's plan has one
-  const CutPlan* plan = nullptr;                        // a cut's: its strokes and islands
+  const CutPlan* plan = nullptr;                        // for a cut: its strokes and islands
 };
 
 // A plan that leaves the topology as it is places no vertices, either.

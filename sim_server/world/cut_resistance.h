@@ -22,7 +22,7 @@ class CutResistance {
   void push_out(const Body& body, const InstrumentEdge& edge, const Vec3& point_world_m, const Vec3& normal_world);
 
   const Vec3& force_on_tool_n() const { return force_n_; }
-  double work_j() const { return work_j_; }  // by the hand against fronts, so far
+  double work_j() const { return work_j_; }  // work by the hand against fronts so far
   FeltFront front(const InstrumentKind& kind) const;
 
   template <class A>
@@ -32,7 +32,7 @@ class CutResistance {
 
  private:
   BladeFront front_;
-  Eigen::Quaterniond from_rest_ = Eigen::Quaterniond::Identity();  // to the world
+  Eigen::Quaterniond from_rest_ = Eigen::Quaterniond::Identity();  // rotation from rest to the world
   Vec3 force_n_ = Vec3::Zero();
   double work_j_ = 0;
 };

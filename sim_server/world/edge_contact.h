@@ -75,7 +75,7 @@ class EdgeContact {
 
   // The events since the last call.
   std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
-  double cutting_work_j() const { return stroke_.resistance().work_j(); }  // by the hand against fronts, so far
+  double cutting_work_j() const { return stroke_.resistance().work_j(); }  // work by the hand against fronts so far
 
   template <class A>
   void archive(A& a) {
@@ -146,12 +146,12 @@ class EdgeContact {
   RoundContact round_;
   RuptureGauge rupture_;
   std::optional<Entry> entry_;     // a stroke begins here in this step
-  bool came_in_sideways_ = false;  // there, rather than with the tip first
+  bool came_in_sideways_ = false;  // it began sideways rather than with the tip first
   EdgeStroke stroke_;
   std::optional<Pose> slips_off_;  // tissue with this frame slips off the edge in this step, which ends the stroke
   Vec3 ended_at_ = Vec3::Zero();   // the last cut ended here
-  int deep_steps_ = 0;             // in which the instrument pressed deep
-  int steps_beneath_ = 0;          // in which the skin was above all of its ball, one after the other
+  int deep_steps_ = 0;             // steps in which the instrument pressed deep
+  int steps_beneath_ = 0;          // steps, one after the other, in which the skin was above all of its ball
   std::uint64_t groove_searches_ = 0;
 
   Vec3 point_ = Vec3::Zero(), normal_ = Vec3::UnitZ();

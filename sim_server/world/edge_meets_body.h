@@ -1,4 +1,4 @@
-// An edge of an instrument meets a body from outside: questions to its surface, which remember nothing.
+// An edge of an instrument meets a body from outside: pure queries of its surface.
 #pragma once
 
 #include <optional>

@@ -51,7 +51,7 @@ struct EdgeOnWay {
   const Blade& blade;
   Jaws jaws;
   Vec3 from_world_m;    // on the surface, where it has cut last
-  Vec3 travel_world_m;  // the tip's since then
+  Vec3 travel_world_m;  // way of the tip since then
 
   TipDecision decide(const Vec3& point_world_m, const Vec3& normal) const {
     TipDecision d;

@@ -19,7 +19,7 @@ struct StrokeStep {
   double opening_before_rad;
   const CutPoint& cut;
   Pose frame_world;                  // the tissue at rest around the edge
-  Vec3 point_world_m, normal_world;  // the surface's, where the edge enters it
+  Vec3 point_world_m, normal_world;  // point and normal of the surface where the edge enters it
 };
 
 class EdgeStroke {
@@ -30,7 +30,7 @@ class EdgeStroke {
   struct Outcome {
     BladeMotion motion;
     std::optional<Vec3> end_goes_to_world_m;  // a blade that doesn't cut takes the end of its cut along
-    bool slips = false;                       // but not further: the tissue slips off it, and the cut ends
+    bool slips = false;                       // the tissue slips off the blade, and the cut ends
   };
   Outcome follow(Body& body, const StrokeStep& step);
 

@@ -49,7 +49,7 @@ class Grasp {
   bool holds(std::uint32_t body_id) const;
   std::optional<std::uint32_t> held_body() const;  // the one that was grasped first
   bool holds_something() const { return !held_.empty(); }
-  const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // this step's
+  const Vec3& force_on_tool_n() const { return force_on_tool_n_; }  // force of this step
   std::vector<GraspEvent> take_events();                            // since the last call
 
   template <class A>
@@ -59,7 +59,7 @@ class Grasp {
 
  private:
   struct Point {
-    VertexId vertex = kNone;  // the tissue's; a rigid piece has none
+    VertexId vertex = kNone;  // vertex of the tissue; a rigid piece has none
     Vec3 at_piece_m = Vec3::Zero();
     Vec3 at_tool_m = Vec3::Zero();
     double share = 0;  // share of the force; all points' sum is 1

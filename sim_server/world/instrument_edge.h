@@ -14,7 +14,7 @@ namespace sectio {
 
 class InstrumentEdge {
  public:
-  // `id`: the index by which cutting knows the edge; `number`: among the edges of the instrument.
+  // `id`: the index by which cutting knows the edge; `number`: its number among the edges of the instrument.
   InstrumentEdge(std::uint32_t id, const ToolSpec& tool, std::size_t number);
 
   // The same edge elsewhere.
@@ -23,7 +23,7 @@ class InstrumentEdge {
   std::uint32_t id() const { return id_; }
   const InstrumentKind& kind() const { return *kind_; }
   double ball_radius_m() const { return geometry_.sphere_radius_m; }  // about the tip A; 0: there is none
-  double largest_force_n() const { return largest_force_n_; }         // the hand's
+  double largest_force_n() const { return largest_force_n_; }         // largest force of the hand
   const JointPose& pose() const { return pose_; }
   const InstrumentShape& shape() const { return shape_; }
 
@@ -31,9 +31,9 @@ class InstrumentEdge {
   double length_m() const { return (shape_.edge_heel_tool_m - shape_.edge_tip_tool_m).norm(); }
   Vec3 tip_world_m() const { return pose_.to_world(shape_.edge_tip_tool_m); }
   Vec3 heel_world_m() const { return pose_.to_world(shape_.edge_heel_tool_m); }
-  // From the tip to the heel.
+  // The vector from the tip to the heel.
   Vec3 along_world_m() const { return pose_.orientation * (shape_.edge_heel_tool_m - shape_.edge_tip_tool_m); }
-  // Unit, where the edge cuts; nothing: in any direction.
+  // The unit direction in which the edge cuts; nothing: any direction.
   std::optional<Vec3> sharp_side_world() const;
   ToolCorners corners() const;
   Blade blade() const;

@@ -20,8 +20,8 @@
 namespace sectio {
 
 constexpr double kWorldReach_m = 10;                   // no vertex is further from the origin along an axis
-constexpr double kMostSpeed_m_per_s = 50;              // any vertex's
-constexpr double kLeastVolume = 0.1, kMostVolume = 5;  // a body's, over its volume at rest
+constexpr double kMostSpeed_m_per_s = 50;              // speed of any vertex
+constexpr double kLeastVolume = 0.1, kMostVolume = 5;  // volume of a body over its volume at rest
 
 // The first entry that isn't finite or is beyond the bounds, in positions and velocities; kNone: none.
 VertexId first_beyond_bounds(const ParticleState& particles);

@@ -24,7 +24,7 @@ class RoundContact {
   // Takes the samples that the instrument has reached on its way from another pose. Returns the deepest one; nothing
   // when none is as deep as `least_depth_m`.
   std::optional<SurfaceSample> press(Body& body, const InstrumentEdge& edge, const Pose& before, double least_depth_m);
-  // One a sample.
+  // One constraint a sample.
   std::vector<PointConstraint> constraints(const Body& body, const InstrumentEdge& edge) const;
 
   // The middle of what the instrument presses, by force, and the sample that is nearest to it.

@@ -28,7 +28,7 @@ class RuptureGauge {
   }
 
  private:
-  static constexpr double kFilter_s = 0.005;  // a device's own is as long
+  static constexpr double kFilter_s = 0.005;  // the filter of a device is as long
 
   RuptureThreshold threshold_;
   double smooth_push_n_ = 0;

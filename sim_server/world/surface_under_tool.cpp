@@ -12,10 +12,10 @@ namespace {
 // these 15 mm, a tip of 2 mm by less than a tenth.
 constexpr double kDent_m = 0.015, kAround_m = 0.03;
 constexpr double kPoint_m = 0.0015;                     // a point presses as a punch of this radius
-constexpr double kMostShare = 0.4, kShareKept_s = 0.5;  // a dent's, at the vertices beyond it
+constexpr double kMostShare = 0.4, kShareKept_s = 0.5;  // largest share of a dent's motion at vertices beyond it
 constexpr double kOnSurface_m = 5e-4;
 constexpr double kFlat_m = 1e-6;     // a shortest way below this has no direction
-constexpr std::size_t kEnough = 6;   // vertices whose motion counts as the surface's
+constexpr std::size_t kEnough = 6;   // vertices whose motion counts as that of the surface
 constexpr VertexId kLookedAt = 256;  // vertices of a body at most, evenly chosen: a fit of six numbers needs no more
 
 // A corner of an instrument, with the ball about it.

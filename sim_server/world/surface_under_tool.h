@@ -44,9 +44,9 @@ SurfaceMotion motion_beyond_dent(const Body& body, const Vec3& point_world_m);
 // The velocity where nothing dents the surface. O(1).
 Vec3 velocity_at(const Body& body, TriangleId triangle, const Vec3& point_world_m);
 
-// A dent moves the surface around a little, too, which is no motion of the tissue by itself: with v the velocity
-// around, t the tool's, and g fitted to both, that is v - g (t - v), g >= 0. A hand that goes along with breathing
-// tissue teaches nothing.
+// The surface around a dent moves with it; that motion is not the tissue's own and is subtracted: with v the velocity
+// of the surface around, t that of the tool, and g fitted to both, the tissue's own is v - g (t - v), g >= 0. A hand
+// that goes along with breathing tissue teaches nothing.
 class OwnDent {
  public:
   void learn(const Vec3& around_m_per_s, const Vec3& tool_m_per_s, double step_s);

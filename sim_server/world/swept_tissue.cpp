@@ -10,7 +10,7 @@ namespace {
 constexpr double kRow_m = 1e-4;        // the height of a row
 constexpr double kNextPoint_m = 2e-4;  // between points of a way
 constexpr double kBeside_m = 1e-3;     // an edge this far beside a way is in another cut, or cuts anew
-constexpr double kBeyond_m = 2e-3;     // from the end of a way, likewise
+constexpr double kBeyond_m = 2e-3;     // an edge this far beyond the end of a way, likewise
 constexpr double kAtFront_m = 5e-5;    // an edge so near to the end of a cut stands at it
 constexpr double kUpright = 0.5;       // least cosine of an edge to the rows' direction
 constexpr double kNear_m = 3e-3;       // the part of a way that is looked at first: it may cross itself

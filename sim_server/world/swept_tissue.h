@@ -42,7 +42,7 @@ class SweptTissue {
   };
   struct Front {
     double length_m = 0;  // the edge in tissue that has no cut ahead: at the end of a cut, or in uncut tissue
-    double middle = 0;    // the edge's in tissue, as a share of it
+    double middle = 0;    // middle of the part of the edge in tissue, as a share of the edge
   };
   // `ahead`: the direction, unit and across the edge, in which it would cut.
   Front front(const EdgeAtRest& edge, const Vec3& ahead, std::optional<Way>& way);
@@ -63,9 +63,9 @@ class SweptTissue {
   struct Cut {
     Vec3 up, first_heading;                      // unit: along the edge, and across it
     double level_m = 0;                          // the height, along `up`, at which the way is told
-    std::vector<Vec3> points = {};               // the way's, at height 0
-    std::vector<double> gone_m = {};             // on the way, at each point
-    std::ptrdiff_t first_row = 0;                // its number, from height 0
+    std::vector<Vec3> points = {};               // points of the way, at height 0
+    std::vector<double> gone_m = {};             // length of the way up to each point
+    std::ptrdiff_t first_row = 0;                // number of the first row, counted from height 0
     std::vector<std::vector<Span>> rows = {{}};  // spans ascend and are apart
 
     std::vector<Span>& row(std::ptrdiff_t number);

@@ -28,9 +28,9 @@ struct Tool {
 
   ContactModelFitter fitter;
   Grasp grasp;
-  std::optional<JointPose> pose;  // the newest sample's
+  std::optional<JointPose> pose;  // pose of the newest sample
   bool force_is_capped = false;   // in the last step
-  double time_s = 0;              // its time stamp
+  double time_s = 0;              // time stamp of the newest sample
   std::uint64_t source = 0;
   std::uint64_t sequence = 0;
   Vec3 velocity_m_per_s = Vec3::Zero();

@@ -7,11 +7,11 @@ namespace sectio {
 namespace {
 
 constexpr double kLeastInside_m = 0.001;  // length of the edge inside
-constexpr double kFarthestBack_m = 0.03;  // from where a blade that breaks in sideways is looked for outside the body
+constexpr double kFarthestBack_m = 0.03;  // a blade that breaks in sideways is looked for outside the body up to here
 constexpr double kBackStep_m = 0.00025;
 constexpr double kClear_m = 0.002;  // further back: at rest the body's side is nearer than where it is pressed in
-constexpr double kAlongWall = 0.5;  // cosine of a wall's normal to the blade's, from which on they lie side by side
-constexpr double kWidestGroove_m = 0.005;  // from a blade to the walls on both its sides
+constexpr double kAlongWall = 0.5;  // least cosine between the normals of a wall and of a blade that lie side by side
+constexpr double kWidestGroove_m = 0.005;  // distance from a blade to the walls on both its sides
 constexpr double kCosSharp = 0.5;          // the edge faces the surface within 60 degrees
 
 bool sharp_edge_touches(const Body& body, const InstrumentEdge& edge, const PressPoint::OnTool& at) {

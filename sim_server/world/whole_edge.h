@@ -1,7 +1,6 @@
 // An instrument that cuts with templates (paper A, 2.3): its edge may break the surface anywhere along its length, and
 // every part of the edge in the body cuts. The surface itself is asked which parts are in the body; a plane would not
-// do at an edge of the body, or at the point where the blade comes out on the other side. Questions, which remember
-// nothing.
+// do at an edge of the body, or at the point where the blade comes out on the other side. Pure queries.
 #pragma once
 
 #include <optional>
@@ -31,7 +30,7 @@ bool back_presses(const InstrumentEdge& edge, const Vec3& normal_world);
 bool sharp_edge_is_in_slit(Body& body, const InstrumentEdge& edge, const PressPoint& press);
 // The tip is between the walls of a cut, however far these gape.
 bool tip_is_in_groove(Body& body, const InstrumentEdge& edge);
-// It will be when the tissue has come back to rest in this frame. O(triangles).
+// The tip will lie between the walls once the tissue is at rest in this frame. O(triangles).
 bool tip_will_be_in_groove(const Body& body, const InstrumentEdge& edge, const Pose& frame_world);
 // The first part of a line along the edge, from `tip_world_m` on, that is in tissue which no cut has opened.
 std::optional<SurfaceHit> uncut_tissue_at(Body& body, const InstrumentEdge& edge, const Vec3& tip_world_m);

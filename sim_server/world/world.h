@@ -59,14 +59,14 @@ struct SimulatedWorld {
 
   Scene scene;  // its gravity is that of the current step
   TurningGravity gravity;
-  std::vector<std::unique_ptr<Body>> bodies;  // the scene's, then parts in the order in which they came off
+  std::vector<std::unique_ptr<Body>> bodies;  // bodies of the scene, then parts in the order in which they came off
   std::deque<BodySpec> part_specs;            // a deque, since bodies refer to their specifications
   std::vector<Tool> tools;
   struct Edge {
     std::uint32_t tool_id = 0;
     std::size_t index = 0;  // among the edges of the tool
   };
-  std::vector<Edge> edges;                // all tools'; an engine that cuts knows each by its index here, the edge_id
+  std::vector<Edge> edges;                // edges of all tools; engines that cut know each by its index here, edge_id
   std::vector<EdgeContact> contacts;      // a row a body, a column an edge
   std::vector<ModelCheck> checks;         // one a body
   std::vector<Interaction> interactions;  // engines between bodies, in the order of the processes of the scene
@@ -94,7 +94,7 @@ struct SimulatedWorld {
 
   EngineTable engines_;
   std::set<std::pair<std::uint32_t, std::uint32_t>> nested_;  // families
-  std::vector<Origin> origins_;                               // the parts', in their order
+  std::vector<Origin> origins_;                               // origins of the parts, in their order
   std::vector<std::vector<const ProcessSpec*>>
       processes_in_;  // by body: those that the scene names, the last ones of it
 };

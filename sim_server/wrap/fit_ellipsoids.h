@@ -11,7 +11,7 @@ namespace sectio {
 struct Ellipsoid {
   Vec3 centre_m = Vec3::Zero();
   Vec3 radii_m = Vec3::Ones();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // from its axes to the surface's
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // from its axes to those of the surface
 };
 
 struct EllipsoidFit {

@@ -18,11 +18,11 @@ namespace sectio {
 namespace {
 
 constexpr double kTriangles = 8000;   // when no size is given
-constexpr double kCell = 0.7;         // the grid's, in edges
-constexpr double kMostCorners = 2e7;  // the grid's
+constexpr double kCell = 0.7;         // cell of the grid, in edges
+constexpr double kMostCorners = 2e7;  // corners of the grid
 constexpr double kLeastShare = 0.01;  // share of the volume: smaller closed surfaces are bubbles
 constexpr double kLeastAngle_rad = 5 * M_PI / 180;
-constexpr double kLeastThickness = 0.25;  // a filled body's: volume by area, in edges
+constexpr double kLeastThickness = 0.25;  // thickness of a filled body: volume by area, in edges
 constexpr int kSmoothings = 6;
 constexpr int kBisections = 6;        // per edge of the grid
 constexpr double kLayerCells = 1.75;  // so thick is the layer of balls that bound what is outside

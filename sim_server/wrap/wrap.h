@@ -10,7 +10,7 @@ namespace sectio {
 struct Wrapped {
   TriangleSoup soup;      // closed, oriented, manifold, triangles about equilateral
   double size_m = 0;      // length of its edges, about
-  double volume_m3 = 0;   // soup's
+  double volume_m3 = 0;   // volume inside `soup`
   double furthest_m = 0;  // from soup to the triangles that were given: across holes it is as far as these are wide
   double mean_far_m = 0;  // the mean of that
   double least_angle_rad = 0;
@@ -28,7 +28,7 @@ Wrapped wrap(const TriangleSoup& given, double size_m = 0, double fill_sizes = 0
 
 std::string to_string(const Wrapped& wrapped);  // one line
 
-// With triangles that hang together turned to one side, as wrap() does.
+// The soup with the triangles that hang together turned to one side, as wrap() does.
 TriangleSoup turned_outward(TriangleSoup soup);
 
 }  // namespace sectio

@@ -43,7 +43,7 @@ double drop_m(const Bar& b) {
   for (VertexId v = 0; v < load.size(); ++v) drop -= b.end_m2[v] / (kSide * kSide) * b.body.displacement_m(v, x).z();
   return drop;
 }
-// Over Timoshenko's P L^3 / 3 E I + P L / (kappa G A), L / h = 8.
+// The deflection over Timoshenko's P L^3 / 3 E I + P L / (kappa G A), L / h = 8.
 double cantilever_ratio(const StaticModel& model, int across, double poisson) {
   const Bar b = bar(model, across, 8, poisson);
   const double area = kSide * kSide, inertia = area * area / 12, shear = kYoung / (2 * (1 + poisson));
@@ -75,7 +75,7 @@ TEST(Accuracy, A_5_known_failure_six_tetrahedra_to_a_cube_lock) {
     EXPECT_NEAR(cantilever_ratio(six, 4, poisson), ratio, 0.02) << poisson;
 }
 
-// Against the bricks, which know what a clamped end does.
+// Compared with the bricks, which know the effect of a clamped end.
 TEST(Accuracy, A_5_cantilever_of_eight_cells_across) {
   const double poisson = 0.49;
   const Bar b = bar(test::neo_hookean(), 8, 2, poisson);

@@ -19,8 +19,8 @@ using test::MovingModel;
 struct Pressed {
   std::string model;
   double poisson = 0.45;
-  double cell_m = 0;        // the lattice's
-  double tetrahedra = 800;  // a volume's
+  double cell_m = 0;        // cell of the lattice
+  double tetrahedra = 800;  // tetrahedra of a volume
   int across = 24;          // squares of the surface
   double step_s = 0.001;
 };
@@ -67,7 +67,7 @@ TEST(Accuracy, A_9_hertz_on_springs) {
   }
 }
 
-// Frictionless; its radius is that of the furthest vertex that it presses.
+// A punch without friction; its radius is that of the furthest vertex that it presses.
 double flat_punch_ratio(const MovingModel& model, double poisson, int cells_high) {
   const double height_m = 0.02, cell_m = height_m / cells_high, side_m = 4 * height_m, depth_m = 2e-4;
   const double nominal_m = 0.805 * height_m, young_pa = 10000;

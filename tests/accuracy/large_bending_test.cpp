@@ -15,7 +15,7 @@ using test::MovingModel;
 
 constexpr double kYoung = 1e4, kDensity = 1000;
 
-// Held at x = 0, damped as its slowest vibration is critically, until nothing moves.
+// A bar held at x = 0, damped as its slowest vibration is critically, until nothing moves.
 struct Tip {
   double down, back;  // the middle of the end, in lengths
 };

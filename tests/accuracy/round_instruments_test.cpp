@@ -16,7 +16,7 @@ namespace {
 struct Bed {
   std::string model;
   double tetrahedra = 6000, cell_m = 0;
-  double square_m = 0.003;  // a surface's
+  double square_m = 0.003;  // square of a surface
   double step_s = 0.001;
   std::string driver = "automatic";
 };
@@ -83,7 +83,7 @@ class Ball {
   double last_n_ = 0;
 };
 
-// By meshes of very different sizes the same force.
+// Meshes of very different sizes give the same force.
 TEST(RoundInstruments, feel_the_same_on_coarse_and_on_fine_meshes) {
   const double form_n = test::ball_on_layer_n(kYoung_pa, kPoisson, kRadius_m, kDepth_m, kBed_m.z());
   for (const auto& [bed, within] : {std::pair{Bed{"neo_hookean", 1500}, 0.25},

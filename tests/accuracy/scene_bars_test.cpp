@@ -23,7 +23,7 @@ constexpr double kSag_m = 0.0857;
 const Vec3 kBar_m(0.2, 0.05, 0.05);
 
 // The mesh is turned in its file, and the pose turns it back: the bar is level in the world, and beside the lattice,
-// which is the mesh's.
+// which has the axes of the mesh.
 struct Turned {
   Eigen::Quaterniond by = Eigen::Quaterniond::Identity();
   Vec3 shift_m = Vec3::Zero();
@@ -67,7 +67,7 @@ std::filesystem::path scene_of(const std::string& model, const std::string& volu
 
 struct Outcome {
   double error = 0;   // in the sag of the end; positive: too soft
-  double volume = 0;  // inside the surface that moves, over the bar's, at rest
+  double volume = 0;  // inside the surface that moves, over the volume of the bar, at rest
   double elements = 0;
 };
 

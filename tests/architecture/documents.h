@@ -144,15 +144,44 @@ inline std::size_t comment_at(std::string_view line) {
 // Whether a sentence begins with a genitive or a free relative clause; a relative clause may follow code, too: "// that
 // the server has run".
 inline bool is_inverted(std::string_view sentence, bool is_behind_code) {
-  static constexpr std::string_view kOpenings[] = {"what", "of", "who", "whose", "which", "as", "those", "where"};
-  std::string word(sentence.substr(0, sentence.find_first_of(" ,:;.")));
-  if (is_behind_code && word == "that") return true;
-  if (!word.empty()) word[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(word[0])));
-  return std::ranges::find(kOpenings, word) != std::end(kOpenings);
+  static constexpr std::string_view kOpenings[] = {"what",  "of",    "who",     "whose",    "which",  "as",
+                                                   "those", "where", "whoever", "whatever", "for who"};
+  static constexpr std::string_view kBreaks = " ,:;.";
+  std::string text(sentence);
+  const auto begins_with = [&](std::string_view words) {
+    return text.starts_with(words) &&
+           (text.size() == words.size() || kBreaks.find(text[words.size()]) != std::string_view::npos);
+  };
+  if (is_behind_code && begins_with("that")) return true;
+  if (!text.empty()) text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return std::ranges::any_of(kOpenings, begins_with);
+}
+
+// Whether a comment begins with a genitive without a noun, as "the server's", or "a wall's, by its depth".
+inline bool is_bare_genitive(std::string_view comment) {
+  static constexpr std::string_view kArticles[] = {"the ", "The ", "a ", "A ", "an ", "An "};
+  for (const std::string_view article : kArticles)
+    if (comment.starts_with(article)) {
+      comment.remove_prefix(article.size());
+      break;
+    }
+  const auto in_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; };
+  std::size_t end = 0;
+  while (end < comment.size() && in_word(comment[end])) ++end;
+  std::string_view rest = comment.substr(end);
+  if (end > 0 && rest.starts_with("'s"))
+    rest.remove_prefix(2);
+  else if (end > 1 && comment[end - 1] == 's' && rest.starts_with("'"))
+    rest.remove_prefix(1);
+  else
+    return false;
+  const bool is_end = rest.find_first_not_of(' ') == std::string_view::npos;
+  return is_end || std::string_view(",.;:").find(rest.front()) != std::string_view::npos;
 }
 
 // Sentences of comments that begin with a genitive or a free relative clause, where a plain sentence begins with its
-// subject. A comment goes on in the next line if that is a comment as a whole and begins in the same column.
+// subject, and comments that begin with a bare genitive. A comment goes on in the next line if that is a comment as a
+// whole and begins in the same column.
 inline std::vector<Found> inverted_openings(const std::string& source) {
   static constexpr std::string_view kEnds = ".?!";
   std::vector<Found> found;
@@ -171,7 +200,8 @@ inline std::vector<Found> inverted_openings(const std::string& source) {
     const std::string_view text = std::string_view(line).substr(std::min(text_at, line.size()));
     const auto judge = [&](std::size_t at, bool is_first) {
       const bool is_capital = at < text.size() && std::isupper(static_cast<unsigned char>(text[at]));
-      if ((is_first || is_capital) && is_inverted(text.substr(at), is_first && is_behind_code))
+      const bool is_bare = is_first && is_bare_genitive(text);
+      if (is_bare || ((is_first || is_capital) && is_inverted(text.substr(at), is_first && is_behind_code)))
         found.push_back({number, std::string(text.substr(at))});
     };
     if (!goes_on || has_ended) judge(0, !goes_on);

@@ -144,7 +144,8 @@ TEST(Documents, comments_are_no_wider_than_code) {
 }
 
 // Plain English: the subject comes first, in each sentence and behind code. "Of a session: its scene" becomes "A
-// session's scene", and `int count;  // of regions` becomes `int count;  // regions`.
+// session's scene", `int count;  // of regions` becomes `int count;  // regions`, and `Tools tools;  // the scene's`
+// becomes `Tools tools;  // tools of the scene`.
 TEST(Documents, no_sentence_of_a_comment_begins_with_a_genitive_or_a_free_relative) {
   for (const auto& [path, text] : source_files(test::kSourceFolders, {".h", ".cpp"}))
     for (const Found& opening : inverted_openings(text))
@@ -175,6 +176,13 @@ TEST(Documents, inverted_openings_are_seen) {
   EXPECT_EQ(lines_of("int a;  // of regions\nint b;  // that are left\nint c;  // regions\n"), (Lines{1, 2}));
   EXPECT_EQ(lines_of("int a = 1'000;  // which is much\nint b;  // largest, that is\n"), Lines{1});
   EXPECT_EQ(lines_of("int a;  // the number\n        // of regions\n// of bodies\n"), Lines{3});
+  EXPECT_EQ(lines_of("// Whoever reads.\n// It ends. Whatever comes, it ends.\n// It is for all.\n// For who asks.\n"),
+            (Lines{1, 2, 4}));
+  EXPECT_EQ(lines_of("int a;  // the server's\nint b;  // A wall's, by its depth\n\n// soups'; not bare\n"),
+            (Lines{1, 2, 4}));
+  EXPECT_EQ(lines_of("int a;  // the server's clock\nint b;  // 'classes', by name\n  // The threads' order.\n"),
+            Lines{});
+  EXPECT_TRUE(lines_of("// For whole bodies.\n// Whichever is first.\n// Its place: the server's.\n").empty());
   EXPECT_TRUE(lines_of("run(\"// of no use\", '\"', \"\\\"// as text\");\n// That is all.\n").empty());
   EXPECT_TRUE(lines_of("// phi(x),\n//\n// where x is a place, e.g. those of a line\n").empty());
 }

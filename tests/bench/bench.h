@@ -1,6 +1,6 @@
 // `bench SUBJECT [options]` is the program of all benchmarks, with a file for each subject. Speeds are judged by ratios
-// of the best times within one run: a machine's own speed and its other work cancel out. Time is the processor's: what
-// waits for a core is not slow.
+// of the best times within one run: a machine's own speed and its other work cancel out. Time is processor time:
+// work that waits for a core is not slow.
 #pragma once
 
 #include <benchmark/benchmark.h>

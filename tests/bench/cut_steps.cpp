@@ -1,6 +1,6 @@
 // Steps that cut, whole: each step of a scene in which the mesh changes, in processor's time, with 10 000 triangles,
 // with 20 000 tetrahedra, and with 100 000 in steps of a thirtieth of a second. A scene is played several times, and a
-// step counts with its fastest time: what else the machine does is not the step's.
+// step counts with its fastest time: other work of the machine is no part of the step.
 #include <algorithm>
 #include <cstdio>
 #include <vector>

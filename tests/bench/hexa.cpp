@@ -48,7 +48,7 @@ void plain_elements(benchmark::State& state) {
     elements.push_back({cell.nodes, cell.fill * h * h * h});
     for (const auto n : cell.nodes) particles[n].m += 1060 * elements.back().volume / 8;
   }
-  Eigen::Matrix<double, 8, 3> gradient;   // the shape functions' at the centre
+  Eigen::Matrix<double, 8, 3> gradient;   // gradients of the shape functions at the centre
   Eigen::Matrix<double, 8, 4> hourglass;  // signs of the other modes
   for (int c = 0; c < 8; ++c) {
     const double s[3] = {c & 1 ? 1.0 : -1.0, c >> 1 & 1 ? 1.0 : -1.0, c >> 2 & 1 ? 1.0 : -1.0};

@@ -1,5 +1,5 @@
-// Methods that the simulator does not have, for the chart only: in floats and registers like the simulator's own, but
-// for the paper's.
+// Methods that the simulator does not have, for the chart only: in floats and registers like those of the simulator,
+// except those of the paper.
 #pragma once
 
 #include "tests/chart/tet_specimen.h"
@@ -9,8 +9,8 @@ namespace sectio::chart {
 // Linear tetrahedra, stable neo-Hookean with the pressure of each element, explicit, element by element.
 ChartModel plain_tetrahedra(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings);
 
-// Paper C's own: edges and second neighbours with one constant each, equal masses, Verlet, loop over springs. The two
-// constants share the stiffness that Young's modulus asks for, sum k l^2 = 6 E V, half and half.
+// Paper C's own springs: edges and second neighbours with one constant each, equal masses, Verlet, loop over springs.
+// The two constants share the stiffness that Young's modulus asks for, sum k l^2 = 6 E V, half and half.
 ChartModel papers_springs(const TetMesh& mesh, const VolumeMaterial& material, const VolumeSettings& settings);
 
 // XPBD (Macklin et al. 2016, 2019) with neo-Hookean constraints (Macklin and Mueller 2021), in colours of tetrahedra

@@ -13,7 +13,7 @@
 namespace sectio::chart {
 namespace {
 
-constexpr double kStep = 1e-3;  // the scenes'; explicit models divide it
+constexpr double kStep = 1e-3;  // step of the scenes; explicit models divide it
 
 // A single cell is right by accident, and a knife takes many minutes through the finest meshes.
 bool has(const ChartScene& scene, int across) {

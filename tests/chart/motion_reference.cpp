@@ -1,5 +1,5 @@
 // The reference of scenes that move: triquadratic bricks with lumped masses, which Simpson's rule gives, in double
-// precision. Steps are a third of what the fastest wave takes from node to node, far shorter than any model's.
+// precision. Steps are a third of what the fastest wave takes from node to node, far shorter than those of any model.
 #include <algorithm>
 #include <cmath>
 

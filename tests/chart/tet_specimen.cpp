@@ -53,7 +53,7 @@ class TetSpecimen final : public Specimen {
       if (held_[v] && !scene_.let_go(mesh_.vertices_body_m[v]))
         x_[v].head<3>() = scene_.held_at(mesh_.vertices_body_m[v], share).cast<float>();
     share_ = share;
-    if (scene_.ball) {  // whatever is in it after the step
+    if (scene_.ball) {  // all particles that are in the ball after the step
       const double reach_m = 2 * scene_.ball->depth_m / scene_.load_s * step_s_ + 1e-4;
       add_contacts(scene_, share, reach_m, top_, x_, constraints_);
     }

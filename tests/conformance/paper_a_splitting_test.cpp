@@ -187,7 +187,7 @@ TEST(A_SEQ, A_SEQ_7_the_free_part_answers_with_rigid_motion_and_momentum_is_cont
   Scene scene = loop_scene(FreeParts::rigid);
   scene.gravity_m_per_s2 = Vec3(0, 0, -9.81);
   Operation op(scene);
-  Places before_last, last;  // the organ's
+  Places before_last, last;  // places of the organ
   double jump_m_per_s = -1;
   op.after_each = [&](const StepOutput& out) {
     if (!out.new_bodies.empty()) {

@@ -1,4 +1,4 @@
-// Paper A's method and paper B's are two styles behind one plan_cut().
+// The methods of papers A and B are two styles behind one plan_cut().
 #include <gtest/gtest.h>
 
 #include "common/mesh/check.h"

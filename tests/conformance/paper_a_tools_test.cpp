@@ -265,7 +265,7 @@ TEST(A_TOOL, A_TOOL_3_both_edges_of_each_u_cut) {
   }
 }
 
-// Whatever a hand does: jumps, half closed jaws, leaning tools, the same place again.
+// A hand may do anything: jumps, half closed jaws, leaning tools, the same place again.
 class AnyTool : public testing::TestWithParam<std::tuple<const char*, const char*>> {};
 INSTANTIATE_TEST_SUITE_P(A_TOOL, AnyTool,
                          testing::Combine(testing::Values("knife", "scissors", "medical_scissors", "probe"),

@@ -91,7 +91,7 @@ TEST(B_CD, B_CD_11_dropped_samples_bring_the_global_search_back) {
   EXPECT_EQ(op.last.report.local_searches, 0u);
 }
 
-// New vertices: a cut in a body that feels no force but its springs'.
+// New vertices: a cut in a body that feels no force but that of its springs.
 struct CutBody {
   CutBody() : scene(still_scene()), body(scene.bodies[0], scene, 0, surface_spring_engines) {
     const Vec3 top(0, 0, 1);

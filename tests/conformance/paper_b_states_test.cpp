@@ -14,7 +14,7 @@ void come_down(Operation& op, double x_m, double y_m, double depth_m) {
   op.tip_to(x_m, y_m, depth_m);
 }
 
-// Whatever happens from here on, no triangle changes.
+// Counts changes of triangles from here on: there should be none.
 struct TopologyWatch {
   explicit TopologyWatch(Operation& o) : op(o), triangles(o.mesh().triangle_count()) {
     op.after_each = [this](const StepOutput& out) {

@@ -11,7 +11,7 @@ namespace sectio::test {
 namespace {
 
 constexpr double kAbove_m = 0.002, kAside_m = 0.005;
-constexpr double kEnds_m = 0.004;  // a steady leg's in tissue: the force rises, and falls
+constexpr double kEnds_m = 0.004;  // ends of a steady leg in tissue: the force rises, and falls
 
 Scene scene_of(const BladeTissue& tissue, const BladeStroke& stroke) {
   Scene scene = felt_block(tissue.model, 6e3, stroke.tool);

@@ -14,8 +14,8 @@ struct BladeTissue {
   std::string model;
   std::string style = "progressive";
   int squares = 2;        // on the surface, over 10 mm
-  double tetrahedra = 0;  // a volume's
-  double cell_m = 0;      // a lattice's
+  double tetrahedra = 0;  // tetrahedra of a volume
+  double cell_m = 0;      // cell of a lattice
   double toughness_j_per_m2 = 200;
 };
 
@@ -25,14 +25,14 @@ struct BladeLeg {
   Vec3 by_m = Vec3::Zero();
   double new_area_m2 = 0;  // its edge sweeps this area in uncut tissue
   bool is_steady = false;  // the same length of the edge cuts all along, apart from the ends
-  double outside_m = 0;    // its ends'
+  double outside_m = 0;    // length outside at its ends
 };
 
 struct BladeStroke {
   std::string name;
   std::string tool = "scalpel";
   ToolGeometry geometry;
-  Vec3 from_m = Vec3::Zero();  // the tip's
+  Vec3 from_m = Vec3::Zero();  // start of the tip
   std::vector<BladeLeg> legs;
 };
 

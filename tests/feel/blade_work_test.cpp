@@ -14,7 +14,7 @@ namespace {
 
 class BladeWork : public testing::TestWithParam<BladeTissue> {
  protected:
-  // Cutting costs the toughness, going back and forth nothing, and the simulation's books are the hand's.
+  // Cutting costs the toughness, going back and forth nothing, and the simulation counts the same work as the hand.
   static void check(const BladeStroke& stroke, double speed_m_per_s) {
     double due_j = 0, cut_j = 0, done_j = 0, booked_j = 0;
     const std::vector<LegWork> legs = work_of(GetParam(), stroke, speed_m_per_s);

@@ -172,7 +172,7 @@ class Hostile {
     if (!writer.write(message)) throw std::runtime_error(std::string("refused: ") + qos_of<Message>().name);
   }
   static void repeat(SampleWriter& writer, const Bytes& bytes, std::mt19937& random) {
-    (void)writer.write(bytes);  // another speaker's, as it came
+    (void)writer.write(bytes);  // message of another speaker, as it came
     for (int i = 0; i < 3; ++i) (void)writer.write(damaged(bytes, random));
   }
 

@@ -145,8 +145,8 @@ class Page {
     const { data } = await this.send('Page.captureScreenshot', { format: 'png' });
     writeFileSync(path, Buffer.from(data, 'base64'));
   }
-  // What a function of the page makes of an image of the canvas, `{ data, width, height }`, four bytes a pixel, rows from
-  // the top, and of further arguments.
+  // Applies a function of the page to an image of the canvas, `{ data, width, height }`, four bytes a pixel, rows from
+  // the top, and to further arguments.
   see(look, ...more) {
     return this.evaluate(`(() => {
       const from = document.getElementById('canvas'), to = document.createElement('canvas');

@@ -29,7 +29,7 @@ const wear = `${readFileSync(iwer, 'utf8')};
     }
     return own;
   } });
-  // Where tissue is red, by columns from the left, of each eye; the first row is at the bottom.
+  // The places of red tissue for each eye, by columns from the left; the first row is at the bottom.
   window.seen = () => {
     const gl = document.getElementById('canvas').getContext('webgl2');
     const [width, height] = [gl.drawingBufferWidth, gl.drawingBufferHeight];

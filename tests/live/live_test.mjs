@@ -13,7 +13,7 @@ const { address, watching, out } = session;
 const metric = (name) => session.metric(name);
 const processes = (program) => session.processes(program);
 
-const path = [];  // of the scalpel's tip while the button was down
+const path = [];  // path of the scalpel's tip while the button was down
 const browser = new Browser();
 try {
   const ada = await browser.open(address);

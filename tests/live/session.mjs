@@ -56,7 +56,7 @@ export class Session {
     }).map(Number);
   }
 
-  // As Ctrl-C does.
+  // Ends the session by the signal of Ctrl-C.
   async end() {
     this.#live.kill('SIGINT');
     await until('the end', () => this.#exit_code !== null);

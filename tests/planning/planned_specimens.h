@@ -19,10 +19,10 @@ struct PlannedCase {
   std::string name;
   planning::Load load = planning::Load::bending;
   Vec3 size_m = Vec3(0.1, 0.025, 0.025);
-  std::array<int, 3> bricks{4, 1, 1};  // the reference's, across: times 1, 2, 3
+  std::array<int, 3> bricks{4, 1, 1};  // bricks of the reference, across: times 1, 2, 3
   double young_pa = 30000, poisson = 0.45;
   double error_budget = 0.1;
-  double ball_m = 0.01, depth_m = 0.002;  // an indentation's; the depth of a cut
+  double ball_m = 0.01, depth_m = 0.002;  // radius of the ball of an indentation; depth of that, or of a cut
   int squares = 4;                        // on the surface, along each side
 };
 

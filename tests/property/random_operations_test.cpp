@@ -1,5 +1,5 @@
-// Whatever a hand does with whatever instrument, in the whole simulation: the surface stays closed, nothing of the body
-// is lost, and no energy comes from nowhere.
+// In the whole simulation, a hand may do anything with any instrument: the surface stays closed, nothing of the body is
+// lost, and no energy comes from nowhere.
 #include <gtest/gtest.h>
 
 #include <random>

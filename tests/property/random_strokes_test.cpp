@@ -1,4 +1,4 @@
-// Whatever an instrument does, the surface stays closed, oriented and manifold.
+// An instrument may do anything: the surface stays closed, oriented and manifold.
 #include <gtest/gtest.h>
 
 #include <random>

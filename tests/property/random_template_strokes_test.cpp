@@ -1,4 +1,4 @@
-// Whatever a knife does in the template style, the surface stays closed, oriented and manifold.
+// A knife may do anything in the template style: the surface stays closed, oriented and manifold.
 #include <gtest/gtest.h>
 
 #include <random>

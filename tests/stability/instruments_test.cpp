@@ -92,7 +92,7 @@ Vec3 path_m(double time_s) {
 
 struct Arrival {
   const char* name;
-  std::function<std::vector<double>()> times_s;  // the samples', ascending
+  std::function<std::vector<double>()> times_s;  // times of the samples, ascending
   int held_back;                                 // samples: all but the last wait for the last
 };
 

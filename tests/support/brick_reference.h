@@ -1,5 +1,5 @@
 // A box of triquadratic bricks (27 nodes, 27 Gauss points) of the stable neo-Hookean solid, in double precision: an
-// element family that is none of the models', without locking to speak of, for references at rest.
+// element family that no model has, without locking to speak of, for references at rest.
 #pragma once
 
 #include <optional>
@@ -41,7 +41,7 @@ class BrickReference final : public ElasticReference {
   struct GaussPoint {
     double volume_m3 = 0;
     std::array<double, 27> value;
-    std::array<Vec3, 27> slope;  // the shape functions', 1/m
+    std::array<Vec3, 27> slope;  // slopes of the shape functions, 1/m
   };
 
   void make_nodes(const std::optional<Slit>& slit);

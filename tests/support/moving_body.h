@@ -22,7 +22,7 @@ class MovingBody {
  public:
   struct Parts {
     std::unique_ptr<VolumeModel> model;
-    Points rest;  // the particles'
+    Points rest;  // rest places of the particles
     std::function<void(const Points& x, std::span<Vec3> force_n)> elastic_forces_n;
     std::function<std::vector<Particle>(const MovingBody&)> particles;
   };
@@ -34,7 +34,7 @@ class MovingBody {
   std::vector<Particle> particles() const { return parts.particles(*this); }
 
   TetMesh mesh;
-  Points x, v;  // the vertices'
+  Points x, v;  // places and velocities of the vertices
   std::vector<Reaction> reactions;
   Parts parts;
 };

@@ -25,7 +25,7 @@ class ElasticReference {
   virtual ~ElasticReference() = default;
   virtual double energy_j(const Points& x) const = 0;
   virtual Points forces_n(const Points& x) const = 0;  // minus the gradient of the energy
-  virtual Sparse hessian(const Points& x) const = 0;   // the energy's
+  virtual Sparse hessian(const Points& x) const = 0;   // Hessian of the energy
 };
 
 // The body at rest under `load_n`, from the start `x`; the held coordinates of its points stay as they are there.

@@ -18,7 +18,7 @@ Neighbours neighbours_of(const TriangleMesh& mesh);
 // neighbours for each vertex, and the blood on each.
 class Bleeding final : public ProcessEngine {
  public:
-  static constexpr double kRate_ml_per_s = 0.01;  // a wall vertex's
+  static constexpr double kRate_ml_per_s = 0.01;  // rate of a vertex of a wall
   static constexpr double kSpreading_per_s = 5;
 
   explicit Bleeding(const SharedBody& body);

@@ -9,7 +9,7 @@
 namespace sectio::test {
 
 struct RawReactions {
-  Vec3 force_n = Vec3::Zero();  // the last step's, on all instruments together
+  Vec3 force_n = Vec3::Zero();  // force of the last step on all instruments together
   double worst_friction = 0;    // largest |F_t| / F_n of a constraint in the last step
   std::size_t active = 0, constraints = 0;
 };

@@ -46,7 +46,7 @@ class ScalpelOnMesh : public MeshAtRest {
   std::uint32_t refused = 0, rejected_deltas = 0, made = 0;
 
  private:
-  double edge_m_ = 0;  // the mesh's when it was first tidied
+  double edge_m_ = 0;  // mean edge of the mesh when it was first tidied
   int euler_uncut_ = 2;
 };
 

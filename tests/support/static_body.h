@@ -34,13 +34,13 @@ struct StaticBody {
   };
 
   TetMesh mesh;
-  Points rest_m;                           // the particles'
-  std::vector<double> volume_m3;           // each particle's, as its mass is
+  Points rest_m;                           // rest places of the particles
+  std::vector<double> volume_m3;           // volume of each particle, as its mass is
   std::vector<std::vector<Share>> riding;  // by vertex: on which particles
   std::function<Points(const Points& x, const std::vector<std::uint8_t>& held, const Points& load_n,
                        double tolerance_n)>
       equilibrium;
-  std::function<Points(const Points& x)> forces_n;  // the tissue's on its particles
+  std::function<Points(const Points& x)> forces_n;  // forces of the tissue on its particles
 
   Vec3 at(VertexId v, const Points& x) const;
   Vec3 displacement_m(VertexId v, const Points& x) const { return at(v, x) - mesh.vertices_body_m[v]; }

@@ -16,7 +16,7 @@ namespace sectio::test {
 struct StrokeShape {
   std::string name;
   TriangleSoup soup;
-  double step_m = 0;  // the instrument's
+  double step_m = 0;  // step of the instrument
 };
 
 std::vector<StrokeShape> stroke_shapes();

@@ -26,7 +26,7 @@ struct Outcome {
   double energy_j = 0;                         // now
   double away_m = 0;                           // now, the furthest vertex from where it is at rest up to a rigid motion
   int steps = 0, taken_over = 0, divided = 0;  // steps
-  double least_margin = HUGE_VAL;              // tetrahedra's, in explicit steps
+  double least_margin = HUGE_VAL;              // least margin of tetrahedra, in explicit steps
   std::uint64_t clamped = 0;                   // velocities of springs
 };
 

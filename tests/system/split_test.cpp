@@ -13,7 +13,7 @@
 namespace sectio::test {
 namespace {
 
-using TrianglesByStep = std::map<std::uint64_t, std::size_t>;  // the server's, all bodies together
+using TrianglesByStep = std::map<std::uint64_t, std::size_t>;  // triangles on the server, all bodies together
 
 struct Viewer : ReplicaViewer {
   Viewer(const NetworkOptions& network, const TrianglesByStep& of_server)

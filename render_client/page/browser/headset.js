@@ -52,7 +52,7 @@ function push_controller(frame) {
   const grip = source && frame.getPose(source.gripSpace, headset.room);
   if (!grip) return;
   const { position: p, orientation: q } = grip.transform;
-  const pulled = (i) => source.gamepad?.buttons[i]?.value ?? 0;  // of the standard mapping: 0 the trigger, 1 the grip
+  const pulled = (i) => source.gamepad?.buttons[i]?.value ?? 0;  // in the standard mapping: 0 the trigger, 1 the grip
   call('controller', p.x, p.y, p.z, q.x, q.y, q.z, q.w, pulled(0), pulled(1) > 0.5 ? 1 : 0);
   const force_n = holds() ? state.tools[state.held].force_n : 0;
   if (force_n > 0) source.gamepad?.hapticActuators?.[0]?.pulse(Math.min(1, force_n / FULL_FORCE_N), BUZZ_MS);

@@ -2,10 +2,10 @@
 // every picture, comes from the program that is compiled to WebAssembly (page.cpp).
 'use strict';
 
-const FULL_FORCE_N = 5;     // a full bar
-const RETRY_MS = 1000;      // after a connection was lost
+const FULL_FORCE_N = 5;     // force of a full bar
+const RETRY_MS = 1000;      // wait after a connection was lost
 const KEEP_ALIVE_MS = 50;   // a hand goes on to speak where no pictures are drawn
-const SILENT_S = 1;         // before the page says so
+const SILENT_S = 1;         // silence before the page says so
 const HINT_MS = 2500;
 const SETTLES_MS = 2000;    // an order is under way, and what it changes isn't told yet
 const CLAIM = { claim: 0, take: 1, give: 2, release: 3 };
@@ -20,9 +20,9 @@ const now = () => performance.now() / 1000;
 let program = null;   // the WebAssembly module
 let socket = null;
 let state = null;     // what the program said last
-let refusal = '';     // why there is no connection
+let refusal = '';     // reason for having no connection
 let lost_s = null;    // when the connection was lost
-let mute_s = null;    // when a server said its last word, while it is silent
+let mute_s = null;    // time of the last word of a server that is silent
 let mute = '';        // which server that is
 // For tests: what is known, and the connection.
 window.sectio = { get socket() { return socket; }, get state() { return state; }, get connected() { return socket?.readyState === WebSocket.OPEN; } };
@@ -296,7 +296,7 @@ function show_fields() {
 
 // ---- a pad ----
 
-const PAD_IDLE = 0.12;  // of a stick's way, which a thumb that rests may be off
+const PAD_IDLE = 0.12;  // share of a stick's way, which a thumb that rests may be off
 const beyond_idle = (share) =>
   Math.abs(share) < PAD_IDLE ? 0 : (Math.sign(share) * (Math.abs(share) - PAD_IDLE)) / (1 - PAD_IDLE);
 

@@ -1,11 +1,11 @@
 // The tries of an exercise side by side: scores, and pictures of path, force and deviation in the same scale for all.
 'use strict';
 
-const SHOWN_TRIES = 8;  // the newest
+const SHOWN_TRIES = 8;  // the newest tries
 const SVG = 'http://www.w3.org/2000/svg';
-const WIDE = 200, HIGH = 100;  // of a picture
+const WIDE = 200, HIGH = 100;  // size of a picture
 
-let tries = [];  // as the gateway keeps them, oldest first
+let tries = [];  // in the order in which the gateway keeps them, oldest first
 let learned = '';
 window.sectio.tries = () => tries;
 
@@ -52,7 +52,7 @@ function force_picture(one, longest_s, most_n) {
   return picture(...one.tools.map((tool) => line_through(tool.force_n.map(place))));
 }
 
-// Of each part of the line, in millimetres; NaN where no blade was.
+// The deviation in each part of the line, in millimetres; NaN where no blade was.
 const ALONG = 'along the line, mm';
 const beside_mm = (one) => one.score.find((line) => line.startsWith(ALONG))?.slice(ALONG.length).trim().split(' ').map(Number) ?? [];
 function deviation_picture(one, most_mm) {

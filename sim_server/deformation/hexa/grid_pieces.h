@@ -16,7 +16,7 @@ struct Grid {
   Vec3 origin_m = Vec3::Zero();
   double cell_m = 1;
 
-  // In cells; a coordinate that is on a plane of the grid up to rounding is put onto it exactly.
+  // The place in cells; a coordinate that is on a plane of the grid up to rounding is put onto it exactly.
   Vec3 at(const Vec3& x_m) const;
   Vec3 point_m(const GridPlace& p) const { return origin_m + cell_m * Vec3(p[0], p[1], p[2]); }
 };

@@ -37,7 +37,7 @@ struct HexMaterial {
 
 // Sixteen cells. Lanes beyond the last cell are copies of lane 0 without stiffness.
 struct alignas(64) HexBatch {
-  std::array<std::array<std::uint32_t, kLanes>, 8> offset{};                // the nodes'
+  std::array<std::array<std::uint32_t, kLanes>, 8> offset{};                // offsets of the nodes
   std::array<float, kLanes> shear{};                                        // phi mu h / 16, N/m
   std::array<float, kLanes> bulk{};                                         // phi kappa / 64, Pa
   std::array<float, kLanes> stiffness{};                                    // s_e, see add_forces()

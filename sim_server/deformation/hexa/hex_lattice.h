@@ -5,7 +5,7 @@
 //           through the cell. So a cell that a cut crosses has two copies, and one that a cut ends in has one
 //   node    corners of copies in neighbouring cells are one node if the copies' material meets in the face between the
 //           cells; a chain of such meetings around a corner connects all of its corners
-//   fill    the volume of a copy's material over the cell's. The fills of all copies add up to the body's volume
+//   fill    volume of a copy's material over that of the cell. The fills of all copies add up to the body's volume
 //
 // Each vertex of the tetrahedra is embedded in one copy, by eight weights. Deterministic.
 #pragma once
@@ -60,7 +60,7 @@ struct HexShare {
 // they meet others the surface is fixed.
 struct HexSkin {
   std::uint32_t cell = 0;  // the cell that has the material beneath
-  std::uint8_t axis = 3;   // the plane's; 3: it lies in none
+  std::uint8_t axis = 3;   // axis of the plane; 3: it lies in none
   bool fixed = false;      // all corners of its triangle are
   std::array<Vec3, 3> corners;
 };

@@ -52,7 +52,7 @@ class HexSolid final : public ExplicitImplicitIntegrator {
                std::span<Vec4f> velocity_m_per_s) override;
   IntegratorDiagnostics diagnostics() const override;
   std::vector<Vec3> sag_m(const Vec3& gravity_body_m_per_s2) override;
-  std::vector<Vec3> sag_of_nodes_m(const Vec3& gravity_body_m_per_s2);  // the same of the lattice's
+  std::vector<Vec3> sag_of_nodes_m(const Vec3& gravity_body_m_per_s2);  // sag of the nodes of the lattice
   double energy_j(std::span<const Vec4f> position_world_m, std::span<const Vec4f> velocity_m_per_s) const override;
 
   void archive(Archive& a) override;
@@ -121,9 +121,9 @@ class HexSolid final : public ExplicitImplicitIntegrator {
   std::size_t bound_ = 0;                     // vertices that have been embedded
   int last_substeps_ = 1;
   bool bad_ = false, placed_ = false;
-  Pose rest_world_;  // the lattice's at rest, by its place before the first step
+  Pose rest_world_;  // pose of the lattice at rest, by its place before the first step
 
-  std::vector<Vec4f> position_, velocity_, force_;  // the nodes'
+  std::vector<Vec4f> position_, velocity_, force_;  // by node
   std::vector<Vec4f> written_position_, written_velocity_;
   std::vector<Vec4f> start_position_, start_velocity_;
   ConstraintSupports supports_;

@@ -54,7 +54,7 @@ class TetBody {
   std::vector<std::uint8_t> fixed_;
   std::vector<double> mass_, added_, inverse_mass_;
   double total_kg_ = 0, added_kg_ = 0;
-  bool refused_ = false;  // mass, since it was shed
+  bool refused_ = false;  // some mass was refused since it was shed
   VertexSet touched_;
 };
 

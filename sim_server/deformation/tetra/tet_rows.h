@@ -88,7 +88,7 @@ struct alignas(64) TetSlice {
   std::uint32_t used_edges = 0, used_faces = 0;  // columns that aren't padding in all lanes, and maybe some that are
   std::uint32_t count = 0;                       // rows, in lanes 0 .. count-1
   std::uint32_t colour = 0;
-  bool alike = false;  // its rows, as TetRows::alike_faces() says
+  bool alike = false;  // its rows are alike: see TetRows::alike_faces()
 
   template <class A>
   void archive(A& a) {
@@ -125,7 +125,7 @@ class TetRows {
   // unless a neighbour has the same; then it gets the smallest free one. O(degree); compaction, rarely, O(all rows).
   void follow(std::size_t vertices);
   void update(VertexId v, const VertexStar& star, const TetStiffness& stiffness);
-  // `share`: of all rows, in overflow slices.
+  // `share`: the largest share of rows that may be in overflow slices.
   void compact_if_spread(double share);
   // Called between cuts: reserves again for slices, which grow with every cut.
   void renew_room();

@@ -1,6 +1,6 @@
 // The model tetra_springs: a volume of tetrahedra as springs and dampers (paper C, 3.1). Every edge is a spring, and so
-// is every pair of vertices two edges apart (second neighbours), with constants of their own. The integrator is
-// Verlet's with linear drag, written with the velocity of the half step, v = (x - x_before) / h:
+// is every pair of vertices two edges apart (second neighbours), with constants of their own. The integrator is Verlet
+// with linear drag, written with the velocity of the half step, v = (x - x_before) / h:
 //
 //   x_next = x + (1 - alpha h)(x - x_before) + h^2 (f / m + g)
 //

@@ -61,7 +61,7 @@ class VolumeModel {
   virtual void set_gravity(const Vec3& gravity_m_per_s2) { settings_.gravity_m_per_s2 = gravity_m_per_s2; }
 
   virtual const TetMesh& mesh() const = 0;                   // including numbers that are no longer in use
-  virtual double mass_kg(VertexId v) const = 0;              // the tissue's, without added mass
+  virtual double mass_kg(VertexId v) const = 0;              // mass of the tissue, without added mass
   virtual double inverse_mass_per_kg(VertexId v) const = 0;  // the effective mass; 0 when fixed
   // Contacts push nodes (node.h): vertices, if they aren't embedded in something else. nudge() comes after a step.
   virtual void nodes_of(VertexId v, std::vector<NodeShare>& nodes) const { nodes.assign(1, {v, 1}); }
@@ -73,7 +73,7 @@ class VolumeModel {
                      std::span<Vec4f> velocity_m_per_s) {
     apply(changes, position_world_m, velocity_m_per_s);
   }
-  virtual double cell_m() const { return 0; }                        // a lattice's; 0: its elements are the mesh's
+  virtual double cell_m() const { return 0; }                        // edge of a lattice's cells; 0: there is none
   virtual double largest_stable_step_s() const { return HUGE_VAL; }  // infinite: any step is stable
   virtual IntegratorDiagnostics diagnostics() const { return {}; }
   virtual ModelSize size() const {
@@ -82,7 +82,7 @@ class VolumeModel {
   virtual bool asks_for_origins() const { return true; }  // whether change() reads TetEdit::origin
   virtual VertexId first_bad_vertex() const = 0;          // kNone while all is finite
 
-  // See DeformationEngine::sag(). From the displacement of each vertex; none if it isn't known.
+  // See DeformationEngine::sag(). Uses the displacement of each vertex; empty if it isn't known.
   std::vector<SagPoint> sag(const Vec3& gravity_body_m_per_s2);
   virtual std::vector<Vec3> sag_m(const Vec3& /*gravity_body_m_per_s2*/) { return {}; }
 
@@ -118,7 +118,7 @@ class VolumeModel {
 
   VolumeMaterial material_;
   VolumeSettings settings_;
-  int divided_ = 0;  // times so far
+  int divided_ = 0;  // how often substeps have been halved so far
 };
 
 // Lumped masses: rho V / 4 from each tetrahedron at a vertex.

@@ -18,7 +18,7 @@ struct Blade {
   Vec3 up_world = Vec3::UnitZ();  // unit
   double max_depth_m = 1e9;       // largest depth of the groove that the tissue's thickness allows
   Vec3 up_body = Vec3::Zero();    // up_world in the frame of the tissue at rest; zero: as the triangle has turned
-  double length_m = 1e9;          // the sharp edge's
+  double length_m = 1e9;          // length of the sharp edge
 
   template <class A>
   void archive(A& a) {

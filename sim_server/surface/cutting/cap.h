@@ -11,13 +11,13 @@
 
 namespace sectio {
 
-// Vertices count from the rim's, in their order, on to the inner ones. Triangles turn as the rim does.
+// Vertices are numbered from those of the rim, in their order, on to the inner ones. Triangles turn as the rim does.
 struct Cap {
   std::vector<VertexState> inner;  // the last one is the middle of the rim
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-// The inner vertices are weighted means of the rim's: at rest, in the world, and in motion alike. At least three.
+// Inner vertices are weighted means of at least three rim vertices: at rest, in the world, and in motion alike.
 Cap cap_of(std::span<const VertexState> rim);
 
 }  // namespace sectio

@@ -20,8 +20,8 @@ namespace sectio {
 // The motion of one instrument in this body in this step.
 struct BladeMotion {
   std::uint32_t edge_id = 0;
-  std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
-  bool lift = false;        // the cut ends here, whatever the path
+  std::vector<Blade> path;       // poses since the last step in order; empty: the instrument stays where it was
+  bool lift = false;             // the cut ends here, whatever the path
   bool has_dragged_end = false;  // since its last cut the blade took the end of the cut along
   // The triangles that the blade sweeps over, or that the poses of its line cross, as the collision engine found them.
   std::vector<TriangleId> active = {};
@@ -48,7 +48,7 @@ struct CutPoint {
   bool cuts = false;                  // a cut is under way; else the edge is in the tissue and waits
   std::optional<Vec3> point_world_m;  // the edge enters the surface here; none: the surface has changed there
   std::optional<Vec3> rest_body_m;    // the end of the cut at rest
-  Vec3 normal_body = Vec3::Zero();    // the surface's there at rest; zero: unknown
+  Vec3 normal_body = Vec3::Zero();    // normal of the surface there at rest; zero: unknown
   VertexId near = kNone;              // a vertex of the tissue around the edge
   VertexId follows = kNone;           // a vertex that goes along with an edge that can't cut
   std::optional<Blade> blade;         // the last pose at which it cut

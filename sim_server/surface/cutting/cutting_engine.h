@@ -14,15 +14,15 @@ namespace sectio {
 // See CuttingEngine::tidy().
 struct TidyPlan {
   TopologyDelta delta;                      // empty(): the topology stays
-  std::uint32_t edges_collapsed = 0;        // by this
+  std::uint32_t edges_collapsed = 0;        // edges that this plan collapses
   std::shared_ptr<const CutTicket> ticket;  // nullptr: there is nothing to do
 };
 
 // How an edge cuts with an engine, for the contact of the edge with the body.
 struct CutTraits {
   bool edge_cuts_anywhere = false;  // every part of the edge in the body cuts; else the cut follows the tip
-  bool cuts_inside = false;         // whatever the edge meets in the body, the surface being ahead of it or not
-  double join_tolerance_m = 2e-3;   // the end of a cut this close to a blade is that blade's
+  bool cuts_inside = false;         // the edge cuts all that it meets in the body, the surface being ahead of it or not
+  double join_tolerance_m = 2e-3;   // the end of a cut this close to a blade belongs to that blade
   double min_step_m = 1e-4;         // the instrument moves this far before a cut opens
 };
 

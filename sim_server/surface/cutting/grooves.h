@@ -68,9 +68,9 @@ class SortedVertices {
 
 struct Grooves {
   std::map<VertexId, VertexId> ends;  // end vertex of a cut -> the bottom beneath it (paper B, figure 12)
-  std::vector<Rung> rungs;            // the progressive style's, ends included; ascending by lip
+  std::vector<Rung> rungs;            // rungs of the progressive style, ends included; ascending by lip
   SortedVertices bottoms;             // all vertices along the bottoms of grooves
-  std::vector<CutFront> fronts;       // the template style's, including those of cuts in progress
+  std::vector<CutFront> fronts;       // fronts of the template style, including those of cuts in progress
 
   // The bottom under the end of a cut; kNone where no cut ends.
   VertexId end_at(VertexId v) const {

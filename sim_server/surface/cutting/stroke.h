@@ -66,7 +66,7 @@ struct Stroke {
   std::optional<VertexState> start_bottom, apex_bottom;  // bottoms of points that are not open yet
   VertexId first = kNone;                                // the first vertex of the cut, at which a loop closes
   std::uint32_t points = 0;                              // permanent points so far
-  double length_m = 0;                                   // the permanent cut's, at rest
+  double length_m = 0;                                   // length of the permanent cut, at rest
   std::optional<Blade> blade;                            // the last pose at which it cut
   std::string_view why_refused;                          // for a person
   Vec3 heading_body = Vec3::Zero();  // unit, at rest, of the permanent cut at the apex; zero: unknown

@@ -10,7 +10,7 @@ namespace {
 constexpr int kMostCutsMet = 8;               // in the motion from one pose to the next
 constexpr double kBeside_m = 5e-4;            // a blade this near to a curve is in the groove
 constexpr double kStaysBeside_m = 8e-4;       // the same, if it was in a groove before
-constexpr double kResumes_m = 3e-3;           // from the end of the groove that it leaves
+constexpr double kResumes_m = 3e-3;           // distance from the end of the groove that a blade leaves
 constexpr double kNode_m = 1.5e-3;            // least distance of a branch from an end
 constexpr double kLeaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next
 constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way leads over it

@@ -23,7 +23,7 @@ void stand_beside(const MeshDraft& draft, Stroke& stroke, VertexId v);
 
 struct WalkTarget {
   Vec3 rest_body_m = Vec3::Zero();
-  VertexId vertex = kNone;          // a lip's, or at the end of a cut: the cut joins it
+  VertexId vertex = kNone;          // vertex of a lip, or at the end of a cut, which the cut joins
   Vec3 normal_body = Vec3::Zero();  // unit, of the skin there at rest; zero: as where the cut ends
 };
 

@@ -17,8 +17,8 @@ constexpr double kOutBelow_m = 1e-3;  // a tip that is out on the other side is 
 constexpr double kBackwards = -0.2;   // cosine to a front: a blade that has drawn back further does not cut
 constexpr double kOnward = 0.25;      // a blade that rises still cuts when it goes on by this share of its rise
 constexpr double kHeading_m = 1e-3;   // a cut's direction is taken over this way: a short step may go anywhere
-constexpr double kMostSlant = 2;      // a joined front's, in tolerances between its ends along the motion
-constexpr int kMostSteps = 64;        // into which one motion is divided
+constexpr double kMostSlant = 2;      // slant of a joined front, in tolerances between its ends along the motion
+constexpr int kMostSteps = 64;        // steps into which one motion is divided
 
 // Does all of a triangle run along the plane, in the groove that the blade is in?
 bool lies_along(const MeshDraft& draft, const BladeSweep& sweep, const Triangle& t, double within_m) {

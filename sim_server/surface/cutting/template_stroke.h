@@ -20,16 +20,16 @@ struct TemplateStroke {
   Vec3 bary = Vec3::UnitX();
   std::optional<Vec3> entered_body_m;  // the same place at rest
   bool begins_at_wall = false;
-  std::vector<CutFront> fronts;             // the permanent part's
-  std::optional<RestBlade> at_front;        // pose there, or where the stroke began
-  std::optional<RestBlade> newest;          // pose
-  std::optional<Blade> blade;               // the same in the world
-  std::optional<Vec3> displacement_body_m;  // the tissue at the instrument from its place at rest, smoothed
-  std::optional<Pose> frame_world;          // the body's there
+  std::vector<CutFront> fronts;             // fronts of the permanent part
+  std::optional<RestBlade> at_front;        // pose at the front, or at the beginning of the stroke
+  std::optional<RestBlade> newest;          // newest pose
+  std::optional<Blade> blade;               // newest pose in the world
+  std::optional<Vec3> displacement_body_m;  // way of the tissue at the instrument from its place at rest, smoothed
+  std::optional<Pose> frame_world;          // frame of the body at the instrument
   std::string_view why_refused;             // for a person
-  bool waits = false;                       // for the blade to reach the end of the groove that it continues
+  bool waits = false;                       // it waits for the blade to reach the end of the groove that it continues
   std::vector<TriangleId> active;           // triangles with which the temporary part began
-  TargetStates bottoms_at_tip;              // the permanent bottoms'
+  TargetStates bottoms_at_tip;              // places for the permanent bottoms
   std::vector<ActiveFace> faces;            // faces that became permanent in the last step
   std::optional<TopologyDelta> temporary_inverse;
   std::vector<std::pair<VertexId, Vec3>> temporarily_moved;  // former positions in the world, restored by undo
@@ -55,7 +55,7 @@ void take_bottoms_to_tip(MeshDraft& draft, TemplateStroke& stroke);
 
 // Works on a draft without temporary parts: moves the bottoms that the step before made to the tip's place, then makes
 // the cut between the front and the last edge that the blade has crossed permanent. A stroke begins at the end of an
-// old groove if there is one, and joins a groove that it comes to: its own, another's, or one that is being cut.
+// old groove if there is one, and joins a groove that it comes to: its own, an older one, or one that is being cut.
 TemplateStrokeEnd advance(MeshDraft& draft, TemplateStroke& stroke, const RestBlade& blade,
                           std::span<const TriangleId> active, Grooves& grooves, const TemplateSettings& settings);
 

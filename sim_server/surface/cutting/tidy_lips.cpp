@@ -19,11 +19,11 @@ namespace {
 constexpr std::size_t kRungsAStep = 8, kChangesAStep = 4, kLargestRing = 12;
 constexpr double kCurveStays_m = 2e-4;  // a rung may go whose place is this close to the curve without it
 constexpr double kDepthStays = 0.25;    // the same for its bottom, of the depth
-constexpr double kVolumeStays = 2e-3;   // the body's, in cubic edges, for each mend
+constexpr double kVolumeStays = 2e-3;   // change of the body's volume, in cubic edges, for each mend
 constexpr double kVolumeOfBed = 1e-2;   // likewise, where a bottom and the bed beside it are made anew
 constexpr double kFlat = 0.94;          // cosine of the angle at which faces make an edge of the body
 constexpr double kFlatBed = 0.5;        // likewise in a bed, which is as uneven as the bottoms of its cuts
-constexpr double kLeastGain = 0.1;      // the worst triangle's, in units of the limit
+constexpr double kLeastGain = 0.1;      // gain of the worst triangle, in units of the limit
 constexpr double kRadian = std::numbers::pi / 180;
 
 using Face = std::array<VertexId, 3>;
@@ -266,7 +266,7 @@ class Tidier {
     mend.rung = twins;
     mend.rung.push_back(g);
     std::vector<TriangleId> of_sides;
-    VertexId gp = kNone, gq = kNone;  // the last side's
+    VertexId gp = kNone, gq = kNone;  // vertices of the last side
     for (const VertexId v : twins) {
       if (grooves_.end_at(v) != kNone || grooves_.bottom_of(v) != g) return {};
       Mend side;

@@ -14,7 +14,7 @@ constexpr int kMaxCrossed = 12;                         // most edges under one 
 constexpr double kOntoEdge = 0.06, kOffEdge = 0.12;     // barycentric: a point gets onto an edge, and off it
 constexpr double kShortestLine_m = 2e-4;                // seen along the normal; a shorter line is a point
 constexpr double kTouches_m = 1e-4, kLeaves_m = -3e-4;  // surface above line: becomes active, stays active
-constexpr double kFacing = 0.2;                         // least cosine between a face's normal and the line's
+constexpr double kFacing = 0.2;                         // least cosine between the normals of a face and of the line
 
 using Where = Vec3 VertexState::*;
 constexpr Where kNow = &VertexState::position_world_m, kAtRest = &VertexState::rest_body_m;

@@ -43,7 +43,7 @@ struct ContactPoint {
   Vec3 target_world_m = Vec3::Zero();
   Vec3 normal_world =
       Vec3::Zero();         // out of the tissue; points not further out than the target are left alone; zero: none are
-  std::uint32_t owner = 0;  // the instrument's
+  std::uint32_t owner = 0;  // number of the instrument
   bool presses = true;      // false: it has let go, the particle is on its way home
 
   template <class A>

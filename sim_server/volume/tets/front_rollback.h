@@ -1,4 +1,4 @@
-// Takes a volume's temporary front back for as long as a plan lasts. Whatever the plan does to the volume, a draft, is
+// Takes a volume's temporary front back for as long as a plan lasts. All that the plan does to the volume, a draft, is
 // undone when the rollback is destroyed, and the front is there again.
 //
 // The rollback remembers the motion of the tissue with the front, so that tissue that stays where it is keeps its
@@ -44,7 +44,7 @@ class FrontRollback {
 
   TetTopology& volume_;
   const TetDelta* front_;
-  TetChange before_;                                               // the front's
+  TetChange before_;                                               // change by the front
   NumberTable<TetVertexState> corner_;                             // by vertex
   std::vector<std::pair<std::uint32_t, std::uint32_t>> piece_of_;  // tetrahedron without the front, place; ascending
 };

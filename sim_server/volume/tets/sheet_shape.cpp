@@ -9,7 +9,7 @@
 namespace sectio {
 namespace {
 
-constexpr double kFar_m2 = 1;  // inside a side that a piece doesn't have
+constexpr double kFar_m2 = 1;  // within_m2() of a side that a piece doesn't have
 constexpr double kLeastSide_m = 1e-6;
 constexpr double kAsNear = 1 + 1e-9;  // two pieces, of the squared distance: their common side is what is near
 

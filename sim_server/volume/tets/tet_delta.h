@@ -60,7 +60,7 @@ struct TetDelta {
   std::vector<TetEdit> tetrahedra;  // ascending; as in TetChange, those included of which only a neighbour changes
   std::vector<VertexId> stars_of;   // the corners of these, ascending
   Stars stars_before, stars_after;  // by place in `stars_of`
-  std::vector<Join> joins;          // a delta's that adds vertices
+  std::vector<Join> joins;          // only if the delta adds vertices
 
   bool empty() const { return tetrahedra.empty(); }
 
@@ -73,11 +73,11 @@ struct TetDelta {
 
 TetDelta inverse(TetDelta delta);
 
-// For those who keep data beside the volume.
+// The same change, for data kept beside the volume.
 TetChange change_of(const TetDelta& delta);
 
 class TetTopology;
-// The volume is as the delta expects it, and has no operations that could be undone.
+// The volume must be as the delta expects it, without operations that could be undone.
 void apply(const TetDelta& delta, TetTopology& volume);
 
 }  // namespace sectio

@@ -34,7 +34,7 @@ struct TetVertexState {
 
 class TetTopology {
  public:
-  // At rest, at its own place.
+  // Begins at rest, in the mesh's own place.
   explicit TetTopology(const TetMesh& mesh);
 
   std::size_t vertex_count() const { return vertices_.size(); }
@@ -55,14 +55,14 @@ class TetTopology {
   bool alive(VertexId v) const { return !star_[v].empty(); }
   // The tetrahedron beyond the face opposite a corner; kNone at the surface. O(star).
   std::uint32_t across(std::uint32_t t, std::size_t corner) const;
-  // All that faces connect with these, ascending. O(that).
+  // All tetrahedra that faces connect with these, ascending. O(result).
   std::vector<std::uint32_t> connected(std::vector<std::uint32_t> tetrahedra) const;
   // At rest, without numbers that are not used any more.
   TetMesh mesh() const;
 
-  // At a + t (b - a), 0 < t < 1. Returns the new vertex, the highest number. O(star).
+  // Splits the edge at a + t (b - a), 0 < t < 1. Returns the new vertex, the highest number. O(star).
   VertexId split(VertexId a, VertexId b, double t);
-  // `of`: tetrahedra at v, some but not all. Returns the twin, the highest number. O(star).
+  // Gives v a twin. `of`: tetrahedra at v, some but not all. Returns the twin, the highest number. O(star).
   VertexId part(VertexId v, std::span<const std::uint32_t> of);
 
   // Operations so far; undo_to() undoes those after a mark, last first: vertices, tetrahedra and the order of stars are
@@ -76,16 +76,17 @@ class TetTopology {
   void forget();
   // The sum of the operations after a mark. O(operations).
   TetChange change(std::size_t mark = 0) const;
-  // These leave; so do vertices that have no other. There are no operations to undo.
+  // Removes these tetrahedra, and vertices that have no other. There are no operations to undo.
   TetChange remove(std::span<const std::uint32_t> tetrahedra);
   // A vertex moves onto its neighbour: the tetrahedra with both are gone, the others at v have the neighbour instead.
-  // See judge_collapse() for when this leaves a mesh. There are no operations to undo. Once as what it would be.
+  // See judge_collapse() for when this leaves a mesh. There are no operations to undo. collapse_change(): the same
+  // change, not made.
   TetChange collapse(VertexId v, VertexId onto);
   TetChange collapse_change(VertexId v, VertexId onto) const;
   // The vertices that an operation has made a vertex from: the ends of its edge, or the vertex whose twin it is, twice.
   // Nothing for a vertex that is older than the operations.
   std::optional<std::array<VertexId, 2>> made_from(VertexId v) const;
-  // For who works on the volume: a table by vertex, which is to be left all 0.
+  // Scratch table for algorithms on the volume: by vertex, to be left all 0.
   std::vector<std::uint32_t>& scratch() { return scratch_; }
 
   template <class A>

@@ -1,4 +1,4 @@
-// Caps close their rims: each edge has two triangles, none is a splinter, and the area is the rim's.
+// Caps close their rims: each edge has two triangles, none is a splinter, and the area is that of the rim.
 #include "sim_server/surface/cutting/cap.h"
 
 #include <gtest/gtest.h>

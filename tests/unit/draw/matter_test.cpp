@@ -68,7 +68,7 @@ TEST(Matter, the_two_walls_of_a_cut_have_a_normal_each_where_they_meet) {
   BodyMesh mesh;
   mesh.arrange(body);
   ASSERT_TRUE(mesh.move(body));
-  std::map<std::array<float, 3>, std::vector<Vec3f>> normals;  // wall vertices' by their place at rest
+  std::map<std::array<float, 3>, std::vector<Vec3f>> normals;  // normals of wall vertices, by place at rest
   std::map<std::array<float, 3>, float> depth_m;
   std::vector<std::uint8_t> is_seen(mesh.vertices().size(), 0);
   for (std::uint32_t i = mesh.walls().first; i < mesh.walls().first + mesh.walls().count; ++i) {

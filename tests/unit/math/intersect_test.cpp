@@ -185,7 +185,7 @@ TEST(Intersect, paths_that_stop_on_the_surface_cross_once) {
   }
 }
 
-// There is no gap between the two triangles of a sweep, nor between these and the next sweep's.
+// There is no gap between the two triangles of a sweep, nor between these and those of the next sweep.
 TEST(Intersect, swept_path_has_no_seams) {
   Random random(6);
   for (int k = 0; k < 2000; ++k) {

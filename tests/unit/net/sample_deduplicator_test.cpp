@@ -27,7 +27,7 @@ TEST(SampleDeduplicator, passes_each_pose_once_and_in_order_though_packets_repea
   EXPECT_EQ(deduplicator.lost(), 2u);
 }
 
-// Whatever the clocks say from which the sources are made.
+// The result doesn't depend on the clocks from which the sources are made.
 TEST(SampleDeduplicator, hears_who_has_begun_until_he_falls_silent) {
   for (const auto& [first, second] : {std::pair(1u, 2u), std::pair(2u, 1u)}) {
     SampleDeduplicator deduplicator(1);

@@ -1,4 +1,4 @@
-// Whatever arrives: no crash, no growth, and a mesh that only ever holds what the server's hash vouches for.
+// No crash, no growth, whatever arrives, and a mesh that only ever holds what the server's hash vouches for.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -72,7 +72,7 @@ class ReplicaFuzz : public testing::Test {
   StateEncoder encoder;
   Replica replica;
   std::mt19937 random{2024};
-  std::set<std::uint64_t> hashes;  // the server's, at any time
+  std::set<std::uint64_t> hashes;  // hashes that the server had at any time
 };
 
 TEST_F(ReplicaFuzz, damaged_messages_neither_crash_nor_change_the_replica) {

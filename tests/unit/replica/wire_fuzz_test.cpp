@@ -81,7 +81,7 @@ class WireFuzz : public testing::Test {
   KeyframeAssembler assembler;
   Frame frame;
   std::mt19937 random{31};
-  std::set<std::uint64_t> hashes;  // the server's, at any time
+  std::set<std::uint64_t> hashes;  // hashes that the server had at any time
   double now_s = 0;
   int survivors = 0;  // damaged, and still valid as far as one message can tell
 };

@@ -37,7 +37,7 @@ Scene bar_under_knife(double collapse_ratio) {
 }
 
 struct Tidied {
-  std::uint64_t vertices_gone = 0;  // the volume's, counted by the cutting engine, in steps without a cut
+  std::uint64_t vertices_gone = 0;  // vertices of the volume, counted by the cutting engine, in steps without a cut
   std::uint64_t reported = 0;
   nlohmann::json run;
 };

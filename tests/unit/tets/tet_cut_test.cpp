@@ -181,7 +181,7 @@ double surface_m2(const TetTopology& volume) {
 
 // A blade enters from the side with its tip inside and its edge aslant; three sides of the swept region are exact.
 struct Swept {
-  double tip_x_m, heel_x_m, tip_y_m;  // its edge's; the heel is far outside
+  double tip_x_m, heel_x_m, tip_y_m;  // ends of the blade's edge; the heel is far outside
 
   CutSheet sheet() const {
     const double z_m = kMiddle.z() + 0.0017, heel_y_m = 0.1;
@@ -192,7 +192,7 @@ struct Swept {
   }
   double edge_x_m(double y_m) const { return tip_x_m + (heel_x_m - tip_x_m) * (y_m - tip_y_m) / (0.1 - tip_y_m); }
   double inside_m2() const {
-    const double side_m = 0.0131, end_m = 0.0657;  // the block's
+    const double side_m = 0.0131, end_m = 0.0657;  // sides of the block
     return (end_m - tip_y_m) * (0.5 * (edge_x_m(tip_y_m) + edge_x_m(end_m)) - side_m);
   }
 };

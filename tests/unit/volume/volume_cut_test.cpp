@@ -266,7 +266,7 @@ TEST_P(VolumeFronts, C_CUT_3_a_plan_that_is_not_accepted_leaves_the_front_as_it_
   EXPECT_NE(block.body().mesh.hash(), hash);
 }
 
-// Replicas follow, the surface is the volume's, and a step's delta is as large as the front, not as the cut.
+// Replicas follow, the surface is that of the volume, and a step's delta is as large as the front, not as the cut.
 TEST_P(VolumeFronts, C_CUT_3_every_delta_leaves_the_surface_of_the_volume_and_is_no_larger_than_the_front) {
   BlockUnderBlade block(GetParam(), 0, "progressive");
   const double volume_m3 = block.volume_m3();
@@ -355,7 +355,7 @@ TEST_P(VolumeFronts, A_20_a_front_that_is_made_anew_leaves_energy_and_momentum_a
     const double energy_j = block.body().engines.deformation->energy_j(block.body().shared());
     ASSERT_TRUE(block.body().apply(cut_as_planned(plan)));
     fronts += !plan.delta.empty();
-    if (GetParam() != "neo_hookean_lattice") {  // a lattice's momentum is its nodes'
+    if (GetParam() != "neo_hookean_lattice") {  // the momentum of a lattice is that of its nodes
       EXPECT_LT((momentum() - momentum_before).norm(), 1e-6 * mass_kg) << y_m;
     }
     EXPECT_LT(block.body().engines.deformation->energy_j(block.body().shared()), energy_j + 1e-3 * size_j) << y_m;
