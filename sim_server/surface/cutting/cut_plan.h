@@ -20,12 +20,12 @@ namespace sectio {
 // The motion of one instrument in this body in this step.
 struct BladeMotion {
   std::uint32_t edge_id = 0;
-  std::vector<Blade> path;       // poses since the last step in order; empty: the instrument stays where it was
-  bool lift = false;             // the cut ends here, whatever the path
-  bool has_dragged_end = false;  // since its last cut the blade took the end of the cut along
+  std::vector<Blade> path;  // poses since the last step in order; empty: the instrument stays where it was
+  bool lift = false;        // the cut ends here, whatever the path
   // The triangles that the blade sweeps over, or that the poses of its line cross, as the collision engine found them.
   std::vector<TriangleId> active = {};
-  Pose frame_world = {};  // the body's rest shape around the blade
+  Pose frame_world = {};         // the body's rest shape around the blade
+  bool has_dragged_end = false;  // since its last cut the blade took the end of the cut along
 };
 
 // Null when the instrument does nothing here.
