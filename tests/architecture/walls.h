@@ -67,7 +67,7 @@ inline const std::vector<Room>& rooms() {
        "a file for each kind of instrument: where its edges are, and which of them cut when",
        {"common/core/", "common/math/", "sim_server/instruments/"},
        {"Eigen/"}},
-      {"sim_server/scene/key.", "", {"common/math/", "sim_server/scene/key.h"}, {"Eigen/"}},
+      {"sim_server/scene/key.", "", {"common/core/formatted.h", "common/math/", "sim_server/scene/key.h"}, {"Eigen/"}},
       {"sim_server/scene/engine_traits.h", "", {"sim_server/scene/key.h"}, {}},
       {"sim_server/scene/scene_outcome.",
        "",
