@@ -18,6 +18,7 @@ constexpr const char* kPressedTooFar = "it was pressed in further than the skin 
 constexpr const char* kThroughWhole = "a part that moves as a whole isn't cut: the blade goes through it";
 constexpr double kDeepDent_m = 0.005;  // a dent from which on an instrument may have gone through
 constexpr int kLookThroughEvery = 8;   // steps
+constexpr int kBeneathSteps = 3;       // however long a step is
 constexpr double kBeneath_s = 0.02;    // a blow may get so far ahead of the skin for less
 constexpr double kGoneOn = 3;          // join tolerances: this far from the end of a cut a new one may begin
 
@@ -271,7 +272,7 @@ bool EdgeContact::breaks_surface(double displacement_m) {
 // A ball lies in its dent. Skin that the whole ball is beneath for some time has slipped off it.
 bool EdgeContact::is_beneath_skin() {
   steps_beneath_ = round_.depth_m() > 2 * edge_.ball_radius_m() ? steps_beneath_ + 1 : 0;
-  return steps_beneath_ * step_s_ > kBeneath_s;
+  return steps_beneath_ > kBeneathSteps && steps_beneath_ * step_s_ > kBeneath_s;
 }
 
 // The instrument stands at the middle of what it presses.
