@@ -14,6 +14,7 @@ constexpr double kResumes_m = 3e-3;           // distance from the end of the gr
 constexpr double kNode_m = 1.5e-3;            // least distance of a branch from an end
 constexpr double kLeaves_m = 0.01;            // from the curve that a blade leaves to the place where it is next
 constexpr double kOvershoot_m = 2e-4;         // beyond a lip, so that the way leads over it
+constexpr double kOnLip_m = 1e-6;             // an end this near to a place on a lip is there
 constexpr double kAhead = 0.5, kBack = -0.5;  // cosines to the heading of a cut
 constexpr double kBranchAtRung = 0.25;        // a branch begins at a rung this close, as a ratio of the lip's length
 constexpr double kAlongLip = 0.94;            // cosine to a lip
@@ -84,10 +85,12 @@ class Advance {
     return run_into(rim->rest_body_m);
   }
 
-  // The cut goes to a place on a lip and over it, so that the two meet.
+  // The cut goes to a place on a lip and over it, so that the two meet. A cut that has come to the lip already goes over
+  // it in its course.
   StrokeEnd run_into(const Vec3& rest_body_m) {
-    const Vec3 way = (rest_body_m - rest_of(draft_, stroke_)).stableNormalized();
-    return end_of(walk_to({rest_body_m + kOvershoot_m * way, kNone}));
+    const Vec3 end = rest_of(draft_, stroke_), way = rest_body_m - end;
+    const Vec3 over = way.norm() > kOnLip_m ? Vec3(way.normalized()) : course_from(end);
+    return end_of(walk_to({rest_body_m + kOvershoot_m * over, kNone}));
   }
 
   static StrokeEnd end_of(WalkEnd walked) {
